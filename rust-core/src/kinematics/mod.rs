@@ -1,0 +1,75 @@
+//! Kinematics: how the two sides of a contact moved relative to each other in one step.
+//!
+//! Three measures of the same motion, selected in the scenario by `kinematics`:
+//! * [`Mode::Finite`] (default): exact for finite rotations, see [`sphere_sphere`];
+//! * [`Mode::FirstOrder`]: Stránský 2018, (2.3)–(2.12) with the corrected sign of (2.8), and rotation of the shear
+//!   history to first order in the step;
+//! * [`Mode::Yade`]: YADE's `ScGeom` with its ratcheting correction and its arms.
+
+pub mod sphere_sphere;
+pub mod transport;
+
+pub use transport::Transport;
+
+use crate::law::ContactGeometry;
+use crate::math::Vec3;
+
+/// How relative motion is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mode {
+    /// Finite increments, exactly objective under rigid motion.
+    #[default]
+    Finite,
+    /// First order in the step, from velocities (the printed form with its sign corrected).
+    FirstOrder,
+    /// YADE's `ScGeom` without the ratcheting correction: first order, arms to the common contact point.
+    Yade,
+    /// YADE's `ScGeom` with `avoidGranularRatcheting = True`, YADE's default.
+    YadeRatcheting,
+}
+
+/// Motion of a contact between two spheres, or a sphere and a wall, seen as a point contact.
+#[derive(Debug, Clone, Copy)]
+pub struct PointKinematics {
+    /// Constants of the contact.
+    pub geometry: ContactGeometry,
+    /// Centre distance `|x_B − x_A|` (sphere against wall: distance to the surface), m.
+    pub length: f64,
+    /// `length` one step ago, m.
+    pub length_old: f64,
+    /// `length − reference_length`, m, computed once here; positive in tension.
+    pub elongation: f64,
+    /// `length − R_A − R_B`, m; negative when the spheres overlap.
+    pub gap: f64,
+    /// Unit normal from A to B, now.
+    pub normal: Vec3,
+    /// Tangential displacement of B relative to A at the contact during this step, m; perpendicular to `normal`.
+    pub shear_increment: Vec3,
+    /// Distance from the centre of A to the contact point along `normal`, m; arm of the force's torque on A.
+    pub arm_a: f64,
+    /// Distance from the centre of B to the contact point along `−normal`, m; arm of the force's torque on B.
+    pub arm_b: f64,
+    /// Whether the contact is a bond (cohesive) or an ordinary contact.
+    pub bonded: bool,
+    /// Carries history vectors from the axes of the last step to those of this step.
+    pub transport: Transport,
+}
+
+impl PointKinematics {
+    /// Mean rate of [`Self::length`] in the step, m/s; positive when the particles part.
+    #[inline(always)]
+    pub fn normal_velocity(&self, dt: f64) -> f64 {
+        (self.length - self.length_old) / dt
+    }
+}
+
+/// What a contact remembers of its own geometry from one step to the next.
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Frame {
+    /// Unit normal from A to B.
+    pub normal: Vec3,
+    /// Centre distance, m.
+    pub length: f64,
+}

@@ -1,0 +1,73 @@
+//! Transport of tangential history vectors with the contact.
+
+use crate::math::{Quat, Vec3};
+
+/// The rotation of a contact frame during one step: swing of the normal, then twist about it.
+#[derive(Debug, Clone, Copy)]
+pub enum Transport {
+    /// Exact finite rotation.
+    Finite {
+        /// Normal now.
+        normal: Vec3,
+        /// `(n_old + n)/(1 + n_old·n)`.
+        bisector: Vec3,
+        /// Cosine of the mean twist angle.
+        cosine: f64,
+        /// Sine of the mean twist angle.
+        sine: f64,
+    },
+    /// First order: two successive `v ← v − v × axis` (Stránský 2018 as implemented in YADE's `ScGeom::rotate`).
+    FirstOrder {
+        /// `n_old × n`.
+        swing: Vec3,
+        /// `½Δt n_old·(ω_A + ω_B) n_old`.
+        twist: Vec3,
+    },
+}
+
+impl Transport {
+    /// No rotation.
+    pub fn identity(normal: Vec3) -> Self {
+        Self::Finite { normal, bisector: normal, cosine: 1.0, sine: 0.0 }
+    }
+
+    /// Exact transport: the smallest rotation taking `normal_old` to `normal`, followed by the mean twist of the two
+    /// particles about `normal`, where `spin_sum` is the sum of the unit quaternions of both particles' rotations in
+    /// the step.
+    ///
+    /// With `c = n_old·n` and `m = n_old×n`, the twist of a rotation `(u, w)` relative to the swing has the half-angle
+    /// tangent `u·(n_old+n) / ((1+c) w + m·u)`; summing the two particles' (numerator, denominator) pairs as complex
+    /// numbers gives the mean angle without trigonometric functions. For a rigid rotation of the pair it is exact.
+    #[inline(always)]
+    pub fn finite(normal_old: &Vec3, normal: &Vec3, spin_sum: &Quat) -> Self {
+        let c = normal_old.dot(normal);
+        let sum = normal_old + normal;
+        let u = spin_sum.imag();
+        let real = (1.0 + c) * spin_sum.w + normal_old.cross(normal).dot(&u);
+        let imaginary = u.dot(&sum);
+        let inverse = 1.0 / ((real * real + imaginary * imaginary) * (1.0 + c));
+        let by_modulus = inverse * (1.0 + c);
+        let by_cosine = inverse * (real * real + imaginary * imaginary);
+        Self::Finite {
+            normal: *normal,
+            bisector: sum * by_cosine,
+            cosine: (real * real - imaginary * imaginary) * by_modulus,
+            sine: 2.0 * real * imaginary * by_modulus,
+        }
+    }
+
+    /// The vector `v`, perpendicular to the old normal, carried to the present.
+    #[inline(always)]
+    pub fn apply(&self, v: &Vec3) -> Vec3 {
+        match self {
+            Self::Finite { normal, bisector, cosine, sine } => {
+                let swung = v - bisector * v.dot(normal);
+                swung * *cosine + normal.cross(&swung) * *sine
+            }
+            Self::FirstOrder { swing, twist } => {
+                let swung = v - v.cross(swing);
+                swung - swung.cross(twist)
+            }
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Contact laws: what two particles do to each other, given how they moved.
+//!
+//! A law is a pure function: parameters are `self`, memory is [`ContactLaw::State`], everything else is an argument.
+//! Same inputs give the same bits, whoever calls: the solver, a host code, or a test.
+//!
+//! Adding a law touches one file here and one line in the registration table of [`crate::state::contacts`].
+
+pub mod state;
+
+pub use state::{Field, LawState, Parity};
+
+use crate::kinematics::PointKinematics;
+use crate::math::Vec3;
+
+/// A contact law: a row of parameters that answers kinematics with a wrench.
+pub trait ContactLaw: Copy + Send + Sync + 'static {
+    /// History of one contact (all zero for a contact that was never evaluated).
+    type State: LawState;
+    /// What the law reads: [`PointKinematics`], or a bond frame for beam laws.
+    type Kinematics: Kinematics;
+    /// Key of the law in scenarios, result files, and hosts.
+    const NAME: &'static str;
+    /// Whether the law transmits moments; when false the solver neither stores nor gathers them.
+    const TRANSMITS_MOMENT: bool = false;
+
+    /// The contact's answer to the motion of one step of `dt` seconds, which ended in the state `kinematics`.
+    ///
+    /// `old` is the history before the step, in world axes of that time; the law transports its vectors to the
+    /// present with [`PointKinematics::transport`].
+    fn respond(&self, kinematics: &Self::Kinematics, old: &Self::State, dt: f64) -> Response<Self::State>;
+
+    /// Largest stiffnesses the contact can show, for the time step bound.
+    fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness;
+
+    /// Scalar damage of a history (0 intact, 1 without strength); 0 for laws without damage.
+    ///
+    /// Crossing a threshold of it makes an entry in the event log.
+    fn damage(_state: &Self::State) -> f64 {
+        0.0
+    }
+}
+
+/// Kinematic input of a law, as a class: which measuring function the solver runs for it.
+pub trait Kinematics: Sized + Send + Sync {}
+impl Kinematics for PointKinematics {}
+
+/// Geometry of a contact that does not change while it lasts, and of its two particles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactGeometry {
+    /// Centre distance at which the contact is unstrained, m (sphere against wall: the radius).
+    pub reference_length: f64,
+    /// Area of the contact's cross-section, m².
+    pub area: f64,
+    /// Radius of A, m.
+    pub radius_a: f64,
+    /// Radius of B, m; 0 for a wall.
+    pub radius_b: f64,
+    /// Mass of A, kg.
+    pub mass_a: f64,
+    /// Mass of B, kg; infinite for a wall.
+    pub mass_b: f64,
+}
+
+impl ContactGeometry {
+    /// Reduced mass `m_A m_B/(m_A+m_B)`, kg.
+    #[inline]
+    pub fn reduced_mass(&self) -> f64 {
+        if self.mass_b.is_infinite() { self.mass_a } else { self.mass_a * self.mass_b / (self.mass_a + self.mass_b) }
+    }
+
+    /// Effective radius `R_A R_B/(R_A+R_B)`, m; `R_A` against a wall.
+    #[inline]
+    pub fn effective_radius(&self) -> f64 {
+        if self.radius_b <= 0.0 {
+            self.radius_a
+        } else {
+            self.radius_a * self.radius_b / (self.radius_a + self.radius_b)
+        }
+    }
+}
+
+/// Bounds of a contact's stiffness and damping, for the time step.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Stiffness {
+    /// Normal stiffness, N/m.
+    pub normal: f64,
+    /// Tangential stiffness, N/m.
+    pub shear: f64,
+    /// Bending stiffness, N·m/rad.
+    pub bending: f64,
+    /// Twisting stiffness, N·m/rad.
+    pub twist: f64,
+    /// Normal dashpot, N·s/m.
+    pub normal_damping: f64,
+    /// Tangential dashpot, N·s/m.
+    pub shear_damping: f64,
+}
+
+/// A law's answer.
+#[derive(Debug, Clone, Copy)]
+pub struct Response<S> {
+    /// Force on A, N. B gets the opposite. Tension pulls A towards B.
+    pub force: Vec3,
+    /// Moment on A about the contact point, N·m. B gets the opposite. Zero for point laws.
+    pub moment: Vec3,
+    /// History after the step.
+    pub state: S,
+    /// Whether the contact lives on.
+    pub fate: Fate,
+    /// Energies of the contact.
+    pub energy: EnergySplit,
+}
+
+/// What becomes of a contact after a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Fate {
+    /// It goes on.
+    #[default]
+    Lives,
+    /// The bond broke in this step. Force and history of the answer are void; the pair continues, from the next
+    /// neighbour search on, as an unbonded contact. `released` energy is in [`EnergySplit::damage`].
+    Broke,
+    /// An unbonded contact opened or was never closed: force zero, history forgotten.
+    Opened,
+}
+
+/// Energies of one contact: the stored ones as state functions, the dissipated ones as increments of this step.
+/// All in J. Each is computed from its own formula, none as a remainder.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct EnergySplit {
+    /// Stored by normal deformation.
+    pub stored_normal: f64,
+    /// Stored by shear.
+    pub stored_shear: f64,
+    /// Stored by bending.
+    pub stored_bending: f64,
+    /// Stored by twist.
+    pub stored_twist: f64,
+    /// Dissipated in this step by damage or by breaking.
+    pub damage: f64,
+    /// Dissipated in this step by plastic slip and friction.
+    pub friction: f64,
+    /// Dissipated in this step by dashpots.
+    pub viscous: f64,
+    /// Error of the trapezoidal work rule where the law has a kink (crack closure): appears with either sign,
+    /// vanishes with the square of the step.
+    pub integration: f64,
+}

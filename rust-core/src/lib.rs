@@ -1,0 +1,10 @@
+//! ConcorDEM: the discrete element method for cohesive materials.
+//!
+//! The flow is a scenario that is assembled into a state, a model, and a plan; the solver steps the state; operators
+//! read it; sinks write it. Conventions: SI units; tension positive; the force of a contact is the one on A, and the
+//! normal points from A to B; quaternions map body to world.
+
+pub mod kinematics;
+pub mod law;
+pub mod math;
+pub mod state;

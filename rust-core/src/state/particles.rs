@@ -1,0 +1,144 @@
+//! Particles as a struct of arrays.
+
+use crate::math::{Quat, Vec3};
+
+/// Degrees of freedom of a particle that keep their velocity instead of following the forces.
+///
+/// Bits 0–2: translation along x, y, z; bits 3–5: rotation about x, y, z.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
+pub struct Constraint(pub u8);
+
+impl Constraint {
+    /// Nothing constrained.
+    pub const FREE: Self = Self(0);
+    /// All three translations.
+    pub const TRANSLATION: Self = Self(0b000_111);
+    /// All three rotations.
+    pub const ROTATION: Self = Self(0b111_000);
+    /// Everything constrained.
+    pub const ALL: Self = Self(0b111_111);
+
+    /// Whether translation along `axis` (0, 1, 2) is prescribed.
+    #[inline]
+    pub fn translation(self, axis: usize) -> bool {
+        self.0 >> axis & 1 == 1
+    }
+
+    /// Whether rotation about `axis` (0, 1, 2) is prescribed.
+    #[inline]
+    pub fn rotation(self, axis: usize) -> bool {
+        self.0 >> (3 + axis) & 1 == 1
+    }
+
+    /// Both sets of constraints.
+    #[must_use]
+    pub fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Translation along one axis constrained.
+    pub fn translation_along(axis: usize) -> Self {
+        Self(1 << axis)
+    }
+}
+
+/// Spherical particles (discs in 2-D), struct of arrays; index = place along a space-filling curve, `id` = the
+/// user's stable name of a particle.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Particles {
+    /// Stable id, unique.
+    pub id: Vec<u32>,
+    /// Position, m.
+    pub position: Vec<Vec3>,
+    /// Velocity, m/s; at the half step before the positions' time (leapfrog).
+    pub velocity: Vec<Vec3>,
+    /// Orientation, body → world, unit.
+    pub orientation: Vec<Quat>,
+    /// Rotation of the last step as a unit quaternion (the orientation before it was
+    /// `rotation_increment⁻¹ · orientation`).
+    pub rotation_increment: Vec<Quat>,
+    /// Angular velocity, rad/s; at the half step.
+    pub angular_velocity: Vec<Vec3>,
+    /// Radius, m.
+    pub radius: Vec<f64>,
+    /// Mass, kg.
+    pub mass: Vec<f64>,
+    /// Moment of inertia about any axis, kg·m².
+    pub inertia: Vec<f64>,
+    /// Material, index into the model's table.
+    pub material: Vec<u16>,
+    /// Rigid clump the particle belongs to, or `u32::MAX`.
+    pub clump: Vec<u32>,
+    /// Prescribed degrees of freedom.
+    pub constraint: Vec<Constraint>,
+    /// Tags of the scenario's named sets, one bit each.
+    pub tags: Vec<u64>,
+    /// Constant external force, N.
+    pub external_force: Vec<Vec3>,
+}
+
+/// One particle to be added: the usual defaults are a resting, free sphere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sphere {
+    /// Centre, m.
+    pub position: Vec3,
+    /// Radius, m.
+    pub radius: f64,
+}
+
+impl Particles {
+    /// Number of particles.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
+
+    /// Add a resting free particle of `material` with the given mass (kg) and moment of inertia (kg·m²); its id is
+    /// its index at that time.
+    pub fn push(&mut self, sphere: Sphere, material: u16, mass: f64, inertia: f64) {
+        self.id.push(self.len() as u32);
+        self.position.push(sphere.position);
+        self.velocity.push(Vec3::zeros());
+        self.orientation.push(Quat::identity());
+        self.rotation_increment.push(Quat::identity());
+        self.angular_velocity.push(Vec3::zeros());
+        self.radius.push(sphere.radius);
+        self.mass.push(mass);
+        self.inertia.push(inertia);
+        self.material.push(material);
+        self.clump.push(u32::MAX);
+        self.constraint.push(Constraint::FREE);
+        self.tags.push(0);
+        self.external_force.push(Vec3::zeros());
+    }
+
+    /// The same particles in another order: entry `k` of the result is entry `order[k]` of `self`.
+    #[must_use]
+    pub fn permuted(&self, order: &[u32]) -> Self {
+        fn pick<T: Copy>(values: &[T], order: &[u32]) -> Vec<T> {
+            order.iter().map(|&k| values[k as usize]).collect()
+        }
+        Self {
+            id: pick(&self.id, order),
+            position: pick(&self.position, order),
+            velocity: pick(&self.velocity, order),
+            orientation: pick(&self.orientation, order),
+            rotation_increment: pick(&self.rotation_increment, order),
+            angular_velocity: pick(&self.angular_velocity, order),
+            radius: pick(&self.radius, order),
+            mass: pick(&self.mass, order),
+            inertia: pick(&self.inertia, order),
+            material: pick(&self.material, order),
+            clump: pick(&self.clump, order),
+            constraint: pick(&self.constraint, order),
+            tags: pick(&self.tags, order),
+            external_force: pick(&self.external_force, order),
+        }
+    }
+}

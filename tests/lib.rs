@@ -1,0 +1,1 @@
+//! Tests of ConcorDEM by behaviour; one file per question, fixtures in `scenarios/` and `golden/`.
