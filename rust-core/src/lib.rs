@@ -7,4 +7,5 @@
 pub mod kinematics;
 pub mod law;
 pub mod math;
+pub mod neighbor;
 pub mod state;
