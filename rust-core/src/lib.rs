@@ -7,5 +7,6 @@
 pub mod kinematics;
 pub mod law;
 pub mod math;
+pub mod neighbor;
 pub mod solver;
 pub mod state;

@@ -69,17 +69,15 @@ impl Ledger {
     /// Book one step: energies of the contacts, sums of the kick, and work of cell and walls (before, after).
     pub fn book(&mut self, contacts: &EnergySplit, kick: &KickSums, others: [f64; 2]) {
         self.kinetic = kick.kinetic;
-        self.stored =
-            [contacts.stored_normal, contacts.stored_shear, contacts.stored_bending, contacts.stored_twist];
+        self.stored = [contacts.stored_normal, contacts.stored_shear, contacts.stored_bending, contacts.stored_twist];
         let before = [kick.damping[0], kick.boundary[0] + others[0], kick.external[0]];
         if self.started {
             self.damage.add(contacts.damage);
             self.friction.add(contacts.friction);
             self.viscous.add(contacts.viscous);
             self.integration.add(contacts.integration);
-            for (sum, k) in [&mut self.numerical_damping, &mut self.boundary_work, &mut self.external_work]
-                .into_iter()
-                .zip(0..3)
+            for (sum, k) in
+                [&mut self.numerical_damping, &mut self.boundary_work, &mut self.external_work].into_iter().zip(0..3)
             {
                 sum.add(self.pending[k]);
                 sum.add(before[k]);

@@ -12,8 +12,8 @@ use crate::kinematics::sphere_sphere::{ImageShift, Motion};
 use crate::kinematics::{Frame, Mode};
 use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, Reference};
 use crate::math::{Mat3, Vec3};
-use crate::state::contacts::{ContactBlock, Contacts, Link, Pair};
 use crate::solver::walls;
+use crate::state::contacts::{ContactBlock, Contacts, Link, Pair};
 use crate::state::{Cell, Particles, Wall};
 
 /// Particles per tile.
@@ -342,8 +342,9 @@ fn run<L: ContactLaw, const PERIODIC: bool>(
                     *reference = L::unbonded_reference(point.length, geometry.radius_a, geometry.radius_b);
                     geometry.reference_length = reference.length;
                     geometry.area = reference.area;
-                    kinematics =
-                        L::Kinematics::measure(mode, &motion_a, &motion_b, &image, &geometry, frame, bonded, context.dt);
+                    kinematics = L::Kinematics::measure(
+                        mode, &motion_a, &motion_b, &image, &geometry, frame, bonded, context.dt,
+                    );
                 }
             }
             let response = rows[link.row as usize].respond(&kinematics, history, context.dt);
@@ -401,8 +402,7 @@ fn run<L: ContactLaw, const PERIODIC: bool>(
                 tally.virial += (point.normal * point.length) * force.transpose();
                 if link.image != [0, 0, 0] {
                     let i = link.image;
-                    tally.crossing +=
-                        force * Vec3::new(f64::from(i[0]), f64::from(i[1]), f64::from(i[2])).transpose();
+                    tally.crossing += force * Vec3::new(f64::from(i[0]), f64::from(i[1]), f64::from(i[2])).transpose();
                 }
             }
             let lever = point.normal.cross(&force);

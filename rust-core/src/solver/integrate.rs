@@ -352,8 +352,7 @@ pub fn advance_clumps(
         let (v, rotation_before) = (clump.velocity, clump.rotational_energy());
         clump.advance(&(total_force + f_damping), &(total_torque + t_damping), dt, step, particles);
         let spin_new = clump.angular_velocity(&clump.angular_momentum, &clump.orientation);
-        sums.kinetic +=
-            0.5 * clump.mass * v.dot(&clump.velocity) + 0.5 * (rotation_before + clump.rotational_energy());
+        sums.kinetic += 0.5 * clump.mass * v.dot(&clump.velocity) + 0.5 * (rotation_before + clump.rotational_energy());
         let half = 0.5 * dt;
         sums.damping[0] -= half * (f_damping.dot(&v) + t_damping.dot(&spin));
         sums.damping[1] -= half * (f_damping.dot(&clump.velocity) + t_damping.dot(&spin_new));

@@ -15,8 +15,9 @@ use crate::math::{Mat3, Vec3};
 use crate::neighbor::{NeighborError, VerletList, candidate_pairs};
 use crate::state::contacts::{Contacts, Link, Pair};
 use crate::state::{Cell, State};
-use forces::{EvaluatedContacts, Incident, StepContext, TileMap};
+use forces::{Incident, StepContext, TileMap};
 use integrate::{Damping, KickContext, KickSums};
+use rayon::prelude::*;
 
 /// Integration scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -147,7 +148,6 @@ pub struct Solver {
     force: Vec<Vec3>,
     torque: Vec<Vec3>,
     gradient_change: Option<Mat3>,
-    matrix_change: Mat3,
     targets: Option<Vec<(Vec3, Vec3)>>,
     searches: u64,
 }
@@ -165,17 +165,11 @@ impl Solver {
             force: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
             gradient_change: None,
-            matrix_change: Mat3::zeros(),
             targets: None,
             searches: 0,
         };
         for block in &mut state.bonds {
             block.contacts_mut().sort();
-        }
-        if let Some(cell) = &state.cell
-            && state.clock.step > 0
-        {
-            solver.matrix_change = previous_change(cell, state.clock.dt);
         }
         solver.search(state)?;
         Ok(solver)
@@ -259,8 +253,7 @@ impl Solver {
         if let Some(block) = &mut state.contacts {
             let block = block.contacts_mut();
             let reach: Vec<f64> = particles.radius.iter().map(|r| r + 0.5 * skin).collect();
-            let candidates =
-                candidate_pairs(&particles.position, &reach, state.cell.as_ref()).map_err(neighbor)?;
+            let candidates = candidate_pairs(&particles.position, &reach, state.cell.as_ref()).map_err(neighbor)?;
             // Contacts with history stay, those with a kept reference as well while they may touch again.
             block.retain_links(&|link| link.has(Link::ACTIVE) || link.has(Link::KEPT_REFERENCE));
             let present: Vec<(Pair, [i8; 3])> = (0..block.len())
@@ -304,8 +297,7 @@ impl Solver {
             self.contact_map = TileMap::new(block, n);
         }
         if let Some(block) = &mut state.wall_contacts {
-            search_walls(block.contacts_mut(), &self.model, &state.walls, &state.particles, skin)
-                .map_err(neighbor)?;
+            search_walls(block.contacts_mut(), &self.model, &state.walls, &state.particles, skin).map_err(neighbor)?;
         }
         self.wall_positions = state.walls.iter().map(|wall| wall.displacement).collect();
         self.bond_maps = state.bonds.iter().map(|block| TileMap::new(block.contacts(), n)).collect();
@@ -318,12 +310,23 @@ impl Solver {
 
     fn needs_search(&self, state: &State) -> bool {
         let Some(verlet) = &self.verlet else { return false };
-        let walls_moved = state
+        if state.wall_contacts.is_some() && self.walls_may_be_missed(state, verlet) {
+            return true;
+        }
+        verlet.needs_rebuild(&state.particles.position, state.cell.as_ref())
+    }
+
+    /// Wall candidates were sought within one skin: particle and wall together must not have moved that far.
+    fn walls_may_be_missed(&self, state: &State, verlet: &VerletList) -> bool {
+        let wall = state
             .walls
             .iter()
             .zip(&self.wall_positions)
-            .any(|(wall, old)| (wall.displacement - old).norm() > 0.25 * verlet.skin());
-        walls_moved || verlet.needs_rebuild(&state.particles.position, state.cell.as_ref())
+            .map(|(wall, old)| (wall.displacement - old).norm())
+            .fold(0.0, f64::max);
+        let allowed = verlet.skin - wall;
+        let moved = |(now, then): (&Vec3, &Vec3)| (now - then).norm_squared() < allowed * allowed;
+        allowed <= 0.0 || !state.particles.position.par_iter().zip(&verlet.positions).all(moved)
     }
 
     /// Advance the state by one step: forces at the present positions, kick, drift.
@@ -358,14 +361,12 @@ impl Solver {
                 merge(block.evaluate(&context, map, &mut self.force, &mut self.torque), 0, k);
             }
             if let Some(block) = &mut state.contacts {
-                let mut tally =
-                    block.evaluate(&context, &mut self.contact_map, &mut self.force, &mut self.torque);
+                let mut tally = block.evaluate(&context, &mut self.contact_map, &mut self.force, &mut self.torque);
                 tally.incidents.clear();
                 merge(tally, 1, usize::MAX);
             }
             if let Some(block) = &mut state.wall_contacts {
-                let mut tally =
-                    block.evaluate_walls(&context, &mut state.walls, &mut self.force, &mut self.torque);
+                let mut tally = block.evaluate_walls(&context, &mut state.walls, &mut self.force, &mut self.torque);
                 tally.incidents.clear();
                 merge(tally, 2, usize::MAX);
             }
@@ -376,8 +377,7 @@ impl Solver {
         }
         integrate::gather(&mut self.force, &mut self.torque, &maps);
 
-        let fraction =
-            if self.model.scheme == Scheme::VelocityVerlet && state.clock.step == 0 { 0.5 } else { 1.0 };
+        let fraction = if self.model.scheme == Scheme::VelocityVerlet && state.clock.step == 0 { 0.5 } else { 1.0 };
         let kick = KickContext {
             dt,
             fraction,
@@ -388,18 +388,25 @@ impl Solver {
             targets: self.targets.as_deref(),
         };
         report.kick = integrate::kick_and_drift(&kick, &mut state.particles, &self.force, &self.torque);
-        integrate::advance_clumps(&kick, state.clumps.as_mut_slice(), &mut state.particles, &self.force, &self.torque, &mut report.kick);
+        integrate::advance_clumps(
+            &kick,
+            state.clumps.as_mut_slice(),
+            &mut state.particles,
+            &self.force,
+            &self.torque,
+            &mut report.kick,
+        );
 
         let mut others = [0.0; 2];
         if let Some(cell) = &mut state.cell {
             if let Some(change) = self.gradient_change.take() {
                 cell.velocity_gradient += change;
             }
-            let half_before = 0.5 * crossing.component_mul(&self.matrix_change).sum();
-            self.matrix_change = cell.velocity_gradient * cell.matrix * dt;
-            cell.matrix += self.matrix_change;
+            let half_before = 0.5 * crossing.component_mul(&cell.matrix_change).sum();
+            cell.matrix_change = cell.velocity_gradient * cell.matrix * dt;
+            cell.matrix += cell.matrix_change;
             cell.deformation_gradient += cell.velocity_gradient * cell.deformation_gradient * dt;
-            others = [half_before, 0.5 * crossing.component_mul(&self.matrix_change).sum()];
+            others = [half_before, 0.5 * crossing.component_mul(&cell.matrix_change).sum()];
         }
         for wall in &mut state.walls {
             let half = -0.5 * wall.force.dot(&wall.velocity) * dt;
@@ -410,9 +417,12 @@ impl Solver {
         state.ledger.book(&report.energy, &report.kick, others);
         state.clock.step += 1;
         if !report.kick.max_speed_squared.is_finite() || !report.kick.kinetic.is_finite() {
-            let bad = state.particles.velocity.iter().zip(&state.particles.angular_velocity).position(|(v, w)| {
-                !(v.norm_squared() + w.norm_squared()).is_finite()
-            });
+            let bad = state
+                .particles
+                .velocity
+                .iter()
+                .zip(&state.particles.angular_velocity)
+                .position(|(v, w)| !(v.norm_squared() + w.norm_squared()).is_finite());
             return Err(SolverError::NotFinite {
                 step: state.clock.step,
                 time: state.clock.time(),
@@ -424,12 +434,6 @@ impl Solver {
         }
         Ok(report)
     }
-}
-
-/// The change of the cell matrix in the step that led to `cell`: `H(n) − H(n−1)` from `H(n) = (1 + LΔt) H(n−1)`.
-fn previous_change(cell: &Cell, dt: f64) -> Mat3 {
-    let step = Mat3::identity() + cell.velocity_gradient * dt;
-    step.try_inverse().map_or_else(Mat3::zeros, |inverse| cell.matrix - inverse * cell.matrix)
 }
 
 /// Renew the candidates of wall contacts; those with history stay.
@@ -461,8 +465,7 @@ fn search_walls(
     if !bounded.is_empty() {
         // Triangles join the search as balls behind the particles.
         let positions: Vec<Vec3> = particles.position.iter().copied().chain(bounded.iter().map(|b| b.1.0)).collect();
-        let reach: Vec<f64> =
-            particles.radius.iter().map(|r| r + skin).chain(bounded.iter().map(|b| b.1.1)).collect();
+        let reach: Vec<f64> = particles.radius.iter().map(|r| r + skin).chain(bounded.iter().map(|b| b.1.1)).collect();
         for candidate in candidate_pairs(&positions, &reach, None)? {
             let (a, b) = (candidate.a as usize, candidate.b as usize);
             if a < n && b >= n {

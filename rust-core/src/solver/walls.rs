@@ -101,8 +101,7 @@ pub fn evaluate<L: ContactLaw>(
             else {
                 continue;
             };
-            let response =
-                block.rows[block.link[k].row as usize].respond(&kinematics, &block.history[k], context.dt);
+            let response = block.rows[block.link[k].row as usize].respond(&kinematics, &block.history[k], context.dt);
             block.frame[k] = Frame { normal: foot.normal, length: foot.distance };
             tally.energy += response.energy;
             match response.fate {

@@ -52,8 +52,7 @@ impl Clump {
         let (moments, axes) = principal_axes(&tensor);
         let orientation = quaternion_of_axes(&axes);
         let inverse = orientation.conjugate();
-        let offsets =
-            members.iter().map(|&m| rotate(&inverse, &(particles.position[m as usize] - position))).collect();
+        let offsets = members.iter().map(|&m| rotate(&inverse, &(particles.position[m as usize] - position))).collect();
         let orientations = members.iter().map(|&m| inverse * particles.orientation[m as usize]).collect();
         Self {
             members,

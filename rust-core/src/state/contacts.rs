@@ -84,14 +84,7 @@ pub struct ContactView {
 impl<L: ContactLaw> ContactBlock<L> {
     /// An empty block with the given parameter rows.
     pub fn new(rows: Vec<L>) -> Self {
-        Self {
-            rows,
-            pair: Vec::new(),
-            link: Vec::new(),
-            reference: Vec::new(),
-            frame: Vec::new(),
-            history: Vec::new(),
-        }
+        Self { rows, pair: Vec::new(), link: Vec::new(), reference: Vec::new(), frame: Vec::new(), history: Vec::new() }
     }
 
     /// Number of contacts, broken and inactive ones included.

@@ -115,9 +115,14 @@ impl State {
             id,
         };
         let cell = if source.exists("cell") {
-            let reals = with_length("cell", source.f64("cell")?, 27)?;
+            let reals = with_length("cell", source.f64("cell")?, 36)?;
             let matrix = |k: usize| Mat3::from_column_slice(&reals[9 * k..9 * k + 9]);
-            Some(Cell { matrix: matrix(0), deformation_gradient: matrix(1), velocity_gradient: matrix(2) })
+            Some(Cell {
+                matrix: matrix(0),
+                deformation_gradient: matrix(1),
+                velocity_gradient: matrix(2),
+                matrix_change: matrix(3),
+            })
         } else {
             None
         };
@@ -185,11 +190,11 @@ impl WriteColumns for State {
         sink.column("particles/tags", Column::u64(&p.tags))?;
         vec3(sink, "particles/external_force", &p.external_force, "N")?;
         if let Some(cell) = &self.cell {
-            let mut reals = Vec::with_capacity(27);
-            for matrix in [&cell.matrix, &cell.deformation_gradient, &cell.velocity_gradient] {
+            let mut reals = Vec::with_capacity(36);
+            for matrix in [&cell.matrix, &cell.deformation_gradient, &cell.velocity_gradient, &cell.matrix_change] {
                 reals.extend_from_slice(matrix.as_slice());
             }
-            sink.column("cell", Column::f64(&reals, 9, "m, 1, 1/s"))?;
+            sink.column("cell", Column::f64(&reals, 9, "m, 1, 1/s, m"))?;
         }
         for (k, block) in self.bonds.iter().enumerate() {
             block.write(&format!("bonds/{k}_{}", block.law()), sink)?;

@@ -164,7 +164,9 @@ mod tests {
             let n = 200;
             for i in 0..=n {
                 for j in 0..=n - i {
-                    let p = t[0] + (t[1] - t[0]) * (f64::from(i) / f64::from(n)) + (t[2] - t[0]) * (f64::from(j) / f64::from(n));
+                    let p = t[0]
+                        + (t[1] - t[0]) * (f64::from(i) / f64::from(n))
+                        + (t[2] - t[0]) * (f64::from(j) / f64::from(n));
                     best = best.min((p - x).norm());
                 }
             }
