@@ -5,8 +5,12 @@
 //!
 //! Adding a law touches one file here and one line in the registration table of [`crate::state::contacts`].
 
+pub mod common;
+pub mod linear_bond;
 pub mod state;
 
+pub use common::ParameterError;
+pub use linear_bond::{LinearBond, LinearBondState};
 pub use state::{Field, LawState, Parity};
 
 use crate::kinematics::PointKinematics;
@@ -31,6 +35,12 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
 
     /// Largest stiffnesses the contact can show, for the time step bound.
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness;
+
+    /// The row of parameters of the same pair with A and B exchanged: differs only where a parameter belongs to one
+    /// of the two particles.
+    fn exchanged(&self) -> Self {
+        *self
+    }
 
     /// Scalar damage of a history (0 intact, 1 without strength); 0 for laws without damage.
     ///
