@@ -6,10 +6,13 @@
 //! Adding a law touches one file here and one line in the registration table of [`crate::state::contacts`].
 
 pub mod common;
+pub mod frictional;
 pub mod linear_bond;
+pub mod restitution;
 pub mod state;
 
 pub use common::ParameterError;
+pub use frictional::{ContactStiffness, Frictional, FrictionalState};
 pub use linear_bond::{LinearBond, LinearBondState};
 pub use state::{Field, LawState, Parity};
 
