@@ -7,12 +7,14 @@
 
 pub mod common;
 pub mod frictional;
+pub mod hertz_mindlin;
 pub mod linear_bond;
 pub mod restitution;
 pub mod state;
 
 pub use common::ParameterError;
 pub use frictional::{ContactStiffness, Frictional, FrictionalState};
+pub use hertz_mindlin::{Elastic, HertzMindlin, HertzMindlinState};
 pub use linear_bond::{LinearBond, LinearBondState};
 pub use state::{Field, LawState, Parity};
 
