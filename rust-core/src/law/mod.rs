@@ -5,8 +5,17 @@
 //!
 //! Adding a law touches one file here and one line in the registration table of [`crate::state::contacts`].
 
+pub mod common;
+pub mod frictional;
+pub mod hertz_mindlin;
+pub mod linear_bond;
+pub mod restitution;
 pub mod state;
 
+pub use common::ParameterError;
+pub use frictional::{ContactStiffness, Frictional, FrictionalState};
+pub use hertz_mindlin::{Elastic, HertzMindlin, HertzMindlinState};
+pub use linear_bond::{LinearBond, LinearBondState};
 pub use state::{Field, LawState, Parity};
 
 use crate::kinematics::sphere_sphere::{self, ImageShift, Motion};
@@ -48,6 +57,12 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     fn kept_reference(&self, reference: Reference) -> Option<Reference> {
         let _ = reference;
         None
+    }
+
+    /// The row of parameters of the same pair with A and B exchanged: differs only where a parameter belongs to one
+    /// of the two particles.
+    fn exchanged(&self) -> Self {
+        *self
     }
 
     /// Scalar damage of a history (0 intact, 1 without strength); 0 for laws without damage.

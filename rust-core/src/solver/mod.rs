@@ -46,10 +46,9 @@ impl MaterialRows {
         Self { count, rows: vec![Self::NONE; count * count] }
     }
 
-    /// Let materials `a` and `b` interact by `row`.
+    /// Let a particle of material `a` and one of `b`, in this order, interact by `row`.
     pub fn set(&mut self, a: u16, b: u16, row: u16) {
         self.rows[a as usize * self.count + b as usize] = row;
-        self.rows[b as usize * self.count + a as usize] = row;
     }
 
     /// Row of materials `a`, `b`.
