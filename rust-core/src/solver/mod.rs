@@ -8,6 +8,8 @@ pub mod forces;
 pub mod integrate;
 pub mod time_step;
 pub mod walls;
+#[cfg(test)]
+mod tests;
 
 use crate::kinematics::{Frame, Mode, sphere_sphere};
 use crate::law::EnergySplit;
