@@ -9,4 +9,5 @@ pub mod law;
 pub mod math;
 pub mod neighbor;
 pub mod solver;
+pub mod scenario;
 pub mod state;
