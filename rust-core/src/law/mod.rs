@@ -6,6 +6,7 @@
 //! Adding a law touches one file here and one line in the registration table of [`crate::state::contacts`].
 
 pub mod common;
+pub mod cpm;
 pub mod frictional;
 pub mod hertz_mindlin;
 pub mod linear_bond;
@@ -13,6 +14,7 @@ pub mod restitution;
 pub mod state;
 
 pub use common::ParameterError;
+pub use cpm::{Cpm, CpmParameters, CpmState};
 pub use frictional::{ContactStiffness, Frictional, FrictionalState};
 pub use hertz_mindlin::{Elastic, HertzMindlin, HertzMindlinState};
 pub use linear_bond::{LinearBond, LinearBondState};
