@@ -438,7 +438,7 @@ impl Checker<'_> {
             self.add(
                 ProblemKind::MissingKey,
                 &format!("{path}.relative_soft_stiffness"),
-                "missing key `relative_soft_stiffness`, which `soft_strain` needs",
+                "missing key, which `soft_strain` needs",
                 "add `relative_soft_stiffness = 0.3`, the hardening modulus divided by the normal modulus",
             );
         }
@@ -481,7 +481,7 @@ impl Checker<'_> {
             matches!(cpm.yield_surface, Some(YieldSurface::Logarithmic | YieldSurface::LogarithmicLinear));
         if woo && logarithmic != cpm.yield_log_speed.is_some() {
             if logarithmic {
-                let message = "missing key `yield_log_speed`, which a logarithmic yield surface needs";
+                let message = "missing key, which a logarithmic yield surface needs";
                 self.add(
                     ProblemKind::MissingKey,
                     &format!("{path}.yield_log_speed"),
@@ -511,8 +511,7 @@ impl Checker<'_> {
             let pair = if any(&moduli) { moduli } else { springs };
             for (key, given) in pair {
                 if !given {
-                    let message = format!("missing key `{key}`");
-                    self.add(ProblemKind::MissingKey, &format!("{path}.{key}"), message, help);
+                    self.add(ProblemKind::MissingKey, &format!("{path}.{key}"), "missing key", help);
                 }
             }
         }

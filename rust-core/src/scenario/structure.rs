@@ -386,7 +386,7 @@ impl Checker<'_> {
             }
             Some((value, _)) => self.word(value, &kinds, &kind_path, ""),
             None => {
-                let message = "missing key `kind`".to_owned();
+                let message = "missing key".to_owned();
                 let help = format!("add kind = {}", listing(&quoted));
                 self.report(ProblemKind::MissingKey, &kind_path, place.clone(), false, message, help);
             }
@@ -420,14 +420,15 @@ impl Checker<'_> {
                 let elsewhere = if elsewhere.is_empty() {
                     String::new()
                 } else {
-                    format!("there is a `{name}` in {}. ", listing(&elsewhere))
+                    format!("there is a `{name}` in {}; ", listing(&elsewhere))
                 };
-                let here = if path.is_empty() { "at the top of a scenario".to_owned() } else { format!("in `{path}`") };
-                format!("{elsewhere}keys {here}: {}", keys.join(", "))
+                let here =
+                    if path.is_empty() { "at the top".to_owned() } else { format!("of `{}`", strip_indices(path)) };
+                format!("{elsewhere}the keys {here} are {}", keys.join(", "))
             };
             let message = match schema["properties"]["kind"]["const"].as_str() {
-                Some(kind) => format!("unknown key `{name}` for kind \"{kind}\""),
-                None => format!("unknown key `{name}`"),
+                Some(kind) => format!("unknown key for kind \"{kind}\""),
+                None => "unknown key".to_owned(),
             };
             self.report(ProblemKind::UnknownKey, &key_path, key.span(), false, message, help.trim_end().to_owned());
         }
@@ -449,7 +450,7 @@ impl Checker<'_> {
                 format!("add `{name} = ...`")
             };
             let help = format!("{add}. {}", about(name, description));
-            self.report(ProblemKind::MissingKey, &full, place.clone(), false, format!("missing key `{name}`"), help);
+            self.report(ProblemKind::MissingKey, &full, place.clone(), false, "missing key".to_owned(), help);
         }
     }
 
