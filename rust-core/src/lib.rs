@@ -4,7 +4,9 @@
 //! read it; sinks write it. Conventions: SI units; tension positive; the force of a contact is the one on A, and the
 //! normal points from A to B; quaternions map body to world.
 
+pub mod fracture;
 pub mod kinematics;
 pub mod law;
 pub mod math;
+pub mod output;
 pub mod state;
