@@ -23,8 +23,10 @@ pub enum Damping {
     None,
     /// Cundall's local damping per component as in YADE: `a_i ← a_i (1 − λ sign(a_i (v_i + ½Δt a_i)))`.
     Local {
-        /// λ, 0 to 1.
-        coefficient: f64,
+        /// λ of the translation, 0 to 1.
+        translation: f64,
+        /// λ of the rotation, 0 to 1.
+        rotation: f64,
     },
     /// Non-viscous damping of vectors, Madan 2019 (2.7)–(2.8): `F ← F − α‖F‖ v/‖v‖`, nothing at rest.
     NonViscous {
@@ -107,7 +109,8 @@ fn kicked(
     let mut damping_force = Vec3::zeros();
     match damping {
         Damping::None => {}
-        Damping::Local { coefficient } => {
+        Damping::Local { translation, rotation } => {
+            let coefficient = if is_rotation { rotation } else { translation };
             for i in 0..3 {
                 let a = force[i] / mass;
                 let trend = a * (fluctuation[i] + 0.5 * dt * a);
