@@ -5,6 +5,7 @@
 //!
 //! Adding a law touches one file here and one line in the registration table of [`crate::state::contacts`].
 
+pub mod cpm;
 pub mod state;
 
 pub use state::{Field, LawState, Parity};
