@@ -4,6 +4,7 @@
 //! read it; sinks write it. Conventions: SI units; tension positive; the force of a contact is the one on A, and the
 //! normal points from A to B; quaternions map body to world.
 
+pub mod assembly;
 pub mod kinematics;
 pub mod law;
 pub mod math;

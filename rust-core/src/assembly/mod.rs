@@ -1,1 +1,3 @@
-//! (module under construction)
+//! Building the initial state: packings, later bonds and aggregates.
+
+pub mod packing;
