@@ -10,14 +10,7 @@ use crate::state::{Constraint, State, Wall, WallShape};
 pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> Result<Loading, AssemblyError> {
     match &scenario.loading {
         scenario::Loading::None => Ok(Loading::None),
-        scenario::Loading::Uniaxial {
-            axis,
-            strain_rate,
-            layer_thickness,
-            lateral,
-            initial_velocity_field,
-            area,
-        } => {
+        scenario::Loading::Uniaxial { axis, strain_rate, layer_thickness, lateral, initial_velocity_field, area } => {
             let axis = axis.index();
             let particles = &state.particles;
             let largest = particles.radius.iter().copied().fold(0.0, f64::max);
@@ -62,7 +55,8 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> 
         }
         scenario::Loading::CellStrain { velocity_gradient } => {
             let gradient = Mat3::from_fn(|i, j| velocity_gradient[i][j].si());
-            let cell = state.cell.as_mut().ok_or_else(|| unfit("loading", "the packing has no periodic cell".into()))?;
+            let cell =
+                state.cell.as_mut().ok_or_else(|| unfit("loading", "the packing has no periodic cell".into()))?;
             cell.velocity_gradient = gradient;
             let initial_volume = cell.volume();
             set_affine_velocity(state, &gradient, &Vec3::zeros());

@@ -6,10 +6,10 @@
 pub mod energy;
 pub mod forces;
 pub mod integrate;
-pub mod time_step;
-pub mod walls;
 #[cfg(test)]
 mod tests;
+pub mod time_step;
+pub mod walls;
 
 use crate::kinematics::{Frame, Mode, sphere_sphere};
 use crate::law::EnergySplit;
