@@ -138,8 +138,8 @@ impl Simulation {
         let volume = self.state.cell.map_or(1.0, |cell| cell.volume());
         let report = self.solver.step_with(&mut self.state, due)?;
         let events = self.events(&report, time, step);
-        for event in &events {
-            self.state.plan_memory[if event.broke { memory::BROKEN } else { memory::DAMAGED }] += 1.0;
+        for (_, incident) in &report.incidents {
+            self.state.plan_memory[if incident.broke { memory::BROKEN } else { memory::DAMAGED }] += 1.0;
         }
         self.state.plan_memory[memory::VIRIAL..].copy_from_slice(report.virial.as_slice());
         let mut stopped = None;
@@ -208,7 +208,6 @@ impl Simulation {
                     mode_shares: [share(0), share(1), share(2), share(3)],
                     energy: incident.energy,
                     damage: incident.damage,
-                    broke: incident.broke,
                 }
             })
             .collect()

@@ -85,7 +85,7 @@ fn pulled_block_closes_its_ledger_on_any_threads() {
                 }
             }
             state.clock.dt = 0.1 * time_step::bounds(&state).spectral;
-            let model = Model { damping: Damping::Local { coefficient: 0.3 }, ..Model::default() };
+            let model = Model { damping: Damping::Local { translation: 0.3, rotation: 0.3 }, ..Model::default() };
             let mut solver = Solver::new(model, &mut state).unwrap();
             let before = state.bond_count();
             for _ in 0..1500 {
