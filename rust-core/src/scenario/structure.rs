@@ -305,8 +305,14 @@ impl Checker<'_> {
         }
         if broken {
             let message = format!("must be {}", wanted.join(" and "));
-            let help =
+            let fraction = schema["x-dimension"] == "pure number"
+                && number > 1.0
+                && number <= 100.0
+                && bound("maximum").or(bound("exclusiveMaximum")) == Some(1.0);
+            let hint = if fraction { format!("did you mean \"{number} %\"? ") } else { String::new() };
+            let about =
                 if about.is_empty() { format!("write a value {}", wanted.join(" and ")) } else { about.to_owned() };
+            let help = hint + &about;
             self.report(ProblemKind::OutOfRange, path, value.span(), true, message, help);
         }
     }
@@ -321,7 +327,7 @@ impl Checker<'_> {
             ("string", _) => wrong(self, "a string", format!("put it into quotes. {about}")),
             ("boolean", _) => wrong(self, "true or false", format!("write true or false, without quotes. {about}")),
             ("integer", DeValue::Integer(integer)) => match i128::from_str_radix(integer.as_str(), integer.radix()) {
-                Ok(number) => {
+                Ok(number) if number <= i128::from(u64::MAX) && number >= i128::from(i64::MIN) => {
                     if let Some(allowed) = schema["enum"].as_array() {
                         if !allowed.iter().any(|one| one.as_i64().is_some_and(|one| i128::from(one) == number)) {
                             let list: Vec<String> = allowed.iter().map(Value::to_string).collect();
@@ -332,7 +338,7 @@ impl Checker<'_> {
                         self.bounds(value, number as f64, schema, schema, path, "1", about);
                     }
                 }
-                Err(_) => {
+                _ => {
                     let message = "beyond the range of 64-bit integers".to_owned();
                     self.report(ProblemKind::OutOfRange, path, value.span(), true, message, about.to_owned());
                 }
