@@ -8,5 +8,6 @@ pub mod fracture;
 pub mod kinematics;
 pub mod law;
 pub mod math;
+#[cfg(feature = "hdf5")]
 pub mod output;
 pub mod state;
