@@ -7,4 +7,7 @@
 pub mod kinematics;
 pub mod law;
 pub mod math;
+pub mod neighbor;
+pub mod solver;
+pub mod scenario;
 pub mod state;

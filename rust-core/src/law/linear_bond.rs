@@ -17,7 +17,7 @@
 //! Whether the springs start unstressed is open in Madan 2019; see [`LinearBond::subtract_initial_gap`].
 
 use super::common::{ParameterError, reciprocal_of_step, require};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Fate, Response, Stiffness};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Fate, Reference, Response, Stiffness};
 use crate::kinematics::PointKinematics;
 use crate::math::Vec3;
 
@@ -125,6 +125,10 @@ impl LinearBond {
 }
 
 impl ContactLaw for LinearBond {
+    fn kept_reference(&self, reference: Reference) -> Option<Reference> {
+        self.subtract_initial_gap.then_some(reference)
+    }
+
     type State = LinearBondState;
     type Kinematics = PointKinematics;
     const NAME: &'static str = "linear_bond";
