@@ -7,6 +7,7 @@
 
 pub mod common;
 pub mod conformance;
+pub mod cpm;
 pub mod frictional;
 pub mod hertz_mindlin;
 pub mod linear_bond;
