@@ -252,9 +252,9 @@ impl Path {
     /// Lead a pair through `stations`, while a rigid motion carries both.
     ///
     /// Seen from the moving axes the normal stays x; the length is the reference length plus the elongation; shear is
-    /// made by turning both spheres by the same small rotation about a tangential axis, whose sine is the shear
-    /// increment divided by the mean length of the step, which the finite measure reads back exactly; twist by turning
-    /// them by opposite halves about the normal.
+    /// made by turning both spheres about the same tangential axis by an angle whose sine is the shear increment divided
+    /// by the mean length of the step, which the finite measure reads back exactly; twist by turning them by opposite
+    /// halves about the normal.
     pub fn new(geometry: &ContactGeometry, stations: &[Station], rigid: RigidMotion<'_>) -> Self {
         let mut turned = [Quat::identity(); 2];
         let (mut poses, mut axes) = (Vec::new(), Vec::new());
@@ -264,19 +264,12 @@ impl Path {
             if index > 0 {
                 let before = &stations[index - 1];
                 let mean_length = geometry.reference_length + 0.5 * (before.elongation + now.elongation);
-                let y = (before.shear[0] - now.shear[0]) / mean_length;
-                let z = (before.shear[1] - now.shear[1]) / mean_length;
-                // the smallest rotation that takes x to (√(1−y²−z²), y, z)
-                let sine = (y * y + z * z).sqrt().min(1.0);
-                let swing = if sine > 0.0 {
-                    let angle = atan2(sine, ((1.0 - sine) * (1.0 + sine)).sqrt());
-                    quaternion_of_rotation_vector(&(Vec3::new(0.0, -z, y) * (angle / sine)))
-                } else {
-                    Quat::identity()
-                };
-                for (orientation, sign) in turned.iter_mut().zip([-0.5, 0.5]) {
-                    let twist = quaternion_of_rotation_vector(&(Vec3::x() * (sign * (now.twist - before.twist))));
-                    *orientation = normalized(&(swing * twist * *orientation));
+                // sine vectors: tangential parts alike, normal parts opposite, so that the mean twist is zero
+                let y = (now.shear[1] - before.shear[1]) / mean_length;
+                let z = (before.shear[0] - now.shear[0]) / mean_length;
+                let twist = sin_cos(0.5 * (now.twist - before.twist)).0;
+                for (orientation, normal) in turned.iter_mut().zip([-twist, twist]) {
+                    *orientation = normalized(&(rotation_of_sine(&Vec3::new(normal, y, z)) * *orientation));
                 }
             }
             let motion = rigid(index as f64 / steps);
@@ -303,8 +296,11 @@ pub struct Record<S> {
     pub kinematics: PointKinematics,
     /// History before the step.
     pub old: S,
-    /// What it answered; with the force set to zero where the contact broke or opened.
+    /// What it answered; with the force set to zero where the contact broke or opened, and the stored energies where it
+    /// broke.
     pub response: Response<S>,
+    /// Sum of the stored energies that a breaking law names as released, J.
+    pub released: f64,
     /// Trapezoidal work done on the contact, `½(f_old + f_new)·Δu`, with the old force carried to the present, J.
     pub work: f64,
     /// Force on A in the path's own axes (normal, tangents), N.
@@ -351,18 +347,14 @@ fn drive_with<H: Host>(
         } else {
             subject.host.respond(&kinematics, &state, dt)
         };
-        if response.fate != Fate::Lives {
-            response.force = Vec3::zeros();
-            response.moment = Vec3::zeros();
-            response.state = H::State::default();
-        }
+        let released = take_away_what_is_void(&mut response);
         let pull_old = force_old.dot(&frame.normal);
         let shear_old = kinematics.transport.apply(&(force_old - frame.normal * pull_old));
         let pull = response.force.dot(&kinematics.normal);
         let work = 0.5 * (pull_old + pull) * (kinematics.length - kinematics.length_old)
             + 0.5 * (shear_old + response.force).dot(&kinematics.shear_increment);
         let local = rotate(&axes.conjugate(), &response.force);
-        let record = Record { kinematics, old: state, response, work, force: local.into() };
+        let record = Record { kinematics, old: state, response, released, work, force: local.into() };
         records.push(record);
         if response.fate == Fate::Broke {
             break;
@@ -380,6 +372,34 @@ fn rotation_vector(q: &Quat) -> Vec3 {
     let (u, w) = if q.w < 0.0 { (-q.imag(), -q.w) } else { (q.imag(), q.w) };
     let sine = u.norm();
     if sine > 0.0 { u * (2.0 * atan2(sine, w) / sine) } else { u * 2.0 }
+}
+
+/// Clear what a law need not fill in: force and history of a contact that broke or opened, and the stored energies of
+/// one that broke, which name how the released energy was stored. Returns their sum, J.
+fn take_away_what_is_void<S: LawState>(response: &mut Response<S>) -> f64 {
+    if response.fate != Fate::Lives {
+        response.force = Vec3::zeros();
+        response.moment = Vec3::zeros();
+        response.state = S::default();
+    }
+    if response.fate != Fate::Broke {
+        return 0.0;
+    }
+    let released = response.energy.stored();
+    let EnergySplit { damage, friction, viscous, integration, .. } = response.energy;
+    response.energy = EnergySplit { damage, friction, viscous, integration, ..EnergySplit::default() };
+    released
+}
+
+/// The rotation, by less than a quarter turn, whose axis times the sine of its angle is `sine`; a quarter turn where
+/// that is longer than 1.
+fn rotation_of_sine(sine: &Vec3) -> Quat {
+    let size = sine.norm();
+    if size == 0.0 {
+        return Quat::identity();
+    }
+    let angle = atan2(size, ((1.0 - size) * (1.0 + size)).max(0.0).sqrt());
+    quaternion_of_rotation_vector(&(sine * (angle / size)))
 }
 
 /// Reproducible random numbers (SplitMix64, Steele, Lea & Flood 2014).
@@ -430,24 +450,6 @@ pub fn legs(knots: &[Station], steps: usize) -> Vec<Station> {
         }
     }
     stations
-}
-
-/// Random closed path within a window; with `sheared` off only the length changes.
-fn closed_path(window: &Window, sheared: bool, seed: u64, steps: usize) -> Vec<Station> {
-    let mut random = Random::new(seed);
-    let shear = if sheared { window.shear } else { 0.0 };
-    // starts and ends undeformed: shear is counted from the start
-    let mut knots = vec![Station::default()];
-    knots.extend((1..KNOTS).map(|_| Station {
-        elongation: random.uniform(window.elongation[0], window.elongation[1]),
-        shear: [random.uniform(-shear, shear), random.uniform(-shear, shear)],
-        twist: if sheared { random.uniform(-0.5, 0.5) } else { 0.0 },
-    }));
-    // both ends of the window are visited, whatever the chance
-    knots[1].elongation = window.elongation[0];
-    knots[2].elongation = window.elongation[1];
-    knots.push(Station::default());
-    legs(&knots, steps)
 }
 
 /// A random rigid motion that turns by 2π about one axis while turning about another and moving away.
@@ -523,6 +525,26 @@ impl<H: Host> Subject<H> {
         4.0 * f64::EPSILON * length * (steps as f64).sqrt() / deformation
     }
 
+    /// Random closed path within a window; with `sheared` off only the length changes.
+    fn closed_path(&self, window: &Window, sheared: bool, seed: u64, steps: usize) -> Vec<Station> {
+        let mut random = Random::new(seed);
+        let shear = if sheared { window.shear } else { 0.0 };
+        // twisted as far as the surfaces are sheared
+        let twist = 2.0 * shear / self.geometry.reference_length;
+        // starts and ends undeformed: shear is counted from the start
+        let mut knots = vec![Station::default()];
+        knots.extend((1..KNOTS).map(|_| Station {
+            elongation: random.uniform(window.elongation[0], window.elongation[1]),
+            shear: [random.uniform(-shear, shear), random.uniform(-shear, shear)],
+            twist: random.uniform(-twist, twist),
+        }));
+        // both ends of the window are visited, whatever the chance
+        knots[1].elongation = window.elongation[0];
+        knots[2].elongation = window.elongation[1];
+        knots.push(Station::default());
+        legs(&knots, steps)
+    }
+
     fn path(&self, stations: &[Station]) -> Path {
         Path::new(&self.geometry, stations, &at_rest)
     }
@@ -556,7 +578,7 @@ fn action_and_reaction<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding
     let (mut arms, mut moments) = (0.0_f64, 0.0_f64);
     for mode in MODES {
         for seed in 0..SEEDS {
-            let path = subject.moving_path(&closed_path(&subject.elastic, true, seed, STEPS), seed);
+            let path = subject.moving_path(&subject.closed_path(&subject.elastic, true, seed, STEPS), seed);
             let point = Random::new(seed).direction() * subject.geometry.reference_length;
             for (record, [a, b]) in drive(subject, mode, &path).iter().zip(&path.poses) {
                 let k = &record.kinematics;
@@ -605,17 +627,17 @@ fn exchange<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
     for window in [&subject.elastic, &subject.inelastic] {
         for mode in MODES {
             for seed in 0..SEEDS {
-                let path = subject.moving_path(&closed_path(window, true, seed, STEPS), seed);
+                let path = subject.moving_path(&subject.closed_path(window, true, seed, STEPS), seed);
                 for record in drive(subject, mode, &path) {
                     let k = exchanged(&record.kinematics);
-                    let mirror = subject.host.respond_exchanged(&k, &record.old.swapped(), subject.dt);
+                    let mut mirror = subject.host.respond_exchanged(&k, &record.old.swapped(), subject.dt);
+                    take_away_what_is_void(&mut mirror);
                     let response = &record.response;
                     let same = mirror.fate == response.fate
                         && mirror.energy == response.energy
-                        && (response.fate != Fate::Lives
-                            || (mirror.force == -response.force
-                                && mirror.moment == -response.moment
-                                && mirror.state == response.state.swapped()));
+                        && mirror.force == -response.force
+                        && mirror.moment == -response.moment
+                        && mirror.state == response.state.swapped();
                     different += u32::from(!same);
                 }
             }
@@ -630,7 +652,7 @@ fn exchange<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
     for mode in MODES {
         let mut error = 0.0_f64;
         for seed in 0..SEEDS {
-            let path = subject.moving_path(&closed_path(&subject.elastic, true, seed, STEPS), seed);
+            let path = subject.moving_path(&subject.closed_path(&subject.elastic, true, seed, STEPS), seed);
             let straight = drive(subject, mode, &path);
             let mirrored = drive_with(subject, mode, &path.exchanged(), subject.dt, true);
             let scale = largest(straight.iter().map(|r| norm(&r.force)));
@@ -709,20 +731,32 @@ fn objectivity<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
         ));
     }
 
-    let mut error = 0.0_f64;
-    for seed in 0..SEEDS {
-        let stations = closed_path(&subject.elastic, true, seed, STEPS);
-        let still = drive(subject, Mode::Finite, &subject.path(&stations));
-        let moving = drive(subject, Mode::Finite, &subject.moving_path(&stations, seed));
-        let scale = largest(still.iter().map(|r| norm(&r.force)));
-        error = error.max(largest(still.iter().zip(&moving).map(|(s, m)| distance(&s.force, &m.force) / scale)));
-        error = error.max((still.len() as f64 - moving.len() as f64).abs());
-    }
+    // Deformed while turned: the shear measure of the finite mode is objective to the order of the integrator.
+    let difference = |steps: usize| {
+        let mut error = 0.0_f64;
+        for seed in 0..SEEDS {
+            let stations = subject.closed_path(&subject.elastic, true, seed, steps);
+            let still = drive(subject, Mode::Finite, &subject.path(&stations));
+            let moving = drive(subject, Mode::Finite, &subject.moving_path(&stations, seed));
+            let scale = largest(still.iter().map(|r| norm(&r.force)));
+            let change = largest(still.iter().zip(&moving).map(|(s, m)| distance(&s.force, &m.force) / scale));
+            error = largest([error, change, still.len().abs_diff(moving.len()) as f64].into_iter());
+        }
+        error
+    };
+    let (coarse, fine) = (difference(STEPS), difference(2 * STEPS));
+    let rounding = subject.rounding(subject.elastic.smallest(), KNOTS * STEPS);
     findings.push(Finding::at_most(
-        "deformed while turned by 2π and moved: change of force, Finite",
-        error,
-        subject.rounding(subject.elastic.smallest(), KNOTS * STEPS),
-        "rounding of positions against the deformation",
+        "deformed while turned by 2π in 320 steps: change of force, Finite",
+        coarse,
+        1e-3,
+        "square of the rotation of a step, (2·2π/320)² = 1.5e-3",
+    ));
+    findings.push(Finding::at_least(
+        "order of that change in the step",
+        if coarse > 10.0 * rounding { libm::log2(coarse / fine) } else { 2.0 },
+        1.8,
+        "second order, as the integrator",
     ));
 
     if held_shear == 0.0 {
@@ -761,7 +795,7 @@ fn conservation<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
         if declared {
             let (mut loss, mut dissipated, mut change) = (0.0_f64, 0.0_f64, 0.0_f64);
             for seed in 0..SEEDS {
-                let stations = closed_path(&subject.elastic, sheared, seed, STEPS);
+                let stations = subject.closed_path(&subject.elastic, sheared, seed, STEPS);
                 let records = drive(subject, Mode::Finite, &subject.path(&stations));
                 let ledger = Ledger::of(&records);
                 loss = loss.max((ledger.work - ledger.integration).abs() / ledger.absolute_work);
@@ -783,8 +817,8 @@ fn conservation<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
             findings.push(Finding::at_most(
                 format!("conservative in {name}: dissipation on closed paths"),
                 dissipated,
-                1e-20,
-                "declared: none; squares of rounding",
+                1e-15,
+                "declared: none; rounding",
             ));
             findings.push(Finding::at_most(
                 format!("conservative in {name}: force after closed paths"),
@@ -795,7 +829,7 @@ fn conservation<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
         } else {
             let mut violation = 0.0_f64;
             for seed in 0..SEEDS {
-                let mut stations = closed_path(&subject.inelastic, sheared, seed, STEPS);
+                let mut stations = subject.closed_path(&subject.inelastic, sheared, seed, STEPS);
                 if sheared {
                     // at constant length, so that what is lost is lost in shear
                     for station in &mut stations {
@@ -821,7 +855,7 @@ fn dissipation<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
         for seed in 0..4 * SEEDS {
             // coarse paths, in which a step can turn everything round, and fine ones
             let steps = [1, 2, 5, STEPS][seed as usize % 4];
-            let stations = closed_path(window, true, seed, steps);
+            let stations = subject.closed_path(window, true, seed, steps);
             let records = drive(subject, Mode::Finite, &subject.moving_path(&stations, seed));
             let scale = largest(records.iter().map(|r| r.response.energy.stored()));
             if scale > 0.0 {
@@ -842,29 +876,51 @@ fn dissipation<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
     });
 }
 
-/// Pull to failure in `steps` steps: the largest jump of the force and the force lost in the breaking step, both as
-/// shares of the peak; the released energy; and the energy stored before it.
-fn pull<H: Host>(subject: &Subject<H>, steps: usize) -> (f64, f64, f64, f64) {
+/// What happens when the contact is pulled to failure.
+struct Failure {
+    /// Largest jump of the force from step to step, as a share of the peak.
+    jump: f64,
+    /// Force lost in the breaking step, as a share of the strength; 0 if there is none.
+    loss: f64,
+    /// Largest jump of the force in any other step, as a share of the strength.
+    ordinary: f64,
+    /// Energy dissipated as damage in the breaking step, J.
+    damage: f64,
+    /// Energy the law names as released, J.
+    released: f64,
+    /// Energy stored a step before, J.
+    stored: f64,
+}
+
+fn pull<H: Host>(subject: &Subject<H>, steps: usize) -> Failure {
     let knots =
         [subject.elastic.elongation[0], subject.failure].map(|elongation| Station { elongation, ..Station::default() });
     // at the same speed whatever the step, so that dashpots answer alike
     let dt = subject.dt * PULL_STEPS as f64 / steps as f64;
     let records = drive_with(subject, Mode::Finite, &subject.path(&legs(&knots, steps)), dt, false);
+    let jump = |pair: &[Record<H::State>]| distance(&pair[0].force, &pair[1].force);
+    let steps_of = |records: &[Record<H::State>]| largest(records.windows(2).map(jump));
     let peak = largest(records.iter().map(|r| r.force[0].abs()));
-    let jump = largest(records.windows(2).map(|pair| distance(&pair[0].force, &pair[1].force))) / peak;
-    match records.as_slice() {
-        [.., before, last] if last.response.fate == Fate::Broke => {
-            let strength = largest(records.iter().map(|r| r.force[0].max(0.0)));
-            (jump, norm(&before.force) / strength, last.response.energy.damage, before.response.energy.stored())
+    let strength = largest(records.iter().map(|r| r.force[0].max(0.0)));
+    let mut out =
+        Failure { jump: steps_of(&records) / peak, loss: 0.0, ordinary: 1.0, damage: 0.0, released: 0.0, stored: 0.0 };
+    if let [before @ .., last] = records.as_slice()
+        && last.response.fate == Fate::Broke
+    {
+        out.ordinary = steps_of(before) / strength;
+        out.damage = last.response.energy.damage;
+        out.released = last.released;
+        if let Some(previous) = before.last() {
+            out.loss = norm(&previous.force) / strength;
+            out.stored = previous.response.energy.stored();
         }
-        _ => (jump, 0.0, 0.0, 0.0),
     }
+    out
 }
 
 fn failure<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
-    let (coarse_jump, coarse_loss, coarse_released, coarse_stored) = pull(subject, PULL_STEPS);
-    let (fine_jump, fine_loss, fine_released, fine_stored) = pull(subject, 2 * PULL_STEPS);
-    let ratio = fine_jump / coarse_jump;
+    let (coarse, fine) = (pull(subject, PULL_STEPS), pull(subject, 2 * PULL_STEPS));
+    let ratio = fine.jump / coarse.jump;
     let check = "pulled to failure: jump of force at half the step / at full step";
     findings.push(if subject.properties.continuous_failure {
         Finding::at_most(check, ratio, 0.75, "0.5 for a continuous force, 0.71 with a square-root singularity")
@@ -873,33 +929,36 @@ fn failure<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
     });
     if subject.properties.brittle {
         findings.push(Finding::at_least(
-            "brittle: share of the peak force lost in the breaking step",
-            fine_loss,
-            0.95,
-            "the steps before the break are small",
+            "brittle: share of the strength lost in the breaking step",
+            fine.loss,
+            0.01,
+            "a break under load",
         ));
-        let coarse = (coarse_released - coarse_stored).abs() / coarse_stored;
-        let fine = (fine_released - fine_stored).abs() / fine_stored;
+        let miss = |f: &Failure| (f.damage - f.stored).abs() / f.stored;
         findings.push(Finding::at_most(
-            "brittle: released energy against the energy stored a step before",
-            fine,
-            0.05,
+            "brittle: energy of the break against the energy stored a step before",
+            miss(&fine),
+            0.1,
             "they differ by the work of one step",
         ));
         findings.push(Finding::at_most(
             "brittle: that difference at half the step / at full step",
-            fine / coarse,
+            if miss(&coarse) > 0.0 { miss(&fine) / miss(&coarse) } else { 0.0 },
             0.6,
             "first order in the step",
         ));
-    } else {
-        // a law that does not break at once loses nothing in its last step, or less and less with smaller steps
-        let measured = if coarse_loss == 0.0 { 0.0 } else { fine_loss / coarse_loss };
         findings.push(Finding::at_most(
-            "not brittle: force lost in the breaking step, at half the step / at full step",
-            measured,
-            0.75,
-            "vanishes with the step, or there is no breaking step",
+            "brittle: energy of the break not named by mode",
+            (fine.damage - fine.released).abs() / fine.damage,
+            0.1,
+            "damage that the breaking step itself does is not released",
+        ));
+    } else {
+        findings.push(Finding::at_most(
+            "not brittle: force lost in the breaking step, in largest changes of other steps",
+            fine.loss / fine.ordinary,
+            2.0,
+            "the last step is one among others, or there is none",
         ));
     }
 }
@@ -908,28 +967,28 @@ fn energy_balance<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
     for (name, window) in [("elastic", &subject.elastic), ("inelastic", &subject.inelastic)] {
         let (mut residual, mut step, mut coarse, mut fine, mut work) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for seed in 0..SEEDS {
-            let stations = closed_path(window, true, seed, STEPS);
+            let stations = subject.closed_path(window, true, seed, STEPS);
             let ledger = Ledger::of(&drive(subject, Mode::Finite, &subject.moving_path(&stations, seed)));
             let unexplained = ledger.work - ledger.stored_change - ledger.dissipated - ledger.integration;
             residual = largest([residual, unexplained.abs() / ledger.absolute_work].into_iter());
             step = largest([step, ledger.unexplained / ledger.absolute_work].into_iter());
             coarse += ledger.absolute_integration;
             work += ledger.absolute_work;
-            let stations = closed_path(window, true, seed, 2 * STEPS);
+            let stations = subject.closed_path(window, true, seed, 2 * STEPS);
             let refined = drive_with(subject, Mode::Finite, &subject.path(&stations), 0.5 * subject.dt, false);
             fine += Ledger::of(&refined).absolute_integration;
         }
         findings.push(Finding::at_most(
             format!("energy balance of random moving paths, {name}"),
             residual,
-            1e-12,
-            "roundings of 320 steps; lengths and increments are the same numbers in work and energies",
+            subject.rounding(window.smallest(), KNOTS * STEPS).max(1e-12),
+            "roundings of 320 steps; a shear increment is tangential to a rounding of the length",
         ));
         findings.push(Finding::at_most(
             format!("energy balance of the worst step of these paths, {name}"),
             step,
-            1e-14,
-            "roundings of one step",
+            subject.rounding(window.smallest(), 1).max(1e-14),
+            "roundings of one step; a shear increment is tangential to a rounding of the length",
         ));
         findings.push(Finding::at_most(
             format!("integration terms, share of the work, {name}"),
@@ -968,7 +1027,7 @@ fn determinism<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
     };
     let mut different = 0;
     for mode in MODES {
-        let path = |seed| subject.moving_path(&closed_path(&subject.inelastic, true, seed, STEPS), seed);
+        let path = |seed| subject.moving_path(&subject.closed_path(&subject.inelastic, true, seed, STEPS), seed);
         let once = bits(&drive(subject, mode, &path(3)));
         // another contact in between must leave no trace
         drive(subject, mode, &path(4));
@@ -1250,7 +1309,7 @@ mod tests {
     #[test]
     fn prescribed_deformation_is_measured() {
         let subject = subject(Defect::None);
-        let stations = closed_path(&subject.elastic, true, 11, 25);
+        let stations = subject.closed_path(&subject.elastic, true, 11, 25);
         let mut shear = Vec3::zeros();
         for (record, station) in drive(&subject, Mode::Finite, &subject.path(&stations)).iter().zip(&stations) {
             shear += record.kinematics.shear_increment;
@@ -1273,5 +1332,154 @@ mod tests {
         assert!(atlas(&subject, &paths, || law(1e6), 1e-13, "").iter().all(Finding::passed));
         assert!(atlas(&subject, &paths, || law(1.001e6), 1e-13, "").iter().all(|finding| !finding.passed()));
         assert!(atlas(&subject, &paths, || |_: &Observed| None, 1e-13, "").iter().all(|finding| !finding.passed()));
+    }
+
+    // -----------------------------------------------------------------------------------------------------------
+    // The cohesive particle model, with the parameters of concrete: strains of 1e-4, so rounding of positions shows.
+
+    use crate::law::cpm::{Cpm, CpmMode, CpmParameters, DamageLaw, contact_area};
+
+    fn concrete() -> CpmParameters {
+        CpmParameters::new(30e9, 0.2, 3e6, libm::atan(0.8), 1e-4, 30.0)
+    }
+
+    fn cpm(name: &'static str, parameters: &CpmParameters) -> Subject<Native<Cpm>> {
+        Subject {
+            name,
+            host: Native(Cpm::new(parameters).expect("valid")),
+            geometry: ContactGeometry {
+                reference_length: 2.0,
+                area: contact_area(0.8, 1.2),
+                radius_a: 0.8,
+                radius_b: 1.2,
+                mass_a: 1.0,
+                mass_b: 2.0,
+            },
+            bonded: true,
+            properties: Properties {
+                conservative_normal: true,
+                conservative_shear: true,
+                dissipation_nonnegative: true,
+                continuous_failure: true,
+                brittle: false,
+            },
+            // up to the limit strain, and to what is left of the shear strength there
+            elastic: Window { elongation: [-4e-4, 1.9e-4], shear: 1e-4 },
+            inelastic: Window { elongation: [-2e-3, 4e-3], shear: 4e-3 },
+            held: Station { elongation: 1e-4, shear: [1e-4, -2e-4], twist: 0.0 },
+            failure: 2e-2,
+            dt: 1e-6,
+        }
+    }
+
+    /// Every finding passes but the `known` ones, each of which is seen to fail.
+    fn passes_but(report: &Report, known: &[&str]) {
+        println!("{report}");
+        for expected in known {
+            assert!(
+                report.failures().any(|finding| finding.check.starts_with(expected)),
+                "{expected} passes: {report}"
+            );
+        }
+        let surprise = report.failures().find(|finding| !known.iter().any(|known| finding.check.starts_with(known)));
+        assert!(surprise.is_none(), "{surprise:?}: {report}");
+    }
+
+    /// Stránský 2018, (2.13)–(2.20), in plain numbers for two components of shear.
+    fn cpm_closed_form(p: CpmParameters, area: f64) -> impl FnMut(&Observed) -> Option<[f64; 3]> {
+        let (mut kappa, mut slip) = (0.0_f64, [0.0; 2]);
+        let (young, shear_modulus) = (p.normal_modulus, p.normal_modulus * p.shear_ratio);
+        let fracture_strain = p.limit_strain * p.relative_ductility;
+        move |now| {
+            let strain = now.station.elongation / 2.0;
+            kappa = kappa.max(strain);
+            let omega = if kappa <= p.limit_strain {
+                0.0
+            } else {
+                match p.damage_law {
+                    DamageLaw::Linear => {
+                        ((1.0 - p.limit_strain / kappa) / (1.0 - p.limit_strain / fracture_strain)).min(1.0)
+                    }
+                    DamageLaw::Exponential => {
+                        1.0 - p.limit_strain / kappa * crate::math::exp((p.limit_strain - kappa) / fracture_strain)
+                    }
+                }
+            };
+            let normal = if strain > 0.0 { (1.0 - omega) * young * strain } else { young * strain };
+            let bound = (p.cohesion * (1.0 - omega) - normal * libm::tan(p.friction_angle)).max(0.0);
+            let mut shear = [0, 1].map(|k| shear_modulus * (now.station.shear[k] / 2.0 - slip[k]));
+            let size = (shear[0] * shear[0] + shear[1] * shear[1]).sqrt();
+            if size > bound {
+                for k in 0..2 {
+                    slip[k] += shear[k] * (1.0 - bound / size) / shear_modulus;
+                    shear[k] *= bound / size;
+                }
+            }
+            (omega < 1.0 || strain <= 0.0).then_some([normal * area, shear[0] * area, shear[1] * area])
+        }
+    }
+
+    /// Both damage laws. Their friction is booked as the trapezoidal rule gives it, so that it is negative in some
+    /// coarse steps in which the sliding turns round while the bound falls.
+    #[test]
+    fn cpm_conforms() {
+        for damage_law in [DamageLaw::Exponential, DamageLaw::Linear] {
+            let parameters = CpmParameters { damage_law, ..concrete() };
+            let mut subject = cpm("cpm", &parameters);
+            subject.properties.dissipation_nonnegative = false;
+            let mut report = check(&subject);
+            report.findings.extend(atlas(
+                &subject,
+                &atlas_paths(&subject.inelastic, 50),
+                || cpm_closed_form(parameters, subject.geometry.area),
+                1e-11,
+                "rounding of orientations over 250 steps against strains of 1e-3",
+            ));
+            passes_but(&report, &[]);
+        }
+    }
+
+    /// With a threshold the bond breaks under load.
+    #[test]
+    fn cpm_with_a_threshold_conforms() {
+        let mut subject = cpm("cpm with omega threshold", &CpmParameters { omega_threshold: 0.97, ..concrete() });
+        subject.properties.continuous_failure = false;
+        subject.properties.brittle = true;
+        subject.properties.dissipation_nonnegative = false;
+        passes_but(&check(&subject), &["brittle: energy of the break not named by mode"]);
+    }
+
+    /// Unbonded. Known: the history does not know from how far a closing contact came, so the work of the step of
+    /// closing is not balanced (it vanishes with the step).
+    #[test]
+    fn unbonded_cpm_conforms() {
+        let mut subject = cpm("cpm, unbonded", &concrete());
+        subject.bonded = false;
+        subject.properties.conservative_shear = false;
+        subject.properties.dissipation_nonnegative = false;
+        subject.elastic = Window { elongation: [-4e-4, 1e-4], shear: 1e-4 };
+        subject.held = Station { elongation: -4e-4, shear: [1e-4, -2e-4], twist: 0.0 };
+        passes_but(&check(&subject), &["conservative in length: net work", "energy balance"]);
+    }
+
+    /// YADE's form. Known: its slip is not carried with the contact, so that a moving path that slips is not
+    /// objective and not balanced.
+    #[test]
+    fn cpm_of_yade_shows_its_quirks() {
+        let mut subject = cpm("cpm, yade-public", &CpmParameters { mode: CpmMode::YadePublic, ..concrete() });
+        subject.properties.dissipation_nonnegative = false;
+        let known = [
+            "energy balance of random moving paths, inelastic",
+            "energy balance of the worst step of these paths, inelastic",
+            "integration terms, share of the work, inelastic",
+        ];
+        passes_but(&check(&subject), &known);
+    }
+
+    #[test]
+    fn cpm_of_woo_conforms() {
+        let mut subject = cpm("cpm, woo", &CpmParameters { mode: CpmMode::Woo, ..concrete() });
+        subject.properties.dissipation_nonnegative = false;
+        passes_but(&check(&subject), &[]);
     }
 }

@@ -154,7 +154,8 @@ impl ContactLaw for LinearBond {
         let stored_normal = 0.5 * elastic_normal * stretch;
         let stored_shear = 0.5 * elastic_shear.dot(&shear_displacement);
 
-        let mut energy = EnergySplit::default();
+        // for a breaking bond, these tell how the released energy was stored
+        let mut energy = EnergySplit { stored_normal, stored_shear, ..EnergySplit::default() };
         if normal_force >= self.normal_strength || shear_force.norm() >= self.shear_strength {
             // The force of this step is void. The energy stored by now is released; it contains the half of this
             // step's work that the void elastic force would have taken in, which nobody did: the integration term.
@@ -170,8 +171,6 @@ impl ContactLaw for LinearBond {
                 energy,
             };
         }
-        energy.stored_normal = stored_normal;
-        energy.stored_shear = stored_shear;
         energy.add_viscous(0.5 * (old.normal_dashpot + normal_dashpot) * lengthening);
         energy.add_viscous(0.5 * (old_shear_dashpot + shear_dashpot).dot(&slide));
         Response {
