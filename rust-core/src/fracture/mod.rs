@@ -1,1 +1,5 @@
-//! (module under construction)
+//! Fracture seen above the single contact.
+
+pub mod events;
+
+pub use events::Event;

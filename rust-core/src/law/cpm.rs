@@ -72,7 +72,7 @@
 //! it also leaves a part of σ_T along n, of second order in the rotations of a step, whose work is not counted.
 //! In YADE mode the slip is Δε_T − Δσ_T/Ḡ, which is not the increment of YADE's ε_Tp (quirk above).
 
-use super::{ContactGeometry, ContactLaw, EnergySplit, Fate, Response, Stiffness};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Fate, Reference, Response, Stiffness};
 use crate::kinematics::{PointKinematics, Transport};
 use crate::law_state;
 use crate::math::{self, Vec3};
@@ -931,6 +931,13 @@ impl ContactLaw for Cpm {
         } else {
             self.respond_exact(kinematics, old, dt)
         }
+    }
+
+    /// A contact that is no bond is unstrained at the distance of its first touch (as in YADE), against a wall at the
+    /// radius.
+    fn unbonded_reference(length: f64, radius_a: f64, radius_b: f64) -> Reference {
+        let length = if radius_b > 0.0 { length } else { radius_a };
+        Reference { length, area: contact_area(radius_a, radius_b) }
     }
 
     /// k_N = ĒA/L, k_T = ḠA/L in N/m.

@@ -15,6 +15,7 @@ pub mod restitution;
 pub mod state;
 
 pub use common::ParameterError;
+pub use cpm::{Cpm, CpmParameters, CpmState};
 pub use frictional::{ContactStiffness, Frictional, FrictionalState};
 pub use hertz_mindlin::{Elastic, HertzMindlin, HertzMindlinState};
 pub use linear_bond::{LinearBond, LinearBondState};

@@ -23,11 +23,17 @@
 //! ```
 
 mod bodies;
+mod document;
 mod error;
 mod material;
+mod meaning;
 mod motion;
 mod packing;
 pub mod quantity;
+mod structure;
+mod templates;
+
+use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -41,6 +47,9 @@ pub use material::{
 pub use motion::{Damping, Integration, Lateral, Loading, Output, Safety, Scheme, Stop};
 pub use packing::{Axis, Lattice, Packing, Radii, Shape};
 pub use quantity::{Component, Quantity, TimeStep};
+pub use templates::{TEMPLATES, Template, template};
+
+use document::Document;
 
 use crate::kinematics::Mode;
 
@@ -116,25 +125,113 @@ fn three() -> u8 {
 impl Scenario {
     /// Read a scenario; `source_name` is for messages. Touches no file.
     pub fn parse(source_name: &str, text: &str) -> Result<Self, ScenarioError> {
+        Self::parse_with(source_name, text, None)
+    }
+
+    /// Read a scenario from a file and check that the files it names are there.
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        let name = path.display().to_string();
+        let bytes = std::fs::read(path).map_err(|error| ReadError::Io { path: path.to_owned(), error })?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let start = error.utf8_error().valid_up_to();
+            let line = error.as_bytes()[..start].iter().filter(|byte| **byte == b'\n').count() + 1;
+            ReadError::NotText { path: path.to_owned(), line }
+        })?;
+        let directory = path.parent().unwrap_or(Path::new("")).to_owned();
+        Ok(Self::parse_with(&name, &text, Some(&directory))?)
+    }
+
+    fn parse_with(source_name: &str, text: &str, directory: Option<&Path>) -> Result<Self, ScenarioError> {
+        // Files written on Windows may begin with a byte order mark.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let source = Source { name: source_name.into(), text: text.into() };
-        match toml::from_str::<Self>(text) {
-            Ok(scenario) => Ok(Self { source, ..scenario }),
-            Err(error) => Err(ScenarioError::new(
-                &source,
-                vec![Problem {
-                    kind: ProblemKind::Syntax,
-                    key: String::new(),
-                    value: None,
-                    span: error.span().unwrap_or(0..0),
-                    message: error.message().to_owned(),
-                    help: "see `concordem schema` for what a scenario may contain".to_owned(),
-                }],
-            )),
+        let document = Document::parse(&source).map_err(|problems| ScenarioError::new(&source, problems))?;
+        let mut problems = structure::check(&document, &schema());
+        let scenario = match document.deserialize::<Self>() {
+            Ok(scenario) => scenario,
+            Err(problem) => {
+                // What serde finds first, the check of structure has found with all the rest.
+                if problems.is_empty() {
+                    problems.push(problem);
+                }
+                return Err(ScenarioError::new(&source, problems));
+            }
+        };
+        if scenario.materials.is_empty() {
+            return Err(ScenarioError::new(&source, problems));
         }
+        problems.extend(meaning::check(&document, &scenario));
+        if let Some(directory) = directory {
+            problems.extend(meaning::check_files(&document, &scenario, directory));
+        }
+        if problems.is_empty() { Ok(Self { source, ..scenario }) } else { Err(ScenarioError::new(&source, problems)) }
+    }
+
+    /// Folder of the scenario; the files it names are relative to it.
+    pub fn directory(&self) -> PathBuf {
+        Path::new(&*self.source.name).parent().unwrap_or(Path::new("")).to_owned()
+    }
+
+    /// A problem found later, while building or running, at a key path such as `"integration.time_step"`.
+    pub fn problem(
+        &self,
+        kind: ProblemKind,
+        key: &str,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> ScenarioError {
+        let (span, value) = match Document::parse(&self.source) {
+            Ok(document) => document.locate(key),
+            Err(_) => (0..0, None),
+        };
+        let problem = Problem { kind, key: key.to_owned(), value, span, message: message.into(), help: help.into() };
+        ScenarioError::new(&self.source, vec![problem])
     }
 }
 
+/// Why a scenario file could not be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The operating system refused.
+    #[error("cannot read {}: {error}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        #[source]
+        error: std::io::Error,
+    },
+    /// The file is not UTF-8 text.
+    #[error("{} is not a text file: line {line} has bytes that are not UTF-8", path.display())]
+    NotText {
+        /// The file.
+        path: PathBuf,
+        /// First such line, from 1.
+        line: usize,
+    },
+    /// The scenario is wrong.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+}
+
 /// JSON Schema of a scenario.
+///
+/// Quantities carry their dimension as `x-dimension` and the units to suggest as `x-units`; bounds are in SI units.
 pub fn schema() -> serde_json::Value {
     schemars::schema_for!(Scenario).to_value()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn templates_are_valid() {
+        for template in TEMPLATES {
+            if let Err(error) = Scenario::parse(template.name, template.text) {
+                panic!("{error}");
+            }
+        }
+    }
 }

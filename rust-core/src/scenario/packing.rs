@@ -74,11 +74,11 @@ impl Packing {
 
     /// Whether the particles live in a periodic cell.
     pub fn is_periodic(&self) -> bool {
-        let cell = match self {
-            Self::File { cell, .. } | Self::Spheres { cell, .. } => cell.is_some(),
-            Self::RandomDense { .. } | Self::Lattice { .. } => false,
-        };
-        cell || matches!(self.shape(), Some(Shape::Periodic { .. }))
+        match (self, self.shape()) {
+            (_, Some(shape)) => matches!(shape, Shape::Periodic { .. }),
+            (Self::File { cell, .. } | Self::Spheres { cell, .. }, None) => cell.is_some(),
+            (Self::RandomDense { .. } | Self::Lattice { .. }, None) => false,
+        }
     }
 }
 

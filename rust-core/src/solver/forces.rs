@@ -41,13 +41,15 @@ pub struct StepContext<'a> {
     pub dt: f64,
     /// Damage at which a bond enters the event log.
     pub damage_threshold: f64,
+    /// Whether to sum the squares of the contact forces.
+    pub sum_forces: bool,
 }
 
 /// What happened to a bond, noted by index.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Incident {
-    /// Entry of the block.
-    pub contact: u32,
+    /// The particles, by index.
+    pub pair: Pair,
     /// Whether the bond broke (else: its damage passed the threshold).
     pub broke: bool,
     /// Damage reached.
@@ -69,6 +71,8 @@ pub struct Tally {
     pub virial: Mat3,
     /// `Σ f⊗image`, N, over contacts across the periodic border.
     pub crossing: Mat3,
+    /// `Σ|f|²`, N², if asked for.
+    pub force_squared: f64,
     /// Contacts that carry something.
     pub active: u64,
     /// Incidents in order of contacts.
@@ -82,6 +86,7 @@ impl Tally {
         self.virial += other.virial;
         self.crossing += other.crossing;
         self.active += other.active;
+        self.force_squared += other.force_squared;
         self.incidents.extend(other.incidents);
     }
 }
@@ -190,7 +195,6 @@ pub trait EvaluatedContacts: Contacts {
 
 struct Tile<'a, L: ContactLaw> {
     base: usize,
-    first_contact: usize,
     pair: &'a [Pair],
     link: &'a mut [Link],
     reference: &'a mut [Reference],
@@ -222,7 +226,6 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
             let slots = (map.halo_start[t + 1] - map.halo_start[t]) as usize;
             tiles.push(Tile::<L> {
                 base: t * TILE,
-                first_contact: map.contact_start[t] as usize,
                 pair: pair.split_off(..contacts).unwrap_or_default(),
                 link: link.split_off_mut(..contacts).unwrap_or_default(),
                 reference: reference.split_off_mut(..contacts).unwrap_or_default(),
@@ -303,7 +306,7 @@ fn run<L: ContactLaw, const PERIODIC: bool>(
         .zip(tile.reference.iter_mut())
         .zip(tile.frame.iter_mut())
         .zip(tile.history.iter_mut());
-    for (k, ((((pair, link), reference), frame), history)) in contacts.enumerate() {
+    for ((((pair, link), reference), frame), history) in contacts {
         let (a, b) = (pair.a as usize, pair.b as usize);
         let local = is_local(pair.b, tile.base, TILE);
         let wrench = 'contact: {
@@ -363,7 +366,7 @@ fn run<L: ContactLaw, const PERIODIC: bool>(
                 response.energy
             };
             let incident = |broke: bool, damage: f64| Incident {
-                contact: (tile.first_contact + k) as u32,
+                pair: *pair,
                 broke,
                 damage,
                 position: particles.position[a] + point.normal * point.arm_a,
@@ -398,6 +401,9 @@ fn run<L: ContactLaw, const PERIODIC: bool>(
             }
             tally.active += 1;
             let force = response.force;
+            if context.sum_forces {
+                tally.force_squared += force.norm_squared();
+            }
             if PERIODIC {
                 tally.virial += (point.normal * point.length) * force.transpose();
                 if link.image != [0, 0, 0] {

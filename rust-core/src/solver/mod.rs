@@ -6,10 +6,10 @@
 pub mod energy;
 pub mod forces;
 pub mod integrate;
-pub mod time_step;
-pub mod walls;
 #[cfg(test)]
 mod tests;
+pub mod time_step;
+pub mod walls;
 
 use crate::kinematics::{Frame, Mode, sphere_sphere};
 use crate::law::EnergySplit;
@@ -135,6 +135,8 @@ pub struct StepReport {
     pub active: [u64; 3],
     /// Incidents by bond block.
     pub incidents: Vec<(usize, Incident)>,
+    /// `Σ|f|²` over all contacts, N², if asked for.
+    pub force_squared: f64,
     /// Whether neighbours were searched anew in this step.
     pub searched: bool,
 }
@@ -332,6 +334,11 @@ impl Solver {
 
     /// Advance the state by one step: forces at the present positions, kick, drift.
     pub fn step(&mut self, state: &mut State) -> Result<StepReport, SolverError> {
+        self.step_with(state, false)
+    }
+
+    /// [`Self::step`], with the sum of squares of the contact forces in the report if `sum_forces`.
+    pub fn step_with(&mut self, state: &mut State, sum_forces: bool) -> Result<StepReport, SolverError> {
         let mut report = StepReport::default();
         if self.needs_search(state) {
             self.search(state)?;
@@ -349,12 +356,14 @@ impl Solver {
                 mode: self.model.mode,
                 dt,
                 damage_threshold: self.model.damage_threshold,
+                sum_forces,
             };
             let mut merge = |tally: forces::Tally, kind: usize, block: usize| {
                 report.energy += tally.energy;
                 report.virial += tally.virial;
                 crossing += tally.crossing;
                 report.active[kind] += tally.active;
+                report.force_squared += tally.force_squared;
                 bonds_changed |= tally.incidents.iter().any(|incident| incident.broke);
                 report.incidents.extend(tally.incidents.into_iter().map(|incident| (block, incident)));
             };

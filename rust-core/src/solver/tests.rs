@@ -85,14 +85,19 @@ fn pulled_block_closes_its_ledger_on_any_threads() {
                 }
             }
             state.clock.dt = 0.1 * time_step::bounds(&state).spectral;
-            let model = Model { damping: Damping::Local { coefficient: 0.3 }, ..Model::default() };
+            let model = Model { damping: Damping::Local { translation: 0.3, rotation: 0.3 }, ..Model::default() };
             let mut solver = Solver::new(model, &mut state).unwrap();
             let before = state.bond_count();
             for _ in 0..1500 {
                 solver.step(&mut state).unwrap();
             }
             assert!(state.bond_count() < before, "nothing broke");
-            println!("{} of {before} left, residual {:.2e} of {:.2e}", state.bond_count(), state.ledger.residual(), state.ledger.boundary_work.get());
+            println!(
+                "{} of {before} left, residual {:.2e} of {:.2e}",
+                state.bond_count(),
+                state.ledger.residual(),
+                state.ledger.boundary_work.get()
+            );
             // A particle moves 8e-7 per step at coordinates up to 22, whose rounding is 1.8e-15: 2e-9 of each step's
             // work is rounding.
             assert!(state.ledger.residual().abs() < 1e-8 * state.ledger.boundary_work.get());

@@ -107,7 +107,7 @@ pub fn evaluate<L: ContactLaw>(
             match response.fate {
                 Fate::Lives => block.history[k] = response.state,
                 Fate::Broke => tally.incidents.push(Incident {
-                    contact: k as u32,
+                    pair: block.pair[k],
                     broke: true,
                     damage: 1.0,
                     position: centre + point,
@@ -121,6 +121,9 @@ pub fn evaluate<L: ContactLaw>(
                 continue;
             }
             tally.active += 1;
+            if context.sum_forces {
+                tally.force_squared += response.force.norm_squared();
+            }
             force[a] += response.force;
             torque[a] += point.cross(&response.force);
             if L::TRANSMITS_MOMENT {

@@ -225,6 +225,11 @@ pub enum ColumnError {
 pub trait ColumnSink {
     /// Take one column.
     fn column(&mut self, path: &str, column: Column<'_>) -> Result<(), ColumnError>;
+
+    /// Take one column with a sentence on its meaning, which sinks that are not for people ignore.
+    fn described_column(&mut self, path: &str, column: Column<'_>, _description: &str) -> Result<(), ColumnError> {
+        self.column(path, column)
+    }
 }
 
 /// Gives columns back, bit for bit.

@@ -1,0 +1,25 @@
+//! The event log: what broke, when, where, how, and at what cost.
+
+use crate::math::Vec3;
+
+/// A contact crossed the damage threshold of the event log, or broke.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Event {
+    /// Time at the end of the step, s.
+    pub time: f64,
+    /// Count of steps done, this one included.
+    pub step: u64,
+    /// Stable id of particle A.
+    pub id_a: u32,
+    /// Stable id of particle B, or of the wall.
+    pub id_b: u32,
+    /// Contact point, m.
+    pub position: Vec3,
+    /// Shares of normal, shear, bending, and twist deformation in the energy that was stored before the event; their
+    /// sum is 1, or 0 when nothing was stored.
+    pub mode_shares: [f64; 4],
+    /// Energy dissipated by the contact up to and including the event, J.
+    pub energy: f64,
+    /// Damage after the event: 0 intact, 1 without strength.
+    pub damage: f64,
+}

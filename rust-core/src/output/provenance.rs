@@ -1,0 +1,30 @@
+//! Which program, built how, made a result.
+
+/// Name and version of this program.
+pub const PROGRAM: &str = concat!("concordem ", env!("CARGO_PKG_VERSION"));
+
+/// Commit of the source, or "unknown" when built outside of its repository; "+changes" when files differed from it.
+pub const COMMIT: &str = match option_env!("CONCORDEM_COMMIT") {
+    Some(commit) => commit,
+    None => "unknown",
+};
+
+/// Versions of the crates on which numbers or files depend.
+pub const CRATES: &str = match option_env!("CONCORDEM_CRATES") {
+    Some(crates) => crates,
+    None => "unknown",
+};
+
+/// What is known about the program without knowing the run: pairs of name and value.
+pub fn of_program() -> Vec<(String, String)> {
+    let (major, minor, patch) = hdf5::library_version();
+    [
+        ("program", PROGRAM.to_owned()),
+        ("commit", COMMIT.to_owned()),
+        ("crates", CRATES.to_owned()),
+        ("hdf5_library", format!("{major}.{minor}.{patch}")),
+        ("system", format!("{} {}", std::env::consts::OS, std::env::consts::ARCH)),
+    ]
+    .map(|(name, value)| (name.to_owned(), value))
+    .to_vec()
+}
