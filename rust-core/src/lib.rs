@@ -4,10 +4,15 @@
 //! read it; sinks write it. Conventions: SI units; tension positive; the force of a contact is the one on A, and the
 //! normal points from A to B; quaternions map body to world.
 
+pub mod assembly;
 pub mod fracture;
 pub mod kinematics;
 pub mod law;
 pub mod math;
+pub mod neighbor;
 #[cfg(feature = "hdf5")]
 pub mod output;
+pub mod plan;
+pub mod scenario;
+pub mod solver;
 pub mod state;

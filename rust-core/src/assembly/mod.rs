@@ -1,1 +1,503 @@
-//! (module under construction)
+//! From a scenario to a state, a model, and a plan.
+
+pub mod bonding;
+mod laws;
+mod loading;
+pub mod packing;
+mod place;
+
+use std::path::Path;
+
+use crate::law::cpm::Cpm;
+use crate::math::Vec3;
+use crate::neighbor::{NeighborError, spatial_order};
+use crate::plan::{Plan, Stop};
+use crate::scenario::{self, Scenario, Selection};
+use crate::solver::integrate::Damping;
+use crate::solver::time_step::{self, TimeStepBounds};
+use crate::solver::{Model, Scheme};
+use crate::state::contacts::ContactBlock;
+use crate::state::{Clump, Constraint, Particles, Sphere, State, Wall, WallShape};
+use packing::PackingError;
+
+/// Why a scenario cannot be built.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum AssemblyError {
+    /// The packing cannot be made.
+    #[error("packing: {0}")]
+    Packing(#[from] PackingError),
+    /// The neighbour search refused.
+    #[error("bonding: {0}")]
+    Neighbor(#[from] NeighborError),
+    /// The parameters of two materials do not make a law.
+    #[error("law `{law}` between materials `{a}` and `{b}`: {message}")]
+    Parameters {
+        /// Law.
+        law: &'static str,
+        /// First material.
+        a: String,
+        /// Second material.
+        b: String,
+        /// What is wrong.
+        message: String,
+    },
+    /// The scenario asks for something that this packing does not have.
+    #[error("{key}: {message}")]
+    Unfit {
+        /// Key of the scenario.
+        key: String,
+        /// What is wrong, and what would be right.
+        message: String,
+    },
+    /// The time step is above the stability bound.
+    #[error(
+        "integration.time_step is {given:.6e} s, but the assembled system is stable only below {bound:.6e} s \
+         (largest frequency {frequency:.4e} rad/s); use \"auto\" or a smaller step, or set \
+         integration.allow_unstable = true to run it all the same"
+    )]
+    Unstable {
+        /// Time step given, s.
+        given: f64,
+        /// Stability bound, s.
+        bound: f64,
+        /// Largest angular frequency, rad/s.
+        frequency: f64,
+    },
+    /// `time_step = "auto"` has nothing to go by.
+    #[error("integration.time_step is \"auto\", but no contact gives a bound: give a time step in seconds")]
+    NoTimeStep,
+    /// A file cannot be read.
+    #[error("{path}: {message}")]
+    File {
+        /// Path.
+        path: String,
+        /// What happened.
+        message: String,
+    },
+}
+
+/// A scenario, built.
+pub struct Assembly {
+    /// The state before the first step.
+    pub state: State,
+    /// The model.
+    pub model: Model,
+    /// The plan.
+    pub plan: Plan,
+    /// Facts about what was built.
+    pub summary: Summary,
+}
+
+/// Facts about what was built.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// Particles.
+    pub particles: usize,
+    /// Bonds.
+    pub bonds: usize,
+    /// Bonds per particle, `2N_b/N`.
+    pub coordination: f64,
+    /// Share of solid in the volume of the packing, if it has one.
+    pub packing_fraction: Option<f64>,
+    /// Cross-section and length of the loaded specimen, m², m.
+    pub specimen: Option<(f64, f64)>,
+    /// Stability bounds.
+    pub bounds: TimeStepBounds,
+    /// `min r √(ρ/E)`, s, with the stiffest modulus of the materials, if any law has a modulus.
+    pub p_wave: Option<f64>,
+    /// The run was allowed to be unstable, and is.
+    pub unstable: bool,
+    /// Memory of state and solver in bytes, about.
+    pub memory: usize,
+}
+
+/// Progress of the assembly: a name of the stage, and how far it is, 0 to 1.
+pub type Progress<'a> = &'a mut dyn FnMut(&str, f64);
+
+/// Build a scenario. Paths in it are relative to `folder`.
+pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Assembly, AssemblyError> {
+    let placed = place::place(scenario, folder, progress)?;
+    let planar = scenario.dimension == 2;
+    let mut particles = Particles::default();
+    let densities: Vec<f64> = scenario.materials.iter().map(|m| m.density.si()).collect();
+    let spheres = &placed.packing.spheres;
+    let mut materials = vec![0u16; spheres.len()];
+    let mut tags = vec![0u64; spheres.len()];
+    if scenario.sets.len() > 64 {
+        return Err(unfit("set", format!("{} sets are given; at most 64 are possible", scenario.sets.len())));
+    }
+    for (k, set) in scenario.sets.iter().enumerate() {
+        let members = select(&set.selection, spheres, &set.name)?;
+        let material = set.material.as_deref().map(|name| material_index(scenario, name));
+        for p in members {
+            tags[p] |= 1 << k;
+            if let Some(material) = material {
+                materials[p] = material;
+            }
+        }
+    }
+    // Spheres of clumps come behind the packing.
+    let mut clump_members: Vec<Vec<u32>> = Vec::new();
+    let mut all = spheres.clone();
+    for clump in &scenario.clumps {
+        let members = if let Some(name) = &clump.set {
+            let bit = 1u64 << set_index(scenario, name);
+            (0..spheres.len() as u32).filter(|&p| tags[p as usize] & bit != 0).collect()
+        } else {
+            let first = all.len() as u32;
+            for s in clump.spheres.iter().flatten() {
+                let position = Vec3::new(s[0].si(), s[1].si(), s[2].si());
+                all.push(Sphere { position, radius: s[3].si() });
+                materials.push(clump.material.as_deref().map_or(0, |name| material_index(scenario, name)));
+                tags.push(0);
+            }
+            (first..all.len() as u32).collect()
+        };
+        clump_members.push(members);
+    }
+    for ((sphere, &material), &tag) in all.iter().zip(&materials).zip(&tags) {
+        let density = densities[material as usize];
+        let (mass, inertia) = mass_of(sphere.radius, density, planar);
+        particles.push(*sphere, material, mass, inertia);
+        if let Some(last) = particles.tags.last_mut() {
+            *last = tag;
+        }
+        if planar && let Some(last) = particles.constraint.last_mut() {
+            *last = Constraint(0b011_100);
+        }
+    }
+    for (k, members) in clump_members.iter().enumerate() {
+        if members.is_empty() {
+            return Err(unfit(&format!("clump[{k}]"), "the set has no particle".into()));
+        }
+        for &m in members {
+            if particles.clump[m as usize] != u32::MAX {
+                let message = format!("particle {m} already belongs to clump {}", particles.clump[m as usize]);
+                return Err(unfit(&format!("clump[{k}]"), message));
+            }
+            particles.clump[m as usize] = k as u32;
+        }
+    }
+    // Store particles along a space-filling curve; the user's numbers stay in `id`.
+    let order = spatial_order(&particles.position, placed.packing.cell.as_ref());
+    let particles = particles.permuted(&order);
+    let mut index_of = vec![0u32; order.len()];
+    for (new, &old) in order.iter().enumerate() {
+        index_of[old as usize] = new as u32;
+    }
+    let mut state = State { particles, cell: placed.packing.cell, ..State::default() };
+    motions(scenario, &mut state);
+    for (clump, members) in scenario.clumps.iter().zip(&clump_members) {
+        let mut members: Vec<u32> = members.iter().map(|&m| index_of[m as usize]).collect();
+        members.sort_unstable();
+        let inertia = clump.inertia.map(|i| Vec3::new(i[0].si(), i[1].si(), i[2].si()));
+        let mut body = Clump::new(members, &state.particles, clump.mass.map(scenario::Quantity::si), inertia);
+        body.velocity = scenario::quantity::vector(&clump.velocity);
+        let spin = scenario::quantity::vector(&clump.angular_velocity);
+        let local = crate::math::rotate(&body.orientation.conjugate(), &spin);
+        body.angular_momentum = crate::math::rotate(&body.orientation, &local.component_mul(&body.inertia));
+        body.place_members(&mut state.particles, &spin, &crate::math::Quat::identity());
+        state.clumps.push(body);
+    }
+
+    // Laws.
+    let mut model = Model {
+        mode: scenario.kinematics,
+        scheme: match scenario.integration.scheme {
+            scenario::Scheme::Leapfrog => Scheme::Leapfrog,
+            scenario::Scheme::VelocityVerlet => Scheme::VelocityVerlet,
+        },
+        damping: damping(&scenario.integration.damping),
+        gravity: scenario::quantity::vector(&scenario.integration.gravity),
+        damage_threshold: scenario.output.events_damage.si(),
+        ..Model::default()
+    };
+    let mut bonds = 0;
+    if let Some(section) = &scenario.bonds {
+        progress("bonding", 0.0);
+        let (mut block, rows) = laws::block(section.law, scenario)?;
+        bonds = bonding::bond(
+            block.contacts_mut(),
+            &rows,
+            &state.particles,
+            state.cell.as_ref(),
+            section.interaction_ratio.si(),
+        )?;
+        state.bonds.push(block);
+    }
+    if let Some((block, rows)) = laws::contact_block(scenario.contacts.law, scenario)? {
+        model.wall_rows = rows.clone();
+        model.contact_rows = rows;
+        if !scenario.walls.is_empty() || matches!(scenario.loading, scenario::Loading::Platens { .. }) {
+            state.wall_contacts = Some(block.boxed_clone());
+        }
+        state.contacts = Some(block);
+    }
+    for (k, wall) in scenario.walls.iter().enumerate() {
+        add_wall(scenario, folder, k, wall, &mut state)?;
+    }
+    if !state.walls.is_empty() && state.wall_contacts.is_none() {
+        return Err(unfit("contacts.law", "walls need a law of contact; \"none\" makes particles pass".into()));
+    }
+
+    // Loading, which also sets velocities and constraints.
+    let loading = loading::build(scenario, &placed, &mut state)?;
+    let plan = Plan {
+        loading,
+        stop: Stop {
+            drop_to: scenario.stop.drop_to.map(scenario::Quantity::si),
+            strain: scenario.stop.strain.map(scenario::Quantity::si),
+            time: scenario.stop.time.map(scenario::Quantity::si),
+            steps: scenario.stop.steps,
+            unbalanced: scenario.stop.unbalanced.map(scenario::Quantity::si),
+        },
+        sample_interval: scenario.output.sample_interval,
+        snapshot_interval: scenario.output.snapshot_interval,
+        checkpoint_interval: scenario.output.checkpoint_interval,
+    };
+
+    // Time step.
+    progress("time step", 0.0);
+    let mut probe = state.clone();
+    // Let candidates near each other count, as if they touched.
+    crate::solver::Solver::new(model.clone(), &mut probe).map_err(|error| unfit("packing", error.to_string()))?;
+    let bounds = time_step::bounds(&probe);
+    let limit = bounds.spectral.max(bounds.per_particle);
+    let mut unstable = false;
+    state.clock.dt = match scenario.integration.time_step {
+        scenario::TimeStep::Auto if limit.is_finite() => limit * scenario.integration.safety.si(),
+        scenario::TimeStep::Auto => return Err(AssemblyError::NoTimeStep),
+        scenario::TimeStep::Given(step) => {
+            unstable = step.si() > limit;
+            if unstable && !scenario.integration.allow_unstable {
+                return Err(AssemblyError::Unstable { given: step.si(), bound: limit, frequency: bounds.frequency });
+            }
+            step.si()
+        }
+    };
+    let n = state.particles.len();
+    let summary = Summary {
+        particles: n,
+        bonds,
+        coordination: if n > 0 { 2.0 * bonds as f64 / n as f64 } else { 0.0 },
+        packing_fraction: placed.packing_fraction,
+        specimen: plan.loading.dimensions(),
+        bounds,
+        p_wave: stiffest_modulus(scenario).map(|young| time_step::p_wave(&state.particles, young)),
+        unstable,
+        memory: memory(&probe),
+    };
+    Ok(Assembly { state, model, plan, summary })
+}
+
+/// Mass (kg) and moment of inertia (kg·m²) of a sphere, or of a disc of unit depth.
+pub fn mass_of(radius: f64, density: f64, planar: bool) -> (f64, f64) {
+    use std::f64::consts::PI;
+    if planar {
+        let mass = density * PI * radius * radius;
+        (mass, 0.5 * mass * radius * radius)
+    } else {
+        let mass = density * 4.0 / 3.0 * PI * radius * radius * radius;
+        (mass, 0.4 * mass * radius * radius)
+    }
+}
+
+pub(crate) fn unfit(key: &str, message: String) -> AssemblyError {
+    AssemblyError::Unfit { key: key.to_owned(), message }
+}
+
+fn material_index(scenario: &Scenario, name: &str) -> u16 {
+    scenario.materials.iter().position(|m| m.name == name).unwrap_or(0) as u16
+}
+
+fn set_index(scenario: &Scenario, name: &str) -> usize {
+    scenario.sets.iter().position(|s| s.name == name).unwrap_or(0)
+}
+
+fn stiffest_modulus(scenario: &Scenario) -> Option<f64> {
+    scenario
+        .materials
+        .iter()
+        .filter_map(|m| {
+            let moduli = [
+                m.cpm.as_ref().map(|t| t.young.si()),
+                m.frictional.as_ref().and_then(|t| t.young.map(scenario::Quantity::si)),
+                m.hertz_mindlin.as_ref().map(|t| t.young.si()),
+            ];
+            moduli.into_iter().flatten().reduce(f64::max)
+        })
+        .reduce(f64::max)
+}
+
+fn damping(damping: &scenario::Damping) -> Damping {
+    let (translation, rotation) = damping.coefficients();
+    match damping {
+        scenario::Damping::None => Damping::None,
+        scenario::Damping::Local { .. } => Damping::Local { translation, rotation },
+        scenario::Damping::Nonviscous { .. } => Damping::NonViscous { translation, rotation },
+    }
+}
+
+fn memory(state: &State) -> usize {
+    let particles = state.particles.len() * 272;
+    let contacts: usize = state
+        .bonds
+        .iter()
+        .chain(&state.contacts)
+        .chain(&state.wall_contacts)
+        // Half a halo slot and its index per contact, about.
+        .map(|block| block.len() * (block.bytes_per_contact() + 26))
+        .sum();
+    particles + contacts
+}
+
+/// Indices of the spheres in a selection.
+fn select(selection: &Selection, spheres: &[Sphere], name: &str) -> Result<Vec<usize>, AssemblyError> {
+    let chosen: Vec<usize> = match selection {
+        Selection::All => (0..spheres.len()).collect(),
+        Selection::Box { minimum, maximum } => {
+            let (low, high) = (scenario::quantity::vector(minimum), scenario::quantity::vector(maximum));
+            let inside = |x: &Vec3| (0..3).all(|i| low[i] <= x[i] && x[i] <= high[i]);
+            (0..spheres.len()).filter(|&p| inside(&spheres[p].position)).collect()
+        }
+        Selection::Sphere { center, radius } => {
+            let center = scenario::quantity::vector(center);
+            (0..spheres.len()).filter(|&p| (spheres[p].position - center).norm() <= radius.si()).collect()
+        }
+        Selection::Layer { axis, end, thickness } => {
+            let axis = axis.index();
+            layer(spheres.iter().map(|s| (s.position[axis], s.radius)), *end, thickness.si())
+        }
+        Selection::Ids { ids } => {
+            if let Some(bad) = ids.iter().find(|&&id| id as usize >= spheres.len()) {
+                let message = format!("`{name}` names particle {bad}, but there are only {}", spheres.len());
+                return Err(unfit("set.selection.ids", message));
+            }
+            ids.iter().map(|&id| id as usize).collect()
+        }
+    };
+    if chosen.is_empty() {
+        return Err(unfit("set.selection", format!("no particle lies in set `{name}`; check its place and units")));
+    }
+    Ok(chosen)
+}
+
+/// Indices of the particles whose centre lies within `thickness` of one end of the bounding box of the spheres.
+fn layer(extents: impl Iterator<Item = (f64, f64)> + Clone, end: scenario::End, thickness: f64) -> Vec<usize> {
+    let (low, high) = bounds_along(extents.clone());
+    extents
+        .enumerate()
+        .filter(|(_, (x, _))| match end {
+            scenario::End::Minimum => x - low <= thickness,
+            scenario::End::Maximum => high - x <= thickness,
+        })
+        .map(|(p, _)| p)
+        .collect()
+}
+
+/// Ends of the bounding box of spheres along an axis, m.
+fn bounds_along(extents: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
+    extents.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (x, r)| (low.min(x - r), high.max(x + r)))
+}
+
+/// Initial velocities, prescribed motions, and forces.
+fn motions(scenario: &Scenario, state: &mut State) {
+    let members = |state: &State, name: &str| -> Vec<usize> {
+        let bit = 1u64 << set_index(scenario, name);
+        (0..state.particles.len()).filter(|&p| state.particles.tags[p] & bit != 0).collect()
+    };
+    for initial in &scenario.initials {
+        for p in members(state, &initial.set) {
+            state.particles.velocity[p] = scenario::quantity::vector(&initial.velocity);
+            state.particles.angular_velocity[p] = scenario::quantity::vector(&initial.angular_velocity);
+        }
+    }
+    for prescribe in &scenario.prescribed {
+        for p in members(state, &prescribe.set) {
+            for i in 0..3 {
+                if let Some(v) = prescribe.velocity[i].si() {
+                    state.particles.velocity[p][i] = v;
+                    state.particles.constraint[p].0 |= 1 << i;
+                }
+                if let Some(w) = prescribe.angular_velocity[i].si() {
+                    state.particles.angular_velocity[p][i] = w;
+                    state.particles.constraint[p].0 |= 8 << i;
+                }
+            }
+        }
+    }
+    for force in &scenario.forces {
+        for p in members(state, &force.set) {
+            state.particles.add_load(
+                p as u32,
+                scenario::quantity::vector(&force.force),
+                scenario::quantity::vector(&force.moment),
+            );
+        }
+    }
+}
+
+/// Add a wall of the scenario.
+fn add_wall(
+    scenario: &Scenario,
+    folder: &Path,
+    number: usize,
+    wall: &scenario::Wall,
+    state: &mut State,
+) -> Result<(), AssemblyError> {
+    let name = wall.name.clone().unwrap_or_else(|| format!("wall {number}"));
+    let velocity = scenario::quantity::vector(&wall.velocity);
+    let material = material_index(scenario, &wall.material);
+    let mut push = |name: String, shape: WallShape| {
+        state.walls.push(Wall {
+            name,
+            shape,
+            material,
+            displacement: Vec3::zeros(),
+            velocity,
+            force: Vec3::zeros(),
+            torque: Vec3::zeros(),
+        });
+    };
+    match &wall.shape {
+        scenario::WallShape::Plane { point, normal } => {
+            let normal = scenario::quantity::vector(normal);
+            push(name, WallShape::Plane { point: scenario::quantity::vector(point), normal: normal / normal.norm() });
+        }
+        scenario::WallShape::Box { minimum, maximum } => {
+            let (low, high) = (scenario::quantity::vector(minimum), scenario::quantity::vector(maximum));
+            for axis in 0..3 {
+                let mut normal = Vec3::zeros();
+                normal[axis] = 1.0;
+                let label = ["x", "y", "z"][axis];
+                push(format!("{name} {label} minimum"), WallShape::Plane { point: low, normal });
+                push(format!("{name} {label} maximum"), WallShape::Plane { point: high, normal: -normal });
+            }
+        }
+        scenario::WallShape::Cylinder { center, axis, radius, side } => {
+            let mut direction = Vec3::zeros();
+            direction[axis.index()] = 1.0;
+            let inside = *side == scenario::Side::Inside;
+            push(
+                name,
+                WallShape::Cylinder {
+                    point: scenario::quantity::vector(center),
+                    axis: direction,
+                    radius: radius.si(),
+                    inside,
+                },
+            );
+        }
+        scenario::WallShape::Facets { path, unit } => {
+            let triangles = place::triangles(folder, path, unit.si())?;
+            push(name, WallShape::Facets { triangles });
+        }
+    }
+    Ok(())
+}
+
+/// Whether `block` holds bonds of the concrete particle model (for reports that speak of its parameters).
+pub fn is_cpm(block: &dyn crate::state::contacts::Contacts) -> bool {
+    block.as_any().is::<ContactBlock<Cpm>>()
+}

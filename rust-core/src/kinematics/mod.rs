@@ -7,6 +7,7 @@
 //! * [`Mode::Yade`]: YADE's `ScGeom` with its ratcheting correction and its arms.
 
 pub mod sphere_sphere;
+pub mod sphere_wall;
 pub mod transport;
 
 pub use transport::Transport;

@@ -3,19 +3,21 @@
 //! Notation: `l = x_B + shift − x_A`, `d = |l|`, `n = l/d`; arms `a_A = R_A + gap/2`, `a_B = R_B + gap/2` (their sum is
 //! `d`; for equal spheres both are `d/2`, Stránský 2018 (2.10)–(2.11)).
 //!
-//! **Finite** (default). With `R_A`, `R_B` the particles' rotations during the step and `n_o` the old normal, the
-//! material points that were at the contact move, relative to each other and perpendicular to `n`, by
-//! `Δu_T = −(1 − n n)(ā_A R_A n_o + ā_B R_B n_o)`, with the mean arms of the step. A rigid motion has
-//! `R_A n_o = R_B n_o = n`, so it gives exactly zero; to first order the rate of `Δu_T` is (2.8) with corrected sign,
-//! `v_B − v_A + n × (a_A ω_A + a_B ω_B)`, tangential part. All errors of the work done by it are of third order in
-//! the step, which is what lets the energy ledger close.
+//! **Finite** (default). The measure that is exactly work-conjugate to the trapezoidal rule of the integrator and
+//! exactly objective. Let `R` be the rotation of the contact in the step (see [`Transport::finite`]), `n_o`, `n` the old
+//! and new normal, `d_o`, `d` the lengths, `a_o`, `a` the arms, and `s_p = sin φ_p e_p` the sine vector of the rotation
+//! of particle p. A shear force that keeps its value while it turns with the contact does the work `T·Δu_T` with
+//! `Δu_T = (1 − n n)·½(R + 1)Δl − ½Σ_p (a_o,p R s_p + a_p s_p) × n`.
+//! A rigid motion gives exactly zero; to first order the rate of `Δu_T` is (2.8) with corrected sign,
+//! `v_B − v_A + n × (a_A ω_A + a_B ω_B)`, tangential part. What remains of the work is of third order in the step,
+//! which is what lets the energy ledger close.
 //!
 //! **First order**. `Δu_T = (1 − n n)[v_B − v_A + n × (a_A ω_A + a_B ω_B)] Δt`, and history rotated by
 //! `e − e × (n_o × n) − e × ½Δt n_o·(ω_A+ω_B) n_o`.
 
 use super::{Frame, Mode, PointKinematics, Transport};
 use crate::law::ContactGeometry;
-use crate::math::{Quat, Vec3, rotate};
+use crate::math::{Quat, Vec3};
 
 /// Motion of one particle during a step: position at its end, velocities of the half step, rotation of the step.
 #[derive(Debug, Clone, Copy)]
@@ -82,11 +84,22 @@ fn finite(
     let length = l.norm();
     let normal = l * (1.0 / length);
     let gap = length - geometry.radius_a - geometry.radius_b;
-    let mean_half_gap = 0.25 * (length + frame.length) - 0.5 * (geometry.radius_a + geometry.radius_b);
-    let moved = rotate(&a.rotation_increment, &frame.normal) * (geometry.radius_a + mean_half_gap)
-        + rotate(&b.rotation_increment, &frame.normal) * (geometry.radius_b + mean_half_gap);
-    let shear_increment = normal * normal.dot(&moved) - moved;
+    let half_gap = 0.5 * gap;
+    let half_gap_old = half_gap - 0.5 * (length - frame.length);
     let spin_sum = Quat::from(a.rotation_increment.coords + b.rotation_increment.coords);
+    let transport = Transport::finite(&frame.normal, &normal, &spin_sum);
+    // Twice the sine vectors halve away with the factor ½ of the mean.
+    let sine_a = a.rotation_increment.imag() * a.rotation_increment.w;
+    let sine_b = b.rotation_increment.imag() * b.rotation_increment.w;
+    let sine = sine_a + sine_b;
+    let by_radius = sine_a * geometry.radius_a + sine_b * geometry.radius_b;
+    let turned_old = by_radius + sine * half_gap_old;
+    let turned = by_radius + sine * half_gap;
+    let c = frame.normal.dot(&normal);
+    let tilt = frame.normal - normal * c;
+    let along = turned_old.dot(&frame.normal) + turned_old.dot(&normal);
+    let start = tilt * (0.5 * length) + (turned_old - tilt * (along / (1.0 + c))).cross(&normal);
+    let shear_increment = -(transport.twist(&start) + tilt * (0.5 * frame.length) + turned.cross(&normal));
     PointKinematics {
         geometry: *geometry,
         length,
@@ -98,7 +111,7 @@ fn finite(
         arm_a: geometry.radius_a + 0.5 * gap,
         arm_b: geometry.radius_b + 0.5 * gap,
         bonded,
-        transport: Transport::finite(&frame.normal, &normal, &spin_sum),
+        transport,
     }
 }
 
@@ -194,7 +207,7 @@ fn yade(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::quaternion_of_rotation_vector;
+    use crate::math::{quaternion_of_rotation_vector, rotate};
 
     /// Rigid rotation of a pair about an arbitrary axis by 2π in 100 steps: no shear increment, and a tangential
     /// vector attached to the pair is transported to where the rotation takes it.

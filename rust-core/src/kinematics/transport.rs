@@ -56,6 +56,15 @@ impl Transport {
         }
     }
 
+    /// The vector `v`, perpendicular to the present normal, turned by the twist alone.
+    #[inline(always)]
+    pub fn twist(&self, v: &Vec3) -> Vec3 {
+        match self {
+            Self::Finite { normal, cosine, sine, .. } => v * *cosine + normal.cross(v) * *sine,
+            Self::FirstOrder { twist, .. } => v - v.cross(twist),
+        }
+    }
+
     /// The vector `v`, perpendicular to the old normal, carried to the present.
     #[inline(always)]
     pub fn apply(&self, v: &Vec3) -> Vec3 {

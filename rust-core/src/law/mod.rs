@@ -5,12 +5,27 @@
 //!
 //! Adding a law touches one file here and one line in the registration table of [`crate::state::contacts`].
 
+pub mod common;
+pub mod conformance;
+pub mod cpm;
+pub mod frictional;
+pub mod hertz_mindlin;
+pub mod linear_bond;
+pub mod restitution;
 pub mod state;
 
+pub use common::ParameterError;
+pub use cpm::{Cpm, CpmParameters, CpmState};
+pub use frictional::{ContactStiffness, Frictional, FrictionalState};
+pub use hertz_mindlin::{Elastic, HertzMindlin, HertzMindlinState};
+pub use linear_bond::{LinearBond, LinearBondState};
 pub use state::{Field, LawState, Parity};
 
-use crate::kinematics::PointKinematics;
+use crate::kinematics::sphere_sphere::{self, ImageShift, Motion};
+use crate::kinematics::sphere_wall;
+use crate::kinematics::{Frame, Mode, PointKinematics};
 use crate::math::Vec3;
+use crate::state::walls::Foot;
 
 /// A contact law: a row of parameters that answers kinematics with a wrench.
 pub trait ContactLaw: Copy + Send + Sync + 'static {
@@ -32,6 +47,27 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     /// Largest stiffnesses the contact can show, for the time step bound.
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness;
 
+    /// Reference length (m) and area (m²) of an unbonded contact that begins at centre distance `length` (m) between
+    /// spheres of the given radii (m; `radius_b` is 0 for a wall). Default: the touching distance and `π min(R)²`.
+    fn unbonded_reference(length: f64, radius_a: f64, radius_b: f64) -> Reference {
+        let _ = length;
+        let smaller = if radius_b > 0.0 { radius_a.min(radius_b) } else { radius_a };
+        Reference { length: radius_a + radius_b, area: std::f64::consts::PI * (smaller * smaller) }
+    }
+
+    /// Reference length that a broken bond keeps when it goes on as an unbonded contact; `None`: the pair is treated
+    /// like any other that comes into touch.
+    fn kept_reference(&self, reference: Reference) -> Option<Reference> {
+        let _ = reference;
+        None
+    }
+
+    /// The row of parameters of the same pair with A and B exchanged: differs only where a parameter belongs to one
+    /// of the two particles.
+    fn exchanged(&self) -> Self {
+        *self
+    }
+
     /// Scalar damage of a history (0 intact, 1 without strength); 0 for laws without damage.
     ///
     /// Crossing a threshold of it makes an entry in the event log.
@@ -41,8 +77,61 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
 }
 
 /// Kinematic input of a law, as a class: which measuring function the solver runs for it.
-pub trait Kinematics: Sized + Send + Sync {}
-impl Kinematics for PointKinematics {}
+pub trait Kinematics: Sized + Send + Sync {
+    /// Measure a contact; see [`sphere_sphere::measure`].
+    fn measure(
+        mode: Mode,
+        a: &Motion,
+        b: &Motion,
+        image: &ImageShift,
+        geometry: &ContactGeometry,
+        frame: &Frame,
+        bonded: bool,
+        dt: f64,
+    ) -> Self;
+    /// Measure a contact of particle `a` with a wall moving at `wall_velocity` (m/s), whose nearest point is `foot`;
+    /// `None` when laws of this kind have no contact with walls.
+    fn measure_wall(
+        a: &Motion,
+        foot: &Foot,
+        wall_velocity: &Vec3,
+        geometry: &ContactGeometry,
+        frame: &Frame,
+        dt: f64,
+    ) -> Option<Self>;
+    /// The point-contact part of the measure: normal, length, arms.
+    fn point(&self) -> &PointKinematics;
+}
+
+impl Kinematics for PointKinematics {
+    #[inline(always)]
+    fn measure(
+        mode: Mode,
+        a: &Motion,
+        b: &Motion,
+        image: &ImageShift,
+        geometry: &ContactGeometry,
+        frame: &Frame,
+        bonded: bool,
+        dt: f64,
+    ) -> Self {
+        sphere_sphere::measure(mode, a, b, image, geometry, frame, bonded, dt)
+    }
+    fn measure_wall(
+        a: &Motion,
+        foot: &Foot,
+        wall_velocity: &Vec3,
+        geometry: &ContactGeometry,
+        frame: &Frame,
+        dt: f64,
+    ) -> Option<Self> {
+        Some(sphere_wall::measure(a, foot, wall_velocity, geometry, frame, dt))
+    }
+    #[inline(always)]
+    fn point(&self) -> &PointKinematics {
+        self
+    }
+}
 
 /// Geometry of a contact that does not change while it lasts, and of its two particles.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,6 +166,16 @@ impl ContactGeometry {
             self.radius_a * self.radius_b / (self.radius_a + self.radius_b)
         }
     }
+}
+
+/// Reference geometry of a contact, written when it begins.
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Reference {
+    /// Centre distance without strain, m.
+    pub length: f64,
+    /// Cross-section, m².
+    pub area: f64,
 }
 
 /// Bounds of a contact's stiffness and damping, for the time step.
@@ -118,7 +217,8 @@ pub enum Fate {
     #[default]
     Lives,
     /// The bond broke in this step. Force and history of the answer are void; the pair continues, from the next
-    /// neighbour search on, as an unbonded contact. `released` energy is in [`EnergySplit::damage`].
+    /// neighbour search on, as an unbonded contact. The energy released is in [`EnergySplit::damage`]; the `stored_*`
+    /// members of the answer tell how it was stored, for the mode shares in the event log.
     Broke,
     /// An unbonded contact opened or was never closed: force zero, history forgotten.
     Opened,
@@ -145,4 +245,18 @@ pub struct EnergySplit {
     /// Error of the trapezoidal work rule where the law has a kink (crack closure): appears with either sign,
     /// vanishes with the square of the step.
     pub integration: f64,
+}
+
+impl std::ops::AddAssign for EnergySplit {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        self.stored_normal += other.stored_normal;
+        self.stored_shear += other.stored_shear;
+        self.stored_bending += other.stored_bending;
+        self.stored_twist += other.stored_twist;
+        self.damage += other.damage;
+        self.friction += other.friction;
+        self.viscous += other.viscous;
+        self.integration += other.integration;
+    }
 }

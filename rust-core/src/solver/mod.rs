@@ -1,1 +1,500 @@
-//! (module under construction)
+//! One step after the other: find, measure, respond, accumulate, integrate.
+//!
+//! The solver holds scratch only. It can be dropped and made anew from a [`State`] without changing the next step by
+//! one bit.
+
+pub mod energy;
+pub mod forces;
+pub mod integrate;
+#[cfg(test)]
+mod tests;
+pub mod time_step;
+pub mod walls;
+
+use crate::kinematics::{Frame, Mode, sphere_sphere};
+use crate::law::EnergySplit;
+use crate::math::{Mat3, Vec3};
+use crate::neighbor::{NeighborError, VerletList, candidate_pairs};
+use crate::state::contacts::{Contacts, Link, Pair};
+use crate::state::{Cell, State};
+use forces::{Incident, StepContext, TileMap};
+use integrate::{Damping, KickContext, KickSums};
+use rayon::prelude::*;
+
+/// Integration scheme.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scheme {
+    /// Central differences, velocities given at −½Δt.
+    #[default]
+    Leapfrog,
+    /// The same recursion, velocities given at time 0 (first kick half a step).
+    VelocityVerlet,
+}
+
+/// Which row of a law's parameter table serves which pair of materials.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct MaterialRows {
+    count: usize,
+    rows: Vec<u16>,
+}
+
+impl MaterialRows {
+    /// No interaction.
+    pub const NONE: u16 = u16::MAX;
+
+    /// Table of `count` materials without any interaction.
+    pub fn new(count: usize) -> Self {
+        Self { count, rows: vec![Self::NONE; count * count] }
+    }
+
+    /// Let a particle of material `a` and one of `b`, in this order, interact by `row`.
+    pub fn set(&mut self, a: u16, b: u16, row: u16) {
+        self.rows[a as usize * self.count + b as usize] = row;
+    }
+
+    /// Row of materials `a`, `b`.
+    pub fn get(&self, a: u16, b: u16) -> Option<u16> {
+        self.rows.get(a as usize * self.count + b as usize).copied().filter(|&row| row != Self::NONE)
+    }
+}
+
+/// What stays constant while the solver steps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// How motion is measured.
+    pub mode: Mode,
+    /// Integration scheme.
+    pub scheme: Scheme,
+    /// Artificial damping.
+    pub damping: Damping,
+    /// Gravity, m/s².
+    pub gravity: Vec3,
+    /// Damage at which a bond enters the event log.
+    pub damage_threshold: f64,
+    /// Parameter rows of unbonded contacts by material.
+    pub contact_rows: MaterialRows,
+    /// Parameter rows of wall contacts by material.
+    pub wall_rows: MaterialRows,
+    /// Skin of the neighbour search, as a share of the smallest radius.
+    pub skin: f64,
+}
+
+impl Default for Model {
+    fn default() -> Self {
+        Self {
+            mode: Mode::Finite,
+            scheme: Scheme::Leapfrog,
+            damping: Damping::None,
+            gravity: Vec3::zeros(),
+            damage_threshold: 0.9,
+            contact_rows: MaterialRows::default(),
+            wall_rows: MaterialRows::default(),
+            skin: 0.2,
+        }
+    }
+}
+
+/// What can go wrong in a step.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SolverError {
+    /// The neighbour search refused.
+    #[error("neighbour search at step {step}: {source}")]
+    Neighbor {
+        /// Step.
+        step: u64,
+        /// Why.
+        source: NeighborError,
+    },
+    /// Something is no longer a number.
+    #[error(
+        "at step {step} (t = {time} s) the motion is no longer finite; the particle with id {id} is the first one. \
+         The time step may be too large: `concordem check` prints its bound"
+    )]
+    NotFinite {
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+        /// Id of the first particle concerned.
+        id: u32,
+    },
+}
+
+/// What a step reports.
+#[derive(Debug, Clone, Default)]
+pub struct StepReport {
+    /// Energies of all contacts.
+    pub energy: EnergySplit,
+    /// `Σ l⊗f` over all particle contacts, J (periodic scenes only).
+    pub virial: Mat3,
+    /// Sums of the kick.
+    pub kick: KickSums,
+    /// Contacts that carry something: bonds, unbonded, walls.
+    pub active: [u64; 3],
+    /// Incidents by bond block.
+    pub incidents: Vec<(usize, Incident)>,
+    /// `Σ|f|²` over all contacts, N², if asked for.
+    pub force_squared: f64,
+    /// Whether neighbours were searched anew in this step.
+    pub searched: bool,
+}
+
+/// Steps a state. Scratch only.
+pub struct Solver {
+    model: Model,
+    bond_maps: Vec<TileMap>,
+    contact_map: TileMap,
+    verlet: Option<VerletList>,
+    wall_positions: Vec<Vec3>,
+    force: Vec<Vec3>,
+    torque: Vec<Vec3>,
+    gradient_change: Option<Mat3>,
+    targets: Option<Vec<(Vec3, Vec3)>>,
+    searches: u64,
+}
+
+impl Solver {
+    /// A solver for `state`.
+    pub fn new(model: Model, state: &mut State) -> Result<Self, SolverError> {
+        let n = state.particles.len();
+        let mut solver = Self {
+            model,
+            bond_maps: Vec::new(),
+            contact_map: TileMap::default(),
+            verlet: None,
+            wall_positions: Vec::new(),
+            force: vec![Vec3::zeros(); n],
+            torque: vec![Vec3::zeros(); n],
+            gradient_change: None,
+            targets: None,
+            searches: 0,
+        };
+        for block in &mut state.bonds {
+            block.contacts_mut().sort();
+        }
+        solver.search(state)?;
+        Ok(solver)
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The model, to change damping or gravity between steps.
+    pub fn model_mut(&mut self) -> &mut Model {
+        &mut self.model
+    }
+
+    /// Net contact force on each particle in the last step, N.
+    pub fn forces(&self) -> &[Vec3] {
+        &self.force
+    }
+
+    /// Net contact torque on each particle in the last step, N·m.
+    pub fn torques(&self) -> &[Vec3] {
+        &self.torque
+    }
+
+    /// Number of neighbour searches so far.
+    pub fn searches(&self) -> u64 {
+        self.searches
+    }
+
+    /// Memory of the solver's scratch in bytes.
+    pub fn scratch_bytes(&self) -> usize {
+        self.bond_maps.iter().map(TileMap::bytes).sum::<usize>() + self.contact_map.bytes() + 48 * self.force.len()
+    }
+
+    /// From the next kick on, the cell deforms with this velocity gradient (1/s) and all particles with it.
+    pub fn set_velocity_gradient(&mut self, cell: &Cell, gradient: Mat3) {
+        self.gradient_change = Some(gradient - cell.velocity_gradient);
+    }
+
+    /// Velocities (translation, rotation) that constrained degrees of freedom take at the next kick, by particle;
+    /// `None`: they keep what they have.
+    pub fn set_targets(&mut self, targets: Option<Vec<(Vec3, Vec3)>>) {
+        self.targets = targets;
+    }
+
+    /// Find neighbours anew: drop broken bonds, hand their pairs to the unbonded contacts, renew candidates, and renew
+    /// the maps.
+    fn search(&mut self, state: &mut State) -> Result<(), SolverError> {
+        self.searches += 1;
+        let step = state.clock.step;
+        let particles = &state.particles;
+        let n = particles.len();
+        let smallest = particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
+        let largest = particles.radius.iter().copied().fold(0.0, f64::max);
+        let skin = if n > 0 { self.model.skin * smallest } else { 0.0 };
+        let neighbor = |source| SolverError::Neighbor { step, source };
+        // Pairs that are bonded do not interact otherwise; broken ones with a kept reference go on from it.
+        let mut bonded: Vec<(Pair, [i8; 3])> = Vec::new();
+        let mut kept = Vec::new();
+        for block in &mut state.bonds {
+            let block = block.contacts_mut();
+            let mut any_broken = false;
+            for k in 0..block.len() {
+                let view = block.view(k);
+                if view.link.has(Link::BROKEN) {
+                    any_broken = true;
+                    if let Some(reference) = block.kept_reference(k) {
+                        kept.push(((view.pair, view.link.image), reference, view.frame));
+                    }
+                } else if state.contacts.is_some() {
+                    bonded.push((view.pair, view.link.image));
+                }
+            }
+            if any_broken {
+                block.retain_links(&|link| !link.has(Link::BROKEN));
+            }
+        }
+        bonded.sort_unstable();
+        kept.sort_unstable_by_key(|k| k.0);
+        if let Some(block) = &mut state.contacts {
+            let block = block.contacts_mut();
+            let reach: Vec<f64> = particles.radius.iter().map(|r| r + 0.5 * skin).collect();
+            let candidates = candidate_pairs(&particles.position, &reach, state.cell.as_ref()).map_err(neighbor)?;
+            // Contacts with history stay, those with a kept reference as well while they may touch again.
+            block.retain_links(&|link| link.has(Link::ACTIVE) || link.has(Link::KEPT_REFERENCE));
+            let present: Vec<(Pair, [i8; 3])> = (0..block.len())
+                .map(|k| {
+                    let view = block.view(k);
+                    (view.pair, view.link.image)
+                })
+                .collect();
+            for ((pair, image), reference, frame) in kept {
+                if present.binary_search(&(pair, image)).is_err()
+                    && let Some(row) = self
+                        .model
+                        .contact_rows
+                        .get(particles.material[pair.a as usize], particles.material[pair.b as usize])
+                {
+                    let link = Link { row, flags: Link::KEPT_REFERENCE, image, padding: 0 };
+                    block.push(pair, link, reference, frame);
+                    bonded.push((pair, image));
+                }
+            }
+            bonded.sort_unstable();
+            for candidate in candidates {
+                let pair = Pair { a: candidate.a, b: candidate.b };
+                let (a, b) = (pair.a as usize, pair.b as usize);
+                let key = (pair, candidate.image);
+                if bonded.binary_search(&key).is_ok() || present.binary_search(&key).is_ok() {
+                    continue;
+                }
+                if particles.clump[a] == particles.clump[b] && particles.clump[a] != u32::MAX {
+                    continue;
+                }
+                let Some(row) = self.model.contact_rows.get(particles.material[a], particles.material[b]) else {
+                    continue;
+                };
+                let shift = state.cell.map_or(Vec3::zeros(), |cell| cell.shift(candidate.image));
+                let frame = sphere_sphere::fresh_frame(&particles.position[a], &particles.position[b], &shift);
+                let link = Link { row, flags: 0, image: candidate.image, padding: 0 };
+                block.push(pair, link, crate::law::Reference::default(), frame);
+            }
+            block.sort();
+            self.contact_map = TileMap::new(block, n);
+        }
+        if let Some(block) = &mut state.wall_contacts {
+            search_walls(block.contacts_mut(), &self.model, &state.walls, &state.particles, skin).map_err(neighbor)?;
+        }
+        self.wall_positions = state.walls.iter().map(|wall| wall.displacement).collect();
+        self.bond_maps = state.bonds.iter().map(|block| TileMap::new(block.contacts(), n)).collect();
+        self.verlet = (state.contacts.is_some() || state.wall_contacts.is_some()).then(|| {
+            // The longest distance that matters is that of touching spheres.
+            VerletList::new(&state.particles.position, state.cell.as_ref(), skin, 2.0 * largest)
+        });
+        Ok(())
+    }
+
+    fn needs_search(&self, state: &State) -> bool {
+        let Some(verlet) = &self.verlet else { return false };
+        if state.wall_contacts.is_some() && self.walls_may_be_missed(state, verlet) {
+            return true;
+        }
+        verlet.needs_rebuild(&state.particles.position, state.cell.as_ref())
+    }
+
+    /// Wall candidates were sought within one skin: particle and wall together must not have moved that far.
+    fn walls_may_be_missed(&self, state: &State, verlet: &VerletList) -> bool {
+        let wall = state
+            .walls
+            .iter()
+            .zip(&self.wall_positions)
+            .map(|(wall, old)| (wall.displacement - old).norm())
+            .fold(0.0, f64::max);
+        let allowed = verlet.skin - wall;
+        let moved = |(now, then): (&Vec3, &Vec3)| (now - then).norm_squared() < allowed * allowed;
+        allowed <= 0.0 || !state.particles.position.par_iter().zip(&verlet.positions).all(moved)
+    }
+
+    /// Advance the state by one step: forces at the present positions, kick, drift.
+    pub fn step(&mut self, state: &mut State) -> Result<StepReport, SolverError> {
+        self.step_with(state, false)
+    }
+
+    /// [`Self::step`], with the sum of squares of the contact forces in the report if `sum_forces`.
+    pub fn step_with(&mut self, state: &mut State, sum_forces: bool) -> Result<StepReport, SolverError> {
+        let mut report = StepReport::default();
+        if self.needs_search(state) {
+            self.search(state)?;
+            report.searched = true;
+        }
+        let dt = state.clock.dt;
+        self.force.fill(Vec3::zeros());
+        self.torque.fill(Vec3::zeros());
+        let mut bonds_changed = false;
+        let mut crossing = Mat3::zeros();
+        {
+            let context = StepContext {
+                particles: &state.particles,
+                cell: state.cell.as_ref(),
+                mode: self.model.mode,
+                dt,
+                damage_threshold: self.model.damage_threshold,
+                sum_forces,
+            };
+            let mut merge = |tally: forces::Tally, kind: usize, block: usize| {
+                report.energy += tally.energy;
+                report.virial += tally.virial;
+                crossing += tally.crossing;
+                report.active[kind] += tally.active;
+                report.force_squared += tally.force_squared;
+                bonds_changed |= tally.incidents.iter().any(|incident| incident.broke);
+                report.incidents.extend(tally.incidents.into_iter().map(|incident| (block, incident)));
+            };
+            for (k, (block, map)) in state.bonds.iter_mut().zip(&mut self.bond_maps).enumerate() {
+                merge(block.evaluate(&context, map, &mut self.force, &mut self.torque), 0, k);
+            }
+            if let Some(block) = &mut state.contacts {
+                let mut tally = block.evaluate(&context, &mut self.contact_map, &mut self.force, &mut self.torque);
+                tally.incidents.clear();
+                merge(tally, 1, usize::MAX);
+            }
+            if let Some(block) = &mut state.wall_contacts {
+                let mut tally = block.evaluate_walls(&context, &mut state.walls, &mut self.force, &mut self.torque);
+                tally.incidents.clear();
+                merge(tally, 2, usize::MAX);
+            }
+        }
+        let mut maps: Vec<&TileMap> = self.bond_maps.iter().collect();
+        if state.contacts.is_some() {
+            maps.push(&self.contact_map);
+        }
+        integrate::gather(&mut self.force, &mut self.torque, &maps);
+
+        let fraction = if self.model.scheme == Scheme::VelocityVerlet && state.clock.step == 0 { 0.5 } else { 1.0 };
+        let kick = KickContext {
+            dt,
+            fraction,
+            gravity: self.model.gravity,
+            damping: self.model.damping,
+            cell: state.cell.as_ref(),
+            gradient_change: self.gradient_change,
+            targets: self.targets.as_deref(),
+        };
+        report.kick = integrate::kick_and_drift(&kick, &mut state.particles, &self.force, &self.torque);
+        integrate::advance_clumps(
+            &kick,
+            state.clumps.as_mut_slice(),
+            &mut state.particles,
+            &self.force,
+            &self.torque,
+            &mut report.kick,
+        );
+
+        let mut others = [0.0; 2];
+        if let Some(cell) = &mut state.cell {
+            if let Some(change) = self.gradient_change.take() {
+                cell.velocity_gradient += change;
+            }
+            let half_before = 0.5 * crossing.component_mul(&cell.matrix_change).sum();
+            cell.matrix_change = cell.velocity_gradient * cell.matrix * dt;
+            cell.matrix += cell.matrix_change;
+            cell.deformation_gradient += cell.velocity_gradient * cell.deformation_gradient * dt;
+            others = [half_before, 0.5 * crossing.component_mul(&cell.matrix_change).sum()];
+        }
+        for wall in &mut state.walls {
+            let half = -0.5 * wall.force.dot(&wall.velocity) * dt;
+            others[0] += half;
+            others[1] += half;
+            wall.displacement += wall.velocity * dt;
+        }
+        state.ledger.book(&report.energy, &report.kick, others);
+        state.clock.step += 1;
+        if !report.kick.max_speed_squared.is_finite() || !report.kick.kinetic.is_finite() {
+            let bad = state
+                .particles
+                .velocity
+                .iter()
+                .zip(&state.particles.angular_velocity)
+                .position(|(v, w)| !(v.norm_squared() + w.norm_squared()).is_finite());
+            return Err(SolverError::NotFinite {
+                step: state.clock.step,
+                time: state.clock.time(),
+                id: bad.map_or(u32::MAX, |p| state.particles.id[p]),
+            });
+        }
+        if bonds_changed {
+            self.search(state)?;
+        }
+        Ok(report)
+    }
+}
+
+/// Renew the candidates of wall contacts; those with history stay.
+fn search_walls(
+    block: &mut dyn Contacts,
+    model: &Model,
+    walls: &[crate::state::Wall],
+    particles: &crate::state::Particles,
+    skin: f64,
+) -> Result<(), NeighborError> {
+    block.retain_links(&|link| link.has(Link::ACTIVE));
+    let present: Vec<Pair> = (0..block.len()).map(|k| block.view(k).pair).collect();
+    let elements = walls::element_table(walls);
+    let mut pairs = Vec::new();
+    let n = particles.len();
+    let mut bounded = Vec::new();
+    for (number, &(w, e)) in elements.iter().enumerate() {
+        let wall = &walls[w as usize];
+        if let Some(ball) = wall.bounds(e as usize) {
+            bounded.push((number as u32, ball));
+            continue;
+        }
+        for p in 0..n {
+            if wall.foot(e as usize, &particles.position[p]).is_some_and(|f| f.distance < particles.radius[p] + skin) {
+                pairs.push(Pair { a: p as u32, b: number as u32 });
+            }
+        }
+    }
+    if !bounded.is_empty() {
+        // Triangles join the search as balls behind the particles.
+        let positions: Vec<Vec3> = particles.position.iter().copied().chain(bounded.iter().map(|b| b.1.0)).collect();
+        let reach: Vec<f64> = particles.radius.iter().map(|r| r + skin).chain(bounded.iter().map(|b| b.1.1)).collect();
+        for candidate in candidate_pairs(&positions, &reach, None)? {
+            let (a, b) = (candidate.a as usize, candidate.b as usize);
+            if a < n && b >= n {
+                pairs.push(Pair { a: candidate.a, b: bounded[b - n].0 });
+            }
+        }
+    }
+    pairs.sort_unstable();
+    for pair in pairs {
+        if present.binary_search(&pair).is_ok() {
+            continue;
+        }
+        let a = pair.a as usize;
+        let wall = &walls[elements[pair.b as usize].0 as usize];
+        if let Some(row) = model.wall_rows.get(particles.material[a], wall.material) {
+            let link = Link { row, flags: 0, image: [0; 3], padding: 0 };
+            block.push(pair, link, crate::law::Reference::default(), Frame::default());
+        }
+    }
+    block.sort();
+    Ok(())
+}

@@ -11,6 +11,8 @@ pub struct Cell {
     pub deformation_gradient: Mat3,
     /// Velocity gradient `L_ij = ∂v_i/∂x_j`, 1/s: `Ḣ = L H`.
     pub velocity_gradient: Mat3,
+    /// Change of `matrix` in the last step, m.
+    pub matrix_change: Mat3,
 }
 
 impl Cell {
@@ -21,7 +23,12 @@ impl Cell {
 
     /// A resting cell with the given edge vectors as columns (m).
     pub fn new(matrix: Mat3) -> Self {
-        Self { matrix, deformation_gradient: Mat3::identity(), velocity_gradient: Mat3::zeros() }
+        Self {
+            matrix,
+            deformation_gradient: Mat3::identity(),
+            velocity_gradient: Mat3::zeros(),
+            matrix_change: Mat3::zeros(),
+        }
     }
 
     /// Volume, m³.

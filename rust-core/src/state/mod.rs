@@ -1,8 +1,241 @@
 //! All that changes during a run: particles, contacts, cell, walls, clock, ledger. Serialisable and complete.
 
 pub mod cell;
+pub mod clumps;
 pub mod columns;
+pub mod contacts;
 pub mod particles;
+pub mod walls;
 
 pub use cell::Cell;
-pub use particles::{Constraint, Particles};
+pub use clumps::Clump;
+pub use columns::{Column, ColumnError, ColumnSink, ColumnSource, WriteColumns};
+pub use particles::{Constraint, Load, Particles, Sphere};
+pub use walls::{Wall, WallShape};
+
+use crate::math::{Mat3, Quat, Vec3};
+use crate::solver::energy::Ledger;
+use crate::solver::forces::EvaluatedContacts;
+use columns::with_length;
+
+/// Time of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Clock {
+    /// Steps done.
+    pub step: u64,
+    /// Time step, s.
+    pub dt: f64,
+}
+
+impl Clock {
+    /// Time, s.
+    pub fn time(&self) -> f64 {
+        self.step as f64 * self.dt
+    }
+}
+
+/// The complete state of a simulation.
+#[derive(Default)]
+pub struct State {
+    /// Particles.
+    pub particles: Particles,
+    /// Periodic cell, if any.
+    pub cell: Option<Cell>,
+    /// Bonds, a block per law.
+    pub bonds: Vec<Box<dyn EvaluatedContacts>>,
+    /// Unbonded contacts and candidates, if unbonded pairs interact.
+    pub contacts: Option<Box<dyn EvaluatedContacts>>,
+    /// Walls.
+    pub walls: Vec<Wall>,
+    /// Contacts with walls.
+    pub wall_contacts: Option<Box<dyn EvaluatedContacts>>,
+    /// Rigid clumps.
+    pub clumps: Vec<Clump>,
+    /// Time.
+    pub clock: Clock,
+    /// Energies.
+    pub ledger: Ledger,
+    /// Memory of the plan: peaks, servo terms, and other reals of the loading by position.
+    pub plan_memory: Vec<f64>,
+}
+
+impl Clone for State {
+    fn clone(&self) -> Self {
+        Self {
+            particles: self.particles.clone(),
+            cell: self.cell,
+            bonds: self.bonds.iter().map(|b| b.boxed_clone()).collect(),
+            contacts: self.contacts.as_ref().map(|b| b.boxed_clone()),
+            walls: self.walls.clone(),
+            wall_contacts: self.wall_contacts.as_ref().map(|b| b.boxed_clone()),
+            clumps: self.clumps.clone(),
+            clock: self.clock,
+            ledger: self.ledger,
+            plan_memory: self.plan_memory.clone(),
+        }
+    }
+}
+
+impl State {
+    /// All bonds that have not broken.
+    pub fn bond_count(&self) -> usize {
+        self.bonds.iter().map(|b| (0..b.len()).filter(|&k| !b.view(k).link.has(contacts::Link::BROKEN)).count()).sum()
+    }
+
+    /// Replace all that changes by the columns of a checkpoint. The state must come from the same scenario: laws and
+    /// their parameter rows are kept.
+    pub fn read(&mut self, source: &mut dyn ColumnSource) -> Result<(), ColumnError> {
+        let vec3 = |source: &mut dyn ColumnSource, path: &str, count: usize| -> Result<Vec<Vec3>, ColumnError> {
+            let reals = with_length(path, source.f64(path)?, 3 * count)?;
+            Ok(reals.chunks_exact(3).map(|c| Vec3::new(c[0], c[1], c[2])).collect())
+        };
+        let quat = |source: &mut dyn ColumnSource, path: &str, count: usize| -> Result<Vec<Quat>, ColumnError> {
+            let reals = with_length(path, source.f64(path)?, 4 * count)?;
+            Ok(reals.chunks_exact(4).map(|c| Quat::new(c[3], c[0], c[1], c[2])).collect())
+        };
+        let id = source.u32("particles/id")?;
+        let n = id.len();
+        let particles = Particles {
+            position: vec3(source, "particles/position", n)?,
+            velocity: vec3(source, "particles/velocity", n)?,
+            orientation: quat(source, "particles/orientation", n)?,
+            rotation_increment: quat(source, "particles/rotation_increment", n)?,
+            angular_velocity: vec3(source, "particles/angular_velocity", n)?,
+            radius: with_length("particles/radius", source.f64("particles/radius")?, n)?,
+            mass: with_length("particles/mass", source.f64("particles/mass")?, n)?,
+            inertia: with_length("particles/inertia", source.f64("particles/inertia")?, n)?,
+            material: with_length("particles/material", source.u16("particles/material")?, n)?,
+            clump: with_length("particles/clump", source.u32("particles/clump")?, n)?,
+            constraint: with_length("particles/constraint", source.u8("particles/constraint")?, n)?
+                .into_iter()
+                .map(Constraint)
+                .collect(),
+            tags: with_length("particles/tags", source.u64("particles/tags")?, n)?,
+            loads: source
+                .f64("particles/loads")?
+                .chunks_exact(7)
+                .map(|r| Load {
+                    particle: r[0] as u32,
+                    force: Vec3::new(r[1], r[2], r[3]),
+                    moment: Vec3::new(r[4], r[5], r[6]),
+                })
+                .collect(),
+            id,
+        };
+        let cell = if source.exists("cell") {
+            let reals = with_length("cell", source.f64("cell")?, 36)?;
+            let matrix = |k: usize| Mat3::from_column_slice(&reals[9 * k..9 * k + 9]);
+            Some(Cell {
+                matrix: matrix(0),
+                deformation_gradient: matrix(1),
+                velocity_gradient: matrix(2),
+                matrix_change: matrix(3),
+            })
+        } else {
+            None
+        };
+        for (k, block) in self.bonds.iter_mut().enumerate() {
+            let path = format!("bonds/{k}_{}", block.law());
+            block.read(&path, source)?;
+        }
+        if let Some(block) = &mut self.contacts {
+            block.read("contacts", source)?;
+        }
+        if let Some(block) = &mut self.wall_contacts {
+            block.read("wall_contacts", source)?;
+        }
+        for (k, wall) in self.walls.iter_mut().enumerate() {
+            let path = format!("walls/{k}");
+            let reals = with_length(&path, source.f64(&path)?, 12)?;
+            let v = |i: usize| Vec3::new(reals[i], reals[i + 1], reals[i + 2]);
+            (wall.displacement, wall.velocity, wall.force, wall.torque) = (v(0), v(3), v(6), v(9));
+        }
+        for (k, clump) in self.clumps.iter_mut().enumerate() {
+            let path = format!("clumps/{k}");
+            let r = with_length(&path, source.f64(&path)?, 13)?;
+            let v = |i: usize| Vec3::new(r[i], r[i + 1], r[i + 2]);
+            (clump.position, clump.velocity, clump.angular_momentum) = (v(0), v(3), v(6));
+            clump.orientation = Quat::new(r[12], r[9], r[10], r[11]);
+        }
+        let step = with_length("clock/step", source.u64("clock/step")?, 1)?[0];
+        let dt = with_length("clock/time_step", source.f64("clock/time_step")?, 1)?[0];
+        let reals = source.f64("ledger")?;
+        let ledger = Ledger::from_reals(&reals).ok_or_else(|| ColumnError::Length {
+            path: "ledger".into(),
+            expected: Ledger::default().to_reals().len(),
+            found: reals.len(),
+        })?;
+        self.plan_memory = source.f64("plan")?;
+        self.particles = particles;
+        self.cell = cell;
+        self.clock = Clock { step, dt };
+        self.ledger = ledger;
+        Ok(())
+    }
+}
+
+impl WriteColumns for State {
+    fn write(&self, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
+        let p = &self.particles;
+        let vec3 = |sink: &mut dyn ColumnSink, path: &str, data: &[Vec3], unit: &'static str| {
+            sink.column(path, Column::f64(bytemuck::cast_slice(data), 3, unit))
+        };
+        let reals = |sink: &mut dyn ColumnSink, path: &str, data: &[f64], unit: &'static str| {
+            sink.column(path, Column::f64(data, 1, unit))
+        };
+        sink.column("particles/id", Column::u32(&p.id))?;
+        vec3(sink, "particles/position", &p.position, "m")?;
+        vec3(sink, "particles/velocity", &p.velocity, "m/s")?;
+        sink.column("particles/orientation", Column::f64(bytemuck::cast_slice(&p.orientation), 4, "1"))?;
+        sink.column("particles/rotation_increment", Column::f64(bytemuck::cast_slice(&p.rotation_increment), 4, "1"))?;
+        vec3(sink, "particles/angular_velocity", &p.angular_velocity, "rad/s")?;
+        reals(sink, "particles/radius", &p.radius, "m")?;
+        reals(sink, "particles/mass", &p.mass, "kg")?;
+        reals(sink, "particles/inertia", &p.inertia, "kg m^2")?;
+        sink.column("particles/material", Column::u16(&p.material))?;
+        sink.column("particles/clump", Column::u32(&p.clump))?;
+        sink.column("particles/constraint", Column::u8(bytemuck::cast_slice(&p.constraint)))?;
+        sink.column("particles/tags", Column::u64(&p.tags))?;
+        let loads: Vec<f64> = p
+            .loads
+            .iter()
+            .flat_map(|l| [f64::from(l.particle), l.force.x, l.force.y, l.force.z, l.moment.x, l.moment.y, l.moment.z])
+            .collect();
+        sink.column("particles/loads", Column::f64(&loads, 7, "1, N, N m"))?;
+        if let Some(cell) = &self.cell {
+            let mut reals = Vec::with_capacity(36);
+            for matrix in [&cell.matrix, &cell.deformation_gradient, &cell.velocity_gradient, &cell.matrix_change] {
+                reals.extend_from_slice(matrix.as_slice());
+            }
+            sink.column("cell", Column::f64(&reals, 9, "m, 1, 1/s, m"))?;
+        }
+        for (k, block) in self.bonds.iter().enumerate() {
+            block.write(&format!("bonds/{k}_{}", block.law()), sink)?;
+        }
+        if let Some(block) = &self.contacts {
+            block.write("contacts", sink)?;
+        }
+        if let Some(block) = &self.wall_contacts {
+            block.write("wall_contacts", sink)?;
+        }
+        for (k, wall) in self.walls.iter().enumerate() {
+            let mut r = Vec::with_capacity(12);
+            for v in [&wall.displacement, &wall.velocity, &wall.force, &wall.torque] {
+                r.extend_from_slice(v.as_slice());
+            }
+            sink.column(&format!("walls/{k}"), Column::f64(&r, 12, "m, m/s, N, N m"))?;
+        }
+        for (k, clump) in self.clumps.iter().enumerate() {
+            let mut r = Vec::with_capacity(13);
+            for v in [&clump.position, &clump.velocity, &clump.angular_momentum] {
+                r.extend_from_slice(v.as_slice());
+            }
+            r.extend_from_slice(clump.orientation.coords.as_slice());
+            sink.column(&format!("clumps/{k}"), Column::f64(&r, 13, "m, m/s, kg m^2/s, 1"))?;
+        }
+        sink.column("clock/step", Column::u64(&[self.clock.step]))?;
+        reals(sink, "clock/time_step", &[self.clock.dt], "s")?;
+        reals(sink, "ledger", &self.ledger.to_reals(), "J")?;
+        reals(sink, "plan", &self.plan_memory, "see plan")
+    }
+}

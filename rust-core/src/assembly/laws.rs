@@ -1,0 +1,228 @@
+//! From the parameter tables of a scenario to rows of a law: one line of registration per law.
+
+use crate::law::{ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, HertzMindlin, LinearBond};
+use crate::scenario::{self, ContactLawName, LawName, Scenario};
+use crate::solver::MaterialRows;
+use crate::solver::forces::EvaluatedContacts;
+use crate::state::contacts::ContactBlock;
+
+use super::AssemblyError;
+
+/// How the rows of a law come from the tables of materials and interfaces.
+trait FromTables: ContactLaw {
+    /// Table of the law in a scenario.
+    type Table;
+    /// The table of a material.
+    fn of_material(material: &scenario::Material) -> Option<&Self::Table>;
+    /// The table of an interface.
+    fn of_interface(interface: &scenario::Interface) -> Option<&Self::Table>;
+    /// The row of a contact whose sides have these tables.
+    fn row(a: &Self::Table, b: &Self::Table) -> Result<Self, String>;
+}
+
+/// A block of law `law` without contacts, with all its rows, and which row serves which materials.
+pub(super) fn block(
+    law: LawName,
+    scenario: &Scenario,
+) -> Result<(Box<dyn EvaluatedContacts>, MaterialRows), AssemblyError> {
+    match law {
+        LawName::Cpm => table::<Cpm>(scenario),
+        LawName::LinearBond => table::<LinearBond>(scenario),
+        LawName::Frictional => table::<Frictional>(scenario),
+        LawName::HertzMindlin => table::<HertzMindlin>(scenario),
+    }
+}
+
+/// Like [`block`], for contacts without a bond.
+pub(super) fn contact_block(
+    law: ContactLawName,
+    scenario: &Scenario,
+) -> Result<Option<(Box<dyn EvaluatedContacts>, MaterialRows)>, AssemblyError> {
+    match law {
+        ContactLawName::None => Ok(None),
+        ContactLawName::LinearBond => table::<Frictional>(&after_linear_bond(scenario)).map(Some),
+        other => other.law().map(|law| block(law, scenario)).transpose(),
+    }
+}
+
+fn table<L: FromTables>(scenario: &Scenario) -> Result<(Box<dyn EvaluatedContacts>, MaterialRows), AssemblyError> {
+    let materials = &scenario.materials;
+    let mut rows = Vec::new();
+    let mut map = MaterialRows::new(materials.len());
+    for (i, a) in materials.iter().enumerate() {
+        for (j, b) in materials.iter().enumerate().skip(i) {
+            let interface = scenario.interfaces.iter().find(|interface| {
+                let [x, y] = &interface.between;
+                (x == &a.name && y == &b.name) || (x == &b.name && y == &a.name)
+            });
+            let between = interface.and_then(L::of_interface);
+            let (Some(table_a), Some(table_b)) = (between.or(L::of_material(a)), between.or(L::of_material(b))) else {
+                continue;
+            };
+            let row = L::row(table_a, table_b).map_err(|message| AssemblyError::Parameters {
+                law: L::NAME,
+                a: a.name.clone(),
+                b: b.name.clone(),
+                message,
+            })?;
+            map.set(i as u16, j as u16, rows.len() as u16);
+            rows.push(row);
+            if i != j {
+                map.set(j as u16, i as u16, rows.len() as u16);
+                rows.push(row.exchanged());
+            }
+        }
+    }
+    Ok((Box::new(ContactBlock::new(rows)), map))
+}
+
+impl FromTables for Cpm {
+    type Table = scenario::Cpm;
+    fn of_material(material: &scenario::Material) -> Option<&Self::Table> {
+        material.cpm.as_ref()
+    }
+    fn of_interface(interface: &scenario::Interface) -> Option<&Self::Table> {
+        interface.cpm.as_ref()
+    }
+    fn row(a: &Self::Table, b: &Self::Table) -> Result<Self, String> {
+        let parameters = |table: &scenario::Cpm| {
+            let optional = |value: Option<scenario::Quantity<_>>| value.map_or(0.0, scenario::Quantity::si);
+            CpmParameters {
+                mode: table.mode,
+                damage_law: table.damage_law,
+                omega_threshold: table.omega_threshold.si(),
+                never_damage: table.never_damage,
+                shear_contribution: table.shear_contribution.si(),
+                soft_strain: optional(table.soft_strain),
+                relative_soft_stiffness: optional(table.relative_soft_stiffness),
+                isotropic_prestress: table.isotropic_prestress.si(),
+                yield_surface: table.yield_surface.unwrap_or_default(),
+                yield_log_speed: table.yield_log_speed.map_or(0.1, scenario::Quantity::si),
+                damage_time: table.damage_time.map_or(0.0, scenario::Quantity::si),
+                damage_rate_exponent: table.damage_rate_exponent.map_or(1.0, scenario::Quantity::si),
+                plastic_time: table.plasticity_time.map_or(0.0, scenario::Quantity::si),
+                plastic_rate_exponent: table.plasticity_rate_exponent.map_or(1.0, scenario::Quantity::si),
+                ..CpmParameters::new(
+                    table.young.si(),
+                    table.shear_ratio.si(),
+                    table.cohesion.si(),
+                    table
+                        .friction_angle
+                        .map_or_else(|| crate::math::atan2(table.friction_tangent(), 1.0), scenario::Quantity::si),
+                    table.crack_onset_strain.si(),
+                    table.relative_ductility.si(),
+                )
+            }
+        };
+        let (a, b) = (parameters(a), parameters(b));
+        // Averaging equal parameters could round; take them as they are.
+        let mean = if a == b { a } else { a.average(&b).map_err(|error| error.to_string())? };
+        Self::new(&mean).map_err(|error| error.to_string())
+    }
+}
+
+impl FromTables for LinearBond {
+    type Table = scenario::LinearBond;
+    fn of_material(material: &scenario::Material) -> Option<&Self::Table> {
+        material.linear_bond.as_ref()
+    }
+    fn of_interface(interface: &scenario::Interface) -> Option<&Self::Table> {
+        interface.linear_bond.as_ref()
+    }
+    fn row(a: &Self::Table, b: &Self::Table) -> Result<Self, String> {
+        let mean = |of: fn(&Self::Table) -> f64| 0.5 * (of(a) + of(b));
+        let strength = |value: Option<scenario::Quantity<_>>| value.map_or(f64::INFINITY, scenario::Quantity::si);
+        let mut bond = Self::new(
+            mean(|t| t.normal_stiffness.si()),
+            mean(|t| t.shear_stiffness.si()),
+            mean(|t| t.damping_ratio.si()),
+            0.5 * (strength(a.normal_strength) + strength(b.normal_strength)),
+            0.5 * (strength(a.shear_strength) + strength(b.shear_strength)),
+        )
+        .map_err(|error| error.to_string())?;
+        bond.subtract_initial_gap = a.subtract_initial_gap && b.subtract_initial_gap;
+        Ok(bond)
+    }
+}
+
+impl FromTables for Frictional {
+    type Table = scenario::Frictional;
+    fn of_material(material: &scenario::Material) -> Option<&Self::Table> {
+        material.frictional.as_ref()
+    }
+    fn of_interface(interface: &scenario::Interface) -> Option<&Self::Table> {
+        interface.frictional.as_ref()
+    }
+    fn row(a: &Self::Table, b: &Self::Table) -> Result<Self, String> {
+        let mean = |x: f64, y: f64| 0.5 * (x + y);
+        let stiffness = match (a.young, b.young, a.normal_stiffness, b.normal_stiffness) {
+            (Some(young_a), Some(young_b), _, _) => ContactStiffness::Moduli {
+                young_a: young_a.si(),
+                young_b: young_b.si(),
+                ratio: mean(
+                    a.stiffness_ratio.map_or(0.0, scenario::Quantity::si),
+                    b.stiffness_ratio.map_or(0.0, scenario::Quantity::si),
+                ),
+            },
+            (_, _, Some(normal_a), Some(normal_b)) => ContactStiffness::Given {
+                normal: mean(normal_a.si(), normal_b.si()),
+                shear: mean(
+                    a.shear_stiffness.map_or(0.0, scenario::Quantity::si),
+                    b.shear_stiffness.map_or(0.0, scenario::Quantity::si),
+                ),
+            },
+            _ => {
+                return Err("one material gives `young`, the other `normal_stiffness`; give both the same, or an \
+                            [[interface]]"
+                    .to_owned());
+            }
+        };
+        // The rougher surface does not matter when the smoother one slides first.
+        let friction = a.friction_coefficient.si().min(b.friction_coefficient.si());
+        Self::new(stiffness, friction, mean(a.damping_ratio.si(), b.damping_ratio.si()))
+            .map_err(|error| error.to_string())
+    }
+}
+
+impl FromTables for HertzMindlin {
+    type Table = scenario::HertzMindlin;
+    fn of_material(material: &scenario::Material) -> Option<&Self::Table> {
+        material.hertz_mindlin.as_ref()
+    }
+    fn of_interface(interface: &scenario::Interface) -> Option<&Self::Table> {
+        interface.hertz_mindlin.as_ref()
+    }
+    fn row(a: &Self::Table, b: &Self::Table) -> Result<Self, String> {
+        let elastic = |t: &Self::Table| Elastic { young: t.young.si(), poisson: t.poisson.si() };
+        Self::new(
+            elastic(a),
+            elastic(b),
+            a.friction_coefficient.si().min(b.friction_coefficient.si()),
+            0.5 * (a.restitution.si() + b.restitution.si()),
+        )
+        .map_err(|error| error.to_string())
+    }
+}
+
+/// The scenario with every linear bond's table read as that of the frictional contact of the same stiffness: what
+/// pairs without a bond do under the law `linear_bond`.
+fn after_linear_bond(scenario: &Scenario) -> Scenario {
+    let convert = |table: &Option<scenario::LinearBond>| {
+        table.as_ref().map(|t| scenario::Frictional {
+            young: None,
+            stiffness_ratio: None,
+            normal_stiffness: Some(t.normal_stiffness),
+            shear_stiffness: Some(t.shear_stiffness),
+            friction_coefficient: t.friction_coefficient,
+            damping_ratio: t.damping_ratio,
+        })
+    };
+    let mut converted = scenario.clone();
+    for material in &mut converted.materials {
+        material.frictional = convert(&material.linear_bond);
+    }
+    for interface in &mut converted.interfaces {
+        interface.frictional = convert(&interface.linear_bond);
+    }
+    converted
+}

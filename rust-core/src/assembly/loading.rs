@@ -1,0 +1,113 @@
+//! Loading of a scenario: layers, plates, cell; sets initial velocities and constraints.
+
+use super::{AssemblyError, bounds_along, layer, material_index, place::Placed, unfit};
+use crate::math::{Mat3, Vec3};
+use crate::plan::Loading;
+use crate::plan::loading::set_affine_velocity;
+use crate::scenario::{self, End, Lateral, Scenario};
+use crate::state::{Constraint, State, Wall, WallShape};
+
+pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> Result<Loading, AssemblyError> {
+    match &scenario.loading {
+        scenario::Loading::None => Ok(Loading::None),
+        scenario::Loading::Uniaxial { axis, strain_rate, layer_thickness, lateral, initial_velocity_field, area } => {
+            let axis = axis.index();
+            let particles = &state.particles;
+            let largest = particles.radius.iter().copied().fold(0.0, f64::max);
+            let thickness = layer_thickness.map_or(2.0 * largest, scenario::Quantity::si);
+            let extents = || particles.position.iter().zip(&particles.radius).map(|(x, r)| (x[axis], *r));
+            let lower = layer(extents(), End::Minimum, thickness);
+            let upper = layer(extents(), End::Maximum, thickness);
+            if lower.is_empty() || upper.is_empty() || lower.iter().any(|p| upper.contains(p)) {
+                let (low, high) = bounds_along(extents());
+                let message = format!(
+                    "end layers of {thickness} m do not fit a specimen {} m long: they are empty or overlap",
+                    high - low
+                );
+                return Err(unfit("loading.layer_thickness", message));
+            }
+            let mean =
+                |layer: &[usize]| layer.iter().map(|&p| particles.position[p][axis]).sum::<f64>() / layer.len() as f64;
+            let (bottom, top) = (mean(&lower), mean(&upper));
+            let length = top - bottom;
+            let area = area.map_or_else(|| cross_section(state, placed, axis), scenario::Quantity::si);
+            let rate = strain_rate.si();
+            let middle = 0.5 * (bottom + top);
+            let half = 0.5 * rate * length;
+            let particles = &mut state.particles;
+            if *initial_velocity_field {
+                for (v, x) in particles.velocity.iter_mut().zip(&particles.position) {
+                    v[axis] = (rate * (x[axis] - middle)).clamp(-half.abs(), half.abs());
+                }
+            }
+            let constraint = match lateral {
+                Lateral::Free => Constraint::translation_along(axis),
+                Lateral::Fixed => Constraint::ALL,
+            };
+            for (layer, velocity) in [(&lower, -half), (&upper, half)] {
+                for &p in layer {
+                    particles.constraint[p] = particles.constraint[p].with(constraint);
+                    particles.velocity[p][axis] = velocity;
+                }
+            }
+            let indices = |layer: Vec<usize>| layer.into_iter().map(|p| p as u32).collect();
+            Ok(Loading::Uniaxial { axis, layers: [indices(lower), indices(upper)], length, area })
+        }
+        scenario::Loading::CellStrain { velocity_gradient } => {
+            let gradient = Mat3::from_fn(|i, j| velocity_gradient[i][j].si());
+            let cell =
+                state.cell.as_mut().ok_or_else(|| unfit("loading", "the packing has no periodic cell".into()))?;
+            cell.velocity_gradient = gradient;
+            let initial_volume = cell.volume();
+            set_affine_velocity(state, &gradient, &Vec3::zeros());
+            Ok(Loading::CellStrain { initial_volume })
+        }
+        scenario::Loading::CellStress { stress, maximum_strain_rate, tolerance } => {
+            let stress = Mat3::from_fn(|i, j| stress[i][j].si());
+            let cell = state.cell.ok_or_else(|| unfit("loading", "the packing has no periodic cell".into()))?;
+            let size = stress.abs().max();
+            let rate = maximum_strain_rate.si();
+            // The full rate while the error is a tenth of the wanted stress or more (of 1 Pa for a zero stress).
+            let gain = rate / (0.1 * size.max(1.0));
+            let _ = cell;
+            Ok(Loading::CellStress { stress, maximum_rate: rate, gain, tolerance: tolerance.si() })
+        }
+        scenario::Loading::Platens { axis, closing_velocity, material, area } => {
+            let axis = axis.index();
+            let particles = &state.particles;
+            let (low, high) =
+                bounds_along(particles.position.iter().zip(&particles.radius).map(|(x, r)| (x[axis], *r)));
+            let area = area.map_or_else(|| cross_section(state, placed, axis), scenario::Quantity::si);
+            let first = state.walls.len();
+            for (name, at, sign) in [("lower platen", low, 1.0), ("upper platen", high, -1.0)] {
+                let mut normal = Vec3::zeros();
+                normal[axis] = sign;
+                let mut point = Vec3::zeros();
+                point[axis] = at;
+                state.walls.push(Wall {
+                    name: name.into(),
+                    shape: WallShape::Plane { point, normal },
+                    material: material_index(scenario, material),
+                    displacement: Vec3::zeros(),
+                    velocity: normal * (0.5 * closing_velocity.si()),
+                    force: Vec3::zeros(),
+                    torque: Vec3::zeros(),
+                });
+            }
+            Ok(Loading::Platens { axis, walls: [first, first + 1], length: high - low, area })
+        }
+    }
+}
+
+/// Cross-section perpendicular to `axis`, m²: of the packing's shape, else of the bounding box.
+fn cross_section(state: &State, placed: &Placed, axis: usize) -> f64 {
+    if let Some(area) = placed.cross_sections.map(|areas| areas[axis]) {
+        return area;
+    }
+    let particles = &state.particles;
+    let extent = |k: usize| {
+        let (low, high) = bounds_along(particles.position.iter().zip(&particles.radius).map(|(x, r)| (x[k], *r)));
+        high - low
+    };
+    (0..3).filter(|&k| k != axis).map(extent).product()
+}

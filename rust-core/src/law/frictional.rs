@@ -1,0 +1,362 @@
+//! Unbonded contact of linear springs with Coulomb friction: Cundall & Strack 1979, Géotechnique 29:47; what a broken
+//! bond becomes (Madan 2019, (2.40)).
+//!
+//! With `u` the elongation (negative while the particles touch) and `u_t` the elastic shear displacement,
+//!
+//! * `f_n = k_n u + c_n u̇` while `u < 0`, zero otherwise; with [`Frictional::tension_from_damping`] off (default) the
+//!   sum is not allowed to pull: `f_n ≤ 0`;
+//! * `u_t` follows the shear displacement; where `k_t‖u_t‖` exceeds `μ|f_n|` it is scaled back to the limit, and the
+//!   difference is slip (return to the Coulomb cone at constant normal force);
+//! * a shear dashpot `c_t u̇_t` acts as far as the Coulomb limit leaves room, so never while sliding;
+//! * `c = ξ·2√(m k)` with the reduced mass `m`.
+//!
+//! Forces are those on A, in N, positive in tension. Touching is judged by the elongation, the distance less
+//! [`ContactGeometry::reference_length`], which is `R_A + R_B` for ordinary contacts; a broken bond may keep another
+//! one. The energy is exact for the trapezoidal rule: friction is `½(f_old + f_new)·slip`. Where a contact closes or
+//! opens within a step, the rule overestimates or underestimates the work of the kinked spring by
+//! `½k_n(u_old⁻u⁺ − u⁻u_old⁺)`, which is the [`EnergySplit::integration`] term.
+
+use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Fate, Response, Stiffness};
+use crate::kinematics::PointKinematics;
+use crate::math::Vec3;
+
+/// Where the stiffnesses of a contact come from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ContactStiffness {
+    /// The same for every contact.
+    Given {
+        /// `k_n`, N/m.
+        normal: f64,
+        /// `k_t`, N/m.
+        shear: f64,
+    },
+    /// From moduli and radii, as in YADE's `Ip2_FrictMat_FrictMat_FrictPhys` (Šmilauer et al. 2010): two springs
+    /// `2 E r` in series, `k_n = 2 E_A r_A E_B r_B/(E_A r_A + E_B r_B)`, `k_t = ratio·k_n`. A wall, which has no
+    /// radius, counts with the radius of the particle.
+    Moduli {
+        /// Modulus of A, Pa.
+        young_a: f64,
+        /// Modulus of B, Pa.
+        young_b: f64,
+        /// `k_t/k_n`, 1 (YADE calls it `poisson`).
+        ratio: f64,
+    },
+}
+
+impl ContactStiffness {
+    /// `(k_n, k_t)` of a contact, N/m.
+    #[inline(always)]
+    pub fn of(&self, geometry: &ContactGeometry) -> (f64, f64) {
+        match *self {
+            Self::Given { normal, shear } => (normal, shear),
+            Self::Moduli { young_a, young_b, ratio } => {
+                let radius_b = if geometry.radius_b > 0.0 { geometry.radius_b } else { geometry.radius_a };
+                let (a, b) = (young_a * geometry.radius_a, young_b * radius_b);
+                let normal = 2.0 * (a * b) / (a + b);
+                (normal, ratio * normal)
+            }
+        }
+    }
+}
+
+/// Parameters of the linear frictional contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frictional {
+    /// Stiffnesses.
+    pub stiffness: ContactStiffness,
+    /// Coefficient of friction `μ = tan φ`, 1.
+    pub friction: f64,
+    /// Damping ratio `ξ` of both dashpots, 1. The one that gives a wanted coefficient of restitution is
+    /// [`damping_of_restitution`](super::restitution::damping_of_restitution).
+    pub damping_ratio: f64,
+    /// Whether the dashpot may pull the particles together while they part.
+    pub tension_from_damping: bool,
+}
+
+crate::law_state! {
+    /// History of a [`Frictional`] contact.
+    pub struct FrictionalState {
+        /// Elastic shear displacement.
+        shear_displacement: Vec3, "m", Odd;
+        /// Normal dashpot force of the last step, as limited.
+        normal_dashpot: f64, "N", Even;
+        /// Shear dashpot force of the last step, as limited.
+        shear_dashpot: Vec3, "N", Odd;
+    }
+}
+
+impl Frictional {
+    /// A contact with the given stiffnesses, friction coefficient and damping ratio that never pulls.
+    pub fn new(stiffness: ContactStiffness, friction: f64, damping_ratio: f64) -> Result<Self, ParameterError> {
+        let contact = Self { stiffness, friction, damping_ratio, tension_from_damping: false };
+        contact.validate()?;
+        Ok(contact)
+    }
+
+    /// Refuse parameters without meaning.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        let not_negative = |value: f64| value >= 0.0 && value.is_finite();
+        match self.stiffness {
+            ContactStiffness::Given { normal, shear } => {
+                require(positive(normal), Self::NAME, "normal_stiffness", normal, "positive and finite (N/m)")?;
+                require(not_negative(shear), Self::NAME, "shear_stiffness", shear, "finite and not negative (N/m)")?;
+            }
+            ContactStiffness::Moduli { young_a, young_b, ratio } => {
+                require(positive(young_a), Self::NAME, "young", young_a, "positive and finite (Pa)")?;
+                require(positive(young_b), Self::NAME, "young", young_b, "positive and finite (Pa)")?;
+                require(not_negative(ratio), Self::NAME, "stiffness_ratio", ratio, "finite and not negative")?;
+            }
+        }
+        require(not_negative(self.friction), Self::NAME, "friction", self.friction, "finite and not negative")?;
+        let xi = self.damping_ratio;
+        require(not_negative(xi), Self::NAME, "damping_ratio", xi, "finite and not negative")
+    }
+
+    /// Dashpot constants `(c_n, c_t)`, N·s/m.
+    #[inline(always)]
+    fn dashpots(&self, geometry: &ContactGeometry, normal: f64, shear: f64) -> (f64, f64) {
+        if self.damping_ratio == 0.0 {
+            return (0.0, 0.0);
+        }
+        let mass = geometry.reduced_mass();
+        (2.0 * self.damping_ratio * (mass * normal).sqrt(), 2.0 * self.damping_ratio * (mass * shear).sqrt())
+    }
+}
+
+impl ContactLaw for Frictional {
+    type State = FrictionalState;
+    type Kinematics = PointKinematics;
+    const NAME: &'static str = "frictional";
+
+    #[inline(always)]
+    fn respond(&self, kinematics: &PointKinematics, old: &FrictionalState, dt: f64) -> Response<FrictionalState> {
+        let geometry = &kinematics.geometry;
+        let (normal_stiffness, shear_stiffness) = self.stiffness.of(geometry);
+        let lengthening = kinematics.length - kinematics.length_old;
+        let slide = kinematics.shear_increment;
+        let stretch = kinematics.elongation;
+        let old_stretch = kinematics.length_old - geometry.reference_length;
+        let old_shear = kinematics.transport.apply(&old.shear_displacement);
+        let old_shear_dashpot = kinematics.transport.apply(&old.shear_dashpot);
+
+        let mut energy = EnergySplit {
+            integration: 0.5
+                * normal_stiffness
+                * (old_stretch.min(0.0) * stretch.max(0.0) - stretch.min(0.0) * old_stretch.max(0.0)),
+            ..EnergySplit::default()
+        };
+        if stretch >= 0.0 {
+            energy.add_friction(0.5 * shear_stiffness * old_shear.dot(&(old_shear + slide)));
+            energy.add_viscous(0.5 * old.normal_dashpot * lengthening);
+            energy.add_viscous(0.5 * old_shear_dashpot.dot(&slide));
+            return Response {
+                force: Vec3::zeros(),
+                moment: Vec3::zeros(),
+                state: FrictionalState::default(),
+                fate: Fate::Opened,
+                energy,
+            };
+        }
+
+        let (normal_viscosity, shear_viscosity) = self.dashpots(geometry, normal_stiffness, shear_stiffness);
+        let rate = reciprocal_of_step(dt);
+        let elastic_normal = normal_stiffness * stretch;
+        let mut normal_dashpot = normal_viscosity * lengthening * rate;
+        if !self.tension_from_damping {
+            normal_dashpot = normal_dashpot.min(-elastic_normal);
+        }
+        let normal_force = elastic_normal + normal_dashpot;
+
+        let limit = self.friction * (-normal_force).max(0.0);
+        let trial = old_shear + slide;
+        let trial_force = shear_stiffness * trial.norm();
+        let (shear_displacement, shear_dashpot) = if trial_force > limit {
+            let shear_displacement = trial * (limit / trial_force);
+            let slip = trial - shear_displacement;
+            energy.add_friction(0.5 * shear_stiffness * (old_shear + shear_displacement).dot(&slip));
+            (shear_displacement, Vec3::zeros())
+        } else {
+            let dashpot = slide * (shear_viscosity * rate);
+            (trial, dashpot_within_limit(&(trial * shear_stiffness), &dashpot, limit))
+        };
+        let elastic_shear = shear_displacement * shear_stiffness;
+
+        energy.stored_normal = 0.5 * elastic_normal * stretch;
+        energy.stored_shear = 0.5 * elastic_shear.dot(&shear_displacement);
+        energy.add_viscous(0.5 * (old.normal_dashpot + normal_dashpot) * lengthening);
+        energy.add_viscous(0.5 * (old_shear_dashpot + shear_dashpot).dot(&slide));
+        Response {
+            force: kinematics.normal * normal_force + elastic_shear + shear_dashpot,
+            moment: Vec3::zeros(),
+            state: FrictionalState { shear_displacement, normal_dashpot, shear_dashpot },
+            fate: Fate::Lives,
+            energy,
+        }
+    }
+
+    fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {
+        let (normal, shear) = self.stiffness.of(geometry);
+        let (normal_damping, shear_damping) = self.dashpots(geometry, normal, shear);
+        Stiffness { normal, shear, normal_damping, shear_damping, ..Stiffness::default() }
+    }
+
+    fn exchanged(&self) -> Self {
+        let mut out = *self;
+        if let ContactStiffness::Moduli { young_a, young_b, .. } = &mut out.stiffness {
+            std::mem::swap(young_a, young_b);
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::conformance::{Native, Observed, Properties, Station, Subject, Window, atlas, atlas_paths, check};
+
+    const GEOMETRY: ContactGeometry =
+        ContactGeometry { reference_length: 2.0, area: 1.0, radius_a: 0.8, radius_b: 1.2, mass_a: 1.0, mass_b: 2.0 };
+
+    /// Overlaps are a good part of the length, so that rounding of positions does not hide anything.
+    fn subject(name: &'static str, law: Frictional) -> Subject<Native<Frictional>> {
+        let window = Window { elongation: [-0.4, 0.1], shear: 0.5 };
+        Subject {
+            name,
+            host: Native(law),
+            geometry: GEOMETRY,
+            bonded: false,
+            properties: Properties {
+                conservative_normal: law.damping_ratio == 0.0,
+                conservative_shear: false,
+                dissipation_nonnegative: true,
+                continuous_failure: !law.tension_from_damping,
+                brittle: false,
+            },
+            elastic: window,
+            inelastic: window,
+            held: Station { elongation: -0.3, shear: [0.1, -0.15], twist: 0.0 },
+            failure: 0.1,
+            dt: 1e-3,
+        }
+    }
+
+    /// The law in plain numbers, without dashpots: shear spring of two components with a circular limit.
+    fn closed_form(kn: f64, kt: f64, friction: f64) -> impl FnMut(&Observed) -> Option<[f64; 3]> {
+        let mut before = [0.0; 2];
+        let mut spring = [0.0; 2];
+        move |now| {
+            let s = now.station;
+            let pressure = (-kn * s.elongation).max(0.0);
+            for k in 0..2 {
+                spring[k] += s.shear[k] - before[k];
+            }
+            before = s.shear;
+            let size = kt * (spring[0] * spring[0] + spring[1] * spring[1]).sqrt();
+            if size > friction * pressure {
+                for x in &mut spring {
+                    *x *= friction * pressure / size;
+                }
+            }
+            Some([-pressure, kt * spring[0], kt * spring[1]])
+        }
+    }
+
+    #[test]
+    fn undamped_contact_conforms() {
+        let law = Frictional::new(ContactStiffness::Given { normal: 1e6, shear: 5e5 }, 0.5, 0.0).unwrap();
+        let subject = subject("frictional", law);
+        let mut report = check(&subject);
+        report.findings.extend(atlas(
+            &subject,
+            &atlas_paths(&subject.inelastic, 50),
+            || closed_form(1e6, 5e5, 0.5),
+            1e-12,
+            "rounding of orientations over 250 steps",
+        ));
+        println!("{report}");
+        assert!(report.passed(), "{report}");
+    }
+
+    #[test]
+    fn damped_contacts_conform() {
+        let stiffness = ContactStiffness::Moduli { young_a: 5e5, young_b: 9e5, ratio: 0.3 };
+        let mut law = Frictional::new(stiffness, 0.4, 0.2).unwrap();
+        for tension_from_damping in [false, true] {
+            law.tension_from_damping = tension_from_damping;
+            let mut subject = subject("damped frictional, unlike particles", law);
+            // fast enough for the dashpot to matter
+            subject.dt = 1e-4;
+            let report = check(&subject);
+            println!("{report}");
+            assert!(report.passed(), "{report}");
+        }
+    }
+
+    /// Two springs 2Er in series; a wall counts with the radius of the sphere.
+    #[test]
+    fn stiffness_from_moduli() {
+        let stiffness = ContactStiffness::Moduli { young_a: 5e5, young_b: 9e5, ratio: 0.3 };
+        let (a, b) = (2.0 * 5e5 * 0.8, 2.0 * 9e5 * 1.2);
+        let (kn, kt) = stiffness.of(&GEOMETRY);
+        // three roundings on either side
+        assert!((kn * (1.0 / a + 1.0 / b) - 1.0).abs() < 1e-15);
+        assert!((kt / kn - 0.3).abs() < 1e-15);
+        let wall = ContactGeometry { radius_b: 0.0, mass_b: f64::INFINITY, ..GEOMETRY };
+        let b = 2.0 * 9e5 * 0.8;
+        assert!((stiffness.of(&wall).0 * (1.0 / a + 1.0 / b) - 1.0).abs() < 1e-15);
+    }
+
+    /// A sphere bouncing off a wall: the restitution that the damping ratio was made for. Tolerance 1e-4: 2e4 steps
+    /// per collision, the dashpot lags by half a step.
+    #[test]
+    fn restitution_of_a_bounce() {
+        use crate::law::restitution::{End, damping_of_restitution};
+        let wall = ContactGeometry { reference_length: 0.8, radius_b: 0.0, mass_b: f64::INFINITY, ..GEOMETRY };
+        for (end, pulls) in [(End::ForceSpent, false), (End::OverlapSpent, true)] {
+            for e in [0.3, 0.7, 0.95, 1.0] {
+                let stiffness = ContactStiffness::Given { normal: 1e6, shear: 0.0 };
+                let mut law = Frictional::new(stiffness, 0.0, damping_of_restitution(e, end)).unwrap();
+                law.tension_from_damping = pulls;
+                let dt = std::f64::consts::PI / 1e3 / 2e4;
+                let (mut length, mut velocity, mut state) = (0.8, -1.0, FrictionalState::default());
+                loop {
+                    let length_old = length;
+                    length += velocity * dt;
+                    let k = PointKinematics {
+                        geometry: wall,
+                        length,
+                        length_old,
+                        elongation: length - 0.8,
+                        gap: length - 0.8,
+                        normal: -Vec3::y(),
+                        shear_increment: Vec3::zeros(),
+                        arm_a: 0.4 + 0.5 * length,
+                        arm_b: 0.5 * length - 0.4,
+                        bonded: false,
+                        transport: crate::kinematics::Transport::identity(-Vec3::y()),
+                    };
+                    let answer = law.respond(&k, &state, dt);
+                    if answer.fate == Fate::Opened {
+                        break;
+                    }
+                    state = answer.state;
+                    velocity += answer.force.y * dt / wall.mass_a;
+                }
+                assert!((velocity - e).abs() < 1e-4, "{end:?} {e}: {velocity}");
+            }
+        }
+    }
+
+    #[test]
+    fn bad_parameters_are_named() {
+        let stiffness = ContactStiffness::Given { normal: 1e6, shear: 5e5 };
+        let message = Frictional::new(stiffness, -0.1, 0.0).unwrap_err().to_string();
+        assert_eq!(message, "law frictional: friction = -0.1 must be finite and not negative");
+        assert!(Frictional::new(ContactStiffness::Given { normal: 0.0, shear: 0.0 }, 0.1, 0.0).is_err());
+        let moduli = ContactStiffness::Moduli { young_a: 1e9, young_b: f64::INFINITY, ratio: 0.3 };
+        assert!(Frictional::new(moduli, 0.1, 0.0).is_err());
+        assert!(Frictional::new(stiffness, 0.1, f64::NAN).is_err());
+    }
+}

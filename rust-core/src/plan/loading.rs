@@ -1,0 +1,158 @@
+//! How a specimen is loaded, and what is measured of it.
+
+use crate::math::{Mat3, Vec3};
+use crate::solver::{Solver, StepReport};
+use crate::state::State;
+
+/// Loading of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Loading {
+    /// Nothing beyond what the particles' constraints, walls, and forces do.
+    None,
+    /// End layers with prescribed velocity along `axis`.
+    Uniaxial {
+        /// Axis, 0 to 2.
+        axis: usize,
+        /// Indices of the particles of the lower and the upper layer.
+        layers: [Vec<u32>; 2],
+        /// Distance of the layers' mean positions at the start, m.
+        length: f64,
+        /// Cross-section, m².
+        area: f64,
+    },
+    /// The periodic cell deforms with its velocity gradient.
+    CellStrain {
+        /// Volume of the cell at the start, m³.
+        initial_volume: f64,
+    },
+    /// The periodic cell is driven towards a stress.
+    CellStress {
+        /// Wanted stress, Pa.
+        stress: Mat3,
+        /// Largest rate of any strain component, 1/s.
+        maximum_rate: f64,
+        /// Gain: strain rate per error of stress, 1/(Pa·s).
+        gain: f64,
+        /// Relative error that counts as reached.
+        tolerance: f64,
+    },
+    /// Two plates.
+    Platens {
+        /// Axis, 0 to 2.
+        axis: usize,
+        /// Indices of the lower and the upper wall.
+        walls: [usize; 2],
+        /// Distance of the plates at the start, m.
+        length: f64,
+        /// Cross-section, m².
+        area: f64,
+    },
+}
+
+/// Mean stress and strain of the specimen.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Measure {
+    /// Strain along the loading axis (periodic cell: the component of `F − 1` largest in size).
+    pub strain: f64,
+    /// Stress along the loading axis (periodic cell: the component with those indices), Pa.
+    pub stress: f64,
+    /// Full mean stress of a periodic cell, Pa.
+    pub tensor: Mat3,
+}
+
+impl Loading {
+    /// Called before every step.
+    pub(super) fn act(&self, state: &State, solver: &mut Solver, last: &StepReport) {
+        if let (Self::CellStress { stress, maximum_rate, gain, .. }, Some(cell)) = (self, &state.cell) {
+            let error = stress - last.virial / cell.volume();
+            let rate = (error + error.transpose()) * (0.5 * gain);
+            solver.set_velocity_gradient(cell, rate.map(|r| r.clamp(-maximum_rate, *maximum_rate)));
+        }
+    }
+
+    /// Strain before and stress of a step that begins at `state` — positions must be those at which `solver`'s forces
+    /// will be evaluated.
+    pub(super) fn strain(&self, state: &State) -> f64 {
+        match self {
+            Self::None => 0.0,
+            Self::Uniaxial { axis, layers, length, .. } => {
+                let mean = |layer: &[u32]| {
+                    layer.iter().map(|&p| state.particles.position[p as usize][*axis]).sum::<f64>() / layer.len() as f64
+                };
+                (mean(&layers[1]) - mean(&layers[0]) - length) / length
+            }
+            Self::CellStrain { .. } | Self::CellStress { .. } => {
+                let (i, j) = self.component(state);
+                state.cell.as_ref().map_or(0.0, |cell| (cell.deformation_gradient - Mat3::identity())[(i, j)])
+            }
+            Self::Platens { axis, walls, length, .. } => {
+                (state.walls[walls[1]].displacement[*axis] - state.walls[walls[0]].displacement[*axis]) / length
+            }
+        }
+    }
+
+    /// Stress of the step just done.
+    pub(super) fn stress(&self, state: &State, solver: &Solver, report: &StepReport, volume: f64) -> Measure {
+        let mut measure = Measure::default();
+        if state.cell.is_some() {
+            measure.tensor = report.virial / volume;
+        }
+        measure.stress = match self {
+            Self::None => 0.0,
+            Self::Uniaxial { axis, layers, area, .. } => {
+                let force = |layer: &[u32]| layer.iter().map(|&p| solver.forces()[p as usize][*axis]).sum::<f64>();
+                0.5 * (force(&layers[0]) - force(&layers[1])) / area
+            }
+            Self::CellStrain { .. } | Self::CellStress { .. } => measure.tensor[self.component(state)],
+            Self::Platens { axis, walls, area, .. } => {
+                // The force on the lower plate points down when the specimen is compressed.
+                0.5 * (state.walls[walls[0]].force[*axis] - state.walls[walls[1]].force[*axis]) / area
+            }
+        };
+        measure
+    }
+
+    /// The component that is followed in a periodic cell: of the velocity gradient or of the wanted stress, the one
+    /// largest in size; the first of equal ones.
+    fn component(&self, state: &State) -> (usize, usize) {
+        let matrix = match self {
+            Self::CellStress { stress, .. } => *stress,
+            _ => state.cell.as_ref().map_or_else(Mat3::zeros, |cell| cell.velocity_gradient),
+        };
+        let mut best = (0, 0);
+        for i in 0..3 {
+            for j in 0..3 {
+                if matrix[(i, j)].abs() > matrix[best].abs() {
+                    best = (i, j);
+                }
+            }
+        }
+        best
+    }
+
+    /// Whether a servo has reached what it was told.
+    pub(super) fn reached(&self, measure: &Measure) -> bool {
+        match self {
+            Self::CellStress { stress, tolerance, .. } => {
+                let size = stress.abs().max();
+                (measure.tensor - stress).abs().max() <= tolerance * size
+            }
+            _ => true,
+        }
+    }
+
+    /// Lengths of the loaded specimen that a report may want: cross-section and length, m², m.
+    pub fn dimensions(&self) -> Option<(f64, f64)> {
+        match self {
+            Self::Uniaxial { area, length, .. } | Self::Platens { area, length, .. } => Some((*area, *length)),
+            _ => None,
+        }
+    }
+}
+
+/// Give every particle the affine velocity `gradient · (x − origin)`.
+pub fn set_affine_velocity(state: &mut State, gradient: &Mat3, origin: &Vec3) {
+    for (v, x) in state.particles.velocity.iter_mut().zip(&state.particles.position) {
+        *v = gradient * (x - origin);
+    }
+}

@@ -1,0 +1,38 @@
+//! Scenarios to start from, compiled in.
+
+/// A commented scenario to start from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Template {
+    /// Name.
+    pub name: &'static str,
+    /// One line about it.
+    pub description: &'static str,
+    /// The scenario.
+    pub text: &'static str,
+}
+
+macro_rules! templates {
+    ($($name:literal: $description:literal,)*) => {
+        /// All templates.
+        pub const TEMPLATES: &[Template] = &[$(Template {
+            name: $name,
+            description: $description,
+            text: include_str!(concat!("templates/", $name, ".toml")),
+        }),*];
+    };
+}
+
+templates! {
+    "cpm-small": "about 1,000 particles of concrete in tension; seconds",
+    "cpm-specimen-tension": "50 mm concrete cube (Stránský 2018, section 2.5.3) in tension; minutes",
+    "cpm-specimen-compression": "50 mm concrete cube (Stránský 2018, section 2.5.3) in compression; minutes",
+    "cpm-periodic": "periodic cell of concrete under a prescribed strain path",
+    "granular-box": "a column of frictional spheres collapses in a box",
+    "hertz-impact": "two glass spheres collide",
+    "linear-bond-bar": "two-dimensional bar of discs with brittle bonds, pulled until it breaks",
+}
+
+/// The template of this name.
+pub fn template(name: &str) -> Option<&'static Template> {
+    TEMPLATES.iter().find(|template| template.name == name)
+}

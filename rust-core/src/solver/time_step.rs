@@ -1,0 +1,297 @@
+//! Bounds of the stable time step.
+//!
+//! Central differences are stable for `Δt < 2/ω_max` (Madan 2019, (2.15)). Three estimates, from cheap to sharp:
+//! * P-wave: `min r √(ρ/E)` over particles, the customary rule, no bound;
+//! * per particle: `ω² ≤ max_p λ_max(2 Σ_e Gᵀ k_e G, M_p)`, the sum over the contacts of a particle of its 6×6 stiffness
+//!   blocks including the arms. Rigorous, because every contact's energy satisfies
+//!   `½k(g_B − g_A)² ≤ k g_A² + k g_B²`;
+//! * spectral: the largest eigenvalue of the assembled mass-scaled stiffness by Lanczos iteration, plus its residual
+//!   norm. Sharp.
+//!
+//! Dashpots with `C ≤ βK` lower the limit to `(2/ω)(√(1+ζ²) − ζ)`, `ζ = ½βω` (Belytschko 1983).
+
+use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector6};
+use rayon::prelude::*;
+
+use crate::kinematics::sphere_sphere::fresh_frame;
+use crate::law::Stiffness;
+use crate::math::{Mat3, Vec3, any_perpendicular};
+use crate::state::contacts::{Contacts, Link};
+use crate::state::{Cell, Particles, State};
+
+/// Bounds of the time step, s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeStepBounds {
+    /// `min 2 √(m/k_max)`-like bound from each particle's own contacts, dashpots included.
+    pub per_particle: f64,
+    /// From the largest frequency of the assembled system, dashpots included.
+    pub spectral: f64,
+    /// Largest angular frequency, rad/s (upper end of its interval).
+    pub frequency: f64,
+    /// Relative width of the interval the frequency is known to lie in.
+    pub uncertainty: f64,
+    /// Lanczos steps taken.
+    pub iterations: usize,
+}
+
+/// One contact as a linear element.
+#[derive(Debug, Clone, Copy)]
+struct Element {
+    a: u32,
+    b: u32,
+    normal: Vec3,
+    arm_a: f64,
+    arm_b: f64,
+    stiffness: Stiffness,
+}
+
+/// `min r √(ρ/E)`, s, over particles with density from mass and radius, and modulus `young` (Pa): the customary P-wave
+/// rule (YADE's `PWaveTimeStep`).
+pub fn p_wave(particles: &Particles, young: f64) -> f64 {
+    particles
+        .radius
+        .iter()
+        .zip(&particles.mass)
+        .map(|(r, m)| r * (m / (4.0 / 3.0 * std::f64::consts::PI * r * r * r) / young).sqrt())
+        .fold(f64::INFINITY, f64::min)
+}
+
+fn elements(state: &State) -> Vec<Element> {
+    let mut all = Vec::new();
+    let particles = &state.particles;
+    let mut add = |block: &dyn Contacts| {
+        for k in 0..block.len() {
+            let view = block.view(k);
+            if view.link.has(Link::BROKEN) {
+                continue;
+            }
+            let (a, b) = (view.pair.a as usize, view.pair.b as usize);
+            let shift = state.cell.as_ref().map_or_else(Vec3::zeros, |cell: &Cell| cell.shift(view.link.image));
+            let frame = fresh_frame(&particles.position[a], &particles.position[b], &shift);
+            let half_gap = 0.5 * (frame.length - particles.radius[a] - particles.radius[b]);
+            all.push(Element {
+                a: view.pair.a,
+                b: view.pair.b,
+                normal: frame.normal,
+                arm_a: particles.radius[a] + half_gap,
+                arm_b: particles.radius[b] + half_gap,
+                stiffness: block.stiffness(k, particles, false),
+            });
+        }
+    };
+    for block in &state.bonds {
+        add(block.contacts());
+    }
+    if let Some(block) = &state.contacts {
+        add(block.contacts());
+    }
+    all
+}
+
+/// Stiffness of walls on each particle, as if the wall were there at all times: `(particle, normal, stiffness)`.
+fn wall_elements(state: &State) -> Vec<(u32, Vec3, f64, Stiffness)> {
+    let Some(block) = &state.wall_contacts else { return Vec::new() };
+    let block = block.contacts();
+    let table = super::walls::element_table(&state.walls);
+    (0..block.len())
+        .filter_map(|k| {
+            let view = block.view(k);
+            let a = view.pair.a as usize;
+            let (w, e) = table[view.pair.b as usize];
+            let foot = state.walls[w as usize].foot(e as usize, &state.particles.position[a])?;
+            Some((view.pair.a, foot.normal, state.particles.radius[a], block.stiffness(k, &state.particles, true)))
+        })
+        .collect()
+}
+
+/// Stiffness block of one end of an element: rows translation, rotation.
+fn end_block(normal: &Vec3, arm: f64, k: &Stiffness) -> Matrix6<f64> {
+    let nn = normal * normal.transpose();
+    let tangent = Mat3::identity() - nn;
+    // Tangential displacement of the end's contact point: P u + arm (φ × n) = P u − arm [n]× φ.
+    let lever = -normal.cross_matrix() * arm;
+    let mut block = Matrix6::zeros();
+    block.fixed_view_mut::<3, 3>(0, 0).copy_from(&(nn * k.normal + tangent * k.shear));
+    let coupling = tangent * lever * k.shear;
+    block.fixed_view_mut::<3, 3>(0, 3).copy_from(&coupling);
+    block.fixed_view_mut::<3, 3>(3, 0).copy_from(&coupling.transpose());
+    let rotation = lever.transpose() * tangent * lever * k.shear + tangent * k.bending + nn * k.twist;
+    block.fixed_view_mut::<3, 3>(3, 3).copy_from(&rotation);
+    block
+}
+
+/// Largest ratio of dashpot to spring, s.
+fn damping_ratio(k: &Stiffness) -> f64 {
+    let ratio = |c: f64, k: f64| if c > 0.0 && k > 0.0 { c / k } else { 0.0 };
+    ratio(k.normal_damping, k.normal).max(ratio(k.shear_damping, k.shear))
+}
+
+fn limit(frequency: f64, beta: f64) -> f64 {
+    if frequency <= 0.0 {
+        return f64::INFINITY;
+    }
+    let zeta = 0.5 * beta * frequency;
+    2.0 / frequency * ((1.0 + zeta * zeta).sqrt() - zeta)
+}
+
+/// Compute the bounds for the contacts and candidates of `state` as they are.
+pub fn bounds(state: &State) -> TimeStepBounds {
+    let particles = &state.particles;
+    let n = particles.len();
+    let elements = elements(state);
+    let walls = wall_elements(state);
+    let beta = elements
+        .iter()
+        .map(|e| damping_ratio(&e.stiffness))
+        .chain(walls.iter().map(|w| damping_ratio(&w.3)))
+        .fold(0.0, f64::max);
+    // Inverse square roots of mass; zero where the degree of freedom is prescribed.
+    let scale: Vec<Vector6<f64>> = (0..n)
+        .map(|p| {
+            let c = particles.constraint[p];
+            let clump = particles.clump[p] != u32::MAX;
+            Vector6::from_fn(|i, _| {
+                let fixed = if i < 3 { c.translation(i) } else { c.rotation(i - 3) };
+                let m = if i < 3 { particles.mass[p] } else { particles.inertia[p] };
+                // A clump's member is at least as heavy as alone in translation; its rotation is the body's.
+                if fixed || (clump && i >= 3) { 0.0 } else { 1.0 / m.sqrt() }
+            })
+        })
+        .collect();
+
+    let mut blocks = vec![Matrix6::<f64>::zeros(); n];
+    for e in &elements {
+        blocks[e.a as usize] += end_block(&e.normal, e.arm_a, &e.stiffness) * 2.0;
+        blocks[e.b as usize] += end_block(&-e.normal, e.arm_b, &e.stiffness) * 2.0;
+    }
+    for (p, normal, arm, k) in &walls {
+        blocks[*p as usize] += end_block(normal, *arm, k);
+    }
+    let largest = blocks
+        .par_iter()
+        .zip(&scale)
+        .map(|(block, s)| {
+            let scaled = Matrix6::from_fn(|i, j| block[(i, j)] * s[i] * s[j]);
+            SymmetricEigen::new(scaled).eigenvalues.max()
+        })
+        .reduce(|| 0.0, f64::max);
+    let per_particle = limit(largest.max(0.0).sqrt(), beta);
+
+    let (square, width, iterations) = lanczos(&elements, &walls, &scale, largest);
+    let frequency = square.max(0.0).sqrt();
+    TimeStepBounds {
+        per_particle,
+        spectral: limit(frequency, beta),
+        frequency,
+        uncertainty: if square > 0.0 { 0.5 * width / square } else { 0.0 },
+        iterations,
+    }
+}
+
+/// `y = S K S x`, element by element in fixed order.
+fn apply(
+    elements: &[Element],
+    walls: &[(u32, Vec3, f64, Stiffness)],
+    scale: &[Vector6<f64>],
+    x: &[Vector6<f64>],
+    y: &mut [Vector6<f64>],
+) {
+    y.fill(Vector6::zeros());
+    let split = |p: usize| {
+        let v = x[p].component_mul(&scale[p]);
+        (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]))
+    };
+    let mut add = |p: usize, force: Vec3, torque: Vec3| {
+        let v = Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
+        y[p] += v.component_mul(&scale[p]);
+    };
+    for e in elements {
+        let ((ua, wa), (ub, wb)) = (split(e.a as usize), split(e.b as usize));
+        let n = e.normal;
+        let relative = ub - ua + n.cross(&(wa * e.arm_a + wb * e.arm_b));
+        let normal_part = n * n.dot(&relative);
+        let f = normal_part * e.stiffness.normal + (relative - normal_part) * e.stiffness.shear;
+        let rotation = wb - wa;
+        let twist = n * n.dot(&rotation);
+        let moment = twist * e.stiffness.twist + (rotation - twist) * e.stiffness.bending;
+        let lever = n.cross(&f);
+        add(e.a as usize, -f, -lever * e.arm_a - moment);
+        add(e.b as usize, f, -lever * e.arm_b + moment);
+    }
+    for (p, n, arm, k) in walls {
+        let (u, w) = split(*p as usize);
+        let relative = -u + n.cross(&(w * *arm));
+        let normal_part = n * n.dot(&relative);
+        let f = normal_part * k.normal + (relative - normal_part) * k.shear;
+        add(*p as usize, -f, -n.cross(&f) * *arm);
+    }
+}
+
+/// Largest eigenvalue of the scaled stiffness: Ritz value plus residual norm, and that norm; at most `ceiling`.
+fn lanczos(
+    elements: &[Element],
+    walls: &[(u32, Vec3, f64, Stiffness)],
+    scale: &[Vector6<f64>],
+    ceiling: f64,
+) -> (f64, f64, usize) {
+    const STEPS: usize = 200;
+    const TOLERANCE: f64 = 1e-4;
+    let n = scale.len();
+    let dot = |a: &[Vector6<f64>], b: &[Vector6<f64>]| a.iter().zip(b).map(|(x, y)| x.dot(y)).sum::<f64>();
+    // A start vector without symmetry: alternating, with incommensurate weights.
+    let mut v: Vec<Vector6<f64>> = (0..n)
+        .map(|p| {
+            let t = any_perpendicular(&Vec3::new(1.0, 0.3, 0.2).normalize());
+            Vector6::from_fn(|i, _| {
+                let phase = (p * 6 + i) as f64 * 0.618_033_988_749_894_9;
+                if scale[p][i] == 0.0 { 0.0 } else { (phase - phase.floor()) - 0.5 + 0.1 * t[i % 3] }
+            })
+        })
+        .collect();
+    let norm = dot(&v, &v).sqrt();
+    if norm == 0.0 {
+        return (0.0, 0.0, 0);
+    }
+    for x in &mut v {
+        *x /= norm;
+    }
+    let mut previous = vec![Vector6::zeros(); n];
+    let mut w = vec![Vector6::zeros(); n];
+    let (mut alpha, mut beta) = (Vec::new(), Vec::<f64>::new());
+    let mut best = (ceiling, ceiling, 0);
+    for step in 1..=STEPS.min(6 * n) {
+        apply(elements, walls, scale, &v, &mut w);
+        let a = dot(&v, &w);
+        let b_old = beta.last().copied().unwrap_or(0.0);
+        for ((w, v), p) in w.iter_mut().zip(&v).zip(&previous) {
+            *w -= v * a + p * b_old;
+        }
+        alpha.push(a);
+        let b = dot(&w, &w).sqrt();
+        if step % 10 == 0 || b <= 1e-14 * ceiling || step == STEPS.min(6 * n) {
+            let t = DMatrix::from_fn(step, step, |i, j| {
+                if i == j {
+                    alpha[i]
+                } else if i.abs_diff(j) == 1 {
+                    beta[i.min(j)]
+                } else {
+                    0.0
+                }
+            });
+            let eigen = SymmetricEigen::new(t);
+            let top = eigen.eigenvalues.imax();
+            let theta = eigen.eigenvalues[top];
+            let residual = (b * eigen.eigenvectors[(step - 1, top)]).abs();
+            best = ((theta + residual).min(ceiling), residual, step);
+            if residual <= TOLERANCE * theta || b <= 1e-14 * ceiling {
+                break;
+            }
+        }
+        beta.push(b);
+        std::mem::swap(&mut previous, &mut v);
+        for (v, w) in v.iter_mut().zip(&w) {
+            *v = w / b;
+        }
+    }
+    best
+}

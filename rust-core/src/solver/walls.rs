@@ -1,0 +1,144 @@
+//! Forces between particles and walls.
+//!
+//! A particle near a surface of triangles can have several nearest points. A point inside a face always counts; a
+//! point on an edge or corner counts only if no face contact of the same particle and wall contains it and no earlier
+//! edge contact coincides with it, so that a flat or convex surface acts once, not once per triangle.
+
+use super::forces::{Incident, StepContext, Tally, motion_of};
+use crate::kinematics::Frame;
+use crate::law::{ContactGeometry, ContactLaw, Fate, Kinematics};
+use crate::math::Vec3;
+use crate::state::Wall;
+use crate::state::contacts::{ContactBlock, Link};
+use crate::state::walls::Foot;
+
+/// Two points of a surface closer than this share of the particle's radius are the same point.
+const SAME_POINT: f64 = 1e-6;
+
+/// Wall and element of every element number.
+pub fn element_table(walls: &[Wall]) -> Vec<(u32, u32)> {
+    walls
+        .iter()
+        .enumerate()
+        .flat_map(|(w, wall)| (0..wall.element_count()).map(move |e| (w as u32, e as u32)))
+        .collect()
+}
+
+/// See [`super::forces::EvaluatedContacts::evaluate_walls`].
+pub fn evaluate<L: ContactLaw>(
+    block: &mut ContactBlock<L>,
+    context: &StepContext<'_>,
+    walls: &mut [Wall],
+    force: &mut [Vec3],
+    torque: &mut [Vec3],
+) -> Tally {
+    let elements = element_table(walls);
+    let particles = context.particles;
+    let mut tally = Tally::default();
+    for wall in walls.iter_mut() {
+        wall.force = Vec3::zeros();
+        wall.torque = Vec3::zeros();
+    }
+    let mut start = 0;
+    let mut feet: Vec<Option<Foot>> = Vec::new();
+    while start < block.len() {
+        let a = block.pair[start].a as usize;
+        let end = start + block.pair[start..].iter().take_while(|pair| pair.a as usize == a).count();
+        let centre = particles.position[a];
+        let radius = particles.radius[a];
+        feet.clear();
+        feet.extend(block.pair[start..end].iter().map(|pair| {
+            let (w, e) = elements[pair.b as usize];
+            walls[w as usize].foot(e as usize, &centre).filter(|foot| foot.distance < radius)
+        }));
+        for k in start..end {
+            let w = elements[block.pair[k].b as usize].0;
+            let Some(foot) = feet[k - start] else {
+                forget(block, k);
+                continue;
+            };
+            let point = foot.normal * foot.distance;
+            let taken = !foot.interior
+                && (start..end).any(|other| {
+                    other != k
+                        && elements[block.pair[other].b as usize].0 == w
+                        && feet[other - start].is_some_and(|o| {
+                            let (_, e) = elements[block.pair[other].b as usize];
+                            if o.interior {
+                                // Is this edge point on the other face's triangle?
+                                let x = centre + point;
+                                walls[w as usize]
+                                    .foot(e as usize, &x)
+                                    .is_none_or(|f| f.distance.abs() < SAME_POINT * radius)
+                            } else {
+                                other < k && (o.normal * o.distance - point).norm() < SAME_POINT * radius
+                            }
+                        })
+                });
+            if taken {
+                forget(block, k);
+                continue;
+            }
+            let motion = motion_of(particles, a);
+            let mut geometry = ContactGeometry {
+                reference_length: block.reference[k].length,
+                area: block.reference[k].area,
+                radius_a: radius,
+                radius_b: 0.0,
+                mass_a: particles.mass[a],
+                mass_b: f64::INFINITY,
+            };
+            if !block.link[k].has(Link::ACTIVE) {
+                block.link[k].flags |= Link::ACTIVE;
+                block.reference[k] = L::unbonded_reference(radius, radius, 0.0);
+                block.frame[k] = Frame { normal: foot.normal, length: foot.distance };
+                geometry.reference_length = block.reference[k].length;
+                geometry.area = block.reference[k].area;
+            }
+            let velocity = walls[w as usize].velocity;
+            let Some(kinematics) =
+                L::Kinematics::measure_wall(&motion, &foot, &velocity, &geometry, &block.frame[k], context.dt)
+            else {
+                continue;
+            };
+            let response = block.rows[block.link[k].row as usize].respond(&kinematics, &block.history[k], context.dt);
+            block.frame[k] = Frame { normal: foot.normal, length: foot.distance };
+            tally.energy += response.energy;
+            match response.fate {
+                Fate::Lives => block.history[k] = response.state,
+                Fate::Broke => tally.incidents.push(Incident {
+                    pair: block.pair[k],
+                    broke: true,
+                    damage: 1.0,
+                    position: centre + point,
+                    energy: response.energy.damage,
+                    stored: [0.0; 4],
+                }),
+                Fate::Opened => {}
+            }
+            if response.fate != Fate::Lives {
+                forget(block, k);
+                continue;
+            }
+            tally.active += 1;
+            if context.sum_forces {
+                tally.force_squared += response.force.norm_squared();
+            }
+            force[a] += response.force;
+            torque[a] += point.cross(&response.force);
+            if L::TRANSMITS_MOMENT {
+                torque[a] += response.moment;
+            }
+            let wall = &mut walls[w as usize];
+            wall.force -= response.force;
+            wall.torque -= (centre + point - wall.displacement).cross(&response.force);
+        }
+        start = end;
+    }
+    tally
+}
+
+fn forget<L: ContactLaw>(block: &mut ContactBlock<L>, k: usize) {
+    block.link[k].flags &= !Link::ACTIVE;
+    block.history[k] = L::State::default();
+}
