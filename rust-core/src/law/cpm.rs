@@ -645,20 +645,23 @@ impl Cpm {
         let trial_squared = trial.norm_squared();
         let mut shear_stress = trial;
         let mut plastic_shear = if woo { Vec3::zeros() } else { carried_plastic };
-        if trial_squared > bound * bound {
+        let flows = trial_squared > bound * bound;
+        if flows {
             let trial_norm = trial_squared.sqrt();
-            let scale =
-                if p.plastic_time > 0.0 { self.viscous_slip_scale(trial_norm, bound, dt) } else { bound / trial_norm };
+            let mut scale = bound / trial_norm;
+            if p.plastic_time > 0.0 {
+                scale = self.viscous_slip_scale(trial_norm, bound, dt);
+                energy.viscous = volume
+                    * (trial_norm * scale - bound)
+                    * (plastic_shear + trial_strain * (1.0 - scale) - carried_plastic).norm();
+            }
             shear_stress = trial * scale;
             plastic_shear += trial_strain * (1.0 - scale);
-            if p.plastic_time > 0.0 {
-                let slip = (plastic_shear - carried_plastic).norm();
-                energy.viscous = volume * (trial_norm * scale - bound) * slip;
-            }
         }
-        let plastic_step = plastic_shear - carried_plastic;
-        energy.friction +=
-            volume * 0.5 * (carried_elastic * self.shear_modulus + shear_stress).dot(&plastic_step) - energy.viscous;
+        if flows || woo {
+            let mean_stress = (carried_elastic * self.shear_modulus + shear_stress) * 0.5;
+            energy.friction += volume * mean_stress.dot(&(plastic_shear - carried_plastic)) - energy.viscous;
+        }
 
         // viscous overstress
         let mut damage_strain = 0.0;
