@@ -263,17 +263,12 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
     }
 }
 
-/// Choose the loop compiled for this measure of motion and periodicity.
+/// Choose the loop: the default measure has loops of its own, the others share one, to keep the program small.
 fn dispatch<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: &mut Tile<'_, L>) -> Tally {
     match (context.mode, context.cell) {
         (Mode::Finite, None) => run::<L, false>(Mode::Finite, context, rows, tile),
         (Mode::Finite, Some(_)) => run::<L, true>(Mode::Finite, context, rows, tile),
-        (Mode::FirstOrder, None) => run::<L, false>(Mode::FirstOrder, context, rows, tile),
-        (Mode::FirstOrder, Some(_)) => run::<L, true>(Mode::FirstOrder, context, rows, tile),
-        (Mode::Yade, None) => run::<L, false>(Mode::Yade, context, rows, tile),
-        (Mode::Yade, Some(_)) => run::<L, true>(Mode::Yade, context, rows, tile),
-        (Mode::YadeRatcheting, None) => run::<L, false>(Mode::YadeRatcheting, context, rows, tile),
-        (Mode::YadeRatcheting, Some(_)) => run::<L, true>(Mode::YadeRatcheting, context, rows, tile),
+        (other, _) => run::<L, true>(other, context, rows, tile),
     }
 }
 
