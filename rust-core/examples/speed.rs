@@ -2,10 +2,10 @@
 use concordem::kinematics::Mode;
 use concordem::law::{Cpm, CpmParameters};
 use concordem::math::Vec3;
+use concordem::neighbor::spatial_order;
 use concordem::solver::{MaterialRows, Model, Solver};
 use concordem::state::contacts::ContactBlock;
 use concordem::state::{Particles, Sphere, State};
-use concordem::neighbor::spatial_order;
 
 fn main() {
     let args: Vec<String> = std::env::args().collect();
@@ -21,7 +21,8 @@ fn main() {
     let m = 4800.0 * 4.0 / 3.0 * std::f64::consts::PI * r * r * r;
     for k in 0..n * n * n {
         let u = |s: usize| ((k * 7919 + s * 104_729) % 1000) as f64 / 1000.0 - 0.5;
-        let x = Vec3::new((k % n) as f64 + 0.3 * u(1), (k / n % n) as f64 + 0.3 * u(2), (k / (n * n)) as f64 + 0.3 * u(3));
+        let x =
+            Vec3::new((k % n) as f64 + 0.3 * u(1), (k / n % n) as f64 + 0.3 * u(2), (k / (n * n)) as f64 + 0.3 * u(3));
         particles.push(Sphere { position: x * (2.0 * r), radius: r }, 0, m, 0.4 * m * r * r);
     }
     let order = spatial_order(&particles.position, None);
@@ -42,7 +43,9 @@ fn main() {
     state.clock.dt = 2.4787e-7;
     let model = Model { mode, contact_rows: rows, ..Model::default() };
     let mut solver = Solver::new(model, &mut state).unwrap();
-    for _ in 0..20 { solver.step(&mut state).unwrap(); }
+    for _ in 0..20 {
+        solver.step(&mut state).unwrap();
+    }
     let mut best = f64::INFINITY;
     for _ in 0..5 {
         let start = std::time::Instant::now();
@@ -51,5 +54,12 @@ fn main() {
         }
         best = best.min(start.elapsed().as_secs_f64() / (steps / 5) as f64);
     }
-    println!("{} particles, {count} bonds, {:.3} ms per step, {:.1} ns per bond-step, residual {:.2e} of {:.2e}", state.particles.len(), best * 1e3, best / count as f64 * 1e9, state.ledger.residual(), state.ledger.initial);
+    println!(
+        "{} particles, {count} bonds, {:.3} ms per step, {:.1} ns per bond-step, residual {:.2e} of {:.2e}",
+        state.particles.len(),
+        best * 1e3,
+        best / count as f64 * 1e9,
+        state.ledger.residual(),
+        state.ledger.initial
+    );
 }
