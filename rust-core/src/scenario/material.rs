@@ -85,7 +85,8 @@ impl Material {
 pub struct Bonds {
     /// Law of the bonds.
     pub law: LawName,
-    /// Two particles are bonded when their centre distance is below this times the sum of their radii.
+    /// Two particles are bonded when their centre distance is below this times the sum of their radii;
+    /// 1.5 is usual for concrete.
     #[serde(default = "one")]
     #[schemars(extend("minimum" = 1, "maximum" = 10))]
     pub interaction_ratio: Number,
