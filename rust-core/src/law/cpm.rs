@@ -591,7 +591,12 @@ impl Cpm {
         let strain = k.elongation * inverse_length;
         let shear_step = k.shear_increment * inverse_length;
         let carried_shear = k.transport.apply(&old.shear_strain);
-        let carried_plastic = k.transport.apply(&old.plastic_shear_strain);
+        // most links never slip; the zero vector needs no transport
+        let carried_plastic = if old.plastic_shear_strain == Vec3::zeros() {
+            Vec3::zeros()
+        } else {
+            k.transport.apply(&old.plastic_shear_strain)
+        };
         let shear_strain = carried_shear + shear_step;
 
         // normal direction
@@ -630,11 +635,13 @@ impl Cpm {
                 energy.friction = volume * 0.5 * (stress_old + stress) * (plastic - old.plastic_normal_strain);
             }
         }
-        let product = volume * 0.5 * p.normal_modulus * elastic_old * elastic * (damage - damage_old);
-        if elastic_old * elastic < 0.0 {
-            energy.integration = product;
-        } else {
-            energy.damage = product;
+        if damage != damage_old {
+            let product = volume * 0.5 * p.normal_modulus * elastic_old * elastic * (damage - damage_old);
+            if elastic_old * elastic < 0.0 {
+                energy.integration = product;
+            } else {
+                energy.damage = product;
+            }
         }
 
         // shear

@@ -41,8 +41,9 @@ pub struct StepContext<'a> {
     pub dt: f64,
     /// Damage at which a bond enters the event log.
     pub damage_threshold: f64,
-    /// Whether to sum the squares of the contact forces.
-    pub sum_forces: bool,
+    /// Whether stored energies and the squares of the contact forces are wanted: state functions, needed only when a
+    /// sample is taken. (Dissipation is summed at every step.)
+    pub sample: bool,
 }
 
 /// What happened to a bond, noted by index.
@@ -263,17 +264,30 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
     }
 }
 
-/// Choose the loop compiled for this measure of motion and periodicity.
+/// The loop over one tile with the default measure of motion, as something that [`pulp`] can run with the newest
+/// instructions of the processor. They give the same bits: nothing is fused or reordered.
+struct FiniteTileLoop<'a, 'b, L: ContactLaw> {
+    context: &'a StepContext<'a>,
+    rows: &'a [L],
+    tile: &'a mut Tile<'b, L>,
+}
+
+impl<L: ContactLaw> pulp::NullaryFnOnce for FiniteTileLoop<'_, '_, L> {
+    type Output = Tally;
+    #[inline(always)]
+    fn call(self) -> Tally {
+        run::<L, false, false>(Mode::Finite, self.context, self.rows, self.tile)
+    }
+}
+
+/// Choose the loop: the default measure without a cell and without a sample has one of its own, the others share one,
+/// to keep the program small.
 fn dispatch<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: &mut Tile<'_, L>) -> Tally {
-    match (context.mode, context.cell) {
-        (Mode::Finite, None) => run::<L, false>(Mode::Finite, context, rows, tile),
-        (Mode::Finite, Some(_)) => run::<L, true>(Mode::Finite, context, rows, tile),
-        (Mode::FirstOrder, None) => run::<L, false>(Mode::FirstOrder, context, rows, tile),
-        (Mode::FirstOrder, Some(_)) => run::<L, true>(Mode::FirstOrder, context, rows, tile),
-        (Mode::Yade, None) => run::<L, false>(Mode::Yade, context, rows, tile),
-        (Mode::Yade, Some(_)) => run::<L, true>(Mode::Yade, context, rows, tile),
-        (Mode::YadeRatcheting, None) => run::<L, false>(Mode::YadeRatcheting, context, rows, tile),
-        (Mode::YadeRatcheting, Some(_)) => run::<L, true>(Mode::YadeRatcheting, context, rows, tile),
+    let mode = context.mode;
+    if mode == Mode::Finite && context.cell.is_none() && !context.sample {
+        pulp::Arch::new().dispatch(FiniteTileLoop { context, rows, tile })
+    } else {
+        run::<L, true, true>(mode, context, rows, tile)
     }
 }
 
@@ -289,7 +303,7 @@ pub fn motion_of(particles: &Particles, p: usize) -> Motion {
 }
 
 #[inline(always)]
-fn run<L: ContactLaw, const PERIODIC: bool>(
+fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
     mode: Mode,
     context: &StepContext<'_>,
     rows: &[L],
@@ -299,6 +313,17 @@ fn run<L: ContactLaw, const PERIODIC: bool>(
     let mut tally = Tally::default();
     let mut next_slot = 0;
     let tile_len = tile.force.len();
+    // Slices of one length, so that one comparison guards all of them.
+    let n = particles.len();
+    let (position, rotation_increment) = (&particles.position[..n], &particles.rotation_increment[..n]);
+    let (velocity, angular_velocity) = (&particles.velocity[..n], &particles.angular_velocity[..n]);
+    let (radius, mass) = (&particles.radius[..n], &particles.mass[..n]);
+    let motion = |p: usize| Motion {
+        position: position[p],
+        velocity: velocity[p],
+        angular_velocity: angular_velocity[p],
+        rotation_increment: rotation_increment[p],
+    };
     let contacts = tile
         .pair
         .iter()
@@ -308,12 +333,13 @@ fn run<L: ContactLaw, const PERIODIC: bool>(
         .zip(tile.history.iter_mut());
     for ((((pair, link), reference), frame), history) in contacts {
         let (a, b) = (pair.a as usize, pair.b as usize);
+        assert!(a < n && b < n, "contact names a particle that does not exist");
         let local = is_local(pair.b, tile.base, TILE);
         let wrench = 'contact: {
             if link.has(Link::BROKEN) {
                 break 'contact None;
             }
-            let (motion_a, motion_b) = (motion_of(particles, a), motion_of(particles, b));
+            let (motion_a, motion_b) = (motion(a), motion(b));
             let image = match context.cell {
                 Some(cell) if PERIODIC => {
                     let displacement = cell.shift(link.image);
@@ -324,10 +350,10 @@ fn run<L: ContactLaw, const PERIODIC: bool>(
             let mut geometry = ContactGeometry {
                 reference_length: reference.length,
                 area: reference.area,
-                radius_a: particles.radius[a],
-                radius_b: particles.radius[b],
-                mass_a: particles.mass[a],
-                mass_b: particles.mass[b],
+                radius_a: radius[a],
+                radius_b: radius[b],
+                mass_a: mass[a],
+                mass_b: mass[b],
             };
             let bonded = link.has(Link::BONDED);
             let mut kinematics =
@@ -354,22 +380,21 @@ fn run<L: ContactLaw, const PERIODIC: bool>(
             let point = kinematics.point();
             *frame = Frame { normal: point.normal, length: point.length };
             // A breaking bond names the energies it releases as stored, by mode; they are no longer stored.
-            tally.energy += if response.fate == Fate::Broke {
-                EnergySplit {
-                    stored_normal: 0.0,
-                    stored_shear: 0.0,
-                    stored_bending: 0.0,
-                    stored_twist: 0.0,
-                    ..response.energy
-                }
-            } else {
-                response.energy
-            };
+            tally.energy.damage += response.energy.damage;
+            tally.energy.friction += response.energy.friction;
+            tally.energy.viscous += response.energy.viscous;
+            tally.energy.integration += response.energy.integration;
+            if SAMPLE && response.fate != Fate::Broke {
+                tally.energy.stored_normal += response.energy.stored_normal;
+                tally.energy.stored_shear += response.energy.stored_shear;
+                tally.energy.stored_bending += response.energy.stored_bending;
+                tally.energy.stored_twist += response.energy.stored_twist;
+            }
             let incident = |broke: bool, damage: f64| Incident {
                 pair: *pair,
                 broke,
                 damage,
-                position: particles.position[a] + point.normal * point.arm_a,
+                position: position[a] + point.normal * point.arm_a,
                 energy: response.energy.damage,
                 stored: [
                     response.energy.stored_normal,
@@ -401,7 +426,7 @@ fn run<L: ContactLaw, const PERIODIC: bool>(
             }
             tally.active += 1;
             let force = response.force;
-            if context.sum_forces {
+            if SAMPLE {
                 tally.force_squared += force.norm_squared();
             }
             if PERIODIC {

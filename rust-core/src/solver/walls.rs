@@ -121,7 +121,7 @@ pub fn evaluate<L: ContactLaw>(
                 continue;
             }
             tally.active += 1;
-            if context.sum_forces {
+            if context.sample {
                 tally.force_squared += response.force.norm_squared();
             }
             force[a] += response.force;
