@@ -115,6 +115,11 @@ pub struct Summary {
 /// Progress of the assembly: a name of the stage, and how far it is, 0 to 1.
 pub type Progress<'a> = &'a mut dyn FnMut(&str, f64);
 
+/// Make only the packing of a scenario. Paths in it are relative to `folder`.
+pub fn pack(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<packing::Packing, AssemblyError> {
+    Ok(place::place(scenario, folder, progress)?.packing)
+}
+
 /// Build a scenario. Paths in it are relative to `folder`.
 pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Assembly, AssemblyError> {
     let placed = place::place(scenario, folder, progress)?;

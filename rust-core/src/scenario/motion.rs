@@ -218,7 +218,7 @@ pub struct Output {
     /// Steps between two pictures of all particles and contacts; only the first and the last when left out.
     #[schemars(range(min = 1))]
     pub snapshot_interval: Option<u64>,
-    /// Steps between two checkpoints; only on interruption when left out.
+    /// Steps between two checkpoints; there is one about every minute in any case.
     #[schemars(range(min = 1))]
     pub checkpoint_interval: Option<u64>,
     /// A bond enters the event log when its damage passes this.
