@@ -957,7 +957,8 @@ impl ContactLaw for Cpm {
         }
     }
 
-    /// ω of a bond; 0 for a contact that is no bond (its κ stays 0).
+    /// ω of a bond; 0 for a contact that is no bond, known by its κ = 0 (in YADE mode a contact that was flattened by
+    /// plasticity in compression can have κ > 0 and then counts as damaged).
     fn damage(state: &CpmState) -> f64 {
         if state.kappa > 0.0 { state.omega } else { 0.0 }
     }

@@ -4,10 +4,12 @@
 //! [`file`], or from random compaction; it is tiled and cropped to a [`shape`]; its quality is read by [`summary`] and
 //! [`isotropy`].
 
+mod cloud;
 pub mod file;
 pub mod isotropy;
 pub mod lattice;
 pub mod random;
+pub mod random_dense;
 pub mod shape;
 pub mod size;
 pub mod summary;
@@ -17,6 +19,7 @@ pub use file::{export_text, import_text};
 pub use isotropy::{DirectionHistogram, link_vectors};
 pub use lattice::Lattice;
 pub use random::Random;
+pub use random_dense::{Compaction, Progress, Protocol, RandomDense, Stage, random_dense};
 pub use shape::Shape;
 pub use size::SizeDistribution;
 pub use summary::PackingSummary;
@@ -115,6 +118,44 @@ pub enum PackingError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A cloud too dense for random places.
+    #[error(
+        "no place for a sphere of radius {radius} m in a periodic cube of edge {edge} m with {placed} spheres after \
+         {attempts} attempts"
+    )]
+    NoRoom {
+        /// Spheres placed before.
+        placed: usize,
+        /// Radius of the sphere without a place, m.
+        radius: f64,
+        /// Edge of the cell, m.
+        edge: f64,
+        /// Places tried.
+        attempts: usize,
+    },
+    /// A compaction that did not come to its end.
+    #[error(
+        "the compaction has not settled after {steps} steps: in the {stage} the pressure is {pressure} of the modulus \
+         (wanted {goal}) and the unbalanced force {unbalanced}"
+    )]
+    NotSettled {
+        /// Steps done.
+        steps: u64,
+        /// `"compression"` or `"release"`.
+        stage: &'static str,
+        /// Pressure through modulus.
+        pressure: f64,
+        /// Wanted pressure through modulus.
+        goal: f64,
+        /// Unbalanced force.
+        unbalanced: f64,
+    },
+    /// A parameter of the contact law used for compaction is out of range.
+    #[error(transparent)]
+    Law(#[from] crate::law::common::ParameterError),
+    /// The solver failed during compaction.
+    #[error("compaction: {0}")]
+    Solver(#[from] crate::solver::SolverError),
     /// The neighbour search refused the packing.
     #[error(transparent)]
     Neighbor(#[from] NeighborError),

@@ -17,8 +17,7 @@ pub struct PackingSummary {
     pub coordination: f64,
     /// The same without the rattlers and their contacts.
     pub coordination_of_backbone: f64,
-    /// Spheres with fewer contacts than hold them in place (4 in space; 3 with a plane packing), removed until none is
-    /// left.
+    /// Spheres with a single contact or none, which carry no force; removed until none is left.
     pub rattlers: usize,
     /// Mean overlap of touching pairs through `R_A + R_B`.
     pub mean_overlap: f64,
@@ -50,8 +49,6 @@ impl PackingSummary {
             }
         }
 
-        let plane = packing.spheres.windows(2).all(|w| w[0].position.z == w[1].position.z);
-        let needed = if plane { 3 } else { 4 };
         let mut alive = vec![true; count];
         let (rattlers, backbone_contacts) = loop {
             let mut contacts = vec![0_u32; count];
@@ -66,7 +63,7 @@ impl PackingSummary {
             }
             let mut removed = false;
             for (alive, contacts) in alive.iter_mut().zip(&contacts) {
-                if *alive && *contacts < needed {
+                if *alive && *contacts < 2 {
                     *alive = false;
                     removed = true;
                 }

@@ -25,6 +25,10 @@ const GRID: &str = "#e7eaed";
 const RUNS: [&str; 6] = ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00", "#4a5560"];
 /// More points than this make a page slow and the picture no clearer; the most damaged ones are shown.
 const MOST_POINTS: usize = 60_000;
+/// Damage from which on a bond is shown, and at which the scale of colours begins.
+const SHOWN_DAMAGE: f64 = 0.5;
+/// Damage at which the scale of colours ends.
+const DARKEST_DAMAGE: f64 = 0.999;
 
 /// What the report needs of one result.
 struct Run<'a> {
@@ -317,7 +321,7 @@ fn spots(file: &ResultFile) -> Result<Vec<Spot>, OutputError> {
         if let (Some(position), Some(damage)) = (column("position", 3), column("damage", 1)) {
             let rows = position.chunks_exact(3).zip(damage);
             spots.extend(
-                rows.filter(|(_, damage)| **damage > 0.0)
+                rows.filter(|(_, damage)| **damage >= SHOWN_DAMAGE)
                     .map(|(position, &damage)| Spot { position: Vec3::from_column_slice(position), damage }),
             );
         }
@@ -347,31 +351,42 @@ fn cracks_section(runs: &[Run]) -> Result<String, OutputError> {
             html += "<p>No bond was damaged so far that it was logged.</p>\n";
             continue;
         }
-        let (low, high) = (spots[spots.len() - 1].damage, spots[0].damage);
         let broken = run.last("broken")?.map_or(String::new(), |broken| format!(" {broken:.0} bonds broke."));
         let shown = if total > spots.len() {
             format!("the {} most damaged of {total} bonds", spots.len())
         } else {
             format!("{total} bonds")
         };
-        let _ = write!(
-            html,
-            "<p>Each point is a damaged bond: {shown}.{broken}</p>\n<p>Damage {low:.2}\
-             <span class=\"ramp\"></span>{high:.2}</p>\n"
-        );
+        let _ = writeln!(html, "<p>Each point is a damaged bond: {shown}.{broken} Colour is damage:</p>\n{}", ramp());
         let _ = write!(
             html,
             "<div class=\"pair\">\n<div><canvas id=\"front-{k}\"></canvas><p class=\"quiet\">From the front.</p></div>\n\
              <div><canvas class=\"turns\" id=\"turn-{k}\"></canvas><p class=\"quiet\">Drag to turn.</p></div>\n</div>\n\
              <script>drawCracks(\"front-{k}\", \"turn-{k}\", {});</script>\n",
-            points_as_json(run.file, &spots, low, high)?
+            points_as_json(run.file, &spots)?
         );
     }
     Ok(html)
 }
 
+/// Place of a damage on the scale of colours, 0 to 1: every tenth that is left of the remaining stiffness `1 − ω` is an
+/// equal step, since in a crack damage comes close to 1 everywhere.
+fn share_of_scale(damage: f64) -> f64 {
+    let decades = |damage: f64| ((1.0 - SHOWN_DAMAGE) / (1.0 - damage)).log10();
+    (decades(damage.clamp(SHOWN_DAMAGE, DARKEST_DAMAGE)) / decades(DARKEST_DAMAGE)).clamp(0.0, 1.0)
+}
+
+/// The scale of colours with its marks.
+fn ramp() -> String {
+    let mut html = String::from("<div class=\"ramp\">");
+    for (damage, text) in [(SHOWN_DAMAGE, "0.5"), (0.9, "0.9"), (0.99, "0.99"), (DARKEST_DAMAGE, "0.999 to 1")] {
+        let _ = write!(html, "<span style=\"left: {:.0}%\">{text}</span>", 100.0 * share_of_scale(damage));
+    }
+    html + "</div>"
+}
+
 /// The points in whole numbers: positions in 1/10000 of the longest edge of the box around the specimen.
-fn points_as_json(file: &ResultFile, spots: &[Spot], low: f64, high: f64) -> Result<String, OutputError> {
+fn points_as_json(file: &ResultFile, spots: &[Spot]) -> Result<String, OutputError> {
     let around = |bounds: Option<(Vec3, Vec3)>, point: Vec3| {
         Some(bounds.map_or((point, point), |(low, high)| (low.inf(&point), high.sup(&point))))
     };
@@ -383,7 +398,7 @@ fn points_as_json(file: &ResultFile, spots: &[Spot], low: f64, high: f64) -> Res
     let mut json = format!("{{size: [{:.0}, {:.0}, {:.0}], points: [", size.x, size.y, size.z);
     for (k, spot) in spots.iter().enumerate() {
         let place = (spot.position - corner) * unit;
-        let shade = if high > low { 255.0 * (spot.damage - low) / (high - low) } else { 255.0 };
+        let shade = 255.0 * share_of_scale(spot.damage);
         let separator = if k == 0 { "" } else { "," };
         let _ = write!(json, "{separator}{:.0},{:.0},{:.0},{shade:.0}", place.x, place.y, place.z);
     }
@@ -723,6 +738,16 @@ mod tests {
         let empty = page(&[ResultFile::open(&path).unwrap()], &ReferenceFigures::none(None, None)).unwrap();
         assert!(empty.contains("No bond was damaged") && !empty.contains("Where the energy went"));
         assert!(matches!(page(&[], &ReferenceFigures::default()), Err(OutputError::Report { .. })));
+    }
+
+    #[test]
+    fn scale_of_damage() {
+        assert_eq!(share_of_scale(0.2), 0.0, "below the scale");
+        assert_eq!(share_of_scale(0.5), 0.0);
+        assert_eq!(share_of_scale(1.0), 1.0, "no stiffness left");
+        // Steps of ten in what is left: equal to the rounding of 1 - 0.99 and 1 - 0.999.
+        let steps = [0.9, 0.99, 0.999].map(share_of_scale);
+        assert!(((steps[2] - steps[1]) - (steps[1] - steps[0])).abs() < 1e-12, "{steps:?}");
     }
 
     #[test]
