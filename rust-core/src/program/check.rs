@@ -91,8 +91,8 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Vec<(&'static str, S
     facts.push(("time per step", format!("{} on {} threads", seconds(per_step), rayon::current_num_threads())));
     match steps {
         Some((steps, reason)) => {
-            facts.push(("steps", format!("at most {steps:.0}, by stop.{reason}")));
-            facts.push(("estimated time", format!("at most {}", seconds(steps * per_step))));
+            facts.push(("steps", format!("about {steps:.0} at most, by stop.{reason}")));
+            facts.push(("estimated time", format!("{} at most", seconds(steps * per_step))));
         }
         None => facts.push(("estimated time", "unknown: the run ends when its stop conditions say so".to_owned())),
     }

@@ -91,8 +91,6 @@ fn header(scenario: &Scenario, state: &State, summary: &crate::assembly::Summary
         ("time_step_s", format!("{:e}", state.clock.dt)),
         ("stability_bound_s", format!("{:e}", bounds.spectral.max(bounds.per_particle))),
         ("unstable", summary.unstable.to_string()),
-        ("particles", summary.particles.to_string()),
-        ("bonds", summary.bonds.to_string()),
     ];
     Ok(RunHeader {
         scenario: scenario.source.text.to_string(),

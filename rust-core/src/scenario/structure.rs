@@ -306,7 +306,7 @@ impl Checker<'_> {
         if broken {
             let message = format!("must be {}", wanted.join(" and "));
             let fraction = schema["x-dimension"] == "pure number"
-                && number > 1.0
+                && number > 2.0
                 && number <= 100.0
                 && bound("maximum").or(bound("exclusiveMaximum")) == Some(1.0);
             let hint = if fraction { format!("did you mean \"{number} %\"? ") } else { String::new() };
