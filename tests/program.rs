@@ -266,6 +266,8 @@ fn a_run_can_be_checked_packed_informed_and_reported() {
     assert_eq!(given.code, exit::DONE, "{}", given.err);
     let page = std::fs::read_to_string(folder.path().join("prism.html")).expect("the page");
     assert!(page.contains("Prism") && page.contains("</html>"));
+    assert_eq!(concordem(["report", text(&result)]).code, exit::FILE, "the page is there already");
+    assert_eq!(concordem(["report", "--force", text(&result)]).code, exit::DONE);
     let given = concordem(["resume", text(&result)]);
     assert_eq!(given.code, exit::DONE);
     assert!(given.err.contains("is finished"), "{}", given.err);

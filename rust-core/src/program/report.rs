@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 
 use super::{Console, Failure};
-use crate::output::ResultFile;
 use crate::output::report::{ReferenceFigures, write_report};
+use crate::output::{OutputError, ResultFile};
 use crate::scenario::{Packing, Scenario, Shape};
 
 /// Arguments of `concordem report`.
@@ -15,9 +15,12 @@ pub(super) struct Arguments {
     /// Results, for instance of tension and of compression
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Page to write, replacing what is there; the first result's name with .html by default
+    /// Page to write; the first result's name with .html by default
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Overwrite an existing page
+    #[arg(long, short)]
+    force: bool,
     /// Published figures to stand beside ours
     #[arg(long, value_enum, default_value_t = Reference::Auto)]
     reference: Reference,
@@ -41,6 +44,9 @@ enum Reference {
 pub(super) fn report(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let results = arguments.files.iter().map(|path| ResultFile::open(path)).collect::<Result<Vec<_>, _>>()?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.files[0].with_extension("html"));
+    if path.exists() && !arguments.force {
+        return Err(OutputError::Exists { path }.into());
+    }
     let scenario = results[0].scenario().map(|text| Scenario::parse("result", &text));
     let figures = match arguments.reference {
         Reference::Specimen1 => ReferenceFigures::stransky_specimen_1(),

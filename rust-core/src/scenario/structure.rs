@@ -342,7 +342,7 @@ impl Checker<'_> {
                         if !allowed.iter().any(|one| one.as_i64().is_some_and(|one| i128::from(one) == number)) {
                             let list: Vec<String> = allowed.iter().map(Value::to_string).collect();
                             let message = format!("must be {}", listing(&list));
-                            self.report(ProblemKind::OutOfRange, path, value.span(), true, message, about.to_owned());
+                            self.report(ProblemKind::OutOfRange, path, value.span(), true, message, about);
                         }
                     } else {
                         self.bounds(value, number as f64, schema, schema, path, "1", about);
@@ -350,7 +350,7 @@ impl Checker<'_> {
                 }
                 _ => {
                     let message = "beyond the range of 64-bit integers".to_owned();
-                    self.report(ProblemKind::OutOfRange, path, value.span(), true, message, about.to_owned());
+                    self.report(ProblemKind::OutOfRange, path, value.span(), true, message, about);
                 }
             },
             ("integer", DeValue::Float(float)) => {
@@ -393,7 +393,7 @@ impl Checker<'_> {
         if count < low || count > high {
             let wanted = if low == high { format!("{low}") } else { format!("at least {low}") };
             let message = format!("{count} items where {wanted} are wanted");
-            self.report(ProblemKind::OutOfRange, path, value.span(), true, message, about.to_owned());
+            self.report(ProblemKind::OutOfRange, path, value.span(), true, message, about);
             return;
         }
         for (index, item) in array.iter().enumerate() {
