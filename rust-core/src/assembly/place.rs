@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use super::packing::shape::Mesh;
 use super::packing::random_dense::{self, Protocol, RandomDense};
+use super::packing::shape::Mesh;
 use super::packing::{Crop, Lattice, Packing, Shape, SizeDistribution, import_text, tile, tile_and_crop};
 use super::{AssemblyError, Progress, unfit};
 use crate::math::{Mat3, Vec3};
