@@ -13,6 +13,8 @@ pub mod neighbor;
 #[cfg(feature = "hdf5")]
 pub mod output;
 pub mod plan;
+#[cfg(feature = "program")]
+pub mod program;
 pub mod scenario;
 pub mod solver;
 pub mod state;

@@ -28,8 +28,7 @@ pub fn bond(
         let Some(row) = rows.get(particles.material[a], particles.material[b]) else { continue };
         let shift = cell.map_or_else(Vec3::zeros, |cell| cell.shift(candidate.image));
         let frame = fresh_frame(&particles.position[a], &particles.position[b], &shift);
-        let link =
-            Link { row, flags: Link::BONDED | Link::ACTIVE, image: candidate.image, padding: 0 };
+        let link = Link { row, flags: Link::BONDED | Link::ACTIVE, image: candidate.image, padding: 0 };
         let area = contact_area(particles.radius[a], particles.radius[b]);
         block.push(Pair { a: candidate.a, b: candidate.b }, link, Reference { length: frame.length, area }, frame);
     }

@@ -1,8 +1,6 @@
 //! From the parameter tables of a scenario to rows of a law: one line of registration per law.
 
-use crate::law::{
-    ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, HertzMindlin, LinearBond,
-};
+use crate::law::{ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, HertzMindlin, LinearBond};
 use crate::scenario::{self, ContactLawName, LawName, Scenario};
 use crate::solver::MaterialRows;
 use crate::solver::forces::EvaluatedContacts;
@@ -47,9 +45,7 @@ pub(super) fn contact_block(
     }
 }
 
-fn table<L: FromTables>(
-    scenario: &Scenario,
-) -> Result<(Box<dyn EvaluatedContacts>, MaterialRows), AssemblyError> {
+fn table<L: FromTables>(scenario: &Scenario) -> Result<(Box<dyn EvaluatedContacts>, MaterialRows), AssemblyError> {
     let materials = &scenario.materials;
     let mut rows = Vec::new();
     let mut map = MaterialRows::new(materials.len());
@@ -60,9 +56,7 @@ fn table<L: FromTables>(
                 (x == &a.name && y == &b.name) || (x == &b.name && y == &a.name)
             });
             let between = interface.and_then(L::of_interface);
-            let (Some(table_a), Some(table_b)) =
-                (between.or(L::of_material(a)), between.or(L::of_material(b)))
-            else {
+            let (Some(table_a), Some(table_b)) = (between.or(L::of_material(a)), between.or(L::of_material(b))) else {
                 continue;
             };
             let row = L::row(table_a, table_b).map_err(|message| AssemblyError::Parameters {
@@ -112,10 +106,9 @@ impl FromTables for Cpm {
                     table.young.si(),
                     table.shear_ratio.si(),
                     table.cohesion.si(),
-                    table.friction_angle.map_or_else(
-                        || crate::math::atan2(table.friction_tangent(), 1.0),
-                        scenario::Quantity::si,
-                    ),
+                    table
+                        .friction_angle
+                        .map_or_else(|| crate::math::atan2(table.friction_tangent(), 1.0), scenario::Quantity::si),
                     table.crack_onset_strain.si(),
                     table.relative_ductility.si(),
                 )

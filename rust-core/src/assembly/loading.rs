@@ -10,14 +10,7 @@ use crate::state::{Constraint, State, Wall, WallShape};
 pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> Result<Loading, AssemblyError> {
     match &scenario.loading {
         scenario::Loading::None => Ok(Loading::None),
-        scenario::Loading::Uniaxial {
-            axis,
-            strain_rate,
-            layer_thickness,
-            lateral,
-            initial_velocity_field,
-            area,
-        } => {
+        scenario::Loading::Uniaxial { axis, strain_rate, layer_thickness, lateral, initial_velocity_field, area } => {
             let axis = axis.index();
             let particles = &state.particles;
             let largest = particles.radius.iter().copied().fold(0.0, f64::max);
@@ -37,7 +30,7 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> 
                 |layer: &[usize]| layer.iter().map(|&p| particles.position[p][axis]).sum::<f64>() / layer.len() as f64;
             let (bottom, top) = (mean(&lower), mean(&upper));
             let length = top - bottom;
-            let area = area.map_or_else(|| cross_section(state, placed, axis), scenario::Quantity::si);
+            let area = area.map_or_else(|| cross_section(scenario, state, placed, axis), scenario::Quantity::si);
             let rate = strain_rate.si();
             let middle = 0.5 * (bottom + top);
             let half = 0.5 * rate * length;
@@ -62,7 +55,8 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> 
         }
         scenario::Loading::CellStrain { velocity_gradient } => {
             let gradient = Mat3::from_fn(|i, j| velocity_gradient[i][j].si());
-            let cell = state.cell.as_mut().ok_or_else(|| unfit("loading", "the packing has no periodic cell".into()))?;
+            let cell =
+                state.cell.as_mut().ok_or_else(|| unfit("loading", "the packing has no periodic cell".into()))?;
             cell.velocity_gradient = gradient;
             let initial_volume = cell.volume();
             set_affine_velocity(state, &gradient, &Vec3::zeros());
@@ -83,7 +77,7 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> 
             let particles = &state.particles;
             let (low, high) =
                 bounds_along(particles.position.iter().zip(&particles.radius).map(|(x, r)| (x[axis], *r)));
-            let area = area.map_or_else(|| cross_section(state, placed, axis), scenario::Quantity::si);
+            let area = area.map_or_else(|| cross_section(scenario, state, placed, axis), scenario::Quantity::si);
             let first = state.walls.len();
             for (name, at, sign) in [("lower platen", low, 1.0), ("upper platen", high, -1.0)] {
                 let mut normal = Vec3::zeros();
@@ -105,8 +99,18 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> 
     }
 }
 
-/// Cross-section perpendicular to `axis`, m²: of the packing's shape, else of the bounding box.
-fn cross_section(state: &State, placed: &Placed, axis: usize) -> f64 {
+/// Cross-section perpendicular to `axis`, m²: of the packing's shape, else of the bounding box; of unit depth in two
+/// dimensions.
+fn cross_section(scenario: &Scenario, state: &State, placed: &Placed, axis: usize) -> f64 {
+    if scenario.dimension == 2 {
+        let across = usize::from(axis == 0);
+        if let Some(scenario::Shape::Box { size }) = scenario.packing.shape() {
+            return size[across].si();
+        }
+        let particles = &state.particles;
+        let (low, high) = bounds_along(particles.position.iter().zip(&particles.radius).map(|(x, r)| (x[across], *r)));
+        return high - low;
+    }
     if let Some(area) = placed.cross_sections.map(|areas| areas[axis]) {
         return area;
     }

@@ -15,7 +15,7 @@ use crate::plan::{Plan, Stop};
 use crate::scenario::{self, Scenario, Selection};
 use crate::solver::integrate::Damping;
 use crate::solver::time_step::{self, TimeStepBounds};
-use crate::solver::{MaterialRows, Model, Scheme};
+use crate::solver::{Model, Scheme};
 use crate::state::contacts::ContactBlock;
 use crate::state::{Clump, Constraint, Particles, Sphere, State, Wall, WallShape};
 use packing::PackingError;
@@ -114,6 +114,11 @@ pub struct Summary {
 
 /// Progress of the assembly: a name of the stage, and how far it is, 0 to 1.
 pub type Progress<'a> = &'a mut dyn FnMut(&str, f64);
+
+/// Make only the packing of a scenario. Paths in it are relative to `folder`.
+pub fn pack(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<packing::Packing, AssemblyError> {
+    Ok(place::place(scenario, folder, progress)?.packing)
+}
 
 /// Build a scenario. Paths in it are relative to `folder`.
 pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Assembly, AssemblyError> {
@@ -271,11 +276,7 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
         scenario::TimeStep::Given(step) => {
             unstable = step.si() > limit;
             if unstable && !scenario.integration.allow_unstable {
-                return Err(AssemblyError::Unstable {
-                    given: step.si(),
-                    bound: limit,
-                    frequency: bounds.frequency,
-                });
+                return Err(AssemblyError::Unstable { given: step.si(), bound: limit, frequency: bounds.frequency });
             }
             step.si()
         }
@@ -358,16 +359,15 @@ fn memory(state: &State) -> usize {
 
 /// Indices of the spheres in a selection.
 fn select(selection: &Selection, spheres: &[Sphere], name: &str) -> Result<Vec<usize>, AssemblyError> {
-    let vector = scenario::quantity::vector;
     let chosen: Vec<usize> = match selection {
         Selection::All => (0..spheres.len()).collect(),
         Selection::Box { minimum, maximum } => {
-            let (low, high) = (vector(minimum), vector(maximum));
+            let (low, high) = (scenario::quantity::vector(minimum), scenario::quantity::vector(maximum));
             let inside = |x: &Vec3| (0..3).all(|i| low[i] <= x[i] && x[i] <= high[i]);
             (0..spheres.len()).filter(|&p| inside(&spheres[p].position)).collect()
         }
         Selection::Sphere { center, radius } => {
-            let center = vector(center);
+            let center = scenario::quantity::vector(center);
             (0..spheres.len()).filter(|&p| (spheres[p].position - center).norm() <= radius.si()).collect()
         }
         Selection::Layer { axis, end, thickness } => {
@@ -389,11 +389,7 @@ fn select(selection: &Selection, spheres: &[Sphere], name: &str) -> Result<Vec<u
 }
 
 /// Indices of the particles whose centre lies within `thickness` of one end of the bounding box of the spheres.
-fn layer(
-    extents: impl Iterator<Item = (f64, f64)> + Clone,
-    end: scenario::End,
-    thickness: f64,
-) -> Vec<usize> {
+fn layer(extents: impl Iterator<Item = (f64, f64)> + Clone, end: scenario::End, thickness: f64) -> Vec<usize> {
     let (low, high) = bounds_along(extents.clone());
     extents
         .enumerate()
@@ -412,15 +408,14 @@ fn bounds_along(extents: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
 
 /// Initial velocities, prescribed motions, and forces.
 fn motions(scenario: &Scenario, state: &mut State) {
-    let vector = scenario::quantity::vector;
     let members = |state: &State, name: &str| -> Vec<usize> {
         let bit = 1u64 << set_index(scenario, name);
         (0..state.particles.len()).filter(|&p| state.particles.tags[p] & bit != 0).collect()
     };
     for initial in &scenario.initials {
         for p in members(state, &initial.set) {
-            state.particles.velocity[p] = vector(&initial.velocity);
-            state.particles.angular_velocity[p] = vector(&initial.angular_velocity);
+            state.particles.velocity[p] = scenario::quantity::vector(&initial.velocity);
+            state.particles.angular_velocity[p] = scenario::quantity::vector(&initial.angular_velocity);
         }
     }
     for prescribe in &scenario.prescribed {
@@ -439,8 +434,11 @@ fn motions(scenario: &Scenario, state: &mut State) {
     }
     for force in &scenario.forces {
         for p in members(state, &force.set) {
-            state.particles.external_force[p] += vector(&force.force);
-            state.particles.external_torque[p] += vector(&force.moment);
+            state.particles.add_load(
+                p as u32,
+                scenario::quantity::vector(&force.force),
+                scenario::quantity::vector(&force.moment),
+            );
         }
     }
 }
@@ -453,9 +451,8 @@ fn add_wall(
     wall: &scenario::Wall,
     state: &mut State,
 ) -> Result<(), AssemblyError> {
-    let vector = scenario::quantity::vector;
     let name = wall.name.clone().unwrap_or_else(|| format!("wall {number}"));
-    let velocity = vector(&wall.velocity);
+    let velocity = scenario::quantity::vector(&wall.velocity);
     let material = material_index(scenario, &wall.material);
     let mut push = |name: String, shape: WallShape| {
         state.walls.push(Wall {
@@ -470,11 +467,11 @@ fn add_wall(
     };
     match &wall.shape {
         scenario::WallShape::Plane { point, normal } => {
-            let normal = vector(normal);
-            push(name, WallShape::Plane { point: vector(point), normal: normal / normal.norm() });
+            let normal = scenario::quantity::vector(normal);
+            push(name, WallShape::Plane { point: scenario::quantity::vector(point), normal: normal / normal.norm() });
         }
         scenario::WallShape::Box { minimum, maximum } => {
-            let (low, high) = (vector(minimum), vector(maximum));
+            let (low, high) = (scenario::quantity::vector(minimum), scenario::quantity::vector(maximum));
             for axis in 0..3 {
                 let mut normal = Vec3::zeros();
                 normal[axis] = 1.0;
@@ -487,7 +484,15 @@ fn add_wall(
             let mut direction = Vec3::zeros();
             direction[axis.index()] = 1.0;
             let inside = *side == scenario::Side::Inside;
-            push(name, WallShape::Cylinder { point: vector(center), axis: direction, radius: radius.si(), inside });
+            push(
+                name,
+                WallShape::Cylinder {
+                    point: scenario::quantity::vector(center),
+                    axis: direction,
+                    radius: radius.si(),
+                    inside,
+                },
+            );
         }
         scenario::WallShape::Facets { path, unit } => {
             let triangles = place::triangles(folder, path, unit.si())?;
@@ -501,6 +506,3 @@ fn add_wall(
 pub fn is_cpm(block: &dyn crate::state::contacts::Contacts) -> bool {
     block.as_any().is::<ContactBlock<Cpm>>()
 }
-
-#[allow(unused_imports)]
-use MaterialRows as _;

@@ -84,22 +84,20 @@ fn finite(
     let length = l.norm();
     let normal = l * (1.0 / length);
     let gap = length - geometry.radius_a - geometry.radius_b;
-    let half_gap = 0.5 * gap;
-    let half_gap_old = half_gap - 0.5 * (length - frame.length);
     let spin_sum = Quat::from(a.rotation_increment.coords + b.rotation_increment.coords);
-    let transport = Transport::finite(&frame.normal, &normal, &spin_sum);
-    // Twice the sine vectors halve away with the factor ½ of the mean.
-    let sine_a = a.rotation_increment.imag() * a.rotation_increment.w;
-    let sine_b = b.rotation_increment.imag() * b.rotation_increment.w;
-    let sine = sine_a + sine_b;
-    let by_radius = sine_a * geometry.radius_a + sine_b * geometry.radius_b;
-    let turned_old = by_radius + sine * half_gap_old;
-    let turned = by_radius + sine * half_gap;
+    let swing_axis = frame.normal.cross(&normal);
+    let transport = Transport::finite(&frame.normal, &normal, &swing_axis, &spin_sum);
+    let mean_length = 0.5 * (length + frame.length);
+    let mean_half_gap = 0.5 * (mean_length - geometry.radius_a - geometry.radius_b);
+    // 2 w u is the sine vector of a rotation (u, w).
+    let turn_a = 2.0 * a.rotation_increment.w * (geometry.radius_a + mean_half_gap);
+    let turn_b = 2.0 * b.rotation_increment.w * (geometry.radius_b + mean_half_gap);
+    let turned = a.rotation_increment.imag() * turn_a + b.rotation_increment.imag() * turn_b;
     let c = frame.normal.dot(&normal);
-    let tilt = frame.normal - normal * c;
-    let along = turned_old.dot(&frame.normal) + turned_old.dot(&normal);
-    let start = tilt * (0.5 * length) + (turned_old - tilt * (along / (1.0 + c))).cross(&normal);
-    let shear_increment = -(transport.twist(&start) + tilt * (0.5 * frame.length) + turned.cross(&normal));
+    let late = (frame.normal - normal * c) * mean_length + turned.cross(&normal);
+    let along = (turned.dot(&frame.normal) + turned.dot(&normal)) / (1.0 + c);
+    let early = late - swing_axis * along;
+    let shear_increment = (transport.twist(&early) + late) * -0.5;
     PointKinematics {
         geometry: *geometry,
         length,

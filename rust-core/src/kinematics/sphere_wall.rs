@@ -35,6 +35,6 @@ pub fn measure(
         arm_a: length,
         arm_b: 0.0,
         bonded: false,
-        transport: Transport::finite(&frame.normal, &normal, &spin_sum),
+        transport: Transport::finite(&frame.normal, &normal, &frame.normal.cross(&normal), &spin_sum),
     }
 }

@@ -33,17 +33,17 @@ impl Transport {
 
     /// Exact transport: the smallest rotation taking `normal_old` to `normal`, followed by the mean twist of the two
     /// particles about `normal`, where `spin_sum` is the sum of the unit quaternions of both particles' rotations in
-    /// the step.
+    /// the step and `swing_axis = normal_old × normal`.
     ///
     /// With `c = n_old·n` and `m = n_old×n`, the twist of a rotation `(u, w)` relative to the swing has the half-angle
     /// tangent `u·(n_old+n) / ((1+c) w + m·u)`; summing the two particles' (numerator, denominator) pairs as complex
     /// numbers gives the mean angle without trigonometric functions. For a rigid rotation of the pair it is exact.
     #[inline(always)]
-    pub fn finite(normal_old: &Vec3, normal: &Vec3, spin_sum: &Quat) -> Self {
+    pub fn finite(normal_old: &Vec3, normal: &Vec3, swing_axis: &Vec3, spin_sum: &Quat) -> Self {
         let c = normal_old.dot(normal);
         let sum = normal_old + normal;
         let u = spin_sum.imag();
-        let real = (1.0 + c) * spin_sum.w + normal_old.cross(normal).dot(&u);
+        let real = (1.0 + c) * spin_sum.w + swing_axis.dot(&u);
         let imaginary = u.dot(&sum);
         let inverse = 1.0 / ((real * real + imaginary * imaginary) * (1.0 + c));
         let by_modulus = inverse * (1.0 + c);

@@ -63,16 +63,17 @@
 //! V ½(σ_o+σ_n)·Δε = Δ stored + damage + friction + viscous + integration
 //! stored normal   V[½(1−D)Ē e² − σ₀ ε_N − ½σ₀²/Ē]        stored shear  V ½|σ_T|²/Ḡ
 //! damage          V ½Ē e_o e_n (D_n − D_o)                 while e keeps its sign, else counted as integration
-//! friction        V ½(σ_o+σ_n)·Δε_p, shear and normal      viscous       V ½(σ_v,o + σ_v,n)·Δε
+//! friction        ⟨V ½(σ_o+σ_n)·Δε_p⟩, shear and normal    viscous       V ½(σ_v,o + σ_v,n)·Δε
 //! ```
 //! because ½[(1−D_o)e_o + (1−D_n)e_n](e_n − e_o) = Δ½(1−D)e² + ½e_o e_n(D_n − D_o). The viscous overstress counts as a
 //! stress without stored energy, so its part of a step of unloading can be negative. A bond that breaks releases the
 //! energy stored at the end of its last step into `damage`; as the force of that end is not applied, −V ½σ_n·Δε goes
-//! to `integration`. First-order transport does not keep lengths: V ½Ḡ(|e_T|² − |transported e_T|²) is `integration`;
+//! to `integration`. Where sliding turns round while the bound falls, the rule can give a negative friction: that part is
+//! `integration` too (not in Woo mode, whose slip is recovered in unloading at any size of the step). First-order transport does not keep lengths: V ½Ḡ(|e_T|² − |transported e_T|²) is `integration`;
 //! it also leaves a part of σ_T along n, of second order in the rotations of a step, whose work is not counted.
 //! In YADE mode the slip is Δε_T − Δσ_T/Ḡ, which is not the increment of YADE's ε_Tp (quirk above).
 
-use super::{ContactGeometry, ContactLaw, EnergySplit, Fate, Response, Stiffness};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Fate, Reference, Response, Stiffness};
 use crate::kinematics::{PointKinematics, Transport};
 use crate::law_state;
 use crate::math::{self, Vec3};
@@ -591,14 +592,20 @@ impl Cpm {
         let strain = k.elongation * inverse_length;
         let shear_step = k.shear_increment * inverse_length;
         let carried_shear = k.transport.apply(&old.shear_strain);
-        let carried_plastic = k.transport.apply(&old.plastic_shear_strain);
+        // most links never slip; the zero vector needs no transport
+        let carried_plastic = if old.plastic_shear_strain == Vec3::zeros() {
+            Vec3::zeros()
+        } else {
+            k.transport.apply(&old.plastic_shear_strain)
+        };
         let shear_strain = carried_shear + shear_step;
 
         // normal direction
         let adjusted = strain + shift;
         let mut plastic = old.plastic_normal_strain;
         let mut elastic = adjusted - plastic;
-        let elastic_old = old.normal_strain + shift - plastic;
+        let strain_old = strain_before(k, old, inverse_length);
+        let elastic_old = strain_old + shift - plastic;
         let mut kappa = old.kappa;
         let mut omega = old.omega;
         if k.bonded {
@@ -615,7 +622,7 @@ impl Cpm {
         } else {
             omega = 1.0;
         }
-        let damage_old = if elastic_old > 0.0 { old.omega } else { 0.0 };
+        let damage_old = if elastic_old > 0.0 { omega_before(k, old) } else { 0.0 };
         let damage = if elastic > 0.0 { omega } else { 0.0 };
         let stress_old = (1.0 - damage_old) * p.normal_modulus * elastic_old;
         let mut stress = (1.0 - damage) * p.normal_modulus * elastic;
@@ -627,14 +634,16 @@ impl Cpm {
                 stress = bound;
                 elastic = line.min(0.0);
                 plastic = adjusted - elastic;
-                energy.friction = volume * 0.5 * (stress_old + stress) * (plastic - old.plastic_normal_strain);
+                energy.add_friction(volume * 0.5 * (stress_old + stress) * (plastic - old.plastic_normal_strain));
             }
         }
-        let product = volume * 0.5 * p.normal_modulus * elastic_old * elastic * (damage - damage_old);
-        if elastic_old * elastic < 0.0 {
-            energy.integration = product;
-        } else {
-            energy.damage = product;
+        if damage != damage_old {
+            let product = volume * 0.5 * p.normal_modulus * elastic_old * elastic * (damage - damage_old);
+            if elastic_old * elastic < 0.0 {
+                energy.integration += product;
+            } else {
+                energy.damage = product;
+            }
         }
 
         // shear
@@ -645,27 +654,36 @@ impl Cpm {
         let trial_squared = trial.norm_squared();
         let mut shear_stress = trial;
         let mut plastic_shear = if woo { Vec3::zeros() } else { carried_plastic };
-        if trial_squared > bound * bound {
+        let flows = trial_squared > bound * bound;
+        if flows {
             let trial_norm = trial_squared.sqrt();
-            let scale =
-                if p.plastic_time > 0.0 { self.viscous_slip_scale(trial_norm, bound, dt) } else { bound / trial_norm };
+            let mut scale = bound / trial_norm;
+            if p.plastic_time > 0.0 {
+                scale = self.viscous_slip_scale(trial_norm, bound, dt);
+                energy.viscous = volume
+                    * (trial_norm * scale - bound)
+                    * (plastic_shear + trial_strain * (1.0 - scale) - carried_plastic).norm();
+            }
             shear_stress = trial * scale;
             plastic_shear += trial_strain * (1.0 - scale);
-            if p.plastic_time > 0.0 {
-                let slip = (plastic_shear - carried_plastic).norm();
-                energy.viscous = volume * (trial_norm * scale - bound) * slip;
+        }
+        if flows || woo {
+            let mean_stress = (carried_elastic * self.shear_modulus + shear_stress) * 0.5;
+            let work = volume * mean_stress.dot(&(plastic_shear - carried_plastic)) - energy.viscous;
+            if woo {
+                // slip that is recovered gives work back, however small the step: no error of the rule
+                energy.friction += work;
+            } else {
+                energy.add_friction(work);
             }
         }
-        let plastic_step = plastic_shear - carried_plastic;
-        energy.friction +=
-            volume * 0.5 * (carried_elastic * self.shear_modulus + shear_stress).dot(&plastic_step) - energy.viscous;
 
         // viscous overstress
         let mut damage_strain = 0.0;
         let mut applied = stress - prestress;
         if p.damage_time > 0.0 && k.bonded {
             let (driving, driving_old) = if woo {
-                (omega * adjusted, old.omega * (old.normal_strain + shift))
+                (omega * adjusted, old.omega * (strain_old + shift))
             } else {
                 (damage * elastic, damage_old * elastic_old)
             };
@@ -673,7 +691,7 @@ impl Cpm {
             let overstress = p.normal_modulus * (driving - damage_strain);
             let overstress_old = p.normal_modulus * (driving_old - old.damage_strain);
             applied += overstress;
-            energy.viscous += volume * 0.5 * (overstress_old + overstress) * (strain - old.normal_strain);
+            energy.viscous += volume * 0.5 * (overstress_old + overstress) * (strain - strain_old);
         }
 
         energy.stored_normal =
@@ -696,7 +714,7 @@ impl Cpm {
         // linear damage, or a threshold of 1: a bond without any strength is broken
         let lost = adjusted > 0.0 && (!k.bonded || omega > p.omega_threshold || omega >= 1.0);
         if lost {
-            return release(k, volume, applied, &shear_stress, strain - old.normal_strain, &shear_step, &energy);
+            return release(k, volume, applied, &shear_stress, strain - strain_old, &shear_step, &energy);
         }
         Response {
             force: (k.normal * applied + shear_stress) * k.geometry.area,
@@ -756,8 +774,10 @@ impl Cpm {
 
         // energies: not part of YADE's law, so in any order
         let volume = area * length;
-        let elastic_old = old.normal_strain + self.prestress_strain - old.plastic_normal_strain;
-        let damage_old = if elastic_old > 0.0 { old.omega } else { 0.0 };
+        let strain_old = strain_before(k, old, 1.0 / length);
+        let elastic_old = strain_old + self.prestress_strain - old.plastic_normal_strain;
+        let omega_old = omega_before(k, old);
+        let damage_old = if elastic_old > 0.0 { omega_old } else { 0.0 };
         let stress_old = (1.0 - damage_old) * young * elastic_old;
         let elastic_new = adjusted - plastic;
         let mut energy = EnergySplit {
@@ -765,24 +785,24 @@ impl Cpm {
                 * (0.5 * (stress * elastic_new - young * self.prestress_strain * self.prestress_strain)
                     - p.isotropic_prestress * strain),
             stored_shear: 0.5 * volume * self.inverse_shear_modulus * dot(&shear_stress, &shear_stress),
-            friction: volume * 0.5 * (stress_old + stress) * (plastic - old.plastic_normal_strain),
             ..EnergySplit::default()
         };
+        energy.add_friction(volume * 0.5 * (stress_old + stress) * (plastic - old.plastic_normal_strain));
         let product = volume * 0.5 * young * elastic_old * elastic_new * (damage - damage_old);
         if elastic_old * elastic_new < 0.0 {
-            energy.integration = product;
+            energy.integration += product;
         } else {
             energy.damage = product;
         }
         // the stress of the last step is the trial stress of its history, cut off at the bound of that time
         let stress_of_history = (old.shear_strain - old.plastic_shear_strain) * shear_modulus;
-        let bound_old = self.yield_stress_yade(stress_old, old.omega);
+        let bound_old = self.yield_stress_yade(stress_old, omega_old);
         let norm_old = norm(&stress_of_history);
         let shear_stress_old =
             if norm_old > bound_old { stress_of_history * (bound_old / norm_old) } else { stress_of_history };
         let carried_stress = k.transport.apply(&shear_stress_old);
         let slip = shear_step - (shear_stress - carried_stress) * self.inverse_shear_modulus;
-        energy.friction += volume * 0.5 * dot(&(carried_stress + shear_stress), &slip);
+        energy.add_friction(volume * 0.5 * dot(&(carried_stress + shear_stress), &slip));
         energy.integration += 0.5
             * volume
             * self.inverse_shear_modulus
@@ -798,7 +818,7 @@ impl Cpm {
             plastic_shear_strain: plastic_shear,
         };
         if adjusted > 0.0 && (!k.bonded || omega > p.omega_threshold) {
-            return release(k, volume, applied, &shear_stress, strain - old.normal_strain, &shear_step, &energy);
+            return release(k, volume, applied, &shear_stress, strain - strain_old, &shear_step, &energy);
         }
         Response {
             force: k.normal * (applied * area) + shear_stress * area,
@@ -857,7 +877,21 @@ impl Cpm {
     }
 }
 
-/// Answer of a contact that is lost in this step: no force, no history, its energy let go.
+/// Normal strain at the start of the step. A contact that is no bond forgets its history when it opens, so that it
+/// is told where it came from by the length.
+#[inline(always)]
+fn strain_before(k: &PointKinematics, old: &CpmState, inverse_length: f64) -> f64 {
+    if k.bonded { old.normal_strain } else { (k.length_old - k.geometry.reference_length) * inverse_length }
+}
+
+/// Damage at the start of the step: 1 for a contact that is no bond, also before its first evaluation.
+#[inline(always)]
+fn omega_before(k: &PointKinematics, old: &CpmState) -> f64 {
+    if k.bonded { old.omega } else { 1.0 }
+}
+
+/// Answer of a contact that is lost in this step: no force, no history, its energy let go. That of a bond stays named
+/// by mode in the `stored_*` members, see [`Fate::Broke`].
 #[cold]
 #[inline(never)]
 fn release(
@@ -871,12 +905,12 @@ fn release(
 ) -> Response<CpmState> {
     let mut energy = *energy;
     let stored = energy.stored_normal + energy.stored_shear;
-    energy.stored_normal = 0.0;
-    energy.stored_shear = 0.0;
     if k.bonded {
         energy.damage += stored;
     } else {
         energy.friction += stored;
+        energy.stored_normal = 0.0;
+        energy.stored_shear = 0.0;
     }
     // the work of this step was split for the stress of its end, which is not applied
     energy.integration -= 0.5 * volume * (normal_stress * strain_step + shear_stress.dot(shear_step));
@@ -930,6 +964,13 @@ impl ContactLaw for Cpm {
         }
     }
 
+    /// A contact that is no bond is unstrained at the distance of its first touch (as in YADE), against a wall at the
+    /// radius.
+    fn unbonded_reference(length: f64, radius_a: f64, radius_b: f64) -> Reference {
+        let length = if radius_b > 0.0 { length } else { radius_a };
+        Reference { length, area: contact_area(radius_a, radius_b) }
+    }
+
     /// k_N = ĒA/L, k_T = ḠA/L in N/m.
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {
         let area_by_length = geometry.area / geometry.reference_length;
@@ -940,7 +981,8 @@ impl ContactLaw for Cpm {
         }
     }
 
-    /// ω of a bond; 0 for a contact that is no bond (its κ stays 0).
+    /// ω of a bond; 0 for a contact that is no bond, known by its κ = 0 (in YADE mode a contact that was flattened by
+    /// plasticity in compression can have κ > 0 and then counts as damaged).
     fn damage(state: &CpmState) -> f64 {
         if state.kappa > 0.0 { state.omega } else { 0.0 }
     }
@@ -1052,7 +1094,8 @@ mod tests {
 
         fn imbalance(&self) -> f64 {
             let d = &self.dissipated;
-            let stored = self.energy.stored_normal + self.energy.stored_shear;
+            // what a broken bond names as stored is released
+            let stored = if self.fate == Fate::Broke { 0.0 } else { self.energy.stored() };
             self.work - stored - d.damage - d.friction - d.viscous - d.integration
         }
     }
@@ -1567,7 +1610,7 @@ mod tests {
             let normal_work = 0.5 * (normal_old + normal_new) * (k.length - k.length_old);
             let shear_work = 0.5 * (shear_old + shear_new).dot(&k.shear_increment);
             let e = &response.energy;
-            let stored = e.stored_normal + e.stored_shear;
+            let stored = if response.fate == Fate::Broke { 0.0 } else { e.stored() };
             let ledger = stored - self.stored + e.damage + e.friction + e.viscous + e.integration;
             self.stored = stored;
             self.force = response.force;

@@ -210,3 +210,153 @@ impl ContactLaw for Frictional {
         out
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::conformance::{Native, Observed, Properties, Station, Subject, Window, atlas, atlas_paths, check};
+
+    const GEOMETRY: ContactGeometry =
+        ContactGeometry { reference_length: 2.0, area: 1.0, radius_a: 0.8, radius_b: 1.2, mass_a: 1.0, mass_b: 2.0 };
+
+    /// Overlaps are a good part of the length, so that rounding of positions does not hide anything.
+    fn subject(name: &'static str, law: Frictional) -> Subject<Native<Frictional>> {
+        let window = Window { elongation: [-0.4, 0.1], shear: 0.5 };
+        Subject {
+            name,
+            host: Native(law),
+            geometry: GEOMETRY,
+            bonded: false,
+            properties: Properties {
+                conservative_normal: law.damping_ratio == 0.0,
+                conservative_shear: false,
+                dissipation_nonnegative: true,
+                continuous_failure: !law.tension_from_damping,
+                brittle: false,
+            },
+            elastic: window,
+            inelastic: window,
+            held: Station { elongation: -0.3, shear: [0.1, -0.15], twist: 0.0 },
+            failure: 0.1,
+            dt: 1e-3,
+        }
+    }
+
+    /// The law in plain numbers, without dashpots: shear spring of two components with a circular limit.
+    fn closed_form(kn: f64, kt: f64, friction: f64) -> impl FnMut(&Observed) -> Option<[f64; 3]> {
+        let mut before = [0.0; 2];
+        let mut spring = [0.0; 2];
+        move |now| {
+            let s = now.station;
+            let pressure = (-kn * s.elongation).max(0.0);
+            for k in 0..2 {
+                spring[k] += s.shear[k] - before[k];
+            }
+            before = s.shear;
+            let size = kt * (spring[0] * spring[0] + spring[1] * spring[1]).sqrt();
+            if size > friction * pressure {
+                for x in &mut spring {
+                    *x *= friction * pressure / size;
+                }
+            }
+            Some([-pressure, kt * spring[0], kt * spring[1]])
+        }
+    }
+
+    #[test]
+    fn undamped_contact_conforms() {
+        let law = Frictional::new(ContactStiffness::Given { normal: 1e6, shear: 5e5 }, 0.5, 0.0).unwrap();
+        let subject = subject("frictional", law);
+        let mut report = check(&subject);
+        report.findings.extend(atlas(
+            &subject,
+            &atlas_paths(&subject.inelastic, 50),
+            || closed_form(1e6, 5e5, 0.5),
+            1e-12,
+            "rounding of orientations over 250 steps",
+        ));
+        println!("{report}");
+        assert!(report.passed(), "{report}");
+    }
+
+    #[test]
+    fn damped_contacts_conform() {
+        let stiffness = ContactStiffness::Moduli { young_a: 5e5, young_b: 9e5, ratio: 0.3 };
+        let mut law = Frictional::new(stiffness, 0.4, 0.2).unwrap();
+        for tension_from_damping in [false, true] {
+            law.tension_from_damping = tension_from_damping;
+            let mut subject = subject("damped frictional, unlike particles", law);
+            // fast enough for the dashpot to matter
+            subject.dt = 1e-4;
+            let report = check(&subject);
+            println!("{report}");
+            assert!(report.passed(), "{report}");
+        }
+    }
+
+    /// Two springs 2Er in series; a wall counts with the radius of the sphere.
+    #[test]
+    fn stiffness_from_moduli() {
+        let stiffness = ContactStiffness::Moduli { young_a: 5e5, young_b: 9e5, ratio: 0.3 };
+        let (a, b) = (2.0 * 5e5 * 0.8, 2.0 * 9e5 * 1.2);
+        let (kn, kt) = stiffness.of(&GEOMETRY);
+        // three roundings on either side
+        assert!((kn * (1.0 / a + 1.0 / b) - 1.0).abs() < 1e-15);
+        assert!((kt / kn - 0.3).abs() < 1e-15);
+        let wall = ContactGeometry { radius_b: 0.0, mass_b: f64::INFINITY, ..GEOMETRY };
+        let b = 2.0 * 9e5 * 0.8;
+        assert!((stiffness.of(&wall).0 * (1.0 / a + 1.0 / b) - 1.0).abs() < 1e-15);
+    }
+
+    /// A sphere bouncing off a wall: the restitution that the damping ratio was made for. Tolerance 1e-4: 2e4 steps
+    /// per collision, the dashpot lags by half a step.
+    #[test]
+    fn restitution_of_a_bounce() {
+        use crate::law::restitution::{End, damping_of_restitution};
+        let wall = ContactGeometry { reference_length: 0.8, radius_b: 0.0, mass_b: f64::INFINITY, ..GEOMETRY };
+        for (end, pulls) in [(End::ForceSpent, false), (End::OverlapSpent, true)] {
+            for e in [0.3, 0.7, 0.95, 1.0] {
+                let stiffness = ContactStiffness::Given { normal: 1e6, shear: 0.0 };
+                let mut law = Frictional::new(stiffness, 0.0, damping_of_restitution(e, end)).unwrap();
+                law.tension_from_damping = pulls;
+                let dt = std::f64::consts::PI / 1e3 / 2e4;
+                let (mut length, mut velocity, mut state) = (0.8, -1.0, FrictionalState::default());
+                loop {
+                    let length_old = length;
+                    length += velocity * dt;
+                    let k = PointKinematics {
+                        geometry: wall,
+                        length,
+                        length_old,
+                        elongation: length - 0.8,
+                        gap: length - 0.8,
+                        normal: -Vec3::y(),
+                        shear_increment: Vec3::zeros(),
+                        arm_a: 0.4 + 0.5 * length,
+                        arm_b: 0.5 * length - 0.4,
+                        bonded: false,
+                        transport: crate::kinematics::Transport::identity(-Vec3::y()),
+                    };
+                    let answer = law.respond(&k, &state, dt);
+                    if answer.fate == Fate::Opened {
+                        break;
+                    }
+                    state = answer.state;
+                    velocity += answer.force.y * dt / wall.mass_a;
+                }
+                assert!((velocity - e).abs() < 1e-4, "{end:?} {e}: {velocity}");
+            }
+        }
+    }
+
+    #[test]
+    fn bad_parameters_are_named() {
+        let stiffness = ContactStiffness::Given { normal: 1e6, shear: 5e5 };
+        let message = Frictional::new(stiffness, -0.1, 0.0).unwrap_err().to_string();
+        assert_eq!(message, "law frictional: friction = -0.1 must be finite and not negative");
+        assert!(Frictional::new(ContactStiffness::Given { normal: 0.0, shear: 0.0 }, 0.1, 0.0).is_err());
+        let moduli = ContactStiffness::Moduli { young_a: 1e9, young_b: f64::INFINITY, ratio: 0.3 };
+        assert!(Frictional::new(moduli, 0.1, 0.0).is_err());
+        assert!(Frictional::new(stiffness, 0.1, f64::NAN).is_err());
+    }
+}

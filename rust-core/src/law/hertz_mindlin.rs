@@ -521,4 +521,100 @@ mod tests {
             assert!(error[k] / size[k] < tolerance, "column {k}: {}", error[k] / size[k]);
         }
     }
+
+    // -----------------------------------------------------------------------------------------------------------
+    // Conformance
+
+    use crate::law::conformance::{Native, Observed, Properties, Station, Subject, Window, atlas, atlas_paths, check};
+
+    const GEOMETRY: ContactGeometry =
+        ContactGeometry { reference_length: 2.0, area: 1.0, radius_a: 0.8, radius_b: 1.2, mass_a: 1.0, mass_b: 2.0 };
+    const BODY: Elastic = Elastic { young: 1e6, poisson: 0.25 };
+
+    /// Overlaps are a good part of the length, so that rounding of positions does not hide anything.
+    fn subject(name: &'static str, law: HertzMindlin) -> Subject<Native<HertzMindlin>> {
+        let window = Window { elongation: [-0.4, 0.1], shear: 0.5 };
+        Subject {
+            name,
+            host: Native(law),
+            geometry: GEOMETRY,
+            bonded: false,
+            properties: Properties {
+                conservative_normal: law.damping_ratio == 0.0,
+                conservative_shear: false,
+                dissipation_nonnegative: true,
+                // the dashpot vanishes with the overlap, so even a pulling one opens without a jump
+                continuous_failure: true,
+                brittle: false,
+            },
+            elastic: window,
+            inelastic: window,
+            held: Station { elongation: -0.3, shear: [0.05, -0.04], twist: 0.0 },
+            failure: 0.1,
+            dt: 1e-3,
+        }
+    }
+
+    /// The law in plain numbers for two components of shear, without dashpots. Between turning points of the overlap
+    /// the shear force follows `k_t = 8G*√(R*δ)`: kept while δ grows, scaled with `√δ` while it shrinks.
+    fn closed_form(law: HertzMindlin) -> impl FnMut(&Observed) -> Option<[f64; 3]> {
+        let radius = 0.8 * 1.2 / 2.0;
+        let (mut shear_before, mut overlap_before) = ([0.0; 2], 0.0_f64);
+        let mut force = [0.0; 2];
+        move |now| {
+            let overlap = (-now.station.elongation).max(0.0);
+            let pressure = 4.0 / 3.0 * law.effective_young * (radius * overlap * overlap * overlap).sqrt();
+            let stiffness = 8.0 * law.effective_shear * (radius * overlap).sqrt();
+            for k in 0..2 {
+                if overlap < overlap_before {
+                    force[k] *= (overlap / overlap_before).sqrt();
+                }
+                force[k] += stiffness * (now.station.shear[k] - shear_before[k]);
+            }
+            (shear_before, overlap_before) = (now.station.shear, overlap);
+            let size = (force[0] * force[0] + force[1] * force[1]).sqrt();
+            if size > law.friction * pressure {
+                for x in &mut force {
+                    *x *= law.friction * pressure / size;
+                }
+            }
+            Some([-pressure, force[0], force[1]])
+        }
+    }
+
+    #[test]
+    fn undamped_contact_conforms() {
+        let law = HertzMindlin::new(BODY, BODY, 0.5, 1.0).unwrap();
+        let subject = subject("hertz-mindlin", law);
+        let mut report = check(&subject);
+        report.findings.extend(atlas(
+            &subject,
+            &atlas_paths(&subject.inelastic, 50),
+            || closed_form(law),
+            1e-12,
+            "rounding of orientations over 250 steps",
+        ));
+        println!("{report}");
+        assert!(report.passed(), "{report}");
+    }
+
+    #[test]
+    fn damped_contacts_conform() {
+        let mut law = HertzMindlin::new(BODY, Elastic { young: 3e6, poisson: 0.1 }, 0.4, 0.6).unwrap();
+        law.shear_damping_ratio = 0.1;
+        for law in [law, law.with_tension_from_damping(0.6).unwrap()] {
+            let report = check(&subject("damped hertz-mindlin", law));
+            println!("{report}");
+            assert!(report.passed(), "{report}");
+        }
+    }
+
+    #[test]
+    fn bad_parameters_are_named() {
+        let message = HertzMindlin::new(BODY, BODY, f64::NAN, 1.0).unwrap_err().to_string();
+        assert_eq!(message, "law hertz_mindlin: friction = NaN must be finite and not negative");
+        assert!(HertzMindlin::new(BODY, BODY, 0.1, 1.1).is_err());
+        assert!(HertzMindlin::new(Elastic { poisson: 0.6, ..BODY }, BODY, 0.1, 1.0).is_err());
+        assert!(HertzMindlin::new(BODY, BODY, 0.1, 0.5).unwrap().with_tension_from_damping(-0.1).is_err());
+    }
 }

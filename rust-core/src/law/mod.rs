@@ -6,6 +6,7 @@
 //! Adding a law touches one file here and one line in the registration table of [`crate::state::contacts`].
 
 pub mod common;
+pub mod conformance;
 pub mod cpm;
 pub mod frictional;
 pub mod hertz_mindlin;

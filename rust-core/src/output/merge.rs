@@ -150,8 +150,8 @@ pub(super) fn read_events(file: &Group, path: &Path) -> Result<Vec<Event>, Outpu
 /// Writes `/VTKHDF`: an unstructured grid of vertex cells, one per particle, with time steps.
 ///
 /// Format: VTK, "VTKHDF file format", version 2.0. Arrays of all time steps follow each other in one dataset;
-/// `Steps` tells where each step begins. A field that did not change since the step before is not written again.
-/// Connectivity (0, 1, 2, …), offsets and cell types are the beginning of the same arrays in every step.
+/// `Steps` tells where each step begins. A field that did not change since the step before is not written again; the
+/// cells (vertex k at point k) are written once for every count of particles that occurs, as a part in VTK's sense.
 struct VtkWriter<'a> {
     path: &'a Path,
     group: Group,
@@ -243,30 +243,36 @@ impl<'a> VtkWriter<'a> {
 
     fn finish(self) -> Result<(), OutputError> {
         let (path, group) = (self.path, &self.group);
-        let counts: Vec<i64> = self.steps.iter().map(|step| step.points).collect();
-        let most = counts.iter().copied().max().unwrap_or(0);
-        for name in ["NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"] {
-            hdf::write_array(group, name, &counts, 1, path)?;
+        let mut parts: Vec<i64> = Vec::new();
+        for step in &self.steps {
+            if !parts.contains(&step.points) {
+                parts.push(step.points);
+            }
         }
-        hdf::write_array(group, "Connectivity", &(0..most).collect::<Vec<i64>>(), 1, path)?;
-        hdf::write_array(group, "Offsets", &(0..=most).collect::<Vec<i64>>(), 1, path)?;
+        let part = |step: &Step| parts.iter().position(|&count| count == step.points).unwrap_or_default();
+        let cells_before = |step: &Step| parts[..part(step)].iter().sum::<i64>();
+        for name in ["NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"] {
+            hdf::write_array(group, name, &parts, 1, path)?;
+        }
+        let connectivity: Vec<i64> = parts.iter().flat_map(|&count| 0..count).collect();
+        hdf::write_array(group, "Connectivity", &connectivity, 1, path)?;
+        let offsets: Vec<i64> = parts.iter().flat_map(|&count| 0..=count).collect();
+        hdf::write_array(group, "Offsets", &offsets, 1, path)?;
         // Type 1 is a vertex.
-        hdf::write_array(group, "Types", &vec![1_u8; most as usize], 1, path)?;
+        hdf::write_array(group, "Types", &vec![1_u8; connectivity.len()], 1, path)?;
         let steps = group.create_group("Steps").at(path)?;
         hdf::write_attribute(&steps, "NSteps", &(self.steps.len() as i64), path)?;
-        let of_steps = |value: &dyn Fn(usize, &Step) -> i64| -> Vec<i64> {
-            self.steps.iter().enumerate().map(|(k, step)| value(k, step)).collect()
-        };
+        let of_steps = |value: &dyn Fn(&Step) -> i64| -> Vec<i64> { self.steps.iter().map(value).collect() };
         let times: Vec<f64> = self.steps.iter().map(|step| step.time).collect();
         hdf::describe(&hdf::write_array(&steps, "Values", &times, 1, path)?, "s", "Times of the steps.", path)?;
-        hdf::write_array(&steps, "PartOffsets", &of_steps(&|k, _| k as i64), 1, path)?;
-        hdf::write_array(&steps, "NumberOfParts", &of_steps(&|_, _| 1), 1, path)?;
-        hdf::write_array(&steps, "PointOffsets", &of_steps(&|_, step| step.point_offset), 1, path)?;
-        hdf::write_array(&steps, "CellOffsets", &of_steps(&|_, _| 0), 1, path)?;
-        hdf::write_array(&steps, "ConnectivityIdOffsets", &of_steps(&|_, _| 0), 1, path)?;
+        hdf::write_array(&steps, "PartOffsets", &of_steps(&|step| part(step) as i64), 1, path)?;
+        hdf::write_array(&steps, "NumberOfParts", &of_steps(&|_| 1), 1, path)?;
+        hdf::write_array(&steps, "PointOffsets", &of_steps(&|step| step.point_offset), 1, path)?;
+        hdf::write_array(&steps, "CellOffsets", &of_steps(&cells_before), 1, path)?;
+        hdf::write_array(&steps, "ConnectivityIdOffsets", &of_steps(&cells_before), 1, path)?;
         let offsets = steps.create_group("PointDataOffsets").at(path)?;
         for (k, (name, ..)) in self.fields.iter().enumerate() {
-            hdf::write_array(&offsets, name, &of_steps(&|_, step| step.field_offsets[k]), 1, path)?;
+            hdf::write_array(&offsets, name, &of_steps(&|step| step.field_offsets[k]), 1, path)?;
         }
         let counts: Vec<u64> = self.steps.iter().map(|step| step.count).collect();
         let dataset = hdf::write_array(&steps, "step", &counts, 1, path)?;

@@ -7,6 +7,7 @@ use super::hdf::{self, kind};
 use super::run_files::SeriesColumn;
 use super::{merge, sealed};
 use crate::fracture::Event;
+use crate::math::Vec3;
 use crate::state::columns::StoredColumn;
 
 /// A finished result, verified against its seal and opened.
@@ -125,6 +126,19 @@ impl ResultFile {
             return Ok(Vec::new());
         }
         hdf::read_array(&self.group("VTKHDF/Steps")?, "Values", &self.path)
+    }
+
+    /// Box around the particles' centres in all snapshots, m: its lowest and highest corner; None without snapshots.
+    pub fn bounds(&self) -> Result<Option<(Vec3, Vec3)>, OutputError> {
+        if !self.file.link_exists("VTKHDF") {
+            return Ok(None);
+        }
+        let points: Vec<f64> = hdf::read_array(&self.group("VTKHDF")?, "Points", &self.path)?;
+        let points =
+            points.chunks_exact(3).map(Vec3::from_column_slice).filter(|point| point.iter().all(|x| x.is_finite()));
+        Ok(points.fold(None, |bounds, point| {
+            Some(bounds.map_or((point, point), |(low, high): (Vec3, Vec3)| (low.inf(&point), high.sup(&point))))
+        }))
     }
 
     fn group(&self, name: &str) -> Result<hdf5::Group, OutputError> {

@@ -74,11 +74,14 @@ impl Toy {
         if self.step.is_multiple_of(10) {
             // The order in the solver changes; the ids say who is who.
             let turn = (self.step / 10) as usize;
-            let id: Vec<u32> = (0..12).map(|k| (k + turn as u32) % 12).collect();
-            let position: Vec<Vec3> = id.iter().map(|&k| Vec3::new(self.x[k as usize], f64::from(k), time)).collect();
+            // Two particles come in for a while.
+            let count = if turn == 2 || turn == 3 { 14 } else { 12 };
+            let id: Vec<u32> = (0..count).map(|k| (k + turn as u32) % count).collect();
+            let x = |k: u32| self.x[k as usize % 12];
+            let position: Vec<Vec3> = id.iter().map(|&k| Vec3::new(x(k), f64::from(k), time)).collect();
             let radius: Vec<f64> = id.iter().map(|&k| 1.0 + f64::from(k)).collect();
             let column = |data| Column::f64(data, 1, "m");
-            let damage: Vec<f64> = id.iter().map(|&k| self.x[k as usize]).collect();
+            let damage: Vec<f64> = id.iter().map(|&k| x(k)).collect();
             let fields = vec![
                 SnapshotField { name: "radius", description: "Radius.", column: column(&radius) },
                 SnapshotField { name: "damage", description: "", column: Column::f64(&damage, 1, "1") },
@@ -237,10 +240,12 @@ fn result_holds_what_was_put_in() {
     assert_eq!(result.laws().unwrap(), ["toy"]);
     assert_eq!(result.table("contacts/toy").unwrap()[0].1.data, ColumnData::F64(toy.x.clone()));
     assert_eq!(result.snapshot_times().unwrap(), [0.0, 5.0, 10.0, 15.0, 20.0]);
-    // Radii did not change, so they are there once, and sorted by id; damage is there five times.
+    // Radii change with the count of particles only (12, 12, 14, 14, 12), so they are there three times, sorted by
+    // id; damage is there five times.
     let fields: BTreeMap<_, _> = result.table("VTKHDF/PointData").unwrap().into_iter().collect();
-    assert_eq!(fields["radius"].data, ColumnData::F64((0..12).map(|k| 1.0 + f64::from(k)).collect()));
-    assert_eq!(fields["damage"].borrow().len(), 5 * 12);
+    let radii = |count| (0..count).map(|k| 1.0 + f64::from(k));
+    assert_eq!(fields["radius"].data, ColumnData::F64(radii(12).chain(radii(14)).chain(radii(12)).collect()));
+    assert_eq!(fields["damage"].borrow().len(), 12 + 12 + 14 + 14 + 12);
 
     let text = csv::text(&result).unwrap();
     let mut lines = text.lines();

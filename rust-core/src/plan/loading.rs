@@ -77,8 +77,7 @@ impl Loading {
             Self::None => 0.0,
             Self::Uniaxial { axis, layers, length, .. } => {
                 let mean = |layer: &[u32]| {
-                    layer.iter().map(|&p| state.particles.position[p as usize][*axis]).sum::<f64>()
-                        / layer.len() as f64
+                    layer.iter().map(|&p| state.particles.position[p as usize][*axis]).sum::<f64>() / layer.len() as f64
                 };
                 (mean(&layers[1]) - mean(&layers[0]) - length) / length
             }
@@ -101,8 +100,7 @@ impl Loading {
         measure.stress = match self {
             Self::None => 0.0,
             Self::Uniaxial { axis, layers, area, .. } => {
-                let force =
-                    |layer: &[u32]| layer.iter().map(|&p| solver.forces()[p as usize][*axis]).sum::<f64>();
+                let force = |layer: &[u32]| layer.iter().map(|&p| solver.forces()[p as usize][*axis]).sum::<f64>();
                 0.5 * (force(&layers[0]) - force(&layers[1])) / area
             }
             Self::CellStrain { .. } | Self::CellStress { .. } => measure.tensor[self.component(state)],

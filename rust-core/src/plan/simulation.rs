@@ -99,7 +99,8 @@ mod memory {
     pub const BROKEN: usize = 1;
     pub const DAMAGED: usize = 2;
     pub const VIRIAL: usize = 3;
-    pub const COUNT: usize = 12;
+    pub const STOPPED: usize = 12;
+    pub const COUNT: usize = 13;
 }
 
 /// A running simulation.
@@ -119,13 +120,18 @@ impl Simulation {
         state.plan_memory.resize(memory::COUNT, 0.0);
         let solver = Solver::new(model, &mut state)?;
         let mut last = StepReport::default();
-        last.virial.copy_from_slice(&state.plan_memory[memory::VIRIAL..memory::COUNT]);
+        last.virial.copy_from_slice(&state.plan_memory[memory::VIRIAL..memory::STOPPED]);
         Ok(Self { state, solver, plan, last })
     }
 
     /// The report of the last step.
     pub fn last_report(&self) -> &StepReport {
         &self.last
+    }
+
+    /// Why the run has ended, if it has.
+    pub fn stopped(&self) -> Option<StopReason> {
+        StopReason::of_code(self.state.plan_memory[memory::STOPPED])
     }
 
     /// One step; a sample when it is due.
@@ -141,7 +147,7 @@ impl Simulation {
         for (_, incident) in &report.incidents {
             self.state.plan_memory[if incident.broke { memory::BROKEN } else { memory::DAMAGED }] += 1.0;
         }
-        self.state.plan_memory[memory::VIRIAL..].copy_from_slice(report.virial.as_slice());
+        self.state.plan_memory[memory::VIRIAL..memory::STOPPED].copy_from_slice(report.virial.as_slice());
         let mut stopped = None;
         let sample = due.then(|| {
             let measure = self.plan.loading.stress(&self.state, &self.solver, &report, volume);
@@ -187,6 +193,8 @@ impl Simulation {
         if stopped.is_none() && self.plan.stop.steps.is_some_and(|limit| self.state.clock.step >= limit) {
             stopped = Some(StopReason::Steps);
         }
+        // Kept in the state, so that a run that is killed while its result is written knows that it has ended.
+        self.state.plan_memory[memory::STOPPED] = stopped.map_or(0.0, StopReason::code);
         self.last = report;
         Ok(Advance { sample, events, stopped })
     }

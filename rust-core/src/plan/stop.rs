@@ -30,6 +30,20 @@ pub enum StopReason {
     Equilibrium,
 }
 
+impl StopReason {
+    const ALL: [Self; 5] = [Self::Drop, Self::Strain, Self::Time, Self::Steps, Self::Equilibrium];
+
+    /// Number of the reason in the state, from 1; 0 stands for none.
+    pub(super) fn code(self) -> f64 {
+        Self::ALL.iter().position(|reason| *reason == self).map_or(0.0, |at| (at + 1) as f64)
+    }
+
+    /// The reason of a number.
+    pub(super) fn of_code(code: f64) -> Option<Self> {
+        Self::ALL.into_iter().find(|reason| reason.code() == code)
+    }
+}
+
 impl std::fmt::Display for StopReason {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {

@@ -109,6 +109,7 @@ fn syntax_problem(source: &Source, line: usize, span: Range<usize>, message: &st
     let starts_as_number =
         |value: &str| value.starts_with(|c: char| c.is_ascii_digit() || c == '-' || c == '+' || c == '.');
     let help = match value {
+        _ if message.contains("string") && message.contains("expected `") => "close the string with a quote".to_owned(),
         Some(value) if starts_as_number(value) && value.contains(',') && !value.contains('[') => {
             "decimal fractions take a point: 1.5".to_owned()
         }

@@ -112,3 +112,54 @@ impl ScenarioError {
         out
     }
 }
+
+/// Rendering with a picture of the text, by miette.
+#[cfg(feature = "program")]
+mod rendered {
+    use super::{Problem, ScenarioError};
+    use miette::{Diagnostic, LabeledSpan, Severity, SourceCode};
+    use std::fmt::Display;
+
+    impl Diagnostic for Problem {
+        fn severity(&self) -> Option<Severity> {
+            Some(Severity::Error)
+        }
+        fn help<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
+            if self.help.is_empty() { None } else { Some(Box::new(&self.help)) }
+        }
+        fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+            Some(Box::new(std::iter::once(LabeledSpan::underline(self.span.clone()))))
+        }
+    }
+
+    impl Diagnostic for ScenarioError {
+        fn source_code(&self) -> Option<&dyn SourceCode> {
+            Some(&self.source_text)
+        }
+        fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
+            Some(Box::new(self.problems.iter().map(|problem| problem as &dyn Diagnostic)))
+        }
+    }
+
+    impl SourceCode for super::Source {
+        fn read_span<'a>(
+            &'a self,
+            span: &miette::SourceSpan,
+            before: usize,
+            after: usize,
+        ) -> Result<Box<dyn miette::SpanContents<'a> + 'a>, miette::MietteError> {
+            let contents = self.text.read_span(span, before, after)?;
+            Ok(Box::new(
+                miette::MietteSpanContents::new_named(
+                    self.name.to_string(),
+                    contents.data(),
+                    *contents.span(),
+                    contents.line(),
+                    contents.column(),
+                    contents.line_count(),
+                )
+                .with_language("TOML"),
+            ))
+        }
+    }
+}

@@ -1,5 +1,6 @@
 //! Materials: density, and parameters of one or more contact laws.
 
+pub use crate::law::cpm::{CpmMode, DamageLaw, YieldSurface};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -84,7 +85,8 @@ impl Material {
 pub struct Bonds {
     /// Law of the bonds.
     pub law: LawName,
-    /// Two particles are bonded when their centre distance is below this times the sum of their radii.
+    /// Two particles are bonded when their centre distance is below this times the sum of their radii;
+    /// 1.5 is usual for concrete.
     #[serde(default = "one")]
     #[schemars(extend("minimum" = 1, "maximum" = 10))]
     pub interaction_ratio: Number,
@@ -213,44 +215,6 @@ fn tangent(coefficient: Option<Number>, angle: Option<Angle>) -> f64 {
         }
         (None, None) => 0.0,
     }
-}
-
-/// Form of the concrete particle model.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum CpmMode {
-    /// Stránský 2018, (2.13)–(2.20), with exact plastic slip.
-    #[default]
-    Thesis,
-    /// The model as published in YADE, with its slip bookkeeping.
-    YadePublic,
-    /// The full model as published in Woo: yield surfaces, viscous damage and plasticity.
-    Woo,
-}
-
-/// Softening branch of a link in tension.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum DamageLaw {
-    /// Stress falls linearly with strain.
-    Linear,
-    /// Stress falls exponentially with strain.
-    #[default]
-    Exponential,
-}
-
-/// Shear strength of a link as a function of its normal stress.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum YieldSurface {
-    /// Straight line (0).
-    MohrCoulomb,
-    /// Parabola (1).
-    Parabolic,
-    /// Logarithm (2).
-    Logarithmic,
-    /// Logarithm in compression, straight line in tension (3).
-    LogarithmicLinear,
 }
 
 /// Linear elastic bond with dashpots and brittle failure; afterwards a contact with Coulomb friction.

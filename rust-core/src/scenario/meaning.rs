@@ -112,11 +112,7 @@ impl Checker<'_> {
             (Some(other), _) => format!("did you mean \"{other}\"?"),
             (None, _) => {
                 let quoted: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
-                let verb = if names.len() == 1 { "is" } else { "are" };
-                format!(
-                    "the {what} names {verb} {}",
-                    listing(&quoted).replace(", or ", ", and ").replace(" or ", " and ")
-                )
+                format!("choose {}, or add a [[{what}]] of this name", listing(&quoted))
             }
         };
         self.add(ProblemKind::UnknownName, key, format!("no {what} has this name"), help);
@@ -232,7 +228,7 @@ impl Checker<'_> {
     }
 
     fn few_enough(&mut self, key: &str, count: f64) {
-        if count > MOST_PARTICLES {
+        if count.is_finite() && count > MOST_PARTICLES {
             let message =
                 format!("about {count:.1e} particles, more than the {MOST_PARTICLES:.1e} that can be numbered");
             self.range(key, message, "check the units of the sizes and radii; plain numbers are metres");
@@ -438,7 +434,7 @@ impl Checker<'_> {
             self.add(
                 ProblemKind::MissingKey,
                 &format!("{path}.relative_soft_stiffness"),
-                "missing key `relative_soft_stiffness`, which `soft_strain` needs",
+                "missing key, which `soft_strain` needs",
                 "add `relative_soft_stiffness = 0.3`, the hardening modulus divided by the normal modulus",
             );
         }
@@ -481,7 +477,7 @@ impl Checker<'_> {
             matches!(cpm.yield_surface, Some(YieldSurface::Logarithmic | YieldSurface::LogarithmicLinear));
         if woo && logarithmic != cpm.yield_log_speed.is_some() {
             if logarithmic {
-                let message = "missing key `yield_log_speed`, which a logarithmic yield surface needs";
+                let message = "missing key, which a logarithmic yield surface needs";
                 self.add(
                     ProblemKind::MissingKey,
                     &format!("{path}.yield_log_speed"),
@@ -511,8 +507,7 @@ impl Checker<'_> {
             let pair = if any(&moduli) { moduli } else { springs };
             for (key, given) in pair {
                 if !given {
-                    let message = format!("missing key `{key}`");
-                    self.add(ProblemKind::MissingKey, &format!("{path}.{key}"), message, help);
+                    self.add(ProblemKind::MissingKey, &format!("{path}.{key}"), "missing key", help);
                 }
             }
         }
@@ -529,38 +524,40 @@ impl Checker<'_> {
         if let Loading::Platens { material, .. } = &scenario.loading {
             touching_materials.push(material);
         }
+        let mut wanted: Vec<(&str, LawName, &[&str])> = Vec::new();
         if let Some(bonds) = &scenario.bonds {
             if matches!(bonds.law, LawName::Cpm | LawName::LinearBond) {
-                self.tables("bonds.law", bonds.law, &particle_materials);
+                wanted.push(("bonds.law", bonds.law, &particle_materials));
             } else {
                 let help = "bonds are made by \"cpm\" or \"linear_bond\"; leave [bonds] out for a granular material";
                 self.conflict("bonds.law", "this law makes no bonds", help);
             }
         }
         match scenario.contacts.law.law() {
-            Some(law) => self.tables("contacts.law", law, &touching_materials),
+            Some(law) => wanted.push(("contacts.law", law, &touching_materials)),
             None => {
+                let help = "choose a contact law such as \"frictional\"";
                 if !scenario.walls.is_empty() {
-                    let help = "choose a contact law such as \"frictional\"";
                     self.conflict("contacts.law", "without a contact law particles pass through the walls", help);
                 }
                 if matches!(scenario.loading, Loading::Platens { .. }) {
-                    let help = "choose a contact law such as \"frictional\"";
                     self.conflict("contacts.law", "without a contact law particles pass through the platens", help);
                 }
             }
         }
-    }
-
-    fn tables(&mut self, wanted_by: &str, law: LawName, names: &[&str]) {
-        let scenario = self.scenario;
         for (at, material) in scenario.materials.iter().enumerate() {
-            if names.contains(&material.name.as_str()) && !material.has(law) {
-                let key = law.key();
-                let message =
-                    format!("material \"{}\" has no parameters of {key}, which {wanted_by} names", material.name);
-                let help = format!("add [material.{key}] below this [[material]]");
-                self.add(ProblemKind::MissingKey, &format!("material[{at}].{key}"), message, help);
+            let lacking: Vec<_> = wanted
+                .iter()
+                .filter(|(_, law, names)| names.contains(&material.name.as_str()) && !material.has(*law))
+                .collect();
+            for (rank, (key, law, _)) in lacking.iter().enumerate() {
+                if lacking[..rank].iter().any(|(_, other, _)| other == law) {
+                    continue;
+                }
+                let law = law.key();
+                let message = format!("material \"{}\" has no table of this law, which {key} asks for", material.name);
+                let help = format!("add [material.{law}] below this [[material]]");
+                self.add(ProblemKind::MissingKey, &format!("material[{at}].{law}"), message, help);
             }
         }
     }
@@ -765,7 +762,7 @@ impl Checker<'_> {
                     self.conflict(&key, "not in rising order", "write the smallest moment of inertia first");
                 } else if c > (a + b) * (1.0 + SYMMETRY) {
                     let message = "no body has these: the largest exceeds the sum of the other two";
-                    self.range(&key, message, "check the values");
+                    self.range(&key, message, "check their order and units, or leave `inertia` out");
                 }
             }
         }
@@ -775,7 +772,8 @@ impl Checker<'_> {
         if let Some(file) = &self.scenario.output.file {
             let extension = Path::new(file).extension().and_then(|extension| extension.to_str());
             if !matches!(extension, Some("h5" | "hdf5" | "vtkhdf")) {
-                let help = format!("write \"{}.h5\"", file.trim_end_matches('.'));
+                let name = Path::new(file).with_extension("h5");
+                let help = format!("write \"{}\"; csv = true writes the samples as CSV beside it", name.display());
                 self.range("output.file", "a result file is HDF5", help);
             }
         }
@@ -856,7 +854,7 @@ fn length_along(shape: &Shape, along: Axis) -> Option<f64> {
 fn length(metres: f64) -> String {
     let (scale, unit) = if metres >= 1.0 {
         (1.0, "m")
-    } else if metres >= 1e-3 {
+    } else if metres >= 1e-4 {
         (1e3, "mm")
     } else {
         (1e6, "um")

@@ -1,6 +1,7 @@
 //! Where the particles come from.
 
 use schemars::JsonSchema;
+use crate::assembly::packing::random_dense::Protocol;
 use serde::{Deserialize, Serialize};
 
 use super::quantity::{Length, Number};
@@ -26,6 +27,10 @@ pub enum Packing {
         #[serde(default)]
         #[schemars(extend("minimum" = 0))]
         friction: Number,
+        /// How it is compacted: "jammed" rests under its residual pressure; "yade" stops as YADE's compactor does, a
+        /// little looser and not at rest, as the packings of Stránský 2018.
+        #[serde(default)]
+        protocol: Protocol,
         /// What is cut out of the packing.
         shape: Shape,
     },

@@ -95,6 +95,31 @@ fn join(path: &str, key: &str) -> String {
     if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
 }
 
+/// Names of parameters in YADE's concrete model, and here.
+const YADE_NAMES: &[(&str, &str)] = &[
+    ("sigmaT", "cohesion"),
+    ("epsCrackOnset", "crack_onset_strain"),
+    ("relDuctility", "relative_ductility"),
+    ("neverDamage", "never_damage"),
+    ("equivStrainShearContrib", "shear_contribution"),
+    ("damLaw", "damage_law"),
+    ("dmgTau", "damage_time"),
+    ("dmgRateExp", "damage_rate_exponent"),
+    ("plTau", "plasticity_time"),
+    ("plRateExp", "plasticity_rate_exponent"),
+    ("isoPrestress", "isotropic_prestress"),
+    ("frictionAngle", "friction_angle"),
+    ("poisson", "shear_ratio"),
+    ("yieldSurfType", "yield_surface"),
+    ("yieldLogSpeed", "yield_log_speed"),
+    ("omegaThreshold", "omega_threshold"),
+    ("epsSoft", "soft_strain"),
+    ("relKnSoft", "relative_soft_stiffness"),
+    ("intRadius", "interaction_ratio"),
+    ("enlargeFactor", "interaction_ratio"),
+    ("strainRate", "strain_rate"),
+];
+
 /// Last key of a path, without index.
 fn last_key(path: &str) -> &str {
     let last = path.rsplit('.').next().unwrap_or(path);
@@ -142,6 +167,7 @@ impl Checker<'_> {
         help: String,
     ) {
         let value = Some(self.document.excerpt(&span)).filter(|text| with_value && !text.is_empty());
+        let help = help.trim_end().to_owned();
         self.problems.push(Problem { kind, key: path.to_owned(), value, span, message, help });
     }
 
@@ -163,7 +189,7 @@ impl Checker<'_> {
                 }
                 other => {
                     let key = last_key(path);
-                    let example = match self.kinds(schema).first() {
+                    let example = match self.kinds(schema).into_iter().find(|kind| *kind != "none") {
                         Some(kind) => format!("{key} = {{ kind = \"{kind}\", ... }}"),
                         None => format!("{key} = {{ ... }}"),
                     };
@@ -211,9 +237,16 @@ impl Checker<'_> {
         let words_help: String = other_words.iter().map(|word| format!("; or \"{word}\"")).collect();
         let read = match value.get_ref() {
             DeValue::String(text) if other_words.contains(&text.as_ref()) => return,
-            DeValue::String(text) => {
-                parse_quantity(text, dimension, units).map_err(|error| (ProblemKind::WrongUnit, error))
-            }
+            DeValue::String(text) => match parse_quantity(text, dimension, units) {
+                Err(QuantityError::NoNumber { .. }) if !other_words.is_empty() => {
+                    let quoted: Vec<String> = other_words.iter().map(|word| format!("\"{word}\"")).collect();
+                    let message = format!("neither {} nor a {dimension}", listing(&quoted));
+                    let help = format!("{units_help}{words_help}. {about}");
+                    self.report(ProblemKind::WrongUnit, path, value.span(), true, message, help);
+                    return;
+                }
+                read => read.map_err(|error| (ProblemKind::WrongUnit, error)),
+            },
             number @ (DeValue::Integer(_) | DeValue::Float(_)) => match real(number) {
                 Some(number) if number.is_finite() => Ok(number),
                 Some(number) if number.is_nan() => {
@@ -272,8 +305,14 @@ impl Checker<'_> {
         }
         if broken {
             let message = format!("must be {}", wanted.join(" and "));
-            let help =
+            let fraction = schema["x-dimension"] == "pure number"
+                && number > 2.0
+                && number <= 100.0
+                && bound("maximum").or(bound("exclusiveMaximum")) == Some(1.0);
+            let hint = if fraction { format!("did you mean \"{number} %\"? ") } else { String::new() };
+            let about =
                 if about.is_empty() { format!("write a value {}", wanted.join(" and ")) } else { about.to_owned() };
+            let help = hint + &about;
             self.report(ProblemKind::OutOfRange, path, value.span(), true, message, help);
         }
     }
@@ -288,7 +327,7 @@ impl Checker<'_> {
             ("string", _) => wrong(self, "a string", format!("put it into quotes. {about}")),
             ("boolean", _) => wrong(self, "true or false", format!("write true or false, without quotes. {about}")),
             ("integer", DeValue::Integer(integer)) => match i128::from_str_radix(integer.as_str(), integer.radix()) {
-                Ok(number) => {
+                Ok(number) if number <= i128::from(u64::MAX) && number >= i128::from(i64::MIN) => {
                     if let Some(allowed) = schema["enum"].as_array() {
                         if !allowed.iter().any(|one| one.as_i64().is_some_and(|one| i128::from(one) == number)) {
                             let list: Vec<String> = allowed.iter().map(Value::to_string).collect();
@@ -299,8 +338,8 @@ impl Checker<'_> {
                         self.bounds(value, number as f64, schema, schema, path, "1", about);
                     }
                 }
-                Err(_) => {
-                    let message = "beyond the range of integers".to_owned();
+                _ => {
+                    let message = "beyond the range of 64-bit integers".to_owned();
                     self.report(ProblemKind::OutOfRange, path, value.span(), true, message, about.to_owned());
                 }
             },
@@ -386,7 +425,7 @@ impl Checker<'_> {
             }
             Some((value, _)) => self.word(value, &kinds, &kind_path, ""),
             None => {
-                let message = "missing key `kind`".to_owned();
+                let message = "missing key".to_owned();
                 let help = format!("add kind = {}", listing(&quoted));
                 self.report(ProblemKind::MissingKey, &kind_path, place.clone(), false, message, help);
             }
@@ -407,7 +446,12 @@ impl Checker<'_> {
                 continue;
             }
             let free = properties.keys().map(String::as_str).filter(|other| !table.contains_key(*other));
-            let help = if let Some(other) = nearest(name, free) {
+            let alias = YADE_NAMES.iter().find(|(yade, ours)| *yade == name && properties.contains_key(*ours));
+            let help = if let Some((yade, ours)) = alias {
+                excused.push(ours);
+                let about = about(ours, properties[*ours]["description"].as_str().unwrap_or(""));
+                format!("YADE's `{yade}` is `{ours}` here. {about}")
+            } else if let Some(other) = nearest(name, free) {
                 excused.push(other);
                 format!(
                     "did you mean `{other}`? {}",
@@ -420,16 +464,17 @@ impl Checker<'_> {
                 let elsewhere = if elsewhere.is_empty() {
                     String::new()
                 } else {
-                    format!("there is a `{name}` in {}. ", listing(&elsewhere))
+                    format!("`{name}` is a key of {}; ", listing(&elsewhere))
                 };
-                let here = if path.is_empty() { "at the top of a scenario".to_owned() } else { format!("in `{path}`") };
-                format!("{elsewhere}keys {here}: {}", keys.join(", "))
+                let here =
+                    if path.is_empty() { "at the top".to_owned() } else { format!("of `{}`", strip_indices(path)) };
+                format!("{elsewhere}the keys {here} are {}", keys.join(", "))
             };
             let message = match schema["properties"]["kind"]["const"].as_str() {
-                Some(kind) => format!("unknown key `{name}` for kind \"{kind}\""),
-                None => format!("unknown key `{name}`"),
+                Some(kind) => format!("unknown key for kind \"{kind}\""),
+                None => "unknown key".to_owned(),
             };
-            self.report(ProblemKind::UnknownKey, &key_path, key.span(), false, message, help.trim_end().to_owned());
+            self.report(ProblemKind::UnknownKey, &key_path, key.span(), false, message, help);
         }
         for name in schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str) {
             if table.contains_key(name) || excused.contains(&name) {
@@ -446,10 +491,14 @@ impl Checker<'_> {
             } else if type_name(resolved) == "array" && self.items_are_tables(resolved) {
                 format!("add [[{plain_path}]]")
             } else {
-                format!("add `{name} = ...`")
+                let value = match resolved["enum"].as_array().map(Vec::as_slice) {
+                    Some([only]) => only.to_string(),
+                    _ => "...".to_owned(),
+                };
+                format!("add `{name} = {value}`")
             };
             let help = format!("{add}. {}", about(name, description));
-            self.report(ProblemKind::MissingKey, &full, place.clone(), false, format!("missing key `{name}`"), help);
+            self.report(ProblemKind::MissingKey, &full, place.clone(), false, "missing key".to_owned(), help);
         }
     }
 

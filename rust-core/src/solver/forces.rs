@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::kinematics::sphere_sphere::{ImageShift, Motion};
 use crate::kinematics::{Frame, Mode};
-use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, Reference};
+use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, LawState, Reference};
 use crate::math::{Mat3, Vec3};
 use crate::solver::walls;
 use crate::state::contacts::{ContactBlock, Contacts, Link, Pair};
@@ -41,8 +41,9 @@ pub struct StepContext<'a> {
     pub dt: f64,
     /// Damage at which a bond enters the event log.
     pub damage_threshold: f64,
-    /// Whether to sum the squares of the contact forces.
-    pub sum_forces: bool,
+    /// Whether stored energies and the squares of the contact forces are wanted: state functions, needed only when a
+    /// sample is taken. (Dissipation is summed at every step.)
+    pub sample: bool,
 }
 
 /// What happened to a bond, noted by index.
@@ -263,17 +264,30 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
     }
 }
 
-/// Choose the loop compiled for this measure of motion and periodicity.
+/// The loop over one tile with the default measure of motion, as something that [`pulp`] can run with the newest
+/// instructions of the processor. They give the same bits: nothing is fused or reordered.
+struct FiniteTileLoop<'a, 'b, L: ContactLaw> {
+    context: &'a StepContext<'a>,
+    rows: &'a [L],
+    tile: &'a mut Tile<'b, L>,
+}
+
+impl<L: ContactLaw> pulp::NullaryFnOnce for FiniteTileLoop<'_, '_, L> {
+    type Output = Tally;
+    #[inline(always)]
+    fn call(self) -> Tally {
+        run::<L, false, false>(Mode::Finite, self.context, self.rows, self.tile)
+    }
+}
+
+/// Choose the loop: the default measure without a cell and without a sample has one of its own, the others share one,
+/// to keep the program small.
 fn dispatch<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: &mut Tile<'_, L>) -> Tally {
-    match (context.mode, context.cell) {
-        (Mode::Finite, None) => run::<L, false>(Mode::Finite, context, rows, tile),
-        (Mode::Finite, Some(_)) => run::<L, true>(Mode::Finite, context, rows, tile),
-        (Mode::FirstOrder, None) => run::<L, false>(Mode::FirstOrder, context, rows, tile),
-        (Mode::FirstOrder, Some(_)) => run::<L, true>(Mode::FirstOrder, context, rows, tile),
-        (Mode::Yade, None) => run::<L, false>(Mode::Yade, context, rows, tile),
-        (Mode::Yade, Some(_)) => run::<L, true>(Mode::Yade, context, rows, tile),
-        (Mode::YadeRatcheting, None) => run::<L, false>(Mode::YadeRatcheting, context, rows, tile),
-        (Mode::YadeRatcheting, Some(_)) => run::<L, true>(Mode::YadeRatcheting, context, rows, tile),
+    let mode = context.mode;
+    if mode == Mode::Finite && context.cell.is_none() && !context.sample {
+        pulp::Arch::new().dispatch(FiniteTileLoop { context, rows, tile })
+    } else {
+        run::<L, true, true>(mode, context, rows, tile)
     }
 }
 
@@ -289,7 +303,7 @@ pub fn motion_of(particles: &Particles, p: usize) -> Motion {
 }
 
 #[inline(always)]
-fn run<L: ContactLaw, const PERIODIC: bool>(
+fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
     mode: Mode,
     context: &StepContext<'_>,
     rows: &[L],
@@ -298,7 +312,17 @@ fn run<L: ContactLaw, const PERIODIC: bool>(
     let particles = context.particles;
     let mut tally = Tally::default();
     let mut next_slot = 0;
-    let tile_len = tile.force.len();
+    // Slices of one length, so that one comparison guards all of them.
+    let n = particles.len();
+    let (position, rotation_increment) = (&particles.position[..n], &particles.rotation_increment[..n]);
+    let (velocity, angular_velocity) = (&particles.velocity[..n], &particles.angular_velocity[..n]);
+    let (radius, mass) = (&particles.radius[..n], &particles.mass[..n]);
+    let motion = |p: usize| Motion {
+        position: position[p],
+        velocity: velocity[p],
+        angular_velocity: angular_velocity[p],
+        rotation_increment: rotation_increment[p],
+    };
     let contacts = tile
         .pair
         .iter()
@@ -308,130 +332,146 @@ fn run<L: ContactLaw, const PERIODIC: bool>(
         .zip(tile.history.iter_mut());
     for ((((pair, link), reference), frame), history) in contacts {
         let (a, b) = (pair.a as usize, pair.b as usize);
+        assert!(a < n && b < n, "contact names a particle that does not exist");
         let local = is_local(pair.b, tile.base, TILE);
-        let wrench = 'contact: {
-            if link.has(Link::BROKEN) {
-                break 'contact None;
+        let image = match context.cell {
+            Some(cell) if PERIODIC => {
+                let displacement = cell.shift(link.image);
+                ImageShift { displacement, velocity: cell.velocity_gradient * displacement, periodic: true }
             }
-            let (motion_a, motion_b) = (motion_of(particles, a), motion_of(particles, b));
-            let image = match context.cell {
-                Some(cell) if PERIODIC => {
-                    let displacement = cell.shift(link.image);
-                    ImageShift { displacement, velocity: cell.velocity_gradient * displacement, periodic: true }
-                }
-                _ => ImageShift::default(),
-            };
-            let mut geometry = ContactGeometry {
-                reference_length: reference.length,
-                area: reference.area,
-                radius_a: particles.radius[a],
-                radius_b: particles.radius[b],
-                mass_a: particles.mass[a],
-                mass_b: particles.mass[b],
-            };
-            let bonded = link.has(Link::BONDED);
-            let mut kinematics =
-                L::Kinematics::measure(mode, &motion_a, &motion_b, &image, &geometry, frame, bonded, context.dt);
-            if !link.has(Link::ACTIVE) {
-                // A candidate: it becomes a contact when its surfaces (or those a broken bond kept) meet.
-                let point = kinematics.point();
-                let opening = if link.has(Link::KEPT_REFERENCE) { point.elongation } else { point.gap };
-                if opening >= 0.0 {
-                    *frame = Frame { normal: point.normal, length: point.length };
-                    break 'contact None;
-                }
-                link.flags |= Link::ACTIVE;
-                if !link.has(Link::KEPT_REFERENCE) {
-                    *reference = L::unbonded_reference(point.length, geometry.radius_a, geometry.radius_b);
-                    geometry.reference_length = reference.length;
-                    geometry.area = reference.area;
-                    kinematics = L::Kinematics::measure(
-                        mode, &motion_a, &motion_b, &image, &geometry, frame, bonded, context.dt,
-                    );
-                }
-            }
-            let response = rows[link.row as usize].respond(&kinematics, history, context.dt);
-            let point = kinematics.point();
-            *frame = Frame { normal: point.normal, length: point.length };
-            // A breaking bond names the energies it releases as stored, by mode; they are no longer stored.
-            tally.energy += if response.fate == Fate::Broke {
-                EnergySplit {
-                    stored_normal: 0.0,
-                    stored_shear: 0.0,
-                    stored_bending: 0.0,
-                    stored_twist: 0.0,
-                    ..response.energy
-                }
-            } else {
-                response.energy
-            };
-            let incident = |broke: bool, damage: f64| Incident {
-                pair: *pair,
-                broke,
-                damage,
-                position: particles.position[a] + point.normal * point.arm_a,
-                energy: response.energy.damage,
-                stored: [
-                    response.energy.stored_normal,
-                    response.energy.stored_shear,
-                    response.energy.stored_bending,
-                    response.energy.stored_twist,
-                ],
-            };
-            match response.fate {
-                Fate::Lives => {
-                    *history = response.state;
-                    let damage = L::damage(history);
-                    if damage >= context.damage_threshold && !link.has(Link::REPORTED) {
-                        link.flags |= Link::REPORTED;
-                        tally.incidents.push(incident(false, damage));
-                    }
-                }
-                Fate::Broke => {
-                    *history = response.state;
-                    link.flags |= Link::BROKEN;
-                    tally.incidents.push(incident(true, 1.0));
-                    break 'contact None;
-                }
-                Fate::Opened => {
-                    *history = L::State::default();
-                    link.flags &= !(Link::ACTIVE | Link::REPORTED);
-                    break 'contact None;
-                }
-            }
-            tally.active += 1;
-            let force = response.force;
-            if context.sum_forces {
-                tally.force_squared += force.norm_squared();
-            }
-            if PERIODIC {
-                tally.virial += (point.normal * point.length) * force.transpose();
-                if link.image != [0, 0, 0] {
-                    let i = link.image;
-                    tally.crossing += force * Vec3::new(f64::from(i[0]), f64::from(i[1]), f64::from(i[2])).transpose();
-                }
-            }
-            let lever = point.normal.cross(&force);
-            let mut torque_a = lever * point.arm_a;
-            let mut torque_b = lever * point.arm_b;
-            if L::TRANSMITS_MOMENT {
-                torque_a += response.moment;
-                torque_b -= response.moment;
-            }
-            tile.force[a - tile.base] += force;
-            tile.torque[a - tile.base] += torque_a;
-            Some(Wrench { force: -force, torque: torque_b })
+            _ => ImageShift::default(),
         };
-        if local {
-            if let Some(wrench) = wrench {
-                debug_assert!(b - tile.base < tile_len);
-                tile.force[b - tile.base] += wrench.force;
-                tile.torque[b - tile.base] += wrench.torque;
+        // Bonds have the flag from the start; candidates get it when their surfaces (or those a broken bond kept) meet.
+        if !link.has(Link::ACTIVE) || link.has(Link::BROKEN) {
+            let between = position[b] + image.displacement - position[a];
+            if link.has(Link::BROKEN) || !activate::<L>(link, reference, frame, &between, radius[a], radius[b]) {
+                if !local {
+                    tile.halo[next_slot] = Wrench::default();
+                    next_slot += 1;
+                }
+                continue;
             }
+        }
+        let (motion_a, motion_b) = (motion(a), motion(b));
+        let geometry = ContactGeometry {
+            reference_length: reference.length,
+            area: reference.area,
+            radius_a: radius[a],
+            radius_b: radius[b],
+            mass_a: mass[a],
+            mass_b: mass[b],
+        };
+        let bonded = link.has(Link::BONDED);
+        let kinematics =
+            L::Kinematics::measure(mode, &motion_a, &motion_b, &image, &geometry, frame, bonded, context.dt);
+        let response = rows[link.row as usize].respond(&kinematics, history, context.dt);
+        let point = kinematics.point();
+        let (normal, arm_a, arm_b) = (point.normal, point.arm_a, point.arm_b);
+        *frame = Frame { normal, length: point.length };
+        tally.energy.damage += response.energy.damage;
+        tally.energy.friction += response.energy.friction;
+        tally.energy.viscous += response.energy.viscous;
+        tally.energy.integration += response.energy.integration;
+        if response.fate != Fate::Lives {
+            end(link, history, response.fate, &response.state);
+            if response.fate == Fate::Broke {
+                tally.incidents.push(incident(*pair, 1.0, &(position[a] + normal * arm_a), &response.energy, true));
+            }
+            if !local {
+                tile.halo[next_slot] = Wrench::default();
+                next_slot += 1;
+            }
+            continue;
+        }
+        *history = response.state;
+        let damage = L::damage(history);
+        if damage >= context.damage_threshold && !link.has(Link::REPORTED) {
+            link.flags |= Link::REPORTED;
+            tally.incidents.push(incident(*pair, damage, &(position[a] + normal * arm_a), &response.energy, false));
+        }
+        tally.active += 1;
+        let force = response.force;
+        if SAMPLE {
+            tally.energy.stored_normal += response.energy.stored_normal;
+            tally.energy.stored_shear += response.energy.stored_shear;
+            tally.energy.stored_bending += response.energy.stored_bending;
+            tally.energy.stored_twist += response.energy.stored_twist;
+            tally.force_squared += force.norm_squared();
+        }
+        if PERIODIC {
+            tally.virial += (normal * point.length) * force.transpose();
+            if link.image != [0, 0, 0] {
+                let i = link.image;
+                tally.crossing += force * Vec3::new(f64::from(i[0]), f64::from(i[1]), f64::from(i[2])).transpose();
+            }
+        }
+        let lever = normal.cross(&force);
+        let mut torque_a = lever * arm_a;
+        let mut torque_b = lever * arm_b;
+        if L::TRANSMITS_MOMENT {
+            torque_a += response.moment;
+            torque_b -= response.moment;
+        }
+        tile.force[a - tile.base] += force;
+        tile.torque[a - tile.base] += torque_a;
+        if local {
+            tile.force[b - tile.base] -= force;
+            tile.torque[b - tile.base] += torque_b;
         } else {
-            tile.halo[next_slot] = wrench.unwrap_or_default();
+            tile.halo[next_slot] = Wrench { force: -force, torque: torque_b };
             next_slot += 1;
         }
     }
     tally
+}
+
+/// Make a contact of a candidate whose surfaces, or those a broken bond kept, meet; whether they do.
+#[cold]
+#[inline(never)]
+fn activate<L: ContactLaw>(
+    link: &mut Link,
+    reference: &mut Reference,
+    frame: &mut Frame,
+    between: &Vec3,
+    radius_a: f64,
+    radius_b: f64,
+) -> bool {
+    let length = between.norm();
+    let opening = if link.has(Link::KEPT_REFERENCE) { length - reference.length } else { length - radius_a - radius_b };
+    if opening >= 0.0 {
+        *frame = Frame { normal: between / length, length };
+        return false;
+    }
+    link.flags |= Link::ACTIVE;
+    if !link.has(Link::KEPT_REFERENCE) {
+        *reference = L::unbonded_reference(length, radius_a, radius_b);
+    }
+    true
+}
+
+/// Mark a contact that broke or opened.
+#[cold]
+#[inline(never)]
+fn end<S: LawState>(link: &mut Link, history: &mut S, fate: Fate, last: &S) {
+    if fate == Fate::Broke {
+        *history = *last;
+        link.flags |= Link::BROKEN;
+    } else {
+        *history = S::default();
+        link.flags &= !(Link::ACTIVE | Link::REPORTED);
+    }
+}
+
+/// Entry of the event log.
+#[cold]
+#[inline(never)]
+fn incident(pair: Pair, damage: f64, position: &Vec3, energy: &EnergySplit, broke: bool) -> Incident {
+    Incident {
+        pair,
+        broke,
+        damage,
+        position: *position,
+        energy: energy.damage,
+        stored: [energy.stored_normal, energy.stored_shear, energy.stored_bending, energy.stored_twist],
+    }
 }

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use super::forces::{TILE, TileMap};
 use crate::math::{Mat3, Vec3, normalized, quaternion_of_rotation_vector};
+use crate::state::particles::load_of;
 use crate::state::{Cell, Clump, Particles};
 
 /// Artificial damping of the motion.
@@ -185,11 +186,11 @@ pub fn kick_and_drift(
         inertia,
         clump,
         constraint,
-        external_force,
+        loads,
         ..
     } = particles;
     let (mass, inertia, clump) = (&mass[..], &inertia[..], &clump[..]);
-    let (constraint, external_force) = (&constraint[..], &external_force[..]);
+    let (constraint, loads) = (&constraint[..], &loads[..]);
     let chunks: Vec<Chunk<'_>> = position
         .chunks_mut(TILE)
         .zip(velocity.chunks_mut(TILE))
@@ -218,8 +219,10 @@ pub fn kick_and_drift(
                 if clump[p] != u32::MAX {
                     continue;
                 }
-                let applied = context.gravity * mass[p] + external_force[p];
+                let (load, moment) = load_of(loads, p as u32);
+                let applied = context.gravity * mass[p] + load;
                 let net = force[p] + applied;
+                let net_torque = torque[p] + moment;
                 let (v, w) = (chunk.velocity[i], chunk.angular_velocity[i]);
                 let fluctuation = gradient.map_or(v, |l| v - l * chunk.position[i]);
                 let constrained = constraint[p].0;
@@ -242,7 +245,7 @@ pub fn kick_and_drift(
                     v_new += imposed;
                 }
                 let (w_new, t_damping) = kicked(
-                    &torque[p],
+                    &net_torque,
                     inertia[p],
                     &w,
                     &w,
@@ -257,8 +260,8 @@ pub fn kick_and_drift(
                 let half = 0.5 * dt;
                 sums.damping[0] -= half * (f_damping.dot(&v) + t_damping.dot(&w));
                 sums.damping[1] -= half * (f_damping.dot(&v_new) + t_damping.dot(&w_new));
-                sums.external[0] += half * applied.dot(&v);
-                sums.external[1] += half * applied.dot(&v_new);
+                sums.external[0] += half * (applied.dot(&v) + moment.dot(&w));
+                sums.external[1] += half * (applied.dot(&v_new) + moment.dot(&w_new));
                 if context.gradient_change.is_some() {
                     let impulse = imposed * (0.5 * mass[p]);
                     sums.boundary[0] += impulse.dot(&v);
@@ -272,7 +275,7 @@ pub fn kick_and_drift(
                             sums.boundary[1] += half * reaction * v_new[axis];
                         }
                         if constrained >> (3 + axis) & 1 == 1 {
-                            let reaction = inertia[p] * (w_new[axis] - w[axis]) / step - torque[p][axis];
+                            let reaction = inertia[p] * (w_new[axis] - w[axis]) / step - net_torque[axis];
                             sums.boundary[0] += half * reaction * w[axis];
                             sums.boundary[1] += half * reaction * w_new[axis];
                         }
@@ -321,10 +324,11 @@ pub fn advance_clumps(
         for &m in &clump.members {
             let m = m as usize;
             let arm = particles.position[m] - clump.position;
-            let f = force[m] + particles.external_force[m];
+            let (load, moment) = particles.load(m as u32);
+            let f = force[m] + load;
             total_force += f;
-            total_torque += torque[m] + arm.cross(&f);
-            applied += particles.external_force[m];
+            total_torque += torque[m] + moment + arm.cross(&f);
+            applied += load;
         }
         total_force += context.gravity * clump.mass;
         let spin = clump.angular_velocity(&clump.angular_momentum, &clump.orientation);

@@ -92,7 +92,12 @@ fn pulled_block_closes_its_ledger_on_any_threads() {
                 solver.step(&mut state).unwrap();
             }
             assert!(state.bond_count() < before, "nothing broke");
-            println!("{} of {before} left, residual {:.2e} of {:.2e}", state.bond_count(), state.ledger.residual(), state.ledger.boundary_work.get());
+            println!(
+                "{} of {before} left, residual {:.2e} of {:.2e}",
+                state.bond_count(),
+                state.ledger.residual(),
+                state.ledger.boundary_work.get()
+            );
             // A particle moves 8e-7 per step at coordinates up to 22, whose rounding is 1.8e-15: 2e-9 of each step's
             // work is rounding.
             assert!(state.ledger.residual().abs() < 1e-8 * state.ledger.boundary_work.get());

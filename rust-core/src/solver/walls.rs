@@ -2,7 +2,8 @@
 //!
 //! A particle near a surface of triangles can have several nearest points. A point inside a face always counts; a
 //! point on an edge or corner counts only if no face contact of the same particle and wall contains it and no earlier
-//! edge contact coincides with it, so that a flat or convex surface acts once, not once per triangle.
+//! edge contact coincides with it, so that a flat or convex surface acts once, not once per triangle. Where the
+//! nearest point passes from one triangle to the next, the new contact goes on with the history of the old one.
 
 use super::forces::{Incident, StepContext, Tally, motion_of};
 use crate::kinematics::Frame;
@@ -14,6 +15,9 @@ use crate::state::walls::Foot;
 
 /// Two points of a surface closer than this share of the particle's radius are the same point.
 const SAME_POINT: f64 = 1e-6;
+
+/// Cosine of the largest turn of the normal in one step between triangles of which one takes over from the other.
+const SAME_SURFACE: f64 = 0.5;
 
 /// Wall and element of every element number.
 pub fn element_table(walls: &[Wall]) -> Vec<(u32, u32)> {
@@ -41,6 +45,7 @@ pub fn evaluate<L: ContactLaw>(
     }
     let mut start = 0;
     let mut feet: Vec<Option<Foot>> = Vec::new();
+    let mut holds: Vec<bool> = Vec::new();
     while start < block.len() {
         let a = block.pair[start].a as usize;
         let end = start + block.pair[start..].iter().take_while(|pair| pair.a as usize == a).count();
@@ -49,21 +54,21 @@ pub fn evaluate<L: ContactLaw>(
         feet.clear();
         feet.extend(block.pair[start..end].iter().map(|pair| {
             let (w, e) = elements[pair.b as usize];
-            walls[w as usize].foot(e as usize, &centre).filter(|foot| foot.distance < radius)
+            walls[w as usize].foot(e as usize, &centre)
         }));
-        for k in start..end {
-            let w = elements[block.pair[k].b as usize].0;
-            let Some(foot) = feet[k - start] else {
-                forget(block, k);
-                continue;
-            };
+        let touching = |k: usize| feet[k].filter(|foot| foot.distance < radius);
+        // Which of them act.
+        holds.clear();
+        holds.extend((0..end - start).map(|k| {
+            let Some(foot) = touching(k) else { return false };
+            let w = elements[block.pair[start + k].b as usize].0;
             let point = foot.normal * foot.distance;
-            let taken = !foot.interior
-                && (start..end).any(|other| {
+            foot.interior
+                || !(0..end - start).any(|other| {
+                    let (w_other, e) = elements[block.pair[start + other].b as usize];
                     other != k
-                        && elements[block.pair[other].b as usize].0 == w
-                        && feet[other - start].is_some_and(|o| {
-                            let (_, e) = elements[block.pair[other].b as usize];
+                        && w_other == w
+                        && touching(other).is_some_and(|o| {
                             if o.interior {
                                 // Is this edge point on the other face's triangle?
                                 let x = centre + point;
@@ -74,11 +79,30 @@ pub fn evaluate<L: ContactLaw>(
                                 other < k && (o.normal * o.distance - point).norm() < SAME_POINT * radius
                             }
                         })
-                });
-            if taken {
+                })
+        }));
+        // Contacts that begin take over from one of the same surface that ends.
+        for k in start..end {
+            if let (true, Some(foot)) = (holds[k - start], feet[k - start])
+                && !block.link[k].has(Link::ACTIVE)
+            {
+                begin(block, &elements, start, k, &foot.normal, &holds);
+            }
+        }
+        for k in start..end {
+            let w = elements[block.pair[k].b as usize].0;
+            let Some(foot) = feet[k - start] else {
                 forget(block, k);
                 continue;
+            };
+            let opens = block.link[k].has(Link::ACTIVE) && foot.distance >= radius;
+            if !holds[k - start] && !opens {
+                forget(block, k);
+                // A contact that begins in the next step knows from how far it came.
+                block.frame[k] = Frame { normal: foot.normal, length: foot.distance };
+                continue;
             }
+            let point = foot.normal * foot.distance;
             let motion = motion_of(particles, a);
             let mut geometry = ContactGeometry {
                 reference_length: block.reference[k].length,
@@ -91,7 +115,10 @@ pub fn evaluate<L: ContactLaw>(
             if !block.link[k].has(Link::ACTIVE) {
                 block.link[k].flags |= Link::ACTIVE;
                 block.reference[k] = L::unbonded_reference(radius, radius, 0.0);
-                block.frame[k] = Frame { normal: foot.normal, length: foot.distance };
+                // Fresh from the neighbour search: it does not know from how far it came.
+                if block.frame[k].normal == Vec3::zeros() {
+                    block.frame[k] = Frame { normal: foot.normal, length: foot.distance };
+                }
                 geometry.reference_length = block.reference[k].length;
                 geometry.area = block.reference[k].area;
             }
@@ -121,7 +148,7 @@ pub fn evaluate<L: ContactLaw>(
                 continue;
             }
             tally.active += 1;
-            if context.sum_forces {
+            if context.sample {
                 tally.force_squared += response.force.norm_squared();
             }
             force[a] += response.force;
@@ -136,6 +163,39 @@ pub fn evaluate<L: ContactLaw>(
         start = end;
     }
     tally
+}
+
+/// Let contact `k` go on with the history of the active contact of the same wall and row that ends in this step, if
+/// there is one: that whose normal is nearest to `normal`. Contacts of the particle begin at `start`; `holds` tells
+/// which act.
+fn begin<L: ContactLaw>(
+    block: &mut ContactBlock<L>,
+    elements: &[(u32, u32)],
+    start: usize,
+    k: usize,
+    normal: &Vec3,
+    holds: &[bool],
+) {
+    let wall = |k: usize| elements[block.pair[k].b as usize].0;
+    let mut best = None;
+    let mut nearest = SAME_SURFACE;
+    for (other, _) in (start..).zip(holds).filter(|(_, holds)| !**holds) {
+        let cosine = block.frame[other].normal.dot(normal);
+        if block.link[other].has(Link::ACTIVE)
+            && wall(other) == wall(k)
+            && block.link[other].row == block.link[k].row
+            && cosine > nearest
+        {
+            (best, nearest) = (Some(other), cosine);
+        }
+    }
+    if let Some(other) = best {
+        block.link[k].flags |= Link::ACTIVE;
+        block.reference[k] = block.reference[other];
+        block.frame[k] = block.frame[other];
+        block.history[k] = block.history[other];
+        forget(block, other);
+    }
 }
 
 fn forget<L: ContactLaw>(block: &mut ContactBlock<L>, k: usize) {

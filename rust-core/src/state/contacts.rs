@@ -220,7 +220,15 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
         ContactView { pair: self.pair[k], link: self.link[k], reference: self.reference[k], frame: self.frame[k] }
     }
     fn stiffness(&self, k: usize, particles: &Particles, with_wall: bool) -> Stiffness {
-        self.rows[self.link[k].row as usize].stiffness(&self.geometry(k, particles, with_wall))
+        let mut geometry = self.geometry(k, particles, with_wall);
+        if !self.link[k].has(Link::ACTIVE) && !self.link[k].has(Link::KEPT_REFERENCE) {
+            // A candidate: as if it touched now.
+            let touching =
+                L::unbonded_reference(geometry.radius_a + geometry.radius_b, geometry.radius_a, geometry.radius_b);
+            geometry.reference_length = touching.length;
+            geometry.area = touching.area;
+        }
+        self.rows[self.link[k].row as usize].stiffness(&geometry)
     }
     fn damage(&self, k: usize) -> f64 {
         L::damage(&self.history[k])

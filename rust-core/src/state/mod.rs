@@ -10,7 +10,7 @@ pub mod walls;
 pub use cell::Cell;
 pub use clumps::Clump;
 pub use columns::{Column, ColumnError, ColumnSink, ColumnSource, WriteColumns};
-pub use particles::{Constraint, Particles, Sphere};
+pub use particles::{Constraint, Load, Particles, Sphere};
 pub use walls::{Wall, WallShape};
 
 use crate::math::{Mat3, Quat, Vec3};
@@ -111,7 +111,15 @@ impl State {
                 .map(Constraint)
                 .collect(),
             tags: with_length("particles/tags", source.u64("particles/tags")?, n)?,
-            external_force: vec3(source, "particles/external_force", n)?,
+            loads: source
+                .f64("particles/loads")?
+                .chunks_exact(7)
+                .map(|r| Load {
+                    particle: r[0] as u32,
+                    force: Vec3::new(r[1], r[2], r[3]),
+                    moment: Vec3::new(r[4], r[5], r[6]),
+                })
+                .collect(),
             id,
         };
         let cell = if source.exists("cell") {
@@ -188,7 +196,12 @@ impl WriteColumns for State {
         sink.column("particles/clump", Column::u32(&p.clump))?;
         sink.column("particles/constraint", Column::u8(bytemuck::cast_slice(&p.constraint)))?;
         sink.column("particles/tags", Column::u64(&p.tags))?;
-        vec3(sink, "particles/external_force", &p.external_force, "N")?;
+        let loads: Vec<f64> = p
+            .loads
+            .iter()
+            .flat_map(|l| [f64::from(l.particle), l.force.x, l.force.y, l.force.z, l.moment.x, l.moment.y, l.moment.z])
+            .collect();
+        sink.column("particles/loads", Column::f64(&loads, 7, "1, N, N m"))?;
         if let Some(cell) = &self.cell {
             let mut reals = Vec::with_capacity(36);
             for matrix in [&cell.matrix, &cell.deformation_gradient, &cell.velocity_gradient, &cell.matrix_change] {

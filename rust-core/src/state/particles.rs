@@ -74,8 +74,19 @@ pub struct Particles {
     pub constraint: Vec<Constraint>,
     /// Tags of the scenario's named sets, one bit each.
     pub tags: Vec<u64>,
-    /// Constant external force, N.
-    pub external_force: Vec<Vec3>,
+    /// Constant external loads, at most one per particle, by ascending particle.
+    pub loads: Vec<Load>,
+}
+
+/// A constant external load on a particle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Load {
+    /// Index of the particle.
+    pub particle: u32,
+    /// Force, N.
+    pub force: Vec3,
+    /// Moment, N·m.
+    pub moment: Vec3,
 }
 
 /// One particle to be added: the usual defaults are a resting, free sphere.
@@ -115,7 +126,23 @@ impl Particles {
         self.clump.push(u32::MAX);
         self.constraint.push(Constraint::FREE);
         self.tags.push(0);
-        self.external_force.push(Vec3::zeros());
+    }
+
+    /// Add to the external load of a particle: force in N, moment in N·m.
+    pub fn add_load(&mut self, particle: u32, force: Vec3, moment: Vec3) {
+        match self.loads.binary_search_by_key(&particle, |load| load.particle) {
+            Ok(at) => {
+                self.loads[at].force += force;
+                self.loads[at].moment += moment;
+            }
+            Err(at) => self.loads.insert(at, Load { particle, force, moment }),
+        }
+    }
+
+    /// External load of a particle: force in N, moment in N·m.
+    #[inline]
+    pub fn load(&self, particle: u32) -> (Vec3, Vec3) {
+        load_of(&self.loads, particle)
     }
 
     /// The same particles in another order: entry `k` of the result is entry `order[k]` of `self`.
@@ -138,7 +165,25 @@ impl Particles {
             clump: pick(&self.clump, order),
             constraint: pick(&self.constraint, order),
             tags: pick(&self.tags, order),
-            external_force: pick(&self.external_force, order),
+            loads: {
+                let place: std::collections::BTreeMap<u32, u32> =
+                    order.iter().enumerate().map(|(new, &old)| (old, new as u32)).collect();
+                let moved = |load: &Load| place.get(&load.particle).map(|&particle| Load { particle, ..*load });
+                let mut loads: Vec<Load> = self.loads.iter().filter_map(moved).collect();
+                loads.sort_unstable_by_key(|load| load.particle);
+                loads
+            },
         }
     }
+}
+
+/// Load of a particle among `loads`, which are sorted by particle.
+#[inline]
+pub fn load_of(loads: &[Load], particle: u32) -> (Vec3, Vec3) {
+    if loads.is_empty() {
+        return (Vec3::zeros(), Vec3::zeros());
+    }
+    loads
+        .binary_search_by_key(&particle, |load| load.particle)
+        .map_or_else(|_| (Vec3::zeros(), Vec3::zeros()), |at| (loads[at].force, loads[at].moment))
 }

@@ -1,0 +1,55 @@
+# One command each. `make help` lists them.
+CARGO ?= cargo
+CONCORDEM := target/release/concordem
+DEMO := demo
+SCENARIOS := rust-core/src/scenario/templates
+
+.PHONY: help demo test check bench docs validate-full clean-demo
+
+help:
+	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
+	@echo "make test           all tests, against the real YADE too"
+	@echo "make check          formatting and lints"
+	@echo "make bench          speed of laws, neighbour search, and whole steps; ratio to YADE"
+	@echo "make docs           documentation of the library, into target/doc"
+	@echo "make validate-full  the long studies behind the published figures (hours; resumable)"
+
+$(CONCORDEM): FORCE
+	.ci/setup build
+	$(CARGO) build --release -p concordem
+FORCE:
+
+demo: $(CONCORDEM)
+	mkdir -p $(DEMO)
+	cp $(SCENARIOS)/cpm-specimen-tension.toml $(SCENARIOS)/cpm-specimen-compression.toml $(DEMO)/
+	$(CONCORDEM) run --force $(DEMO)/cpm-specimen-tension.toml
+	$(CONCORDEM) run --force $(DEMO)/cpm-specimen-compression.toml
+	$(CONCORDEM) report $(DEMO)/cpm-specimen-tension.h5 $(DEMO)/cpm-specimen-compression.h5 --force --output $(DEMO)/report.html
+	@echo
+	@echo "The report is $(abspath $(DEMO)/report.html); the results beside it open in ParaView, h5py, and concordem info."
+
+clean-demo:
+	rm -rf $(DEMO)
+
+test:
+	.ci/setup test
+	$(CARGO) test --release --workspace
+	tests/golden/yade/check_gold.sh
+	tests/results_read_back.sh
+
+check:
+	.ci/setup build
+	$(CARGO) fmt --all --check
+	$(CARGO) clippy --workspace --all-targets -- -D warnings
+
+bench:
+	.ci/setup test
+	$(CARGO) bench -p concordem
+	tests/peers/compare_speed.sh
+
+docs:
+	.ci/setup build
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps -p concordem
+
+validate-full: $(CONCORDEM)
+	validation/specimens.py --full

@@ -1,0 +1,77 @@
+// Draws damaged bonds as points: from the front, and in a view that turns when dragged.
+// data: {size: [x, y, z], points: [x, y, z, shade, ...]} with coordinates 0 to 10000 of the longest edge, shade 0 to 255.
+function drawCracks(frontId, turnId, data) {
+  const count = data.points.length / 4, half = data.size.map(s => s / 2);
+  const ramp = [[244, 205, 160], [226, 110, 52], [120, 18, 16]];
+  const colour = shade => {
+    const t = shade / 255 * 2, k = Math.min(1, Math.floor(t)), f = t - k;
+    return `rgb(${[0, 1, 2].map(c => Math.round(ramp[k][c] + f * (ramp[k + 1][c] - ramp[k][c]))).join()})`;
+  };
+  const colours = Array.from({length: 256}, (_, shade) => colour(shade));
+  const corners = [...Array(8).keys()].map(k => [k & 1, k >> 1 & 1, k >> 2 & 1].map((b, c) => (b * 2 - 1) * half[c]));
+  const edges = [[0,1],[2,3],[4,5],[6,7],[0,2],[1,3],[4,6],[5,7],[0,4],[1,5],[2,6],[3,7]];
+  const reach = Math.hypot(...half);
+
+  function view(canvas, turn, tilt, zoom) {
+    const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+    canvas.width = width * ratio; canvas.height = height * ratio;
+    const pen = canvas.getContext("2d");
+    pen.scale(ratio, ratio);
+    const scale = zoom * Math.min(width, height) / 2;
+    const [ct, st, ci, si] = [Math.cos(turn), Math.sin(turn), Math.cos(tilt), Math.sin(tilt)];
+    // z up; turned about z, then tilted towards the viewer.
+    const project = (x, y, z) => {
+      const u = ct * x + st * y, v = ct * y - st * x;
+      return [width / 2 + scale * u, height / 2 - scale * (ci * z + si * v)];
+    };
+    pen.strokeStyle = "#c3c8ce";
+    pen.beginPath();
+    for (const [a, b] of edges) {
+      const p = project(...corners[a]), q = project(...corners[b]);
+      pen.moveTo(p[0], p[1]); pen.lineTo(q[0], q[1]);
+    }
+    pen.stroke();
+    // Points come from the most to the least damaged; the most damaged are drawn last, on top.
+    const size = Math.max(1.6, Math.min(5, 90 / Math.cbrt(count + 1)));
+    for (let k = count - 1; k >= 0; k--) {
+      const [px, py, pz, shade] = data.points.slice(4 * k, 4 * k + 4);
+      const [x, y] = project(px - half[0], py - half[1], pz - half[2]);
+      pen.fillStyle = colours[shade];
+      pen.fillRect(x - size / 2, y - size / 2, size, size);
+    }
+    // Axes in the corner.
+    pen.font = "12px system-ui, sans-serif"; pen.textAlign = "center"; pen.textBaseline = "middle";
+    const origin = project(0, 0, 0);
+    [["x", 1, 0, 0], ["y", 0, 1, 0], ["z", 0, 0, 1]].forEach(([name, x, y, z]) => {
+      const tip = project(x, y, z).map((value, c) => value - origin[c]);
+      const length = Math.hypot(tip[0], tip[1]) / scale;
+      if (length < 0.05) return;
+      const [dx, dy] = [tip[0] / scale * 24, tip[1] / scale * 24];
+      pen.strokeStyle = "#5b6570";
+      pen.beginPath(); pen.moveTo(40, height - 40); pen.lineTo(40 + dx, height - 40 + dy); pen.stroke();
+      pen.fillStyle = "#38414a";
+      pen.fillText(name, 40 + dx * 1.4, height - 40 + dy * 1.4);
+    });
+  }
+
+  const front = document.getElementById(frontId), turning = document.getElementById(turnId);
+  let turn = 0.6, tilt = 0.35;
+  const all = () => {
+    view(front, 0, 0, 0.86 / Math.max(half[0], half[2]));
+    view(turning, turn, tilt, 0.92 / reach);
+  };
+  turning.addEventListener("pointerdown", start => {
+    turning.setPointerCapture(start.pointerId);
+    let [x, y] = [start.clientX, start.clientY];
+    const move = event => {
+      turn += (event.clientX - x) * 0.01;
+      tilt = Math.max(-1.57, Math.min(1.57, tilt + (event.clientY - y) * 0.01));
+      [x, y] = [event.clientX, event.clientY];
+      view(turning, turn, tilt, 0.92 / reach);
+    };
+    turning.addEventListener("pointermove", move);
+    turning.addEventListener("pointerup", () => turning.removeEventListener("pointermove", move), {once: true});
+  });
+  window.addEventListener("resize", all);
+  all();
+}

@@ -1,0 +1,293 @@
+//! Stiffness and strength of a specimen from its stress-strain curve, and the figures of the literature beside them.
+
+/// Sense of a uniaxial test.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sense {
+    /// The stress of largest magnitude is tensile.
+    Tension,
+    /// The stress of largest magnitude is compressive.
+    Compression,
+}
+
+/// What one stress-strain curve says. Strains and stresses positive in tension.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurveFigures {
+    /// Tension or compression.
+    pub sense: Sense,
+    /// Young's modulus E, Pa: slope of the straight line fitted to the beginning of the curve (least squares, with
+    /// intercept), from the first sample to the last one before the stress first passes
+    /// [`FITTED_SHARE`] of its peak. None when the curve has fewer than three samples there.
+    pub modulus: Option<f64>,
+    /// Count of samples of that fit.
+    pub fitted: usize,
+    /// Stress at the peak, Pa; negative in compression.
+    pub peak_stress: f64,
+    /// Strain at the peak.
+    pub peak_strain: f64,
+}
+
+/// Share of the peak stress up to which the curve is taken for straight when the modulus is fitted. In the cohesive
+/// particle model no link is damaged there: the tensile strength is some 1.4 times the stress at which damage begins.
+pub const FITTED_SHARE: f64 = 0.3;
+
+impl CurveFigures {
+    /// Figures of a curve; None when it has no finite sample with a stress.
+    pub fn of(strain: &[f64], stress: &[f64]) -> Option<Self> {
+        let samples: Vec<(f64, f64)> = strain
+            .iter()
+            .copied()
+            .zip(stress.iter().copied())
+            .filter(|(e, s)| e.is_finite() && s.is_finite())
+            .collect();
+        let (peak_strain, peak_stress) =
+            samples.iter().copied().reduce(|peak, sample| if sample.1.abs() > peak.1.abs() { sample } else { peak })?;
+        if peak_stress == 0.0 {
+            return None;
+        }
+        let limit = FITTED_SHARE * peak_stress.abs();
+        let straight = samples.iter().take_while(|(_, stress)| stress.abs() <= limit).count();
+        Some(Self {
+            sense: if peak_stress > 0.0 { Sense::Tension } else { Sense::Compression },
+            modulus: slope(&samples[..straight]),
+            fitted: straight,
+            peak_stress,
+            peak_strain,
+        })
+    }
+}
+
+/// Slope of the least-squares line.
+fn slope(samples: &[(f64, f64)]) -> Option<f64> {
+    if samples.len() < 3 {
+        return None;
+    }
+    let count = samples.len() as f64;
+    let mean_x = samples.iter().map(|(x, _)| x).sum::<f64>() / count;
+    let mean_y = samples.iter().map(|(_, y)| y).sum::<f64>() / count;
+    let xx: f64 = samples.iter().map(|(x, _)| (x - mean_x).powi(2)).sum();
+    let xy: f64 = samples.iter().map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
+    (xx > 0.0).then(|| xy / xx)
+}
+
+/// A figure of the literature: one number, or the range in which it is given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Given {
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl Given {
+    /// One number.
+    pub fn exactly(value: f64) -> Self {
+        Self { low: value, high: value }
+    }
+
+    /// Middle of the range.
+    pub fn middle(self) -> f64 {
+        0.5 * (self.low + self.high)
+    }
+}
+
+/// Figures of the literature for the same specimen, and the link parameters that make figures dimensionless.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ReferenceFigures {
+    /// Where the figures come from; empty when there are none.
+    pub source: String,
+    /// Normal modulus of the links Ē, Pa.
+    pub link_modulus: Option<f64>,
+    /// Strain at which a link begins to be damaged, ε₀.
+    pub limit_strain: Option<f64>,
+    /// Young's modulus E, Pa.
+    pub modulus: Option<Given>,
+    /// Tensile strength f_t, Pa.
+    pub tensile_strength: Option<Given>,
+    /// Strain at f_t.
+    pub tensile_strain: Option<Given>,
+    /// Compressive strength f_c, Pa, positive.
+    pub compressive_strength: Option<Given>,
+    /// Strain at f_c, negative.
+    pub compressive_strain: Option<Given>,
+    /// f_c/f_t.
+    pub strength_ratio: Option<Given>,
+    /// E/Ē.
+    pub modulus_ratio: Option<Given>,
+    /// f_t/(Ē ε₀).
+    pub tensile_ratio: Option<Given>,
+}
+
+impl ReferenceFigures {
+    /// Specimen 1 of Stránský 2018, section 2.5.3: 50 mm cube, Ē = 25 GPa, ε₀ = 1e-4.
+    pub fn stransky_specimen_1() -> Self {
+        let one = |value| Some(Given::exactly(value));
+        Self {
+            source: "Stránský 2018, section 2.5.3, specimen 1 (numbers of the author's result files)".into(),
+            link_modulus: Some(25e9),
+            limit_strain: Some(1e-4),
+            modulus: one(27.03e9),
+            tensile_strength: one(3.475e6),
+            tensile_strain: one(1.586e-4),
+            compressive_strength: one(32.50e6),
+            compressive_strain: one(-1.859e-3),
+            strength_ratio: one(9.35),
+            modulus_ratio: one(1.081),
+            tensile_ratio: one(1.390),
+        }
+    }
+
+    /// Specimen 4 of Stránský 2018, section 2.5.3: as specimen 1 with links twice as stiff and twice as strong.
+    pub fn stransky_specimen_4() -> Self {
+        let one = |value| Some(Given::exactly(value));
+        Self {
+            source: "Stránský 2018, section 2.5.3, specimen 4 (numbers of the author's result files)".into(),
+            link_modulus: Some(50e9),
+            limit_strain: Some(1e-4),
+            modulus: Some(Given { low: 54.3e9, high: 54.7e9 }),
+            tensile_strength: one(6.930e6),
+            tensile_strain: one(1.586e-4),
+            compressive_strength: one(64.35e6),
+            compressive_strain: one(-1.859e-3),
+            strength_ratio: one(9.29),
+            modulus_ratio: one(1.09),
+            tensile_ratio: one(1.386),
+        }
+    }
+
+    /// No figures of the literature; the link parameters, if known.
+    pub fn none(link_modulus: Option<f64>, limit_strain: Option<f64>) -> Self {
+        Self { link_modulus, limit_strain, ..Self::default() }
+    }
+}
+
+/// One row of the table of figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Symbol, as HTML.
+    pub symbol: &'static str,
+    /// Name.
+    pub name: &'static str,
+    /// Unit to print.
+    pub unit: &'static str,
+    /// What the numbers are multiplied with for printing.
+    pub scale: f64,
+    /// Our figure, SI.
+    pub ours: Option<f64>,
+    /// The source's, SI.
+    pub source: Option<Given>,
+}
+
+/// All figures of a pair of tests beside those of the source.
+pub fn rows(tension: Option<&CurveFigures>, compression: Option<&CurveFigures>, given: &ReferenceFigures) -> Vec<Row> {
+    let row = |symbol, name, (unit, scale), ours, source| Row { symbol, name, unit, scale, ours, source };
+    let (gpa, mpa, per_mille, pure) = (("GPa", 1e-9), ("MPa", 1e-6), ("‰", 1e3), ("", 1.0));
+    let modulus = tension.and_then(|curve| curve.modulus).or(compression.and_then(|curve| curve.modulus));
+    let tensile = tension.map(|curve| curve.peak_stress);
+    let compressive = compression.map(|curve| -curve.peak_stress);
+    let ratio = |a: Option<f64>, b: Option<f64>| Some(a? / b?);
+    let onset = given.link_modulus.zip(given.limit_strain).map(|(modulus, strain)| modulus * strain);
+    let rows = vec![
+        row("E", "Young’s modulus", gpa, modulus, given.modulus),
+        row("f<sub>t</sub>", "tensile strength", mpa, tensile, given.tensile_strength),
+        row(
+            "ε(f<sub>t</sub>)",
+            "strain at this stress",
+            per_mille,
+            tension.map(|c| c.peak_strain),
+            given.tensile_strain,
+        ),
+        row("f<sub>c</sub>", "compressive strength", mpa, compressive, given.compressive_strength),
+        row(
+            "ε(f<sub>c</sub>)",
+            "strain at this stress",
+            per_mille,
+            compression.map(|c| c.peak_strain),
+            given.compressive_strain,
+        ),
+        row(
+            "f<sub>c</sub>/f<sub>t</sub>",
+            "ratio of the strengths",
+            pure,
+            ratio(compressive, tensile),
+            given.strength_ratio,
+        ),
+        row("E/Ē", "modulus over that of the links", pure, ratio(modulus, given.link_modulus), given.modulus_ratio),
+        row(
+            "f<sub>t</sub>/(Ē ε<sub>0</sub>)",
+            "tensile strength over the stress at which links begin to be damaged",
+            pure,
+            ratio(tensile, onset),
+            given.tensile_ratio,
+        ),
+    ];
+    rows.into_iter().filter(|row| row.ours.is_some() || row.source.is_some()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn straight_then_softening() {
+        // E = 20 GPa up to 3 MPa, then down again.
+        let strain: Vec<f64> = (0..=30).map(|k| f64::from(k) * 1e-5).collect();
+        let stress: Vec<f64> =
+            strain.iter().map(|&e| if e <= 1.5e-4 { 20e9 * e } else { 3e6 - 10e9 * (e - 1.5e-4) }).collect();
+        let figures = CurveFigures::of(&strain, &stress).unwrap();
+        assert_eq!(figures.sense, Sense::Tension);
+        // Sums of five samples: some units in the last place.
+        assert!((figures.modulus.unwrap() / 20e9 - 1.0).abs() < 1e-14, "{figures:?}");
+        assert_eq!(figures.fitted, 5, "samples 0 to 4: the fifth has 1.0 MPa, more than 0.9 MPa");
+        assert!((figures.peak_stress - 3e6).abs() < 1e-6 && (figures.peak_strain - 1.5e-4).abs() < 1e-18);
+        let negative: Vec<f64> = stress.iter().map(|s| -s).collect();
+        let strain: Vec<f64> = strain.iter().map(|e| -e).collect();
+        let mirrored = CurveFigures::of(&strain, &negative).unwrap();
+        assert_eq!(mirrored.sense, Sense::Compression);
+        assert_eq!(mirrored.modulus, figures.modulus);
+        assert_eq!(mirrored.peak_stress, -figures.peak_stress);
+    }
+
+    #[test]
+    fn an_offset_does_not_change_the_modulus() {
+        let strain: Vec<f64> = (0..100).map(|k| f64::from(k) * 1e-6).collect();
+        let stress: Vec<f64> = strain.iter().map(|&e| 20e9 * e + 1e3).collect();
+        let modulus = CurveFigures::of(&strain, &stress).unwrap().modulus.unwrap();
+        assert!((modulus / 20e9 - 1.0).abs() < 1e-12, "{modulus}");
+    }
+
+    #[test]
+    fn poor_curves() {
+        assert_eq!(CurveFigures::of(&[], &[]), None);
+        assert_eq!(CurveFigures::of(&[0.0, 1.0], &[0.0, 0.0]), None);
+        assert_eq!(CurveFigures::of(&[0.0, f64::NAN], &[0.0, 5.0]), None);
+        let short = CurveFigures::of(&[0.0, 1e-4], &[0.0, 2e6]).unwrap();
+        assert_eq!((short.modulus, short.peak_stress), (None, 2e6));
+        let standing = CurveFigures::of(&[0.0; 5], &[0.0, 0.1, 0.1, 0.1, 1.0]).unwrap();
+        assert_eq!(standing.modulus, None, "no strain, no slope");
+    }
+
+    #[test]
+    fn dimensionless_rows() {
+        let tension = CurveFigures {
+            sense: Sense::Tension,
+            modulus: Some(27.03e9),
+            fitted: 10,
+            peak_stress: 3.475e6,
+            peak_strain: 1.586e-4,
+        };
+        let compression = CurveFigures { sense: Sense::Compression, peak_stress: -32.5e6, ..tension };
+        let given = ReferenceFigures::stransky_specimen_1();
+        let rows = rows(Some(&tension), Some(&compression), &given);
+        for row in &rows {
+            let (ours, source) = (row.ours.unwrap(), row.source.unwrap().middle());
+            if row.symbol.starts_with('ε') {
+                continue;
+            }
+            // The source's ratios are rounded to three or four digits.
+            assert!((ours / source - 1.0).abs() < 5e-4, "{row:?}");
+        }
+        assert_eq!(rows.len(), 8);
+        let alone = super::rows(Some(&tension), None, &ReferenceFigures::none(None, None));
+        assert_eq!(alone.iter().map(|row| row.symbol).collect::<Vec<_>>(), ["E", "f<sub>t</sub>", "ε(f<sub>t</sub>)"]);
+    }
+}

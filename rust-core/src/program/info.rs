@@ -1,0 +1,87 @@
+//! `concordem info`: what a result file holds.
+
+use std::path::PathBuf;
+
+use super::check::count;
+use super::{Console, Failure};
+use crate::output::{OutputError, ResultFile, checkpoint, csv};
+
+/// Arguments of `concordem info`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Result or checkpoint
+    file: PathBuf,
+    /// Print the hash of the state only: equal hashes mean the same state, bit by bit
+    #[arg(long, conflicts_with_all = ["scenario", "csv"])]
+    hash: bool,
+    /// Print the scenario only
+    #[arg(long, conflicts_with = "csv")]
+    scenario: bool,
+    /// Print the samples as comma-separated values
+    #[arg(long)]
+    csv: bool,
+}
+
+pub(super) fn info(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let result = match ResultFile::open(&arguments.file) {
+        Err(OutputError::Kind { .. }) if !arguments.csv => return info_of_checkpoint(arguments, console),
+        other => other?,
+    };
+    if arguments.hash {
+        return console.print(&format!("{}\n", result.state_hash()?));
+    }
+    if arguments.scenario {
+        return console.print(&result.scenario()?);
+    }
+    if arguments.csv {
+        return console.print(&csv::text(&result)?);
+    }
+    let mut text = format!("{}: a finished run\n", arguments.file.display());
+    let mut line = |name: &str, value: String| text += &format!("  {name:20}{value}\n");
+    let particles = result.table("particles")?;
+    if let Some((_, ids)) = particles.iter().find(|(name, _)| name == "id") {
+        line("particles", count(ids.borrow().len()));
+    }
+    for law in result.laws()? {
+        let table = result.table(&format!("contacts/{law}"))?;
+        let rows = table.first().map_or(0, |(_, column)| column.borrow().len() / column.components.max(1));
+        line(&format!("contacts, {law}"), count(rows));
+    }
+    let mut samples = 0;
+    for series in result.series() {
+        let values = result.samples(&series.name)?;
+        samples = values.len();
+        if let (Some(last), true) = (values.last(), ["time", "step", "strain", "stress"].contains(&&*series.name)) {
+            let unit = if series.unit == "1" { String::new() } else { format!(" {}", series.unit) };
+            line(&format!("last {}", series.name), format!("{last:.6}{unit}").replace(".000000", ""));
+        }
+        if series.name == "stress" {
+            let peak = values.iter().copied().fold(0.0_f64, |peak, x| if x.abs() > peak.abs() { x } else { peak });
+            line("peak stress", format!("{peak:.6e} Pa"));
+        }
+    }
+    line("samples", count(samples));
+    line("events", count(result.events()?.len()));
+    line("snapshots", count(result.snapshot_times()?.len()));
+    line("state hash", result.state_hash()?);
+    for (name, value) in result.provenance()? {
+        line(&name.replace('_', " "), value);
+    }
+    console.print(&text)
+}
+
+fn info_of_checkpoint(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let checkpoint = checkpoint::read(&arguments.file)?;
+    if arguments.hash {
+        return console.print(&format!("{}\n", checkpoint.state_hash));
+    }
+    if arguments.scenario {
+        return console.print(&checkpoint.provenance);
+    }
+    console.print(&format!(
+        "{}: a checkpoint\n  {:20}{}\n",
+        arguments.file.display(),
+        "state hash",
+        checkpoint.state_hash
+    ))
+}

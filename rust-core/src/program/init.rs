@@ -1,0 +1,65 @@
+//! `concordem init`: write a template.
+
+use std::path::{Path, PathBuf};
+
+use super::{Console, Failure};
+use crate::scenario::{TEMPLATES, template};
+
+/// Arguments of `concordem init`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Template to write; without it, the templates are listed
+    #[arg(long, short, value_name = "NAME", value_parser = names())]
+    template: Option<String>,
+    /// File or existing folder to write to; NAME.toml by default
+    #[arg(requires = "template")]
+    path: Option<PathBuf>,
+    /// Overwrite an existing file
+    #[arg(long, short)]
+    force: bool,
+}
+
+fn names() -> clap::builder::PossibleValuesParser {
+    clap::builder::PossibleValuesParser::new(
+        TEMPLATES.iter().map(|template| clap::builder::PossibleValue::new(template.name).help(template.description)),
+    )
+}
+
+pub(super) fn init(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let Some(template) = arguments.template.as_deref().and_then(template) else {
+        let width = TEMPLATES.iter().map(|template| template.name.len()).max().unwrap_or(0);
+        let mut text = String::from("Templates, to be written by `concordem init --template NAME`:\n");
+        for template in TEMPLATES {
+            text += &format!("  {:width$}  {}\n", template.name, template.description);
+        }
+        return console.print(&text);
+    };
+    let path = target(arguments.path.as_deref(), template.name);
+    let failed = |error| Failure::File { path: path.clone(), action: "write", error };
+    let mut options = std::fs::OpenOptions::new();
+    options.write(true).truncate(true).create(true);
+    if !arguments.force {
+        options.create_new(true);
+    }
+    let mut file = options.open(&path).map_err(|error| match error.kind() {
+        std::io::ErrorKind::AlreadyExists => Failure::Usage(format!(
+            "{} exists already. Choose another name, or overwrite it with --force.",
+            path.display()
+        )),
+        _ => failed(error),
+    })?;
+    std::io::Write::write_all(&mut file, template.text.as_bytes()).map_err(failed)?;
+    console.tell(&format!("wrote {0}; next: concordem check {0}", path.display()));
+    Ok(())
+}
+
+/// Where to write: a file as named, in a folder under the template's name.
+fn target(path: Option<&Path>, name: &str) -> PathBuf {
+    let file = format!("{name}.toml");
+    match path {
+        None => PathBuf::from(file),
+        Some(path) if path.is_dir() => path.join(file),
+        Some(path) if path.extension().is_none() => path.with_extension("toml"),
+        Some(path) => path.to_owned(),
+    }
+}

@@ -1,0 +1,29 @@
+#!/bin/sh
+# Make law_tester.bin anew with the installed YADE and compare it with the committed file, byte for byte.
+# With the argument `all` the specimens too (minutes). Exit status 0: equal; 1: different; 2: YADE missing or failed.
+set -u
+here=$(cd "$(dirname "$0")" && pwd)
+part=${1:-law}
+if ! command -v yade >/dev/null 2>&1; then
+    echo "check_gold: no program 'yade' on PATH; install it (Debian: apt install yade) to run this check" >&2
+    exit 2
+fi
+out=$(mktemp -d) || exit 2
+trap 'rm -rf "$out"' EXIT
+if ! GOLD_OUT="$out" GOLD_PART="$part" yade -n -x -j1 "$here/make_gold.py" >"$out/log" 2>&1; then
+    echo "check_gold: yade failed; its last lines:" >&2
+    tail -n 20 "$out/log" >&2
+    exit 2
+fi
+status=0
+files="law_tester.bin"
+[ "$part" = all ] && files="law_tester.bin specimen.bin trajectory.bin"
+for file in $files; do
+    if cmp "$here/$file" "$out/$file"; then
+        echo "check_gold: $file: $(wc -c <"$out/$file") bytes, equal"
+    else
+        echo "check_gold: $file made by the installed YADE differs from the committed one" >&2
+        status=1
+    fi
+done
+exit $status

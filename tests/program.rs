@@ -1,0 +1,375 @@
+//! Does the program do what its help says: commands, exit codes, interruption, resumption, the same bits every time?
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use concordem::output::ResultFile;
+use concordem::program::{Console, exit, run};
+use concordem::scenario::TEMPLATES;
+use tempfile::TempDir;
+
+/// What a command gave: exit code, standard output, standard error.
+struct Given {
+    code: u8,
+    out: String,
+    err: String,
+}
+
+/// Run a command within this process.
+fn concordem<S: Into<OsString>>(arguments: impl IntoIterator<Item = S>) -> Given {
+    let (mut out, mut err) = (Vec::new(), Vec::new());
+    let arguments = std::iter::once(OsString::from("concordem")).chain(arguments.into_iter().map(Into::into));
+    let mut console = Console { out: &mut out, err: &mut err, interactive: false, out_interactive: false };
+    let code = run(arguments, &mut console);
+    let text = |bytes| String::from_utf8(bytes).expect("the program writes UTF-8");
+    Given { code, out: text(out), err: text(err) }
+}
+
+/// Variable by which a test tells a copy of itself what to run.
+const CHILD: &str = "CONCORDEM_TEST_ARGUMENTS";
+
+/// Not a test: what a child process of the tests below does.
+#[test]
+#[ignore = "run by other tests in a process of its own, so that it can be killed"]
+fn child() {
+    let Ok(arguments) = std::env::var(CHILD) else { return };
+    let given = concordem(arguments.split('\n'));
+    eprint!("{}", given.err);
+    std::process::exit(i32::from(given.code));
+}
+
+/// Start a command in a process of its own.
+fn spawn(arguments: &[&str]) -> std::process::Child {
+    Command::new(std::env::current_exe().expect("this test has a file"))
+        .args(["--exact", "child", "--ignored", "--nocapture"])
+        .env(CHILD, arguments.join("\n"))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the test can start itself")
+}
+
+/// A prism of concrete on a lattice, pulled until its bonds soften; small enough to run a hundred times.
+const PRISM: &str = r#"
+version = 1
+title = "Prism"
+[packing]
+kind = "lattice"
+lattice = "fcc"
+radius = "1 mm"
+shape = { kind = "box", size = ["9 mm", "9 mm", "16 mm"] }
+[[material]]
+name = "concrete"
+density = 4800
+cpm = { young = "25 GPa", shear_ratio = 0.2, crack_onset_strain = 1e-4, relative_ductility = 5, cohesion = "3 MPa", friction_coefficient = 0.8, omega_threshold = 0.9 }
+[[material]]
+name = "weak"
+density = 4800
+cpm = { young = "20 GPa", shear_ratio = 0.2, crack_onset_strain = 8e-5, relative_ductility = 5, cohesion = "2 MPa", friction_coefficient = 0.8, omega_threshold = 0.9 }
+[[set]]
+name = "flaw"
+material = "weak"
+selection = { kind = "box", minimum = [0, "-5 mm", "-2 mm"], maximum = ["5 mm", "5 mm", "2 mm"] }
+[bonds]
+law = "cpm"
+interaction_ratio = 1.5
+[contacts]
+law = "cpm"
+[integration]
+damping = { kind = "local", coefficient = 0.3 }
+[loading]
+kind = "uniaxial"
+strain_rate = "20 1/s"
+[stop]
+steps = STEPS
+[output]
+sample_interval = 7
+snapshot_interval = 100
+checkpoint_interval = 50
+events_damage = 0.5
+"#;
+
+fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
+    let path = folder.join(name);
+    std::fs::write(&path, text).expect("a temporary folder can be written to");
+    path
+}
+
+fn prism(folder: &Path, steps: u32) -> PathBuf {
+    write(folder, "prism.toml", &PRISM.replace("STEPS", &steps.to_string()))
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("temporary folders have plain names")
+}
+
+/// All that a result holds apart from its provenance, as text to compare bit by bit.
+fn contents(path: &Path) -> String {
+    let result = ResultFile::open(path).expect("a whole result");
+    let mut all = concordem::output::csv::text(&result).expect("samples");
+    all += &format!("{:?}\n", result.events().expect("events"));
+    all += &format!("{:?}\n", result.snapshot_times().expect("snapshots"));
+    all += &format!("{:?}\n", result.table("particles").expect("particles"));
+    all += &format!("{:?}\n", result.table("contacts/cpm").expect("contacts"));
+    all + &result.state_hash().expect("hash")
+}
+
+#[test]
+fn help_tells_commands_examples_and_exit_codes() {
+    let given = concordem(["--help"]);
+    assert_eq!(given.code, exit::DONE);
+    for word in
+        ["init", "check", "run", "resume", "info", "report", "pack", "schema", "Examples:", "Exit codes:", "130"]
+    {
+        assert!(given.out.contains(word), "the help does not mention {word}:\n{}", given.out);
+    }
+    let listed = concordem(["init"]).out;
+    assert!(TEMPLATES.iter().all(|template| listed.contains(template.name)), "{listed}");
+}
+
+#[test]
+fn schema_is_json_with_descriptions() {
+    let given = concordem(["schema"]);
+    assert_eq!(given.code, exit::DONE);
+    for word in ["\"$schema\"", "additionalProperties", "Normal modulus of a link, Pa", "x-units"] {
+        assert!(given.out.contains(word), "{word} is missing");
+    }
+}
+
+#[test]
+fn templates_are_written_and_checked_but_not_over_existing_files() {
+    let folder = TempDir::new().expect("a temporary folder");
+    for template in TEMPLATES {
+        let path = folder.path().join(template.name).with_extension("toml");
+        let given = concordem(["init", "--template", template.name, text(folder.path())]);
+        assert_eq!(given.code, exit::DONE, "{}", given.err);
+        assert_eq!(std::fs::read_to_string(&path).expect("the template"), template.text);
+        let given = concordem(["check", "--no-build", text(&path)]);
+        assert_eq!(given.code, exit::DONE, "{}", given.err);
+    }
+    let path = write(folder.path(), "mine.toml", "precious");
+    let given = concordem(["init", "--template", "cpm-small", text(&path)]);
+    assert_eq!(given.code, exit::USAGE);
+    assert!(given.err.contains("--force"), "{}", given.err);
+    assert_eq!(std::fs::read_to_string(&path).expect("the file"), "precious");
+    assert_eq!(concordem(["init", "--template", "cpm-small", "--force", text(&path)]).code, exit::DONE);
+}
+
+#[test]
+fn wrong_arguments_and_files_have_their_exit_codes() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = prism(folder.path(), 10);
+    assert_eq!(concordem(["walk"]).code, exit::USAGE);
+    assert_eq!(concordem(["init", "--template", "no-such"]).code, exit::USAGE);
+    let missing = folder.path().join("missing");
+    for command in ["check", "run", "info", "report", "resume"] {
+        let given = concordem([command, text(&missing)]);
+        assert_eq!(given.code, exit::FILE, "{command}: {}", given.err);
+        assert!(given.err.contains("missing"), "{command} does not name the file: {}", given.err);
+    }
+    let binary = folder.path().join("binary.toml");
+    std::fs::write(&binary, [b'a', b'\n', 0xff, 0xfe]).expect("a file");
+    let given = concordem(["check", text(&binary)]);
+    assert_eq!(given.code, exit::FILE);
+    assert!(given.err.contains("line 2"), "{}", given.err);
+    // A foreign file, and a place that cannot be written to: below a file.
+    let given = concordem(["info", text(&scenario)]);
+    assert_eq!(given.code, exit::FILE, "{}", given.err);
+    let given = concordem(["run", text(&scenario), "-o", text(&scenario.join("result.h5"))]);
+    assert_eq!(given.code, exit::FILE, "{}", given.err);
+    // A result that exists is kept.
+    let result = folder.path().join("prism.h5");
+    assert_eq!(concordem(["run", "-q", text(&scenario)]).code, exit::DONE);
+    let given = concordem(["run", text(&scenario)]);
+    assert_eq!(given.code, exit::FILE);
+    assert!(given.err.contains("--force"), "{}", given.err);
+    assert_eq!(concordem(["run", "-q", "--force", text(&scenario)]).code, exit::DONE);
+    // A result cut off anywhere is no result.
+    let bytes = std::fs::read(&result).expect("the result");
+    for part in [1, 2, 3] {
+        std::fs::write(&result, &bytes[..bytes.len() * part / 4]).expect("a file");
+        for command in ["info", "report"] {
+            let given = concordem([command, text(&result)]);
+            assert_eq!(given.code, exit::FILE, "{}", given.err);
+        }
+    }
+}
+
+#[test]
+fn bad_scenarios_are_shown_with_their_text() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = write(
+        folder.path(),
+        "prism.toml",
+        &PRISM.replace("STEPS", "10").replace("radius = \"1 mm\"", "radius = \"1 GPa\"").replace("bonds", "bond"),
+    );
+    for command in ["check", "run", "pack"] {
+        let given = concordem([command, text(&scenario)]);
+        assert_eq!(given.code, exit::USAGE);
+        let shown = given.err.replace(text(folder.path()), "FOLDER");
+        insta::assert_snapshot!("two_problems", shown);
+    }
+}
+
+#[test]
+fn unstable_steps_are_refused_with_both_numbers_unless_allowed() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let unstable = PRISM.replace("STEPS", "5").replace("[integration]", "[integration]\ntime_step = \"1 ms\"");
+    let scenario = write(folder.path(), "unstable.toml", &unstable);
+    let given = concordem(["run", text(&scenario)]);
+    assert_eq!(given.code, exit::PHYSICS);
+    for word in ["1.00000e-3 s", "stability bound of", "allow_unstable", "time_step = \"1 ms\""] {
+        assert!(given.err.contains(word), "{word} is missing: {}", given.err);
+    }
+    assert!(!folder.path().join("unstable.h5.parts").exists(), "a refused run leaves nothing behind");
+    let allowed = unstable.replace("[integration]", "[integration]\nallow_unstable = true");
+    // Unbreakable bonds, so that the energy grows without end.
+    let allowed =
+        allowed.replace("omega_threshold = 0.9", "never_damage = true").replace("steps = 5", "steps = 100000");
+    let scenario = write(folder.path(), "allowed.toml", &allowed);
+    let given = concordem(["run", text(&scenario)]);
+    assert_eq!(given.code, exit::PHYSICS, "a run that explodes ends so: {}", given.err);
+    assert!(given.err.contains("no longer finite"), "{}", given.err);
+    assert!(!folder.path().join("allowed.h5").exists(), "a run that failed leaves no result that looks whole");
+}
+
+#[test]
+fn a_run_can_be_checked_packed_informed_and_reported() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = prism(folder.path(), 300);
+    let given = concordem(["check", text(&scenario)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    for word in ["particles", "bonds", "memory", "time step", "estimated time"] {
+        assert!(given.out.contains(word), "{word} is missing: {}", given.out);
+    }
+    let given = concordem(["pack", text(&scenario)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    let packed = std::fs::read_to_string(folder.path().join("prism.spheres.txt")).expect("the packing");
+    let spheres = packed.lines().filter(|line| !line.starts_with('#')).count();
+    assert!(spheres > 100, "{spheres} spheres");
+    let result = folder.path().join("prism.h5");
+    let given = concordem(["run", text(&scenario)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    assert!(given.err.contains("the given number of steps was done"), "{}", given.err);
+    let file = ResultFile::open(&result).expect("the result");
+    assert_eq!(file.table("particles").expect("particles")[0].1.borrow().len() % spheres, 0);
+    assert_eq!(file.samples("step").expect("steps").len(), 300_usize.div_ceil(7));
+    assert_eq!(file.snapshot_times().expect("snapshots").len(), 4);
+    let given = concordem(["info", text(&result)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    let hash = concordem(["info", "--hash", text(&result)]).out;
+    assert!(hash.len() == 65 && given.out.contains(hash.trim()), "{hash}");
+    assert_eq!(concordem(["info", "--scenario", text(&result)]).out, std::fs::read_to_string(&scenario).expect("it"));
+    let given = concordem(["report", text(&result)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    let page = std::fs::read_to_string(folder.path().join("prism.html")).expect("the page");
+    assert!(page.contains("Prism") && page.contains("</html>"));
+    let given = concordem(["resume", text(&result)]);
+    assert_eq!(given.code, exit::DONE);
+    assert!(given.err.contains("is finished"), "{}", given.err);
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = prism(folder.path(), 400);
+    let run = |threads: &str| {
+        let result = folder.path().join(format!("{threads}.h5"));
+        let given = concordem(["run", "-q", "-j", threads, "-o", text(&result), text(&scenario)]);
+        assert_eq!(given.code, exit::DONE, "{}", given.err);
+        contents(&result)
+    };
+    let one = run("1");
+    assert!(!one.contains("NaN"), "the run is sound");
+    for threads in ["2", "3", "8"] {
+        assert!(run(threads) == one, "{threads} threads give another result than one");
+    }
+}
+
+/// Wait for a process, but not for ever.
+fn wait(mut process: std::process::Child) -> ExitStatus {
+    let start = Instant::now();
+    loop {
+        if let Some(status) = process.try_wait().expect("a child process") {
+            return status;
+        }
+        if start.elapsed() > Duration::from_secs(300) {
+            let _ = process.kill();
+            panic!("the program does not end");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn sigterm_leaves_a_checkpoint_and_resume_goes_on() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = prism(folder.path(), 1500);
+    let (whole, broken) = (folder.path().join("whole.h5"), folder.path().join("broken.h5"));
+    assert_eq!(concordem(["run", "-q", "-o", text(&whole), text(&scenario)]).code, exit::DONE);
+    let process = spawn(&["run", "-o", text(&broken), text(&scenario)]);
+    // Wait for the first checkpoint: from then on the handlers are in place.
+    let parts = broken.with_extension("h5.parts");
+    let start = Instant::now();
+    while !parts.join("checkpoint-0001.h5").exists() {
+        assert!(start.elapsed() < Duration::from_secs(120), "no checkpoint appears");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let killed = Command::new("kill").args(["-TERM", &process.id().to_string()]).status().expect("kill");
+    assert!(killed.success());
+    assert_eq!(wait(process).code(), Some(i32::from(exit::INTERRUPTED)));
+    assert!(!broken.exists());
+    let given = concordem(["info", text(&broken)]);
+    assert_eq!(given.code, exit::FILE);
+    assert!(given.err.contains("concordem resume"), "{}", given.err);
+    let given = concordem(["resume", "-j", "3", text(&broken)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    assert!(contents(&broken) == contents(&whole), "the resumed run gives another result");
+}
+
+#[test]
+#[cfg(unix)]
+fn killed_runs_give_the_result_of_an_undisturbed_one() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = prism(folder.path(), 600);
+    let (whole, broken) = (folder.path().join("whole.h5"), folder.path().join("broken.h5"));
+    let start = Instant::now();
+    let given = concordem(["run", "-q", "-o", text(&whole), text(&scenario)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    let duration = start.elapsed();
+    let expected = contents(&whole);
+    // Kill after growing delays, until a process gets to the end: places in all phases of a run, the last ones too.
+    let mut delay = duration / 40;
+    let mut kills = 0;
+    let mut command = "run";
+    loop {
+        let target = if command == "run" { text(&scenario) } else { text(&broken) };
+        let arguments = if command == "run" { vec!["run", "-o", text(&broken), target] } else { vec![command, target] };
+        let mut process = spawn(&arguments);
+        std::thread::sleep(delay);
+        let ended = process.try_wait().expect("a child process");
+        if let Some(status) = ended {
+            assert_eq!(status.code(), Some(0), "{command} fails after {kills} kills");
+            if broken.exists() {
+                break;
+            }
+        }
+        process.kill().expect("a child process can be killed");
+        process.wait().expect("a child process");
+        kills += 1;
+        assert!(kills < 400, "the run makes no progress");
+        // A run that was killed before its first checkpoint has to be begun again.
+        let begun = broken.with_extension("h5.parts").join("checkpoint-0000.h5").exists();
+        command = if begun || broken.exists() { "resume" } else { "run" };
+        if !begun {
+            let _ = std::fs::remove_dir_all(broken.with_extension("h5.parts"));
+        }
+        delay += duration / 40;
+    }
+    assert!(kills >= 3, "only {kills} kills");
+    assert!(contents(&broken) == expected, "after {kills} kills the result is another one");
+    assert!(!broken.with_extension("h5.parts").exists(), "the working folder is gone");
+}
