@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use crate::kinematics::sphere_sphere::{ImageShift, Motion};
+use crate::kinematics::sphere_sphere::{ImageShift, Motion, fresh_frame};
 use crate::kinematics::{Frame, Mode};
 use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, Reference};
 use crate::math::{Mat3, Vec3};
@@ -371,10 +371,13 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
                     *reference = L::unbonded_reference(point.length, geometry.radius_a, geometry.radius_b);
                     geometry.reference_length = reference.length;
                     geometry.area = reference.area;
-                    kinematics = L::Kinematics::measure(
-                        mode, &motion_a, &motion_b, &image, &geometry, frame, bonded, context.dt,
-                    );
                 }
+                // Where it was one step ago follows from the velocities, so that candidates need no memory.
+                let before = |motion: &Motion| motion.position - motion.velocity * context.dt;
+                let shift = image.displacement - image.velocity * context.dt;
+                *frame = fresh_frame(&before(&motion_a), &before(&motion_b), &shift);
+                kinematics =
+                    L::Kinematics::measure(mode, &motion_a, &motion_b, &image, &geometry, frame, bonded, context.dt);
             }
             let response = rows[link.row as usize].respond(&kinematics, history, context.dt);
             let point = kinematics.point();
