@@ -13,7 +13,8 @@ use crate::scenario::{ProblemKind, Scenario};
 pub(super) struct Arguments {
     /// Scenario file
     scenario: PathBuf,
-    /// Text file to write, columns x y z r in metres; SCENARIO.spheres.txt by default
+    /// File to write: text with the columns x y z r in metres, or HDF5 if it ends in .h5; SCENARIO.spheres.txt by
+    /// default
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Overwrite an existing file
@@ -40,6 +41,14 @@ pub(super) fn pack(arguments: &Arguments, console: &mut Console<'_>) -> Result<(
         let text = facts(&scenario, &packing)?;
         Ok((packing, text))
     })?;
+    if path.extension().is_some_and(|e| e == "h5" || e == "hdf5") {
+        crate::output::sphere_pack::write(&path, &packing).map_err(|message| Failure::File {
+            path: path.clone(),
+            action: "write",
+            error: std::io::Error::other(message),
+        })?;
+        return console.print(&format!("{}\n{text}", path.display()));
+    }
     let mut bytes = Vec::new();
     export_text(&packing, &mut bytes).map_err(|error| failed(&scenario, &error))?;
     crate::output::sealed::write_text(&path, &String::from_utf8_lossy(&bytes))?;

@@ -35,8 +35,13 @@ const DENSITY: f64 = 1000.0;
 const STRESS_TOLERANCE: f64 = 5.0e-3;
 /// Steps between looks at the balance of forces, and between reports of progress.
 const INTERVAL: u64 = 20;
-/// Jammed protocol: largest change of the cell's edge per step, relative.
-const LARGEST_STRAIN: f64 = 1.0e-3;
+/// Jammed protocol: shortening of the cell's edge per step in the compression, in mean diameters.
+const COMPRESSION_PER_STEP: f64 = 3.0e-3;
+/// Jammed protocol: the same while a packing that fell apart in the release (pressure below half of its target) is
+/// brought together again.
+const RECOVERY_PER_STEP: f64 = 3.0e-4;
+/// Jammed protocol: by how much the unbalanced force may be larger at the first target than at the end.
+const FIRST_UNBALANCED: f64 = 5.0;
 /// Jammed protocol: time constant of the servo, in time steps per diameter of the cell's edge. Sound passes a diameter
 /// in 6 steps of half `r √(ρ/E)` (at 0.7 of the spheres' own speed): the cell is always slower than the packing in it.
 const STEPS_PER_DIAMETER: f64 = 15.0;
@@ -96,7 +101,7 @@ impl RandomDense {
             time_step: 0.5,
             start: 0.3,
             compression: 1.0e-2,
-            residual: 1.0e-4,
+            residual: 3.0e-4,
             unbalanced: 1.0e-2,
             step_limit: 200_000,
         }
@@ -257,9 +262,17 @@ impl Servo {
     fn strain(&self, recipe: &RandomDense, length: f64, mean_diameter: f64) -> f64 {
         let excess = self.measured - self.goal(recipe);
         match recipe.protocol {
+            Protocol::Jammed if self.measured < 0.5 * self.goal(recipe) => {
+                let shortening = match self.stage {
+                    Stage::Compression => COMPRESSION_PER_STEP,
+                    Stage::Release => RECOVERY_PER_STEP,
+                };
+                -shortening * mean_diameter / length
+            }
             Protocol::Jammed => {
+                // Not faster than the compression, however high the pressure.
                 let time_constant = STEPS_PER_DIAMETER * length / mean_diameter;
-                (excess / (3.0 * BULK_MODULUS * time_constant)).clamp(-LARGEST_STRAIN, LARGEST_STRAIN)
+                (excess / (3.0 * BULK_MODULUS * time_constant)).min(COMPRESSION_PER_STEP * mean_diameter / length)
             }
             Protocol::Yade => {
                 let most = 1.0e-2 * mean_diameter;
@@ -299,12 +312,15 @@ impl Servo {
     fn finished(&mut self, recipe: &RandomDense, now: &Progress, look: bool) -> bool {
         let goal = self.goal(recipe);
         let reached = (self.measured - goal).abs() <= STRESS_TOLERANCE * goal;
-        let balanced = look && now.unbalanced <= recipe.unbalanced;
         let yade = recipe.protocol == Protocol::Yade;
+        let tolerance = match self.stage {
+            Stage::Compression if !yade => FIRST_UNBALANCED * recipe.unbalanced,
+            _ => recipe.unbalanced,
+        };
+        let balanced = look && now.unbalanced <= tolerance;
         match self.stage {
             Stage::Compression => {
-                // The jammed protocol need not rest at the first target: it will at the second.
-                if reached && (balanced || !yade) {
+                if reached && balanced {
                     self.stage = Stage::Release;
                 }
                 false
