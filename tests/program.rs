@@ -151,7 +151,7 @@ fn templates_are_written_and_checked_but_not_over_existing_files() {
     }
     let path = write(folder.path(), "mine.toml", "precious");
     let given = concordem(["init", "--template", "cpm-small", text(&path)]);
-    assert_eq!(given.code, exit::USAGE);
+    assert_eq!(given.code, exit::FILE);
     assert!(given.err.contains("--force"), "{}", given.err);
     assert_eq!(std::fs::read_to_string(&path).expect("the file"), "precious");
     assert_eq!(concordem(["init", "--template", "cpm-small", "--force", text(&path)]).code, exit::DONE);

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::{Console, Facts, Failure};
+use crate::output::OutputError;
 use crate::scenario::{TEMPLATES, template};
 
 /// Arguments of `concordem init`.
@@ -41,10 +42,7 @@ pub(super) fn init(arguments: &Arguments, console: &mut Console<'_>) -> Result<(
         options.create_new(true);
     }
     let mut file = options.open(&path).map_err(|error| match error.kind() {
-        std::io::ErrorKind::AlreadyExists => Failure::Usage(format!(
-            "{} exists already. Choose another name, or overwrite it with --force.",
-            path.display()
-        )),
+        std::io::ErrorKind::AlreadyExists => OutputError::Exists { path: path.clone() }.into(),
         _ => failed(error),
     })?;
     std::io::Write::write_all(&mut file, template.text.as_bytes()).map_err(failed)?;

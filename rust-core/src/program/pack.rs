@@ -6,6 +6,7 @@ use super::check::count;
 use super::drive::Meter;
 use super::{Console, Facts, Failure, Work};
 use crate::assembly::packing::{DirectionHistogram, Packing, PackingError, PackingSummary, export_text, link_vectors};
+use crate::output::OutputError;
 use crate::scenario::{ProblemKind, Scenario};
 
 /// Arguments of `concordem pack`.
@@ -28,8 +29,7 @@ pub(super) fn pack(arguments: &Arguments, console: &mut Console<'_>) -> Result<(
     let scenario = Scenario::read(&arguments.scenario)?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.scenario.with_extension("spheres.txt"));
     if path.exists() && !arguments.force {
-        let message = format!("{} exists already. Choose another name, or overwrite it with --force.", path.display());
-        return Err(Failure::Usage(message));
+        return Err(OutputError::Exists { path }.into());
     }
     let visible = console.interactive && !arguments.work.quiet;
     let (packing, text) = arguments.work.install(|| {
