@@ -33,6 +33,7 @@ clean-demo:
 
 test:
 	.ci/setup test
+	$(CARGO) build --release -p concordem
 	$(CARGO) test --release --workspace
 	tests/golden/yade/check_gold.sh
 	tests/results_read_back.sh

@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use concordem::scenario::{ReadError, Scenario};
+use concordem::scenario::{ProblemKind, ReadError, Scenario, TEMPLATES};
 use rstest::rstest;
 
 /// Path relative to this folder, in which the tests run: the messages must not depend on where it is.
@@ -39,5 +39,49 @@ fn bad(#[files("scenarios/bad/*.toml")] path: PathBuf) {
 fn good(#[files("scenarios/good/*.toml")] path: PathBuf) {
     if let Err(error) = Scenario::read(relative(&path)) {
         panic!("{error}");
+    }
+}
+
+/// Whatever becomes of a text, it is refused with places inside of it, or accepted; the reader never gives up.
+#[test]
+fn damaged_texts_are_read_without_a_fault() {
+    let look = |text: &str| {
+        if let Err(error) = Scenario::parse("damaged.toml", text) {
+            assert!(!error.problems.is_empty());
+            for problem in &error.problems {
+                let (start, end) = (problem.span.start, problem.span.end);
+                let length = error.source_text.text.len();
+                // What the schema lets pass must not fail in the reader, which knows no key path.
+                assert!(problem.kind == ProblemKind::Syntax || !problem.key.is_empty(), "`{problem}` names no key");
+                assert!(start <= end && end <= length, "`{problem}` is at {start}..{end} of {length} bytes");
+            }
+            assert!(error.to_string().contains("damaged.toml:"));
+        }
+    };
+    let words = ["nan", "-1", "1e999", "\"\"", "[]", "{}", "[[[]]]", "true", "\"30 mm\"", "1979-05-27", "[{}]", "0"];
+    for template in TEMPLATES {
+        let text = template.text;
+        // Cut off, anywhere.
+        for end in (0..text.len()).step_by(7).filter(|&end| text.is_char_boundary(end)) {
+            look(&text[..end]);
+        }
+        let lines: Vec<&str> = text.lines().collect();
+        for at in 0..lines.len() {
+            let without: Vec<&str> =
+                lines.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, line)| *line).collect();
+            look(&without.join("\n"));
+            // Twice the same line, and a value of another type.
+            let mut twice = lines.clone();
+            twice.insert(at, lines[at]);
+            look(&twice.join("\n"));
+            if let Some((key, _)) = lines[at].split_once('=') {
+                for word in words {
+                    let line = format!("{key} = {word}");
+                    let mut changed = lines.clone();
+                    changed[at] = &line;
+                    look(&changed.join("\n"));
+                }
+            }
+        }
     }
 }

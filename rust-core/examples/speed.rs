@@ -1,65 +1,96 @@
-//! How long a step takes: CPM bonds on a jittered lattice, ns per bond and step.
+//! Speed of the concrete law on a given packing, to be set beside `tests/peers/yade_cpm_speed.py`.
+//!
+//! ```sh
+//! RAYON_NUM_THREADS=1 cargo run --release --example speed -- packing.txt 1.5 500 [finite|yade-ratcheting]
+//! ```
+//! Prints one JSON object: nanoseconds per bond and step (whole steps; best and median of ten parts of the run), share
+//! of neighbour search, bytes held per bond and per particle.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::time::Instant;
+
+use concordem::assembly::bonding::bond;
+use concordem::assembly::mass_of;
+use concordem::assembly::packing::import_text;
 use concordem::kinematics::Mode;
 use concordem::law::{Cpm, CpmParameters};
-use concordem::math::Vec3;
 use concordem::neighbor::spatial_order;
+use concordem::solver::integrate::Damping;
 use concordem::solver::{MaterialRows, Model, Solver};
-use concordem::state::contacts::ContactBlock;
-use concordem::state::{Particles, Sphere, State};
+use concordem::state::contacts::{ContactBlock, Contacts};
+use concordem::state::{Constraint, Particles, State};
 
-fn main() {
-    let args: Vec<String> = std::env::args().collect();
-    let n: usize = args.get(1).map_or(26, |a| a.parse().unwrap());
-    let steps: usize = args.get(2).map_or(200, |a| a.parse().unwrap());
-    let mode = match args.get(3).map(String::as_str) {
-        Some("yade") => Mode::YadeRatcheting,
-        Some("first") => Mode::FirstOrder,
+const PARTS: usize = 10;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let path = arguments.first().ok_or("give a packing file: x y z r per line, in m")?;
+    let ratio: f64 = arguments.get(1).map_or(Ok(1.5), |a| a.parse())?;
+    let steps: usize = arguments.get(2).map_or(Ok(500), |a| a.parse())?;
+    let mode = match arguments.get(3).map(String::as_str) {
+        Some("yade-ratcheting") => Mode::YadeRatcheting,
         _ => Mode::Finite,
     };
+    let packing = import_text(BufReader::new(File::open(path)?))?;
     let mut particles = Particles::default();
-    let r = 1e-3;
-    let m = 4800.0 * 4.0 / 3.0 * std::f64::consts::PI * r * r * r;
-    for k in 0..n * n * n {
-        let u = |s: usize| ((k * 7919 + s * 104_729) % 1000) as f64 / 1000.0 - 0.5;
-        let x =
-            Vec3::new((k % n) as f64 + 0.3 * u(1), (k / n % n) as f64 + 0.3 * u(2), (k / (n * n)) as f64 + 0.3 * u(3));
-        particles.push(Sphere { position: x * (2.0 * r), radius: r }, 0, m, 0.4 * m * r * r);
+    for sphere in &packing.spheres {
+        let (mass, inertia) = mass_of(sphere.radius, 4800.0, false);
+        particles.push(*sphere, 0, mass, inertia);
     }
     let order = spatial_order(&particles.position, None);
     let mut particles = particles.permuted(&order);
+    let (low, high) =
+        particles.position.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x.z), h.max(x.z)));
+    let largest = particles.radius.iter().copied().fold(0.0, f64::max);
+    let smallest = particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
+    let rate = 0.05;
     for p in 0..particles.len() {
-        let x = particles.position[p];
-        particles.velocity[p] = Vec3::new(0.0, 0.0, 0.4 * (x.z - 0.025));
+        let along = particles.position[p].z - low;
+        particles.velocity[p].z = rate * (along - 0.5 * (high - low));
+        if along < 2.0 * largest || high - low - along < 2.0 * largest {
+            particles.velocity[p].z = (0.5 * rate * (high - low)).copysign(particles.velocity[p].z);
+            particles.constraint[p] = Constraint::translation_along(2).with(Constraint::ROTATION);
+        }
     }
-    let law = Cpm::new(&CpmParameters::new(25e9, 0.2, 3e6, 0.8f64.atan(), 1e-4, 30.0)).unwrap();
+    let law = Cpm::new(&CpmParameters::new(25e9, 0.2, 3e6, libm::atan(0.8), 1e-4, 30.0))?;
     let mut rows = MaterialRows::new(1);
     rows.set(0, 0, 0);
     let mut bonds = ContactBlock::new(vec![law]);
-    let count = concordem::assembly::bonding::bond(&mut bonds, &rows, &particles, None, 1.5).unwrap();
-    let mut state = State { particles, bonds: vec![Box::new(bonds)], ..State::default() };
-    if args.get(4).is_some() {
-        state.contacts = Some(Box::new(ContactBlock::new(vec![law])));
-    }
-    state.clock.dt = 2.4787e-7;
-    let model = Model { mode, contact_rows: rows, ..Model::default() };
-    let mut solver = Solver::new(model, &mut state).unwrap();
+    let count = bond(&mut bonds, &rows, &particles, None, ratio)?;
+    let bytes_per_bond = bonds.bytes_per_contact();
+    let contacts = ContactBlock::new(vec![law]);
+    let mut state =
+        State { particles, bonds: vec![Box::new(bonds)], contacts: Some(Box::new(contacts)), ..State::default() };
+    state.clock.dt = 0.5 * smallest * (4800.0_f64 / 25e9).sqrt();
+    let damping = Damping::Local { translation: 0.3, rotation: 0.3 };
+    let model = Model { mode, damping, contact_rows: rows, ..Model::default() };
+    let mut solver = Solver::new(model, &mut state)?;
     for _ in 0..20 {
-        solver.step(&mut state).unwrap();
+        solver.step_with(&mut state, false)?;
     }
-    let mut best = f64::INFINITY;
-    for _ in 0..5 {
-        let start = std::time::Instant::now();
-        for _ in 0..steps / 5 {
-            solver.step_with(&mut state, false).unwrap();
+    let per_part = (steps / PARTS).max(1);
+    let mut parts = Vec::with_capacity(PARTS);
+    for _ in 0..PARTS {
+        let start = Instant::now();
+        for k in 0..per_part {
+            solver.step_with(&mut state, k % 10 == 0)?;
         }
-        best = best.min(start.elapsed().as_secs_f64() / (steps / 5) as f64);
+        parts.push(start.elapsed().as_secs_f64() * 1e9 / (per_part * count) as f64);
     }
+    parts.sort_unstable_by(f64::total_cmp);
+    let scratch = solver.scratch_bytes();
     println!(
-        "{} particles, {count} bonds, {:.3} ms per step, {:.1} ns per bond-step, residual {:.2e} of {:.2e}",
+        "{{\"code\": \"concordem\", \"threads\": {}, \"mode\": \"{mode:?}\", \"particles\": {}, \"bonds\": {count}, \
+         \"steps\": {}, \"ns_per_bond_step_best\": {:.2}, \"ns_per_bond_step_median\": {:.2}, \
+         \"neighbour_searches\": {}, \"bytes_per_bond\": {bytes_per_bond}, \"scratch_bytes_per_bond\": {:.1}}}",
+        rayon::current_num_threads(),
         state.particles.len(),
-        best * 1e3,
-        best / count as f64 * 1e9,
-        state.ledger.residual(),
-        state.ledger.initial
+        per_part * PARTS,
+        parts[0],
+        parts[PARTS / 2],
+        solver.searches(),
+        scratch as f64 / count as f64,
     );
+    Ok(())
 }

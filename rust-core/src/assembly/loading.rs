@@ -14,7 +14,10 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> 
             let axis = axis.index();
             let particles = &state.particles;
             let largest = particles.radius.iter().copied().fold(0.0, f64::max);
-            let thickness = layer_thickness.map_or(2.0 * largest, scenario::Quantity::si);
+            // Behind this depth every cross-section is crossed by as many bonds as deep inside: one bond's reach, from
+            // the outermost centres. With thinner layers a specimen breaks at its grips, too early.
+            let ratio = scenario.bonds.as_ref().map_or(1.0, |bonds| bonds.interaction_ratio.si());
+            let thickness = layer_thickness.map_or((1.0 + 2.0 * ratio) * largest, scenario::Quantity::si);
             let extents = || particles.position.iter().zip(&particles.radius).map(|(x, r)| (x[axis], *r));
             let lower = layer(extents(), End::Minimum, thickness);
             let upper = layer(extents(), End::Maximum, thickness);

@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use super::packing::shape::Mesh;
 use super::packing::random_dense::{self, Protocol, RandomDense};
+use super::packing::shape::Mesh;
 use super::packing::{Crop, Lattice, Packing, Shape, SizeDistribution, import_text, tile, tile_and_crop};
 use super::{AssemblyError, Progress, unfit};
 use crate::math::{Mat3, Vec3};
@@ -71,7 +71,7 @@ pub(super) fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) 
             };
             let is_hdf5 = file.extension().is_some_and(|e| e == "h5" || e == "hdf5");
             let mut packing = if is_hdf5 {
-                return Err(unfit("packing.path", "HDF5 sphere packs not yet".into()));
+                read_hdf5(&file)?
             } else {
                 import_text(BufReader::new(File::open(&file).map_err(open)?))?
             };
@@ -92,6 +92,15 @@ pub(super) fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) 
             Ok(whole(Packing { spheres, cell }))
         }
     }
+}
+
+/// An HDF5 sphere pack.
+fn read_hdf5(file: &Path) -> Result<Packing, AssemblyError> {
+    #[cfg(feature = "hdf5")]
+    let read = crate::output::sphere_pack::read(file);
+    #[cfg(not(feature = "hdf5"))]
+    let read = Err("this build cannot read HDF5 (feature `hdf5` is off); give a text file".to_owned());
+    read.map_err(|message| AssemblyError::File { path: file.display().to_string(), message })
 }
 
 /// Tile or crop a packing.

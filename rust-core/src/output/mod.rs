@@ -19,6 +19,7 @@ pub mod report;
 pub mod result;
 pub mod run_files;
 pub mod sealed;
+pub mod sphere_pack;
 
 pub use error::OutputError;
 pub use result::ResultFile;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use super::drive::{Meter, build};
-use super::{Console, Failure, Work};
+use super::{Console, Facts, Failure, Work};
 use crate::assembly::{Assembly, Summary};
 use crate::plan::{Plan, Simulation};
 use crate::scenario::{Loading, Scenario};
@@ -26,9 +26,9 @@ const TIMING: Duration = Duration::from_millis(1500);
 
 pub(super) fn check(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let scenario = Scenario::read(&arguments.scenario)?;
-    let mut text = format!("{}: a valid scenario\n", arguments.scenario.display());
+    let head = format!("{}: a valid scenario\n", arguments.scenario.display());
     if arguments.no_build {
-        return console.print(&text);
+        return console.print(&head);
     }
     let visible = console.interactive && !arguments.work.quiet;
     let facts = arguments.work.install(|| {
@@ -37,43 +37,40 @@ pub(super) fn check(arguments: &Arguments, console: &mut Console<'_>) -> Result<
         meter.finish();
         facts(&scenario, assembly)
     })?;
-    for (name, value) in facts {
-        text += &format!("  {name:20}{value}\n");
-    }
-    console.print(&text)
+    console.print(&format!("{head}{facts}"))
 }
 
-fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Vec<(&'static str, String)>, Failure> {
+fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
     let Assembly { state, model, plan, summary } = assembly;
     let Summary { bounds, .. } = &summary;
     let dt = state.clock.dt;
-    let mut facts = Vec::new();
+    let mut facts = Facts::default();
     if !scenario.title.is_empty() {
-        facts.push(("title", scenario.title.clone()));
+        facts.add("title", scenario.title.clone());
     }
-    facts.push(("particles", count(summary.particles)));
+    facts.add("particles", count(summary.particles));
     if scenario.bonds.is_some() {
         let per = format!("{}, {:.2} per particle", count(summary.bonds), summary.coordination);
-        facts.push(("bonds", per));
+        facts.add("bonds", per);
     }
     if let Some(fraction) = summary.packing_fraction {
-        facts.push(("solid fraction", format!("{fraction:.4}")));
+        facts.add("solid fraction", format!("{fraction:.4}"));
     }
     if let Some((area, length)) = summary.specimen {
-        facts.push(("specimen", format!("cross-section {area:.5e} m², length {length:.5e} m")));
+        facts.add("specimen", format!("cross-section {area:.5e} m², length {length:.5e} m"));
     }
-    facts.push(("memory", bytes(summary.memory)));
+    facts.add("memory", bytes(summary.memory));
     let limit = bounds.spectral.max(bounds.per_particle);
-    facts.push(("time step", format!("{dt:.5e} s, {:.3} of the stability bound", dt / limit)));
-    facts.push((
+    facts.add("time step", format!("{dt:.5e} s, {:.3} of the stability bound", dt / limit));
+    facts.add(
         "stability bounds",
         format!("spectral {:.5e} s, per particle {:.5e} s", bounds.spectral, bounds.per_particle),
-    ));
+    );
     if let Some(p_wave) = summary.p_wave {
-        facts.push(("P-wave time step", format!("{p_wave:.5e} s (customary, no bound)")));
+        facts.add("P-wave time step", format!("{p_wave:.5e} s (customary, no bound)"));
     }
     if summary.unstable {
-        facts.push(("warning", "the time step is unstable, as allow_unstable permits".to_owned()));
+        facts.add("warning", "the time step is unstable, as allow_unstable permits");
     }
     let steps = most_steps(scenario, &plan, dt);
     let mut simulation = Simulation::new(state, model, plan)?;
@@ -88,13 +85,13 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Vec<(&'static str, S
         }
     }
     let per_step = start.elapsed().as_secs_f64() / f64::from(timed.max(1));
-    facts.push(("time per step", format!("{} on {} threads", seconds(per_step), rayon::current_num_threads())));
+    facts.add("time per step", format!("{} on {} threads", seconds(per_step), rayon::current_num_threads()));
     match steps {
         Some((steps, reason)) => {
-            facts.push(("steps", format!("about {steps:.0} at most, by stop.{reason}")));
-            facts.push(("estimated time", format!("{} at most", seconds(steps * per_step))));
+            facts.add("steps", format!("about {steps:.0} at most, by stop.{reason}"));
+            facts.add("estimated time", format!("{} at most", seconds(steps * per_step)));
         }
-        None => facts.push(("estimated time", "unknown: the run ends when its stop conditions say so".to_owned())),
+        None => facts.add("estimated time", "unknown: the run ends when its stop conditions say so"),
     }
     Ok(facts)
 }

@@ -98,11 +98,10 @@ impl Failure {
     /// Exit code.
     pub fn code(&self) -> u8 {
         match self {
-            Self::Usage(_) | Self::Scenario(_) => exit::USAGE,
             Self::Assembly(AssemblyError::File { .. }) | Self::File { .. } | Self::NotText(_) | Self::Output(_) => {
                 exit::FILE
             }
-            Self::Assembly(_) => exit::USAGE,
+            Self::Usage(_) | Self::Scenario(_) | Self::Assembly(_) => exit::USAGE,
             Self::Unstable(_) | Self::Solver(_) => exit::PHYSICS,
             Self::Interrupted(_) => exit::INTERRUPTED,
         }

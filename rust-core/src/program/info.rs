@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::check::count;
-use super::{Console, Failure};
+use super::{Console, Facts, Failure};
 use crate::output::{OutputError, ResultFile, checkpoint, csv};
 
 /// Arguments of `concordem info`.
@@ -36,16 +36,15 @@ pub(super) fn info(arguments: &Arguments, console: &mut Console<'_>) -> Result<(
     if arguments.csv {
         return console.print(&csv::text(&result)?);
     }
-    let mut text = format!("{}: a finished run\n", arguments.file.display());
-    let mut line = |name: &str, value: String| text += &format!("  {name:20}{value}\n");
+    let mut facts = Facts::default();
     let particles = result.table("particles")?;
     if let Some((_, ids)) = particles.iter().find(|(name, _)| name == "id") {
-        line("particles", count(ids.borrow().len()));
+        facts.add("particles", count(ids.borrow().len()));
     }
     for law in result.laws()? {
         let table = result.table(&format!("contacts/{law}"))?;
         let rows = table.first().map_or(0, |(_, column)| column.borrow().len() / column.components.max(1));
-        line(&format!("contacts, {law}"), count(rows));
+        facts.add(&format!("contacts, {law}"), count(rows));
     }
     let mut samples = 0;
     for series in result.series() {
@@ -53,21 +52,21 @@ pub(super) fn info(arguments: &Arguments, console: &mut Console<'_>) -> Result<(
         samples = values.len();
         if let (Some(last), true) = (values.last(), ["time", "step", "strain", "stress"].contains(&&*series.name)) {
             let unit = if series.unit == "1" { String::new() } else { format!(" {}", series.unit) };
-            line(&format!("last {}", series.name), format!("{last:.6}{unit}").replace(".000000", ""));
+            facts.add(&format!("last {}", series.name), format!("{last:.6}{unit}").replace(".000000", ""));
         }
         if series.name == "stress" {
             let peak = values.iter().copied().fold(0.0_f64, |peak, x| if x.abs() > peak.abs() { x } else { peak });
-            line("peak stress", format!("{peak:.6e} Pa"));
+            facts.add("peak stress", format!("{peak:.6e} Pa"));
         }
     }
-    line("samples", count(samples));
-    line("events", count(result.events()?.len()));
-    line("snapshots", count(result.snapshot_times()?.len()));
-    line("state hash", result.state_hash()?);
+    facts.add("samples", count(samples));
+    facts.add("events", count(result.events()?.len()));
+    facts.add("snapshots", count(result.snapshot_times()?.len()));
+    facts.add("state hash", result.state_hash()?);
     for (name, value) in result.provenance()? {
-        line(&name.replace('_', " "), value);
+        facts.add(&name.replace('_', " "), value);
     }
-    console.print(&text)
+    console.print(&format!("{}: a finished run\n{facts}", arguments.file.display()))
 }
 
 fn info_of_checkpoint(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Console, Failure};
+use super::{Console, Facts, Failure};
 use crate::scenario::{TEMPLATES, template};
 
 /// Arguments of `concordem init`.
@@ -27,12 +27,11 @@ fn names() -> clap::builder::PossibleValuesParser {
 
 pub(super) fn init(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let Some(template) = arguments.template.as_deref().and_then(template) else {
-        let width = TEMPLATES.iter().map(|template| template.name.len()).max().unwrap_or(0);
-        let mut text = String::from("Templates, to be written by `concordem init --template NAME`:\n");
+        let mut templates = Facts::default();
         for template in TEMPLATES {
-            text += &format!("  {:width$}  {}\n", template.name, template.description);
+            templates.add(template.name, template.description);
         }
-        return console.print(&text);
+        return console.print(&format!("Templates, to be written by `concordem init --template NAME`:\n{templates}"));
     };
     let path = target(arguments.path.as_deref(), template.name);
     let failed = |error| Failure::File { path: path.clone(), action: "write", error };

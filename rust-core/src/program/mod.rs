@@ -118,6 +118,23 @@ impl Work {
     }
 }
 
+/// Names and values, one pair per line and indented.
+#[derive(Default)]
+struct Facts(Vec<(String, String)>);
+
+impl Facts {
+    fn add(&mut self, name: &str, value: impl Into<String>) {
+        self.0.push((name.to_owned(), value.into()));
+    }
+}
+
+impl std::fmt::Display for Facts {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let width = self.0.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0) + 2;
+        self.0.iter().try_for_each(|(name, value)| writeln!(formatter, "  {name:width$}{value}"))
+    }
+}
+
 /// Where a command writes.
 pub struct Console<'a> {
     /// What was asked for.

@@ -101,15 +101,12 @@ impl ScenarioError {
     }
 
     fn plain(&self) -> String {
-        let mut out = String::new();
-        for (at, problem) in self.problems.iter().enumerate() {
+        let one = |problem: &Problem| {
             let (line, column) = self.source_text.position(problem.span.start);
-            if at > 0 {
-                out.push('\n');
-            }
-            out.push_str(&format!("{}:{line}:{column}: {problem}\n  help: {}", self.source_text.name, problem.help));
-        }
-        out
+            let help = if problem.help.is_empty() { String::new() } else { format!("\n  help: {}", problem.help) };
+            format!("{}:{line}:{column}: {problem}{help}", self.source_text.name)
+        };
+        self.problems.iter().map(one).collect::<Vec<_>>().join("\n")
     }
 }
 

@@ -533,16 +533,15 @@ impl Checker<'_> {
                 self.conflict("bonds.law", "this law makes no bonds", help);
             }
         }
-        match scenario.contacts.law.law() {
-            Some(law) => wanted.push(("contacts.law", law, &touching_materials)),
-            None => {
-                let help = "choose a contact law such as \"frictional\"";
-                if !scenario.walls.is_empty() {
-                    self.conflict("contacts.law", "without a contact law particles pass through the walls", help);
-                }
-                if matches!(scenario.loading, Loading::Platens { .. }) {
-                    self.conflict("contacts.law", "without a contact law particles pass through the platens", help);
-                }
+        if let Some(law) = scenario.contacts.law.law() {
+            wanted.push(("contacts.law", law, &touching_materials));
+        } else {
+            let help = "choose a contact law such as \"frictional\"";
+            if !scenario.walls.is_empty() {
+                self.conflict("contacts.law", "without a contact law particles pass through the walls", help);
+            }
+            if matches!(scenario.loading, Loading::Platens { .. }) {
+                self.conflict("contacts.law", "without a contact law particles pass through the platens", help);
             }
         }
         for (at, material) in scenario.materials.iter().enumerate() {
@@ -588,12 +587,12 @@ impl Checker<'_> {
                     self.conflict("loading.strain_rate", "nothing holds the particles together in tension", help);
                 }
                 let length = scenario.packing.shape().and_then(|shape| length_along(shape, *axis));
-                if let (Some(thickness), Some(along)) = (layer_thickness, length) {
-                    if 2.0 * thickness.si() >= along {
-                        let message = format!("two layers leave nothing of the specimen's {}", self::length(along));
-                        let help = "one to three particle diameters are usual; check the units";
-                        self.range("loading.layer_thickness", message, help);
-                    }
+                if let (Some(thickness), Some(along)) = (layer_thickness, length)
+                    && 2.0 * thickness.si() >= along
+                {
+                    let message = format!("two layers leave nothing of the specimen's {}", self::length(along));
+                    let help = "one to three particle diameters are usual; check the units";
+                    self.range("loading.layer_thickness", message, help);
                 }
             }
             Loading::CellStrain { velocity_gradient } => {
@@ -603,14 +602,12 @@ impl Checker<'_> {
                 }
             }
             Loading::CellStress { stress, .. } => {
-                for row in 0..3 {
-                    for column in row + 1..3 {
-                        let (upper, lower) = (stress[row][column].si(), stress[column][row].si());
-                        if (upper - lower).abs() > SYMMETRY * upper.abs().max(lower.abs()) {
-                            let message = format!("must equal the component in row {row}, column {column}");
-                            let help = "a stress of a cell in equilibrium is symmetric";
-                            self.conflict(&format!("loading.stress[{column}][{row}]"), message, help);
-                        }
+                for (row, column) in [(0, 1), (0, 2), (1, 2)] {
+                    let (upper, lower) = (stress[row][column].si(), stress[column][row].si());
+                    if (upper - lower).abs() > SYMMETRY * upper.abs().max(lower.abs()) {
+                        let message = format!("must equal the component in row {row}, column {column}");
+                        let help = "a stress of a cell in equilibrium is symmetric";
+                        self.conflict(&format!("loading.stress[{column}][{row}]"), message, help);
                     }
                 }
             }
@@ -785,16 +782,16 @@ impl Checker<'_> {
     fn plane(&mut self) {
         let scenario = self.scenario;
         let help = "with dimension = 2 all is in the plane z = 0 and rotates about z";
-        if let Packing::Lattice { lattice, .. } = &scenario.packing {
-            if !lattice.is_planar() {
-                let help = "use \"square\" or \"triangular\", or dimension = 3";
-                self.conflict("packing.lattice", "not a planar lattice", help);
-            }
+        if let Packing::Lattice { lattice, .. } = &scenario.packing
+            && !lattice.is_planar()
+        {
+            let help = "use \"square\" or \"triangular\", or dimension = 3";
+            self.conflict("packing.lattice", "not a planar lattice", help);
         }
-        if let Packing::Spheres { spheres, .. } = &scenario.packing {
-            if let Some(at) = spheres.iter().position(|sphere| sphere[2].si() != 0.0) {
-                self.conflict(&format!("packing.spheres[{at}][2]"), "not in the plane z = 0", help);
-            }
+        if let Packing::Spheres { spheres, .. } = &scenario.packing
+            && let Some(at) = spheres.iter().position(|sphere| sphere[2].si() != 0.0)
+        {
+            self.conflict(&format!("packing.spheres[{at}][2]"), "not in the plane z = 0", help);
         }
         if let Loading::Uniaxial { axis: Axis::Z, .. } | Loading::Platens { axis: Axis::Z, .. } = &scenario.loading {
             let help = "write axis = \"x\" or axis = \"y\"";

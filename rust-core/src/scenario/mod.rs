@@ -134,7 +134,7 @@ impl Scenario {
         let bytes = std::fs::read(path).map_err(|error| ReadError::Io { path: path.to_owned(), error })?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let start = error.utf8_error().valid_up_to();
-            let line = error.as_bytes()[..start].iter().filter(|byte| **byte == b'\n').count() + 1;
+            let line = error.as_bytes()[..start].split(|byte| *byte == b'\n').count();
             ReadError::NotText { path: path.to_owned(), line }
         })?;
         let directory = path.parent().unwrap_or(Path::new("")).to_owned();
@@ -146,7 +146,7 @@ impl Scenario {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let source = Source { name: source_name.into(), text: text.into() };
         let document = Document::parse(&source).map_err(|problems| ScenarioError::new(&source, problems))?;
-        let mut problems = structure::check(&document, &schema());
+        let mut problems = structure::check(&document, own_schema());
         let scenario = match document.deserialize::<Self>() {
             Ok(scenario) => scenario,
             Err(problem) => {
@@ -213,6 +213,12 @@ pub enum ReadError {
     /// The scenario is wrong.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
+}
+
+/// The schema, made once.
+fn own_schema() -> &'static serde_json::Value {
+    static SCHEMA: std::sync::OnceLock<serde_json::Value> = std::sync::OnceLock::new();
+    SCHEMA.get_or_init(schema)
 }
 
 /// JSON Schema of a scenario.

@@ -110,7 +110,8 @@ pub enum Loading {
         axis: Axis,
         /// Rate of the engineering strain between the ends, 1/s; positive pulls.
         strain_rate: StrainRate,
-        /// Thickness of each end layer, m; by default the largest particle diameter.
+        /// Thickness of each end layer, m; by default the reach of a bond from the outermost centres,
+        /// (1 + 2 interaction ratio) times the largest radius, so that no cross-section is weaker than those inside.
         #[schemars(extend("exclusiveMinimum" = 0))]
         layer_thickness: Option<Length>,
         /// What the end layers do across the axis.

@@ -1,7 +1,7 @@
 //! Where the particles come from.
 
-use schemars::JsonSchema;
 use crate::assembly::packing::random_dense::Protocol;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::quantity::{Length, Number};

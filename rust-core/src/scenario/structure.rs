@@ -58,6 +58,16 @@ fn words(schema: &Value) -> Option<Vec<&str>> {
     Some(out)
 }
 
+/// Values of `kind` that a tagged choice allows.
+fn kinds(schema: &Value) -> Vec<&str> {
+    schema["oneOf"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter_map(|variant| variant["properties"]["kind"]["const"].as_str())
+        .collect()
+}
+
 /// "a", "a or b", "a, b, or c".
 pub(super) fn listing(items: &[impl AsRef<str>]) -> String {
     match items {
@@ -164,10 +174,10 @@ impl Checker<'_> {
         span: Range<usize>,
         with_value: bool,
         message: String,
-        help: String,
+        help: impl AsRef<str>,
     ) {
         let value = Some(self.document.excerpt(&span)).filter(|text| with_value && !text.is_empty());
-        let help = help.trim_end().to_owned();
+        let help = help.as_ref().trim_end().to_owned();
         self.problems.push(Problem { kind, key: path.to_owned(), value, span, message, help });
     }
 
@@ -189,7 +199,7 @@ impl Checker<'_> {
                 }
                 other => {
                     let key = last_key(path);
-                    let example = match self.kinds(schema).into_iter().find(|kind| *kind != "none") {
+                    let example = match kinds(schema).into_iter().find(|kind| *kind != "none") {
                         Some(kind) => format!("{key} = {{ kind = \"{kind}\", ... }}"),
                         None => format!("{key} = {{ ... }}"),
                     };
@@ -234,7 +244,7 @@ impl Checker<'_> {
         } else {
             format!("write a number in {si}, or a string with a unit such as {}", listing(units))
         };
-        let words_help: String = other_words.iter().map(|word| format!("; or \"{word}\"")).collect();
+        let words_help = other_words.first().map(|word| format!("; or \"{word}\"")).unwrap_or_default();
         let read = match value.get_ref() {
             DeValue::String(text) if other_words.contains(&text.as_ref()) => return,
             DeValue::String(text) => match parse_quantity(text, dimension, units) {
@@ -399,22 +409,12 @@ impl Checker<'_> {
         items["properties"].is_object() || items["oneOf"].is_array()
     }
 
-    /// Values of `kind` that a tagged choice allows.
-    fn kinds<'s>(&self, schema: &'s Value) -> Vec<&'s str> {
-        schema["oneOf"]
-            .as_array()
-            .into_iter()
-            .flatten()
-            .filter_map(|variant| variant["properties"]["kind"]["const"].as_str())
-            .collect()
-    }
-
     fn table(&mut self, table: &DeTable<'_>, place: &Range<usize>, schema: &Value, path: &str) {
         let Some(variants) = schema["oneOf"].as_array() else {
             self.keys(table, place, schema, path);
             return;
         };
-        let kinds = self.kinds(schema);
+        let kinds = kinds(schema);
         let quoted: Vec<String> = kinds.iter().map(|kind| format!("\"{kind}\"")).collect();
         let kind_path = join(path, "kind");
         match table.get("kind").map(|value| (value, value.get_ref().as_str())) {
@@ -483,7 +483,7 @@ impl Checker<'_> {
             let property = &properties[name];
             let resolved = resolve(self.schema, property);
             let description = property["description"].as_str().or(resolved["description"].as_str()).unwrap_or("");
-            let is_table = resolved["properties"].is_object() || !self.kinds(resolved).is_empty();
+            let is_table = resolved["properties"].is_object() || !kinds(resolved).is_empty();
             let full = join(path, name);
             let plain_path: String = strip_indices(&full);
             let add = if is_table {

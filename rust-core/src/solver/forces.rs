@@ -344,7 +344,11 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
         // Bonds have the flag from the start; candidates get it when their surfaces (or those a broken bond kept) meet.
         if !link.has(Link::ACTIVE) || link.has(Link::BROKEN) {
             let between = position[b] + image.displacement - position[a];
-            if link.has(Link::BROKEN) || !activate::<L>(link, reference, frame, &between, radius[a], radius[b]) {
+            // Where it was one step ago follows from the velocities, so that candidates need no memory.
+            let before = between - (velocity[b] + image.velocity - velocity[a]) * context.dt;
+            if link.has(Link::BROKEN)
+                || !activate::<L>(link, reference, frame, &between, &before, radius[a], radius[b])
+            {
                 if !local {
                     tile.halo[next_slot] = Wrench::default();
                     next_slot += 1;
@@ -433,15 +437,17 @@ fn activate<L: ContactLaw>(
     reference: &mut Reference,
     frame: &mut Frame,
     between: &Vec3,
+    before: &Vec3,
     radius_a: f64,
     radius_b: f64,
 ) -> bool {
     let length = between.norm();
     let opening = if link.has(Link::KEPT_REFERENCE) { length - reference.length } else { length - radius_a - radius_b };
     if opening >= 0.0 {
-        *frame = Frame { normal: between / length, length };
         return false;
     }
+    let length_before = before.norm();
+    *frame = Frame { normal: before / length_before, length: length_before };
     link.flags |= Link::ACTIVE;
     if !link.has(Link::KEPT_REFERENCE) {
         *reference = L::unbonded_reference(length, radius_a, radius_b);

@@ -1,8 +1,9 @@
 //! Forces between particles and walls.
 //!
 //! A particle near a surface of triangles can have several nearest points. A point inside a face always counts; a
-//! point on an edge or corner counts only if no face contact of the same particle and wall contains it and no earlier
-//! edge contact coincides with it, so that a flat or convex surface acts once, not once per triangle. Where the
+//! point on an edge or corner counts only if it is a nearest point of the surface as a whole: no other triangle that
+//! contains it has a nearer one, and of several triangles for which it is the nearest, one acts. So a flat or convex
+//! surface acts once, not once per triangle. Where the
 //! nearest point passes from one triangle to the next, the new contact goes on with the history of the old one.
 
 use super::forces::{Incident, StepContext, Tally, motion_of};
@@ -69,14 +70,16 @@ pub fn evaluate<L: ContactLaw>(
                     other != k
                         && w_other == w
                         && touching(other).is_some_and(|o| {
-                            if o.interior {
-                                // Is this edge point on the other face's triangle?
+                            // Is this edge point on the other triangle, too? Then that one's foot is nearer, or the
+                            // same point.
+                            let same = (o.normal * o.distance - point).norm() < SAME_POINT * radius;
+                            if same {
+                                o.interior || other < k
+                            } else {
                                 let x = centre + point;
                                 walls[w as usize]
                                     .foot(e as usize, &x)
                                     .is_none_or(|f| f.distance.abs() < SAME_POINT * radius)
-                            } else {
-                                other < k && (o.normal * o.distance - point).norm() < SAME_POINT * radius
                             }
                         })
                 })
@@ -98,8 +101,6 @@ pub fn evaluate<L: ContactLaw>(
             let opens = block.link[k].has(Link::ACTIVE) && foot.distance >= radius;
             if !holds[k - start] && !opens {
                 forget(block, k);
-                // A contact that begins in the next step knows from how far it came.
-                block.frame[k] = Frame { normal: foot.normal, length: foot.distance };
                 continue;
             }
             let point = foot.normal * foot.distance;
@@ -115,10 +116,9 @@ pub fn evaluate<L: ContactLaw>(
             if !block.link[k].has(Link::ACTIVE) {
                 block.link[k].flags |= Link::ACTIVE;
                 block.reference[k] = L::unbonded_reference(radius, radius, 0.0);
-                // Fresh from the neighbour search: it does not know from how far it came.
-                if block.frame[k].normal == Vec3::zeros() {
-                    block.frame[k] = Frame { normal: foot.normal, length: foot.distance };
-                }
+                // Where it was one step ago follows from the velocities, so that candidates need no memory.
+                let approach = (motion.velocity - walls[w as usize].velocity).dot(&foot.normal);
+                block.frame[k] = Frame { normal: foot.normal, length: foot.distance + approach * context.dt };
                 geometry.reference_length = block.reference[k].length;
                 geometry.area = block.reference[k].area;
             }

@@ -190,12 +190,21 @@ pub trait Contacts: Send + Sync {
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
 
-/// Write the columns of one contact list.
+/// Write the columns of one contact list: only entries with history, since candidates follow from the positions.
 fn write_columns<L: ContactLaw>(
     block: &ContactBlock<L>,
     path: &str,
     sink: &mut dyn ColumnSink,
 ) -> Result<(), ColumnError> {
+    let has_history = |link: &Link| link.flags & (Link::ACTIVE | Link::KEPT_REFERENCE | Link::BROKEN) != 0;
+    let mut only = ContactBlock::<L>::new(Vec::new());
+    let block = if block.link.iter().all(has_history) {
+        block
+    } else {
+        only.clone_from(block);
+        only.retain(has_history);
+        &only
+    };
     let u32s = |data, components| Column::U32 { data, components, unit: "1" };
     let reals = |data, components, unit| Column::F64 { data, components, unit };
     sink.column(&format!("{path}/pair"), u32s(bytemuck::cast_slice(&block.pair), 2))?;

@@ -1,0 +1,9 @@
+//! The solver's physics, one file per question.
+
+mod bodies;
+mod determinism;
+mod energy;
+mod lattices;
+mod scaling;
+mod time_step;
+mod yade_trajectory;

@@ -1,0 +1,148 @@
+//! Is the bound of the time step sharp?
+//!
+//! A system started with small random velocities must keep them small at 0.99 of the bound and must blow up at 1.01. At
+//! 1.01 of the limit 2/ω the amplitude of the fastest mode grows by a third in every step; at 0.99 it never exceeds
+//! 1/√(1−0.99²) ≈ 7 times what it is at small steps.
+
+use concordem::assembly::packing::lattice::Lattice;
+use concordem::law::{ContactLaw, LinearBond};
+use concordem::math::Vec3;
+use concordem::solver::{Model, time_step};
+use concordem::state::{Constraint, Particles, Sphere, State};
+use concordem_tests::{DENSITY, bonded, concrete, law, noise_vector, on_threads, particles, random_packing, solver};
+
+/// Largest speed (m/s; spin times radius counts as speed) after `steps` at `share` of the spectral bound, divided by the
+/// largest at the start; the run ends when it exceeds 1e5.
+fn growth(state: &State, share: f64, steps: usize) -> f64 {
+    let mut state = state.clone();
+    state.clock.dt = share * time_step::bounds(&state).spectral;
+    let radius = state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
+    // So small that positions change by 1e-9 of a radius per step and the system stays linear.
+    let speed = 1e-9 * radius / state.clock.dt;
+    for p in 0..state.particles.len() {
+        let free = |axis: usize, rotation: bool| {
+            let c = state.particles.constraint[p];
+            f64::from(u8::from(!(if rotation { c.rotation(axis) } else { c.translation(axis) })))
+        };
+        state.particles.velocity[p] = noise_vector(p, 1).component_mul(&Vec3::from_fn(|i, _| free(i, false))) * speed;
+        state.particles.angular_velocity[p] =
+            noise_vector(p, 2).component_mul(&Vec3::from_fn(|i, _| free(i, true))) * (speed / radius);
+    }
+    let size = |s: &State| {
+        let linear = s.particles.velocity.iter().map(Vec3::norm).fold(0.0, f64::max);
+        let turning = s.particles.angular_velocity.iter().map(Vec3::norm).fold(0.0, f64::max);
+        linear.max(turning * radius) / speed
+    };
+    let start = size(&state);
+    let mut solver = solver(Model::default(), &mut state);
+    let mut largest = 0.0_f64;
+    for _ in 0..steps {
+        if solver.step_with(&mut state, false).is_err() {
+            return f64::INFINITY;
+        }
+        largest = largest.max(size(&state) / start);
+        if largest > 1e5 {
+            break;
+        }
+    }
+    largest
+}
+
+fn brackets(name: &str, state: &State, steps: usize) {
+    on_threads(1, || {
+        let bounds = time_step::bounds(state);
+        let (stable, unstable) = (growth(state, 0.99, steps), growth(state, 1.01, steps));
+        println!(
+            "{name}: spectral {:.6e} s (±{:.0e}, {} iterations), per particle {:.4} of it, growth {stable:.1} at 0.99, \
+             {unstable:.1e} at 1.01",
+            bounds.spectral,
+            bounds.uncertainty,
+            bounds.iterations,
+            bounds.per_particle / bounds.spectral
+        );
+        // 7 for the fastest mode, and a random sum of all others.
+        assert!(stable < 50.0, "{name} grows by {stable} at 0.99 of the bound");
+        assert!(unstable > 1e5, "{name} only grows by {unstable} at 1.01 of the bound");
+        // Rigorous, up to rounding and the interval of the spectral bound.
+        assert!(bounds.per_particle <= bounds.spectral * (1.0 + bounds.uncertainty + 1e-12), "{name}: {bounds:?}");
+        assert!(bounds.uncertainty <= 1e-4, "{name}: {bounds:?}");
+    });
+}
+
+fn chain(damping_ratio: f64) -> State {
+    let mut particles = Particles::default();
+    for p in 0..40 {
+        particles.push(Sphere { position: Vec3::new(2.0 * f64::from(p), 0.0, 0.0), radius: 1.0 }, 0, 1.0, 0.4);
+    }
+    let bond = LinearBond::new(1.0, 0.0, damping_ratio, f64::INFINITY, f64::INFINITY).unwrap();
+    let mut state = bonded(particles, None, bond, 1.01);
+    let only_x = Constraint::translation_along(1).with(Constraint::translation_along(2)).with(Constraint::ROTATION);
+    state.particles.constraint.fill(only_x);
+    state.particles.constraint[0] = Constraint::ALL;
+    state
+}
+
+fn block<L: ContactLaw>(lattice: Lattice, repeats: [u32; 3], law: L) -> State {
+    let packing = lattice.periodic(1.0, repeats).unwrap();
+    // Finite: without the cell.
+    let mut particles = Particles::default();
+    for sphere in packing.spheres {
+        particles.push(sphere, 0, 1.0, 0.4);
+    }
+    bonded(particles, None, law, 1.01)
+}
+
+/// The largest frequency of a chain of n free masses, one end fixed, is `2√(k/m) sin((2n−1)π/(2(2n+1)))`.
+#[test]
+fn chain_meets_its_closed_form() {
+    let bounds = time_step::bounds(&chain(0.0));
+    let n = 39.0;
+    let exact = 2.0 * ((2.0 * n - 1.0) * std::f64::consts::PI / (2.0 * (2.0 * n + 1.0))).sin();
+    println!("chain: {:.9} {exact:.9}", bounds.frequency);
+    // The upper end of an interval whose half width is the residual.
+    assert!(bounds.frequency >= exact * (1.0 - 1e-12), "{} {exact}", bounds.frequency);
+    assert!(bounds.frequency <= exact * (1.0 + 2.0 * bounds.uncertainty + 1e-12), "{} {exact}", bounds.frequency);
+}
+
+#[test]
+fn chain_is_bracketed() {
+    brackets("chain", &chain(0.0), 300);
+}
+
+/// With dashpots `C = βK` the bound is exact; the growth beyond it is slower.
+#[test]
+fn damped_chain_is_bracketed() {
+    brackets("damped chain", &chain(0.3), 3000);
+}
+
+#[test]
+fn simple_cubic_block_is_bracketed() {
+    let law = LinearBond::new(1.0, 0.4, 0.0, f64::INFINITY, f64::INFINITY).unwrap();
+    brackets("simple cubic", &block(Lattice::SimpleCubic, [5, 5, 5], law), 300);
+}
+
+#[test]
+fn hexagonal_block_is_bracketed() {
+    let law = LinearBond::new(1.0, 0.4, 0.0, f64::INFINITY, f64::INFINITY).unwrap();
+    brackets("hexagonal", &block(Lattice::HexagonalClosePacked, [5, 3, 3], law), 300);
+}
+
+/// Equal stiffnesses make equal β in both directions, for which the bound is exact.
+#[test]
+fn damped_hexagonal_block_is_bracketed() {
+    let law = LinearBond::new(1.0, 1.0, 0.2, f64::INFINITY, f64::INFINITY).unwrap();
+    brackets("damped hexagonal", &block(Lattice::HexagonalClosePacked, [5, 3, 3], law), 3000);
+}
+
+/// The concrete law on a random packing, and what the customary rule min r√(ρ/E) says of it: it is no bound.
+#[test]
+fn concrete_is_bracketed() {
+    let packing = random_packing(1, 12e-3);
+    let state = bonded(particles(&packing, DENSITY), None, law(&concrete()), 1.5);
+    brackets("concrete", &state, 300);
+    let customary = time_step::p_wave(&state.particles, concrete().normal_modulus);
+    println!("customary rule: {:.3} of the spectral bound", customary / time_step::bounds(&state).spectral);
+    let single = block(Lattice::SimpleCubic, [2, 1, 1], LinearBond::new(1.0, 0.4, 0.0, 1.0, 1.0).unwrap());
+    let soft = time_step::p_wave(&single.particles, 1e-6);
+    assert!(soft > time_step::bounds(&single).spectral, "a modulus that is not that of the bonds misleads the rule");
+}

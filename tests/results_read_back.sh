@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# Results as others read them: a small run's file opened with VTK (geometry, fields, time steps) and h5py.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+target/release/concordem init --template cpm-small "$work/small.toml"
+target/release/concordem run --quiet "$work/small.toml"
+.venv/bin/python tests/vtk_readback.py "$work/small.h5"
+target/release/concordem report "$work/small.h5"
+test -s "$work/small.html"

@@ -1,0 +1,137 @@
+#!/usr/bin/env python3
+"""The four specimens of Stránský 2018, section 2.5.3, in two kinematics and two packings.
+
+    validation/specimens.py [--full] [--jobs 1]
+
+Each case is a scenario made from the template of the program, run in tension and in compression. What is measured goes
+to validation/results/specimens.json, case by case, so that an interrupted study goes on where it stopped. Without
+--full a reduced specimen (20 mm, one case) runs through the same code.
+"""
+
+import argparse
+import json
+import os
+import platform
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+PROGRAM = ROOT / "target/release/concordem"
+RESULTS = ROOT / "validation/results/specimens.json"
+
+# Stiffness and strength of links relative to specimen 1; source: table 2.2 and the published scripts.
+SPECIMENS = {
+    1: {"young": "25 GPa", "crack_onset_strain": "1e-4", "cohesion": "3 MPa"},
+    2: {"young": "25 GPa", "crack_onset_strain": "2e-4", "cohesion": "3 MPa"},
+    3: {"young": "50 GPa", "crack_onset_strain": "0.5e-4", "cohesion": "6 MPa"},
+    4: {"young": "50 GPa", "crack_onset_strain": "1e-4", "cohesion": "6 MPa"},
+}
+KINEMATICS = ["finite", "yade-ratcheting"]
+PACKINGS = {"loose": "0.5", "dense": "0"}
+LAYERS = {"full-reach": None, "thin": '"2.2 mm"'}
+
+
+def scenario(direction, specimen, kinematics, friction, layer, size):
+    text = (ROOT / f"rust-core/src/scenario/templates/cpm-specimen-{direction}.toml").read_text()
+    values = dict(SPECIMENS[specimen], kinematics=f'"{kinematics}"', friction=friction)
+    for key, value in values.items():
+        quoted = f'"{value}"' if re.search(r"[GM]Pa", value) else value
+        text, count = re.subn(rf"(?m)^{key} = [^#\n]*", f"{key} = {quoted} ", text)
+        if count != 1:
+            sys.exit(f"specimens.py: the template has {count} lines `{key} = …`; 1 is expected")
+    if size:
+        text = text.replace('["50 mm", "50 mm", "50 mm"]', f'["{size}", "{size}", "{size}"]')
+    if layer:
+        text = text.replace('lateral = "free"', f'layer_thickness = {layer}\nlateral = "free"')
+    return text
+
+
+def run(folder, name, text):
+    path = Path(folder) / f"{name}.toml"
+    path.write_text(text)
+    checked = subprocess.run([PROGRAM, "check", path], capture_output=True, text=True, check=True)
+    facts = dict(re.findall(r"(?m)^  ([a-z -]+?)  +(.+)$", checked.stdout + checked.stderr))
+    start = time.time()
+    subprocess.run([PROGRAM, "run", "--quiet", "--force", path], check=True)
+    csv = (Path(folder) / f"{name}.csv").read_text().splitlines()
+    rows = [line for line in csv if not line.startswith("#")]
+    names = [re.sub(r"\s*[\[(].*", "", cell).strip() for cell in rows[0].split(",")]
+    table = [[float(x) for x in row.split(",")] for row in rows[1:]]
+    column = lambda key: [row[names.index(key)] for row in table]
+    strain, stress = column("strain"), column("stress")
+    peak = max(range(len(stress)), key=lambda k: abs(stress[k]))
+    rising = [k for k in range(peak) if abs(stress[k]) <= 0.3 * abs(stress[peak])]
+    fit = [(strain[k], stress[k]) for k in rising]
+    mean_x = sum(x for x, _ in fit) / len(fit)
+    mean_y = sum(y for _, y in fit) / len(fit)
+    slope = sum((x - mean_x) * (y - mean_y) for x, y in fit) / sum((x - mean_x) ** 2 for x, _ in fit)
+    work = max(abs(w) for w in column("boundary_work"))
+    return {
+        "particles": int(facts["particles"].replace(" ", "")),
+        "bonds": int(facts["bonds"].split(",")[0].replace(" ", "")),
+        "solid_fraction": float(facts["solid fraction"]),
+        "young_pa": slope,
+        "peak_stress_pa": stress[peak],
+        "strain_at_peak": strain[peak],
+        "steps": int(column("step")[-1]) + 1,
+        "worst_residual_over_boundary_work": max(abs(r) for r in column("residual")) / work,
+        "wall_s": round(time.time() - start, 1),
+    }
+
+
+def study(cases, size, known, save):
+    for specimen, kinematics, packing, layer in cases:
+        key = f"specimen {specimen}, {kinematics}, {packing}, {layer}" + (f", {size}" if size else "")
+        if key in known:
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            found = {}
+            for direction in "tension", "compression":
+                text = scenario(direction, specimen, kinematics, PACKINGS[packing], LAYERS[layer], size)
+                text = text.replace("[output]", "[output]\ncsv = true")
+                found[direction] = run(folder, direction, text)
+        link = SPECIMENS[specimen]
+        young = float(link["young"].split()[0]) * 1e9
+        onset = young * float(link["crack_onset_strain"])
+        tension, compression = found["tension"], found["compression"]
+        found["young_over_link_modulus"] = tension["young_pa"] / young
+        found["tensile_strength_over_onset"] = tension["peak_stress_pa"] / onset
+        found["strength_ratio"] = -compression["peak_stress_pa"] / tension["peak_stress_pa"]
+        known[key] = found
+        save(known)
+        print(
+            f"{key}: E/Ē {found['young_over_link_modulus']:.3f}, f_t/(Ēε0) {found['tensile_strength_over_onset']:.3f}, "
+            f"f_c/f_t {found['strength_ratio']:.2f}", flush=True,
+        )
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--full", action="store_true", help="all cases at full size; resumable")
+    arguments = parser.parse_args()
+    if not arguments.full:
+        study([(1, "finite", "dense", "full-reach")], "16 mm", {}, lambda known: None)
+        return
+    commit = subprocess.run(["git", "-C", ROOT, "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
+    machine = f"{platform.machine()}, {os.cpu_count()} processors"
+    known = json.loads(RESULTS.read_text())["cases"] if RESULTS.exists() else {}
+
+    def save(cases):
+        text = json.dumps({"commit": commit, "machine": machine, "cases": cases}, indent=1, ensure_ascii=False)
+        temporary = RESULTS.with_suffix(".tmp")
+        temporary.write_text(text + "\n")
+        temporary.replace(RESULTS)
+
+    cases = [(s, "finite", p, "full-reach") for p in PACKINGS for s in (1, 4)]
+    cases += [(1, "finite", p, "thin") for p in PACKINGS]
+    cases += [(s, "yade-ratcheting", p, "full-reach") for p in PACKINGS for s in (1, 4)]
+    cases += [(s, k, p, "full-reach") for k in KINEMATICS for p in PACKINGS for s in (2, 3)]
+    study(cases, None, known, save)
+
+
+if __name__ == "__main__":
+    main()
