@@ -1424,7 +1424,7 @@ mod tests {
     fn cpm_conforms() {
         for damage_law in [DamageLaw::Exponential, DamageLaw::Linear] {
             let parameters = CpmParameters { damage_law, ..concrete() };
-            let mut subject = cpm("cpm", &parameters);
+            let subject = cpm("cpm", &parameters);
             let mut report = check(&subject);
             report.findings.extend(atlas(
                 &subject,
