@@ -39,6 +39,11 @@ impl Row<'_> {
         self.data[self.position(column)]
     }
 
+    /// Number of columns.
+    pub fn width(&self) -> usize {
+        self.data.len()
+    }
+
     /// Whether the value in a column is not zero.
     pub fn flag(&self, column: &str) -> bool {
         self.real(column) != 0.0

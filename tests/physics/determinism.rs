@@ -1,13 +1,17 @@
 //! Does a run give the same bits on any number of threads, twice, and from any checkpoint?
 
+use concordem::law::hertz_mindlin::Elastic;
+use concordem::law::{CpmParameters, HertzMindlin};
+use concordem::math::Vec3;
 use concordem::output::hash::state_hash;
-use concordem::solver::Model;
 use concordem::solver::integrate::Damping;
-use concordem::state::State;
+use concordem::solver::{MaterialRows, Model};
 use concordem::state::columns::ColumnStore;
 use concordem::state::contacts::{ContactBlock, Link};
+use concordem::state::{Clock, Clump, Particles, Sphere, State, Wall, WallShape};
 use concordem_tests::{
-    DENSITY, TIME_STEP, bonded, concrete, law, on_threads, one_material, particles, pull, random_packing, solver,
+    DENSITY, TIME_STEP, bonded, concrete, law, noise, noise_vector, on_threads, one_material, particles, pull,
+    random_packing, solver,
 };
 
 const STEPS: u64 = 300;
@@ -16,14 +20,14 @@ const REFERENCE: &str = "37b6c6d09b7d1712484f0bc45d0693ca2cb12d5355264f3ba436433
 
 /// A specimen that is torn fast: damage, broken bonds, unbonded contacts.
 fn specimen(copies: usize, height: f64) -> (State, Model) {
-    let parameters = concordem::law::CpmParameters { omega_threshold: 0.9, ..concrete() };
+    let parameters = CpmParameters { omega_threshold: 0.9, ..concrete() };
     let mut state = bonded(particles(&random_packing(copies, height), DENSITY), None, law(&parameters), 1.5);
     state.contacts = Some(Box::new(ContactBlock::new(vec![law(&parameters)])));
     state.clock.dt = TIME_STEP;
     pull(&mut state, 20.0);
     // Something to close gaps, so that contacts begin.
     for p in 0..state.particles.len() {
-        state.particles.velocity[p] += concordem_tests::noise_vector(p, 1) * 0.3;
+        state.particles.velocity[p] += noise_vector(p, 1) * 0.3;
     }
     let damping = Damping::Local { translation: 0.3, rotation: 0.3 };
     (state, Model { damping, contact_rows: one_material(), ..Model::default() })
@@ -78,4 +82,91 @@ fn threads_and_restarts_leave_no_trace() {
 #[test]
 fn reference_run_keeps_its_hash() {
     assert_eq!(on_threads(2, || run(1, 16e-3, &[])), REFERENCE);
+}
+
+/// Bouncing elastic spheres with dashpots and friction, one body of two of them, over a floor and beside a wall of two
+/// triangles: everything that begins and ends contacts all the time.
+fn bouncing() -> (State, Model) {
+    let mut particles = Particles::default();
+    for p in 0..60_usize {
+        let place = Vec3::new((p % 4) as f64, (p / 4 % 4) as f64, (p / 16) as f64) * 0.9;
+        let radius = 0.4 + 0.08 * noise(p, 7);
+        let mass = radius * radius * radius;
+        let position = place + noise_vector(p, 1) * 0.02 + Vec3::new(0.6, 0.6, 0.6);
+        particles.push(Sphere { position, radius }, 0, mass, 0.4 * mass * radius * radius);
+        particles.velocity[p] = noise_vector(p, 2) * 2.0;
+        particles.angular_velocity[p] = noise_vector(p, 3);
+    }
+    let mut clump = Clump::new(vec![20, 21], &particles, None, None);
+    clump.angular_momentum = Vec3::new(0.1, -0.2, 0.1);
+    particles.clump[20] = 0;
+    particles.clump[21] = 0;
+    let elastic = Elastic { young: 1e5, poisson: 0.2 };
+    let contact = HertzMindlin::new(elastic, elastic, 0.4, 0.6).unwrap();
+    let wall = |name: &str, shape: WallShape| Wall {
+        name: name.into(),
+        shape,
+        material: 1,
+        displacement: Vec3::zeros(),
+        velocity: Vec3::zeros(),
+        force: Vec3::zeros(),
+        torque: Vec3::zeros(),
+    };
+    let corner = |y: f64, z: f64| Vec3::new(0.0, y, z);
+    let triangles = vec![
+        [corner(-5.0, -1.0), corner(9.0, -1.0), corner(9.0, 9.0)],
+        [corner(-5.0, -1.0), corner(9.0, 9.0), corner(-5.0, 9.0)],
+    ];
+    let state = State {
+        particles,
+        clumps: vec![clump],
+        contacts: Some(Box::new(ContactBlock::new(vec![contact]))),
+        walls: vec![
+            wall("floor", WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() }),
+            wall("side", WallShape::Facets { triangles }),
+        ],
+        wall_contacts: Some(Box::new(ContactBlock::new(vec![contact]))),
+        clock: Clock { step: 0, dt: 5e-4 },
+        ..State::default()
+    };
+    let (mut contact_rows, mut wall_rows) = (MaterialRows::new(2), MaterialRows::new(2));
+    contact_rows.set(0, 0, 0);
+    wall_rows.set(0, 1, 0);
+    let model = Model { contact_rows, wall_rows, gravity: Vec3::new(-3.0, 0.0, -9.81), ..Model::default() };
+    (state, model)
+}
+
+/// A checkpoint holds all that contacts remember: a run that goes through columns into a new solver every few steps ends
+/// with the same bits, however contacts begin, end, and pass from triangle to triangle.
+#[test]
+fn bouncing_spheres_restart_anywhere() {
+    let run = |interval: u64| {
+        let (mut state, model) = bouncing();
+        let mut solver_now = solver(model.clone(), &mut state);
+        let (mut began, mut before) = (0, [0; 3]);
+        while state.clock.step < 2000 {
+            let report = solver_now.step_with(&mut state, true).unwrap();
+            began += u64::from(report.active[1] > before[1]) + u64::from(report.active[2] > before[2]);
+            before = report.active;
+            if state.clock.step % interval == 0 {
+                let mut columns = ColumnStore::of(&state).unwrap();
+                let (mut again, _) = bouncing();
+                again.read(&mut columns).unwrap();
+                state = again;
+                solver_now = solver(model.clone(), &mut state);
+            }
+        }
+        let residual = state.ledger.residual() / state.ledger.initial;
+        println!("{began} steps with new contacts, {} searches, residual {residual:.1e}", solver_now.searches());
+        assert!(began > 50, "the test must see contacts begin");
+        (state_hash(&state).unwrap(), state)
+    };
+    on_threads(1, || {
+        let (reference, plain) = run(u64::MAX);
+        for interval in [1, 7, 100] {
+            let (hash, state) = run(interval);
+            assert_eq!(plain.particles.position, state.particles.position, "positions, every {interval} steps");
+            assert_eq!(reference, hash, "restarts every {interval} steps");
+        }
+    });
 }
