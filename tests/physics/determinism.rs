@@ -16,7 +16,7 @@ use concordem_tests::{
 
 const STEPS: u64 = 300;
 
-const REFERENCE: &str = "37b6c6d09b7d1712484f0bc45d0693ca2cb12d5355264f3ba436433743cad255";
+const REFERENCE: &str = "0df5953abb08b83a8ac6d31117197e2e4cb80f6c3049b966adc01473c13da62a";
 
 /// A specimen that is torn fast: damage, broken bonds, unbonded contacts.
 fn specimen(copies: usize, height: f64) -> (State, Model) {
