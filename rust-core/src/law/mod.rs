@@ -3,7 +3,7 @@
 //! A law is a pure function: parameters are `self`, memory is [`ContactLaw::State`], everything else is an argument.
 //! Same inputs give the same bits, whoever calls: the solver, a host code, or a test.
 //!
-//! Adding a law touches one file here and one line in the registration table of [`crate::state::contacts`].
+//! Adding a law touches one file here and one line of registration in `assembly/laws.rs`.
 
 pub mod common;
 pub mod conformance;
