@@ -1,6 +1,7 @@
 //! Does the program do what its help says: commands, exit codes, interruption, resumption, the same bits every time?
 
 use std::ffi::OsString;
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
@@ -109,10 +110,10 @@ fn text(path: &Path) -> &str {
 fn contents(path: &Path) -> String {
     let result = ResultFile::open(path).expect("a whole result");
     let mut all = concordem::output::csv::text(&result).expect("samples");
-    all += &format!("{:?}\n", result.events().expect("events"));
-    all += &format!("{:?}\n", result.snapshot_times().expect("snapshots"));
-    all += &format!("{:?}\n", result.table("particles").expect("particles"));
-    all += &format!("{:?}\n", result.table("contacts/cpm").expect("contacts"));
+    writeln!(all, "{:?}", result.events().expect("events")).expect("text");
+    writeln!(all, "{:?}", result.snapshot_times().expect("snapshots")).expect("text");
+    writeln!(all, "{:?}", result.table("particles").expect("particles")).expect("text");
+    writeln!(all, "{:?}", result.table("contacts/cpm").expect("contacts")).expect("text");
     all + &result.state_hash().expect("hash")
 }
 

@@ -33,6 +33,7 @@ SPECIMENS = {
 KINEMATICS = ["finite", "yade-ratcheting"]
 PACKINGS = {"loose": "0.5", "dense": "0"}
 LAYERS = {"full-reach": None, "thin": '"2.2 mm"'}
+COMMIT = subprocess.run(["git", "-C", ROOT, "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
 
 
 def scenario(direction, specimen, kinematics, friction, layer, size):
@@ -65,16 +66,20 @@ def run(folder, name, text):
     strain, stress = column("strain"), column("stress")
     peak = max(range(len(stress)), key=lambda k: abs(stress[k]))
     rising = [k for k in range(peak) if abs(stress[k]) <= 0.3 * abs(stress[peak])]
-    fit = [(strain[k], stress[k]) for k in rising]
-    mean_x = sum(x for x, _ in fit) / len(fit)
-    mean_y = sum(y for _, y in fit) / len(fit)
-    slope = sum((x - mean_x) * (y - mean_y) for x, y in fit) / sum((x - mean_x) ** 2 for x, _ in fit)
+
+    def slope(strain):
+        fit = [(strain[k], stress[k]) for k in rising]
+        mean_x = sum(x for x, _ in fit) / len(fit)
+        mean_y = sum(y for _, y in fit) / len(fit)
+        return sum((x - mean_x) * (y - mean_y) for x, y in fit) / sum((x - mean_x) ** 2 for x, _ in fit)
+
     work = max(abs(w) for w in column("boundary_work"))
     return {
         "particles": int(facts["particles"].replace(" ", "")),
         "bonds": int(facts["bonds"].split(",")[0].replace(" ", "")),
         "solid_fraction": float(facts["solid fraction"]),
-        "young_pa": slope,
+        "young_pa": slope(strain),
+        "young_gauge_pa": slope(column("gauge_strain")),
         "peak_stress_pa": stress[peak],
         "strain_at_peak": strain[peak],
         "steps": int(column("step")[-1]) + 1,
@@ -99,12 +104,16 @@ def study(cases, size, known, save):
         onset = young * float(link["crack_onset_strain"])
         tension, compression = found["tension"], found["compression"]
         found["young_over_link_modulus"] = tension["young_pa"] / young
+        found["young_gauge_over_link_modulus"] = tension["young_gauge_pa"] / young
         found["tensile_strength_over_onset"] = tension["peak_stress_pa"] / onset
         found["strength_ratio"] = -compression["peak_stress_pa"] / tension["peak_stress_pa"]
+        found["commit"] = COMMIT
+        found["machine"] = f"{platform.machine()}, {os.cpu_count()} processors"
         known[key] = found
         save(known)
         print(
-            f"{key}: E/Ē {found['young_over_link_modulus']:.3f}, f_t/(Ēε0) {found['tensile_strength_over_onset']:.3f}, "
+            f"{key}: E/Ē {found['young_over_link_modulus']:.3f} "
+            f"({found['young_gauge_over_link_modulus']:.3f} in the middle half), f_t/(Ēε0) {found['tensile_strength_over_onset']:.3f}, "
             f"f_c/f_t {found['strength_ratio']:.2f}", flush=True,
         )
 
@@ -116,12 +125,10 @@ def main():
     if not arguments.full:
         study([(1, "finite", "dense", "full-reach")], "16 mm", {}, lambda known: None)
         return
-    commit = subprocess.run(["git", "-C", ROOT, "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
-    machine = f"{platform.machine()}, {os.cpu_count()} processors"
     known = json.loads(RESULTS.read_text())["cases"] if RESULTS.exists() else {}
 
     def save(cases):
-        text = json.dumps({"commit": commit, "machine": machine, "cases": cases}, indent=1, ensure_ascii=False)
+        text = json.dumps({"cases": cases}, indent=1, ensure_ascii=False)
         temporary = RESULTS.with_suffix(".tmp")
         temporary.write_text(text + "\n")
         temporary.replace(RESULTS)

@@ -20,11 +20,11 @@ trait FromTables: ContactLaw {
     fn row(a: &Self::Table, b: &Self::Table) -> Result<Self, String>;
 }
 
+/// A block without contacts, and which of its rows serves which materials.
+type BlockAndRows = (Box<dyn EvaluatedContacts>, MaterialRows);
+
 /// A block of law `law` without contacts, with all its rows, and which row serves which materials.
-pub(super) fn block(
-    law: LawName,
-    scenario: &Scenario,
-) -> Result<(Box<dyn EvaluatedContacts>, MaterialRows), AssemblyError> {
+pub(super) fn block(law: LawName, scenario: &Scenario) -> Result<BlockAndRows, AssemblyError> {
     match law {
         LawName::Cpm => table::<Cpm>(scenario),
         LawName::LinearBond => table::<LinearBond>(scenario),
@@ -34,10 +34,7 @@ pub(super) fn block(
 }
 
 /// Like [`block`], for contacts without a bond.
-pub(super) fn contact_block(
-    law: ContactLawName,
-    scenario: &Scenario,
-) -> Result<Option<(Box<dyn EvaluatedContacts>, MaterialRows)>, AssemblyError> {
+pub(super) fn contact_block(law: ContactLawName, scenario: &Scenario) -> Result<Option<BlockAndRows>, AssemblyError> {
     match law {
         ContactLawName::None => Ok(None),
         ContactLawName::LinearBond => table::<Frictional>(&after_linear_bond(scenario)).map(Some),
@@ -45,7 +42,7 @@ pub(super) fn contact_block(
     }
 }
 
-fn table<L: FromTables>(scenario: &Scenario) -> Result<(Box<dyn EvaluatedContacts>, MaterialRows), AssemblyError> {
+fn table<L: FromTables>(scenario: &Scenario) -> Result<BlockAndRows, AssemblyError> {
     let materials = &scenario.materials;
     let mut rows = Vec::new();
     let mut map = MaterialRows::new(materials.len());

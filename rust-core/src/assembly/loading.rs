@@ -3,7 +3,7 @@
 use super::{AssemblyError, bounds_along, layer, material_index, place::Placed, unfit};
 use crate::math::{Mat3, Vec3};
 use crate::plan::Loading;
-use crate::plan::loading::set_affine_velocity;
+use crate::plan::loading::{Gauge, set_affine_velocity};
 use crate::scenario::{self, End, Lateral, Scenario};
 use crate::state::{Constraint, State, Wall, WallShape};
 
@@ -54,7 +54,8 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> 
                 }
             }
             let indices = |layer: Vec<usize>| layer.into_iter().map(|p| p as u32).collect();
-            Ok(Loading::Uniaxial { axis, layers: [indices(lower), indices(upper)], length, area })
+            let gauge = Gauge::new(state, axis, bottom, top);
+            Ok(Loading::Uniaxial { axis, layers: [indices(lower), indices(upper)], length, area, gauge })
         }
         scenario::Loading::CellStrain { velocity_gradient } => {
             let gradient = Mat3::from_fn(|i, j| velocity_gradient[i][j].si());
@@ -97,7 +98,8 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> 
                     torque: Vec3::zeros(),
                 });
             }
-            Ok(Loading::Platens { axis, walls: [first, first + 1], length: high - low, area })
+            let gauge = Gauge::new(state, axis, low, high);
+            Ok(Loading::Platens { axis, walls: [first, first + 1], length: high - low, area, gauge })
         }
     }
 }

@@ -12,8 +12,10 @@ pub mod transport;
 
 pub use transport::Transport;
 
+use sphere_sphere::{ImageShift, Motion};
+
 use crate::law::ContactGeometry;
-use crate::math::Vec3;
+use crate::math::{Quat, Vec3};
 
 /// How relative motion is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -63,6 +65,34 @@ impl PointKinematics {
     pub fn normal_velocity(&self, dt: f64) -> f64 {
         (self.length - self.length_old) / dt
     }
+}
+
+/// Most contacts in a [`Batch`].
+pub const BATCH: usize = 32;
+
+/// What the default measure reads of a particle, in one line of the processor's cache.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub struct Pose {
+    /// Centre at the end of the step, m.
+    pub position: Vec3,
+    /// Rotation of the step.
+    pub rotation_increment: Quat,
+    /// Radius, m.
+    pub radius: f64,
+}
+
+/// Contacts measured in one go, and what is done with the measures `K`. A contact's data stay the same until it is
+/// answered.
+pub trait Batch<K> {
+    /// Contact `i` seen from A: its two particles, and the displacement of B's image (m).
+    fn poses(&self, i: usize) -> ([Pose; 2], Vec3);
+    /// Motions of A and B, and the image of B.
+    fn motions(&self, i: usize) -> ([Motion; 2], ImageShift);
+    /// Geometry, memory of the last step, and whether the contact is a bond.
+    fn constants(&self, i: usize) -> (ContactGeometry, Frame, bool);
+    /// Takes the measure of contact `i`; called once for each, in ascending order.
+    fn answer(&mut self, i: usize, kinematics: &K);
 }
 
 /// What a contact remembers of its own geometry from one step to the next.

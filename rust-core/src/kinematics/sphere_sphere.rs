@@ -4,7 +4,7 @@
 //! `d`; for equal spheres both are `d/2`, Stránský 2018 (2.10)–(2.11)).
 //!
 //! **Finite** (default). The measure that is exactly work-conjugate to the trapezoidal rule of the integrator and
-//! exactly objective. Let `R` be the rotation of the contact in the step (see [`Transport::finite`]), `n_o`, `n` the old
+//! exactly objective. Let `R` be the rotation of the contact in the step (see [`Turn::finite`]), `n_o`, `n` the old
 //! and new normal, `d_o`, `d` the lengths, `a_o`, `a` the arms, and `s_p = sin φ_p e_p` the sine vector of the rotation
 //! of particle p. A shear force that keeps its value while it turns with the contact does the work `T·Δu_T` with
 //! `Δu_T = (1 − n n)·½(R + 1)Δl − ½Σ_p (a_o,p R s_p + a_p s_p) × n`.
@@ -15,7 +15,8 @@
 //! **First order**. `Δu_T = (1 − n n)[v_B − v_A + n × (a_A ω_A + a_B ω_B)] Δt`, and history rotated by
 //! `e − e × (n_o × n) − e × ½Δt n_o·(ω_A+ω_B) n_o`.
 
-use super::{Frame, Mode, PointKinematics, Transport};
+use super::transport::Turn;
+use super::{BATCH, Batch, Frame, Mode, PointKinematics, Transport};
 use crate::law::ContactGeometry;
 use crate::math::{Quat, Vec3};
 
@@ -80,36 +81,152 @@ fn finite(
     frame: &Frame,
     bonded: bool,
 ) -> PointKinematics {
-    let l = b.position + image.displacement - a.position;
-    let length = l.norm();
-    let normal = l * (1.0 / length);
-    let gap = length - geometry.radius_a - geometry.radius_b;
-    let spin_sum = Quat::from(a.rotation_increment.coords + b.rotation_increment.coords);
+    let measure = finite_measure(&FiniteInput {
+        branch: b.position + image.displacement - a.position,
+        rotation_a: a.rotation_increment,
+        rotation_b: b.rotation_increment,
+        radius_a: geometry.radius_a,
+        radius_b: geometry.radius_b,
+        frame: *frame,
+    });
+    measure.point(geometry, frame, bonded)
+}
+
+/// Arrays of a batch, one per component, kept from batch to batch.
+#[derive(Debug, Clone)]
+pub struct Columns {
+    input: [[f64; BATCH]; 17],
+    output: [[f64; BATCH]; 13],
+}
+
+impl Default for Columns {
+    fn default() -> Self {
+        Self { input: [[0.0; BATCH]; 17], output: [[0.0; BATCH]; 13] }
+    }
+}
+
+/// What the finite measure reads.
+#[derive(Clone, Copy)]
+struct FiniteInput {
+    branch: Vec3,
+    rotation_a: Quat,
+    rotation_b: Quat,
+    radius_a: f64,
+    radius_b: f64,
+    frame: Frame,
+}
+
+/// What the finite measure finds.
+#[derive(Clone, Copy)]
+struct FiniteMeasure {
+    length: f64,
+    gap: f64,
+    normal: Vec3,
+    shear_increment: Vec3,
+    turn: Turn,
+}
+
+#[inline(always)]
+fn finite_measure(input: &FiniteInput) -> FiniteMeasure {
+    let FiniteInput { branch, rotation_a, rotation_b, radius_a, radius_b, frame } = *input;
+    let length = branch.norm();
+    let normal = branch * (1.0 / length);
+    let gap = length - radius_a - radius_b;
+    let spin_sum = Quat::from(rotation_a.coords + rotation_b.coords);
     let swing_axis = frame.normal.cross(&normal);
-    let transport = Transport::finite(&frame.normal, &normal, &swing_axis, &spin_sum);
+    let turn = Turn::finite(&frame.normal, &normal, &swing_axis, &spin_sum);
     let mean_length = 0.5 * (length + frame.length);
-    let mean_half_gap = 0.5 * (mean_length - geometry.radius_a - geometry.radius_b);
+    let mean_half_gap = 0.5 * (mean_length - radius_a - radius_b);
     // 2 w u is the sine vector of a rotation (u, w).
-    let turn_a = 2.0 * a.rotation_increment.w * (geometry.radius_a + mean_half_gap);
-    let turn_b = 2.0 * b.rotation_increment.w * (geometry.radius_b + mean_half_gap);
-    let turned = a.rotation_increment.imag() * turn_a + b.rotation_increment.imag() * turn_b;
+    let turn_a = 2.0 * rotation_a.w * (radius_a + mean_half_gap);
+    let turn_b = 2.0 * rotation_b.w * (radius_b + mean_half_gap);
+    let turned = rotation_a.imag() * turn_a + rotation_b.imag() * turn_b;
     let c = frame.normal.dot(&normal);
     let late = (frame.normal - normal * c) * mean_length + turned.cross(&normal);
     let along = (turned.dot(&frame.normal) + turned.dot(&normal)) / (1.0 + c);
     let early = late - swing_axis * along;
-    let shear_increment = (transport.twist(&early) + late) * -0.5;
-    PointKinematics {
-        geometry: *geometry,
-        length,
-        length_old: frame.length,
-        elongation: length - geometry.reference_length,
-        gap,
-        normal,
-        shear_increment,
-        arm_a: geometry.radius_a + 0.5 * gap,
-        arm_b: geometry.radius_b + 0.5 * gap,
-        bonded,
-        transport,
+    let shear_increment = (turn.twist(&normal, &early) + late) * -0.5;
+    FiniteMeasure { length, gap, normal, shear_increment, turn }
+}
+
+impl FiniteMeasure {
+    #[inline(always)]
+    fn point(&self, geometry: &ContactGeometry, frame: &Frame, bonded: bool) -> PointKinematics {
+        PointKinematics {
+            geometry: *geometry,
+            length: self.length,
+            length_old: frame.length,
+            elongation: self.length - geometry.reference_length,
+            gap: self.gap,
+            normal: self.normal,
+            shear_increment: self.shear_increment,
+            arm_a: geometry.radius_a + 0.5 * self.gap,
+            arm_b: geometry.radius_b + 0.5 * self.gap,
+            bonded,
+            transport: self.turn.transport(self.normal),
+        }
+    }
+}
+
+/// [`measure`] in the mode [`Mode::Finite`] of a batch of contacts, with the same bits: the formulas run over arrays,
+/// one per component, where the compiler uses the wide registers of the processor.
+#[inline(always)]
+pub fn finite_batch<B: Batch<PointKinematics>>(count: usize, batch: &mut B, columns: &mut Columns) {
+    // Rows beyond `count` are computed from what is there, and never read.
+    let Columns { input, output } = columns;
+    let count = count.min(BATCH);
+    for i in 0..count {
+        let ([a, b], shift) = batch.poses(i);
+        let (l, p, q) = (b.position + shift - a.position, a.rotation_increment, b.rotation_increment);
+        let (_, Frame { normal: n, length }, _) = batch.constants(i);
+        let row = [l.x, l.y, l.z, p.i, p.j, p.k, p.w, q.i, q.j, q.k, q.w, a.radius, b.radius, n.x, n.y, n.z, length];
+        for (column, value) in input.iter_mut().zip(row) {
+            column[i] = value;
+        }
+    }
+    measure_columns(input, output);
+    #[allow(clippy::needless_range_loop)] // over the rows of all columns
+    for i in 0..count {
+        let at = |column: usize| output[column][i];
+        let measure = FiniteMeasure {
+            length: at(0),
+            gap: at(1),
+            normal: Vec3::new(at(2), at(3), at(4)),
+            shear_increment: Vec3::new(at(5), at(6), at(7)),
+            turn: Turn { bisector: Vec3::new(at(8), at(9), at(10)), cosine: at(11), sine: at(12) },
+        };
+        let (geometry, frame, bonded) = batch.constants(i);
+        batch.answer(i, &measure.point(&geometry, &frame, bonded));
+    }
+}
+
+#[inline(always)]
+fn measure_columns(input: &[[f64; BATCH]; 17], output: &mut [[f64; BATCH]; 13]) {
+    for i in 0..BATCH {
+        let at = |column: usize| input[column][i];
+        let measure = finite_measure(&FiniteInput {
+            branch: Vec3::new(at(0), at(1), at(2)),
+            rotation_a: Quat::new(at(6), at(3), at(4), at(5)),
+            rotation_b: Quat::new(at(10), at(7), at(8), at(9)),
+            radius_a: at(11),
+            radius_b: at(12),
+            frame: Frame { normal: Vec3::new(at(13), at(14), at(15)), length: at(16) },
+        });
+        let FiniteMeasure { length, gap, normal: n, shear_increment: s, turn } = measure;
+        let b = turn.bisector;
+        output[0][i] = length;
+        output[1][i] = gap;
+        output[2][i] = n.x;
+        output[3][i] = n.y;
+        output[4][i] = n.z;
+        output[5][i] = s.x;
+        output[6][i] = s.y;
+        output[7][i] = s.z;
+        output[8][i] = b.x;
+        output[9][i] = b.y;
+        output[10][i] = b.z;
+        output[11][i] = turn.cosine;
+        output[12][i] = turn.sine;
     }
 }
 

@@ -9,7 +9,8 @@
 //! the end alone would leave an error of first order in the step in the energy ledger).
 
 use super::sphere_sphere::Motion;
-use super::{Frame, PointKinematics, Transport};
+use super::transport::Turn;
+use super::{Frame, PointKinematics};
 use crate::law::ContactGeometry;
 use crate::math::{Quat, Vec3};
 use crate::state::walls::Foot;
@@ -28,7 +29,7 @@ pub fn measure(
     let displacement = (wall_velocity - a.velocity) * dt;
     let turn = a.rotation_increment.imag() * (2.0 * a.rotation_increment.w);
     let spin_sum = Quat::from(a.rotation_increment.coords + Quat::identity().coords);
-    let transport = Transport::finite(&frame.normal, &normal, &frame.normal.cross(&normal), &spin_sum);
+    let transport = Turn::finite(&frame.normal, &normal, &frame.normal.cross(&normal), &spin_sum).transport(normal);
     let tangential = |displacement: Vec3, normal: &Vec3| displacement - normal * normal.dot(&displacement);
     let early = tangential(displacement - turn.cross(&frame.normal) * frame.length, &frame.normal);
     let late = tangential(displacement - turn.cross(&normal) * length, &normal);

@@ -31,6 +31,34 @@ impl Transport {
         Self::Finite { normal, bisector: normal, cosine: 1.0, sine: 0.0 }
     }
 
+    /// The vector `v`, perpendicular to the old normal, carried to the present.
+    #[inline(always)]
+    pub fn apply(&self, v: &Vec3) -> Vec3 {
+        match self {
+            Self::Finite { normal, bisector, cosine, sine } => {
+                let swung = v - bisector * v.dot(normal);
+                swung * *cosine + normal.cross(&swung) * *sine
+            }
+            Self::FirstOrder { swing, twist } => {
+                let swung = v - v.cross(swing);
+                swung - swung.cross(twist)
+            }
+        }
+    }
+}
+
+/// Rotation of a contact in a step; see [`Transport::Finite`].
+#[derive(Debug, Clone, Copy)]
+pub struct Turn {
+    /// `(n_old + n)/(1 + n_old·n)`.
+    pub bisector: Vec3,
+    /// Cosine of the mean twist angle.
+    pub cosine: f64,
+    /// Sine of the mean twist angle.
+    pub sine: f64,
+}
+
+impl Turn {
     /// Exact transport: the smallest rotation taking `normal_old` to `normal`, followed by the mean twist of the two
     /// particles about `normal`, where `spin_sum` is the sum of the unit quaternions of both particles' rotations in
     /// the step and `swing_axis = normal_old × normal`.
@@ -48,35 +76,23 @@ impl Transport {
         let inverse = 1.0 / ((real * real + imaginary * imaginary) * (1.0 + c));
         let by_modulus = inverse * (1.0 + c);
         let by_cosine = inverse * (real * real + imaginary * imaginary);
-        Self::Finite {
-            normal: *normal,
+        Self {
             bisector: sum * by_cosine,
             cosine: (real * real - imaginary * imaginary) * by_modulus,
             sine: 2.0 * real * imaginary * by_modulus,
         }
     }
 
-    /// The vector `v`, perpendicular to the present normal, turned by the twist alone.
+    /// The vector `v`, perpendicular to the present `normal`, turned by the twist alone.
     #[inline(always)]
-    pub fn twist(&self, v: &Vec3) -> Vec3 {
-        match self {
-            Self::Finite { normal, cosine, sine, .. } => v * *cosine + normal.cross(v) * *sine,
-            Self::FirstOrder { twist, .. } => v - v.cross(twist),
-        }
+    pub fn twist(&self, normal: &Vec3, v: &Vec3) -> Vec3 {
+        v * self.cosine + normal.cross(v) * self.sine
     }
 
-    /// The vector `v`, perpendicular to the old normal, carried to the present.
+    /// As the transport of a contact with normal `normal`.
     #[inline(always)]
-    pub fn apply(&self, v: &Vec3) -> Vec3 {
-        match self {
-            Self::Finite { normal, bisector, cosine, sine } => {
-                let swung = v - bisector * v.dot(normal);
-                swung * *cosine + normal.cross(&swung) * *sine
-            }
-            Self::FirstOrder { swing, twist } => {
-                let swung = v - v.cross(swing);
-                swung - swung.cross(twist)
-            }
-        }
+    pub fn transport(self, normal: Vec3) -> Transport {
+        let Self { bisector, cosine, sine } = self;
+        Transport::Finite { normal, bisector, cosine, sine }
     }
 }

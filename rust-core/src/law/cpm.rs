@@ -892,8 +892,8 @@ fn omega_before(k: &PointKinematics, old: &CpmState) -> f64 {
 
 /// Answer of a contact that is lost in this step: no force, no history, its energy let go. That of a bond stays named
 /// by mode in the `stored_*` members, see [`Fate::Broke`].
-#[cold]
-#[inline(never)]
+// Inlined, so that the answer of the common path stays in registers.
+#[inline(always)]
 fn release(
     k: &PointKinematics,
     volume: f64,

@@ -21,9 +21,9 @@ pub use hertz_mindlin::{Elastic, HertzMindlin, HertzMindlinState};
 pub use linear_bond::{LinearBond, LinearBondState};
 pub use state::{Field, LawState, Parity};
 
-use crate::kinematics::sphere_sphere::{self, ImageShift, Motion};
+use crate::kinematics::sphere_sphere::{self, Columns, ImageShift, Motion};
 use crate::kinematics::sphere_wall;
-use crate::kinematics::{Frame, Mode, PointKinematics};
+use crate::kinematics::{Batch, Frame, Mode, PointKinematics};
 use crate::math::Vec3;
 use crate::state::walls::Foot;
 
@@ -89,6 +89,12 @@ pub trait Kinematics: Sized + Send + Sync {
         bonded: bool,
         dt: f64,
     ) -> Self;
+    /// [`Self::measure`] for the first `count` contacts of a batch, at most [`BATCH`](crate::kinematics::BATCH), with
+    /// the same bits.
+    #[inline(always)]
+    fn measure_batch<B: Batch<Self>>(mode: Mode, count: usize, dt: f64, batch: &mut B, _columns: &mut Columns) {
+        measure_one_by_one(mode, count, dt, batch);
+    }
     /// Measure a contact of particle `a` with a wall moving at `wall_velocity` (m/s), whose nearest point is `foot`;
     /// `None` when laws of this kind have no contact with walls.
     fn measure_wall(
@@ -101,6 +107,17 @@ pub trait Kinematics: Sized + Send + Sync {
     ) -> Option<Self>;
     /// The point-contact part of the measure: normal, length, arms.
     fn point(&self) -> &PointKinematics;
+}
+
+/// Measure the first `count` contacts of a batch one after the other.
+#[inline(always)]
+fn measure_one_by_one<K: Kinematics, B: Batch<K>>(mode: Mode, count: usize, dt: f64, batch: &mut B) {
+    for i in 0..count {
+        let ([a, b], image) = batch.motions(i);
+        let (geometry, frame, bonded) = batch.constants(i);
+        let measured = K::measure(mode, &a, &b, &image, &geometry, &frame, bonded, dt);
+        batch.answer(i, &measured);
+    }
 }
 
 impl Kinematics for PointKinematics {
@@ -116,6 +133,13 @@ impl Kinematics for PointKinematics {
         dt: f64,
     ) -> Self {
         sphere_sphere::measure(mode, a, b, image, geometry, frame, bonded, dt)
+    }
+    #[inline(always)]
+    fn measure_batch<B: Batch<Self>>(mode: Mode, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
+        match mode {
+            Mode::Finite => sphere_sphere::finite_batch(count, batch, columns),
+            _ => measure_one_by_one(mode, count, dt, batch),
+        }
     }
     fn measure_wall(
         a: &Motion,

@@ -5,19 +5,13 @@ use crate::math::exp;
 
 /// All pairs by looking at everything: the definition, with images up to `range` cells away.
 fn brute_force(positions: &[Vec3], reach: &[f64], cell: Option<&Cell>, range: i8) -> Vec<CandidatePair> {
-    let images: Vec<[i8; 3]> = match cell {
-        None => vec![[0; 3]],
-        Some(_) => {
-            let all = -range..=range;
-            let mut list = Vec::new();
-            for i in all.clone() {
-                for j in all.clone() {
-                    list.extend(all.clone().map(|k| [i, j, k]));
-                }
-            }
-            list
+    let all = if cell.is_some() { -range..=range } else { 0..=0 };
+    let mut images: Vec<[i8; 3]> = Vec::new();
+    for i in all.clone() {
+        for j in all.clone() {
+            images.extend(all.clone().map(|k| [i, j, k]));
         }
-    };
+    }
     let mut pairs = Vec::new();
     for a in 0..positions.len() {
         for b in a..positions.len() {

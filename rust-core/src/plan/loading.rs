@@ -19,6 +19,8 @@ pub enum Loading {
         length: f64,
         /// Cross-section, m².
         area: f64,
+        /// Where strain is measured away from the layers.
+        gauge: Gauge,
     },
     /// The periodic cell deforms with its velocity gradient.
     CellStrain {
@@ -46,7 +48,43 @@ pub enum Loading {
         length: f64,
         /// Cross-section, m².
         area: f64,
+        /// Where strain is measured away from the plates.
+        gauge: Gauge,
     },
+}
+
+/// Particles of the middle half of a specimen, and where they were.
+///
+/// Layers held together are stiffer than the rest: the strain between them, over their distance, is smaller than the
+/// strain of the material (and includes how the material yields at the grips). The gauge strain is the slope of the
+/// straight line fitted by least squares to the axial displacement of these particles over their axial coordinate.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Gauge {
+    /// Index and first axial coordinate (m) from the mean of all.
+    particles: Vec<(u32, f64)>,
+    /// Mean of the first axial coordinates, m.
+    mean: f64,
+}
+
+impl Gauge {
+    /// Gauge over the middle half between `bottom` and `top` (m along `axis`).
+    pub fn new(state: &State, axis: usize, bottom: f64, top: f64) -> Self {
+        let (middle, quarter) = (0.5 * (bottom + top), 0.25 * (top - bottom));
+        let place = |p: usize| state.particles.position[p][axis];
+        let inside: Vec<usize> = (0..state.particles.len()).filter(|&p| (place(p) - middle).abs() <= quarter).collect();
+        let mean = inside.iter().map(|&p| place(p)).sum::<f64>() / inside.len().max(1) as f64;
+        Self { particles: inside.into_iter().map(|p| (p as u32, place(p) - mean)).collect(), mean }
+    }
+
+    /// The gauge strain; `None` with fewer than two places along the axis.
+    fn strain(&self, state: &State, axis: usize) -> Option<f64> {
+        let (mut moment, mut square) = (0.0, 0.0);
+        for &(p, x) in &self.particles {
+            moment += x * (state.particles.position[p as usize][axis] - self.mean - x);
+            square += x * x;
+        }
+        (square > 0.0).then(|| moment / square)
+    }
 }
 
 /// Mean stress and strain of the specimen.
@@ -89,6 +127,15 @@ impl Loading {
                 (state.walls[walls[1]].displacement[*axis] - state.walls[walls[0]].displacement[*axis]) / length
             }
         }
+    }
+
+    /// Strain of the middle half of the specimen; [`Self::strain`] where that has no meaning of its own.
+    pub(super) fn gauge_strain(&self, state: &State) -> f64 {
+        let gauged = match self {
+            Self::Uniaxial { axis, gauge, .. } | Self::Platens { axis, gauge, .. } => gauge.strain(state, *axis),
+            _ => None,
+        };
+        gauged.unwrap_or_else(|| self.strain(state))
     }
 
     /// Stress of the step just done.
@@ -154,5 +201,30 @@ impl Loading {
 pub fn set_affine_velocity(state: &mut State, gradient: &Mat3, origin: &Vec3) {
     for (v, x) in state.particles.velocity.iter_mut().zip(&state.particles.position) {
         *v = gradient * (x - origin);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::state::{Particles, Sphere};
+
+    /// Slope 2e-3 in the middle half, none outside, a rigid shift on top: the gauge sees 2e-3. Tolerance: a difference
+    /// of coordinates near 10 m, 2⁻⁵³·10, over a displacement of 2e-3 per metre: 1e-12 relative.
+    #[test]
+    fn gauge_sees_the_middle_half_alone() {
+        let mut state = State { particles: Particles::default(), ..State::default() };
+        for k in 0..=20 {
+            let position = Vec3::new(0.3, -0.1 * f64::from(k), 0.5 * f64::from(k));
+            state.particles.push(Sphere { position, radius: 0.25 }, 0, 1.0, 1.0);
+        }
+        let gauge = Gauge::new(&state, 2, 0.0, 10.0);
+        assert_eq!(gauge.particles.len(), 11);
+        for x in &mut state.particles.position {
+            x.z += 7e-4 + 2e-3 * (x.z - 5.0).clamp(-2.5, 2.5);
+        }
+        let strain = gauge.strain(&state, 2).unwrap();
+        assert!((strain / 2e-3 - 1.0).abs() < 1e-12, "{strain}");
+        assert_eq!(Gauge::default().strain(&state, 2), None);
     }
 }

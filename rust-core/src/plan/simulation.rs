@@ -44,6 +44,8 @@ series! {
     step: "1",
     /// Strain along the loading axis
     strain: "1",
+    /// Strain along the loading axis of the middle half of the specimen, fitted to its particles
+    gauge_strain: "1",
     /// Stress along the loading axis
     stress: "Pa",
     /// Kinetic energy, ½ m v⁻·v⁺
@@ -140,7 +142,11 @@ impl Simulation {
         let due = step.is_multiple_of(self.plan.sample_interval);
         self.plan.loading.act(&self.state, &mut self.solver, &self.last);
         let time = self.state.clock.time();
-        let strain = if due { self.plan.loading.strain(&self.state) } else { 0.0 };
+        let (strain, gauge_strain) = if due {
+            (self.plan.loading.strain(&self.state), self.plan.loading.gauge_strain(&self.state))
+        } else {
+            (0.0, 0.0)
+        };
         let volume = self.state.cell.map_or(1.0, |cell| cell.volume());
         let report = self.solver.step_with(&mut self.state, due)?;
         let events = self.events(&report, time, step);
@@ -170,6 +176,7 @@ impl Simulation {
                 time,
                 step: step as f64,
                 strain,
+                gauge_strain,
                 stress: measure.stress,
                 kinetic: ledger.kinetic,
                 stored_normal: ledger.stored[0],

@@ -8,8 +8,8 @@
 
 use rayon::prelude::*;
 
-use crate::kinematics::sphere_sphere::{ImageShift, Motion};
-use crate::kinematics::{Frame, Mode};
+use crate::kinematics::sphere_sphere::{Columns, ImageShift, Motion};
+use crate::kinematics::{BATCH, Batch, Frame, Mode, Pose};
 use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, LawState, Reference};
 use crate::math::{Mat3, Vec3};
 use crate::solver::walls;
@@ -33,6 +33,8 @@ pub struct Wrench {
 pub struct StepContext<'a> {
     /// The particles.
     pub particles: &'a Particles,
+    /// What the default measure reads of them, packed.
+    pub poses: &'a [Pose],
     /// Periodic cell.
     pub cell: Option<&'a Cell>,
     /// How motion is measured.
@@ -302,6 +304,7 @@ pub fn motion_of(particles: &Particles, p: usize) -> Motion {
     }
 }
 
+/// The loop over the contacts of a tile.
 #[inline(always)]
 fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
     mode: Mode,
@@ -309,89 +312,178 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
     rows: &[L],
     tile: &mut Tile<'_, L>,
 ) -> Tally {
-    let particles = context.particles;
-    let mut tally = Tally::default();
-    let mut next_slot = 0;
-    // Slices of one length, so that one comparison guards all of them.
-    let n = particles.len();
-    let (position, rotation_increment) = (&particles.position[..n], &particles.rotation_increment[..n]);
-    let (velocity, angular_velocity) = (&particles.velocity[..n], &particles.angular_velocity[..n]);
-    let (radius, mass) = (&particles.radius[..n], &particles.mass[..n]);
-    let motion = |p: usize| Motion {
-        position: position[p],
-        velocity: velocity[p],
-        angular_velocity: angular_velocity[p],
-        rotation_increment: rotation_increment[p],
+    let count = tile.pair.len();
+    let mut queue = Queue::<L, PERIODIC, SAMPLE> {
+        context,
+        rows,
+        base: tile.base,
+        pair: tile.pair,
+        link: &mut tile.link[..count],
+        reference: &mut tile.reference[..count],
+        frame: &mut tile.frame[..count],
+        history: &mut tile.history[..count],
+        force: tile.force,
+        torque: tile.torque,
+        halo: tile.halo,
+        tally: Tally::default(),
+        waiting: [(0, LOCAL); BATCH],
     };
-    let contacts = tile
-        .pair
-        .iter()
-        .zip(tile.link.iter_mut())
-        .zip(tile.reference.iter_mut())
-        .zip(tile.frame.iter_mut())
-        .zip(tile.history.iter_mut());
-    for ((((pair, link), reference), frame), history) in contacts {
-        let (a, b) = (pair.a as usize, pair.b as usize);
-        assert!(a < n && b < n, "contact names a particle that does not exist");
-        let local = is_local(pair.b, tile.base, TILE);
-        let image = match context.cell {
+    let mut columns = Columns::default();
+    let (mut k, mut next_slot) = (0, 0);
+    while k < count {
+        let mut waiting = 0;
+        while k < count && waiting < BATCH {
+            let slot = if is_local(queue.pair[k].b, queue.base, TILE) {
+                LOCAL
+            } else {
+                next_slot += 1;
+                next_slot - 1
+            };
+            // Bonds carry from the start; candidates when their surfaces (or those a broken bond kept) meet.
+            if queue.link[k].carries() || queue.activate(k) {
+                queue.waiting[waiting] = (k as u32, slot);
+                waiting += 1;
+            } else if slot != LOCAL {
+                queue.halo[slot as usize] = Wrench::default();
+            }
+            k += 1;
+        }
+        L::Kinematics::measure_batch(mode, waiting, context.dt, &mut queue, &mut columns);
+    }
+    queue.tally
+}
+
+/// In place of a halo slot: B lies in the tile.
+const LOCAL: u32 = u32::MAX;
+
+/// A tile at work: contacts wait here until a batch of them is measured, then the law answers them in order.
+struct Queue<'a, L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> {
+    context: &'a StepContext<'a>,
+    rows: &'a [L],
+    base: usize,
+    pair: &'a [Pair],
+    link: &'a mut [Link],
+    reference: &'a mut [Reference],
+    frame: &'a mut [Frame],
+    history: &'a mut [L::State],
+    force: &'a mut [Vec3],
+    torque: &'a mut [Vec3],
+    halo: &'a mut [Wrench],
+    tally: Tally,
+    /// Contact, and its slot in the halo.
+    waiting: [(u32, u32); BATCH],
+}
+
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Queue<'_, L, PERIODIC, SAMPLE> {
+    #[inline(always)]
+    fn image(&self, k: usize) -> ImageShift {
+        match self.context.cell {
             Some(cell) if PERIODIC => {
-                let displacement = cell.shift(link.image);
+                let displacement = cell.shift(self.link[k].image);
                 ImageShift { displacement, velocity: cell.velocity_gradient * displacement, periodic: true }
             }
             _ => ImageShift::default(),
-        };
-        // Bonds have the flag from the start; candidates get it when their surfaces (or those a broken bond kept) meet.
-        if !link.has(Link::ACTIVE) || link.has(Link::BROKEN) {
-            let between = position[b] + image.displacement - position[a];
-            // Where it was one step ago follows from the velocities, so that candidates need no memory.
-            let before = between - (velocity[b] + image.velocity - velocity[a]) * context.dt;
-            if link.has(Link::BROKEN)
-                || !activate::<L>(link, reference, frame, &between, &before, radius[a], radius[b])
-            {
-                if !local {
-                    tile.halo[next_slot] = Wrench::default();
-                    next_slot += 1;
-                }
-                continue;
-            }
         }
-        let (motion_a, motion_b) = (motion(a), motion(b));
+    }
+
+    /// Make a contact of candidate `k` if its surfaces, or those a broken bond kept, meet; whether they do.
+    #[inline(never)]
+    fn activate(&mut self, k: usize) -> bool {
+        let link = &self.link[k];
+        if link.has(Link::BROKEN) {
+            return false;
+        }
+        let (a, b) = (self.pair[k].a as usize, self.pair[k].b as usize);
+        let image = self.image(k);
+        let particles = self.context.particles;
+        let (radius_a, radius_b) = (particles.radius[a], particles.radius[b]);
+        let (a, b) = (motion_of(particles, a), motion_of(particles, b));
+        let between = b.position + image.displacement - a.position;
+        let length = between.norm();
+        let kept = link.has(Link::KEPT_REFERENCE);
+        let opening = if kept { length - self.reference[k].length } else { length - radius_a - radius_b };
+        if opening >= 0.0 {
+            return false;
+        }
+        // Where it was one step ago follows from the velocities, so that candidates need no memory.
+        let before = between - (b.velocity + image.velocity - a.velocity) * self.context.dt;
+        let length_before = before.norm();
+        self.frame[k] = Frame { normal: before / length_before, length: length_before };
+        self.link[k].flags |= Link::ACTIVE;
+        if !kept {
+            self.reference[k] = L::unbonded_reference(length, radius_a, radius_b);
+        }
+        true
+    }
+}
+
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Batch<L::Kinematics> for Queue<'_, L, PERIODIC, SAMPLE> {
+    #[inline(always)]
+    fn poses(&self, i: usize) -> ([Pose; 2], Vec3) {
+        let k = self.waiting[i].0 as usize;
+        let Pair { a, b } = self.pair[k];
+        ([self.context.poses[a as usize], self.context.poses[b as usize]], self.image(k).displacement)
+    }
+
+    #[inline(always)]
+    fn motions(&self, i: usize) -> ([Motion; 2], ImageShift) {
+        let k = self.waiting[i].0 as usize;
+        let Pair { a, b } = self.pair[k];
+        let particles = self.context.particles;
+        ([motion_of(particles, a as usize), motion_of(particles, b as usize)], self.image(k))
+    }
+
+    #[inline(always)]
+    fn constants(&self, i: usize) -> (ContactGeometry, Frame, bool) {
+        let k = self.waiting[i].0 as usize;
+        let Pair { a, b } = self.pair[k];
+        let (a, b) = (a as usize, b as usize);
+        let (poses, mass) = (self.context.poses, &self.context.particles.mass);
+        let reference = &self.reference[k];
         let geometry = ContactGeometry {
             reference_length: reference.length,
             area: reference.area,
-            radius_a: radius[a],
-            radius_b: radius[b],
+            radius_a: poses[a].radius,
+            radius_b: poses[b].radius,
             mass_a: mass[a],
             mass_b: mass[b],
         };
-        let bonded = link.has(Link::BONDED);
-        let kinematics =
-            L::Kinematics::measure(mode, &motion_a, &motion_b, &image, &geometry, frame, bonded, context.dt);
-        let response = rows[link.row as usize].respond(&kinematics, history, context.dt);
+        (geometry, self.frame[k], self.link[k].has(Link::BONDED))
+    }
+
+    #[inline(always)]
+    fn answer(&mut self, i: usize, kinematics: &L::Kinematics) {
+        let (k, slot) = self.waiting[i];
+        let k = k as usize;
+        let (pair, link) = (self.pair[k], &mut self.link[k]);
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        let history = &mut self.history[k];
+        let tally = &mut self.tally;
+        let response = self.rows[link.row as usize].respond(kinematics, history, self.context.dt);
         let point = kinematics.point();
         let (normal, arm_a, arm_b) = (point.normal, point.arm_a, point.arm_b);
-        *frame = Frame { normal, length: point.length };
+        self.frame[k] = Frame { normal, length: point.length };
         tally.energy.damage += response.energy.damage;
         tally.energy.friction += response.energy.friction;
         tally.energy.viscous += response.energy.viscous;
         tally.energy.integration += response.energy.integration;
         if response.fate != Fate::Lives {
-            end(link, history, response.fate, &response.state);
+            end(link, history, response.fate, response.state);
             if response.fate == Fate::Broke {
-                tally.incidents.push(incident(*pair, 1.0, &(position[a] + normal * arm_a), &response.energy, true));
+                let place = self.context.poses[a].position + normal * arm_a;
+                note(&mut tally.incidents, pair, 1.0, place, response.energy, true);
             }
-            if !local {
-                tile.halo[next_slot] = Wrench::default();
-                next_slot += 1;
+            if slot != LOCAL {
+                self.halo[slot as usize] = Wrench::default();
             }
-            continue;
+            return;
         }
         *history = response.state;
         let damage = L::damage(history);
-        if damage >= context.damage_threshold && !link.has(Link::REPORTED) {
+        if damage >= self.context.damage_threshold && !link.has(Link::REPORTED) {
             link.flags |= Link::REPORTED;
-            tally.incidents.push(incident(*pair, damage, &(position[a] + normal * arm_a), &response.energy, false));
+            let place = self.context.poses[a].position + normal * arm_a;
+            note(&mut tally.incidents, pair, damage, place, response.energy, false);
         }
         tally.active += 1;
         let force = response.force;
@@ -416,51 +508,23 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
             torque_a += response.moment;
             torque_b -= response.moment;
         }
-        tile.force[a - tile.base] += force;
-        tile.torque[a - tile.base] += torque_a;
-        if local {
-            tile.force[b - tile.base] -= force;
-            tile.torque[b - tile.base] += torque_b;
+        self.force[a - self.base] += force;
+        self.torque[a - self.base] += torque_a;
+        if slot == LOCAL {
+            self.force[b - self.base] -= force;
+            self.torque[b - self.base] += torque_b;
         } else {
-            tile.halo[next_slot] = Wrench { force: -force, torque: torque_b };
-            next_slot += 1;
+            self.halo[slot as usize] = Wrench { force: -force, torque: torque_b };
         }
     }
-    tally
-}
-
-/// Make a contact of a candidate whose surfaces, or those a broken bond kept, meet; whether they do.
-#[cold]
-#[inline(never)]
-fn activate<L: ContactLaw>(
-    link: &mut Link,
-    reference: &mut Reference,
-    frame: &mut Frame,
-    between: &Vec3,
-    before: &Vec3,
-    radius_a: f64,
-    radius_b: f64,
-) -> bool {
-    let length = between.norm();
-    let opening = if link.has(Link::KEPT_REFERENCE) { length - reference.length } else { length - radius_a - radius_b };
-    if opening >= 0.0 {
-        return false;
-    }
-    let length_before = before.norm();
-    *frame = Frame { normal: before / length_before, length: length_before };
-    link.flags |= Link::ACTIVE;
-    if !link.has(Link::KEPT_REFERENCE) {
-        *reference = L::unbonded_reference(length, radius_a, radius_b);
-    }
-    true
 }
 
 /// Mark a contact that broke or opened.
 #[cold]
 #[inline(never)]
-fn end<S: LawState>(link: &mut Link, history: &mut S, fate: Fate, last: &S) {
+fn end<S: LawState>(link: &mut Link, history: &mut S, fate: Fate, last: S) {
     if fate == Fate::Broke {
-        *history = *last;
+        *history = last;
         link.flags |= Link::BROKEN;
     } else {
         *history = S::default();
@@ -468,16 +532,16 @@ fn end<S: LawState>(link: &mut Link, history: &mut S, fate: Fate, last: &S) {
     }
 }
 
-/// Entry of the event log.
+/// Make an entry in the event log. (By value: references would keep the answer of every contact out of registers.)
 #[cold]
 #[inline(never)]
-fn incident(pair: Pair, damage: f64, position: &Vec3, energy: &EnergySplit, broke: bool) -> Incident {
-    Incident {
+fn note(log: &mut Vec<Incident>, pair: Pair, damage: f64, position: Vec3, energy: EnergySplit, broke: bool) {
+    log.push(Incident {
         pair,
         broke,
         damage,
-        position: *position,
+        position,
         energy: energy.damage,
         stored: [energy.stored_normal, energy.stored_shear, energy.stored_bending, energy.stored_twist],
-    }
+    });
 }

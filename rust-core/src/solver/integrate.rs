@@ -281,7 +281,7 @@ pub fn kick_and_drift(
                         }
                     }
                 }
-                if constrained & 7 == 0 {
+                if constrained.trailing_zeros() >= 3 {
                     sums.net_force_squared += net.norm_squared();
                     sums.free_particles += 1;
                 }

@@ -11,7 +11,7 @@ mod tests;
 pub mod time_step;
 pub mod walls;
 
-use crate::kinematics::{Frame, Mode, sphere_sphere};
+use crate::kinematics::{Frame, Mode, Pose, sphere_sphere};
 use crate::law::EnergySplit;
 use crate::math::{Mat3, Vec3};
 use crate::neighbor::{NeighborError, VerletList, candidate_pairs};
@@ -150,6 +150,7 @@ pub struct Solver {
     wall_positions: Vec<Vec3>,
     force: Vec<Vec3>,
     torque: Vec<Vec3>,
+    poses: Vec<Pose>,
     gradient_change: Option<Mat3>,
     targets: Option<Vec<(Vec3, Vec3)>>,
     searches: u64,
@@ -167,6 +168,7 @@ impl Solver {
             wall_positions: Vec::new(),
             force: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
+            poses: Vec::new(),
             gradient_change: None,
             targets: None,
             searches: 0,
@@ -205,7 +207,9 @@ impl Solver {
 
     /// Memory of the solver's scratch in bytes.
     pub fn scratch_bytes(&self) -> usize {
-        self.bond_maps.iter().map(TileMap::bytes).sum::<usize>() + self.contact_map.bytes() + 48 * self.force.len()
+        self.bond_maps.iter().map(TileMap::bytes).sum::<usize>()
+            + self.contact_map.bytes()
+            + (48 + size_of::<Pose>()) * self.force.len()
     }
 
     /// From the next kick on, the cell deforms with this velocity gradient (1/s) and all particles with it.
@@ -350,11 +354,13 @@ impl Solver {
         let dt = state.clock.dt;
         self.force.fill(Vec3::zeros());
         self.torque.fill(Vec3::zeros());
+        state.particles.poses(&mut self.poses);
         let mut bonds_changed = false;
         let mut crossing = Mat3::zeros();
         {
             let context = StepContext {
                 particles: &state.particles,
+                poses: &self.poses,
                 cell: state.cell.as_ref(),
                 mode: self.model.mode,
                 dt,

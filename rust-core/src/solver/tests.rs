@@ -80,7 +80,7 @@ fn pulled_block_closes_its_ledger_on_any_threads() {
             for p in 0..state.particles.len() {
                 let z = state.particles.position[p].z;
                 state.particles.velocity[p] = Vec3::new(0.0, 0.0, 2e-5 * (z / 11.0 - 1.0));
-                if z < 1.0 || z > 21.0 {
+                if !(1.0..=21.0).contains(&z) {
                     state.particles.constraint[p] = Constraint::translation_along(2);
                 }
             }

@@ -44,6 +44,11 @@ impl Link {
     /// Damage passed the event threshold and is in the event log.
     pub const REPORTED: u8 = 16;
 
+    /// Whether the contact has something to answer: active and not broken.
+    #[inline(always)]
+    pub fn carries(self) -> bool {
+        self.flags & (Self::ACTIVE | Self::BROKEN) == Self::ACTIVE
+    }
     /// Whether all of `flags` are set.
     #[inline(always)]
     pub fn has(self, flags: u8) -> bool {

@@ -1,5 +1,8 @@
 //! Particles as a struct of arrays.
 
+use rayon::prelude::*;
+
+use crate::kinematics::Pose;
 use crate::math::{Quat, Vec3};
 
 /// Degrees of freedom of a particle that keep their velocity instead of following the forces.
@@ -99,6 +102,17 @@ pub struct Sphere {
 }
 
 impl Particles {
+    /// Write what the measure of contacts reads into `poses`, in the particles' order.
+    pub fn poses(&self, poses: &mut Vec<Pose>) {
+        self.position
+            .par_iter()
+            .zip(&self.rotation_increment)
+            .zip(&self.radius)
+            .with_min_len(1024)
+            .map(|((&position, &rotation_increment), &radius)| Pose { position, rotation_increment, radius })
+            .collect_into_vec(poses);
+    }
+
     /// Number of particles.
     #[inline]
     pub fn len(&self) -> usize {

@@ -1,7 +1,7 @@
 //! Sphere packings: where the particles are before anything happens.
 //!
 //! A [`Packing`] is a list of spheres, with a periodic cell or without. It comes from a [`lattice`], from a
-//! [`file`], or from random compaction; it is tiled and cropped to a [`shape`]; its quality is read by [`summary`] and
+//! [`mod@file`], or from random compaction; it is tiled and cropped to a [`shape`]; its quality is read by [`summary`] and
 //! [`isotropy`].
 
 mod cloud;

@@ -18,6 +18,8 @@ pub struct CurveFigures {
     /// intercept), from the first sample to the last one before the stress first passes
     /// [`FITTED_SHARE`] of its peak. None when the curve has fewer than three samples there.
     pub modulus: Option<f64>,
+    /// The same of stress over the strain of the middle half of the specimen, where that was measured.
+    pub gauge_modulus: Option<f64>,
     /// Count of samples of that fit.
     pub fitted: usize,
     /// Stress at the peak, Pa; negative in compression.
@@ -49,10 +51,17 @@ impl CurveFigures {
         Some(Self {
             sense: if peak_stress > 0.0 { Sense::Tension } else { Sense::Compression },
             modulus: slope(&samples[..straight]),
+            gauge_modulus: None,
             fitted: straight,
             peak_stress,
             peak_strain,
         })
+    }
+
+    /// Figures of a curve whose strain was also measured in the middle half of the specimen.
+    pub fn with_gauge(strain: &[f64], gauge_strain: &[f64], stress: &[f64]) -> Option<Self> {
+        let figures = Self::of(strain, stress)?;
+        Some(Self { gauge_modulus: Self::of(gauge_strain, stress).and_then(|gauged| gauged.modulus), ..figures })
     }
 }
 
@@ -182,12 +191,15 @@ pub fn rows(tension: Option<&CurveFigures>, compression: Option<&CurveFigures>, 
     let row = |symbol, name, (unit, scale), ours, source| Row { symbol, name, unit, scale, ours, source };
     let (gpa, mpa, per_mille, pure) = (("GPa", 1e-9), ("MPa", 1e-6), ("‰", 1e3), ("", 1.0));
     let modulus = tension.and_then(|curve| curve.modulus).or(compression.and_then(|curve| curve.modulus));
+    let gauge_modulus =
+        tension.and_then(|curve| curve.gauge_modulus).or(compression.and_then(|curve| curve.gauge_modulus));
     let tensile = tension.map(|curve| curve.peak_stress);
     let compressive = compression.map(|curve| -curve.peak_stress);
     let ratio = |a: Option<f64>, b: Option<f64>| Some(a? / b?);
     let onset = given.link_modulus.zip(given.limit_strain).map(|(modulus, strain)| modulus * strain);
     let rows = vec![
-        row("E", "Young’s modulus", gpa, modulus, given.modulus),
+        row("E", "Young’s modulus, strain between the ends", gpa, modulus, given.modulus),
+        row("E<sub>g</sub>", "Young’s modulus, strain of the middle half", gpa, gauge_modulus, None),
         row("f<sub>t</sub>", "tensile strength", mpa, tensile, given.tensile_strength),
         row(
             "ε(f<sub>t</sub>)",
@@ -269,6 +281,7 @@ mod tests {
     #[test]
     fn dimensionless_rows() {
         let tension = CurveFigures {
+            gauge_modulus: None,
             sense: Sense::Tension,
             modulus: Some(27.03e9),
             fitted: 10,

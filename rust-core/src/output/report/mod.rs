@@ -87,7 +87,11 @@ impl<'a> Run<'a> {
             .ok()
             .and_then(|scenario| Some(scenario.get("title")?.as_str()?.to_owned()))
             .unwrap_or_default();
-        let figures = CurveFigures::of(&strain, &stress);
+        let figures = if file.has_series("gauge_strain") {
+            CurveFigures::with_gauge(&strain, &file.samples("gauge_strain")?, &stress)
+        } else {
+            CurveFigures::of(&strain, &stress)
+        };
         Ok(Self { file, name, title, figures, strain, stress, colour: RUNS[k % RUNS.len()] })
     }
 
@@ -185,7 +189,8 @@ fn figures_section(runs: &[Run], reference: &ReferenceFigures) -> String {
         let sense = if curve.sense == Sense::Tension { "tension" } else { "compression" };
         let _ = write!(html, ", {} samples, in {sense}", curve.fitted);
     }
-    html += "). f<sub>t</sub> and f<sub>c</sub> are the largest stresses.";
+    html += "). f<sub>t</sub> and f<sub>c</sub> are the largest stresses. \
+             The layers that hold the ends are rigid: measured between them, E contains their stiffness.";
     if let Some((modulus, strain)) = reference.link_modulus.zip(reference.limit_strain) {
         let _ = write!(html, " Links: Ē = {} GPa, ε<sub>0</sub> = {} ‰.", number(modulus * 1e-9), number(strain * 1e3));
     }
