@@ -299,6 +299,7 @@ pub fn motion_of(particles: &Particles, p: usize) -> Motion {
         velocity: particles.velocity[p],
         angular_velocity: particles.angular_velocity[p],
         rotation_increment: particles.rotation_increment[p],
+        orientation: particles.orientation[p],
     }
 }
 
@@ -316,12 +317,13 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
     let n = particles.len();
     let (position, rotation_increment) = (&particles.position[..n], &particles.rotation_increment[..n]);
     let (velocity, angular_velocity) = (&particles.velocity[..n], &particles.angular_velocity[..n]);
-    let (radius, mass) = (&particles.radius[..n], &particles.mass[..n]);
+    let (radius, mass, orientation) = (&particles.radius[..n], &particles.mass[..n], &particles.orientation[..n]);
     let motion = |p: usize| Motion {
         position: position[p],
         velocity: velocity[p],
         angular_velocity: angular_velocity[p],
         rotation_increment: rotation_increment[p],
+        orientation: orientation[p],
     };
     let contacts = tile
         .pair
