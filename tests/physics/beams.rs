@@ -351,7 +351,9 @@ fn damping_shortens_the_stable_step() {
             state.clock.dt = share * limit;
             let mut solver = solver(Model { damping, ..Model::default() }, &mut state);
             for _ in 0..300 {
-                solver.step_with(&mut state, false).unwrap();
+                if solver.step_with(&mut state, false).is_err() {
+                    return f64::INFINITY;
+                }
             }
             (state.particles.position[1].x - 2.0).abs()
         };
@@ -387,8 +389,9 @@ fn specimen(copies: usize, damping: Damping, hydrostatic: f64) -> (State, Model)
 
 const DAMPING: Damping = Damping::TchamwaWielgosz { phi: 1.3 };
 
-/// The ledger closes through fracture, by either criterion, with damping by the integrator: residual of the boundary
-/// work. The trapezoidal rule leaves the third power of the rotations per step; measured figures are printed.
+/// The ledger closes through fracture, by either criterion, with damping by the integrator and with contacts between what
+/// broke. What is left is of third order per step, most of it from bonds that turn while their force falls: 1e-7 of the
+/// boundary's work is three times what was measured (at half the step it is a tenth).
 #[test]
 fn ledger_closes_through_beam_fracture() {
     on_threads(2, || {

@@ -9,7 +9,7 @@
 use rayon::prelude::*;
 
 use crate::kinematics::sphere_sphere::{ImageShift, Motion};
-use crate::kinematics::{Frame, Mode};
+use crate::kinematics::{Frame, Mode, PointKinematics};
 use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, LawState, Reference};
 use crate::math::{Mat3, Vec3};
 use crate::solver::walls;
@@ -343,6 +343,7 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
             }
             _ => ImageShift::default(),
         };
+        let mut takes_over = false;
         // Bonds have the flag from the start; candidates get it when their surfaces (or those a broken bond kept) meet.
         if !link.has(Link::ACTIVE) || link.has(Link::BROKEN) {
             let between = position[b] + image.displacement - position[a];
@@ -357,6 +358,7 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
                 }
                 continue;
             }
+            takes_over = link.has(Link::KEPT_REFERENCE) && frame.length < reference.length;
         }
         let (motion_a, motion_b) = (motion(a), motion(b));
         let geometry = ContactGeometry {
@@ -373,6 +375,9 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
         let response = rows[link.row as usize].respond(&kinematics, history, context.dt);
         let point = kinematics.point();
         let (normal, arm_a, arm_b) = (point.normal, point.arm_a, point.arm_b);
+        if takes_over {
+            tally.energy.damage -= taken_over(point, &response.force, &response.energy);
+        }
         *frame = Frame { normal, length: point.length };
         tally.energy.damage += response.energy.damage;
         tally.energy.friction += response.energy.friction;
@@ -455,6 +460,16 @@ fn activate<L: ContactLaw>(
         *reference = L::unbonded_reference(length, radius_a, radius_b);
     }
     true
+}
+
+/// What a contact holds at its beginning that nobody did as work in its first step, J: it goes on from a bond that broke
+/// while it was pressed together, whose energy was booked as released, and takes a part of it back.
+#[cold]
+#[inline(never)]
+fn taken_over(point: &PointKinematics, force: &Vec3, energy: &EnergySplit) -> f64 {
+    let along = point.normal * (point.length - point.length_old);
+    let work = 0.5 * force.dot(&(along + point.shear_increment));
+    energy.stored() + energy.dissipated() + energy.integration - work
 }
 
 /// Mark a contact that broke or opened.
