@@ -52,6 +52,7 @@ fn motion(row: &Row<'_>, number: u8) -> Motion {
         angular_velocity: row.vector(&format!("w{number}")),
         // not read by the first-order kinematics
         rotation_increment: Quat::identity(),
+        orientation: Quat::identity(),
     }
 }
 
@@ -280,6 +281,7 @@ fn follow(tables: &BTreeMap<String, Table>, run: &str, law: Cpm) -> (usize, usiz
             velocity: row.vector("v"),
             angular_velocity: Vec3::zeros(),
             rotation_increment: Quat::identity(),
+            orientation: Quat::identity(),
         })
         .collect();
     let mut contacts: Vec<Contact> = tables["bonds"].rows().map(|row| Contact::bond(&row, &initial)).collect();

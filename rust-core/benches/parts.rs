@@ -48,6 +48,7 @@ fn single_contact(c: &mut Criterion) {
         velocity: Vec3::zeros(),
         angular_velocity: Vec3::zeros(),
         rotation_increment: Quat::identity(),
+        orientation: Quat::identity(),
     };
     let (a, b) = (still(Vec3::zeros()), still(Vec3::new(2.0001e-3, 1e-7, 0.0)));
     let frame: Frame = fresh_frame(&a.position, &Vec3::new(2e-3, 0.0, 0.0), &Vec3::zeros());

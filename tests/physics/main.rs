@@ -1,5 +1,6 @@
 //! The solver's physics, one file per question.
 
+mod beams;
 mod bodies;
 mod determinism;
 mod energy;

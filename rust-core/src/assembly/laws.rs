@@ -1,6 +1,9 @@
 //! From the parameter tables of a scenario to rows of a law: one line of registration per law.
 
-use crate::law::{ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, HertzMindlin, LinearBond};
+use crate::law::{
+    BeamModel, CohesiveBeam, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, HertzMindlin,
+    LinearBond, Section,
+};
 use crate::scenario::{self, ContactLawName, LawName, Scenario};
 use crate::solver::MaterialRows;
 use crate::solver::forces::EvaluatedContacts;
@@ -28,6 +31,7 @@ pub(super) fn block(law: LawName, scenario: &Scenario) -> Result<BlockAndRows, A
     match law {
         LawName::Cpm => table::<Cpm>(scenario),
         LawName::LinearBond => table::<LinearBond>(scenario),
+        LawName::CohesiveBeam => table::<CohesiveBeam>(scenario),
         LawName::Frictional => table::<Frictional>(scenario),
         LawName::HertzMindlin => table::<HertzMindlin>(scenario),
     }
@@ -139,6 +143,53 @@ impl FromTables for LinearBond {
         .map_err(|error| error.to_string())?;
         bond.subtract_initial_gap = a.subtract_initial_gap && b.subtract_initial_gap;
         Ok(bond)
+    }
+}
+
+impl FromTables for CohesiveBeam {
+    type Table = scenario::CohesiveBeam;
+    fn of_material(material: &scenario::Material) -> Option<&Self::Table> {
+        material.cohesive_beam.as_ref()
+    }
+    fn of_interface(interface: &scenario::Interface) -> Option<&Self::Table> {
+        interface.cohesive_beam.as_ref()
+    }
+    fn row(a: &Self::Table, b: &Self::Table) -> Result<Self, String> {
+        let mean = |of: fn(&Self::Table) -> f64| 0.5 * (of(a) + of(b));
+        let section = match (a.radius_ratio, b.radius_ratio, a.radius, b.radius) {
+            (Some(a), Some(b), _, _) => Section::Ratio(0.5 * (a.si() + b.si())),
+            (_, _, Some(a), Some(b)) => Section::Radius(0.5 * (a.si() + b.si())),
+            _ => {
+                return Err("one material gives `radius_ratio`, the other `radius`; give both the same, or an \
+                            [[interface]]"
+                    .to_owned());
+            }
+        };
+        if a.model != b.model || a.bending_term != b.bending_term {
+            return Err("the materials have different `model` or `bending_term`; add an [[interface]]".to_owned());
+        }
+        let optional = |value: Option<scenario::Quantity<_>>, or: f64| value.map_or(or, scenario::Quantity::si);
+        let model = match a.model {
+            scenario::BeamModel::EulerBernoulli => BeamModel::EulerBernoulli,
+            scenario::BeamModel::Timoshenko => BeamModel::Timoshenko {
+                shear_coefficient: 0.5 * (optional(a.shear_coefficient, 0.9) + optional(b.shear_coefficient, 0.9)),
+            },
+            scenario::BeamModel::DualSpring => {
+                BeamModel::DualSpring { ratio: 0.5 * (optional(a.shear_ratio, 0.0) + optional(b.shear_ratio, 0.0)) }
+            }
+            scenario::BeamModel::Spring => BeamModel::Spring,
+        };
+        let strength = |t: &Self::Table| t.tensile_strength.map_or(f64::INFINITY, scenario::Quantity::si);
+        let beam = Self {
+            young: mean(|t| t.young.si()),
+            poisson: mean(|t| t.poisson.si()),
+            section,
+            model,
+            strength: 0.5 * (strength(a) + strength(b)),
+            bending_term: a.bending_term,
+        };
+        beam.validate().map_err(|error| error.to_string())?;
+        Ok(beam)
     }
 }
 

@@ -8,6 +8,7 @@ mod place;
 
 use std::path::Path;
 
+use crate::fracture::virial::HydrostaticStrength;
 use crate::law::cpm::Cpm;
 use crate::math::Vec3;
 use crate::neighbor::{NeighborError, spatial_order};
@@ -216,6 +217,7 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
         damping: damping(&scenario.integration.damping),
         gravity: scenario::quantity::vector(&scenario.integration.gravity),
         damage_threshold: scenario.output.events_damage.si(),
+        hydrostatic_strength: hydrostatic_strength(scenario),
         ..Model::default()
     };
     let mut bonds = 0;
@@ -268,7 +270,7 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
     // Let candidates near each other count, as if they touched.
     crate::solver::Solver::new(model.clone(), &mut probe).map_err(|error| unfit("packing", error.to_string()))?;
     let bounds = time_step::bounds(&probe);
-    let limit = bounds.spectral.max(bounds.per_particle);
+    let limit = bounds.spectral.max(bounds.per_particle) * model.damping.stability();
     let mut unstable = false;
     state.clock.dt = match scenario.integration.time_step {
         scenario::TimeStep::Auto if limit.is_finite() => limit * scenario.integration.safety.si(),
@@ -328,6 +330,7 @@ fn stiffest_modulus(scenario: &Scenario) -> Option<f64> {
             let moduli = [
                 m.cpm.as_ref().map(|t| t.young.si()),
                 m.frictional.as_ref().and_then(|t| t.young.map(scenario::Quantity::si)),
+                m.cohesive_beam.as_ref().map(|t| t.young.si()),
                 m.hertz_mindlin.as_ref().map(|t| t.young.si()),
             ];
             moduli.into_iter().flatten().reduce(f64::max)
@@ -341,7 +344,22 @@ fn damping(damping: &scenario::Damping) -> Damping {
         scenario::Damping::None => Damping::None,
         scenario::Damping::Local { .. } => Damping::Local { translation, rotation },
         scenario::Damping::Nonviscous { .. } => Damping::NonViscous { translation, rotation },
+        scenario::Damping::TchamwaWielgosz { phi, form } => match form {
+            scenario::DampingForm::TchamwaWielgosz => Damping::TchamwaWielgosz { phi: phi.si() },
+            scenario::DampingForm::PositionTerm => Damping::position_term(phi.si()),
+        },
     }
+}
+
+/// Thresholds of the failure of whole particles, where the bonds are beams.
+fn hydrostatic_strength(scenario: &Scenario) -> HydrostaticStrength {
+    let beams = scenario.bonds.as_ref().is_some_and(|bonds| bonds.law == scenario::LawName::CohesiveBeam);
+    let threshold = |m: &scenario::Material| {
+        let table = m.cohesive_beam.as_ref().filter(|_| beams);
+        table.and_then(|t| t.hydrostatic_strength).map_or(f64::INFINITY, scenario::Quantity::si)
+    };
+    let thresholds = scenario.materials.iter().map(threshold).collect();
+    HydrostaticStrength { thresholds, planar: scenario.dimension == 2 }
 }
 
 fn memory(state: &State) -> usize {

@@ -5,11 +5,15 @@
 //! * [`Mode::FirstOrder`]: Stránský 2018, (2.3)–(2.12) with the corrected sign of (2.8), and rotation of the shear
 //!   history to first order in the step;
 //! * [`Mode::Yade`]: YADE's `ScGeom` with its ratcheting correction and its arms.
+//!
+//! Bonds that carry moments are measured by [`bond_frame`], in all modes alike.
 
+pub mod bond_frame;
 pub mod sphere_sphere;
 pub mod sphere_wall;
 pub mod transport;
 
+pub use bond_frame::{EndRotations, FrameKinematics, RestFrame};
 pub use transport::Transport;
 
 use sphere_sphere::{ImageShift, Motion};

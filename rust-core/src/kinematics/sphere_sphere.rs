@@ -31,6 +31,8 @@ pub struct Motion {
     pub angular_velocity: Vec3,
     /// Rotation of the step.
     pub rotation_increment: Quat,
+    /// Orientation at the end of the step, body to world.
+    pub orientation: Quat,
 }
 
 /// Displacement of the image of B seen by A, and its rate.
@@ -352,6 +354,7 @@ mod tests {
                 velocity: Vec3::zeros(),
                 angular_velocity: Vec3::zeros(),
                 rotation_increment: step,
+                orientation: Quat::identity(),
             };
             let k = measure(Mode::Finite, &still(xa), &still(xb), &ImageShift::default(), &geometry, &frame, true, 1.0);
             assert!(k.shear_increment.norm() < 4e-15, "{}", k.shear_increment.norm());

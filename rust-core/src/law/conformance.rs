@@ -162,11 +162,11 @@ pub enum Bound {
 }
 
 impl Finding {
-    fn at_most(check: impl Into<String>, measured: f64, bound: f64, reason: &'static str) -> Self {
+    pub(super) fn at_most(check: impl Into<String>, measured: f64, bound: f64, reason: &'static str) -> Self {
         Self { check: check.into(), measured, bound: Bound::AtMost(bound), reason }
     }
 
-    fn at_least(check: impl Into<String>, measured: f64, bound: f64, reason: &'static str) -> Self {
+    pub(super) fn at_least(check: impl Into<String>, measured: f64, bound: f64, reason: &'static str) -> Self {
         Self { check: check.into(), measured, bound: Bound::AtLeast(bound), reason }
     }
 
@@ -338,6 +338,7 @@ fn drive_with<H: Host>(
                 velocity: (now.position - before.position) / dt,
                 angular_velocity: rotation_vector(&turn) / dt,
                 rotation_increment: turn,
+                orientation: now.orientation,
             }
         };
         let (a, b) = (motion(&previous[0], &pose[0]), motion(&previous[1], &pose[1]));
@@ -368,7 +369,7 @@ fn drive_with<H: Host>(
 }
 
 /// Rotation vector of a unit quaternion, rad; the shorter way round.
-fn rotation_vector(q: &Quat) -> Vec3 {
+pub(super) fn rotation_vector(q: &Quat) -> Vec3 {
     let (u, w) = if q.w < 0.0 { (-q.imag(), -q.w) } else { (q.imag(), q.w) };
     let sine = u.norm();
     if sine > 0.0 { u * (2.0 * atan2(sine, w) / sine) } else { u * 2.0 }
@@ -376,7 +377,7 @@ fn rotation_vector(q: &Quat) -> Vec3 {
 
 /// Clear what a law need not fill in: force and history of a contact that broke or opened, and the stored energies of
 /// one that broke, which name how the released energy was stored. Returns their sum, J.
-fn take_away_what_is_void<S: LawState>(response: &mut Response<S>) -> f64 {
+pub(super) fn take_away_what_is_void<S: LawState>(response: &mut Response<S>) -> f64 {
     if response.fate != Fate::Lives {
         response.force = Vec3::zeros();
         response.moment = Vec3::zeros();
@@ -453,7 +454,7 @@ pub fn legs(knots: &[Station], steps: usize) -> Vec<Station> {
 }
 
 /// A random rigid motion that turns by 2π about one axis while turning about another and moving away.
-fn random_motion(seed: u64, size: f64) -> impl Fn(f64) -> Pose {
+pub(super) fn random_motion(seed: u64, size: f64) -> impl Fn(f64) -> Pose {
     let mut random = Random::new(seed);
     let (axis, other, away) = (random.direction(), random.direction(), random.direction());
     move |share| Pose {
@@ -470,7 +471,7 @@ const STEPS: usize = 40;
 const SEEDS: u64 = 5;
 const PULL_STEPS: usize = 400;
 
-fn largest(values: impl Iterator<Item = f64>) -> f64 {
+pub(super) fn largest(values: impl Iterator<Item = f64>) -> f64 {
     // a NaN must not be lost, as it would be by f64::max
     values.fold(0.0, |found, value| if value > found || value.is_nan() { value } else { found })
 }

@@ -1550,6 +1550,7 @@ mod tests {
                 velocity: Vec3::zeros(),
                 angular_velocity: Vec3::zeros(),
                 rotation_increment: quaternion_of_rotation_vector(&Vec3::zeros()),
+                orientation: math::Quat::identity(),
             };
             let (xa, xb) = (Vec3::zeros(), Vec3::new(0.0, 1.2, 1.6));
             let frame = fresh_frame(&xa, &xb, &Vec3::zeros());

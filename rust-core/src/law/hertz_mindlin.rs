@@ -304,6 +304,7 @@ mod tests {
             velocity: Vec3::new(v, 0.0, 0.0),
             angular_velocity: Vec3::zeros(),
             rotation_increment: crate::math::Quat::identity(),
+            orientation: crate::math::Quat::identity(),
         };
         let (mut a, mut b) = (body(-radius, speed), body(radius, -speed));
         let mut frame = fresh_frame(&a.position, &b.position, &Vec3::zeros());

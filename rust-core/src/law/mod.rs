@@ -5,8 +5,10 @@
 //!
 //! Adding a law touches one file here and one line of registration in `assembly/laws.rs`.
 
+pub mod cohesive_beam;
 pub mod common;
 pub mod conformance;
+pub mod conformance_frame;
 pub mod cpm;
 pub mod frictional;
 pub mod hertz_mindlin;
@@ -14,6 +16,7 @@ pub mod linear_bond;
 pub mod restitution;
 pub mod state;
 
+pub use cohesive_beam::{BeamModel, BendingTerm, CohesiveBeam, CohesiveBeamState, Section};
 pub use common::ParameterError;
 pub use cpm::{Cpm, CpmParameters, CpmState};
 pub use frictional::{ContactStiffness, Frictional, FrictionalState};
@@ -31,7 +34,7 @@ use crate::state::walls::Foot;
 pub trait ContactLaw: Copy + Send + Sync + 'static {
     /// History of one contact (all zero for a contact that was never evaluated).
     type State: LawState;
-    /// What the law reads: [`PointKinematics`], or a bond frame for beam laws.
+    /// What the law reads: [`PointKinematics`], or [`FrameKinematics`](crate::kinematics::FrameKinematics) for beams.
     type Kinematics: Kinematics;
     /// Key of the law in scenarios, result files, and hosts.
     const NAME: &'static str;
@@ -59,6 +62,20 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     /// like any other that comes into touch.
     fn kept_reference(&self, reference: Reference) -> Option<Reference> {
         let _ = reference;
+        None
+    }
+
+    /// Cross-section of a bond made between spheres of the given radii in a packing of the given mean radius, m².
+    /// Default: `π min(R)²`.
+    fn bonded_area(&self, radius_a: f64, radius_b: f64, mean_radius: f64) -> f64 {
+        let _ = mean_radius;
+        cpm::contact_area(radius_a, radius_b)
+    }
+
+    /// Axial force (N, tension positive) of a bond whose centre distance is `length` (m), for laws in which nothing
+    /// else matters to it; the criterion on particles ([`fracture::virial`](crate::fracture::virial)) needs it.
+    fn axial_force(&self, geometry: &ContactGeometry, length: f64) -> Option<f64> {
+        let _ = (geometry, length);
         None
     }
 
@@ -107,6 +124,11 @@ pub trait Kinematics: Sized + Send + Sync {
     ) -> Option<Self>;
     /// The point-contact part of the measure: normal, length, arms.
     fn point(&self) -> &PointKinematics;
+    /// Distances from the centres of A and B to the contact point at centre distance `length`, m.
+    fn arms(geometry: &ContactGeometry, length: f64) -> (f64, f64) {
+        let half_gap = 0.5 * (length - geometry.radius_a - geometry.radius_b);
+        (geometry.radius_a + half_gap, geometry.radius_b + half_gap)
+    }
 }
 
 /// Measure the first `count` contacts of a batch one after the other.

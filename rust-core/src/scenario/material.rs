@@ -1,10 +1,11 @@
 //! Materials: density, and parameters of one or more contact laws.
 
+pub use crate::law::cohesive_beam::BendingTerm;
 pub use crate::law::cpm::{CpmMode, DamageLaw, YieldSurface};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::quantity::{Angle, Density, Force, Number, Stiffness, Stress, Time};
+use super::quantity::{Angle, Density, Force, Length, Number, Stiffness, Stress, Time};
 
 /// A material.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -19,6 +20,8 @@ pub struct Material {
     pub cpm: Option<Cpm>,
     /// Parameters of the linear bond.
     pub linear_bond: Option<LinearBond>,
+    /// Parameters of the cohesive beam.
+    pub cohesive_beam: Option<CohesiveBeam>,
     /// Parameters of the linear frictional contact.
     pub frictional: Option<Frictional>,
     /// Parameters of the Hertz-Mindlin contact.
@@ -35,6 +38,8 @@ pub struct Interface {
     pub cpm: Option<Cpm>,
     /// Parameters of the linear bond.
     pub linear_bond: Option<LinearBond>,
+    /// Parameters of the cohesive beam.
+    pub cohesive_beam: Option<CohesiveBeam>,
     /// Parameters of the linear frictional contact.
     pub frictional: Option<Frictional>,
     /// Parameters of the Hertz-Mindlin contact.
@@ -49,6 +54,8 @@ pub enum LawName {
     Cpm,
     /// Linear elastic bond, brittle; afterwards a frictional contact.
     LinearBond,
+    /// Elastic beam between the centres, brittle.
+    CohesiveBeam,
     /// Linear elastic contact with Coulomb friction.
     Frictional,
     /// Hertz-Mindlin contact with Coulomb friction and restitution.
@@ -61,6 +68,7 @@ impl LawName {
         match self {
             Self::Cpm => "cpm",
             Self::LinearBond => "linear_bond",
+            Self::CohesiveBeam => "cohesive_beam",
             Self::Frictional => "frictional",
             Self::HertzMindlin => "hertz_mindlin",
         }
@@ -73,6 +81,7 @@ impl Material {
         match law {
             LawName::Cpm => self.cpm.is_some(),
             LawName::LinearBond => self.linear_bond.is_some(),
+            LawName::CohesiveBeam => self.cohesive_beam.is_some(),
             LawName::Frictional => self.frictional.is_some(),
             LawName::HertzMindlin => self.hertz_mindlin.is_some(),
         }
@@ -246,6 +255,59 @@ pub struct LinearBond {
     pub subtract_initial_gap: bool,
 }
 
+/// Elastic beam between the centres of two particles (Jebahi et al. 2015, section 2.4.1), brittle by its largest principal
+/// stress or by the mean stress of a particle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CohesiveBeam {
+    /// Young's modulus of the beam, Pa.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub young: Stress,
+    /// Poisson's ratio of the beam.
+    #[serde(default = "beam_poisson")]
+    #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
+    pub poisson: Number,
+    /// Radius of the beam divided by the mean radius of all particles; or give `radius`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub radius_ratio: Option<Number>,
+    /// Radius of the beam, m; or give `radius_ratio`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub radius: Option<Length>,
+    /// What the bond resists.
+    #[serde(default)]
+    pub model: BeamModel,
+    /// Shear coefficient of the section; 0.9 when left out; only with model "timoshenko".
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub shear_coefficient: Option<Number>,
+    /// Tangential stiffness divided by normal stiffness; only with model "dual-spring".
+    #[schemars(extend("minimum" = 0))]
+    pub shear_ratio: Option<Number>,
+    /// Largest principal stress on the surface of a beam at which it breaks, Pa; never when left out.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub tensile_strength: Option<Stress>,
+    /// Which bending moment enters that stress.
+    #[serde(default)]
+    pub bending_term: BendingTerm,
+    /// Mean stress of a particle at which all its beams break, Pa; never when left out.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub hydrostatic_strength: Option<Stress>,
+}
+
+/// Models of a cohesive bond.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum BeamModel {
+    /// Slender beam.
+    #[default]
+    EulerBernoulli,
+    /// Beam that shears.
+    Timoshenko,
+    /// Normal and tangential spring.
+    DualSpring,
+    /// Normal spring.
+    Spring,
+}
+
 /// Linear elastic contact with Coulomb friction; no tension.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -290,6 +352,10 @@ pub struct HertzMindlin {
     #[serde(default = "one")]
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub restitution: Number,
+}
+
+fn beam_poisson() -> Number {
+    Number::new(0.3)
 }
 
 fn one() -> Number {

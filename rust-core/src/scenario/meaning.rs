@@ -7,8 +7,8 @@ use super::error::{Problem, ProblemKind};
 use super::quantity::{Component, Dimension, Length, Quantity, vector};
 use super::structure::{listing, nearest};
 use super::{
-    Axis, Cpm, CpmMode, DamageLaw, Frictional, LawName, Loading, Packing, Radii, Scenario, Selection, Shape, WallShape,
-    YieldSurface,
+    Axis, BeamModel, CohesiveBeam, Cpm, CpmMode, DamageLaw, Frictional, LawName, Loading, Packing, Radii, Scenario,
+    Selection, Shape, WallShape, YieldSurface,
 };
 use crate::math::Vec3;
 
@@ -358,15 +358,18 @@ impl Checker<'_> {
             .materials
             .iter()
             .enumerate()
-            .map(|(at, material)| (format!("material[{at}]"), &material.cpm, &material.frictional))
+            .map(|(at, m)| (format!("material[{at}]"), &m.cpm, &m.frictional, &m.cohesive_beam))
             .chain(
                 scenario
                     .interfaces
                     .iter()
                     .enumerate()
-                    .map(|(at, interface)| (format!("interface[{at}]"), &interface.cpm, &interface.frictional)),
+                    .map(|(at, i)| (format!("interface[{at}]"), &i.cpm, &i.frictional, &i.cohesive_beam)),
             );
-        for (path, cpm, frictional) in laws {
+        for (path, cpm, frictional, cohesive_beam) in laws {
+            if let Some(beam) = cohesive_beam {
+                self.cohesive_beam(&format!("{path}.cohesive_beam"), beam);
+            }
             if let Some(cpm) = cpm {
                 let path = format!("{path}.cpm");
                 self.cpm(&path, cpm);
@@ -491,6 +494,28 @@ impl Checker<'_> {
         }
     }
 
+    fn cohesive_beam(&mut self, path: &str, law: &CohesiveBeam) {
+        let help = "give `radius_ratio` (through the mean radius of the particles) or `radius`";
+        match (law.radius_ratio.is_some(), law.radius.is_some()) {
+            (true, true) => self.conflict(&format!("{path}.radius"), "the radius of the beam is given twice", help),
+            (false, false) => self.add(ProblemKind::MissingKey, path, "no radius of the beam", help),
+            _ => {}
+        }
+        if law.shear_coefficient.is_some() && law.model != BeamModel::Timoshenko {
+            let help = "write model = \"timoshenko\", or remove this key";
+            self.conflict(&format!("{path}.shear_coefficient"), "has no effect with this model", help);
+        }
+        if law.shear_ratio.is_some() != (law.model == BeamModel::DualSpring) {
+            if law.shear_ratio.is_some() {
+                let help = "write model = \"dual-spring\", or remove this key";
+                self.conflict(&format!("{path}.shear_ratio"), "has no effect with this model", help);
+            } else {
+                let message = "missing key, which model \"dual-spring\" needs";
+                self.add(ProblemKind::MissingKey, &format!("{path}.shear_ratio"), message, "add `shear_ratio = 0.4`");
+            }
+        }
+    }
+
     fn frictional(&mut self, path: &str, law: &Frictional) {
         let moduli = [("young", law.young.is_some()), ("stiffness_ratio", law.stiffness_ratio.is_some())];
         let springs =
@@ -526,10 +551,10 @@ impl Checker<'_> {
         }
         let mut wanted: Vec<(&str, LawName, &[&str])> = Vec::new();
         if let Some(bonds) = &scenario.bonds {
-            if matches!(bonds.law, LawName::Cpm | LawName::LinearBond) {
+            if matches!(bonds.law, LawName::Cpm | LawName::LinearBond | LawName::CohesiveBeam) {
                 wanted.push(("bonds.law", bonds.law, &particle_materials));
             } else {
-                let help = "bonds are made by \"cpm\" or \"linear_bond\"; leave [bonds] out for a granular material";
+                let help = "bonds are made by \"cpm\", \"linear_bond\", or \"cohesive_beam\"; leave [bonds] out for a granular material";
                 self.conflict("bonds.law", "this law makes no bonds", help);
             }
         }

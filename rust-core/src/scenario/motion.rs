@@ -82,13 +82,35 @@ pub enum Damping {
         #[schemars(extend("minimum" = 0, "maximum" = 1))]
         rotation: Option<Number>,
     },
+    /// Dissipation of the fastest vibrations by the integrator, with the acceleration weighted in the new position
+    /// (Tchamwa and Wielgosz 1999).
+    TchamwaWielgosz {
+        /// Weight; 1 dissipates nothing, 1.3 is used by Jebahi et al. 2015.
+        #[serde(default = "phi")]
+        #[schemars(extend("minimum" = 1, "maximum" = 2))]
+        phi: Number,
+        /// Where the weight stands.
+        #[serde(default)]
+        form: DampingForm,
+    },
+}
+
+/// Where the weight of the acceleration stands in damping by the integrator.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DampingForm {
+    /// x' = x + v dt + phi a dt^2, v' = v + a dt.
+    #[default]
+    TchamwaWielgosz,
+    /// x' = x + v dt + phi a dt^2/2, v' = v + (a + a') dt/2: half as strong.
+    PositionTerm,
 }
 
 impl Damping {
     /// Coefficients of translation and rotation.
     pub fn coefficients(&self) -> (f64, f64) {
         match self {
-            Self::None => (0.0, 0.0),
+            Self::None | Self::TchamwaWielgosz { .. } => (0.0, 0.0),
             Self::Local { coefficient, rotation } | Self::Nonviscous { coefficient, rotation } => {
                 (coefficient.si(), rotation.unwrap_or(*coefficient).si())
             }
@@ -244,6 +266,10 @@ impl Default for Output {
 
 fn yes() -> bool {
     true
+}
+
+fn phi() -> Number {
+    Number::new(1.3)
 }
 
 fn servo_tolerance() -> Number {

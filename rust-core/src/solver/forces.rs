@@ -9,7 +9,7 @@
 use rayon::prelude::*;
 
 use crate::kinematics::sphere_sphere::{Columns, ImageShift, Motion};
-use crate::kinematics::{BATCH, Batch, Frame, Mode, Pose};
+use crate::kinematics::{BATCH, Batch, Frame, Mode, PointKinematics, Pose};
 use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, LawState, Reference};
 use crate::math::{Mat3, Vec3};
 use crate::solver::walls;
@@ -301,6 +301,7 @@ pub fn motion_of(particles: &Particles, p: usize) -> Motion {
         velocity: particles.velocity[p],
         angular_velocity: particles.angular_velocity[p],
         rotation_increment: particles.rotation_increment[p],
+        orientation: particles.orientation[p],
     }
 }
 
@@ -326,7 +327,7 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
         torque: tile.torque,
         halo: tile.halo,
         tally: Tally::default(),
-        waiting: [(0, LOCAL); BATCH],
+        waiting: [Waiting::default(); BATCH],
     };
     let mut columns = Columns::default();
     let (mut k, mut next_slot) = (0, 0);
@@ -340,8 +341,9 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
                 next_slot - 1
             };
             // Bonds carry from the start; candidates when their surfaces (or those a broken bond kept) meet.
-            if queue.link[k].carries() || queue.activate(k) {
-                queue.waiting[waiting] = (k as u32, slot);
+            let carried = queue.link[k].carries();
+            if carried || queue.activate(k) {
+                queue.waiting[waiting] = Waiting { contact: k as u32, slot, begins: !carried };
                 waiting += 1;
             } else if slot != LOCAL {
                 queue.halo[slot as usize] = Wrench::default();
@@ -370,8 +372,16 @@ struct Queue<'a, L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> {
     torque: &'a mut [Vec3],
     halo: &'a mut [Wrench],
     tally: Tally,
-    /// Contact, and its slot in the halo.
-    waiting: [(u32, u32); BATCH],
+    waiting: [Waiting; BATCH],
+}
+
+#[derive(Clone, Copy, Default)]
+struct Waiting {
+    contact: u32,
+    /// Slot in the halo.
+    slot: u32,
+    /// Whether the contact carries from this step on.
+    begins: bool,
 }
 
 impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Queue<'_, L, PERIODIC, SAMPLE> {
@@ -420,14 +430,14 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Queue<'_, L, PERIO
 impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Batch<L::Kinematics> for Queue<'_, L, PERIODIC, SAMPLE> {
     #[inline(always)]
     fn poses(&self, i: usize) -> ([Pose; 2], Vec3) {
-        let k = self.waiting[i].0 as usize;
+        let k = self.waiting[i].contact as usize;
         let Pair { a, b } = self.pair[k];
         ([self.context.poses[a as usize], self.context.poses[b as usize]], self.image(k).displacement)
     }
 
     #[inline(always)]
     fn motions(&self, i: usize) -> ([Motion; 2], ImageShift) {
-        let k = self.waiting[i].0 as usize;
+        let k = self.waiting[i].contact as usize;
         let Pair { a, b } = self.pair[k];
         let particles = self.context.particles;
         ([motion_of(particles, a as usize), motion_of(particles, b as usize)], self.image(k))
@@ -435,7 +445,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Batch<L::Kinematic
 
     #[inline(always)]
     fn constants(&self, i: usize) -> (ContactGeometry, Frame, bool) {
-        let k = self.waiting[i].0 as usize;
+        let k = self.waiting[i].contact as usize;
         let Pair { a, b } = self.pair[k];
         let (a, b) = (a as usize, b as usize);
         let (poses, mass) = (self.context.poses, &self.context.particles.mass);
@@ -453,8 +463,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Batch<L::Kinematic
 
     #[inline(always)]
     fn answer(&mut self, i: usize, kinematics: &L::Kinematics) {
-        let (k, slot) = self.waiting[i];
-        let k = k as usize;
+        let Waiting { contact, slot, begins } = self.waiting[i];
+        let k = contact as usize;
         let (pair, link) = (self.pair[k], &mut self.link[k]);
         let (a, b) = (pair.a as usize, pair.b as usize);
         let history = &mut self.history[k];
@@ -462,6 +472,9 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Batch<L::Kinematic
         let response = self.rows[link.row as usize].respond(kinematics, history, self.context.dt);
         let point = kinematics.point();
         let (normal, arm_a, arm_b) = (point.normal, point.arm_a, point.arm_b);
+        if begins && link.has(Link::KEPT_REFERENCE) && point.length_old < self.reference[k].length {
+            tally.energy.damage -= taken_over(*point, response.force, response.energy);
+        }
         self.frame[k] = Frame { normal, length: point.length };
         tally.energy.damage += response.energy.damage;
         tally.energy.friction += response.energy.friction;
@@ -517,6 +530,16 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Batch<L::Kinematic
             self.halo[slot as usize] = Wrench { force: -force, torque: torque_b };
         }
     }
+}
+
+/// What a contact holds at its beginning that nobody did as work in its first step, J: it goes on from a bond that broke
+/// while it was pressed together, whose energy was booked as released, and takes a part of it back.
+#[cold]
+#[inline(never)]
+fn taken_over(point: PointKinematics, force: Vec3, energy: EnergySplit) -> f64 {
+    let along = point.normal * (point.length - point.length_old);
+    let work = 0.5 * force.dot(&(along + point.shear_increment));
+    energy.stored() + energy.dissipated() + energy.integration - work
 }
 
 /// Mark a contact that broke or opened.

@@ -36,6 +36,39 @@ pub enum Damping {
         /// α of the rotation.
         rotation: f64,
     },
+    /// Dissipation of the fast modes by the integrator, Tchamwa & Wielgosz (1999), as used by Jebahi et al. 2015:
+    /// `x' = x + vΔt + φ a Δt²`, `v' = v + a Δt`.
+    ///
+    /// Eliminating the velocity shows that this is leapfrog under the force `F + (φ−1)(F − F_old)` with the net force
+    /// `F_old` of the step before: a dashpot on the change of force, which is how it is done and booked here (`v` of
+    /// the state is the velocity of the step, `(x'−x)/Δt`). The form with φ on the position's `Δt²/2` alone
+    /// (`x' = x + vΔt + φ½aΔt²`, `v' = v + ½(a+a')Δt`) is the same recursion with `½(1+φ)` in the place of φ; so
+    /// [`Damping::position_term`] makes it. Stable for `ωΔt < 2/√(2φ−1)`; the spectral radius is `√(1−(φ−1)(ωΔt)²)`.
+    /// With φ on the velocity, as [2.24]–[2.25] are printed, the sign of that term is the other and motion grows.
+    TchamwaWielgosz {
+        /// φ, 1 without dissipation; 1.3 in the book.
+        phi: f64,
+    },
+}
+
+impl Damping {
+    /// The form with φ on the position term.
+    pub fn position_term(phi: f64) -> Self {
+        Self::TchamwaWielgosz { phi: 0.5 * (1.0 + phi) }
+    }
+
+    /// Factor on the largest stable time step of the undamped system.
+    pub fn stability(&self) -> f64 {
+        match self {
+            Self::TchamwaWielgosz { phi } => 1.0 / (2.0 * phi - 1.0).sqrt(),
+            _ => 1.0,
+        }
+    }
+
+    /// Whether the forces of the step before are needed.
+    pub fn remembers(&self) -> bool {
+        matches!(self, Self::TchamwaWielgosz { .. })
+    }
 }
 
 /// Constants of the kick.
@@ -93,13 +126,15 @@ impl KickSums {
 
 /// Velocity after the kick of one vector degree of freedom, and the damping force in it.
 ///
-/// `force` is the undamped force (or torque), `mass` the mass (or moment of inertia).
+/// `force` is the undamped force (or torque), `change` what it changed by since the last step (for damping that remembers
+/// it), `mass` the mass (or moment of inertia).
 #[inline(always)]
 fn kicked(
     force: &Vec3,
     mass: f64,
     velocity: &Vec3,
     fluctuation: &Vec3,
+    change: &Vec3,
     constrained: u8,
     target: Option<&Vec3>,
     damping: Damping,
@@ -132,6 +167,7 @@ fn kicked(
                 damping_force = fluctuation * (-coefficient * force.norm() / speed);
             }
         }
+        Damping::TchamwaWielgosz { phi } => damping_force = change * (phi - 1.0),
     }
     let mut new = velocity + (force + damping_force) * (step / mass);
     if constrained != 0 {
@@ -166,6 +202,16 @@ struct Chunk<'a> {
     orientation: &'a mut [crate::math::Quat],
     rotation_increment: &'a mut [crate::math::Quat],
     angular_velocity: &'a mut [Vec3],
+    previous: &'a mut [[Vec3; 2]],
+}
+
+/// Change of force and torque since the last step where `previous` holds those, which are replaced; none otherwise.
+#[inline(always)]
+fn changes(previous: Option<&mut [Vec3; 2]>, force: &Vec3, torque: &Vec3) -> [Vec3; 2] {
+    previous.map_or([Vec3::zeros(); 2], |previous| {
+        let old = std::mem::replace(previous, [*force, *torque]);
+        [force - old[0], torque - old[1]]
+    })
 }
 
 /// Kick all free-standing particles (not members of clumps) with net contact forces `force`, `torque`, then drift
@@ -187,10 +233,12 @@ pub fn kick_and_drift(
         clump,
         constraint,
         loads,
+        previous,
         ..
     } = particles;
     let (mass, inertia, clump) = (&mass[..], &inertia[..], &clump[..]);
     let (constraint, loads) = (&constraint[..], &loads[..]);
+    let mut previous = &mut previous[..];
     let chunks: Vec<Chunk<'_>> = position
         .chunks_mut(TILE)
         .zip(velocity.chunks_mut(TILE))
@@ -205,6 +253,8 @@ pub fn kick_and_drift(
             orientation,
             rotation_increment,
             angular_velocity,
+            // Empty unless the damping remembers.
+            previous: previous.split_off_mut(..TILE.min(previous.len())).unwrap_or_default(),
         })
         .collect();
     let dt = context.dt;
@@ -223,6 +273,7 @@ pub fn kick_and_drift(
                 let applied = context.gravity * mass[p] + load;
                 let net = force[p] + applied;
                 let net_torque = torque[p] + moment;
+                let [change, torque_change] = changes(chunk.previous.get_mut(i), &net, &net_torque);
                 let (v, w) = (chunk.velocity[i], chunk.angular_velocity[i]);
                 let fluctuation = gradient.map_or(v, |l| v - l * chunk.position[i]);
                 let constrained = constraint[p].0;
@@ -232,6 +283,7 @@ pub fn kick_and_drift(
                     mass[p],
                     &v,
                     &fluctuation,
+                    &change,
                     constrained & 7,
                     target.map(|t| &t.0),
                     context.damping,
@@ -249,6 +301,7 @@ pub fn kick_and_drift(
                     inertia[p],
                     &w,
                     &w,
+                    &torque_change,
                     constrained >> 3,
                     target.map(|t| &t.1),
                     context.damping,
@@ -331,12 +384,16 @@ pub fn advance_clumps(
             applied += load;
         }
         total_force += context.gravity * clump.mass;
+        // The place of its first member keeps what the body felt.
+        let first = clump.members.first().map_or(usize::MAX, |&m| m as usize);
+        let [change, torque_change] = changes(particles.previous.get_mut(first), &total_force, &total_torque);
         let spin = clump.angular_velocity(&clump.angular_momentum, &clump.orientation);
         let (_, f_damping) = kicked(
             &total_force,
             clump.mass,
             &clump.velocity,
             &clump.velocity,
+            &change,
             clump.constraint.0 & 7,
             None,
             context.damping,
@@ -349,6 +406,7 @@ pub fn advance_clumps(
             clump.inertia.min(),
             &spin,
             &spin,
+            &torque_change,
             clump.constraint.0 >> 3,
             None,
             context.damping,

@@ -11,6 +11,7 @@ mod tests;
 pub mod time_step;
 pub mod walls;
 
+use crate::fracture::virial::{self, HydrostaticStrength};
 use crate::kinematics::{Frame, Mode, Pose, sphere_sphere};
 use crate::law::EnergySplit;
 use crate::math::{Mat3, Vec3};
@@ -78,6 +79,8 @@ pub struct Model {
     pub wall_rows: MaterialRows,
     /// Skin of the neighbour search, as a share of the smallest radius.
     pub skin: f64,
+    /// Thresholds of the failure of whole particles.
+    pub hydrostatic_strength: HydrostaticStrength,
 }
 
 impl Default for Model {
@@ -91,6 +94,7 @@ impl Default for Model {
             contact_rows: MaterialRows::default(),
             wall_rows: MaterialRows::default(),
             skin: 0.2,
+            hydrostatic_strength: HydrostaticStrength::default(),
         }
     }
 }
@@ -395,6 +399,17 @@ impl Solver {
             maps.push(&self.contact_map);
         }
         integrate::gather(&mut self.force, &mut self.torque, &maps);
+
+        if self.model.hydrostatic_strength.is_active()
+            && let Some(stress) = virial::mean_stress(state, self.model.hydrostatic_strength.planar)
+        {
+            virial::release(state, &self.model.hydrostatic_strength, &stress);
+        }
+        // What the damping remembers; particles that come into it start from nothing.
+        let remembered = if self.model.damping.remembers() { state.particles.len() } else { 0 };
+        if state.particles.previous.len() != remembered {
+            state.particles.previous = vec![[Vec3::zeros(); 2]; remembered];
+        }
 
         let fraction = if self.model.scheme == Scheme::VelocityVerlet && state.clock.step == 0 { 0.5 } else { 1.0 };
         let kick = KickContext {

@@ -68,13 +68,13 @@ fn elements(state: &State) -> Vec<Element> {
             let (a, b) = (view.pair.a as usize, view.pair.b as usize);
             let shift = state.cell.as_ref().map_or_else(Vec3::zeros, |cell: &Cell| cell.shift(view.link.image));
             let frame = fresh_frame(&particles.position[a], &particles.position[b], &shift);
-            let half_gap = 0.5 * (frame.length - particles.radius[a] - particles.radius[b]);
+            let (arm_a, arm_b) = block.arms(k, particles, frame.length);
             all.push(Element {
                 a: view.pair.a,
                 b: view.pair.b,
                 normal: frame.normal,
-                arm_a: particles.radius[a] + half_gap,
-                arm_b: particles.radius[b] + half_gap,
+                arm_a,
+                arm_b,
                 stiffness: block.stiffness(k, particles, false),
             });
         }

@@ -4,7 +4,7 @@ use std::any::Any;
 
 use super::columns::{Column, ColumnError, ColumnSink, ColumnSource};
 use crate::kinematics::Frame;
-use crate::law::{ContactGeometry, ContactLaw, LawState, Reference, Stiffness};
+use crate::law::{ContactGeometry, ContactLaw, Kinematics, LawState, Reference, Stiffness};
 use crate::state::Particles;
 
 /// The two particles of a contact by index, `a ≤ b` (equal only for a particle and its own periodic image). In a wall
@@ -177,6 +177,14 @@ pub trait Contacts: Send + Sync {
     fn sort(&mut self);
     /// Keep only contacts whose flags pass.
     fn retain_links(&mut self, keep: &dyn Fn(&Link) -> bool);
+    /// Cross-section of a bond of parameter row `row`, see [`ContactLaw::bonded_area`].
+    fn bonded_area(&self, row: u16, radius_a: f64, radius_b: f64, mean_radius: f64) -> f64;
+    /// Axial force of bond `k`, N, by its length at the last evaluation; see [`ContactLaw::axial_force`].
+    fn axial_force(&self, k: usize, particles: &Particles) -> Option<f64>;
+    /// Distances from the centres to the contact point of contact `k` when the centres are `length` apart, m.
+    fn arms(&self, k: usize, particles: &Particles, length: f64) -> (f64, f64);
+    /// Let go of the bonds for which `condition` holds: they break at their next evaluation.
+    fn release(&mut self, condition: &dyn Fn(&Pair) -> bool);
     /// Reference of an unbonded contact that begins.
     fn unbonded_reference(&self, length: f64, radius_a: f64, radius_b: f64) -> Reference;
     /// Reference a broken bond keeps.
@@ -255,6 +263,23 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     }
     fn retain_links(&mut self, keep: &dyn Fn(&Link) -> bool) {
         self.retain(keep);
+    }
+    fn bonded_area(&self, row: u16, radius_a: f64, radius_b: f64, mean_radius: f64) -> f64 {
+        self.rows[row as usize].bonded_area(radius_a, radius_b, mean_radius)
+    }
+    fn axial_force(&self, k: usize, particles: &Particles) -> Option<f64> {
+        let geometry = self.geometry(k, particles, false);
+        self.rows[self.link[k].row as usize].axial_force(&geometry, self.frame[k].length)
+    }
+    fn arms(&self, k: usize, particles: &Particles, length: f64) -> (f64, f64) {
+        L::Kinematics::arms(&self.geometry(k, particles, false), length)
+    }
+    fn release(&mut self, condition: &dyn Fn(&Pair) -> bool) {
+        for (pair, link) in self.pair.iter().zip(&mut self.link) {
+            if condition(pair) {
+                link.flags &= !Link::BONDED;
+            }
+        }
     }
     fn unbonded_reference(&self, length: f64, radius_a: f64, radius_b: f64) -> Reference {
         L::unbonded_reference(length, radius_a, radius_b)

@@ -111,6 +111,12 @@ impl State {
                 .map(Constraint)
                 .collect(),
             tags: with_length("particles/tags", source.u64("particles/tags")?, n)?,
+            previous: if source.exists("particles/previous_wrench") {
+                let path = "particles/previous_wrench";
+                bytemuck::cast_slice(&with_length(path, source.f64(path)?, 6 * n)?).to_vec()
+            } else {
+                Vec::new()
+            },
             loads: source
                 .f64("particles/loads")?
                 .chunks_exact(7)
@@ -196,6 +202,10 @@ impl WriteColumns for State {
         sink.column("particles/clump", Column::u32(&p.clump))?;
         sink.column("particles/constraint", Column::u8(bytemuck::cast_slice(&p.constraint)))?;
         sink.column("particles/tags", Column::u64(&p.tags))?;
+        if !p.previous.is_empty() {
+            let previous = Column::f64(bytemuck::cast_slice(&p.previous), 6, "N, N m");
+            sink.column("particles/previous_wrench", previous)?;
+        }
         let loads: Vec<f64> = p
             .loads
             .iter()

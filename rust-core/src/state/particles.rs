@@ -77,6 +77,8 @@ pub struct Particles {
     pub constraint: Vec<Constraint>,
     /// Tags of the scenario's named sets, one bit each.
     pub tags: Vec<u64>,
+    /// Net force (N) and torque (N·m) of the last step, where the damping remembers them; else empty.
+    pub previous: Vec<[Vec3; 2]>,
     /// Constant external loads, at most one per particle, by ascending particle.
     pub loads: Vec<Load>,
 }
@@ -179,6 +181,7 @@ impl Particles {
             clump: pick(&self.clump, order),
             constraint: pick(&self.constraint, order),
             tags: pick(&self.tags, order),
+            previous: if self.previous.is_empty() { Vec::new() } else { pick(&self.previous, order) },
             loads: {
                 let place: std::collections::BTreeMap<u32, u32> =
                     order.iter().enumerate().map(|(new, &old)| (old, new as u32)).collect();

@@ -1,0 +1,324 @@
+//! Conformance, single-bond atlas against closed forms, failure criterion.
+
+use super::*;
+use crate::law::conformance::{Native, Random, Report, at_rest};
+use crate::law::conformance_frame::{FrameRecord, FrameStation, FrameSubject, check, drive, legs};
+use crate::math::Quat;
+
+const YOUNG: f64 = 2.0e9;
+const POISSON: f64 = 0.3;
+
+fn beam() -> CohesiveBeam {
+    CohesiveBeam::new(YOUNG, POISSON, Section::Radius(0.3)).unwrap()
+}
+
+fn subject(name: &'static str, beam: CohesiveBeam) -> FrameSubject<Native<CohesiveBeam>> {
+    let geometry = ContactGeometry {
+        reference_length: 2.1,
+        area: beam.bonded_area(0.8, 1.2, 1.0),
+        radius_a: 0.8,
+        radius_b: 1.2,
+        mass_a: 1.0,
+        mass_b: 2.0,
+    };
+    FrameSubject {
+        name,
+        host: Native(beam),
+        geometry,
+        elongation: 0.4,
+        rotation: 0.7,
+        twist: 2.0,
+        failure: None,
+        dt: 1e-3,
+    }
+}
+
+fn conforms(subject: &FrameSubject<Native<CohesiveBeam>>) {
+    let report: Report = check(subject);
+    println!("{report}");
+    assert!(report.passed(), "{report}");
+}
+
+#[test]
+fn euler_bernoulli_beam_conforms() {
+    conforms(&subject("Euler-Bernoulli beam", beam()));
+}
+
+#[test]
+fn timoshenko_beam_conforms() {
+    let model = BeamModel::Timoshenko { shear_coefficient: 0.9 };
+    conforms(&subject("Timoshenko beam", CohesiveBeam { model, ..beam() }));
+}
+
+#[test]
+fn springs_conform() {
+    conforms(&subject("dual spring", CohesiveBeam { model: BeamModel::DualSpring { ratio: 0.4 }, ..beam() }));
+    conforms(&subject("spring", CohesiveBeam { model: BeamModel::Spring, ..beam() }));
+}
+
+#[test]
+fn brittle_beam_conforms() {
+    // Breaks in pure tension at E Δl/l₀ = σ_f, an elongation of 0.21; bending of 0.05 rad stays below.
+    let strong = CohesiveBeam { strength: 0.1 * YOUNG, ..beam() };
+    let mut subject = subject("brittle beam", strong);
+    (subject.elongation, subject.rotation, subject.twist, subject.failure) = (0.05, 0.05, 0.05, Some(0.4));
+    conforms(&subject);
+}
+
+/// The book's four formulas with balanced signs, by components (X, Y, Z) of end rotations and twist; `shear_length` is
+/// the length by which end moments are divided.
+fn four_formulas(g: &ContactGeometry, s: &FrameStation, shear_length: f64) -> [Vec3; 4] {
+    let (area, l) = (g.area, g.reference_length);
+    let inertia = area * area / (4.0 * PI);
+    let shear_modulus = YOUNG / (2.0 * (1.0 + POISSON));
+    let ([ay, az], [by, bz]) = (s.a, s.b);
+    let shear = 6.0 * YOUNG * inertia / (l * shear_length);
+    let bend = 2.0 * YOUNG * inertia / l;
+    let twist = shear_modulus * 2.0 * inertia / l * s.twist;
+    let force = Vec3::new(YOUNG * area * s.elongation / l, -shear * (az + bz), shear * (ay + by));
+    [
+        force,
+        -force,
+        Vec3::new(twist, -bend * (2.0 * ay + by), -bend * (2.0 * az + bz)),
+        Vec3::new(-twist, -bend * (ay + 2.0 * by), -bend * (az + 2.0 * bz)),
+    ]
+}
+
+/// The midpoint form of the same beam, from displacements and rotations of the two centres.
+fn midpoint_form(g: &ContactGeometry, s: &FrameStation) -> [Vec3; 4] {
+    let (area, l) = (g.area, g.reference_length);
+    let inertia = area * area / (4.0 * PI);
+    let shear_modulus = YOUNG / (2.0 * (1.0 + POISSON));
+    let x = Vec3::x();
+    let (ta, tb) = (Vec3::new(0.0, s.a[0], s.a[1]), Vec3::new(s.twist, s.b[0], s.b[1]));
+    let slide = -tb.cross(&(x * (0.5 * l))) - ta.cross(&(x * (0.5 * l)));
+    let force = x * (YOUNG * area / l * s.elongation) + slide * (12.0 * YOUNG * inertia / (l * l * l));
+    let turn = tb - ta;
+    let middle = (turn - x * turn.x) * (YOUNG * inertia / l) + x * (turn.x * shear_modulus * 2.0 * inertia / l);
+    let lever = (x * (0.5 * l)).cross(&force);
+    [force, -force, middle + lever, -middle + lever]
+}
+
+fn answer_of(record: &FrameRecord<CohesiveBeamState>) -> [Vec3; 4] {
+    [record.force, -record.force, record.moments[0], record.moments[1]]
+}
+
+/// Largest difference relative to the size of all of them, for a length of order 1 m.
+fn difference(one: &[Vec3; 4], two: &[Vec3; 4]) -> f64 {
+    let force = two[0].norm() + two[2].norm() + two[3].norm();
+    let moment = force;
+    ((one[0] - two[0]).norm() / force)
+        .max((one[1] - two[1]).norm() / force)
+        .max((one[2] - two[2]).norm() / moment)
+        .max((one[3] - two[3]).norm() / moment)
+}
+
+/// The four formulas balance, and are the midpoint form: sums of a few products each.
+#[test]
+fn four_formulas_and_midpoint_form_agree() {
+    let geometry = subject("", beam()).geometry;
+    let mut random = Random::new(1);
+    for _ in 0..1000 {
+        let mut any = || random.uniform(-1.0, 1.0);
+        let station = FrameStation { elongation: any(), a: [any(), any()], b: [any(), any()], twist: any() };
+        let four = four_formulas(&geometry, &station, geometry.reference_length);
+        let balance = four[2] + four[3] + (Vec3::x() * geometry.reference_length).cross(&four[1]);
+        assert!(balance.norm() < 1e-14 * (four[2].norm() + four[3].norm()), "{balance}");
+        assert!(difference(&midpoint_form(&geometry, &station), &four) < 2e-15);
+    }
+}
+
+/// The printed signs of [2.9], [2.11], [2.12] do not balance: kept so that nobody puts them back.
+#[test]
+fn printed_signs_do_not_balance() {
+    let geometry = subject("", beam()).geometry;
+    let station = FrameStation { a: [0.01, 0.02], b: [0.03, -0.01], ..FrameStation::default() };
+    let mut printed = four_formulas(&geometry, &station, geometry.reference_length);
+    printed[0].z = -printed[0].z;
+    printed[2].z = -printed[2].z;
+    assert!((printed[0] + printed[1]).norm() > 0.1 * printed[1].norm());
+}
+
+/// One bond, led in `steps` steps from rest to `station`.
+fn at(beam: CohesiveBeam, station: FrameStation) -> (FrameRecord<CohesiveBeamState>, ContactGeometry) {
+    let subject = subject("bond", beam);
+    let stations = legs(&[FrameStation::default(), station], 50);
+    let records = drive(&subject, &stations, &at_rest, &[Quat::identity(); 2], false);
+    (*records.last().unwrap(), subject.geometry)
+}
+
+/// Atlas: paths on which the formulas hold at any size. 1e-14: a dozen roundings.
+#[test]
+fn finite_deformations_meet_the_closed_forms() {
+    for size in [1e-6, 1e-2, 1.0] {
+        for (name, station) in [
+            ("tension", FrameStation { elongation: 0.5 * size, ..FrameStation::default() }),
+            ("compression", FrameStation { elongation: -0.5 * size, ..FrameStation::default() }),
+            ("torsion", FrameStation { twist: 2.5 * size, ..FrameStation::default() }),
+            (
+                "bent to a circle",
+                FrameStation { a: [-1.2 * size, 0.0], b: [1.2 * size, 0.0], ..FrameStation::default() },
+            ),
+            ("S shape", FrameStation { a: [0.0, 0.9 * size], b: [0.0, 0.9 * size], ..FrameStation::default() }),
+            (
+                "one end, stretched",
+                FrameStation { a: [0.6 * size, -0.8 * size], elongation: 0.1, ..FrameStation::default() },
+            ),
+        ] {
+            let (record, geometry) = at(beam(), station);
+            let length = geometry.reference_length + station.elongation;
+            let error = difference(&answer_of(&record), &four_formulas(&geometry, &station, length));
+            println!("{name} {size:e}: {error:.1e}");
+            // Rounding of the bond's direction (1e-16 rad) against the rotation, and of the length (4e-16 m) against the
+            // elongation of half the size.
+            assert!(error < 1e-14 + 1e-15 / size, "{name} at {size}: {error:e}");
+        }
+    }
+}
+
+/// Mixed rotations out of one plane: the formulas are the first order of the law, whose next order falls with the size.
+#[test]
+fn mixed_deformations_meet_the_closed_forms_to_first_order() {
+    let error = |size: f64| {
+        let station =
+            FrameStation { elongation: 0.0, a: [size, 0.5 * size], b: [-0.7 * size, 0.9 * size], twist: 1.5 * size };
+        let (record, geometry) = at(beam(), station);
+        difference(&answer_of(&record), &four_formulas(&geometry, &station, geometry.reference_length))
+    };
+    let (coarse, fine) = (error(1e-2), error(1e-3));
+    println!("mixed: {coarse:.2e} {fine:.2e}");
+    assert!(coarse < 2e-2 && fine < 2e-3, "{coarse:e} {fine:e}");
+    assert!((coarse / fine - 10.0).abs() < 1.0, "of first order relative to the rotation: {coarse:e} {fine:e}");
+}
+
+/// The closed form of the energy and its split are those of the book (tension, bending with the shear part, torsion),
+/// and equal the accumulated work [2.17]–[2.19] of the loads on the bond: total to second order of the step at finite
+/// rotations, the split at small ones (at finite ones, X-parts and Y,Z-parts mix).
+#[test]
+fn accumulated_work_is_the_closed_form() {
+    for (size, steps) in [(1e-4, 400), (0.3, 400)] {
+        let subject = subject("bond", beam());
+        let target = FrameStation {
+            elongation: 0.1 * size,
+            a: [size, 0.5 * size],
+            b: [-0.7 * size, 0.9 * size],
+            twist: 1.5 * size,
+        };
+        let records =
+            drive(&subject, &legs(&[FrameStation::default(), target], steps), &at_rest, &[Quat::identity(); 2], false);
+        let mut split = [0.0; 3];
+        for pair in records.windows(2) {
+            let mean = |k: usize| (answer_of(&pair[0])[k] + answer_of(&pair[1])[k]) * 0.5;
+            let k = &pair[1].kinematics;
+            let (pull, turn_a, turn_b) = (k.displacement, k.turn_a, k.turn_b);
+            let (force, ma, mb) = (mean(0), mean(2), mean(3));
+            let across = |a: &Vec3, b: &Vec3| a.y * b.y + a.z * b.z;
+            split[0] += force.x * pull.x;
+            split[1] += across(&force, &pull) - across(&ma, &turn_a) - across(&mb, &turn_b);
+            split[2] -= ma.x * turn_a.x + mb.x * turn_b.x;
+        }
+        let energy = records.last().unwrap().response.energy;
+        let closed = [energy.stored_normal, energy.stored_shear + energy.stored_bending, energy.stored_twist];
+        let total: f64 = closed.iter().sum();
+        println!("size {size}: work {split:?}, closed form {closed:?}");
+        assert!((split.iter().sum::<f64>() - total).abs() < 2e-5 * total, "{split:?} {closed:?}");
+        let g = subject.geometry;
+        let inertia = g.area * g.area / (4.0 * PI);
+        let dot = |p: [f64; 2], q: [f64; 2]| p[0] * q[0] + p[1] * q[1];
+        let book = 2.0 * YOUNG * inertia / g.reference_length
+            * (dot(target.a, target.a) + dot(target.a, target.b) + dot(target.b, target.b));
+        // A dozen roundings; 3e-16/size of the rounding of the direction.
+        assert!((closed[1] - book).abs() < (1e-14 + 1e-15 / size) * book, "{closed:?} {book}");
+        if size < 1e-3 {
+            for k in 0..3 {
+                assert!((split[k] - closed[k]).abs() < 3e-4 * closed[k], "{k}: {split:?} {closed:?}");
+            }
+        }
+    }
+}
+
+/// The Timoshenko beam's shear stiffness is the series of bending and shear: a cantilever deflects by
+/// `Pl³/3EI + Pl/κGS`.
+#[test]
+fn timoshenko_cantilever() {
+    let kappa = 0.9;
+    let beam = CohesiveBeam { model: BeamModel::Timoshenko { shear_coefficient: kappa }, ..beam() };
+    let g = subject("", beam).geometry;
+    let (k, l) = (beam.stiffnesses(&g), g.reference_length);
+    // Force 1 at B: the moment in the middle is l/2, so θ_B = l/2k_b; the tip moves by 1/k_s + θ_B l/2.
+    let tip = 1.0 / k.shear + l * l / (4.0 * k.bending);
+    let inertia = g.area * g.area / (4.0 * PI);
+    let shear_modulus = YOUNG / (2.0 * (1.0 + POISSON));
+    let exact = l * l * l / (3.0 * YOUNG * inertia) + l / (kappa * shear_modulus * g.area);
+    // Five roundings.
+    assert!((tip - exact).abs() < 1e-15 * exact, "{tip} {exact}");
+}
+
+/// Rankine's stress by hand, in the three readings: `σ = ½(σ_n+√(σ_n²+4τ²))`.
+#[test]
+fn rankine_stress_in_three_readings() {
+    let g = subject("", beam()).geometry;
+    let r: f64 = 0.3;
+    let inertia = PI * r.powi(4) / 4.0;
+    let station = FrameStation { elongation: 0.01, a: [0.002, 0.01], b: [0.004, -0.03], twist: 0.02 };
+    let [force, _, moment_a, moment_b] = four_formulas(&g, &station, g.reference_length);
+    let forces = BeamForces { force, moment_a, moment_b };
+    let l = g.reference_length;
+    let shear_modulus = YOUNG / (2.0 * (1.0 + POISSON));
+    let tau = shear_modulus * 0.02 / l * r;
+    let hypot = |y: f64, z: f64| (y * y + z * z).sqrt();
+    let bend = 2.0 * YOUNG * inertia / l;
+    for (reading, moment) in [
+        // ½(M_A−M_B) = (EI/l)(θ_B−θ_A)
+        (BendingTerm::MidSection, YOUNG * inertia / l * hypot(0.002, -0.04)),
+        // ½(M_A+M_B) = (3EI/l)(θ_A+θ_B)
+        (BendingTerm::HalfSum, 3.0 * YOUNG * inertia / l * hypot(0.006, -0.02)),
+        (BendingTerm::LargerEnd, bend * hypot(0.002 + 0.008, 0.01 - 0.06)),
+    ] {
+        let normal = YOUNG * 0.01 / l + moment * r / inertia;
+        let exact = 0.5 * (normal + (normal * normal + 4.0 * tau * tau).sqrt());
+        let beam = CohesiveBeam { bending_term: reading, ..beam() };
+        let stress = beam.rankine_stress(g.area, force.x, &Vec3::x(), &forces);
+        // A few dozen roundings.
+        assert!((stress - exact).abs() < 1e-14 * exact, "{reading:?}: {stress} {exact}");
+    }
+}
+
+/// What breaks a beam, and what does not, at a strength of 0.1 E: tension at Δl/l₀ = 0.1, compression never; a circle by
+/// mid-section and larger end, not by the printed half sum; torsion at `Gτr/l₀ = σ_f`.
+#[test]
+fn which_deformation_breaks() {
+    let broke = |reading: BendingTerm, station: FrameStation| {
+        let beam = CohesiveBeam { strength: 0.1 * YOUNG, bending_term: reading, ..beam() };
+        at(beam, station).0.response.fate == Fate::Broke
+    };
+    let mid = BendingTerm::MidSection;
+    let pull = |elongation: f64| FrameStation { elongation, ..FrameStation::default() };
+    assert!(!broke(mid, pull(0.209)) && broke(mid, pull(0.211)) && !broke(mid, pull(-1.5)));
+    // M r/I = (E/l₀)·2φ·r = 0.1 E at φ = 0.35
+    let circle = |angle: f64| FrameStation { a: [-angle, 0.0], b: [angle, 0.0], ..FrameStation::default() };
+    for reading in [mid, BendingTerm::LargerEnd] {
+        assert!(!broke(reading, circle(0.349)) && broke(reading, circle(0.351)), "{reading:?}");
+    }
+    assert!(!broke(BendingTerm::HalfSum, circle(1.5)));
+    // S shape: nothing in the middle; the ends carry 6EIφ/l₀: φ = 0.1·2.1/(6·0.3) = 0.11667
+    let wave = |angle: f64| FrameStation { a: [angle, 0.0], b: [angle, 0.0], ..FrameStation::default() };
+    assert!(!broke(mid, wave(0.5)));
+    for reading in [BendingTerm::HalfSum, BendingTerm::LargerEnd] {
+        assert!(!broke(reading, wave(0.116)) && broke(reading, wave(0.117)), "{reading:?}");
+    }
+    // τ = G θ r/l₀ = E θ r/(2.6 l₀) = 0.1 E at θ = 0.1·2.6·2.1/0.3 = 1.82
+    let twisted = |twist: f64| FrameStation { twist, ..FrameStation::default() };
+    assert!(!broke(mid, twisted(1.819)) && broke(mid, twisted(1.821)));
+}
+
+#[test]
+fn bad_parameters_are_named() {
+    let message = CohesiveBeam::new(-1.0, 0.3, Section::Ratio(0.5)).unwrap_err().to_string();
+    assert_eq!(message, "law cohesive_beam: young = -1 must be positive and finite (Pa)");
+    assert!(CohesiveBeam::new(1.0, 0.6, Section::Ratio(0.5)).is_err());
+    assert!(CohesiveBeam::new(1.0, 0.3, Section::Radius(0.0)).is_err());
+    assert!(CohesiveBeam { strength: f64::NAN, ..beam() }.validate().is_err());
+    assert!(CohesiveBeam { model: BeamModel::Timoshenko { shear_coefficient: 0.0 }, ..beam() }.validate().is_err());
+    assert!(CohesiveBeam { model: BeamModel::DualSpring { ratio: -0.1 }, ..beam() }.validate().is_err());
+}
