@@ -18,3 +18,4 @@ pub mod program;
 pub mod scenario;
 pub mod solver;
 pub mod state;
+pub mod statics;

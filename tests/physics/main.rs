@@ -6,5 +6,6 @@ mod determinism;
 mod energy;
 mod lattices;
 mod scaling;
+mod statics;
 mod time_step;
 mod yade_trajectory;

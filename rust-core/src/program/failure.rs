@@ -9,6 +9,7 @@ use crate::assembly::AssemblyError;
 use crate::output::OutputError;
 use crate::scenario::{ProblemKind, ReadError, Scenario, ScenarioError};
 use crate::solver::SolverError;
+use crate::statics::StaticsError;
 
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
@@ -45,6 +46,9 @@ pub enum Failure {
     /// The calculation failed.
     #[error("{0}")]
     Solver(#[from] SolverError),
+    /// A static problem has no answer.
+    #[error("{0}")]
+    Statics(#[from] StaticsError),
     /// A person, or the system, asked to stop.
     #[error("{0}")]
     Interrupted(String),
@@ -102,7 +106,7 @@ impl Failure {
                 exit::FILE
             }
             Self::Usage(_) | Self::Scenario(_) | Self::Assembly(_) => exit::USAGE,
-            Self::Unstable(_) | Self::Solver(_) => exit::PHYSICS,
+            Self::Unstable(_) | Self::Solver(_) | Self::Statics(_) => exit::PHYSICS,
             Self::Interrupted(_) => exit::INTERRUPTED,
         }
     }

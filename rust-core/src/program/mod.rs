@@ -5,6 +5,7 @@
 
 mod check;
 mod drive;
+mod elastic;
 mod failure;
 mod info;
 mod init;
@@ -89,6 +90,8 @@ enum Command {
     Info(info::Arguments),
     /// Write a web page about one or more results: curves, figures, cracks, energies
     Report(report::Arguments),
+    /// Young's modulus, Poisson's ratio, and all elastic constants of a bonded periodic packing, four ways
+    Elastic(elastic::Arguments),
     /// Make only the packing of a scenario and write it as a text file
     Pack(pack::Arguments),
     /// Write the JSON Schema of scenarios, for editors with completion
@@ -186,6 +189,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
         Command::Resume(arguments) => resume::resume(arguments, console),
         Command::Info(arguments) => info::info(arguments, console),
         Command::Report(arguments) => report::report(arguments, console),
+        Command::Elastic(arguments) => elastic::elastic(arguments, console),
         Command::Pack(arguments) => pack::pack(arguments, console),
         Command::Schema(arguments) => schema::schema(arguments, console),
     };
