@@ -54,7 +54,12 @@ pub fn affine_stiffness(links: &[AffineLink], volume: f64) -> Result<Matrix6<f64
 
 /// Young's modulus (Pa) and Poisson's ratio of links with all directions alike (Stránský 2018, (3.38)):
 /// `E = S Ē(2Ē+3Ḡ)/(4Ē+Ḡ)`, `ν = (Ē−Ḡ)/(4Ē+Ḡ)`, `S = Σ LA/3V`.
-pub fn isotropic_moduli(link_volume: f64, volume: f64, normal_modulus: f64, shear_modulus: f64) -> Result<(f64, f64), OperatorError> {
+pub fn isotropic_moduli(
+    link_volume: f64,
+    volume: f64,
+    normal_modulus: f64,
+    shear_modulus: f64,
+) -> Result<(f64, f64), OperatorError> {
     let s = link_volume / (3.0 * check_volume("the body", volume)?);
     let (e, g) = (normal_modulus, shear_modulus);
     if !(e > 0.0 && g >= 0.0) {
@@ -65,7 +70,13 @@ pub fn isotropic_moduli(link_volume: f64, volume: f64, normal_modulus: f64, shea
 
 /// Bulk and shear modulus (N/m) of a plane assembly of equal discs under Voigt's assumption (Madan 2019, (4.15)–(4.18)):
 /// `K = N_c R² k_n/V`, `G = N_c R² (k_n + k_t)/2V`, `V` the area per unit depth (m²).
-pub fn voigt_plane(contacts: f64, radius: f64, area: f64, normal: f64, tangential: f64) -> Result<(f64, f64), OperatorError> {
+pub fn voigt_plane(
+    contacts: f64,
+    radius: f64,
+    area: f64,
+    normal: f64,
+    tangential: f64,
+) -> Result<(f64, f64), OperatorError> {
     let area = check_volume("the assembly", area)?;
     let c = contacts * (radius * radius) / area;
     Ok((c * normal, 0.5 * c * (normal + tangential)))

@@ -12,12 +12,7 @@ use crate::math::{Mat3, Vec3};
 ///
 /// Loads are brought to the particles' centres first: a force at `c` is one at the centre with the moment `(c−x)×f`
 /// more. (Line 1254 of the thesis prints an extra V in the bracket.)
-pub fn external(
-    position: &[Vec3],
-    loads: &LoadSet<'_>,
-    volume: f64,
-    centroid: &Vec3,
-) -> Result<Mat3, OperatorError> {
+pub fn external(position: &[Vec3], loads: &LoadSet<'_>, volume: f64, centroid: &Vec3) -> Result<Mat3, OperatorError> {
     let volume = check_volume("the body", volume)?;
     let (mut stress, mut couple) = (Mat3::zeros(), Mat3::zeros());
     for k in 0..loads.len() {
@@ -45,8 +40,7 @@ pub fn internal(contacts: &ContactSet<'_>, volume: f64, centroid: &Vec3) -> Resu
         for k in range {
             let c = contacts.get(k);
             let b = c.position_a + c.branch;
-            sum += c.branch * c.moment.transpose()
-                + b * c.arm_b.cross(&c.force).transpose()
+            sum += c.branch * c.moment.transpose() + b * c.arm_b.cross(&c.force).transpose()
                 - c.position_a * c.arm_a.cross(&c.force).transpose();
         }
         sum
@@ -96,7 +90,7 @@ pub struct Conjugate {
     pub rigid_force: Vec3,
     /// `Σ(x×F + M)/V`, N/m²: zero if both particles of every contact use the same contact point.
     pub rigid_moment: Vec3,
-    /// `ΣM/V`, N/m²: conjugate of the uniform rotation, minus the axial part of the stress.
+    /// `ΣM/V`, N/m²: conjugate of the uniform rotation, the axial part of the stress.
     pub rotation: Vec3,
     /// Volume, m³.
     pub volume: f64,
@@ -105,11 +99,7 @@ pub struct Conjugate {
 }
 
 /// See [`Conjugate`]. `reference` is the region's reference point, usually its centre (m).
-pub fn conjugate(
-    contacts: &ContactSet<'_>,
-    region: &Region,
-    reference: &Vec3,
-) -> Result<Conjugate, OperatorError> {
+pub fn conjugate(contacts: &ContactSet<'_>, region: &Region, reference: &Vec3) -> Result<Conjugate, OperatorError> {
     let position = contacts.position();
     let volume = super::region::check(region, Truncation::InternalOnly, position.len())?;
     let mut kept = 0;

@@ -28,7 +28,11 @@ pub fn strength_damage_exponential(
         let name = "softening strain";
         return Err(OperatorError::Constant { name, value: softening_strain, demand: "it must be positive" });
     }
-    Ok(if largest_strain <= onset_strain { 0.0 } else { 1.0 - exp(-(largest_strain - onset_strain) / softening_strain) })
+    Ok(if largest_strain <= onset_strain {
+        0.0
+    } else {
+        1.0 - exp(-(largest_strain - onset_strain) / softening_strain)
+    })
 }
 
 fn check_onset(onset: f64) -> Result<(), OperatorError> {

@@ -65,7 +65,9 @@ pub enum OperatorError {
         what: &'static str,
     },
     /// The truncation needs a region with a shape.
-    #[error("a region that is a list of particles has no surface to clip branches at; use internal-only or half-crossing")]
+    #[error(
+        "a region that is a list of particles has no surface to clip branches at; use internal-only or half-crossing"
+    )]
     NoSurface,
     /// The points do not span space.
     #[error(
@@ -109,7 +111,9 @@ pub enum OperatorError {
         points: Vec<u32>,
     },
     /// A cell of a diagram is not closed.
-    #[error("the cell of point {point} reaches beyond the domain; give a domain that encloses all points, or a periodic cell")]
+    #[error(
+        "the cell of point {point} reaches beyond the domain; give a domain that encloses all points, or a periodic cell"
+    )]
     OpenCell {
         /// Which point.
         point: usize,

@@ -52,7 +52,8 @@ pub fn fabric(
     let none = Vec3::zeros();
     let particles = (0..position.len())
         .map(|p| {
-            let inside = |image| region.contains(p, &(position[p] + period.map_or(none, |period| period.edges * image)));
+            let inside =
+                |image| region.contains(p, &(position[p] + period.map_or(none, |period| period.edges * image)));
             region.images(period, &position[p], &none).filter(|image| inside(*image)).count()
         })
         .sum::<usize>();

@@ -54,8 +54,8 @@ pub fn power(
         for k in range {
             let c = contacts.get(k);
             let carried = image_velocity.get(k).copied().unwrap_or_default();
-            let relative = (velocity[c.a] + spin[c.a].cross(&c.arm_a))
-                - (velocity[c.b] + carried + spin[c.b].cross(&c.arm_b));
+            let relative =
+                (velocity[c.a] + spin[c.a].cross(&c.arm_a)) - (velocity[c.b] + carried + spin[c.b].cross(&c.arm_b));
             sum -= relative.dot(&c.force) + (spin[c.a] - spin[c.b]).dot(&c.moment);
         }
         sum
@@ -69,8 +69,7 @@ pub fn power(
             let x = &position[p];
             sum += Sums {
                 particles: -(force.dot(&velocity[p]) + moment.dot(&spin[p])),
-                gap: -(force.dot(&(velocity[p] - fit.displacement(x)))
-                    + moment.dot(&(spin[p] - fit.rotation_at(x)))),
+                gap: -(force.dot(&(velocity[p] - fit.displacement(x))) + moment.dot(&(spin[p] - fit.rotation_at(x)))),
                 couple: (x - fit.centre) * moment.transpose(),
             };
         }

@@ -167,9 +167,7 @@ impl Region {
             Self::Box { low, high } => {
                 Self::Parallelepiped { corner: image(low), edges: deformation * Mat3::from_diagonal(&(high - low)) }
             }
-            Self::Sphere { centre, radius } => {
-                Self::Ellipsoid { centre: image(centre), axes: deformation * *radius }
-            }
+            Self::Sphere { centre, radius } => Self::Ellipsoid { centre: image(centre), axes: deformation * *radius },
             Self::Ellipsoid { centre, axes } => Self::Ellipsoid { centre: image(centre), axes: deformation * axes },
             Self::Parallelepiped { corner, edges } => {
                 Self::Parallelepiped { corner: image(corner), edges: deformation * edges }
@@ -221,7 +219,11 @@ impl Region {
     pub fn volume(&self) -> Result<f64, OperatorError> {
         use std::f64::consts::PI;
         let positive = |kind, name, value: f64| {
-            if value > 0.0 { Ok(value) } else { Err(OperatorError::Region { kind, name, value, demand: "it must be positive" }) }
+            if value > 0.0 {
+                Ok(value)
+            } else {
+                Err(OperatorError::Region { kind, name, value, demand: "it must be positive" })
+            }
         };
         let volume = match self {
             Self::All { volume } | Self::Particles { volume, .. } => *volume,
@@ -253,7 +255,9 @@ impl Region {
                 }
                 PI * (r * r) * if h.is_infinite() { 1.0 } else { 2.0 * h }
             }
-            Self::Ellipsoid { axes, .. } => 4.0 / 3.0 * PI * positive("ellipsoid", "determinant of its axes", axes.determinant().abs())?,
+            Self::Ellipsoid { axes, .. } => {
+                4.0 / 3.0 * PI * positive("ellipsoid", "determinant of its axes", axes.determinant().abs())?
+            }
             Self::Parallelepiped { edges, .. } => {
                 positive("parallelepiped", "determinant of its edges", edges.determinant().abs())?
             }
@@ -321,7 +325,13 @@ impl Region {
             }
             Self::HalfSpaces { planes, .. } => {
                 for plane in planes {
-                    cut_slab(&mut range, (x - plane.point).dot(&plane.normal), l.dot(&plane.normal), f64::NEG_INFINITY, 0.0);
+                    cut_slab(
+                        &mut range,
+                        (x - plane.point).dot(&plane.normal),
+                        l.dot(&plane.normal),
+                        f64::NEG_INFINITY,
+                        0.0,
+                    );
                 }
             }
         }
@@ -338,9 +348,7 @@ impl Region {
             Self::Cylinder { centre, axis, radius, half_length } => {
                 around(centre, axis.abs() * *half_length + Vec3::repeat(*radius))
             }
-            Self::Ellipsoid { centre, axes } => {
-                around(centre, Vec3::from_fn(|i, _| axes.row(i).norm()))
-            }
+            Self::Ellipsoid { centre, axes } => around(centre, Vec3::from_fn(|i, _| axes.row(i).norm())),
             Self::Parallelepiped { corner, edges } => {
                 let low = Vec3::from_fn(|i, _| edges.row(i).iter().map(|e| e.min(0.0)).sum());
                 let high = Vec3::from_fn(|i, _| edges.row(i).iter().map(|e| e.max(0.0)).sum());

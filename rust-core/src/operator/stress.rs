@@ -198,13 +198,7 @@ pub fn region_stress(
             sums
         })
     };
-    Ok(RegionStress {
-        stress: sums.moment / volume,
-        volume,
-        truncation,
-        full: sums.full,
-        partial: sums.partial,
-    })
+    Ok(RegionStress { stress: sums.moment / volume, volume, truncation, full: sums.full, partial: sums.partial })
 }
 
 /// Stress of a region as volume average over the particles whose centres lie inside: `σ = (1/V) Σ_p V_p σ_p`
@@ -300,11 +294,7 @@ pub fn solid_fraction(position: &[Vec3], volumes: &[f64], region: &Region) -> Re
 ///
 /// `V(1×σ̄) = Σ_c l×f^A = −Σ_e c^e`: it vanishes if the contact moments on every particle cancel.
 pub fn axial(tensor: &Mat3) -> Vec3 {
-    Vec3::new(
-        tensor[(1, 2)] - tensor[(2, 1)],
-        tensor[(2, 0)] - tensor[(0, 2)],
-        tensor[(0, 1)] - tensor[(1, 0)],
-    )
+    Vec3::new(tensor[(1, 2)] - tensor[(2, 1)], tensor[(2, 0)] - tensor[(0, 2)], tensor[(0, 1)] - tensor[(1, 0)])
 }
 
 /// Symmetric part of a tensor.

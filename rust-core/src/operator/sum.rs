@@ -18,10 +18,8 @@ where
         total += tile(0..count);
         return total;
     }
-    let parts: Vec<T> = (0..count.div_ceil(TILE))
-        .into_par_iter()
-        .map(|k| tile(k * TILE..((k + 1) * TILE).min(count)))
-        .collect();
+    let parts: Vec<T> =
+        (0..count.div_ceil(TILE)).into_par_iter().map(|k| tile(k * TILE..((k + 1) * TILE).min(count))).collect();
     for part in parts {
         total += part;
     }

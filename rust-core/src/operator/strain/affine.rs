@@ -169,11 +169,7 @@ pub fn affine_fit(
 const FLAT: f64 = 1e-16;
 
 /// Inverse of the matrix of second moments, and how well the points span space.
-fn inverse_of_moments(
-    moments: &Mat3,
-    points: usize,
-    dimension: Dimension,
-) -> Result<(Mat3, f64), OperatorError> {
+fn inverse_of_moments(moments: &Mat3, points: usize, dimension: Dimension) -> Result<(Mat3, f64), OperatorError> {
     let two = dimension == Dimension::Two;
     let flat = |ratio: f64| OperatorError::Flat {
         points,

@@ -28,7 +28,11 @@ impl ElasticConstants {
     /// Young's modulus (Pa, positive) and Poisson's ratio (−1 to ½).
     pub fn new(young: f64, poisson: f64, state: ElasticState) -> Result<Self, OperatorError> {
         if !(young > 0.0 && young.is_finite()) {
-            return Err(OperatorError::Constant { name: "Young's modulus", value: young, demand: "it must be positive" });
+            return Err(OperatorError::Constant {
+                name: "Young's modulus",
+                value: young,
+                demand: "it must be positive",
+            });
         }
         if !(poisson > -1.0 && poisson <= 0.5) {
             let demand = "it must be more than -1 and at most 0.5";

@@ -19,11 +19,7 @@ use crate::operator::strain::Dimension;
 /// Where more than four points lie on a sphere the triangulation is one of several; averages do not depend on which.
 /// In a periodic cell such ties are broken by shifting the points by 1e-7 of their spacing — for the choice of the cells
 /// only, not for any place. So cells of no volume, or of a volume negative by rounding, may occur.
-pub fn delaunay(
-    position: &[Vec3],
-    dimension: Dimension,
-    periodic: Option<&Mat3>,
-) -> Result<Mesh, OperatorError> {
+pub fn delaunay(position: &[Vec3], dimension: Dimension, periodic: Option<&Mat3>) -> Result<Mesh, OperatorError> {
     check_points(position)?;
     match periodic {
         None => {
@@ -218,7 +214,8 @@ fn periodic_cells(
 fn jitter(p: usize, attempt: usize, plane: bool) -> Vec3 {
     // The finaliser of SplitMix64 makes unrelated bits of consecutive numbers.
     let bits = |k: u64| {
-        let mut z = (p as u64 * 4 + k + 1).wrapping_add(attempt as u64 * 0x51ed_270b).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let mut z =
+            (p as u64 * 4 + k + 1).wrapping_add(attempt as u64 * 0x51ed_270b).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0

@@ -5,8 +5,8 @@ mod mesh;
 mod power;
 
 pub use delaunay::delaunay;
-pub use mesh::{Corner, Mesh};
 pub(super) use mesh::face_area;
+pub use mesh::{Corner, Mesh};
 pub use power::{Domain, Face, Neighbour, PowerDiagram, power_diagram};
 
 use super::error::{OperatorError, check_finite};
