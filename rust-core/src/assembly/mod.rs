@@ -5,6 +5,7 @@ mod laws;
 mod loading;
 pub mod packing;
 mod place;
+mod samples;
 
 use std::path::Path;
 
@@ -248,8 +249,12 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
 
     // Loading, which also sets velocities and constraints.
     let loading = loading::build(scenario, &placed, &mut state)?;
+    let operators = samples::build(scenario, &state)?;
     let plan = Plan {
         loading,
+        places: samples::places(&operators, &state),
+        operators,
+        plane: planar,
         stop: Stop {
             drop_to: scenario.stop.drop_to.map(scenario::Quantity::si),
             strain: scenario.stop.strain.map(scenario::Quantity::si),

@@ -338,6 +338,22 @@ impl Region {
         (range[1] > range[0]).then_some(range)
     }
 
+    /// Middle of the region, m; `None` when it has none.
+    pub fn centre(&self) -> Option<Vec3> {
+        match self {
+            Self::All { .. } | Self::Particles { .. } | Self::HalfSpaces { .. } => None,
+            Self::Box { low, high } => {
+                // The middle of an endless side is the plane.
+                let middle = (low + high) * 0.5;
+                Some(middle.map(|m| if m.is_nan() { 0.0 } else { m }))
+            }
+            Self::Sphere { centre, .. } | Self::Cylinder { centre, .. } | Self::Ellipsoid { centre, .. } => {
+                Some(*centre)
+            }
+            Self::Parallelepiped { corner, edges } => Some(corner + edges * Vec3::repeat(0.5)),
+        }
+    }
+
     /// A box around the region; `None` when it has no end or no shape.
     fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let around = |centre: &Vec3, half: Vec3| Some((centre - half, centre + half));

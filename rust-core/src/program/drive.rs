@@ -188,6 +188,9 @@ impl Run {
                     ));
                 }
             }
+            for row in &advance.operators {
+                self.files.append_operator(row.operator, row.time, row.step, &row.values)?;
+            }
             for event in advance.events {
                 self.files.append_event(event);
             }

@@ -8,6 +8,8 @@ use super::exit;
 use crate::assembly::AssemblyError;
 use crate::output::OutputError;
 use crate::scenario::{ProblemKind, ReadError, Scenario, ScenarioError};
+use crate::operator::OperatorError;
+use crate::plan::simulation::RunError;
 use crate::solver::SolverError;
 
 /// Why a command failed.
@@ -45,6 +47,12 @@ pub enum Failure {
     /// The calculation failed.
     #[error("{0}")]
     Solver(#[from] SolverError),
+    /// The run cannot go on.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// An operator refused.
+    #[error(transparent)]
+    Operator(#[from] OperatorError),
     /// A person, or the system, asked to stop.
     #[error("{0}")]
     Interrupted(String),
@@ -102,7 +110,7 @@ impl Failure {
                 exit::FILE
             }
             Self::Usage(_) | Self::Scenario(_) | Self::Assembly(_) => exit::USAGE,
-            Self::Unstable(_) | Self::Solver(_) => exit::PHYSICS,
+            Self::Unstable(_) | Self::Solver(_) | Self::Run(_) | Self::Operator(_) => exit::PHYSICS,
             Self::Interrupted(_) => exit::INTERRUPTED,
         }
     }

@@ -12,6 +12,7 @@ use crate::kinematics::sphere_sphere::{ImageShift, Motion};
 use crate::kinematics::{Frame, Mode};
 use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, LawState, Reference};
 use crate::math::{Mat3, Vec3};
+use crate::solver::record::{self, ContactForces, WallForces};
 use crate::solver::walls;
 use crate::state::contacts::{ContactBlock, Contacts, Link, Pair};
 use crate::state::{Cell, Particles, Wall};
@@ -186,6 +187,10 @@ pub trait EvaluatedContacts: Contacts {
         force: &mut [Vec3],
         torque: &mut [Vec3],
     ) -> Tally;
+    /// Add the forces of all contacts at the present positions; histories stay.
+    fn record(&self, context: &StepContext<'_>, out: &mut ContactForces);
+    /// The same for contacts with walls.
+    fn record_walls(&self, context: &StepContext<'_>, walls: &[Wall], out: &mut WallForces);
     /// Copy of the block behind the trait.
     fn boxed_clone(&self) -> Box<dyn EvaluatedContacts>;
     /// The block as plain contacts.
@@ -251,7 +256,13 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
         force: &mut [Vec3],
         torque: &mut [Vec3],
     ) -> Tally {
-        walls::evaluate(self, context, walls, force, torque)
+        walls::evaluate(self, context, walls, force, torque, None)
+    }
+    fn record(&self, context: &StepContext<'_>, out: &mut ContactForces) {
+        record::record(self, context, out);
+    }
+    fn record_walls(&self, context: &StepContext<'_>, walls: &[Wall], out: &mut WallForces) {
+        record::record_walls(self, context, walls, out);
     }
     fn boxed_clone(&self) -> Box<dyn EvaluatedContacts> {
         Box::new(self.clone())
@@ -431,7 +442,7 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
 /// Make a contact of a candidate whose surfaces, or those a broken bond kept, meet; whether they do.
 #[cold]
 #[inline(never)]
-fn activate<L: ContactLaw>(
+pub(super) fn activate<L: ContactLaw>(
     link: &mut Link,
     reference: &mut Reference,
     frame: &mut Frame,
