@@ -5,7 +5,7 @@ mod laws;
 mod loading;
 pub mod packing;
 mod place;
-mod samples;
+pub(crate) mod samples;
 
 use std::path::Path;
 
@@ -249,7 +249,7 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
 
     // Loading, which also sets velocities and constraints.
     let loading = loading::build(scenario, &placed, &mut state)?;
-    let operators = samples::build(scenario, &state)?;
+    let operators = samples::of(scenario, &state.particles, state.cell.is_some())?;
     let plan = Plan {
         loading,
         places: samples::places(&operators, &state),

@@ -7,12 +7,17 @@ use crate::plan::OperatorSample;
 use crate::plan::samples::SampledRegion;
 use crate::scenario::quantity::vector;
 use crate::scenario::{SampleRegion, Scenario};
-use crate::state::State;
+use crate::state::{Particles, State};
 
-/// The samples of the plan.
-pub(super) fn build(scenario: &Scenario, state: &State) -> Result<Vec<OperatorSample>, AssemblyError> {
+/// The samples of the plan, for these particles.
+pub(crate) fn of(
+    scenario: &Scenario,
+    particles: &Particles,
+    periodic: bool,
+) -> Result<Vec<OperatorSample>, AssemblyError> {
     let each = scenario.samples.iter().enumerate().map(|(k, sample)| {
-        let region = region(scenario, state, k, sample.region.as_ref())?;
+        let key = format!("sample[{k}].region");
+        let region = region(scenario, particles, periodic, &key, sample.region.as_ref())?;
         let is_list = sample.region.as_ref().is_some_and(SampleRegion::is_list);
         let default =
             if is_list { crate::operator::Truncation::HalfCrossing } else { crate::operator::Truncation::default() };
@@ -32,20 +37,20 @@ pub(super) fn build(scenario: &Scenario, state: &State) -> Result<Vec<OperatorSa
 }
 
 /// The region; nothing for the periodic cell.
-fn region(
+pub(crate) fn region(
     scenario: &Scenario,
-    state: &State,
-    k: usize,
+    particles: &Particles,
+    periodic: bool,
+    key: &str,
     region: Option<&SampleRegion>,
 ) -> Result<Option<Region>, AssemblyError> {
     let plane = scenario.dimension == 2;
-    let key = format!("sample[{k}].region");
     let region = match region {
         None | Some(SampleRegion::Cell) => {
-            return if state.cell.is_some() {
+            return if periodic {
                 Ok(None)
             } else {
-                Err(unfit(&key, "the packing has no periodic cell; give a region".into()))
+                Err(unfit(key, "the packing has no periodic cell; give a region".into()))
             };
         }
         Some(SampleRegion::All { volume }) => Region::All { volume: volume.si() },
@@ -68,19 +73,19 @@ fn region(
         }
         Some(SampleRegion::Set { set, volume }) => {
             let bit = 1_u64 << set_index(scenario, set);
-            let member = state.particles.tags.iter().map(|tags| tags & bit != 0).collect();
+            let member = particles.tags.iter().map(|tags| tags & bit != 0).collect();
             Region::Particles { member, volume: volume.si() }
         }
         Some(SampleRegion::Material { material, volume }) => {
-            Region::of_material(&state.particles.material, material_index(scenario, material), volume.si())
+            Region::of_material(&particles.material, material_index(scenario, material), volume.si())
         }
     };
     if let Region::Particles { member, .. } = &region
         && !member.contains(&true)
     {
-        return Err(unfit(&key, "no particle belongs to it".into()));
+        return Err(unfit(key, "no particle belongs to it".into()));
     }
-    region.volume().map_err(|error| unfit(&key, error.to_string()))?;
+    region.volume().map_err(|error| unfit(key, error.to_string()))?;
     Ok(Some(region))
 }
 

@@ -65,7 +65,7 @@ impl Merge<'_> {
             if let Some(writer) = snapshots {
                 writer.finish()?;
             }
-            let mut sink = GroupSink { group: file, path, allowed: &["contacts", "particles"], failure: None };
+            let mut sink = GroupSink { group: file, path, allowed: &["cell", "contacts", "particles"], failure: None };
             let written = tables.write(&mut sink);
             sink.outcome(written)
         })

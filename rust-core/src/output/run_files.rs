@@ -480,7 +480,7 @@ impl RunFiles {
     /// Merge all segments into the result and remove the working folder.
     ///
     /// `last` is the state at the end, which is committed first; `tables` writes its columns for people, below
-    /// `contacts/` and `particles/`. A run that was killed in here is resumed like any other: its newest checkpoint
+    /// `cell/`, `contacts/`, and `particles/`. A run that was killed in here is resumed like any other: its newest checkpoint
     /// is the state at the end.
     pub fn finish(mut self, last: &dyn WriteColumns, tables: &dyn WriteColumns) -> Result<(), OutputError> {
         self.commit(last)?;

@@ -5,8 +5,8 @@ use crate::operator::strain::{Dimension, affine_fit};
 use crate::operator::stress::{kinetic_stress, region_stress, solid_fraction};
 use crate::operator::{OperatorError, Period, Region, Truncation, couple_stress, damage, fabric};
 use crate::solver::record::Forces;
-use crate::state::State;
 use crate::state::contacts::Link;
+use crate::state::{Cell, Particles, State};
 
 /// What an operator gives: a name and a unit for a number of reals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -172,10 +172,44 @@ pub struct OperatorSample {
     pub interval: u64,
 }
 
-/// What operators need of a state.
+/// Bonds as the damage tensor needs them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Bonds {
+    /// Middle, m.
+    pub middle: Vec<Vec3>,
+    /// Direction.
+    pub normal: Vec<Vec3>,
+    /// Damage, 0 to 1.
+    pub damage: Vec<f64>,
+}
+
+impl Bonds {
+    /// Those of a state.
+    pub fn of(state: &State) -> Self {
+        let mut bonds = Self::default();
+        for block in &state.bonds {
+            for k in 0..block.len() {
+                let view = block.view(k);
+                let a = state.particles.position[view.pair.a as usize];
+                bonds.middle.push(a + view.frame.normal * (0.5 * view.frame.length));
+                bonds.normal.push(view.frame.normal);
+                bonds.damage.push(if view.link.has(Link::BROKEN) { 1.0 } else { block.damage(k) });
+            }
+        }
+        bonds
+    }
+}
+
+/// What operators need of a moment of a run.
 pub struct Sampled<'a> {
-    /// Particles, cell, bonds.
-    pub state: &'a State,
+    /// Particles.
+    pub particles: &'a Particles,
+    /// Periodic cell.
+    pub cell: Option<Cell>,
+    /// Time, s.
+    pub time: f64,
+    /// Bonds; may be empty when no damage tensor is wanted.
+    pub bonds: &'a Bonds,
     /// Forces of contacts.
     pub forces: &'a Forces,
     /// Position of every particle at the start, m.
@@ -198,27 +232,26 @@ impl OperatorSample {
         }
     }
 
-    fn region(&self, state: &State) -> Region {
-        match (&self.region, &state.cell) {
+    fn region(&self, at: &Sampled<'_>) -> Region {
+        match (&self.region, &at.cell) {
             (SampledRegion::Cell, Some(cell)) => Region::periodic_cell(&cell.matrix),
             (SampledRegion::Cell, None) => Region::All { volume: f64::NAN },
             (SampledRegion::Moving { region, velocity }, _) if *velocity == Vec3::zeros() => region.clone(),
-            (SampledRegion::Moving { region, velocity }, _) => region.translated(&(velocity * state.clock.time())),
+            (SampledRegion::Moving { region, velocity }, _) => region.translated(&(velocity * at.time)),
         }
     }
 
     fn values(&self, at: &Sampled<'_>) -> Result<Vec<f64>, OperatorError> {
-        let state = at.state;
-        let particles = &state.particles;
-        let region = &self.region(state);
+        let particles = at.particles;
+        let region = &self.region(at);
         let contacts = at.forces.contacts.set(particles)?;
-        let period = state.cell.map(|cell| Period::of(cell.matrix));
+        let period = at.cell.map(|cell| Period::of(cell.matrix));
         let mut row = Vec::with_capacity(self.operator.width());
         let put = |row: &mut Vec<f64>, m: &Mat3| row.extend(m.transpose().iter());
         match self.operator {
             Operator::RegionStress => {
                 let mean = region_stress(&contacts, region, self.truncation, period.as_ref())?;
-                let motion: Vec<Vec3> = match &state.cell {
+                let motion: Vec<Vec3> = match &at.cell {
                     // In a deforming cell only what departs from its motion counts.
                     Some(cell) => particles
                         .velocity
@@ -237,9 +270,9 @@ impl OperatorSample {
                 row.extend([mean.volume, mean.full + mean.partial]);
             }
             Operator::CoupleStress => {
-                let centre = region.centre().unwrap_or_else(|| {
-                    particles.position.iter().sum::<Vec3>() / particles.len().max(1) as f64
-                });
+                let centre = region
+                    .centre()
+                    .unwrap_or_else(|| particles.position.iter().sum::<Vec3>() / particles.len().max(1) as f64);
                 let conjugate = couple_stress::conjugate(&contacts, region, &centre)?;
                 put(&mut row, &conjugate.stress);
                 put(&mut row, &conjugate.couple_stress);
@@ -250,7 +283,7 @@ impl OperatorSample {
                 let displacement: Vec<Vec3> =
                     particles.position.iter().zip(at.places).map(|(now, then)| now - then).collect();
                 let rotation: Vec<Vec3> = particles.orientation.iter().map(rotation_vector).collect();
-                let start = state.cell.map(|cell| {
+                let start = at.cell.map(|cell| {
                     let edges = cell.deformation_gradient.try_inverse().unwrap_or_else(Mat3::identity) * cell.matrix;
                     Period { edges, change: cell.matrix - edges }
                 });
@@ -274,16 +307,15 @@ impl OperatorSample {
                 row.extend([solid, 1.0 - solid, region.volume()?]);
             }
             Operator::DamageTensor => {
+                // A list of particles has no place that a bond's middle could lie in.
+                if matches!(region, Region::Particles { .. }) {
+                    return Err(OperatorError::NoSurface);
+                }
                 let (mut normal, mut damage) = (Vec::new(), Vec::new());
-                for block in &state.bonds {
-                    for k in 0..block.len() {
-                        let view = block.view(k);
-                        let a = view.pair.a as usize;
-                        let middle = particles.position[a] + view.frame.normal * (0.5 * view.frame.length);
-                        if region.contains(a, &middle) {
-                            normal.push(view.frame.normal);
-                            damage.push(if view.link.has(Link::BROKEN) { 1.0 } else { block.damage(k) });
-                        }
+                for (k, middle) in at.bonds.middle.iter().enumerate() {
+                    if region.contains(0, middle) {
+                        normal.push(at.bonds.normal[k]);
+                        damage.push(at.bonds.damage[k]);
                     }
                 }
                 put(&mut row, &damage::damage_tensor(&normal, &damage)?);

@@ -1,6 +1,6 @@
 //! A run: state, solver, and plan, advanced sample by sample.
 
-use super::samples::Sampled;
+use super::samples::{Bonds, Operator, Sampled};
 use super::{Plan, StopReason, stop};
 use crate::fracture::Event;
 use crate::operator::OperatorError;
@@ -177,16 +177,27 @@ impl Simulation {
             return Ok(Vec::new());
         }
         let forces = self.solver.record(&mut self.state)?;
-        let at =
-            Sampled { state: &self.state, forces: &forces, places: &self.plan.places, plane: self.plan.plane };
-        let due = self.plan.operators.iter().enumerate().filter(|(_, sample)| step.is_multiple_of(sample.interval));
-        due.map(|(operator, sample)| {
-            let values = sample
-                .evaluate(&at)
-                .map_err(|source| RunError::Operator { name: sample.name.clone(), step, source })?;
-            Ok(OperatorRow { operator, time: self.state.clock.time(), step, values })
-        })
-        .collect()
+        let due = || self.plan.operators.iter().enumerate().filter(|(_, sample)| step.is_multiple_of(sample.interval));
+        let damage = due().any(|(_, sample)| sample.operator == Operator::DamageTensor);
+        let at = Sampled {
+            particles: &self.state.particles,
+            cell: self.state.cell,
+            time: self.state.clock.time(),
+            bonds: &if damage { Bonds::of(&self.state) } else { Bonds::default() },
+            forces: &forces,
+            places: &self.plan.places,
+            plane: self.plan.plane,
+        };
+        due()
+            .map(|(operator, sample)| {
+                let values = sample.evaluate(&at).map_err(|source| RunError::Operator {
+                    name: sample.name.clone(),
+                    step,
+                    source,
+                })?;
+                Ok(OperatorRow { operator, time: self.state.clock.time(), step, values })
+            })
+            .collect()
     }
 
     /// One step; a sample when it is due.

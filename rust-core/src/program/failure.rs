@@ -6,10 +6,10 @@ use std::path::PathBuf;
 
 use super::exit;
 use crate::assembly::AssemblyError;
-use crate::output::OutputError;
-use crate::scenario::{ProblemKind, ReadError, Scenario, ScenarioError};
 use crate::operator::OperatorError;
+use crate::output::OutputError;
 use crate::plan::simulation::RunError;
+use crate::scenario::{ProblemKind, ReadError, Scenario, ScenarioError};
 use crate::solver::SolverError;
 
 /// Why a command failed.

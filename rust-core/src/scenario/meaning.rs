@@ -8,8 +8,7 @@ use super::quantity::{Component, Dimension, Length, Quantity, vector};
 use super::structure::{listing, nearest};
 use super::{
     Axis, Cpm, CpmMode, DamageLaw, Frictional, LawName, Loading, Packing, Radii, SampleRegion, Scenario, Selection,
-    Shape, WallShape,
-    YieldSurface,
+    Shape, WallShape, YieldSurface,
 };
 use crate::math::Vec3;
 

@@ -4,6 +4,7 @@
 //! is told the size of the terms.
 
 mod bad_input;
+mod dynamics;
 mod fields;
 mod identities;
 mod references;
