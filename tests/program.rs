@@ -90,6 +90,14 @@ sample_interval = 7
 snapshot_interval = 100
 checkpoint_interval = 50
 events_damage = 0.5
+[[sample]]
+operator = "region-stress"
+region = { kind = "box", minimum = ["-3 mm", "-3 mm", "-3 mm"], maximum = ["3 mm", "3 mm", "3 mm"] }
+interval = 30
+[[sample]]
+operator = "affine-strain"
+region = { kind = "sphere", center = [0, 0, 0], radius = "5 mm" }
+interval = 45
 "#;
 
 fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
@@ -114,6 +122,9 @@ fn contents(path: &Path) -> String {
     writeln!(all, "{:?}", result.snapshot_times().expect("snapshots")).expect("text");
     writeln!(all, "{:?}", result.table("particles").expect("particles")).expect("text");
     writeln!(all, "{:?}", result.table("contacts/cpm").expect("contacts")).expect("text");
+    for name in result.operators().expect("operators") {
+        writeln!(all, "{name} {:?}", result.table(&format!("samples/{name}")).expect("rows")).expect("text");
+    }
     all + &result.state_hash().expect("hash")
 }
 
@@ -121,9 +132,20 @@ fn contents(path: &Path) -> String {
 fn help_tells_commands_examples_and_exit_codes() {
     let given = concordem(["--help"]);
     assert_eq!(given.code, exit::DONE);
-    for word in
-        ["init", "check", "run", "resume", "info", "report", "pack", "schema", "Examples:", "Exit codes:", "130"]
-    {
+    for word in [
+        "init",
+        "check",
+        "run",
+        "resume",
+        "info",
+        "measure",
+        "report",
+        "pack",
+        "schema",
+        "Examples:",
+        "Exit codes:",
+        "130",
+    ] {
         assert!(given.out.contains(word), "the help does not mention {word}:\n{}", given.out);
     }
     let listed = concordem(["init"]).out;
@@ -375,4 +397,60 @@ fn killed_runs_give_the_result_of_an_undisturbed_one() {
     assert!(kills >= 3, "only {kills} kills");
     assert!(contents(&broken) == expected, "after {kills} kills the result is another one");
     assert!(!broken.with_extension("h5.parts").exists(), "the working folder is gone");
+}
+
+/// A run's samples, and the same operators on its result: equal at the last step, because forces and positions in the
+/// tables are those of the end; the contacts' order differs, hence rounding of sums of some hundred terms.
+#[test]
+fn operators_are_measured_during_and_after_a_run() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = prism(folder.path(), 90);
+    assert_eq!(concordem(["run", "-q", text(&scenario)]).code, exit::DONE);
+    let path = folder.path().join("prism.h5");
+    let result = ResultFile::open(&path).expect("a result");
+    assert_eq!(result.operators().expect("operators"), ["affine-strain", "region-stress"]);
+    let table = result.table("samples/region-stress").expect("rows");
+    let column = |name: &str| &table.iter().find(|(column, _)| column == name).expect("a column").1;
+    assert_eq!(column("stress").components, 9);
+    assert_eq!(format!("{:?}", column("step").data), "U64([0, 30, 60])");
+    // One step more than a run that ends at 60 has the state of its step 60 before it.
+    let shorter = folder.path().join("shorter.toml");
+    std::fs::write(&shorter, PRISM.replace("STEPS", "60")).expect("a scenario");
+    assert_eq!(concordem(["run", "-q", text(&shorter)]).code, exit::DONE);
+    let shorter = folder.path().join("shorter.h5");
+    let given = concordem(["measure", text(&shorter), "--csv"]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    let line: Vec<f64> =
+        given.out.lines().nth(1).expect("a row").split(',').map(|x| x.parse().expect("a number")).collect();
+    let concordem::state::columns::ColumnData::F64(sampled) = &column("stress").data else { panic!("not reals") };
+    let size = sampled[18..27].iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+    assert!(size > 1e4, "the specimen carries {size} Pa");
+    for (measured, sampled) in line.iter().zip(&sampled[18..27]) {
+        assert!((measured - sampled).abs() < 1e-12 * size, "{measured} {sampled}");
+    }
+    // Any region, and a map.
+    let region =
+        "{ kind = \"box\", minimum = [\"-4 mm\", \"-4 mm\", \"-4 mm\"], maximum = [\"4 mm\", \"4 mm\", \"4 mm\"] }";
+    let all = ["region-stress", "couple-stress", "affine-strain", "fabric", "porosity", "damage-tensor"];
+    for operator in all {
+        let given = concordem(["measure", text(&shorter), "--operator", operator, "--region", region]);
+        assert_eq!(given.code, exit::DONE, "{}", given.err);
+        assert!(given.out.starts_with(operator) && !given.out.contains("NaN"), "{}", given.out);
+    }
+    let given = concordem(["measure", text(&shorter), "--operator", "fabric", "--region", region, "--grid", "2,3,1"]);
+    assert_eq!((given.code, given.out.lines().count()), (exit::DONE, 7), "{}{}", given.out, given.err);
+    // What cannot be.
+    for (arguments, words) in [
+        (vec!["--operator", "stress"], "choose one of"),
+        (vec!["--operator", "fabric"], "no periodic cell"),
+        (vec!["--operator", "fabric", "--region", "{ kind = \"ball\" }"], "no region of a scenario"),
+        (
+            vec!["--operator", "fabric", "--region", "{ kind = \"all\", volume = 1 }", "--grid", "2,2,2"],
+            "divides a box",
+        ),
+    ] {
+        let given = concordem([vec!["measure", text(&shorter)], arguments].concat());
+        assert_eq!(given.code, exit::USAGE);
+        assert!(given.err.contains(words), "{}", given.err);
+    }
 }

@@ -10,6 +10,7 @@ pub mod kinematics;
 pub mod law;
 pub mod math;
 pub mod neighbor;
+pub mod operator;
 #[cfg(feature = "hdf5")]
 pub mod output;
 pub mod plan;

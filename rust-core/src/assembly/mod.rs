@@ -5,6 +5,7 @@ mod laws;
 mod loading;
 pub mod packing;
 mod place;
+pub(crate) mod samples;
 
 use std::path::Path;
 
@@ -250,8 +251,12 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
 
     // Loading, which also sets velocities and constraints.
     let loading = loading::build(scenario, &placed, &mut state)?;
+    let operators = samples::of(scenario, &state.particles, state.cell.is_some())?;
     let plan = Plan {
         loading,
+        places: samples::places(&operators, &state),
+        operators,
+        plane: planar,
         stop: Stop {
             drop_to: scenario.stop.drop_to.map(scenario::Quantity::si),
             strain: scenario.stop.strain.map(scenario::Quantity::si),

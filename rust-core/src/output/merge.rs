@@ -9,7 +9,7 @@ use ndarray::{ArrayView1, ArrayView2, s};
 
 use super::error::{At, OutputError};
 use super::hdf::{self, GroupSink, kind};
-use super::run_files::{POSITION, RunHeader, StoredField, StoredSnapshot, stage};
+use super::run_files::{OperatorTable, POSITION, RunHeader, StoredField, StoredSnapshot, stage};
 use super::sealed;
 use crate::fracture::Event;
 use crate::math::Vec3;
@@ -35,11 +35,15 @@ impl Merge<'_> {
             hdf::write_text_attribute(file, "state_hash", self.state_hash, path)?;
             self.write_provenance(file)?;
             let mut samples = Vec::new();
+            let mut operators = vec![Vec::new(); self.header.operators.len()];
             let mut events = Vec::new();
             let mut snapshots = None;
             for segment_path in self.segments {
                 let segment = sealed::open(segment_path)?;
                 samples.extend(hdf::read_array::<f64>(&segment, "samples", segment_path)?);
+                for (k, rows) in operators.iter_mut().enumerate() {
+                    rows.extend(hdf::read_array::<f64>(&segment, &operator_rows(k), segment_path)?);
+                }
                 events.extend(read_events(&segment, segment_path)?);
                 let group = segment.group("snapshots").at(segment_path)?;
                 for name in group.member_names().at(segment_path)? {
@@ -54,11 +58,14 @@ impl Merge<'_> {
                 stage("within merge");
             }
             self.write_samples(file, &samples)?;
+            for (table, rows) in self.header.operators.iter().zip(&operators) {
+                write_operator(file, table, rows, path)?;
+            }
             write_events(file, &events, path)?;
             if let Some(writer) = snapshots {
                 writer.finish()?;
             }
-            let mut sink = GroupSink { group: file, path, allowed: &["contacts", "particles"], failure: None };
+            let mut sink = GroupSink { group: file, path, allowed: &["cell", "contacts", "particles"], failure: None };
             let written = tables.write(&mut sink);
             sink.outcome(written)
         })
@@ -85,6 +92,32 @@ impl Merge<'_> {
         }
         Ok(())
     }
+}
+
+/// Where a segment keeps the rows of an operator.
+pub(super) fn operator_rows(k: usize) -> String {
+    format!("operators-{k:03}")
+}
+
+/// Write the rows of an operator as columns below `/samples/NAME`.
+fn write_operator(file: &Group, table: &OperatorTable, rows: &[f64], path: &Path) -> Result<(), OutputError> {
+    let group = file.group("samples").and_then(|samples| samples.create_group(&table.name)).at(path)?;
+    hdf::write_text_attribute(&group, "description", &table.description, path)?;
+    let rows: Vec<&[f64]> = rows.chunks_exact(table.width()).collect();
+    let time: Vec<f64> = rows.iter().map(|row| row[0]).collect();
+    let step: Vec<u64> = rows.iter().map(|row| row[1] as u64).collect();
+    let dataset = hdf::write_array(&group, "time", &time, 1, path)?;
+    hdf::describe(&dataset, "s", "Time", path)?;
+    let dataset = hdf::write_array(&group, "step", &step, 1, path)?;
+    hdf::describe(&dataset, "1", "Steps done", path)?;
+    let mut from = 2;
+    for (column, components) in &table.quantities {
+        let values: Vec<f64> = rows.iter().flat_map(|row| row[from..from + components].iter().copied()).collect();
+        let dataset = hdf::write_array(&group, &column.name, &values, *components, path)?;
+        hdf::describe(&dataset, &column.unit, &column.description, path)?;
+        from += components;
+    }
+    Ok(())
 }
 
 /// Write the event log as columns below `/events`.

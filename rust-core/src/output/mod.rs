@@ -23,4 +23,4 @@ pub mod sphere_pack;
 
 pub use error::OutputError;
 pub use result::ResultFile;
-pub use run_files::{Resumed, RunFiles, RunHeader, SeriesColumn, Snapshot, SnapshotField};
+pub use run_files::{OperatorTable, Resumed, RunFiles, RunHeader, SeriesColumn, Snapshot, SnapshotField};

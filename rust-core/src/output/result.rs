@@ -31,7 +31,8 @@ impl ResultFile {
         let group = file.group("samples").at(path)?;
         let mut series = Vec::new();
         for name in group.member_names().at(path)? {
-            let dataset = group.dataset(&name).at(path)?;
+            // Operators have groups of their own.
+            let Ok(dataset) = group.dataset(&name) else { continue };
             let order: u64 = hdf::read_attribute(&dataset, "order", path)?;
             let (unit, description) = hdf::read_description(&dataset, path)?;
             series.push((order, SeriesColumn { name, unit, description }));
@@ -66,6 +67,13 @@ impl ResultFile {
             });
         }
         hdf::read_array(&self.file.group("samples").at(&self.path)?, name, &self.path)
+    }
+
+    /// Names of the operators that were sampled; their columns are in the table `samples/NAME`.
+    pub fn operators(&self) -> Result<Vec<String>, OutputError> {
+        let group = self.file.group("samples").at(&self.path)?;
+        let names = group.member_names().at(&self.path)?;
+        Ok(names.into_iter().filter(|name| group.group(name).is_ok()).collect())
     }
 
     /// The event log.

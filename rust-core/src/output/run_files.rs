@@ -44,6 +44,24 @@ impl SeriesColumn {
     }
 }
 
+/// Operator that is evaluated through the run: a table of its own, `/samples/NAME`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OperatorTable {
+    /// Name, also of the group under `/samples`.
+    pub name: String,
+    /// The operator and its region, in words.
+    pub description: String,
+    /// Its quantities, each with its number of reals.
+    pub quantities: Vec<(SeriesColumn, usize)>,
+}
+
+impl OperatorTable {
+    /// Reals of a row: time, step, and all quantities.
+    pub fn width(&self) -> usize {
+        2 + self.quantities.iter().map(|(_, components)| components).sum::<usize>()
+    }
+}
+
 /// What is known about a run before its first step.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RunHeader {
@@ -53,6 +71,8 @@ pub struct RunHeader {
     pub provenance: Vec<(String, String)>,
     /// The series, in the order of the values of a sample.
     pub series: Vec<SeriesColumn>,
+    /// Operators that are evaluated at intervals of their own.
+    pub operators: Vec<OperatorTable>,
 }
 
 /// The particles at one moment, for `/VTKHDF`.
@@ -116,6 +136,8 @@ pub struct RunFiles {
     last_hash: String,
     notes: BTreeMap<String, String>,
     samples: Vec<f64>,
+    /// Rows of each operator.
+    operators: Vec<Vec<f64>>,
     events: Vec<Event>,
     snapshots: Vec<StoredSnapshot>,
     /// Names and shapes of the fields of the run's snapshots, from the first one on.
@@ -231,11 +253,12 @@ impl RunFiles {
     /// until the new one is whole.
     pub fn create(path: &Path, mut header: RunHeader, overwrite: bool) -> Result<Self, OutputError> {
         let mut names = BTreeSet::new();
-        for series in &header.series {
-            hdf::check_name(&series.name, "a series")?;
-            if !names.insert(&series.name) {
+        let operators = header.operators.iter().map(|table| &table.name);
+        for name in header.series.iter().map(|series| &series.name).chain(operators) {
+            hdf::check_name(name, "a series")?;
+            if !names.insert(name) {
                 return Err(OutputError::Name {
-                    name: series.name.clone(),
+                    name: name.clone(),
                     what: "a series",
                     problem: "another has the same name",
                 });
@@ -265,6 +288,7 @@ impl RunFiles {
         // The folder gets its name only with the header inside: one without it is what is left of a finished run.
         let folder = sealed::folder_of(path);
         let run_id = new_run_id(path, &header);
+        let operators = vec![Vec::new(); header.operators.len()];
         let new = new_folder(&folder)?;
         let lock = lock(new.path())?;
         write_header(new.path(), &header, &run_id)?;
@@ -282,6 +306,7 @@ impl RunFiles {
             last_hash: String::new(),
             notes: BTreeMap::new(),
             samples: Vec::new(),
+            operators,
             events: Vec::new(),
             snapshots: Vec::new(),
             fields: None,
@@ -324,6 +349,7 @@ impl RunFiles {
                     sealed::sync_folder(&parts)?;
                     let files = Self {
                         path: path.to_owned(),
+                        operators: vec![Vec::new(); header.operators.len()],
                         fields: snapshot_fields(&parts, checkpoint.run.segments)?,
                         parts,
                         header,
@@ -369,6 +395,23 @@ impl RunFiles {
         Ok(())
     }
 
+    /// Add a row of an operator: its place in the header, time, step, values.
+    pub fn append_operator(
+        &mut self,
+        operator: usize,
+        time: f64,
+        step: u64,
+        values: &[f64],
+    ) -> Result<(), OutputError> {
+        let expected = self.header.operators.get(operator).map_or(0, OperatorTable::width);
+        if values.len() + 2 != expected {
+            return Err(OutputError::SampleWidth { expected, found: values.len() + 2 });
+        }
+        self.operators[operator].extend([time, step as f64]);
+        self.operators[operator].extend_from_slice(values);
+        Ok(())
+    }
+
     /// Add an entry to the event log.
     pub fn append_event(&mut self, event: Event) {
         self.events.push(event);
@@ -402,7 +445,10 @@ impl RunFiles {
     ///
     /// When it fails, the last commit still stands, what was appended is still there, and it can be tried again.
     pub fn commit(&mut self, state: &dyn WriteColumns) -> Result<String, OutputError> {
-        let empty = self.samples.is_empty() && self.events.is_empty() && self.snapshots.is_empty();
+        let empty = self.samples.is_empty()
+            && self.operators.iter().all(Vec::is_empty)
+            && self.events.is_empty()
+            && self.snapshots.is_empty();
         let segment = numbered(&self.parts, "segment", self.segments);
         if !empty {
             stage("before segment");
@@ -419,6 +465,7 @@ impl RunFiles {
         self.segments = run.segments;
         self.next_checkpoint += 1;
         self.samples.clear();
+        self.operators.iter_mut().for_each(Vec::clear);
         self.events.clear();
         self.snapshots.clear();
         self.last_hash.clone_from(&hash);
@@ -433,7 +480,7 @@ impl RunFiles {
     /// Merge all segments into the result and remove the working folder.
     ///
     /// `last` is the state at the end, which is committed first; `tables` writes its columns for people, below
-    /// `contacts/` and `particles/`. A run that was killed in here is resumed like any other: its newest checkpoint
+    /// `cell/`, `contacts/`, and `particles/`. A run that was killed in here is resumed like any other: its newest checkpoint
     /// is the state at the end.
     pub fn finish(mut self, last: &dyn WriteColumns, tables: &dyn WriteColumns) -> Result<(), OutputError> {
         self.commit(last)?;
@@ -459,6 +506,9 @@ impl RunFiles {
             hdf::write_identity(file, kind::SEGMENT, path)?;
             hdf::write_text_attribute(file, "run_id", &self.run_id, path)?;
             hdf::write_array(file, "samples", &self.samples, self.header.series.len(), path)?;
+            for (k, (rows, table)) in self.operators.iter().zip(&self.header.operators).enumerate() {
+                hdf::write_array(file, &merge::operator_rows(k), rows, table.width(), path)?;
+            }
             merge::write_events(file, &self.events, path)?;
             let group = file.create_group("snapshots").at(path)?;
             for (k, snapshot) in self.snapshots.iter().enumerate() {
@@ -543,7 +593,20 @@ fn write_header(parts: &Path, header: &RunHeader, run_id: &str) -> Result<(), Ou
         };
         texts("provenance", header.provenance.iter().map(|(key, value)| (&key[..], &value[..])).collect())?;
         texts("units", header.series.iter().map(|series| (&series.name[..], &series.unit[..])).collect())?;
-        texts("descriptions", header.series.iter().map(|s| (&s.name[..], &s.description[..])).collect())
+        texts("descriptions", header.series.iter().map(|s| (&s.name[..], &s.description[..])).collect())?;
+        for (k, table) in header.operators.iter().enumerate() {
+            let group = file.create_group(&format!("operator-{k:03}")).at(path)?;
+            hdf::write_text_attribute(&group, "name", &table.name, path)?;
+            hdf::write_text_attribute(&group, "description", &table.description, path)?;
+            for (q, (column, components)) in table.quantities.iter().enumerate() {
+                let entry = group.create_group(&format!("{q:03}")).at(path)?;
+                hdf::write_text_attribute(&entry, "name", &column.name, path)?;
+                hdf::write_text_attribute(&entry, "unit", &column.unit, path)?;
+                hdf::write_text_attribute(&entry, "description", &column.description, path)?;
+                hdf::write_attribute(&entry, "components", &(*components as u64), path)?;
+            }
+        }
+        Ok(())
     })
 }
 
@@ -567,7 +630,23 @@ fn read_header(parts: &Path) -> Result<(RunHeader, String), OutputError> {
         .collect();
     let scenario = hdf::read_text(&file, "scenario", path)?;
     let run_id = hdf::read_text_attribute(&file, "run_id", path)?;
-    Ok((RunHeader { scenario, provenance: texts("provenance")?, series }, run_id))
+    let mut operators = Vec::new();
+    for name in file.member_names().at(path)?.iter().filter(|name| name.starts_with("operator-")) {
+        let group = file.group(name).at(path)?;
+        let mut quantities = Vec::new();
+        for member in group.member_names().at(path)? {
+            let entry = group.group(&member).at(path)?;
+            let text = |key| hdf::read_text_attribute(&entry, key, path);
+            let column = SeriesColumn { name: text("name")?, unit: text("unit")?, description: text("description")? };
+            quantities.push((column, hdf::read_attribute::<u64>(&entry, "components", path)? as usize));
+        }
+        operators.push(OperatorTable {
+            name: hdf::read_text_attribute(&group, "name", path)?,
+            description: hdf::read_text_attribute(&group, "description", path)?,
+            quantities,
+        });
+    }
+    Ok((RunHeader { scenario, provenance: texts("provenance")?, series, operators }, run_id))
 }
 
 impl StoredField {

@@ -110,6 +110,7 @@ fn header() -> RunHeader {
             SeriesColumn::new("strain", "1", ""),
             SeriesColumn::new("a stress", "Pa", "Not in the order of the alphabet."),
         ],
+        operators: vec![],
     }
 }
 

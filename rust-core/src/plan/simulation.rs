@@ -1,7 +1,9 @@
 //! A run: state, solver, and plan, advanced sample by sample.
 
+use super::samples::{Bonds, Operator, Sampled};
 use super::{Plan, StopReason, stop};
 use crate::fracture::Event;
+use crate::operator::OperatorError;
 use crate::solver::{Model, Solver, SolverError, StepReport};
 use crate::state::State;
 use crate::state::contacts::Link;
@@ -84,15 +86,49 @@ series! {
     unbalanced: "1",
 }
 
+/// Why a run cannot go on.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// The solver failed.
+    #[error(transparent)]
+    Solver(#[from] SolverError),
+    /// An operator cannot be evaluated.
+    #[error("sample `{name}` at step {step}: {source}")]
+    Operator {
+        /// Name of the sample.
+        name: String,
+        /// Step.
+        step: u64,
+        /// Why.
+        source: OperatorError,
+    },
+}
+
 /// What [`Simulation::advance`] did.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Advance {
     /// A sample, if this step was one to take.
     pub sample: Option<Sample>,
+    /// Rows of the operators that were due: their place in the plan, and their values.
+    pub operators: Vec<OperatorRow>,
     /// Bond incidents of the step.
     pub events: Vec<Event>,
     /// The run has ended.
     pub stopped: Option<StopReason>,
+}
+
+/// Values of an operator at one moment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OperatorRow {
+    /// Place of the operator in the plan.
+    pub operator: usize,
+    /// Time, s.
+    pub time: f64,
+    /// Steps done.
+    pub step: u64,
+    /// Values in the order of its quantities.
+    pub values: Vec<f64>,
 }
 
 /// Indices into [`State::plan_memory`].
@@ -136,8 +172,39 @@ impl Simulation {
         StopReason::of_code(self.state.plan_memory[memory::STOPPED])
     }
 
+    /// Values of the operators that are due, at the positions of which the next step computes the forces.
+    fn operators(&mut self) -> Result<Vec<OperatorRow>, RunError> {
+        let step = self.state.clock.step;
+        if self.plan.operators.iter().all(|sample| !step.is_multiple_of(sample.interval)) {
+            return Ok(Vec::new());
+        }
+        let forces = self.solver.record(&mut self.state)?;
+        let due = || self.plan.operators.iter().enumerate().filter(|(_, sample)| step.is_multiple_of(sample.interval));
+        let damage = due().any(|(_, sample)| sample.operator == Operator::DamageTensor);
+        let at = Sampled {
+            particles: &self.state.particles,
+            cell: self.state.cell,
+            time: self.state.clock.time(),
+            bonds: &if damage { Bonds::of(&self.state) } else { Bonds::default() },
+            forces: &forces,
+            places: &self.plan.places,
+            plane: self.plan.plane,
+        };
+        due()
+            .map(|(operator, sample)| {
+                let values = sample.evaluate(&at).map_err(|source| RunError::Operator {
+                    name: sample.name.clone(),
+                    step,
+                    source,
+                })?;
+                Ok(OperatorRow { operator, time: self.state.clock.time(), step, values })
+            })
+            .collect()
+    }
+
     /// One step; a sample when it is due.
-    pub fn advance(&mut self) -> Result<Advance, SolverError> {
+    pub fn advance(&mut self) -> Result<Advance, RunError> {
+        let operators = self.operators()?;
         let step = self.state.clock.step;
         let due = step.is_multiple_of(self.plan.sample_interval);
         self.plan.loading.act(&self.state, &mut self.solver, &self.last);
@@ -203,7 +270,7 @@ impl Simulation {
         // Kept in the state, so that a run that is killed while its result is written knows that it has ended.
         self.state.plan_memory[memory::STOPPED] = stopped.map_or(0.0, StopReason::code);
         self.last = report;
-        Ok(Advance { sample, events, stopped })
+        Ok(Advance { sample, operators, events, stopped })
     }
 
     fn events(&self, report: &StepReport, time: f64, step: u64) -> Vec<Event> {

@@ -188,6 +188,9 @@ impl Run {
                     ));
                 }
             }
+            for row in &advance.operators {
+                self.files.append_operator(row.operator, row.time, row.step, &row.values)?;
+            }
             for event in advance.events {
                 self.files.append_event(event);
             }
@@ -258,13 +261,14 @@ impl Run {
 
     fn finish(mut self, steps: u64, time: Duration) -> Result<Outcome, Failure> {
         let path = self.files.path().to_owned();
-        let state = &self.simulation.state;
         let reason = self.simulation.stopped().map(|reason| reason.to_string()).unwrap_or_default();
         self.files.note("stopped_because", &reason);
         self.files.note("threads", &rayon::current_num_threads().to_string());
         self.files.note("wall_time_s", &format!("{:.3}", time.as_secs_f64()));
         let displacement = self.displacement();
-        let tables = Tables { state, displacement: &displacement };
+        let forces = self.simulation.solver.record(&mut self.simulation.state)?;
+        let state = &self.simulation.state;
+        let tables = Tables { state, displacement: &displacement, forces: &forces };
         self.files.finish(state, &tables)?;
         if self.csv {
             write_csv(&path)?;

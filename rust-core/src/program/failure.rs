@@ -6,7 +6,9 @@ use std::path::PathBuf;
 
 use super::exit;
 use crate::assembly::AssemblyError;
+use crate::operator::OperatorError;
 use crate::output::OutputError;
+use crate::plan::simulation::RunError;
 use crate::scenario::{ProblemKind, ReadError, Scenario, ScenarioError};
 use crate::solver::SolverError;
 use crate::statics::StaticsError;
@@ -49,6 +51,12 @@ pub enum Failure {
     /// A static problem has no answer.
     #[error("{0}")]
     Statics(#[from] StaticsError),
+    /// The run cannot go on.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// An operator refused.
+    #[error(transparent)]
+    Operator(#[from] OperatorError),
     /// A person, or the system, asked to stop.
     #[error("{0}")]
     Interrupted(String),
@@ -106,7 +114,7 @@ impl Failure {
                 exit::FILE
             }
             Self::Usage(_) | Self::Scenario(_) | Self::Assembly(_) => exit::USAGE,
-            Self::Unstable(_) | Self::Solver(_) | Self::Statics(_) => exit::PHYSICS,
+            Self::Unstable(_) | Self::Solver(_) | Self::Statics(_) | Self::Run(_) | Self::Operator(_) => exit::PHYSICS,
             Self::Interrupted(_) => exit::INTERRUPTED,
         }
     }

@@ -9,6 +9,7 @@ mod elastic;
 mod failure;
 mod info;
 mod init;
+mod measure;
 mod pack;
 mod report;
 mod resume;
@@ -48,6 +49,8 @@ Examples:
   concordem run cpm-small.toml                 run it; the result is cpm-small.h5
   concordem resume cpm-small.h5                go on after Ctrl-C, a kill, or a power cut
   concordem report cpm-small.h5                curves and figures as a web page, cpm-small.html
+  concordem measure cpm-small.h5 --operator region-stress \\
+    --region '{ kind = \"sphere\", center = [0, 0, 0], radius = \"5 mm\" }'
   concordem info cpm-small.h5 --hash           hash of the final state, to compare runs
 
 A scenario is a TOML file in SI units; quantities may carry units: young = \"30 GPa\". Tension is positive.
@@ -88,6 +91,8 @@ enum Command {
     Resume(resume::Arguments),
     /// Print what a result file holds
     Info(info::Arguments),
+    /// Evaluate operators on a finished run: stress, couple stress, strain, fabric, porosity, damage of a region
+    Measure(measure::Arguments),
     /// Write a web page about one or more results: curves, figures, cracks, energies
     Report(report::Arguments),
     /// Young's modulus, Poisson's ratio, and all elastic constants of a bonded periodic packing, four ways
@@ -187,6 +192,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
         Command::Check(arguments) => check::check(arguments, console),
         Command::Run(arguments) => run::run(arguments, console),
         Command::Resume(arguments) => resume::resume(arguments, console),
+        Command::Measure(arguments) => measure::measure(arguments, console),
         Command::Info(arguments) => info::info(arguments, console),
         Command::Report(arguments) => report::report(arguments, console),
         Command::Elastic(arguments) => elastic::elastic(arguments, console),

@@ -6,8 +6,8 @@ use super::drive::{Meter, Outcome, Run, build, result_path};
 use super::{Console, Failure, Work};
 use crate::output::hash::StateHasher;
 use crate::output::run_files::parts_folder;
-use crate::output::{OutputError, RunFiles, RunHeader, SeriesColumn};
-use crate::plan::{Sample, Simulation};
+use crate::output::{OperatorTable, OutputError, RunFiles, RunHeader, SeriesColumn};
+use crate::plan::{OperatorSample, Sample, Simulation};
 use crate::scenario::Scenario;
 use crate::state::State;
 use crate::state::columns::WriteColumns;
@@ -44,7 +44,7 @@ pub(super) fn run(arguments: &Arguments, console: &mut Console<'_>) -> Result<()
     let outcome = arguments.work.install(|| {
         let meter = Meter::new(visible);
         let assembly = build(&scenario, &meter)?;
-        let header = header(&scenario, &assembly.state, &assembly.summary)?;
+        let header = header(&scenario, &assembly.state, &assembly.plan.operators, &assembly.summary)?;
         let files = RunFiles::create(&path, header, arguments.force)?;
         let places = assembly.state.particles.position.clone();
         let simulation = Simulation::new(assembly.state, assembly.model, assembly.plan)?;
@@ -81,7 +81,12 @@ pub(super) const INITIAL_HASH: &str = "initial_state_hash";
 /// Name of the provenance entry with the scenario's file.
 pub(super) const SCENARIO_FILE: &str = "scenario_file";
 
-fn header(scenario: &Scenario, state: &State, summary: &crate::assembly::Summary) -> Result<RunHeader, Failure> {
+fn header(
+    scenario: &Scenario,
+    state: &State,
+    operators: &[OperatorSample],
+    summary: &crate::assembly::Summary,
+) -> Result<RunHeader, Failure> {
     let file = PathBuf::from(&*scenario.source.name);
     let file = std::path::absolute(&file).unwrap_or(file);
     let bounds = &summary.bounds;
@@ -99,5 +104,15 @@ fn header(scenario: &Scenario, state: &State, summary: &crate::assembly::Summary
             .iter()
             .map(|column| SeriesColumn::new(column.name, column.unit, column.description.trim()))
             .collect(),
+        operators: operators.iter().map(operator_table).collect(),
     })
+}
+
+fn operator_table(sample: &OperatorSample) -> OperatorTable {
+    let quantities = sample.operator.quantities().iter();
+    OperatorTable {
+        name: sample.name.clone(),
+        description: format!("{}, every {} steps", sample.operator.name(), sample.interval),
+        quantities: quantities.map(|q| (SeriesColumn::new(q.name, q.unit, q.description), q.components)).collect(),
+    }
 }

@@ -1,16 +1,20 @@
 //! The particles and contacts at the end of a run, as tables for people.
 
 use crate::math::Vec3;
+use crate::plan::samples::rotation_vector;
+use crate::solver::record::{Forces, WallForces};
 use crate::state::State;
 use crate::state::columns::{Column, ColumnError, ColumnSink, WriteColumns};
 use crate::state::contacts::{Contacts, Link};
 
-/// Tables of a state: `particles/…` with a row per particle in the order of the ids, `contacts/LAW/…` with a row per
-/// bond, broken ones included.
+/// Tables of a state: `particles/…` with a row per particle in the order of the ids, `cell/…`, `contacts/LAW/…` with a row
+/// per bond, broken ones included, `contacts/unbonded_LAW/…`, `contacts/walls/…`.
 pub(super) struct Tables<'a> {
     pub state: &'a State,
     /// Displacement of every particle since the start, m, in the state's order.
     pub displacement: &'a [Vec3],
+    /// Forces of all contacts of the state.
+    pub forces: &'a Forces,
 }
 
 impl WriteColumns for Tables<'_> {
@@ -39,28 +43,104 @@ impl WriteColumns for Tables<'_> {
         }
         let material: Vec<u16> = order.iter().map(|&p| particles.material[p]).collect();
         sink.column("particles/material", Column::u16(&material))?;
-        for block in &self.state.bonds {
-            contacts(self.state, block.contacts(), sink)?;
+        sink.column("particles/sets", Column::u64(&order.iter().map(|&p| particles.tags[p]).collect::<Vec<_>>()))?;
+        let rotation: Vec<f64> =
+            order.iter().flat_map(|&p| rotation_vector(&particles.orientation[p]).data.0[0]).collect();
+        sink.column("particles/rotation", Column::f64(&rotation, 3, "rad"))?;
+        if let Some(cell) = &self.state.cell {
+            for (name, matrix, unit) in
+                [("edges", &cell.matrix, "m"), ("deformation_gradient", &cell.deformation_gradient, "1")]
+            {
+                let rows = matrix.transpose();
+                sink.column(&format!("cell/{name}"), Column::f64(rows.as_slice(), 3, unit))?;
+            }
+        }
+        let ends = &self.forces.contacts.block_end;
+        let mut from = 0;
+        for (block, &end) in self.state.bonds.iter().zip(ends) {
+            contacts(self.state, block.contacts(), block.law(), self.forces, from..end, sink)?;
+            from = end;
+        }
+        if let Some(block) = &self.state.contacts {
+            let end = ends.last().copied().unwrap_or(from);
+            contacts(
+                self.state,
+                block.contacts(),
+                &format!("{UNBONDED}{}", block.law()),
+                self.forces,
+                from..end,
+                sink,
+            )?;
+        }
+        if !self.state.walls.is_empty() {
+            walls(self.state, &self.forces.walls, sink)?;
         }
         Ok(())
     }
 }
 
-fn contacts(state: &State, block: &dyn Contacts, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
+/// Name of a table of unbonded contacts, before that of their law.
+pub(super) const UNBONDED: &str = "unbonded_";
+/// Name of the table of contacts with walls.
+pub(super) const WALLS: &str = "walls";
+
+fn walls(state: &State, forces: &WallForces, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
+    let ids: Vec<u32> = forces.particle.iter().map(|&p| state.particles.id[p as usize]).collect();
+    let path = |name: &str| format!("contacts/{WALLS}/{name}");
+    sink.column(&path("id"), Column::u32(&ids))?;
+    sink.column(&path("wall"), Column::u32(&forces.wall))?;
+    for (name, values, unit) in
+        [("position", &forces.point, "m"), ("force", &forces.force, "N"), ("moment", &forces.moment, "N m")]
+    {
+        sink.column(&path(name), Column::f64(bytemuck::cast_slice(values), 3, unit))?;
+    }
+    Ok(())
+}
+
+/// A row for every bond, and for every unbonded contact that carries something. Force and moment act on the first
+/// particle, the moment about `position`.
+fn contacts(
+    state: &State,
+    block: &dyn Contacts,
+    name: &str,
+    forces: &Forces,
+    rows: std::ops::Range<usize>,
+    sink: &mut dyn ColumnSink,
+) -> Result<(), ColumnError> {
     let particles = &state.particles;
-    let count = block.len();
+    let bonded = !name.starts_with(UNBONDED);
+    let forces = &forces.contacts;
+    // Row of the forces for every contact, if it carries any.
+    let mut row_of = vec![usize::MAX; block.len()];
+    for row in rows {
+        row_of[forces.place[row] as usize] = row;
+    }
+    let shown: Vec<usize> = (0..block.len()).filter(|&k| bonded || row_of[k] != usize::MAX).collect();
+    let count = shown.len();
+    let (mut branch, mut force, mut moment) = (Vec::new(), Vec::new(), Vec::new());
     let mut ids = Vec::with_capacity(2 * count);
     let (mut position, mut normal) = (Vec::with_capacity(3 * count), Vec::with_capacity(3 * count));
     let (mut length, mut reference, mut area) = (Vec::new(), Vec::new(), Vec::new());
     let (mut damage, mut broken) = (Vec::new(), Vec::new());
-    for k in 0..count {
+    for &k in &shown {
         let view = block.view(k);
         let (a, b) = (view.pair.a as usize, view.pair.b as usize);
         ids.extend([particles.id[a], particles.id[b]]);
         let broke = view.link.has(Link::BROKEN);
-        // The common contact point: on the normal, as far from A as from B beyond the radii.
-        let arm = particles.radius[a] + 0.5 * (view.frame.length - particles.radius[a] - particles.radius[b]);
-        position.extend((particles.position[a] + view.frame.normal * arm).iter());
+        let shift = state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(view.link.image));
+        let l = particles.position[b] + shift - particles.position[a];
+        branch.extend(l.iter());
+        if let Some(row) = Some(row_of[k]).filter(|&row| row != usize::MAX) {
+            position.extend(forces.point[row].iter());
+            force.extend(forces.force[row].iter());
+            moment.extend(forces.moment[row].iter());
+        } else {
+            // The common contact point: on the normal, as far from A as from B beyond the radii.
+            let arm = particles.radius[a] + 0.5 * (l.norm() - particles.radius[a] - particles.radius[b]);
+            position.extend((particles.position[a] + l.normalize() * arm).iter());
+            force.extend([0.0; 3]);
+            moment.extend([0.0; 3]);
+        }
         normal.extend(view.frame.normal.iter());
         length.push(view.frame.length);
         reference.push(view.reference.length);
@@ -68,9 +148,12 @@ fn contacts(state: &State, block: &dyn Contacts, sink: &mut dyn ColumnSink) -> R
         damage.push(if broke { 1.0 } else { block.damage(k) });
         broken.push(u8::from(broke));
     }
-    let path = |name: &str| format!("contacts/{}/{name}", block.law());
+    let path = |column: &str| format!("contacts/{name}/{column}");
     sink.column(&path("ids"), Column::U32 { data: &ids, components: 2, unit: "1" })?;
     sink.column(&path("position"), Column::f64(&position, 3, "m"))?;
+    sink.column(&path("branch"), Column::f64(&branch, 3, "m"))?;
+    sink.column(&path("force"), Column::f64(&force, 3, "N"))?;
+    sink.column(&path("moment"), Column::f64(&moment, 3, "N m"))?;
     sink.column(&path("normal"), Column::f64(&normal, 3, "1"))?;
     sink.column(&path("length"), Column::f64(&length, 1, "m"))?;
     sink.column(&path("reference_length"), Column::f64(&reference, 1, "m"))?;
@@ -81,8 +164,9 @@ fn contacts(state: &State, block: &dyn Contacts, sink: &mut dyn ColumnSink) -> R
     let width: usize = fields.iter().map(|field| field.components).sum();
     let mut offset = 0;
     for field in fields {
-        let rows = reals.chunks_exact(width.max(1));
-        let values: Vec<f64> = rows.flat_map(|row| row[offset..offset + field.components].iter().copied()).collect();
+        let at = |k: usize| k * width + offset;
+        let values: Vec<f64> =
+            shown.iter().flat_map(|&k| reals[at(k)..at(k) + field.components].iter().copied()).collect();
         sink.column(&path(&format!("history_{}", field.name)), Column::f64(&values, field.components, field.unit))?;
         offset += field.components;
     }

@@ -7,8 +7,8 @@ use super::error::{Problem, ProblemKind};
 use super::quantity::{Component, Dimension, Length, Quantity, vector};
 use super::structure::{listing, nearest};
 use super::{
-    Axis, BeamModel, CohesiveBeam, Cpm, CpmMode, DamageLaw, Frictional, LawName, Loading, Packing, Radii, Scenario,
-    Selection, Shape, WallShape, YieldSurface,
+    Axis, BeamModel, CohesiveBeam, Cpm, CpmMode, DamageLaw, Frictional, LawName, Loading, Packing, Radii, SampleRegion,
+    Scenario, Selection, Shape, WallShape, YieldSurface,
 };
 use crate::math::Vec3;
 
@@ -33,6 +33,7 @@ pub(super) fn check(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem
     checker.walls();
     checker.sets();
     checker.clumps();
+    checker.samples();
     checker.output();
     if scenario.dimension == 2 {
         checker.plane();
@@ -786,6 +787,49 @@ impl Checker<'_> {
                     let message = "no body has these: the largest exceeds the sum of the other two";
                     self.range(&key, message, "check their order and units, or leave `inertia` out");
                 }
+            }
+        }
+    }
+
+    fn samples(&mut self) {
+        let scenario = self.scenario;
+        let names: Vec<&str> = scenario.samples.iter().map(super::OperatorSample::name).collect();
+        for (at, sample) in scenario.samples.iter().enumerate() {
+            let path = format!("sample[{at}]");
+            // Without a name of its own a sample has that of its operator.
+            let key = if sample.name.is_some() { format!("{path}.name") } else { format!("{path}.operator") };
+            let name = names[at];
+            if name.trim().is_empty() || name.contains('/') || name.starts_with('.') {
+                self.range(&key, "no name for a group of the result", "use letters, digits, hyphens, and spaces");
+            } else if names[..at].contains(&name) {
+                let help = "give each its own: name = \"core stress\"";
+                self.conflict(&key, "another [[sample]] has this name", help);
+            } else if crate::plan::Sample::COLUMNS.iter().any(|column| column.name == name) {
+                let help = format!("choose another, like \"{name} in the core\"");
+                self.conflict(&key, "the result has a series of this name already", help);
+            }
+            let region = format!("{path}.region");
+            match &sample.region {
+                None | Some(SampleRegion::Cell) if !scenario.packing.is_periodic() => {
+                    let key = if sample.region.is_some() { &region } else { &path };
+                    let help = "give region = { kind = \"box\", minimum = [...], maximum = [...] }, or another kind";
+                    self.conflict(key, "the packing is not periodic: there is no cell to sample", help);
+                }
+                Some(SampleRegion::Box { minimum, maximum }) => self.corners(&region, minimum, maximum),
+                Some(SampleRegion::Cylinder { axis, .. }) if vector(axis).norm() == 0.0 => {
+                    self.range(&format!("{region}.axis"), "must not be zero", "axis = [0, 0, 1] is along z");
+                }
+                Some(SampleRegion::Set { set, .. }) => self.known_set(&format!("{region}.set"), set),
+                Some(SampleRegion::Material { material, .. }) => {
+                    self.known_material(&format!("{region}.material"), material);
+                }
+                _ => {}
+            }
+            if sample.region.as_ref().is_some_and(SampleRegion::is_list)
+                && sample.truncation == Some(crate::operator::Truncation::BranchClipped)
+            {
+                let help = "use \"half-crossing\" or \"internal-only\"";
+                self.conflict(&format!("{path}.truncation"), "a list of particles has no border to clip at", help);
             }
         }
     }

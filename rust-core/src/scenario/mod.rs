@@ -30,6 +30,7 @@ mod meaning;
 mod motion;
 mod packing;
 pub mod quantity;
+mod sample;
 mod structure;
 mod templates;
 
@@ -47,6 +48,7 @@ pub use material::{
 pub use motion::{Damping, DampingForm, Integration, Lateral, Loading, Output, Safety, Scheme, Stop};
 pub use packing::{Axis, Lattice, Packing, Radii, Shape};
 pub use quantity::{Component, Quantity, TimeStep};
+pub use sample::{OperatorSample, SampleRegion};
 pub use templates::{TEMPLATES, Template, template};
 
 use document::Document;
@@ -107,6 +109,9 @@ pub struct Scenario {
     /// Velocities at the start; a later one overrides an earlier one.
     #[serde(default, rename = "initial")]
     pub initials: Vec<Initial>,
+    /// Operators that are evaluated during the run.
+    #[serde(default, rename = "sample")]
+    pub samples: Vec<OperatorSample>,
     /// When the run ends.
     #[serde(default)]
     pub stop: Stop,

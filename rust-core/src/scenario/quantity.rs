@@ -49,6 +49,8 @@ dimensions! {
     Length = OfLength, "length", ["m", "cm", "mm", "um"];
     /// Area, m².
     Area = OfArea, "area", ["m^2", "cm^2", "mm^2"];
+    /// Volume, m³.
+    Volume = OfVolume, "volume", ["m^3", "cm^3", "mm^3"];
     /// Time, s.
     Time = OfTime, "time", ["s", "ms", "us", "ns"];
     /// Mass, kg.

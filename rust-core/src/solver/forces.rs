@@ -12,6 +12,7 @@ use crate::kinematics::sphere_sphere::{Columns, ImageShift, Motion};
 use crate::kinematics::{BATCH, Batch, Frame, Mode, PointKinematics, Pose};
 use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, LawState, Reference};
 use crate::math::{Mat3, Vec3};
+use crate::solver::record::{self, ContactForces, WallForces};
 use crate::solver::walls;
 use crate::state::contacts::{ContactBlock, Contacts, Link, Pair};
 use crate::state::{Cell, Particles, Wall};
@@ -188,6 +189,10 @@ pub trait EvaluatedContacts: Contacts {
         force: &mut [Vec3],
         torque: &mut [Vec3],
     ) -> Tally;
+    /// Add the forces of all contacts at the present positions; histories stay.
+    fn record(&self, context: &StepContext<'_>, out: &mut ContactForces);
+    /// The same for contacts with walls.
+    fn record_walls(&self, context: &StepContext<'_>, walls: &[Wall], out: &mut WallForces);
     /// Copy of the block behind the trait.
     fn boxed_clone(&self) -> Box<dyn EvaluatedContacts>;
     /// The block as plain contacts.
@@ -253,7 +258,13 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
         force: &mut [Vec3],
         torque: &mut [Vec3],
     ) -> Tally {
-        walls::evaluate(self, context, walls, force, torque)
+        walls::evaluate(self, context, walls, force, torque, None)
+    }
+    fn record(&self, context: &StepContext<'_>, out: &mut ContactForces) {
+        record::record(self, context, out);
+    }
+    fn record_walls(&self, context: &StepContext<'_>, walls: &[Wall], out: &mut WallForces) {
+        record::record_walls(self, context, walls, out);
     }
     fn boxed_clone(&self) -> Box<dyn EvaluatedContacts> {
         Box::new(self.clone())
@@ -409,21 +420,10 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Queue<'_, L, PERIO
         let (radius_a, radius_b) = (particles.radius[a], particles.radius[b]);
         let (a, b) = (motion_of(particles, a), motion_of(particles, b));
         let between = b.position + image.displacement - a.position;
-        let length = between.norm();
-        let kept = link.has(Link::KEPT_REFERENCE);
-        let opening = if kept { length - self.reference[k].length } else { length - radius_a - radius_b };
-        if opening >= 0.0 {
-            return false;
-        }
         // Where it was one step ago follows from the velocities, so that candidates need no memory.
         let before = between - (b.velocity + image.velocity - a.velocity) * self.context.dt;
-        let length_before = before.norm();
-        self.frame[k] = Frame { normal: before / length_before, length: length_before };
-        self.link[k].flags |= Link::ACTIVE;
-        if !kept {
-            self.reference[k] = L::unbonded_reference(length, radius_a, radius_b);
-        }
-        true
+        let (link, reference, frame) = (&mut self.link[k], &mut self.reference[k], &mut self.frame[k]);
+        activate::<L>(link, reference, frame, &between, &before, radius_a, radius_b)
     }
 }
 
@@ -540,6 +540,32 @@ fn taken_over(point: PointKinematics, force: Vec3, energy: EnergySplit) -> f64 {
     let along = point.normal * (point.length - point.length_old);
     let work = 0.5 * force.dot(&(along + point.shear_increment));
     energy.stored() + energy.dissipated() + energy.integration - work
+}
+
+/// Make a contact of a candidate whose surfaces, or those a broken bond kept, meet; whether they do.
+#[cold]
+#[inline(never)]
+pub(super) fn activate<L: ContactLaw>(
+    link: &mut Link,
+    reference: &mut Reference,
+    frame: &mut Frame,
+    between: &Vec3,
+    before: &Vec3,
+    radius_a: f64,
+    radius_b: f64,
+) -> bool {
+    let length = between.norm();
+    let opening = if link.has(Link::KEPT_REFERENCE) { length - reference.length } else { length - radius_a - radius_b };
+    if opening >= 0.0 {
+        return false;
+    }
+    let length_before = before.norm();
+    *frame = Frame { normal: before / length_before, length: length_before };
+    link.flags |= Link::ACTIVE;
+    if !link.has(Link::KEPT_REFERENCE) {
+        *reference = L::unbonded_reference(length, radius_a, radius_b);
+    }
+    true
 }
 
 /// Mark a contact that broke or opened.

@@ -6,6 +6,7 @@
 pub mod energy;
 pub mod forces;
 pub mod integrate;
+pub mod record;
 #[cfg(test)]
 mod tests;
 pub mod time_step;
@@ -338,6 +339,30 @@ impl Solver {
         let allowed = verlet.skin - wall;
         let moved = |(now, then): (&Vec3, &Vec3)| (now - then).norm_squared() < allowed * allowed;
         allowed <= 0.0 || !state.particles.position.par_iter().zip(&verlet.positions).all(moved)
+    }
+
+    /// Forces of all contacts at the present positions: those that the next step will find. Changes nothing but that
+    /// neighbours are searched now if the next step would search them.
+    pub fn record(&mut self, state: &mut State) -> Result<record::Forces, SolverError> {
+        if self.needs_search(state) {
+            self.search(state)?;
+        }
+        let context = StepContext {
+            particles: &state.particles,
+            cell: state.cell.as_ref(),
+            mode: self.model.mode,
+            dt: state.clock.dt,
+            damage_threshold: self.model.damage_threshold,
+            sample: false,
+        };
+        let mut forces = record::Forces::default();
+        for block in state.bonds.iter().chain(&state.contacts) {
+            block.record(&context, &mut forces.contacts);
+        }
+        if let Some(block) = &state.wall_contacts {
+            block.record_walls(&context, &state.walls, &mut forces.walls);
+        }
+        Ok(forces)
     }
 
     /// Advance the state by one step: forces at the present positions, kick, drift.

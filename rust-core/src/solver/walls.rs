@@ -10,6 +10,7 @@ use super::forces::{Incident, StepContext, Tally, motion_of};
 use crate::kinematics::Frame;
 use crate::law::{ContactGeometry, ContactLaw, Fate, Kinematics};
 use crate::math::Vec3;
+use crate::solver::record::WallForces;
 use crate::state::Wall;
 use crate::state::contacts::{ContactBlock, Link};
 use crate::state::walls::Foot;
@@ -29,13 +30,14 @@ pub fn element_table(walls: &[Wall]) -> Vec<(u32, u32)> {
         .collect()
 }
 
-/// See [`super::forces::EvaluatedContacts::evaluate_walls`].
+/// See [`super::forces::EvaluatedContacts::evaluate_walls`]. What acts is added to `record`, if there is one.
 pub fn evaluate<L: ContactLaw>(
     block: &mut ContactBlock<L>,
     context: &StepContext<'_>,
     walls: &mut [Wall],
     force: &mut [Vec3],
     torque: &mut [Vec3],
+    mut record: Option<&mut WallForces>,
 ) -> Tally {
     let elements = element_table(walls);
     let particles = context.particles;
@@ -155,6 +157,10 @@ pub fn evaluate<L: ContactLaw>(
             torque[a] += point.cross(&response.force);
             if L::TRANSMITS_MOMENT {
                 torque[a] += response.moment;
+            }
+            if let Some(record) = record.as_deref_mut() {
+                let moment = if L::TRANSMITS_MOMENT { response.moment } else { Vec3::zeros() };
+                record.push(a as u32, w, centre + point, response.force, moment);
             }
             let wall = &mut walls[w as usize];
             wall.force -= response.force;

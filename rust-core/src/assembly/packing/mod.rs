@@ -6,6 +6,7 @@
 
 mod cloud;
 pub mod file;
+pub mod growth;
 pub mod isotropy;
 pub mod lattice;
 pub mod random;
@@ -16,6 +17,7 @@ pub mod summary;
 pub mod tile_crop;
 
 pub use file::{export_text, import_text};
+pub use growth::{Grown, GrownBox, grown_box};
 pub use isotropy::{DirectionHistogram, link_vectors};
 pub use lattice::Lattice;
 pub use random::Random;

@@ -634,6 +634,7 @@ mod tests {
             scenario: format!("title = \"{title}\"\n# a < b & c\n"),
             provenance: vec![("threads".into(), "2".into()), ("time_step".into(), "2.4787e-7 s".into())],
             series: NAMES.map(|name| SeriesColumn::new(name, "1", "")).to_vec(),
+            operators: vec![],
         };
         let mut files = RunFiles::create(path, header, false).unwrap();
         let modulus = 27e9 * peak_stress.signum();
@@ -738,7 +739,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.h5");
         let series = ["strain", "stress"].map(|name| SeriesColumn::new(name, "1", "")).to_vec();
-        let header = RunHeader { scenario: "not even TOML =".into(), provenance: vec![], series };
+        let header = RunHeader { scenario: "not even TOML =".into(), provenance: vec![], series, operators: vec![] };
         RunFiles::create(&path, header, false).unwrap().finish(&Nothing, &Nothing).unwrap();
         let empty = page(&[ResultFile::open(&path).unwrap()], &ReferenceFigures::none(None, None)).unwrap();
         assert!(empty.contains("No bond was damaged") && !empty.contains("Where the energy went"));

@@ -1,0 +1,89 @@
+//! Power: what of the contacts' work the affine part of the motion explains (operator O21).
+
+use super::contact_set::ContactSet;
+use super::couple_stress::{Resultant, resultants};
+use super::error::{OperatorError, check_length, check_volume};
+use super::strain::AffineFit;
+use super::stress::region_stress;
+use super::sum::{sum_tiles, sums};
+use super::{Region, Truncation};
+use crate::math::{Mat3, Vec3};
+
+/// Power of the internal contacts of a body, all in W. The signs are those of power put into the contacts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PowerReport {
+    /// `−Σ_c (Δv·f^A + Δω·m^A)` with the relative motion `Δv = v_A + ω_A×r^A − v_B − ω_B×r^B`, `Δω = ω_A − ω_B`.
+    pub contacts: f64,
+    /// `−Σ_p (F_p·v_p + M_p·ω_p)` with the net contact wrenches: the same power, summed over particles.
+    pub particles: f64,
+    /// `V σ:γ̇`.
+    pub stress: f64,
+    /// `V μ:κ̇`.
+    pub couple: f64,
+    /// `−Σ_p (F_p·v'_p + M_p·ω'_p)` with the motion that is not affine: what stress and strain miss.
+    pub gap: f64,
+    /// Stress, Pa.
+    pub stress_tensor: Mat3,
+    /// Couple stress about the fit's centre, N/m.
+    pub couple_stress: Mat3,
+}
+
+/// Power report of a body with its particles' `velocity` (m/s) and `spin` (rad/s), against the affine part `fit` of the
+/// same motion (operators P13, P14): `contacts = stress + couple + gap`, whatever the motion.
+///
+/// `image_velocity` (m/s) is the velocity by which the image of B in each contact differs from B itself (periodic:
+/// `Ḣ·image`; empty: none). In a periodic cell net wrenches know nothing of the cell's motion; `particles`, `gap`, and
+/// the couple stress are then as seen by particles, and the balance is that of the contacts with the stress alone.
+pub fn power(
+    contacts: &ContactSet<'_>,
+    velocity: &[Vec3],
+    spin: &[Vec3],
+    image_velocity: &[Vec3],
+    fit: &AffineFit,
+    volume: f64,
+) -> Result<PowerReport, OperatorError> {
+    let position = contacts.position();
+    check_length("velocity", velocity.len(), position.len(), "particle")?;
+    check_length("spin", spin.len(), position.len(), "particle")?;
+    if !image_velocity.is_empty() {
+        check_length("image_velocity", image_velocity.len(), contacts.len(), "contact")?;
+    }
+    let volume = check_volume("the body", volume)?;
+    let of_contacts: f64 = sum_tiles(contacts.len(), |range| {
+        let mut sum = 0.0;
+        for k in range {
+            let c = contacts.get(k);
+            let carried = image_velocity.get(k).copied().unwrap_or_default();
+            let relative =
+                (velocity[c.a] + spin[c.a].cross(&c.arm_a)) - (velocity[c.b] + carried + spin[c.b].cross(&c.arm_b));
+            sum -= relative.dot(&c.force) + (spin[c.a] - spin[c.b]).dot(&c.moment);
+        }
+        sum
+    });
+    let net = resultants(contacts);
+    sums!(Sums { particles: f64, gap: f64, couple: Mat3 });
+    let sums: Sums = sum_tiles(position.len(), |range| {
+        let mut sum = Sums::default();
+        for p in range {
+            let Resultant { force, moment } = net[p];
+            let x = &position[p];
+            sum += Sums {
+                particles: -(force.dot(&velocity[p]) + moment.dot(&spin[p])),
+                gap: -(force.dot(&(velocity[p] - fit.displacement(x))) + moment.dot(&(spin[p] - fit.rotation_at(x)))),
+                couple: (x - fit.centre) * moment.transpose(),
+            };
+        }
+        sum
+    });
+    let stress = region_stress(contacts, &Region::All { volume }, Truncation::BranchClipped, None)?.stress;
+    let couple_stress = -sums.couple / volume;
+    Ok(PowerReport {
+        contacts: of_contacts,
+        particles: sums.particles,
+        stress: volume * stress.dot(&fit.cosserat_strain()),
+        couple: volume * couple_stress.dot(&fit.curvature),
+        gap: sums.gap,
+        stress_tensor: stress,
+        couple_stress,
+    })
+}

@@ -1,0 +1,293 @@
+//! Affine fields and identities of the kinematic operators on triangulations and power diagrams: P10, P11, P15, P16, P23.
+//!
+//! Fields of size 1 on unit cells of some hundred particles: rounding leaves 1e-15 times the number of cells meeting in a
+//! sum at most; the demand is 1e-12.
+
+use super::super::strain::{
+    Dimension, affine_fit, bagi_strain, boundary_strain, cell_gradient, cell_strain, cosserat, satake_strain,
+};
+use super::super::tessellation::{Domain, Neighbour, PowerDiagram, delaunay, power_diagram};
+use super::*;
+
+const EXACT: f64 = 1e-12;
+
+#[track_caller]
+fn exact(a: &Mat3, b: &Mat3) {
+    let error = (a - b).abs().max();
+    assert!(error < EXACT, "{a}{b} differ by {error:e}");
+}
+
+fn unit(dimension: Dimension) -> Mat3 {
+    let mut unit = Mat3::identity();
+    if dimension == Dimension::Two {
+        unit[(2, 2)] = 0.0;
+    }
+    unit
+}
+
+/// A random gradient; in the plane without a third row or column.
+fn gradient(r: &mut Random, dimension: Dimension) -> Mat3 {
+    let mut g = r.matrix();
+    if dimension == Dimension::Two {
+        for k in 0..3 {
+            g[(2, k)] = 0.0;
+            g[(k, 2)] = 0.0;
+        }
+    }
+    g
+}
+
+/// Spins in the plane turn about z.
+fn spin(r: &mut Random, dimension: Dimension) -> Vec3 {
+    if dimension == Dimension::Two { Vec3::new(0.0, 0.0, r.real()) } else { r.vector() }
+}
+
+fn skewed_cell(dimension: Dimension) -> Mat3 {
+    match dimension {
+        Dimension::Two => Mat3::new(1.0, 0.2, 0.0, 0.1, 0.9, 0.0, 0.0, 0.0, 1.0),
+        Dimension::Three => Mat3::new(1.0, 0.2, 0.1, 0.0, 0.9, -0.15, 0.05, 0.0, 1.1),
+    }
+}
+
+/// The random packing of the unit cube mapped into a skewed periodic cell, some particles moved to other images.
+fn periodic_packing(n: usize, dimension: Dimension, seed: u64) -> (Vec<Vec3>, Vec<f64>, Mat3) {
+    let (mut position, radius) = packing(n, 0.45, dimension == Dimension::Two, seed);
+    let cell = skewed_cell(dimension);
+    for (p, x) in position.iter_mut().enumerate() {
+        let mut shift = Vec3::new((p % 3) as f64 - 1.0, (p % 2) as f64, (p % 5) as f64 - 2.0);
+        if dimension == Dimension::Two {
+            shift.z = 0.0;
+        }
+        *x = cell * (*x + shift);
+    }
+    (position, radius, cell)
+}
+
+fn affine_fields(dimension: Dimension, seed: u64, jitter: f64) {
+    let mut r = Random::new(seed ^ 77);
+    let n = if dimension == Dimension::Two { 9 } else { 5 };
+    let (position, radius) = packing(n, jitter, dimension == Dimension::Two, seed);
+    let (g, u0, theta) = (gradient(&mut r, dimension), spin(&mut r, dimension), spin(&mut r, dimension));
+    // A configuration of reference that is not the one the mesh is made in.
+    let reference: Vec<Vec3> =
+        position.iter().map(|x| x + gradient(&mut Random::new(5), dimension) * x * 0.05).collect();
+    let displacement: Vec<Vec3> = reference.iter().map(|x| u0 + g * x).collect();
+    let whole = Region::All { volume: 1.0 };
+    let fit = affine_fit(&reference, &displacement, &[], &whole, None, dimension).unwrap();
+    exact(&fit.gradient, &g);
+    let mesh = delaunay(&position, dimension, None).unwrap();
+    exact(&cell_strain(&mesh, &reference, &displacement, None).unwrap().gradient, &g);
+    let bagi = bagi_strain(&mesh, &reference, &displacement, None).unwrap();
+    exact(&bagi.gradient, &g);
+    exact(&bagi.unity, &unit(dimension));
+    exact(&boundary_strain(&mesh, &reference, &displacement).unwrap(), &g);
+    // Satake with spins, walls that move along.
+    let domain = Domain::Box { low: Vec3::repeat(-0.05), high: Vec3::repeat(1.05) };
+    let diagram = power_diagram(&position, &radius, &domain, dimension).unwrap();
+    let volume = if dimension == Dimension::Two { 1.1 * 1.1 } else { 1.1_f64.powi(3) };
+    assert!((diagram.volume() - volume).abs() < EXACT, "{}", diagram.volume());
+    let displacement: Vec<Vec3> = position.iter().map(|x| u0 + g * x).collect();
+    let border: Vec<Vec3> =
+        diagram.border().map(|face| u0 + g * (position[face.point as usize] + face.centroid)).collect();
+    let rotation = vec![theta; position.len()];
+    let satake = satake_strain(&diagram, &displacement, &rotation, &border, None).unwrap();
+    exact(&satake.unity, &unit(dimension));
+    let expected = g + cosserat::cross_of_identity(&theta);
+    let mut expected = expected;
+    if dimension == Dimension::Two {
+        expected[(2, 2)] = 0.0;
+    }
+    exact(&satake.gradient, &expected);
+    exact(&satake.gradient.transpose(), &cosserat::strain(&g, &theta));
+}
+
+fn periodic_fields(dimension: Dimension, n: usize, seed: u64) {
+    let mut r = Random::new(seed ^ 78);
+    let (position, radius, cell) = periodic_packing(n, dimension, seed);
+    let (g, u0, theta) = (gradient(&mut r, dimension), spin(&mut r, dimension), spin(&mut r, dimension));
+    let mut edges = cell;
+    if dimension == Dimension::Two {
+        edges[(2, 2)] = 1.0;
+    }
+    let period = Period { edges, change: g * edges };
+    let displacement: Vec<Vec3> = position.iter().map(|x| u0 + g * x).collect();
+    let mesh = delaunay(&position, dimension, Some(&cell)).unwrap();
+    assert_eq!(mesh.hull().count(), 0);
+    exact(&cell_gradient(&period).unwrap(), &g);
+    exact(&cell_strain(&mesh, &position, &displacement, Some(&period)).unwrap().gradient, &g);
+    let bagi = bagi_strain(&mesh, &position, &displacement, Some(&period)).unwrap();
+    exact(&bagi.gradient, &g);
+    exact(&bagi.unity, &unit(dimension));
+    let region =
+        Region::Cylinder { centre: cell * Vec3::new(0.1, 0.1, 0.0), axis: Vec3::z(), radius: 0.4, half_length: 0.5 };
+    let fit = affine_fit(&position, &displacement, &[], &region, Some(&period), dimension).unwrap();
+    exact(&fit.gradient, &g);
+    let diagram = power_diagram(&position, &radius, &Domain::Periodic(cell), dimension).unwrap();
+    assert!((diagram.volume() - edges.determinant().abs()).abs() < EXACT);
+    let rotation = vec![theta; position.len()];
+    let satake = satake_strain(&diagram, &displacement, &rotation, &[], Some(&period)).unwrap();
+    exact(&satake.unity, &unit(dimension));
+    exact(&satake.gradient.transpose(), &cosserat::strain(&g, &theta));
+    // P16 without an affine field: cell by cell is by edges is the cell's own change.
+    let any: Vec<Vec3> = position.iter().map(|_| spin(&mut r, dimension)).collect();
+    let cells = cell_strain(&mesh, &position, &any, Some(&period)).unwrap().gradient;
+    exact(&cells, &bagi_strain(&mesh, &position, &any, Some(&period)).unwrap().gradient);
+    exact(&cells, &g);
+}
+
+proptest! {
+    #![proptest_config(cases(12))]
+
+    #[test]
+    fn p10_p11_p15_affine_fields_in_space(seed in any::<u64>()) {
+        affine_fields(Dimension::Three, seed, 0.45);
+    }
+
+    #[test]
+    fn p10_p11_p15_affine_fields_in_the_plane(seed in any::<u64>()) {
+        affine_fields(Dimension::Two, seed, 0.45);
+    }
+
+    #[test]
+    fn p10_p11_p15_periodic_fields_in_space(seed in any::<u64>()) {
+        periodic_fields(Dimension::Three, 4, seed);
+    }
+
+    #[test]
+    fn p10_p11_p15_periodic_fields_in_the_plane(seed in any::<u64>()) {
+        periodic_fields(Dimension::Two, 7, seed);
+    }
+
+    /// Three strains of one triangulation are one, whatever the motion (P16); a rigid rotation is an antisymmetric
+    /// gradient for Bagi and nothing for Satake (P9).
+    #[test]
+    fn p16_p9_any_motion(seed in any::<u64>(), plane in any::<bool>()) {
+        let dimension = if plane { Dimension::Two } else { Dimension::Three };
+        let (position, radius) = packing(if plane { 8 } else { 4 }, 0.45, plane, seed);
+        let mut r = Random::new(seed ^ 79);
+        let mut u: Vec<Vec3> = position.iter().map(|_| spin(&mut r, Dimension::Three)).collect();
+        if plane {
+            u.iter_mut().for_each(|u| u.z = 0.0);
+        }
+        let mesh = delaunay(&position, dimension, None).unwrap();
+        let cells = cell_strain(&mesh, &position, &u, None).unwrap();
+        let mean = cells.gradient;
+        // Random displacements of size 1 over spacings of 0.1 make gradients of size 10.
+        let near = |g: Mat3| (g - mean).abs().max() < 10.0 * EXACT;
+        prop_assert!(near(bagi_strain(&mesh, &position, &u, None).unwrap().gradient));
+        prop_assert!(near(boundary_strain(&mesh, &position, &u).unwrap()));
+        let omega = spin(&mut r, dimension);
+        let turn: Vec<Vec3> = position.iter().map(|x| omega.cross(x)).collect();
+        let g = bagi_strain(&mesh, &position, &turn, None).unwrap().gradient;
+        exact(&g, &-cosserat::cross_of_identity(&omega));
+        let domain = Domain::Box { low: Vec3::repeat(-0.05), high: Vec3::repeat(1.05) };
+        let diagram = power_diagram(&position, &radius, &domain, dimension).unwrap();
+        let border: Vec<Vec3> =
+            diagram.border().map(|face| omega.cross(&(position[face.point as usize] + face.centroid))).collect();
+        let spins = vec![omega; position.len()];
+        let satake = satake_strain(&diagram, &turn, &spins, &border, None).unwrap();
+        exact(&satake.gradient, &Mat3::zeros());
+    }
+
+    /// No-void limit: Voronoi cells fill space; stress over cells averages to the branch sum (P23).
+    #[test]
+    fn p23_cells_fill_space(seed in any::<u64>()) {
+        use super::super::stress::{Partition, particle_moments, region_stress};
+        let (position, radius, cell) = periodic_packing(4, Dimension::Three, seed);
+        let zeros = vec![0.0; radius.len()];
+        let volume = cell.determinant();
+        for radius in [&radius, &zeros] {
+            let diagram = power_diagram(&position, radius, &Domain::Periodic(cell), Dimension::Three).unwrap();
+            prop_assert!((diagram.volume() - volume).abs() < EXACT);
+            // A contact at each face, the force random.
+            let mut r = Random::new(seed ^ 80);
+            let (mut pair, mut branch, mut point, mut force) = (vec![], vec![], vec![], vec![]);
+            for face in &diagram.faces {
+                if let Neighbour::Particle { point: q, .. } = face.neighbour {
+                    pair.push([face.point, q]);
+                    branch.push(face.branch);
+                    point.push(position[face.point as usize] + face.centroid);
+                    force.push(r.vector());
+                }
+            }
+            let set = ContactSet::new(&position, &pair, &branch, &point, &force, None).unwrap();
+            let moments = particle_moments(&set, &LoadSet::none(), Partition::ContactPoint);
+            let mean: Mat3 = moments.iter().zip(&diagram.volumes).map(|(m, v)| (m / *v) * (v / volume)).sum();
+            let whole = region_stress(&set, &Region::periodic_cell(&cell), Truncation::BranchClipped, None).unwrap();
+            close(&mean, &whole.stress, 100.0);
+        }
+    }
+}
+
+/// Degenerate points: a cubic lattice, in a box and periodic, whose cells are all cubes; every triangulation of it is as
+/// good as another.
+#[test]
+fn lattices() {
+    for dimension in [Dimension::Two, Dimension::Three] {
+        affine_fields(dimension, 3, 0.0);
+        let plane = dimension == Dimension::Two;
+        let (position, _) = packing(6, 0.0, plane, 1);
+        let cell = Mat3::identity();
+        let mesh = delaunay(&position, dimension, Some(&cell)).unwrap();
+        let zero = vec![0.0; position.len()];
+        let diagram = power_diagram(&position, &zero, &Domain::Periodic(cell), dimension).unwrap();
+        let each = 1.0 / position.len() as f64;
+        assert!(diagram.volumes.iter().all(|v| (v - each).abs() < 1e-15));
+        let g = Mat3::new(0.1, 0.2, 0.0, -0.3, 0.4, 0.0, 0.0, 0.0, 0.0);
+        let u: Vec<Vec3> = position.iter().map(|x| g * x).collect();
+        let period = Period { edges: cell, change: g };
+        exact(&cell_strain(&mesh, &position, &u, Some(&period)).unwrap().gradient, &g);
+        let satake = satake_strain(&diagram, &u, &[], &[], Some(&period)).unwrap();
+        exact(&satake.gradient, &g);
+    }
+}
+
+/// Laguerre cells against a count of random points by power: sampling error of a share s by N points is √(s/N).
+#[test]
+fn power_cells_by_counting() {
+    let (position, radius) = packing(3, 0.45, false, 4);
+    let domain = Domain::Box { low: Vec3::zeros(), high: Vec3::repeat(1.0) };
+    let diagram: PowerDiagram = power_diagram(&position, &radius, &domain, Dimension::Three).unwrap();
+    let mut r = Random::new(9);
+    let n = 100_000;
+    let mut count = vec![0.0; position.len()];
+    for _ in 0..n {
+        let x = Vec3::new(r.share(), r.share(), r.share());
+        let power = |p: &usize| (x - position[*p]).norm_squared() - radius[*p] * radius[*p];
+        let nearest = (0..position.len()).min_by(|p, q| power(p).total_cmp(&power(q))).unwrap();
+        count[nearest] += 1.0 / f64::from(n);
+    }
+    for (volume, count) in diagram.volumes.iter().zip(&count) {
+        let error = 4.0 * (volume / f64::from(n)).sqrt();
+        assert!((volume - count).abs() < error + 1e-4, "{volume} {count}");
+    }
+}
+
+/// Thread counts do not change a bit.
+#[test]
+fn same_bits_for_any_number_of_threads() {
+    use super::super::stress::{Partition, particle_moments, region_stress};
+    let mut r = Random::new(6);
+    let n = 5000;
+    let position: Vec<Vec3> = (0..n).map(|_| r.vector()).collect();
+    let mut c = Cluster { position, ..Cluster::default() };
+    for k in 0..40_000 {
+        // Sorted contacts of near numbers, as the solver has them.
+        let a = (k * n / 40_000).min(n - 40);
+        let b = a + 1 + r.below(30);
+        c.push(a, b, &mut r);
+    }
+    c.velocity = c.position.iter().map(|_| r.vector()).collect();
+    let work = || {
+        let set = c.set();
+        let region = Region::Sphere { centre: Vec3::zeros(), radius: 0.8 };
+        let stress = region_stress(&set, &region, Truncation::BranchClipped, None).unwrap().stress;
+        let moments = particle_moments(&set, &LoadSet::none(), Partition::ContactPoint);
+        let fit = affine_fit(&c.position, &c.velocity, &[], &region, None, Dimension::Three).unwrap();
+        (stress, moments, fit)
+    };
+    let on = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(work);
+    let one = on(1);
+    assert_eq!(one, on(2));
+    assert_eq!(one, on(7));
+}

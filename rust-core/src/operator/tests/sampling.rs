@@ -1,0 +1,245 @@
+//! Regions: truncation, images, maps of fields, coarse-graining.
+
+use super::super::coarse_grain::{Kernel, coarse_grain};
+use super::super::fabric::fabric;
+use super::super::strain::Dimension;
+use super::super::stress::region_stress;
+use super::*;
+
+/// Contacts with branch length `length` spread evenly over a cube of side 2 around the origin, unit tension each.
+fn network(count: usize, length: f64, seed: u64) -> Cluster {
+    let mut r = Random::new(seed);
+    let mut c = Cluster::default();
+    for k in 0..count {
+        let (middle, n) = (r.vector(), r.direction());
+        c.position.push(middle - n * (0.5 * length));
+        c.position.push(middle + n * (0.5 * length));
+        c.pair.push([2 * k as u32, 2 * k as u32 + 1]);
+        c.branch.push(n * length);
+        c.point.push(middle);
+        c.force.push(n);
+        c.moment.push(Vec3::zeros());
+    }
+    c
+}
+
+/// What internal-only sampling keeps of a homogeneous network: `1 − ¾ l/R + (l/R)³/16` in a sphere, about `1 − (3/2) l/a` in
+/// a cube (exactly `1 − (3/2) l/a + (2/π)(l/a)² − (1/4π)(l/a)³`, from the mean of `Π(a − l|n_k|)`); half and clipped weights
+/// are unbiased. The number N of contacts in the region scatters by 1/√N, which is taken out by the common reference.
+#[test]
+fn truncation_bias() {
+    use std::f64::consts::PI;
+    let count = 400_000;
+    let mut worst = 0.0_f64;
+    for ratio in [0.1, 0.24, 0.4] {
+        let reach = 0.6;
+        let ball = Region::Sphere { centre: Vec3::zeros(), radius: reach };
+        let cube = Region::cube(Vec3::zeros(), 2.0 * reach);
+        let c = network(count, ratio * reach, 5);
+        let set = c.set();
+        let cases = [
+            (&ball, 1.0 - 0.75 * ratio + ratio.powi(3) / 16.0),
+            (&cube, {
+                let q = 0.5 * ratio;
+                1.0 - 1.5 * q + 2.0 / PI * q * q - q.powi(3) / (4.0 * PI)
+            }),
+        ];
+        for (region, kept) in cases {
+            let pressure = |truncation| region_stress(&set, region, truncation, None).unwrap();
+            let clipped = pressure(Truncation::BranchClipped);
+            let expected = count as f64 / 8.0 * ratio * reach;
+            // Contacts inside: N; relative sampling error 1/√N, four of them.
+            let error = 4.0 / (count as f64 / 8.0 * clipped.volume).sqrt();
+            assert!((clipped.stress.trace() / expected - 1.0).abs() < error, "{} {expected}", clipped.stress.trace());
+            let half = pressure(Truncation::HalfCrossing).stress.trace() / expected;
+            assert!((half - 1.0).abs() < error, "{half}");
+            let internal = pressure(Truncation::InternalOnly).stress.trace() / clipped.stress.trace();
+            worst = worst.max((internal - kept).abs());
+            assert!((internal - kept).abs() < error, "{internal} {kept} ± {error}");
+        }
+    }
+    println!("truncation bias of spheres and cubes: largest deviation from the law {worst:.1e}");
+}
+
+/// The share of a segment inside each kind of region against a count of points along it (error 1/points).
+#[test]
+fn clipping_by_counting() {
+    let mut r = Random::new(12);
+    let skew = Mat3::identity() + r.matrix() * 0.3;
+    let regions = [
+        Region::Box { low: Vec3::repeat(-0.5), high: Vec3::new(0.4, 0.5, 0.6) },
+        Region::Sphere { centre: Vec3::new(0.1, 0.0, 0.0), radius: 0.6 },
+        Region::Cylinder { centre: Vec3::zeros(), axis: Vec3::new(0.6, 0.0, 0.8), radius: 0.4, half_length: 0.5 },
+        Region::Ellipsoid { centre: Vec3::zeros(), axes: skew * 0.6 },
+        Region::Parallelepiped { corner: Vec3::repeat(-0.4), edges: skew * 0.8 },
+        Region::HalfSpaces {
+            planes: vec![
+                HalfSpace { point: Vec3::repeat(0.2), normal: Vec3::new(1.0, 1.0, 0.5) },
+                HalfSpace { point: Vec3::repeat(-0.4), normal: Vec3::new(-1.0, 0.3, -0.5) },
+            ],
+            volume: 1.0,
+        },
+        Region::disc(Vec3::zeros(), 0.5),
+    ];
+    for region in &regions {
+        let mut partial = 0;
+        for _ in 0..200 {
+            let (x, l) = (r.vector(), r.vector());
+            let n = 2000;
+            let inside =
+                (0..n).filter(|&k| region.contains(0, &(x + l * ((f64::from(k) + 0.5) / f64::from(n))))).count();
+            let share = region.share_of_segment(&x, &l);
+            assert!((share - inside as f64 / f64::from(n)).abs() <= 1.0 / f64::from(n), "{region:?} {share}");
+            partial += i32::from(share > 0.0 && share < 1.0);
+        }
+        assert!(partial > 10, "{region:?}");
+        region.volume().unwrap();
+    }
+}
+
+/// Volumes by counting points, and regions that move with a deformation keep their particles.
+#[test]
+fn moving_regions() {
+    let mut r = Random::new(13);
+    let f = Mat3::identity() + r.matrix() * 0.2;
+    let (origin, shift) = (Vec3::new(0.3, 0.0, 0.1), Vec3::new(1.0, 2.0, 3.0));
+    for region in [
+        Region::Box { low: Vec3::repeat(-0.5), high: Vec3::new(0.4, 0.5, 0.6) },
+        Region::Sphere { centre: Vec3::new(0.1, 0.0, 0.0), radius: 0.6 },
+        Region::Ellipsoid { centre: Vec3::zeros(), axes: f * 0.6 },
+        Region::HalfSpaces {
+            planes: vec![HalfSpace { point: Vec3::zeros(), normal: Vec3::new(1.0, 1.0, 0.5) }],
+            volume: 0.5,
+        },
+    ] {
+        let moved = region.moved(&f, &origin, &shift);
+        let growth = moved.volume().unwrap() / region.volume().unwrap();
+        assert!((growth - f.determinant()).abs() < 1e-13);
+        for _ in 0..1000 {
+            let x = r.vector();
+            let image = origin + f * (x - origin) + shift;
+            assert_eq!(region.contains(0, &x), moved.contains(0, &image), "{region:?}");
+        }
+        let pushed = region.translated(&shift);
+        assert!((pushed.volume().unwrap() - region.volume().unwrap()).abs() < 1e-14);
+    }
+    // A cylinder along its axis.
+    let cylinder = Region::Cylinder { centre: Vec3::zeros(), axis: Vec3::z(), radius: 0.4, half_length: 0.5 };
+    let stretch = Mat3::from_diagonal(&Vec3::new(0.9, 0.9, 1.3));
+    let moved = cylinder.moved(&stretch, &Vec3::zeros(), &shift);
+    for _ in 0..1000 {
+        let x = r.vector();
+        assert_eq!(cylinder.contains(0, &x), moved.contains(0, &(stretch * x + shift)));
+    }
+}
+
+/// A region anywhere in a periodic packing sees the same as one in the middle of many copies.
+#[test]
+fn regions_across_the_periodic_border() {
+    let mut r = Random::new(14);
+    let cell = Mat3::new(1.0, 0.2, 0.1, 0.0, 0.9, -0.15, 0.05, 0.0, 1.1);
+    let mut c = Cluster::default();
+    for _ in 0..40 {
+        c.position.push(cell * Vec3::new(r.share(), r.share(), r.share()));
+    }
+    for _ in 0..120 {
+        let (a, b) = (r.below(40), r.below(40));
+        c.push(a, b, &mut r);
+        let last = c.branch.len() - 1;
+        c.branch[last] = r.direction() * 0.3;
+    }
+    let set = c.set();
+    let period = Period::of(cell);
+    // Copies: all contacts repeated around.
+    let mut copies = Cluster::default();
+    for x in -3..=3 {
+        for y in -3..=3 {
+            for z in -3..=3 {
+                let shift = cell * Vec3::new(f64::from(x), f64::from(y), f64::from(z));
+                let base = copies.position.len() as u32;
+                copies.position.extend(c.position.iter().map(|p| p + shift));
+                copies.pair.extend(c.pair.iter().map(|p| [p[0] + base, p[1] + base]));
+                copies.branch.extend(&c.branch);
+                copies.point.extend(c.point.iter().map(|p| p + shift));
+                copies.force.extend(&c.force);
+                copies.moment.extend(&c.moment);
+            }
+        }
+    }
+    for region in [
+        Region::Sphere { centre: Vec3::new(0.95, 0.9, 0.1), radius: 0.45 },
+        Region::Box { low: Vec3::new(-0.4, 0.3, 0.6), high: Vec3::new(0.5, 1.2, 1.3) },
+        Region::Cylinder {
+            centre: Vec3::new(1.3, 0.1, 0.2),
+            axis: Vec3::new(0.6, 0.0, 0.8),
+            radius: 0.2,
+            half_length: 0.9,
+        },
+        Region::Sphere { centre: Vec3::new(0.5, 0.5, 0.5), radius: 1.2 },
+    ] {
+        let inside = region_stress(&set, &region, Truncation::BranchClipped, Some(&period)).unwrap();
+        let around = region_stress(&copies.set(), &region, Truncation::BranchClipped, None).unwrap();
+        // Branches end where they end, not at a particle, so only the clipped form compares.
+        close(&inside.stress, &around.stress, 300.0 / inside.volume);
+        assert_eq!(inside.full, around.full);
+        assert_eq!(inside.partial, around.partial);
+    }
+}
+
+/// The kernel has unit integral, along branches too, and the field of stress adds up to the branch sum: by a grid of points,
+/// whose error for a function with two derivatives of bounded variation falls with the fourth power of the spacing.
+#[test]
+fn coarse_grained_stress_adds_up() {
+    let mut r = Random::new(15);
+    let mut c = Cluster::default();
+    for _ in 0..12 {
+        c.position.push(r.vector() * 0.5);
+    }
+    for k in 0..12 {
+        c.push(k, (k + 5) % 12, &mut r);
+    }
+    let kernel = Kernel::new(0.5, Dimension::Three).unwrap();
+    let mass: Vec<f64> = (0..12).map(|_| 0.5 + r.share()).collect();
+    let velocity: Vec<Vec3> = (0..12).map(|_| r.vector()).collect();
+    let (n, half) = (40, 1.05);
+    let step = 2.0 * half / f64::from(n);
+    let mut points = Vec::new();
+    for x in 0..n {
+        for y in 0..n {
+            for z in 0..n {
+                points.push(Vec3::new(f64::from(x), f64::from(y), f64::from(z)).map(|k| (k + 0.5) * step - half));
+            }
+        }
+    }
+    let fields = coarse_grain(&c.set(), &mass, &velocity, &kernel, &points, None).unwrap();
+    let volume = step.powi(3);
+    let stress: Mat3 = fields.iter().map(|f| f.stress * volume).sum();
+    let expected: Mat3 = c.branch.iter().zip(&c.force).map(|(l, f)| l * f.transpose()).sum();
+    assert!((stress - expected).abs().max() < 1e-4, "{stress}{expected}");
+    let total: f64 = fields.iter().map(|f| f.density * volume).sum();
+    assert!((total - mass.iter().sum::<f64>()).abs() < 1e-4);
+    let momentum: Vec3 = fields.iter().map(|f| f.momentum * volume).sum();
+    let expected: Vec3 = mass.iter().zip(&velocity).map(|(m, v)| v * *m).sum();
+    assert!((momentum - expected).norm() < 1e-4);
+    // In the plane.
+    let kernel = Kernel::new(0.3, Dimension::Two).unwrap();
+    let n = 400;
+    let at = |k: i32| (f64::from(k) + 0.5) / f64::from(n) - 0.5;
+    let sum: f64 =
+        (0..n).flat_map(|x| (0..n).map(move |y| (x, y))).map(|(x, y)| kernel.at(&Vec3::new(at(x), at(y), 0.0))).sum();
+    assert!((sum / f64::from(n * n) - 1.0).abs() < 1e-6, "{sum}");
+}
+
+/// Fabric of an even network: one third of the unit matrix within the sampling error; coordination by count.
+#[test]
+fn fabric_of_an_even_network() {
+    let c = network(100_000, 0.2, 16);
+    let f = fabric(&c.set(), &Region::cube(Vec3::zeros(), 1.0), Truncation::HalfCrossing, None).unwrap();
+    assert!((f.tensor.trace() - 1.0).abs() < 1e-12);
+    // Var(n²) = 4/45: standard error 0.3/√N.
+    let error = 4.0 * 0.3 / f.contacts.sqrt();
+    assert!((f.tensor - Mat3::identity() / 3.0).abs().max() < error);
+    assert!((f.branch_length - 0.2).abs() < 1e-12);
+    // Every particle has one contact: 2·N_c/N_p = 1 within the scatter of what crosses.
+    assert!((f.coordination - 1.0).abs() < 0.05, "{}", f.coordination);
+}

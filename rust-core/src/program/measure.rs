@@ -1,0 +1,297 @@
+//! `concordem measure`: operators on the particles and contacts at the end of a run.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use super::tables::{UNBONDED, WALLS};
+use super::{Console, Failure};
+use crate::assembly::samples::region;
+use crate::math::{Mat3, Vec3};
+use crate::operator::{Region, Truncation};
+use crate::output::ResultFile;
+use crate::plan::samples::{Bonds, Operator, OperatorSample, Quantity, Sampled, SampledRegion};
+use crate::scenario::{SampleRegion, Scenario};
+use crate::solver::record::Forces;
+use crate::state::columns::{ColumnData, StoredColumn};
+use crate::state::{Cell, Particles, Sphere};
+
+/// Arguments of `concordem measure`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Result file
+    file: PathBuf,
+    /// What to evaluate: region-stress, couple-stress, affine-strain, fabric, porosity, damage-tensor; may be repeated. By
+    /// default what the scenario's [[sample]] tables say
+    #[arg(long, value_name = "NAME", value_parser = operator)]
+    operator: Vec<Operator>,
+    /// Where, as in a scenario: '{ kind = "sphere", center = [0, 0, 0], radius = "5 mm" }'; by default the periodic cell
+    #[arg(long, value_name = "TABLE", requires = "operator")]
+    region: Option<String>,
+    /// How contacts across the border count: internal-only, half-crossing, or branch-clipped
+    #[arg(long, value_name = "NAME", value_parser = truncation, requires = "operator")]
+    truncation: Option<Truncation>,
+    /// Divide a box into this many cells along x, y, z: a map of the field, a row per cell
+    #[arg(long, value_name = "NX,NY,NZ", value_parser = grid, requires = "region")]
+    grid: Option<[usize; 3]>,
+    /// Print comma-separated values
+    #[arg(long)]
+    csv: bool,
+}
+
+fn operator(text: &str) -> Result<Operator, String> {
+    let names: Vec<&str> = Operator::ALL.iter().map(|operator| operator.name()).collect();
+    let found = Operator::ALL.into_iter().find(|operator| operator.name() == text);
+    found.ok_or_else(|| format!("choose one of {}", names.join(", ")))
+}
+
+fn truncation(text: &str) -> Result<Truncation, String> {
+    match text {
+        "internal-only" => Ok(Truncation::InternalOnly),
+        "half-crossing" => Ok(Truncation::HalfCrossing),
+        "branch-clipped" => Ok(Truncation::BranchClipped),
+        _ => Err("choose internal-only, half-crossing, or branch-clipped".into()),
+    }
+}
+
+fn grid(text: &str) -> Result<[usize; 3], String> {
+    let counts: Option<Vec<usize>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    match counts.as_deref() {
+        Some(&[x, y, z]) if x > 0 && y > 0 && z > 0 => Ok([x, y, z]),
+        _ => Err("give three whole numbers above 0: 4,4,8".into()),
+    }
+}
+
+pub(super) fn measure(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let result = ResultFile::open(&arguments.file)?;
+    let scenario = Scenario::parse(&arguments.file.display().to_string(), &result.scenario()?)?;
+    let moment = Moment::read(&result, scenario.dimension == 2)?;
+    let text = if arguments.operator.is_empty() {
+        let samples = crate::assembly::samples::of(&scenario, &moment.particles, moment.cell.is_some())
+            .map_err(|error| Failure::of_assembly(&scenario, error))?;
+        if samples.is_empty() {
+            let message = "the run's scenario has no [[sample]]: say what to measure, with --operator and --region";
+            return Err(Failure::Usage(message.into()));
+        }
+        // Regions move on with the run's time.
+        samples.iter().map(|sample| moment.show(sample, None, arguments.csv)).collect::<Result<String, _>>()?
+    } else {
+        let wanted = arguments.region.as_deref().map(read_region).transpose()?;
+        let where_ = region(&scenario, &moment.particles, moment.cell.is_some(), "--region", wanted.as_ref())
+            .map_err(|error| Failure::Usage(error.to_string()))?;
+        let mut text = String::new();
+        for &operator in &arguments.operator {
+            for (cell, sampled) in cells(where_.as_ref(), arguments.grid)? {
+                let list = matches!(&sampled, SampledRegion::Moving { region: Region::Particles { .. }, .. });
+                let default = if list { Truncation::HalfCrossing } else { Truncation::default() };
+                let sample = OperatorSample {
+                    name: operator.name().to_owned(),
+                    operator,
+                    region: sampled,
+                    truncation: arguments.truncation.unwrap_or(default),
+                    interval: 1,
+                };
+                let first = text.is_empty() || cell.is_none_or(|cell| cell == [0; 3]);
+                text += &moment.show(&sample, cell.map(|cell| (cell, first)), arguments.csv)?;
+            }
+        }
+        text
+    };
+    console.print(&text)
+}
+
+/// The regions to be measured, with their places in the grid if there is one.
+fn cells(
+    region: Option<&Region>,
+    grid: Option<[usize; 3]>,
+) -> Result<Vec<(Option<[usize; 3]>, SampledRegion)>, Failure> {
+    let still = |region: Region| SampledRegion::Moving { region, velocity: Vec3::zeros() };
+    let Some(count) = grid else {
+        return Ok(vec![(None, region.map_or(SampledRegion::Cell, |region| still(region.clone())))]);
+    };
+    let Some(Region::Box { low, high }) = region else {
+        return Err(Failure::Usage("--grid divides a box: --region '{ kind = \"box\", ... }'".into()));
+    };
+    let place = |k: usize| [k % count[0], k / count[0] % count[1], k / (count[0] * count[1])];
+    let cells = Region::grid(*low, *high, count).into_iter().enumerate();
+    Ok(cells.map(|(k, cell)| (Some(place(k)), still(cell))).collect())
+}
+
+fn read_region(text: &str) -> Result<SampleRegion, Failure> {
+    #[derive(serde::Deserialize)]
+    struct Table {
+        region: SampleRegion,
+    }
+    toml::from_str::<Table>(&format!("region = {text}\n"))
+        .map(|table| table.region)
+        .map_err(|error| Failure::Usage(format!("--region is no region of a scenario: {}", error.message())))
+}
+
+/// The particles and contacts at the end of a run.
+struct Moment {
+    particles: Particles,
+    cell: Option<Cell>,
+    time: f64,
+    bonds: Bonds,
+    forces: Forces,
+    places: Vec<Vec3>,
+    plane: bool,
+}
+
+/// The columns of a table.
+struct Table {
+    name: String,
+    file: PathBuf,
+    columns: BTreeMap<String, StoredColumn>,
+}
+
+impl Table {
+    fn read(result: &ResultFile, name: &str) -> Result<Self, Failure> {
+        let columns = result.table(name)?.into_iter().collect();
+        Ok(Self { name: name.to_owned(), file: result.path().to_owned(), columns })
+    }
+
+    fn missing(&self, column: &str) -> Failure {
+        Failure::Usage(format!(
+            "{} has no {}/{column}: it was written by an older version; run its scenario again",
+            self.file.display(),
+            self.name
+        ))
+    }
+
+    fn reals(&self, column: &str) -> Result<&[f64], Failure> {
+        match self.columns.get(column).map(|column| &column.data) {
+            Some(ColumnData::F64(data)) => Ok(data),
+            _ => Err(self.missing(column)),
+        }
+    }
+
+    fn vectors(&self, column: &str) -> Result<Vec<Vec3>, Failure> {
+        Ok(crate::operator::vectors("column", self.reals(column)?)?.to_vec())
+    }
+
+    fn indices(&self, column: &str) -> Result<&[u32], Failure> {
+        match self.columns.get(column).map(|column| &column.data) {
+            Some(ColumnData::U32(data)) => Ok(data),
+            _ => Err(self.missing(column)),
+        }
+    }
+}
+
+impl Moment {
+    fn read(result: &ResultFile, plane: bool) -> Result<Self, Failure> {
+        let table = Table::read(result, "particles")?;
+        let mut particles = Particles::default();
+        let (position, radius, mass) = (table.vectors("position")?, table.reals("radius")?, table.reals("mass")?);
+        for (p, x) in position.iter().enumerate() {
+            particles.push(Sphere { position: *x, radius: radius[p] }, 0, mass[p], 0.0);
+        }
+        particles.velocity = table.vectors("velocity")?;
+        for (q, angle) in particles.orientation.iter_mut().zip(table.vectors("rotation")?) {
+            *q = crate::math::quaternion_of_rotation_vector(&angle);
+        }
+        if let Some(ColumnData::U16(material)) = table.columns.get("material").map(|column| &column.data) {
+            particles.material.clone_from(material);
+        }
+        if let Some(ColumnData::U64(sets)) = table.columns.get("sets").map(|column| &column.data) {
+            particles.tags.clone_from(sets);
+        }
+        table.indices("id")?.clone_into(&mut particles.id);
+        let row: BTreeMap<u32, u32> = particles.id.iter().zip(0..).map(|(&id, row)| (id, row)).collect();
+        let place = |id: u32| row.get(&id).copied().unwrap_or(u32::MAX);
+        let places = position.iter().zip(table.vectors("displacement")?).map(|(x, u)| x - u).collect();
+        let cell = match Table::read(result, "cell") {
+            Ok(table) => {
+                let matrix = |name| -> Result<Mat3, Failure> { Ok(Mat3::from_row_slice(table.reals(name)?)) };
+                let mut cell = Cell::new(matrix("edges")?);
+                cell.deformation_gradient = matrix("deformation_gradient")?;
+                Some(cell)
+            }
+            Err(_) => None,
+        };
+        let (mut forces, mut bonds) = (Forces::default(), Bonds::default());
+        for law in result.laws()? {
+            let table = Table::read(result, &format!("contacts/{law}"))?;
+            if law == WALLS {
+                forces.walls.particle = table.indices("id")?.iter().map(|&id| place(id)).collect();
+                table.indices("wall")?.clone_into(&mut forces.walls.wall);
+                forces.walls.point = table.vectors("position")?;
+                forces.walls.force = table.vectors("force")?;
+                forces.walls.moment = table.vectors("moment")?;
+                continue;
+            }
+            let ids = table.indices("ids")?;
+            let contacts = &mut forces.contacts;
+            let first = contacts.pair.len();
+            contacts.pair.extend(ids.chunks_exact(2).map(|pair| [place(pair[0]), place(pair[1])]));
+            contacts.branch.extend(table.vectors("branch")?);
+            contacts.point.extend(table.vectors("position")?);
+            contacts.force.extend(table.vectors("force")?);
+            contacts.moment.extend(table.vectors("moment")?);
+            if !law.starts_with(UNBONDED) {
+                for k in first..contacts.pair.len() {
+                    let a = contacts.pair[k][0] as usize;
+                    let a = particles.position.get(a).copied().unwrap_or_default();
+                    bonds.middle.push(a + contacts.branch[k] * 0.5);
+                    bonds.normal.push(contacts.branch[k].normalize());
+                }
+                bonds.damage.extend(table.reals("damage")?);
+            }
+        }
+        // A run ends with a snapshot.
+        let time = result.snapshot_times()?.last().copied().unwrap_or_default();
+        Ok(Self { particles, cell, time, bonds, forces, places, plane })
+    }
+
+    /// The values of an operator as text; `cell` is the place in a grid, and whether the names must be said.
+    fn show(&self, sample: &OperatorSample, cell: Option<([usize; 3], bool)>, csv: bool) -> Result<String, Failure> {
+        let at = Sampled {
+            particles: &self.particles,
+            cell: self.cell,
+            time: self.time,
+            bonds: &self.bonds,
+            forces: &self.forces,
+            places: &self.places,
+            plane: self.plane,
+        };
+        let values = sample.evaluate(&at)?;
+        let quantities = sample.operator.quantities();
+        let mut text = String::new();
+        if csv || cell.is_some() {
+            if cell.is_none_or(|(_, first)| first) {
+                let grid = if cell.is_some() { "i,j,k," } else { "" };
+                let _ = writeln!(text, "{grid}{}", quantities.iter().flat_map(heads).collect::<Vec<_>>().join(","));
+            }
+            if let Some(([i, j, k], _)) = cell {
+                let _ = write!(text, "{i},{j},{k},");
+            }
+            let _ = writeln!(text, "{}", values.iter().map(|v| format!("{v:e}")).collect::<Vec<_>>().join(","));
+            return Ok(text);
+        }
+        let _ = writeln!(text, "{}", sample.name);
+        let mut rest = &values[..];
+        for quantity in quantities {
+            let (mine, others) = rest.split_at(quantity.components);
+            rest = others;
+            let unit = if quantity.unit == "1" { String::new() } else { format!(" {}", quantity.unit) };
+            for (line, row) in mine.chunks(3).enumerate() {
+                let name = if line == 0 { quantity.name } else { "" };
+                let numbers: String = row.iter().map(|v| format!("{v:>15.6e}")).collect();
+                let _ = writeln!(text, "  {name:16}{numbers}{}", if line == 0 { &unit } else { "" });
+            }
+        }
+        Ok(text)
+    }
+}
+
+/// Heads of the columns of a quantity.
+fn heads(quantity: &Quantity) -> Vec<String> {
+    const AXES: [&str; 3] = ["x", "y", "z"];
+    let unit = quantity.unit;
+    let name = quantity.name;
+    match quantity.components {
+        1 => vec![format!("{name} [{unit}]")],
+        3 => AXES.iter().map(|i| format!("{name}_{i} [{unit}]")).collect(),
+        _ => AXES.iter().flat_map(|i| AXES.iter().map(move |j| format!("{name}_{i}{j} [{unit}]"))).collect(),
+    }
+}
