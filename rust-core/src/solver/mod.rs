@@ -349,6 +349,7 @@ impl Solver {
         }
         let context = StepContext {
             particles: &state.particles,
+            poses: &[],
             cell: state.cell.as_ref(),
             mode: self.model.mode,
             dt: state.clock.dt,
