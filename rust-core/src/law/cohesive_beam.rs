@@ -201,6 +201,7 @@ impl CohesiveBeam {
 
     /// Maximal principal stress on the surface of the beam, Pa, by [4.1]–[4.3] with the chosen reading of the bending
     /// term; `axial` is the normal force, N, `chord` the unit chord.
+    #[inline(always)]
     pub fn rankine_stress(&self, area: f64, axial: f64, chord: &Vec3, forces: &BeamForces) -> f64 {
         let across = |moment: Vec3| moment - chord * chord.dot(&moment);
         let bending = match self.bending_term {

@@ -1,6 +1,6 @@
 //! How a specimen is loaded, and what is measured of it.
 
-use crate::math::{Mat3, Vec3};
+use crate::math::{Mat3, Vec3, quaternion_of_rotation_vector, rotate};
 use crate::solver::{Solver, StepReport};
 use crate::state::State;
 
@@ -17,6 +17,27 @@ pub enum Loading {
         layers: [Vec<u32>; 2],
         /// Distance of the layers' mean positions at the start, m.
         length: f64,
+        /// Cross-section, m².
+        area: f64,
+    },
+    /// End layers that turn rigidly against each other.
+    Turning {
+        /// Axis of the specimen, 0 to 2.
+        axis: usize,
+        /// Axis about which the layers turn: that of the specimen for torsion, another one for bending.
+        about: usize,
+        /// Indices of the particles of the lower and the upper layer.
+        layers: [Vec<u32>; 2],
+        /// Middles of the layers, about which they turn, m.
+        centres: [Vec3; 2],
+        /// Rate of the angle between them, rad/s; each turns at half of it.
+        rate: f64,
+        /// Distance of the layers' middles, m.
+        length: f64,
+        /// Stress at the surface through the end moment, 1/m³: `h/2I` in bending, `R/I_O` in torsion.
+        stress_of_moment: f64,
+        /// Distance of the surface from the neutral plane or the axis, m.
+        lever: f64,
         /// Cross-section, m².
         area: f64,
     },
@@ -52,7 +73,8 @@ pub enum Loading {
 /// Mean stress and strain of the specimen.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Measure {
-    /// Strain along the loading axis (periodic cell: the component of `F − 1` largest in size).
+    /// Strain along the loading axis (periodic cell: the component of `F − 1` largest in size; bending: that of the outer
+    /// fibre; torsion: the shear angle of the surface, rad).
     pub strain: f64,
     /// Stress along the loading axis (periodic cell: the component with those indices), Pa.
     pub stress: f64,
@@ -68,6 +90,21 @@ impl Loading {
             let rate = (error + error.transpose()) * (0.5 * gain);
             solver.set_velocity_gradient(cell, rate.map(|r| r.clamp(-maximum_rate, *maximum_rate)));
         }
+        if let Self::Turning { about, layers, centres, rate, .. } = self {
+            let dt = state.clock.dt;
+            let particles = &state.particles;
+            let targets = solver.targets_mut(particles);
+            for (side, (layer, centre)) in layers.iter().zip(centres).enumerate() {
+                let mut spin = Vec3::zeros();
+                spin[*about] = if side == 0 { -0.5 * rate } else { 0.5 * rate };
+                let turn = quaternion_of_rotation_vector(&(spin * dt));
+                for &p in layer {
+                    // The velocity of a step that ends on the circle.
+                    let arm = particles.position[p as usize] - centre;
+                    targets[p as usize] = ((rotate(&turn, &arm) - arm) / dt, spin);
+                }
+            }
+        }
     }
 
     /// Strain before and stress of a step that begins at `state` — positions must be those at which `solver`'s forces
@@ -81,6 +118,7 @@ impl Loading {
                 };
                 (mean(&layers[1]) - mean(&layers[0]) - length) / length
             }
+            Self::Turning { rate, length, lever, .. } => rate * state.clock.time() * lever / length,
             Self::CellStrain { .. } | Self::CellStress { .. } => {
                 let (i, j) = self.component(state);
                 state.cell.as_ref().map_or(0.0, |cell| (cell.deformation_gradient - Mat3::identity())[(i, j)])
@@ -102,6 +140,18 @@ impl Loading {
             Self::Uniaxial { axis, layers, area, .. } => {
                 let force = |layer: &[u32]| layer.iter().map(|&p| solver.forces()[p as usize][*axis]).sum::<f64>();
                 0.5 * (force(&layers[0]) - force(&layers[1])) / area
+            }
+            Self::Turning { about, layers, centres, stress_of_moment, .. } => {
+                let moment = |side: usize| {
+                    let layer = layers[side].iter().map(|&p| p as usize);
+                    layer
+                        .map(|p| {
+                            let arm = state.particles.position[p] - centres[side];
+                            (arm.cross(&solver.forces()[p]) + solver.torques()[p])[*about]
+                        })
+                        .sum::<f64>()
+                };
+                0.5 * (moment(0) - moment(1)) * stress_of_moment
             }
             Self::CellStrain { .. } | Self::CellStress { .. } => measure.tensor[self.component(state)],
             Self::Platens { axis, walls, area, .. } => {
@@ -141,10 +191,17 @@ impl Loading {
         }
     }
 
+    /// Strain per angle between the ends, 1/rad, when the ends turn.
+    pub fn strain_of_angle(&self) -> Option<f64> {
+        if let Self::Turning { length, lever, .. } = self { Some(lever / length) } else { None }
+    }
+
     /// Lengths of the loaded specimen that a report may want: cross-section and length, m², m.
     pub fn dimensions(&self) -> Option<(f64, f64)> {
         match self {
-            Self::Uniaxial { area, length, .. } | Self::Platens { area, length, .. } => Some((*area, *length)),
+            Self::Uniaxial { area, length, .. }
+            | Self::Platens { area, length, .. }
+            | Self::Turning { area, length, .. } => Some((*area, *length)),
             _ => None,
         }
     }

@@ -39,6 +39,9 @@ impl WriteColumns for Tables<'_> {
         }
         let material: Vec<u16> = order.iter().map(|&p| particles.material[p]).collect();
         sink.column("particles/material", Column::u16(&material))?;
+        let fragments = crate::fracture::fragments::fragments(self.state);
+        let fragment: Vec<u32> = order.iter().map(|&p| fragments[p]).collect();
+        sink.column("particles/fragment", Column::u32(&fragment))?;
         for block in &self.state.bonds {
             contacts(self.state, block.contacts(), sink)?;
         }
@@ -58,8 +61,7 @@ fn contacts(state: &State, block: &dyn Contacts, sink: &mut dyn ColumnSink) -> R
         let (a, b) = (view.pair.a as usize, view.pair.b as usize);
         ids.extend([particles.id[a], particles.id[b]]);
         let broke = view.link.has(Link::BROKEN);
-        // The common contact point: on the normal, as far from A as from B beyond the radii.
-        let arm = particles.radius[a] + 0.5 * (view.frame.length - particles.radius[a] - particles.radius[b]);
+        let (arm, _) = block.arms(k, particles, view.frame.length);
         position.extend((particles.position[a] + view.frame.normal * arm).iter());
         normal.extend(view.frame.normal.iter());
         length.push(view.frame.length);
