@@ -1,6 +1,9 @@
 //! From the parameter tables of a scenario to rows of a law: one line of registration per law.
 
-use crate::law::{BeamModel, CohesiveBeam, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, HertzMindlin, LinearBond, Section};
+use crate::law::{
+    BeamModel, CohesiveBeam, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, HertzMindlin,
+    LinearBond, Section,
+};
 use crate::scenario::{self, ContactLawName, LawName, Scenario};
 use crate::solver::MaterialRows;
 use crate::solver::forces::EvaluatedContacts;
@@ -174,9 +177,9 @@ impl FromTables for CohesiveBeam {
             scenario::BeamModel::Timoshenko => BeamModel::Timoshenko {
                 shear_coefficient: 0.5 * (optional(a.shear_coefficient, 0.9) + optional(b.shear_coefficient, 0.9)),
             },
-            scenario::BeamModel::DualSpring => BeamModel::DualSpring {
-                ratio: 0.5 * (optional(a.shear_ratio, 0.0) + optional(b.shear_ratio, 0.0)),
-            },
+            scenario::BeamModel::DualSpring => {
+                BeamModel::DualSpring { ratio: 0.5 * (optional(a.shear_ratio, 0.0) + optional(b.shear_ratio, 0.0)) }
+            }
             scenario::BeamModel::Spring => BeamModel::Spring,
         };
         let strength = |t: &Self::Table| t.tensile_strength.map_or(f64::INFINITY, scenario::Quantity::si);

@@ -173,7 +173,7 @@ fn turning(
         particles.constraint[p] = Constraint::ALL;
     }
     let layers = layers.map(|layer| layer.into_iter().map(|p| p as u32).collect());
-    Ok(Loading::Turning { axis, about, layers, centres, rate, length, stress_of_moment, lever, area })
+    Ok(Loading::Turning { axis, about, layers, rate, length, stress_of_moment, lever, area })
 }
 
 /// Cross-section perpendicular to `axis`, m²: of the packing's shape, else of the bounding box; of unit depth in two

@@ -239,13 +239,7 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
             ratio = found;
             bulk = Some((reached, found));
         }
-        bonds = bonding::bond(
-            block.contacts_mut(),
-            &rows,
-            &state.particles,
-            state.cell.as_ref(),
-            ratio,
-        )?;
+        bonds = bonding::bond(block.contacts_mut(), &rows, &state.particles, state.cell.as_ref(), ratio)?;
         state.bonds.push(block);
     }
     if let Some((block, rows)) = laws::contact_block(scenario.contacts.law, scenario)? {

@@ -56,9 +56,7 @@ pub enum BeamModel {
 }
 
 /// Which moment bends the beam in the failure criterion.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BendingTerm {
     /// That of the middle section, `½‖(M_A−M_B)_⊥‖`.
@@ -153,7 +151,9 @@ impl CohesiveBeam {
         let poisson = self.poisson;
         require(poisson > -1.0 && poisson <= 0.5, Self::NAME, "poisson", poisson, "above -1 and at most 0.5")?;
         match self.section {
-            Section::Ratio(ratio) => require(positive(ratio), Self::NAME, "radius_ratio", ratio, "positive and finite")?,
+            Section::Ratio(ratio) => {
+                require(positive(ratio), Self::NAME, "radius_ratio", ratio, "positive and finite")?;
+            }
             Section::Radius(radius) => {
                 require(positive(radius), Self::NAME, "radius", radius, "positive and finite (m)")?;
             }
@@ -269,13 +269,7 @@ impl ContactLaw for CohesiveBeam {
 
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {
         let k = self.stiffnesses(geometry);
-        Stiffness {
-            normal: k.normal,
-            shear: k.shear,
-            bending: k.bending,
-            twist: k.twist,
-            ..Stiffness::default()
-        }
+        Stiffness { normal: k.normal, shear: k.shear, bending: k.bending, twist: k.twist, ..Stiffness::default() }
     }
 
     /// The faces of the crack touch where they parted.

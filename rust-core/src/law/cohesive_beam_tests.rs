@@ -94,8 +94,7 @@ fn midpoint_form(g: &ContactGeometry, s: &FrameStation) -> [Vec3; 4] {
     let slide = -tb.cross(&(x * (0.5 * l))) - ta.cross(&(x * (0.5 * l)));
     let force = x * (YOUNG * area / l * s.elongation) + slide * (12.0 * YOUNG * inertia / (l * l * l));
     let turn = tb - ta;
-    let middle =
-        (turn - x * turn.x) * (YOUNG * inertia / l) + x * (turn.x * shear_modulus * 2.0 * inertia / l);
+    let middle = (turn - x * turn.x) * (YOUNG * inertia / l) + x * (turn.x * shear_modulus * 2.0 * inertia / l);
     let lever = (x * (0.5 * l)).cross(&force);
     [force, -force, middle + lever, -middle + lever]
 }
@@ -156,7 +155,10 @@ fn finite_deformations_meet_the_closed_forms() {
             ("tension", FrameStation { elongation: 0.5 * size, ..FrameStation::default() }),
             ("compression", FrameStation { elongation: -0.5 * size, ..FrameStation::default() }),
             ("torsion", FrameStation { twist: 2.5 * size, ..FrameStation::default() }),
-            ("bent to a circle", FrameStation { a: [-1.2 * size, 0.0], b: [1.2 * size, 0.0], ..FrameStation::default() }),
+            (
+                "bent to a circle",
+                FrameStation { a: [-1.2 * size, 0.0], b: [1.2 * size, 0.0], ..FrameStation::default() },
+            ),
             ("S shape", FrameStation { a: [0.0, 0.9 * size], b: [0.0, 0.9 * size], ..FrameStation::default() }),
             (
                 "one end, stretched",

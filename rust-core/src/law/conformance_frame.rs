@@ -124,16 +124,7 @@ fn measured(
             orientation: now[k].orientation,
         }
     };
-    FrameKinematics::measure(
-        Mode::Finite,
-        &motion(0),
-        &motion(1),
-        &ImageShift::default(),
-        geometry,
-        frame,
-        bonded,
-        dt,
-    )
+    FrameKinematics::measure(Mode::Finite, &motion(0), &motion(1), &ImageShift::default(), geometry, frame, bonded, dt)
 }
 
 /// Moments on A and B about their centres, of an answer with the solver's arms.
@@ -307,13 +298,8 @@ fn exchange<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>
             let k = &record.kinematics;
             let g = k.point.geometry;
             let mut other = *k;
-            other.point.geometry = ContactGeometry {
-                radius_a: g.radius_b,
-                radius_b: g.radius_a,
-                mass_a: g.mass_b,
-                mass_b: g.mass_a,
-                ..g
-            };
+            other.point.geometry =
+                ContactGeometry { radius_a: g.radius_b, radius_b: g.radius_a, mass_a: g.mass_b, mass_b: g.mass_a, ..g };
             other.point.normal = -k.point.normal;
             (other.orientation_a, other.orientation_b) = (k.orientation_b, k.orientation_a);
             (other.turn_a, other.turn_b) = (k.turn_b, k.turn_a);

@@ -20,7 +20,8 @@ pub enum Loading {
         /// Cross-section, m².
         area: f64,
     },
-    /// End layers that turn rigidly against each other.
+    /// End layers that turn rigidly against each other, each about its own middle. Along the specimen's axis they move
+    /// freely as rigid bodies, so that no axial force builds up.
     Turning {
         /// Axis of the specimen, 0 to 2.
         axis: usize,
@@ -28,8 +29,6 @@ pub enum Loading {
         about: usize,
         /// Indices of the particles of the lower and the upper layer.
         layers: [Vec<u32>; 2],
-        /// Middles of the layers, about which they turn, m.
-        centres: [Vec3; 2],
         /// Rate of the angle between them, rad/s; each turns at half of it.
         rate: f64,
         /// Distance of the layers' middles, m.
@@ -70,6 +69,15 @@ pub enum Loading {
     },
 }
 
+/// Share of its axial velocity that a turning end loses in each step: its force is known one step late, which alone would
+/// let its motion grow.
+const END_FRICTION: f64 = 0.02;
+
+/// Mean of `values` over a layer.
+fn middle(layer: &[u32], values: &[Vec3]) -> Vec3 {
+    layer.iter().map(|&p| values[p as usize]).sum::<Vec3>() / layer.len() as f64
+}
+
 /// Mean stress and strain of the specimen.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Measure {
@@ -84,27 +92,40 @@ pub struct Measure {
 
 impl Loading {
     /// Called before every step.
-    pub(super) fn act(&self, state: &State, solver: &mut Solver, last: &StepReport) {
+    ///
+    /// `axial_forces`: what [`Self::axial_forces`] gave after the last step.
+    pub(super) fn act(&self, state: &State, solver: &mut Solver, last: &StepReport, axial_forces: [f64; 2]) {
         if let (Self::CellStress { stress, maximum_rate, gain, .. }, Some(cell)) = (self, &state.cell) {
             let error = stress - last.virial / cell.volume();
             let rate = (error + error.transpose()) * (0.5 * gain);
             solver.set_velocity_gradient(cell, rate.map(|r| r.clamp(-maximum_rate, *maximum_rate)));
         }
-        if let Self::Turning { about, layers, centres, rate, .. } = self {
+        if let Self::Turning { axis, about, layers, rate, .. } = self {
             let dt = state.clock.dt;
             let particles = &state.particles;
             let targets = solver.targets_mut(particles);
-            for (side, (layer, centre)) in layers.iter().zip(centres).enumerate() {
+            for (side, layer) in layers.iter().enumerate() {
                 let mut spin = Vec3::zeros();
                 spin[*about] = if side == 0 { -0.5 * rate } else { 0.5 * rate };
                 let turn = quaternion_of_rotation_vector(&(spin * dt));
+                let centre = middle(layer, &particles.position);
+                let mass: f64 = layer.iter().map(|&p| particles.mass[p as usize]).sum();
+                let mut drift = Vec3::zeros();
+                drift[*axis] =
+                    (1.0 - END_FRICTION) * middle(layer, &particles.velocity)[*axis] + axial_forces[side] / mass * dt;
                 for &p in layer {
                     // The velocity of a step that ends on the circle.
                     let arm = particles.position[p as usize] - centre;
-                    targets[p as usize] = ((rotate(&turn, &arm) - arm) / dt, spin);
+                    targets[p as usize] = ((rotate(&turn, &arm) - arm) / dt + drift, spin);
                 }
             }
         }
+    }
+
+    /// Net force of the specimen on either end along its axis in the step just done, N, where the ends need it.
+    pub(super) fn axial_forces(&self, solver: &Solver) -> [f64; 2] {
+        let Self::Turning { axis, layers, .. } = self else { return [0.0; 2] };
+        [0, 1].map(|side: usize| layers[side].iter().map(|&p| solver.forces()[p as usize][*axis]).sum())
     }
 
     /// Strain before and stress of a step that begins at `state` — positions must be those at which `solver`'s forces
@@ -141,12 +162,13 @@ impl Loading {
                 let force = |layer: &[u32]| layer.iter().map(|&p| solver.forces()[p as usize][*axis]).sum::<f64>();
                 0.5 * (force(&layers[0]) - force(&layers[1])) / area
             }
-            Self::Turning { about, layers, centres, stress_of_moment, .. } => {
+            Self::Turning { about, layers, stress_of_moment, .. } => {
                 let moment = |side: usize| {
+                    let centre = middle(&layers[side], &state.particles.position);
                     let layer = layers[side].iter().map(|&p| p as usize);
                     layer
                         .map(|p| {
-                            let arm = state.particles.position[p] - centres[side];
+                            let arm = state.particles.position[p] - centre;
                             (arm.cross(&solver.forces()[p]) + solver.torques()[p])[*about]
                         })
                         .sum::<f64>()

@@ -45,6 +45,9 @@ pub enum Failure {
     /// The calculation failed.
     #[error("{0}")]
     Solver(#[from] SolverError),
+    /// The search for parameters failed.
+    #[error("{0}")]
+    Calibration(String),
     /// A person, or the system, asked to stop.
     #[error("{0}")]
     Interrupted(String),
@@ -102,7 +105,7 @@ impl Failure {
                 exit::FILE
             }
             Self::Usage(_) | Self::Scenario(_) | Self::Assembly(_) => exit::USAGE,
-            Self::Unstable(_) | Self::Solver(_) => exit::PHYSICS,
+            Self::Unstable(_) | Self::Solver(_) | Self::Calibration(_) => exit::PHYSICS,
             Self::Interrupted(_) => exit::INTERRUPTED,
         }
     }

@@ -3,6 +3,7 @@
 //! One file per command. Commands write to a [`Console`] and return a [`Failure`] or nothing, so that tests can run
 //! them without a process.
 
+mod calibrate;
 mod check;
 mod drive;
 mod failure;
@@ -91,6 +92,8 @@ enum Command {
     Report(report::Arguments),
     /// Make only the packing of a scenario and write it as a text file
     Pack(pack::Arguments),
+    /// Find parameters of bonds for wanted properties of a material, and write a scenario with them
+    Calibrate(calibrate::Arguments),
     /// Write the JSON Schema of scenarios, for editors with completion
     Schema(schema::Arguments),
 }
@@ -187,6 +190,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
         Command::Info(arguments) => info::info(arguments, console),
         Command::Report(arguments) => report::report(arguments, console),
         Command::Pack(arguments) => pack::pack(arguments, console),
+        Command::Calibrate(arguments) => calibrate::calibrate(arguments, console),
         Command::Schema(arguments) => schema::schema(arguments, console),
     };
     match outcome {

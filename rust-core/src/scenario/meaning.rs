@@ -7,8 +7,8 @@ use super::error::{Problem, ProblemKind};
 use super::quantity::{Component, Dimension, Length, Quantity, vector};
 use super::structure::{listing, nearest};
 use super::{
-    Axis, BeamModel, CohesiveBeam, Cpm, CpmMode, DamageLaw, Frictional, LawName, Loading, Packing, Radii, Scenario, Selection, Shape, WallShape,
-    YieldSurface,
+    Axis, BeamModel, CohesiveBeam, Cpm, CpmMode, DamageLaw, Frictional, LawName, Loading, Packing, Radii, Scenario,
+    Selection, Shape, WallShape, YieldSurface,
 };
 use crate::math::Vec3;
 
@@ -630,7 +630,11 @@ impl Checker<'_> {
             }
             Loading::Bending { axis, about, rate, .. } => {
                 if rate.si() == 0.0 {
-                    self.range("loading.rate", "must not be zero", "the ends turn against each other: rate = \"1 rad/s\"");
+                    self.range(
+                        "loading.rate",
+                        "must not be zero",
+                        "the ends turn against each other: rate = \"1 rad/s\"",
+                    );
                 }
                 if axis == about {
                     let help = "bend about an axis across the specimen";
@@ -640,7 +644,11 @@ impl Checker<'_> {
             }
             Loading::Torsion { axis, rate, .. } => {
                 if rate.si() == 0.0 {
-                    self.range("loading.rate", "must not be zero", "the ends turn against each other: rate = \"1 rad/s\"");
+                    self.range(
+                        "loading.rate",
+                        "must not be zero",
+                        "the ends turn against each other: rate = \"1 rad/s\"",
+                    );
                 }
                 if !matches!(scenario.packing.shape(), Some(Shape::Cylinder { axis: along, .. }) if along == axis) {
                     let help = "give [packing.shape] kind = \"cylinder\" with the same axis";

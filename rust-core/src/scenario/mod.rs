@@ -41,8 +41,8 @@ use serde::{Deserialize, Serialize};
 pub use bodies::{AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Selection, Side, Wall, WallShape};
 pub use error::{Problem, ProblemKind, ScenarioError, Source};
 pub use material::{
-    BeamModel, Bonds, CohesiveBeam, ContactLawName, Contacts, Cpm, CpmMode, DamageLaw, Frictional, HertzMindlin, Interface, LawName, LinearBond,
-    Material, YieldSurface,
+    BeamModel, Bonds, CohesiveBeam, ContactLawName, Contacts, Cpm, CpmMode, DamageLaw, Frictional, HertzMindlin,
+    Interface, LawName, LinearBond, Material, YieldSurface,
 };
 pub use motion::{Damping, DampingForm, Integration, Lateral, Loading, Output, Safety, Scheme, Stop};
 pub use packing::{Axis, Lattice, Packing, Radii, Shape};

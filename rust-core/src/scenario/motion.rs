@@ -4,7 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::packing::Axis;
-use super::quantity::{Acceleration, AngularVelocity, Area, Length, Number, StrainRate, Stress, Time, TimeStep, Velocity};
+use super::quantity::{
+    Acceleration, AngularVelocity, Area, Length, Number, StrainRate, Stress, Time, TimeStep, Velocity,
+};
 
 /// Time integration.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -146,7 +148,7 @@ pub enum Loading {
         #[schemars(extend("exclusiveMinimum" = 0))]
         area: Option<Area>,
     },
-    /// Two end layers turn rigidly against each other about an axis across the specimen; the stress is that of the outer
+    /// Two end layers turn rigidly against each other about an axis across the specimen, free along it; the stress is that of the outer
     /// fibre of an elastic beam under the mean of both end moments.
     Bending {
         /// Direction of the specimen.
@@ -163,7 +165,7 @@ pub enum Loading {
         #[serde(default = "yes")]
         initial_velocity_field: bool,
     },
-    /// Two end layers turn rigidly against each other about the axis of a cylinder; the stress is the shear stress at the
+    /// Two end layers turn rigidly against each other about the axis of a cylinder, free along it; the stress is the shear stress at the
     /// surface of an elastic cylinder under the mean of both end moments.
     Torsion {
         /// Direction of the specimen.

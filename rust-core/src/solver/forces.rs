@@ -349,8 +349,7 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
             let between = position[b] + image.displacement - position[a];
             // Where it was one step ago follows from the velocities, so that candidates need no memory.
             let before = between - (velocity[b] + image.velocity - velocity[a]) * context.dt;
-            if link.has(Link::BROKEN)
-                || !activate::<L>(link, reference, frame, &between, &before, radius[a], radius[b])
+            if link.has(Link::BROKEN) || !activate::<L>(link, reference, frame, &between, &before, radius[a], radius[b])
             {
                 if !local {
                     tile.halo[next_slot] = Wrench::default();
