@@ -79,7 +79,7 @@ fn first_modes(n: usize, mass: f64, beam: &CohesiveBeam) -> [(f64, Vec<f64>); 3]
                 for q in 0..4 {
                     let place = |c: usize| (2 * (bond + c / 2) + c % 2).checked_sub(2);
                     if let (Some(i), Some(j)) = (place(p), place(q)) {
-                        let m = |c: usize| if c % 2 == 0 { mass.sqrt() } else { inertia.sqrt() };
+                        let m = |c: usize| if c.is_multiple_of(2) { mass.sqrt() } else { inertia.sqrt() };
                         bending[(i, j)] += row[p] * row[q] * stiffness / (m(p) * m(q));
                     }
                 }
@@ -87,7 +87,8 @@ fn first_modes(n: usize, mass: f64, beam: &CohesiveBeam) -> [(f64, Vec<f64>); 3]
         }
     }
     let (omega, shape) = lowest(bending);
-    let unscaled = shape.iter().enumerate().map(|(c, x)| x / if c % 2 == 0 { mass.sqrt() } else { inertia.sqrt() });
+    let unscaled =
+        shape.iter().enumerate().map(|(c, x)| x / if c.is_multiple_of(2) { mass.sqrt() } else { inertia.sqrt() });
     [line(k.normal, mass), (omega, unscaled.collect()), line(k.twist, inertia)]
 }
 
@@ -571,7 +572,7 @@ fn run_out(assembly: Assembly) -> (Sample, Simulation) {
     }
 }
 
-/// Pure bending of a prism of 4×4 columns: all sections stay plane, so `M = κ(EA Σy² + 16 EI)` of the columns. The
+/// Pure bending of a prism of 3×3 columns: all sections stay plane, so `M = κ(EA Σy² + 9 EI)` of the columns. The
 /// initial field is that of even curvature, hence no vibration: 1e-4 is left by the start of the damping.
 #[test]
 fn bent_lattice_has_the_stiffness_of_its_columns() {
@@ -612,15 +613,13 @@ fn twisted_column_has_the_stiffness_of_its_beams() {
         let assembly = assembled(&lattice(shape, loading, ""));
         let spheres = assembly.summary.particles;
         let (sample, _) = run_out(assembly);
-        let columns: f64 = spheres as f64 / 12.0;
-        assert_eq!(columns, columns.round(), "{spheres}");
+        assert_eq!(spheres, 11, "one column");
         let r: f64 = 0.8e-3;
         let stiffness = 1e9 / 2.5 * PI * r.powi(4) / 2.0;
         // stress = 2T/πR³, strain = Rθ'
         let radius: f64 = 0.0011;
         let measured = sample.stress / sample.strain * PI * radius.powi(4) / 2.0;
-        println!("{columns} columns: GI {measured:.6e} N m², beam {stiffness:.6e}");
-        assert_eq!(columns, 1.0);
+        println!("GI {measured:.6e} N m², beam {stiffness:.6e}");
         assert!((measured / stiffness - 1.0).abs() < 1e-4, "{measured:e} {stiffness:e}");
     });
 }

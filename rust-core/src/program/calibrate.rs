@@ -46,8 +46,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "NUMBER", default_value_t = 0.25)]
     dispersion: f64,
     /// Spheres of the largest sample; a third and a ninth of them show the convergence
-    #[arg(long, value_name = "NUMBER", default_value_t = 5000)]
-    count: usize,
+    #[arg(long, value_name = "NUMBER", default_value_t = 5000, value_parser = clap::value_parser!(u64).range(1000..=1_000_000))]
+    count: u64,
     /// Seed of the packings
     #[arg(long, value_name = "NUMBER", default_value_t = 1)]
     seed: u64,
@@ -96,7 +96,8 @@ fn cohesive_beam(arguments: &Arguments, visible: bool) -> Result<(Facts, String)
     let make = |count: usize| {
         Sample::new(&recipe(count), &mut |now| meter.stage("compaction", (now.packing_fraction / 0.65).min(0.99)))
     };
-    let sample = make(arguments.count)?;
+    let largest = arguments.count as usize;
+    let sample = make(largest)?;
     let mut tried = 0;
     let found = match_elastic(&sample, arguments.young, arguments.poisson, arguments.beam_poisson, &mut |_, _| {
         tried += 1;
@@ -139,7 +140,7 @@ fn cohesive_beam(arguments: &Arguments, visible: bool) -> Result<(Facts, String)
     let bounding = format!("young {:.5e} Pa, poisson {:.4}", achieved.bounding_modulus, achieved.bounding_poisson);
     facts.add("with the bounding section", bounding);
     for part in [9, 3] {
-        let smaller = make(arguments.count / part)?;
+        let smaller = make(largest / part)?;
         let response = elastic(&smaller, &found.beam, Load::Tension)?;
         let name = format!("{} spheres", smaller.spheres.len());
         facts.add(&name, format!("young {:.5e} Pa, poisson {:.4}", response.modulus, response.poisson));
