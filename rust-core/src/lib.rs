@@ -5,6 +5,7 @@
 //! normal points from A to B; quaternions map body to world.
 
 pub mod assembly;
+pub mod calibration;
 pub mod fracture;
 pub mod kinematics;
 pub mod law;

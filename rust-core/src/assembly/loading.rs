@@ -12,23 +12,8 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> 
         scenario::Loading::None => Ok(Loading::None),
         scenario::Loading::Uniaxial { axis, strain_rate, layer_thickness, lateral, initial_velocity_field, area } => {
             let axis = axis.index();
+            let [lower, upper] = end_layers(scenario, state, axis, layer_thickness.map(scenario::Quantity::si))?;
             let particles = &state.particles;
-            let largest = particles.radius.iter().copied().fold(0.0, f64::max);
-            // Behind this depth every cross-section is crossed by as many bonds as deep inside: one bond's reach, from
-            // the outermost centres. With thinner layers a specimen breaks at its grips, too early.
-            let ratio = scenario.bonds.as_ref().map_or(1.0, |bonds| bonds.interaction_ratio.si());
-            let thickness = layer_thickness.map_or((1.0 + 2.0 * ratio) * largest, scenario::Quantity::si);
-            let extents = || particles.position.iter().zip(&particles.radius).map(|(x, r)| (x[axis], *r));
-            let lower = layer(extents(), End::Minimum, thickness);
-            let upper = layer(extents(), End::Maximum, thickness);
-            if lower.is_empty() || upper.is_empty() || lower.iter().any(|p| upper.contains(p)) {
-                let (low, high) = bounds_along(extents());
-                let message = format!(
-                    "end layers of {thickness} m do not fit a specimen {} m long: they are empty or overlap",
-                    high - low
-                );
-                return Err(unfit("loading.layer_thickness", message));
-            }
             let mean =
                 |layer: &[usize]| layer.iter().map(|&p| particles.position[p][axis]).sum::<f64>() / layer.len() as f64;
             let (bottom, top) = (mean(&lower), mean(&upper));
@@ -56,6 +41,14 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> 
             let indices = |layer: Vec<usize>| layer.into_iter().map(|p| p as u32).collect();
             let gauge = Gauge::new(state, axis, bottom, top);
             Ok(Loading::Uniaxial { axis, layers: [indices(lower), indices(upper)], length, area, gauge })
+        }
+        scenario::Loading::Bending { axis, about, rate, layer_thickness, initial_velocity_field } => {
+            let thickness = layer_thickness.map(scenario::Quantity::si);
+            turning(scenario, state, [axis.index(), about.index()], rate.si(), thickness, *initial_velocity_field)
+        }
+        scenario::Loading::Torsion { axis, rate, layer_thickness, initial_velocity_field } => {
+            let thickness = layer_thickness.map(scenario::Quantity::si);
+            turning(scenario, state, [axis.index(); 2], rate.si(), thickness, *initial_velocity_field)
         }
         scenario::Loading::CellStrain { velocity_gradient } => {
             let gradient = Mat3::from_fn(|i, j| velocity_gradient[i][j].si());
@@ -102,6 +95,87 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> 
             Ok(Loading::Platens { axis, walls: [first, first + 1], length: high - low, area, gauge })
         }
     }
+}
+
+/// Particles of the two end layers of a specimen along `axis`.
+///
+/// Behind the default depth every cross-section is crossed by as many bonds as deep inside: one bond's reach, from the
+/// outermost centres. With thinner layers a specimen breaks at its grips, too early.
+fn end_layers(
+    scenario: &Scenario,
+    state: &State,
+    axis: usize,
+    thickness: Option<f64>,
+) -> Result<[Vec<usize>; 2], AssemblyError> {
+    let particles = &state.particles;
+    let largest = particles.radius.iter().copied().fold(0.0, f64::max);
+    let ratio = scenario.bonds.as_ref().map_or(1.0, |bonds| bonds.interaction_ratio.si());
+    let thickness = thickness.unwrap_or((1.0 + 2.0 * ratio) * largest);
+    let extents = || particles.position.iter().zip(&particles.radius).map(|(x, r)| (x[axis], *r));
+    let lower = layer(extents(), End::Minimum, thickness);
+    let upper = layer(extents(), End::Maximum, thickness);
+    if lower.is_empty() || upper.is_empty() || lower.iter().any(|p| upper.contains(p)) {
+        let (low, high) = bounds_along(extents());
+        let message = format!(
+            "end layers of {thickness} m do not fit a specimen {} m long: they are empty or overlap",
+            high - low
+        );
+        return Err(unfit("loading.layer_thickness", message));
+    }
+    Ok([lower, upper])
+}
+
+/// End layers that turn against each other at `rate` (rad/s); `axes`: of the specimen, and about which they turn.
+fn turning(
+    scenario: &Scenario,
+    state: &mut State,
+    axes: [usize; 2],
+    rate: f64,
+    thickness: Option<f64>,
+    initial_field: bool,
+) -> Result<Loading, AssemblyError> {
+    use std::f64::consts::PI;
+    let [axis, about] = axes;
+    let (stress_of_moment, lever, area) = match scenario.packing.shape() {
+        Some(scenario::Shape::Box { size }) if axis != about => {
+            let height = size[3 - axis - about].si();
+            let width = if scenario.dimension == 2 { 1.0 } else { size[about].si() };
+            // (h/2)/(bh³/12)
+            (6.0 / (width * height * height), 0.5 * height, width * height)
+        }
+        Some(scenario::Shape::Cylinder { radius, .. }) => {
+            let r = radius.si();
+            // R/(πR⁴/4) in bending, R/(πR⁴/2) in torsion
+            let factor = if axis == about { 2.0 } else { 4.0 };
+            (factor / (PI * r * r * r), r, PI * r * r)
+        }
+        _ => return Err(unfit("loading.kind", "the section must be a box or a cylinder".into())),
+    };
+    let layers = end_layers(scenario, state, axis, thickness)?;
+    let particles = &mut state.particles;
+    let middle = |layer: &Vec<usize>| layer.iter().map(|&p| particles.position[p]).sum::<Vec3>() / layer.len() as f64;
+    let centres = [middle(&layers[0]), middle(&layers[1])];
+    let length = centres[1][axis] - centres[0][axis];
+    let centre = (centres[0] + centres[1]) * 0.5;
+    let (mut along, mut spin_axis) = (Vec3::zeros(), Vec3::zeros());
+    along[axis] = 1.0;
+    spin_axis[about] = 1.0;
+    if initial_field {
+        for p in 0..particles.len() {
+            let arm = particles.position[p] - centre;
+            let place = arm[axis].clamp(-0.5 * length, 0.5 * length);
+            let spin = spin_axis * (rate * place / length);
+            // Deflection of even curvature; none in torsion.
+            let sag = spin_axis.cross(&along) * (0.5 * rate / length * (place * place - 0.25 * length * length));
+            particles.velocity[p] = spin.cross(&(arm - along * arm[axis])) + sag;
+            particles.angular_velocity[p] = spin;
+        }
+    }
+    for &p in layers.iter().flatten() {
+        particles.constraint[p] = Constraint::ALL;
+    }
+    let layers = layers.map(|layer| layer.into_iter().map(|p| p as u32).collect());
+    Ok(Loading::Turning { axis, about, layers, rate, length, stress_of_moment, lever, area })
 }
 
 /// Cross-section perpendicular to `axis`, m²: of the packing's shape, else of the bounding box; of unit depth in two

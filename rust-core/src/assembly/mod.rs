@@ -100,6 +100,9 @@ pub struct Summary {
     pub bonds: usize,
     /// Bonds per particle, `2N_b/N`.
     pub coordination: f64,
+    /// Bonds per particle in the packing before it was cut, and the interaction ratio that gives them, when the scenario
+    /// asks for a coordination.
+    pub bulk: Option<(f64, f64)>,
     /// Share of solid in the volume of the packing, if it has one.
     pub packing_fraction: Option<f64>,
     /// Cross-section and length of the loaded specimen, m², m.
@@ -222,16 +225,22 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
         ..Model::default()
     };
     let mut bonds = 0;
+    let mut bulk = None;
     if let Some(section) = &scenario.bonds {
         progress("bonding", 0.0);
         let (mut block, rows) = laws::block(section.law, scenario)?;
-        bonds = bonding::bond(
-            block.contacts_mut(),
-            &rows,
-            &state.particles,
-            state.cell.as_ref(),
-            section.interaction_ratio.si(),
-        )?;
+        let mut ratio = section.interaction_ratio.si();
+        if let Some(coordination) = section.coordination {
+            let whole = placed.unit.as_ref().unwrap_or(&placed.packing);
+            let found = bonding::ratio_for_coordination(&whole.spheres, whole.cell.as_ref(), coordination.si())?;
+            let (found, reached) = found.ok_or_else(|| {
+                let message = format!("{} bonds per particle are not to be had", coordination.si());
+                unfit("bonds.coordination", message + " within twice the radii; random packings have 6 to 12")
+            })?;
+            ratio = found;
+            bulk = Some((reached, found));
+        }
+        bonds = bonding::bond(block.contacts_mut(), &rows, &state.particles, state.cell.as_ref(), ratio)?;
         state.bonds.push(block);
     }
     if let Some((block, rows)) = laws::contact_block(scenario.contacts.law, scenario)? {
@@ -293,6 +302,7 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
         particles: n,
         bonds,
         coordination: if n > 0 { 2.0 * bonds as f64 / n as f64 } else { 0.0 },
+        bulk,
         packing_fraction: placed.packing_fraction,
         specimen: plan.loading.dimensions(),
         bounds,

@@ -19,6 +19,8 @@ pub(super) struct Placed {
     pub packing_fraction: Option<f64>,
     /// Cross-sections perpendicular to x, y, z of the shape, m².
     pub cross_sections: Option<[f64; 3]>,
+    /// The periodic packing that `packing` was cut from.
+    pub unit: Option<Packing>,
 }
 
 pub(super) fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Placed, AssemblyError> {
@@ -26,6 +28,7 @@ pub(super) fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) 
         packing_fraction: packing.packing_fraction().filter(|_| scenario.dimension == 3),
         packing,
         cross_sections: None,
+        unit: None,
     };
     match &scenario.packing {
         scenario::Packing::RandomDense { .. } => {
@@ -59,7 +62,7 @@ pub(super) fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) 
                 Some(shape) => {
                     let (solid, cross_sections) = solid(shape, folder)?;
                     let packing = lattice.fill(radius.si(), &solid, Vec3::zeros())?;
-                    Ok(Placed { packing, packing_fraction: None, cross_sections })
+                    Ok(Placed { packing, packing_fraction: None, cross_sections, unit: None })
                 }
             }
         }
@@ -107,20 +110,20 @@ fn read_hdf5(file: &Path) -> Result<Packing, AssemblyError> {
 fn cut(unit: Packing, shape: Option<&scenario::Shape>, folder: &Path) -> Result<Placed, AssemblyError> {
     let packing_fraction = unit.packing_fraction();
     match shape {
-        None => Ok(Placed { packing: unit, packing_fraction, cross_sections: None }),
+        None => Ok(Placed { packing: unit, packing_fraction, cross_sections: None, unit: None }),
         Some(scenario::Shape::Periodic { tiles }) => {
             let packing = tile(&unit, tiles.map(|n| n as u32))?;
-            Ok(Placed { packing, packing_fraction, cross_sections: None })
+            Ok(Placed { packing, packing_fraction, cross_sections: None, unit: Some(unit) })
         }
         Some(shape) => {
             let (solid, cross_sections) = solid(shape, folder)?;
-            let packing = if unit.cell.is_some() {
-                tile_and_crop(&unit, &solid, Crop::Centers, Vec3::zeros())?
+            let (packing, unit) = if unit.cell.is_some() {
+                (tile_and_crop(&unit, &solid, Crop::Centers, Vec3::zeros())?, Some(unit))
             } else {
                 let spheres = unit.spheres.into_iter().filter(|s| solid.contains(&s.position, 0.0)).collect();
-                Packing { spheres, cell: None }
+                (Packing { spheres, cell: None }, None)
             };
-            Ok(Placed { packing, packing_fraction, cross_sections })
+            Ok(Placed { packing, packing_fraction, cross_sections, unit })
         }
     }
 }

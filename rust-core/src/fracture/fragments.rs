@@ -9,14 +9,6 @@ use crate::state::contacts::Link;
 pub fn fragments(state: &State) -> Vec<u32> {
     let particles = &state.particles;
     let mut parent: Vec<u32> = (0..particles.len() as u32).collect();
-    fn root(parent: &mut [u32], mut p: u32) -> u32 {
-        while parent[p as usize] != p {
-            // Halve the path on the way.
-            parent[p as usize] = parent[parent[p as usize] as usize];
-            p = parent[p as usize];
-        }
-        p
-    }
     let join = |parent: &mut [u32], a: u32, b: u32| {
         let (a, b) = (root(parent, a), root(parent, b));
         // The root is the particle with the smallest id, whatever the order of the joints.
@@ -40,6 +32,16 @@ pub fn fragments(state: &State) -> Vec<u32> {
         }
     }
     (0..particles.len() as u32).map(|p| particles.id[root(&mut parent, p) as usize]).collect()
+}
+
+/// The representative of the set that `p` belongs to.
+fn root(parent: &mut [u32], mut p: u32) -> u32 {
+    while parent[p as usize] != p {
+        // Halve the path on the way.
+        parent[p as usize] = parent[parent[p as usize] as usize];
+        p = parent[p as usize];
+    }
+    p
 }
 
 /// Number of different fragments.

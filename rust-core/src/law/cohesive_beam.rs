@@ -152,7 +152,7 @@ impl CohesiveBeam {
         require(poisson > -1.0 && poisson <= 0.5, Self::NAME, "poisson", poisson, "above -1 and at most 0.5")?;
         match self.section {
             Section::Ratio(ratio) => {
-                require(positive(ratio), Self::NAME, "radius_ratio", ratio, "positive and finite")?
+                require(positive(ratio), Self::NAME, "radius_ratio", ratio, "positive and finite")?;
             }
             Section::Radius(radius) => {
                 require(positive(radius), Self::NAME, "radius", radius, "positive and finite (m)")?;
@@ -201,6 +201,7 @@ impl CohesiveBeam {
 
     /// Maximal principal stress on the surface of the beam, Pa, by [4.1]–[4.3] with the chosen reading of the bending
     /// term; `axial` is the normal force, N, `chord` the unit chord.
+    #[inline(always)]
     pub fn rankine_stress(&self, area: f64, axial: f64, chord: &Vec3, forces: &BeamForces) -> f64 {
         let across = |moment: Vec3| moment - chord * chord.dot(&moment);
         let bending = match self.bending_term {

@@ -1,6 +1,6 @@
 //! How a specimen is loaded, and what is measured of it.
 
-use crate::math::{Mat3, Vec3};
+use crate::math::{Mat3, Vec3, quaternion_of_rotation_vector, rotate};
 use crate::solver::{Solver, StepReport};
 use crate::state::State;
 
@@ -21,6 +21,26 @@ pub enum Loading {
         area: f64,
         /// Where strain is measured away from the layers.
         gauge: Gauge,
+    },
+    /// End layers that turn rigidly against each other, each about its own middle. Along the specimen's axis they move
+    /// freely as rigid bodies, so that no axial force builds up.
+    Turning {
+        /// Axis of the specimen, 0 to 2.
+        axis: usize,
+        /// Axis about which the layers turn: that of the specimen for torsion, another one for bending.
+        about: usize,
+        /// Indices of the particles of the lower and the upper layer.
+        layers: [Vec<u32>; 2],
+        /// Rate of the angle between them, rad/s; each turns at half of it.
+        rate: f64,
+        /// Distance of the layers' middles, m.
+        length: f64,
+        /// Stress at the surface through the end moment, 1/m³: `h/2I` in bending, `R/I_O` in torsion.
+        stress_of_moment: f64,
+        /// Distance of the surface from the neutral plane or the axis, m.
+        lever: f64,
+        /// Cross-section, m².
+        area: f64,
     },
     /// The periodic cell deforms with its velocity gradient.
     CellStrain {
@@ -87,10 +107,20 @@ impl Gauge {
     }
 }
 
+/// Share of its axial velocity that a turning end loses in each step: its force is known one step late, which alone would
+/// let its motion grow.
+const END_FRICTION: f64 = 0.02;
+
+/// Mean of `values` over a layer.
+fn middle(layer: &[u32], values: &[Vec3]) -> Vec3 {
+    layer.iter().map(|&p| values[p as usize]).sum::<Vec3>() / layer.len() as f64
+}
+
 /// Mean stress and strain of the specimen.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Measure {
-    /// Strain along the loading axis (periodic cell: the component of `F − 1` largest in size).
+    /// Strain along the loading axis (periodic cell: the component of `F − 1` largest in size; bending: that of the outer
+    /// fibre; torsion: the shear angle of the surface, rad).
     pub strain: f64,
     /// Stress along the loading axis (periodic cell: the component with those indices), Pa.
     pub stress: f64,
@@ -100,12 +130,40 @@ pub struct Measure {
 
 impl Loading {
     /// Called before every step.
-    pub(super) fn act(&self, state: &State, solver: &mut Solver, last: &StepReport) {
+    ///
+    /// `axial_forces`: what [`Self::axial_forces`] gave after the last step.
+    pub(super) fn act(&self, state: &State, solver: &mut Solver, last: &StepReport, axial_forces: [f64; 2]) {
         if let (Self::CellStress { stress, maximum_rate, gain, .. }, Some(cell)) = (self, &state.cell) {
             let error = stress - last.virial / cell.volume();
             let rate = (error + error.transpose()) * (0.5 * gain);
             solver.set_velocity_gradient(cell, rate.map(|r| r.clamp(-maximum_rate, *maximum_rate)));
         }
+        if let Self::Turning { axis, about, layers, rate, .. } = self {
+            let dt = state.clock.dt;
+            let particles = &state.particles;
+            let targets = solver.targets_mut(particles);
+            for (side, layer) in layers.iter().enumerate() {
+                let mut spin = Vec3::zeros();
+                spin[*about] = if side == 0 { -0.5 * rate } else { 0.5 * rate };
+                let turn = quaternion_of_rotation_vector(&(spin * dt));
+                let centre = middle(layer, &particles.position);
+                let mass: f64 = layer.iter().map(|&p| particles.mass[p as usize]).sum();
+                let mut drift = Vec3::zeros();
+                drift[*axis] =
+                    (1.0 - END_FRICTION) * middle(layer, &particles.velocity)[*axis] + axial_forces[side] / mass * dt;
+                for &p in layer {
+                    // The velocity of a step that ends on the circle.
+                    let arm = particles.position[p as usize] - centre;
+                    targets[p as usize] = ((rotate(&turn, &arm) - arm) / dt + drift, spin);
+                }
+            }
+        }
+    }
+
+    /// Net force of the specimen on either end along its axis in the step just done, N, where the ends need it.
+    pub(super) fn axial_forces(&self, solver: &Solver) -> [f64; 2] {
+        let Self::Turning { axis, layers, .. } = self else { return [0.0; 2] };
+        [0, 1].map(|side: usize| layers[side].iter().map(|&p| solver.forces()[p as usize][*axis]).sum())
     }
 
     /// Strain before and stress of a step that begins at `state` — positions must be those at which `solver`'s forces
@@ -119,6 +177,7 @@ impl Loading {
                 };
                 (mean(&layers[1]) - mean(&layers[0]) - length) / length
             }
+            Self::Turning { rate, length, lever, .. } => rate * state.clock.time() * lever / length,
             Self::CellStrain { .. } | Self::CellStress { .. } => {
                 let (i, j) = self.component(state);
                 state.cell.as_ref().map_or(0.0, |cell| (cell.deformation_gradient - Mat3::identity())[(i, j)])
@@ -149,6 +208,19 @@ impl Loading {
             Self::Uniaxial { axis, layers, area, .. } => {
                 let force = |layer: &[u32]| layer.iter().map(|&p| solver.forces()[p as usize][*axis]).sum::<f64>();
                 0.5 * (force(&layers[0]) - force(&layers[1])) / area
+            }
+            Self::Turning { about, layers, stress_of_moment, .. } => {
+                let moment = |side: usize| {
+                    let centre = middle(&layers[side], &state.particles.position);
+                    let layer = layers[side].iter().map(|&p| p as usize);
+                    layer
+                        .map(|p| {
+                            let arm = state.particles.position[p] - centre;
+                            (arm.cross(&solver.forces()[p]) + solver.torques()[p])[*about]
+                        })
+                        .sum::<f64>()
+                };
+                0.5 * (moment(0) - moment(1)) * stress_of_moment
             }
             Self::CellStrain { .. } | Self::CellStress { .. } => measure.tensor[self.component(state)],
             Self::Platens { axis, walls, area, .. } => {
@@ -188,10 +260,17 @@ impl Loading {
         }
     }
 
+    /// Strain per angle between the ends, 1/rad, when the ends turn.
+    pub fn strain_of_angle(&self) -> Option<f64> {
+        if let Self::Turning { length, lever, .. } = self { Some(lever / length) } else { None }
+    }
+
     /// Lengths of the loaded specimen that a report may want: cross-section and length, m², m.
     pub fn dimensions(&self) -> Option<(f64, f64)> {
         match self {
-            Self::Uniaxial { area, length, .. } | Self::Platens { area, length, .. } => Some((*area, *length)),
+            Self::Uniaxial { area, length, .. }
+            | Self::Platens { area, length, .. }
+            | Self::Turning { area, length, .. } => Some((*area, *length)),
             _ => None,
         }
     }

@@ -138,7 +138,8 @@ mod memory {
     pub const DAMAGED: usize = 2;
     pub const VIRIAL: usize = 3;
     pub const STOPPED: usize = 12;
-    pub const COUNT: usize = 13;
+    pub const AXIAL: usize = 13;
+    pub const COUNT: usize = 15;
 }
 
 /// A running simulation.
@@ -207,7 +208,8 @@ impl Simulation {
         let operators = self.operators()?;
         let step = self.state.clock.step;
         let due = step.is_multiple_of(self.plan.sample_interval);
-        self.plan.loading.act(&self.state, &mut self.solver, &self.last);
+        let axial = [self.state.plan_memory[memory::AXIAL], self.state.plan_memory[memory::AXIAL + 1]];
+        self.plan.loading.act(&self.state, &mut self.solver, &self.last, axial);
         let time = self.state.clock.time();
         let (strain, gauge_strain) = if due {
             (self.plan.loading.strain(&self.state), self.plan.loading.gauge_strain(&self.state))
@@ -221,6 +223,7 @@ impl Simulation {
             self.state.plan_memory[if incident.broke { memory::BROKEN } else { memory::DAMAGED }] += 1.0;
         }
         self.state.plan_memory[memory::VIRIAL..memory::STOPPED].copy_from_slice(report.virial.as_slice());
+        self.state.plan_memory[memory::AXIAL..].copy_from_slice(&self.plan.loading.axial_forces(&self.solver));
         let mut stopped = None;
         let sample = due.then(|| {
             let measure = self.plan.loading.stress(&self.state, &self.solver, &report, volume);

@@ -52,6 +52,9 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
     if scenario.bonds.is_some() {
         let per = format!("{}, {:.2} per particle", count(summary.bonds), summary.coordination);
         facts.add("bonds", per);
+        if let Some((coordination, ratio)) = summary.bulk {
+            facts.add("in the bulk", format!("{coordination:.4} bonds per particle, interaction ratio {ratio:.6}"));
+        }
     }
     if let Some(fraction) = summary.packing_fraction {
         facts.add("solid fraction", format!("{fraction:.4}"));
@@ -60,7 +63,7 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
         facts.add("specimen", format!("cross-section {area:.5e} m², length {length:.5e} m"));
     }
     facts.add("memory", bytes(summary.memory));
-    let limit = bounds.spectral.max(bounds.per_particle);
+    let limit = bounds.spectral.max(bounds.per_particle) * model.damping.stability();
     facts.add("time step", format!("{dt:.5e} s, {:.3} of the stability bound", dt / limit));
     facts.add(
         "stability bounds",
@@ -106,6 +109,9 @@ fn most_steps(scenario: &Scenario, plan: &Plan, dt: f64) -> Option<(f64, &'stati
         }
         Loading::Platens { closing_velocity, .. } => {
             plan.loading.dimensions().map(|(_, length)| closing_velocity.si() / length)
+        }
+        Loading::Bending { rate, .. } | Loading::Torsion { rate, .. } => {
+            plan.loading.strain_of_angle().map(|per_angle| rate.si().abs() * per_angle)
         }
         Loading::None | Loading::CellStress { .. } => None,
     };

@@ -57,6 +57,9 @@ pub enum Failure {
     /// An operator refused.
     #[error(transparent)]
     Operator(#[from] OperatorError),
+    /// The search for parameters failed.
+    #[error("{0}")]
+    Calibration(String),
     /// A person, or the system, asked to stop.
     #[error("{0}")]
     Interrupted(String),
@@ -114,7 +117,7 @@ impl Failure {
                 exit::FILE
             }
             Self::Usage(_) | Self::Scenario(_) | Self::Assembly(_) => exit::USAGE,
-            Self::Unstable(_) | Self::Solver(_) | Self::Statics(_) | Self::Run(_) | Self::Operator(_) => exit::PHYSICS,
+            Self::Unstable(_) | Self::Solver(_) | Self::Statics(_) | Self::Calibration(_) | Self::Run(_) | Self::Operator(_) => exit::PHYSICS,
             Self::Interrupted(_) => exit::INTERRUPTED,
         }
     }

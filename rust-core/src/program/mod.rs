@@ -3,6 +3,7 @@
 //! One file per command. Commands write to a [`Console`] and return a [`Failure`] or nothing, so that tests can run
 //! them without a process.
 
+mod calibrate;
 mod check;
 mod drive;
 mod elastic;
@@ -99,6 +100,8 @@ enum Command {
     Elastic(elastic::Arguments),
     /// Make only the packing of a scenario and write it as a text file
     Pack(pack::Arguments),
+    /// Find parameters of bonds for wanted properties of a material, and write a scenario with them
+    Calibrate(calibrate::Arguments),
     /// Write the JSON Schema of scenarios, for editors with completion
     Schema(schema::Arguments),
 }
@@ -197,6 +200,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
         Command::Report(arguments) => report::report(arguments, console),
         Command::Elastic(arguments) => elastic::elastic(arguments, console),
         Command::Pack(arguments) => pack::pack(arguments, console),
+        Command::Calibrate(arguments) => calibrate::calibrate(arguments, console),
         Command::Schema(arguments) => schema::schema(arguments, console),
     };
     match outcome {

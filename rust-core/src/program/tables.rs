@@ -43,6 +43,9 @@ impl WriteColumns for Tables<'_> {
         }
         let material: Vec<u16> = order.iter().map(|&p| particles.material[p]).collect();
         sink.column("particles/material", Column::u16(&material))?;
+        let fragments = crate::fracture::fragments::fragments(self.state);
+        let fragment: Vec<u32> = order.iter().map(|&p| fragments[p]).collect();
+        sink.column("particles/fragment", Column::u32(&fragment))?;
         sink.column("particles/sets", Column::u64(&order.iter().map(|&p| particles.tags[p]).collect::<Vec<_>>()))?;
         let rotation: Vec<f64> =
             order.iter().flat_map(|&p| rotation_vector(&particles.orientation[p]).data.0[0]).collect();
@@ -135,8 +138,7 @@ fn contacts(
             force.extend(forces.force[row].iter());
             moment.extend(forces.moment[row].iter());
         } else {
-            // The common contact point: on the normal, as far from A as from B beyond the radii.
-            let arm = particles.radius[a] + 0.5 * (l.norm() - particles.radius[a] - particles.radius[b]);
+            let (arm, _) = block.arms(k, particles, l.norm());
             position.extend((particles.position[a] + l.normalize() * arm).iter());
             force.extend([0.0; 3]);
             moment.extend([0.0; 3]);

@@ -99,6 +99,10 @@ pub struct Bonds {
     #[serde(default = "one")]
     #[schemars(extend("minimum" = 1, "maximum" = 10))]
     pub interaction_ratio: Number,
+    /// Bonds per particle (mean) to be reached instead, counted in the periodic packing before anything is cut out of it:
+    /// the nearest pairs, by centre distance through sum of radii, are bonded. 6.2 in Jebahi et al. 2015.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100))]
+    pub coordination: Option<Number>,
 }
 
 /// What particles do that touch without a bond.

@@ -552,6 +552,10 @@ impl Checker<'_> {
         }
         let mut wanted: Vec<(&str, LawName, &[&str])> = Vec::new();
         if let Some(bonds) = &scenario.bonds {
+            if bonds.coordination.is_some() && bonds.interaction_ratio.si() != 1.0 {
+                let help = "the ratio follows from the number of bonds: remove one of the two keys";
+                self.conflict("bonds.interaction_ratio", "has no effect beside `coordination`", help);
+            }
             if matches!(bonds.law, LawName::Cpm | LawName::LinearBond | LawName::CohesiveBeam) {
                 wanted.push(("bonds.law", bonds.law, &particle_materials));
             } else {
@@ -597,7 +601,11 @@ impl Checker<'_> {
             let help = "give [packing.shape] kind = \"periodic\" (or a `cell` for spheres), or load by \"uniaxial\"";
             self.conflict("loading.kind", "there is no periodic cell to drive", help);
         }
-        if matches!(scenario.loading, Loading::Uniaxial { .. } | Loading::Platens { .. }) && periodic {
+        let by_ends = matches!(
+            scenario.loading,
+            Loading::Uniaxial { .. } | Loading::Platens { .. } | Loading::Bending { .. } | Loading::Torsion { .. }
+        );
+        if by_ends && periodic {
             let help = "load the cell by \"cell-strain\", or cut a specimen out with another [packing.shape]";
             self.conflict("loading.kind", format!("a periodic cell has no ends for \"{kind}\" loading"), help);
         }
@@ -621,6 +629,33 @@ impl Checker<'_> {
                     self.range("loading.layer_thickness", message, help);
                 }
             }
+            Loading::Bending { axis, about, rate, .. } => {
+                if rate.si() == 0.0 {
+                    self.range(
+                        "loading.rate",
+                        "must not be zero",
+                        "the ends turn against each other: rate = \"1 rad/s\"",
+                    );
+                }
+                if axis == about {
+                    let help = "bend about an axis across the specimen";
+                    self.conflict("loading.about", "is the axis of the specimen itself", help);
+                }
+                self.section("loading.kind", *axis);
+            }
+            Loading::Torsion { axis, rate, .. } => {
+                if rate.si() == 0.0 {
+                    self.range(
+                        "loading.rate",
+                        "must not be zero",
+                        "the ends turn against each other: rate = \"1 rad/s\"",
+                    );
+                }
+                if !matches!(scenario.packing.shape(), Some(Shape::Cylinder { axis: along, .. }) if along == axis) {
+                    let help = "give [packing.shape] kind = \"cylinder\" with the same axis";
+                    self.conflict("loading.kind", "torsion needs a cylinder along its axis for the stress", help);
+                }
+            }
             Loading::CellStrain { velocity_gradient } => {
                 if velocity_gradient.iter().flatten().all(|rate| rate.si() == 0.0) {
                     let help = "rows are components of the velocity, columns directions; at least one is not zero";
@@ -638,6 +673,19 @@ impl Checker<'_> {
                 }
             }
             Loading::Platens { material, .. } => self.known_material("loading.material", material),
+        }
+    }
+
+    /// Bending needs a section whose moment of inertia is known.
+    fn section(&mut self, key: &str, axis: Axis) {
+        let known = match self.scenario.packing.shape() {
+            Some(Shape::Box { .. }) => true,
+            Some(Shape::Cylinder { axis: along, .. }) => *along == axis,
+            _ => false,
+        };
+        if !known {
+            let help = "give [packing.shape] kind = \"box\", or \"cylinder\" with the same axis";
+            self.conflict(key, "bending needs a box, or a cylinder along its axis, for the stress", help);
         }
     }
 

@@ -4,7 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::packing::Axis;
-use super::quantity::{Acceleration, Area, Length, Number, StrainRate, Stress, Time, TimeStep, Velocity};
+use super::quantity::{
+    Acceleration, AngularVelocity, Area, Length, Number, StrainRate, Stress, Time, TimeStep, Velocity,
+};
 
 /// Time integration.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -146,6 +148,38 @@ pub enum Loading {
         #[schemars(extend("exclusiveMinimum" = 0))]
         area: Option<Area>,
     },
+    /// Two end layers turn rigidly against each other about an axis across the specimen, free along it; the stress is that of the outer
+    /// fibre of an elastic beam under the mean of both end moments.
+    Bending {
+        /// Direction of the specimen.
+        #[serde(default)]
+        axis: Axis,
+        /// Axis about which the ends turn, each by half of the angle.
+        about: Axis,
+        /// Rate of the angle between the ends, rad/s.
+        rate: AngularVelocity,
+        /// Thickness of each end layer, m; default as for "uniaxial".
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        layer_thickness: Option<Length>,
+        /// Whether the specimen starts with the velocities of even curvature, which spares it a shock.
+        #[serde(default = "yes")]
+        initial_velocity_field: bool,
+    },
+    /// Two end layers turn rigidly against each other about the axis of a cylinder, free along it; the stress is the shear stress at the
+    /// surface of an elastic cylinder under the mean of both end moments.
+    Torsion {
+        /// Direction of the specimen.
+        #[serde(default)]
+        axis: Axis,
+        /// Rate of the angle between the ends, rad/s.
+        rate: AngularVelocity,
+        /// Thickness of each end layer, m; default as for "uniaxial".
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        layer_thickness: Option<Length>,
+        /// Whether the specimen starts with the velocities of even twist, which spares it a shock.
+        #[serde(default = "yes")]
+        initial_velocity_field: bool,
+    },
     /// The periodic cell follows a velocity gradient.
     CellStrain {
         /// Velocity gradient: rows are the components of the velocity, columns the directions; 1/s.
@@ -185,6 +219,8 @@ impl Loading {
         match self {
             Self::None => "none",
             Self::Uniaxial { .. } => "uniaxial",
+            Self::Bending { .. } => "bending",
+            Self::Torsion { .. } => "torsion",
             Self::CellStrain { .. } => "cell-strain",
             Self::CellStress { .. } => "cell-stress",
             Self::Platens { .. } => "platens",

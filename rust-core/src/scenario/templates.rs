@@ -29,6 +29,8 @@ templates! {
     "cpm-periodic": "periodic cell of concrete under a prescribed strain path",
     "granular-box": "a column of frictional spheres collapses in a box",
     "hertz-impact": "two glass spheres collide",
+    "beam-tension": "cylinder of silica made of cohesive beams (Jebahi et al. 2015), pulled until it breaks; a minute",
+    "beam-torsion": "the same cylinder, twisted until it breaks",
     "linear-bond-bar": "two-dimensional bar of discs with brittle bonds, pulled until it breaks",
 }
 

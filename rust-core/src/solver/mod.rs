@@ -18,7 +18,7 @@ use crate::law::EnergySplit;
 use crate::math::{Mat3, Vec3};
 use crate::neighbor::{NeighborError, VerletList, candidate_pairs};
 use crate::state::contacts::{Contacts, Link, Pair};
-use crate::state::{Cell, State};
+use crate::state::{Cell, Particles, State};
 use forces::{Incident, StepContext, TileMap};
 use integrate::{Damping, KickContext, KickSums};
 use rayon::prelude::*;
@@ -226,6 +226,13 @@ impl Solver {
     /// `None`: they keep what they have.
     pub fn set_targets(&mut self, targets: Option<Vec<(Vec3, Vec3)>>) {
         self.targets = targets;
+    }
+
+    /// Those velocities, to be changed in place; to begin with they are the present ones of `particles`.
+    pub fn targets_mut(&mut self, particles: &Particles) -> &mut [(Vec3, Vec3)] {
+        self.targets.get_or_insert_with(|| {
+            particles.velocity.iter().copied().zip(particles.angular_velocity.iter().copied()).collect()
+        })
     }
 
     /// Find neighbours anew: drop broken bonds, hand their pairs to the unbonded contacts, renew candidates, and renew
@@ -501,7 +508,7 @@ fn search_walls(
     block: &mut dyn Contacts,
     model: &Model,
     walls: &[crate::state::Wall],
-    particles: &crate::state::Particles,
+    particles: &Particles,
     skin: f64,
 ) -> Result<(), NeighborError> {
     block.retain_links(&|link| link.has(Link::ACTIVE));

@@ -1,0 +1,166 @@
+//! Silica made of cohesive beams, beside the tables of Jebahi, André, Terreros, Iordanoff 2015.
+//!
+//! ```text
+//! cargo run --release --example beam_study                         one small case of each kind
+//! cargo run --release --example beam_study -- FILE.json            all cases; goes on where FILE.json ends
+//! ```
+//!
+//! Elastic constants for several sizes (tension, bending, torsion: tables 2.3 and 2.5), and strength under the three loads
+//! with either criterion (tables 4.1 and 4.2). Each case goes to the file when it is done.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+use concordem::calibration::cohesive_beam::{Criterion, Load, Sample, SampleRecipe, elastic, strength};
+use concordem::law::{BendingTerm, CohesiveBeam, Section};
+use concordem::math::{Mat3, Vec3};
+use serde_json::{Value, json};
+
+/// Tables 2.3 and 2.4.
+const YOUNG: f64 = 295.5e9;
+const RATIO: f64 = 0.68;
+const POISSON: f64 = 0.3;
+const DENSITY: f64 = 2200.0;
+
+type Outcome<T> = Result<T, Box<dyn Error>>;
+
+struct Study {
+    path: Option<PathBuf>,
+    cases: BTreeMap<String, Value>,
+    samples: BTreeMap<(usize, u64), Sample>,
+}
+
+impl Study {
+    fn open(path: Option<PathBuf>) -> Outcome<Self> {
+        let cases = match &path {
+            Some(path) if path.exists() => serde_json::from_str(&std::fs::read_to_string(path)?)?,
+            _ => BTreeMap::new(),
+        };
+        Ok(Self { path, cases, samples: BTreeMap::new() })
+    }
+
+    fn sample(&mut self, size: usize, seed: u64) -> Outcome<Sample> {
+        if let Some(sample) = self.samples.get(&(size, seed)) {
+            return Ok(sample.clone());
+        }
+        let sample = Sample::new(&SampleRecipe::book(size, seed), &mut |_| {})?;
+        // One at a time is enough, and they are large.
+        self.samples.clear();
+        self.samples.insert((size, seed), sample.clone());
+        Ok(sample)
+    }
+
+    /// Do a case that is not known yet.
+    fn case(&mut self, name: &str, work: impl FnOnce(&mut Self) -> Outcome<Value>) -> Outcome<()> {
+        if self.cases.contains_key(name) {
+            return Ok(());
+        }
+        let start = std::time::Instant::now();
+        let mut value = work(self)?;
+        value["wall_s"] = json!((start.elapsed().as_secs_f64() * 10.0).round() / 10.0);
+        println!("{name}: {value}");
+        self.cases.insert(name.to_owned(), value);
+        if let Some(path) = &self.path {
+            let text = serde_json::to_string_pretty(&self.cases)? + "\n";
+            let temporary = path.with_extension("tmp");
+            std::fs::write(&temporary, text)?;
+            std::fs::rename(&temporary, path)?;
+        }
+        Ok(())
+    }
+}
+
+fn facts(sample: &Sample) -> Value {
+    json!({
+        "spheres": sample.spheres.len(),
+        "solid_fraction": sample.solid_fraction,
+        "dispersion": sample.recipe.dispersion,
+        "coordination_in_the_bulk": sample.coordination,
+        "touching_in_the_bulk": sample.touching,
+        "interaction_ratio": sample.interaction_ratio,
+        "radius_m": sample.radius,
+        "length_m": sample.length,
+    })
+}
+
+fn elasticity(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
+    let sample = study.sample(size, seed)?;
+    let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
+    let mut value = json!({ "sample": facts(&sample) });
+    let tension = elastic(&sample, &beam, Load::Tension)?;
+    let bending = elastic(&sample, &beam, Load::Bending)?;
+    let torsion = elastic(&sample, &beam, Load::Torsion)?;
+    let shear_modulus = tension.modulus / (2.0 * (1.0 + tension.poisson));
+    value["young_gpa"] = json!(tension.modulus / 1e9);
+    value["poisson"] = json!(tension.poisson);
+    value["bounding_young_gpa"] = json!(tension.bounding_modulus / 1e9);
+    value["bounding_poisson"] = json!(tension.bounding_poisson);
+    value["bending_young_over_young"] = json!(bending.modulus / tension.modulus);
+    value["torsion_shear_modulus_over_isotropic"] = json!(torsion.modulus / shear_modulus);
+    value["energy_shares"] = json!(tension.shares);
+    value["steps"] = json!([tension.steps, bending.steps, torsion.steps]);
+    Ok(value)
+}
+
+fn broken(study: &mut Study, size: usize, seed: u64, criterion: &str, load: &str) -> Outcome<Value> {
+    let sample = study.sample(size, seed)?;
+    let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
+    let kind = match criterion {
+        "particles" => Criterion::Particle(64e6),
+        "half-sum" => Criterion::Beam(292e6, BendingTerm::HalfSum),
+        "larger-end" => Criterion::Beam(292e6, BendingTerm::LargerEnd),
+        _ => Criterion::Beam(292e6, BendingTerm::MidSection),
+    };
+    let loading = match load {
+        "tension" => Load::Tension,
+        "bending" => Load::Bending,
+        _ => Load::Torsion,
+    };
+    let found = strength(&sample, &beam, kind, sample.sphere_density(DENSITY), loading)?;
+    let events = &found.events;
+    // Direction in which the breaks are scattered least: the normal of the crack.
+    let mean = events.iter().map(|e| e.position).sum::<Vec3>() / events.len().max(1) as f64;
+    let scatter: Mat3 = events.iter().map(|e| (e.position - mean) * (e.position - mean).transpose()).sum();
+    let eigen = nalgebra::SymmetricEigen::new(scatter);
+    let across = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
+    Ok(json!({
+        "particles": found.particles,
+        "coordination_in_the_bulk": sample.coordination,
+        "solid_fraction": sample.solid_fraction,
+        "dispersion": sample.recipe.dispersion,
+        "strength_mpa": found.strength / 1e6,
+        "stress_at_first_break_mpa": found.first_break / 1e6,
+        "strain_at_peak": found.strain,
+        "broken": events.len(),
+        "fragments": found.fragments,
+        "angle_of_crack_normal_to_axis_deg": across.x.abs().min(1.0).acos().to_degrees(),
+        "steps": found.steps,
+        "ledger_residual_over_work": found.residual,
+    }))
+}
+
+fn main() -> Outcome<()> {
+    let path = std::env::args().nth(1);
+    let full = path.is_some();
+    let mut study = Study::open(path.as_deref().map(|p| Path::new(p).to_owned()))?;
+    let (sizes, seeds): (&[usize], u64) = if full { (&[1000, 3000, 10_000], 4) } else { (&[500], 1) };
+    let largest = sizes[sizes.len() - 1];
+    for &size in sizes {
+        for seed in 1..=seeds {
+            study.case(&format!("elastic, {size}, seed {seed}"), |s| elasticity(s, size, seed))?;
+            let criteria: &[&str] = if size == largest && seed == 1 && full {
+                &["mid-section", "particles", "half-sum", "larger-end"]
+            } else {
+                &["mid-section", "particles"]
+            };
+            for criterion in criteria {
+                for load in ["tension", "bending", "torsion"] {
+                    let name = format!("strength, {size}, seed {seed}, {criterion}, {load}");
+                    study.case(&name, |s| broken(s, size, seed, criterion, load))?;
+                }
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,623 @@
+//! Cylinders of cohesive beams: their elastic constants and strength, and the search for parameters that give wanted
+//! ones (Jebahi, André, Terreros, Iordanoff 2015, sections 2.3, 2.4.2, 4.2).
+//!
+//! A sample is cut from a periodic packing compacted without friction, with radii uniform within a dispersion
+//! `κ = (R_max−R_min)/R̄`, and bonds enough for a given coordination. Elastic constants are static: a mean deformation is
+//! given to all particles, the ends are held, and the rest comes to equilibrium. They are of two kinds: by the loads on
+//! the ends and the deformation of the middle half ([`Elastic`]), and, for tension, by the measures of the book, the
+//! distance of the ends and the change of the surface.
+//!
+//! The search follows the book: `ν_μ` is given; `r̃` follows from the wanted `ν_M`, which does not depend on `E_μ`; `E_μ` from
+//! `E_M`, which is in proportion to it; `σ_μf` from the wanted strength, which is in proportion to it; the density of
+//! the spheres from equal mass, `ρ_μ = ρ_M V_M/ΣV_μ` \[2.26\].
+
+use std::f64::consts::PI;
+
+use super::deformation::{cylinder_size, fit};
+use crate::assembly::bonding::{bond, ratio_for_coordination};
+use crate::assembly::packing::random_dense::{Progress, RandomDense, random_dense};
+use crate::assembly::packing::{Crop, Packing, PackingError, Shape, SizeDistribution, export_text, tile_and_crop};
+use crate::assembly::{AssemblyError, assemble, mass_of};
+use crate::fracture::Event;
+use crate::fracture::fragments::{count, fragments};
+use crate::law::{BendingTerm, CohesiveBeam, ParameterError, Section};
+use crate::math::{Vec3, quaternion_of_rotation_vector};
+use crate::neighbor::{NeighborError, spatial_order};
+use crate::plan::Simulation;
+use crate::scenario::{Scenario, ScenarioError};
+use crate::solver::integrate::Damping;
+use crate::solver::{MaterialRows, Model, Solver, SolverError, time_step};
+use crate::state::contacts::ContactBlock;
+use crate::state::{Constraint, Particles, Sphere, State};
+
+/// Why a sample or a search fails.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CalibrationError {
+    /// The packing cannot be made.
+    #[error("packing: {0}")]
+    Packing(#[from] PackingError),
+    /// Bonds cannot be made.
+    #[error("bonding: {0}")]
+    Neighbor(#[from] NeighborError),
+    /// Parameters without meaning.
+    #[error("{0}")]
+    Parameter(#[from] ParameterError),
+    /// The relaxation failed.
+    #[error("relaxation: {0}")]
+    Solver(#[from] SolverError),
+    /// The packing has not that many pairs.
+    #[error("{coordination} bonds per particle are not to be had; random packings have 6 to 12 near pairs")]
+    Coordination {
+        /// Wanted bonds per particle.
+        coordination: f64,
+    },
+    /// The scenario that breaks the sample is refused.
+    #[error("{0}")]
+    Scenario(#[from] ScenarioError),
+    /// The scenario that breaks the sample cannot be built.
+    #[error("{0}")]
+    Assembly(#[from] AssemblyError),
+    /// No place for a file.
+    #[error("temporary folder: {0}")]
+    Folder(std::io::Error),
+    /// Nothing converged.
+    #[error("no equilibrium after {steps} steps: the load still changes by {change:.1e} of itself")]
+    NotSettled {
+        /// Steps done.
+        steps: u64,
+        /// Relative change.
+        change: f64,
+    },
+    /// The deformation cannot be read off.
+    #[error("the sample of {count} spheres is too small for its deformation to be measured; take a thousand or more")]
+    TooSmall {
+        /// Spheres.
+        count: usize,
+    },
+    /// The wanted ratio lies outside of what the beams can do.
+    #[error(
+        "a Poisson's ratio of {wanted} is outside of what radius ratios from {low} to {high} give here: {at_low:.3} to \
+         {at_high:.3}; change the coordination, or accept the nearest"
+    )]
+    Poisson {
+        /// Wanted.
+        wanted: f64,
+        /// Smallest radius ratio tried.
+        low: f64,
+        /// Largest radius ratio tried.
+        high: f64,
+        /// Poisson's ratio at the smallest.
+        at_low: f64,
+        /// Poisson's ratio at the largest.
+        at_high: f64,
+    },
+}
+
+/// How a sample is made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampleRecipe {
+    /// Spheres in the cylinder, about; as many are in the periodic packing.
+    pub count: usize,
+    /// Seed of the packing.
+    pub seed: u64,
+    /// Mean radius, m.
+    pub mean_radius: f64,
+    /// Dispersion of radii κ.
+    pub dispersion: f64,
+    /// Bonds per particle in the periodic packing.
+    pub coordination: f64,
+    /// Length of the cylinder through its diameter.
+    pub slenderness: f64,
+}
+
+impl SampleRecipe {
+    /// The book's: mean radius 1 mm, κ = 25 %, 6.2 bonds per particle, twice as long as thick.
+    pub fn book(count: usize, seed: u64) -> Self {
+        Self { count, seed, mean_radius: 1e-3, dispersion: 0.25, coordination: 6.2, slenderness: 2.0 }
+    }
+}
+
+/// A cylinder along x, centred at the origin, and the packing it was cut from.
+#[derive(Debug, Clone)]
+pub struct Sample {
+    /// How it was made.
+    pub recipe: SampleRecipe,
+    /// The periodic packing.
+    pub unit: Packing,
+    /// The spheres of the cylinder: those whose centres lie within it.
+    pub spheres: Vec<Sphere>,
+    /// Radius of the cylinder, m.
+    pub radius: f64,
+    /// Its length, m.
+    pub length: f64,
+    /// Solid volume per volume of the periodic packing.
+    pub solid_fraction: f64,
+    /// Contacts per sphere of the periodic packing, by touch alone.
+    pub touching: f64,
+    /// Bonds per particle of the periodic packing.
+    pub coordination: f64,
+    /// Interaction ratio that gives them.
+    pub interaction_ratio: f64,
+}
+
+impl Sample {
+    /// Make a sample.
+    pub fn new(recipe: &SampleRecipe, progress: &mut dyn FnMut(Progress)) -> Result<Self, CalibrationError> {
+        let half = 0.5 * recipe.dispersion * recipe.mean_radius;
+        let sizes = SizeDistribution::Uniform { low: recipe.mean_radius - half, high: recipe.mean_radius + half };
+        let dense = RandomDense { sizes, ..RandomDense::jammed(recipe.count, recipe.mean_radius, 0.0, recipe.seed) };
+        let compaction = random_dense(&dense, progress)?;
+        let (unit, summary) = (compaction.packing, compaction.summary);
+        let found = ratio_for_coordination(&unit.spheres, unit.cell.as_ref(), recipe.coordination)?;
+        let (interaction_ratio, coordination) =
+            found.ok_or(CalibrationError::Coordination { coordination: recipe.coordination })?;
+        // Same volume: π R² · 2R·slenderness.
+        let volume = unit.cell.map_or(0.0, |cell| cell.volume());
+        let radius = crate::math::cbrt(volume / (2.0 * PI * recipe.slenderness));
+        let length = 2.0 * radius * recipe.slenderness;
+        let end = Vec3::new(0.5 * length, 0.0, 0.0);
+        let shape = Shape::new_cylinder(-end, end, radius)?;
+        let spheres = tile_and_crop(&unit, &shape, Crop::Centers, Vec3::zeros())?.spheres;
+        let solid_fraction = unit.packing_fraction().unwrap_or(0.0);
+        Ok(Self {
+            recipe: *recipe,
+            spheres,
+            radius,
+            length,
+            solid_fraction,
+            touching: summary.coordination,
+            coordination,
+            interaction_ratio,
+            unit,
+        })
+    }
+
+    /// Density of the spheres for a material of density `bulk` (kg/m³): same mass, \[2.26\].
+    pub fn sphere_density(&self, bulk: f64) -> f64 {
+        let solid: f64 = self.spheres.iter().map(|s| 4.0 / 3.0 * PI * s.radius * s.radius * s.radius).sum();
+        bulk * PI * self.radius * self.radius * self.length / solid
+    }
+
+    /// State of the bonded sample at rest.
+    pub fn state(&self, beam: CohesiveBeam, sphere_density: f64) -> Result<State, CalibrationError> {
+        beam.validate()?;
+        let mut particles = Particles::default();
+        for sphere in &self.spheres {
+            let (mass, inertia) = mass_of(sphere.radius, sphere_density, false);
+            particles.push(*sphere, 0, mass, inertia);
+        }
+        let order = spatial_order(&particles.position, None);
+        let particles = particles.permuted(&order);
+        let mut rows = MaterialRows::new(1);
+        rows.set(0, 0, 0);
+        let mut bonds = ContactBlock::new(vec![beam]);
+        bond(&mut bonds, &rows, &particles, None, self.interaction_ratio)?;
+        Ok(State { particles, bonds: vec![Box::new(bonds)], ..State::default() })
+    }
+}
+
+/// Ways to load a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Load {
+    /// Ends moved apart along the axis, free across it.
+    Tension,
+    /// Ends turned rigidly against each other about z.
+    Bending,
+    /// Ends turned rigidly against each other about the axis.
+    Torsion,
+}
+
+/// Elastic response to one load.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Elastic {
+    /// Modulus from end load, section of the cylinder that was cut, and deformation of the middle half, Pa: Young's
+    /// modulus in tension and bending, shear modulus in torsion.
+    pub modulus: f64,
+    /// Poisson's ratio by the lateral strain of the middle half, in tension.
+    pub poisson: f64,
+    /// The book's measures in tension: modulus with the bounding section and the distance of the ends, \[2.22\], Pa.
+    pub bounding_modulus: f64,
+    /// The book's measure: ratio of the relative change of the bounding radius to that of the length, \[2.23\].
+    pub bounding_poisson: f64,
+    /// Shares of stored energy: normal, shear, bending, twist.
+    pub shares: [f64; 4],
+    /// Difference of the loads on both ends, relative (in bending and torsion, also that made by shear forces in an uneven
+    /// sample).
+    pub imbalance: f64,
+    /// Steps to equilibrium.
+    pub steps: u64,
+}
+
+/// Strain (in bending and torsion: of the surface) at which elastic constants are taken. Small against 1, large against
+/// rounding.
+const STRAIN: f64 = 1e-5;
+/// Relative change of the load in [`INTERVAL`] steps that counts as equilibrium.
+const SETTLED: f64 = 1e-5;
+/// Steps between looks.
+const INTERVAL: u64 = 100;
+/// Steps after which to give up.
+const STEP_LIMIT: u64 = 100_000;
+
+/// Static elastic response of a sample. The beam's strength is not looked at.
+pub fn elastic(sample: &Sample, beam: &CohesiveBeam, load: Load) -> Result<Elastic, CalibrationError> {
+    let beam = CohesiveBeam { strength: f64::INFINITY, ..*beam };
+    let mut state = sample.state(beam, 3000.0)?;
+    state.clock.dt = 0.8 * time_step::bounds(&state).spectral;
+    let damping = Damping::Local { translation: 0.4, rotation: 0.4 };
+    let mut solver = Solver::new(Model { damping, ..Model::default() }, &mut state)?;
+    // The unloaded state of all bonds.
+    solver.step(&mut state)?;
+
+    let n = state.particles.len();
+    let (r, l) = (sample.radius, sample.length);
+    let thickness = sample.recipe.mean_radius * (1.0 + 0.5 * sample.recipe.dispersion);
+    let start = state.particles.position.clone();
+    let pieces = fragments(&state);
+    let largest = most_frequent(&pieces);
+    let ends: [Vec<usize>; 2] = [-1.0, 1.0].map(|side| {
+        (0..n).filter(|&p| pieces[p] == largest && side * start[p].x > 0.5 * l - 2.0 * thickness).collect()
+    });
+    let surface: Vec<usize> =
+        (0..n).filter(|&p| pieces[p] == largest && (start[p].y.hypot(start[p].z)) > r - thickness).collect();
+    let too_small = || CalibrationError::TooSmall { count: n };
+    // Places of the ends: where their own particles are, so that the middle's deformation starts as wanted.
+    for (p, x) in start.iter().enumerate() {
+        let (displacement, spin) = match load {
+            Load::Tension => (Vec3::new(x.x, -0.2 * x.y, -0.2 * x.z) * STRAIN, Vec3::zeros()),
+            Load::Torsion => {
+                let rate = STRAIN / r;
+                (Vec3::new(0.0, -x.x * x.z, x.x * x.y) * rate, Vec3::new(rate * x.x, 0.0, 0.0))
+            }
+            Load::Bending => {
+                let curvature = STRAIN / r;
+                (Vec3::new(-x.x * x.y, 0.5 * x.x * x.x, 0.0) * curvature, Vec3::new(0.0, 0.0, curvature * x.x))
+            }
+        };
+        state.particles.position[p] += displacement;
+        state.particles.orientation[p] = quaternion_of_rotation_vector(&spin);
+        state.particles.rotation_increment[p] = crate::math::Quat::identity();
+    }
+    let constraint = if load == Load::Tension { Constraint::translation_along(0) } else { Constraint::ALL };
+    for &p in ends.iter().flatten() {
+        state.particles.constraint[p] = constraint;
+    }
+    let centre = |side: usize| {
+        let end = &ends[side];
+        end.iter().map(|&p| start[p]).sum::<Vec3>() / end.len().max(1) as f64
+    };
+    let centres = [centre(0), centre(1)];
+    // Load with which the specimen resists, by either end.
+    let loads = |state: &State, solver: &Solver| {
+        [0, 1].map(|side: usize| {
+            let sum: f64 = ends[side]
+                .iter()
+                .map(|&p| {
+                    let f = solver.forces()[p];
+                    let moment = (state.particles.position[p] - centres[side]).cross(&f) + solver.torques()[p];
+                    match load {
+                        Load::Tension => f.x,
+                        Load::Torsion => moment.x,
+                        Load::Bending => moment.z,
+                    }
+                })
+                .sum();
+            if side == 0 { sum } else { -sum }
+        })
+    };
+    let mut last = [0.0; 2];
+    let values = loop {
+        for _ in 0..INTERVAL {
+            solver.step_with(&mut state, false)?;
+        }
+        let values = loads(&state, &solver);
+        let mean = 0.5 * (values[0] + values[1]);
+        // End moments need not be alike: an uneven sample also carries a little shear force.
+        let change = (values[0] - last[0]).abs().max((values[1] - last[1]).abs()) / mean.abs();
+        if change < SETTLED {
+            break values;
+        }
+        if state.clock.step > STEP_LIMIT {
+            return Err(CalibrationError::NotSettled { steps: state.clock.step, change });
+        }
+        last = values;
+    };
+    // Stored energies, at a sample; positions move on by nothing that matters.
+    solver.step_with(&mut state, true)?;
+    let stored = state.ledger.stored;
+    let mean = 0.5 * (values[0] + values[1]);
+    let middle: Vec<usize> = (0..n).filter(|&p| pieces[p] == largest && start[p].x.abs() < 0.25 * l).collect();
+    let places: Vec<Vec3> = middle.iter().map(|&p| start[p]).collect();
+    let moved: Vec<Vec3> = middle.iter().map(|&p| state.particles.position[p] - start[p]).collect();
+    let found = fit(&places, &moved, 0).ok_or_else(too_small)?;
+    let modulus = match load {
+        Load::Tension => mean / (PI * r * r * found.axial),
+        Load::Torsion => mean / (0.5 * PI * r.powi(4) * found.twist),
+        Load::Bending => mean / (0.25 * PI * r.powi(4) * found.curvature[1]),
+    };
+    let spheres = |positions: &[Vec3]| -> Vec<Sphere> {
+        positions.iter().zip(&state.particles.radius).map(|(x, r)| Sphere { position: *x, radius: *r }).collect()
+    };
+    let sets = [&ends[0][..], &ends[1][..], &surface[..]];
+    let before = cylinder_size(&spheres(&start), 0, sets, false).ok_or_else(too_small)?;
+    let after = cylinder_size(&spheres(&state.particles.position), 0, sets, false).ok_or_else(too_small)?;
+    let stretch = (after.length - before.length) / before.length;
+    let shrink = (after.radius - before.radius) / before.radius;
+    let total: f64 = stored.iter().sum();
+    let tension = load == Load::Tension;
+    let only_tension = |value: f64| if tension { value } else { f64::NAN };
+    Ok(Elastic {
+        modulus,
+        poisson: only_tension(-found.lateral / found.axial),
+        bounding_modulus: only_tension(mean / (PI * before.radius * before.radius) / stretch),
+        bounding_poisson: only_tension(-shrink / stretch),
+        shares: stored.map(|energy| energy / total),
+        imbalance: ((values[0] - values[1]) / mean).abs(),
+        steps: state.clock.step,
+    })
+}
+
+fn most_frequent(names: &[u32]) -> u32 {
+    let mut sorted = names.to_vec();
+    sorted.sort_unstable();
+    sorted.chunk_by(|a, b| a == b).max_by_key(|chunk| chunk.len()).map_or(0, |chunk| chunk[0])
+}
+
+/// What breaks the beams.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Criterion {
+    /// Largest principal stress of a beam, Pa, with a reading of its bending term.
+    Beam(f64, BendingTerm),
+    /// Mean stress of a particle, Pa.
+    Particle(f64),
+}
+
+/// Rate of the strain (of the surface, in bending and torsion) at which samples are broken, 1/s.
+const STRAIN_RATE: f64 = 1.0;
+
+/// Scenario in which the sample is loaded until it breaks: a cylinder, for bending a prism of the same length and
+/// section. `packing` names the file of the periodic packing, in metres; without one it is compacted again.
+pub fn scenario_text(
+    sample: &Sample,
+    packing: Option<&str>,
+    beam: &CohesiveBeam,
+    criterion: Criterion,
+    sphere_density: f64,
+    load: Load,
+) -> String {
+    let recipe = &sample.recipe;
+    let (r, l) = (sample.radius, sample.length);
+    let side = r * PI.sqrt();
+    let shape = if load == Load::Bending {
+        format!("{{ kind = \"box\", size = [{l:e}, {side:e}, {side:e}] }}")
+    } else {
+        format!("{{ kind = \"cylinder\", radius = {r:e}, height = {l:e}, axis = \"x\" }}")
+    };
+    let half = 0.5 * recipe.dispersion * recipe.mean_radius;
+    let (low, high) = (recipe.mean_radius - half, recipe.mean_radius + half);
+    let source = packing.map_or_else(
+        || {
+            format!(
+                "kind = \"random-dense\"\ncount = {}\nradii = {{ kind = \"uniform\", minimum = {low:e}, maximum = \
+                 {high:e} }}\nseed = {}\nfriction = 0",
+                recipe.count, recipe.seed
+            )
+        },
+        |file| {
+            let edges = sample.unit.cell.map_or_else(Vec3::zeros, |cell| cell.matrix.diagonal());
+            format!("kind = \"file\"\npath = \"{file}\"\ncell = [{:e}, {:e}, {:e}]", edges.x, edges.y, edges.z)
+        },
+    );
+    let motion = match load {
+        Load::Tension => {
+            format!("kind = \"uniaxial\"\naxis = \"x\"\nstrain_rate = {STRAIN_RATE:?}\nlateral = \"free\"")
+        }
+        Load::Bending => {
+            let rate = 2.0 * STRAIN_RATE * l / side;
+            format!("kind = \"bending\"\naxis = \"x\"\nabout = \"z\"\nrate = {rate:e}")
+        }
+        Load::Torsion => format!("kind = \"torsion\"\naxis = \"x\"\nrate = {:e}", 2.0 * STRAIN_RATE * l / r),
+    };
+    let threshold = match criterion {
+        Criterion::Beam(strength, reading) => {
+            let reading = match reading {
+                BendingTerm::MidSection => "mid-section",
+                BendingTerm::HalfSum => "half-sum",
+                BendingTerm::LargerEnd => "larger-end",
+            };
+            format!("tensile_strength = {strength:e}\nbending_term = \"{reading}\"")
+        }
+        Criterion::Particle(strength) => format!("hydrostatic_strength = {strength:e}"),
+    };
+    let section = match beam.section {
+        Section::Ratio(ratio) => format!("radius_ratio = {ratio:?}"),
+        Section::Radius(radius) => format!("radius = {radius:e}"),
+    };
+    format!(
+        "# SI units. Sample: {} spheres, solid fraction {:.4}, dispersion of radii {}, {:.3} bonds per particle in the bulk.\n\
+         version = 1\n\n[packing]\n{source}\nshape = {shape}\n\n\
+         [[material]]\nname = \"beams\"\ndensity = {sphere_density:?}\n\n\
+         [material.cohesive_beam]\nyoung = {:e}\npoisson = {:?}\n{section}\n{threshold}\n\n\
+         [material.frictional]\nyoung = {:e}\nstiffness_ratio = 0.3\nfriction_coefficient = 0.5\n\n\
+         [bonds]\nlaw = \"cohesive_beam\"\ncoordination = {:?}\n\n[contacts]\nlaw = \"frictional\"\n\n\
+         [integration]\ndamping = {{ kind = \"tchamwa-wielgosz\", phi = 1.3 }}\n\n\
+         [loading]\n{motion}\n\n[stop]\ndrop_to = 0.3\nstrain = 1e-2\n\n[output]\nsample_interval = 20\n",
+        sample.spheres.len(),
+        sample.solid_fraction,
+        recipe.dispersion,
+        sample.coordination,
+        beam.young,
+        beam.poisson,
+        // Spheres that press on each other are about as stiff as the material they make.
+        0.25 * beam.young,
+        recipe.coordination,
+    )
+}
+
+/// How a sample broke.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Strength {
+    /// Largest stress (of the surface, elastically reckoned, in bending and torsion), Pa.
+    pub strength: f64,
+    /// Stress when the first bond broke, Pa.
+    pub first_break: f64,
+    /// Strain at the largest stress.
+    pub strain: f64,
+    /// Particles.
+    pub particles: usize,
+    /// Everything that broke, in order.
+    pub events: Vec<Event>,
+    /// Fragments at the end.
+    pub fragments: usize,
+    /// Residual of the energy ledger through the boundary's work.
+    pub residual: f64,
+    /// Steps.
+    pub steps: u64,
+}
+
+/// Break a sample.
+pub fn strength(
+    sample: &Sample,
+    beam: &CohesiveBeam,
+    criterion: Criterion,
+    sphere_density: f64,
+    load: Load,
+) -> Result<Strength, CalibrationError> {
+    let folder = tempfile::tempdir().map_err(CalibrationError::Folder)?;
+    let mut text = Vec::new();
+    export_text(&sample.unit, &mut text)?;
+    std::fs::write(folder.path().join("unit.txt"), text).map_err(CalibrationError::Folder)?;
+    let text = scenario_text(sample, Some("unit.txt"), beam, criterion, sphere_density, load);
+    let scenario = Scenario::parse("calibration", &text)?;
+    let assembly = assemble(&scenario, folder.path(), &mut |_, _| {})?;
+    let particles = assembly.summary.particles;
+    let mut simulation = Simulation::new(assembly.state, assembly.model, assembly.plan)?;
+    let (mut peak, mut strain, mut last) = (0.0_f64, 0.0, 0.0);
+    let mut first_break = f64::NAN;
+    let mut events = Vec::new();
+    loop {
+        let advance = simulation.advance()?;
+        if events.is_empty() && !advance.events.is_empty() {
+            first_break = last;
+        }
+        events.extend(advance.events);
+        if let Some(row) = advance.sample {
+            last = row.stress;
+            if row.stress > peak {
+                (peak, strain) = (row.stress, row.strain);
+            }
+        }
+        if advance.stopped.is_some() {
+            let state = &simulation.state;
+            return Ok(Strength {
+                strength: peak,
+                first_break,
+                strain,
+                particles,
+                events,
+                fragments: count(&fragments(state)),
+                residual: state.ledger.residual() / state.ledger.boundary_work.get(),
+                steps: state.clock.step,
+            });
+        }
+    }
+}
+
+/// Radius ratios between which the search looks.
+const RATIOS: [f64; 2] = [0.2, 1.2];
+
+/// Parameters that give wanted elastic constants with this sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ElasticMatch {
+    /// The beam, without strength.
+    pub beam: CohesiveBeam,
+    /// Its response in tension.
+    pub achieved: Elastic,
+    /// Samples looked at.
+    pub evaluations: u32,
+}
+
+/// Find `r̃` for the wanted Poisson's ratio, then `E_μ` for the wanted Young's modulus (Pa); `poisson_beam` is `ν_μ`.
+/// `progress` is told radius ratio and Poisson's ratio of each try.
+pub fn match_elastic(
+    sample: &Sample,
+    young: f64,
+    poisson: f64,
+    poisson_beam: f64,
+    progress: &mut dyn FnMut(f64, f64),
+) -> Result<ElasticMatch, CalibrationError> {
+    /// Error of Poisson's ratio that is left.
+    const TOLERANCE: f64 = 5e-4;
+    let mut evaluations = 0;
+    let mut evaluate = |ratio: f64| -> Result<(CohesiveBeam, Elastic), CalibrationError> {
+        let beam = CohesiveBeam::new(young, poisson_beam, Section::Ratio(ratio))?;
+        let response = elastic(sample, &beam, Load::Tension)?;
+        evaluations += 1;
+        progress(ratio, response.poisson);
+        Ok((beam, response))
+    };
+    // Poisson's ratio falls with the radius ratio: false position with halving (Illinois).
+    let [mut low, mut high] = RATIOS;
+    let (mut at_low, mut at_high) = (evaluate(low)?.1.poisson - poisson, evaluate(high)?.1.poisson - poisson);
+    if at_low < 0.0 || at_high > 0.0 {
+        return Err(CalibrationError::Poisson {
+            wanted: poisson,
+            low,
+            high,
+            at_low: at_low + poisson,
+            at_high: at_high + poisson,
+        });
+    }
+    let (beam, response) = loop {
+        let ratio = (low * at_high - high * at_low) / (at_high - at_low);
+        let (beam, response) = evaluate(ratio)?;
+        let error = response.poisson - poisson;
+        if error.abs() < TOLERANCE || high - low < 1e-6 {
+            break (beam, response);
+        }
+        if error > 0.0 {
+            (low, at_low) = (ratio, error);
+            at_high *= 0.5;
+        } else {
+            (high, at_high) = (ratio, error);
+            at_low *= 0.5;
+        }
+    };
+    // Everything is in proportion to the beam's modulus.
+    let factor = young / response.modulus;
+    let beam = CohesiveBeam { young: beam.young * factor, ..beam };
+    let achieved = Elastic {
+        modulus: response.modulus * factor,
+        bounding_modulus: response.bounding_modulus * factor,
+        ..response
+    };
+    Ok(ElasticMatch { beam, achieved, evaluations })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A small sample of the book's silica, and the search gives its parameters back. With 600 spheres a good part of them
+    /// lies at the surface and has fewer bonds, which takes a quarter of the modulus of large samples (75 GPa) away; 10 %
+    /// and 0.02 are for the scatter between seeds.
+    #[test]
+    fn small_sample_is_elastic_and_is_found_again() {
+        let sample = Sample::new(&SampleRecipe::book(600, 1), &mut |_| {}).unwrap();
+        assert!((sample.coordination - 6.2).abs() < 0.005, "{}", sample.coordination);
+        let beam = CohesiveBeam::new(295.5e9, 0.3, Section::Ratio(0.68)).unwrap();
+        let tension = elastic(&sample, &beam, Load::Tension).unwrap();
+        println!("{} spheres, solid fraction {:.4}: {tension:?}", sample.spheres.len(), sample.solid_fraction);
+        assert!((0.63..0.66).contains(&sample.solid_fraction), "{}", sample.solid_fraction);
+        assert!((tension.modulus / 56e9 - 1.0).abs() < 0.10, "{tension:?}");
+        assert!((tension.poisson - 0.17).abs() < 0.02, "{tension:?}");
+        let found =
+            match_elastic(&sample, tension.modulus, tension.poisson, 0.3, &mut |ratio, nu| println!("{ratio} {nu}"))
+                .unwrap();
+        // The tolerance of Poisson's ratio, 5e-4, is worth 5e-4/0.2 of the radius ratio, and four times that of E_μ.
+        let Section::Ratio(ratio) = found.beam.section else { panic!("a ratio is sought") };
+        assert!((ratio / 0.68 - 1.0).abs() < 0.005, "{ratio}");
+        assert!((found.beam.young / 295.5e9 - 1.0).abs() < 0.02, "{}", found.beam.young);
+        assert!((found.achieved.modulus / tension.modulus - 1.0).abs() < 1e-12);
+    }
+}

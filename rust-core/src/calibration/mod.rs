@@ -1,0 +1,4 @@
+//! From wanted properties of a material to parameters of its bonds.
+
+pub mod cohesive_beam;
+pub mod deformation;
