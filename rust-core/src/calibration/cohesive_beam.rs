@@ -24,6 +24,7 @@ use crate::law::{BendingTerm, CohesiveBeam, ParameterError, Section};
 use crate::math::{Vec3, quaternion_of_rotation_vector};
 use crate::neighbor::{NeighborError, spatial_order};
 use crate::plan::Simulation;
+use crate::plan::simulation::RunError;
 use crate::scenario::{Scenario, ScenarioError};
 use crate::solver::integrate::Damping;
 use crate::solver::{MaterialRows, Model, Solver, SolverError, time_step};
@@ -46,6 +47,9 @@ pub enum CalibrationError {
     /// The relaxation failed.
     #[error("relaxation: {0}")]
     Solver(#[from] SolverError),
+    /// The run that breaks the sample failed.
+    #[error("{0}")]
+    Run(#[from] RunError),
     /// The packing has not that many pairs.
     #[error("{coordination} bonds per particle are not to be had; random packings have 6 to 12 near pairs")]
     Coordination {

@@ -117,7 +117,12 @@ impl Failure {
                 exit::FILE
             }
             Self::Usage(_) | Self::Scenario(_) | Self::Assembly(_) => exit::USAGE,
-            Self::Unstable(_) | Self::Solver(_) | Self::Statics(_) | Self::Calibration(_) | Self::Run(_) | Self::Operator(_) => exit::PHYSICS,
+            Self::Unstable(_)
+            | Self::Solver(_)
+            | Self::Statics(_)
+            | Self::Calibration(_)
+            | Self::Run(_)
+            | Self::Operator(_) => exit::PHYSICS,
             Self::Interrupted(_) => exit::INTERRUPTED,
         }
     }
