@@ -2,3 +2,4 @@
 
 pub mod cohesive_beam;
 pub mod deformation;
+pub mod elastic;

@@ -2,28 +2,60 @@
 
 use std::path::PathBuf;
 
-use super::drive::Meter;
+use super::drive::{Meter, build};
+use super::elastic;
 use super::{Console, Facts, Failure, Work};
 use crate::calibration::cohesive_beam::{
-    CalibrationError, Criterion, Load, Sample, SampleRecipe, elastic, match_elastic, scenario_text, strength,
+    CalibrationError, Criterion, Load, Sample, SampleRecipe, elastic as elastic_response, match_elastic, scenario_text,
+    strength,
 };
+use crate::calibration::elastic::{ElasticCalibrationError, fit};
 use crate::law::{BendingTerm, Section};
 use crate::output::OutputError;
 use crate::scenario::quantity::{Density, Quantity, Stress};
-
-/// Laws that can be calibrated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Law {
-    /// Cohesive beam, by the procedure of Jebahi et al. 2015
-    #[value(name = "cohesive_beam")]
-    CohesiveBeam,
-}
+use crate::scenario::{LawName, ProblemKind, Scenario};
+use crate::statics::{Accuracy, LinkNetwork};
 
 /// Arguments of `concordem calibrate`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Law of the bonds
-    law: Law,
+    #[command(subcommand)]
+    target: Target,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Target {
+    /// Young's modulus, Poisson's ratio, and strength of cohesive beams, by the procedure of Jebahi et al. 2015
+    #[command(name = "cohesive_beam")]
+    CohesiveBeam(BeamArguments),
+    /// Young's modulus and Poisson's ratio of cpm or linear_bond links, on the packing of a scenario
+    Elastic(ElasticArguments),
+}
+
+/// Arguments of `concordem calibrate elastic`.
+#[derive(Debug, clap::Args)]
+struct ElasticArguments {
+    /// Scenario with a periodic packing, bonds, and one material; the parameters in it do not matter
+    scenario: PathBuf,
+    /// Wanted Young's modulus, "30 GPa"
+    #[arg(long, value_name = "STRESS", value_parser = stress)]
+    young: f64,
+    /// Wanted Poisson's ratio
+    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true)]
+    poisson: f64,
+    /// Write the scenario with the found parameters to this file
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Overwrite an existing file
+    #[arg(long, short)]
+    force: bool,
+    #[command(flatten)]
+    work: Work,
+}
+
+/// Arguments of `concordem calibrate cohesive_beam`.
+#[derive(Debug, clap::Args)]
+struct BeamArguments {
     /// Wanted Young's modulus, "75 GPa"
     #[arg(long, value_name = "STRESS", value_parser = stress)]
     young: f64,
@@ -74,11 +106,98 @@ fn positive(value: f64) -> Result<f64, String> {
 }
 
 pub(super) fn calibrate(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    match &arguments.target {
+        Target::CohesiveBeam(arguments) => calibrate_beam(arguments, console),
+        Target::Elastic(arguments) => calibrate_elastic(arguments, console),
+    }
+}
+
+fn calibrate_elastic(arguments: &ElasticArguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    if let Some(path) = arguments.output.as_ref().filter(|path| path.exists() && !arguments.force) {
+        return Err(OutputError::Exists { path: path.clone() }.into());
+    }
+    let scenario = Scenario::read(&arguments.scenario)?;
+    let problem = |key: &str, message: &str, help: &str| {
+        Failure::Scenario(scenario.problem(ProblemKind::Conflict, key, message.to_owned(), help))
+    };
+    let law = scenario.bonds.as_ref().map(|bonds| bonds.law);
+    if !matches!(law, Some(LawName::Cpm | LawName::LinearBond)) {
+        let message = "elastic constants are calibrated for bonds of cpm or linear_bond";
+        return Err(problem("bonds", message, "for beams there is `concordem calibrate cohesive_beam`"));
+    }
+    let [material] = &scenario.materials[..] else {
+        let message = "one material is calibrated at a time; the scenario has several";
+        return Err(problem("material", message, "leave one [[material]] and calibrate each phase by itself"));
+    };
+    let visible = console.interactive && !arguments.work.quiet;
+    let found = arguments.work.install(|| {
+        let meter = Meter::new(visible);
+        let assembly = build(&scenario, &meter)?;
+        let found = LinkNetwork::of_state(&assembly.state).map_err(ElasticCalibrationError::from).and_then(|network| {
+            fit(&network, arguments.young, arguments.poisson, Accuracy::default(), &mut |solutions| {
+                meter.stage("statics", (solutions as f64 / 14.0).min(0.99));
+            })
+        });
+        meter.finish();
+        found.map_err(|error| match error {
+            ElasticCalibrationError::Statics(error) => elastic::failed(&scenario, error),
+            other => Failure::Calibration(other.to_string()),
+        })
+    })?;
+    let mut facts = Facts::default();
+    let mut keys: Vec<(&str, &str, toml_edit::Value)> = Vec::new();
+    if let (Some(LawName::Cpm), Some(cpm)) = (law, &material.cpm) {
+        let young = cpm.young.si() * found.normal_factor;
+        facts.add("young of the links", format!("{young:.8e} Pa"));
+        facts.add("shear_ratio", format!("{:.8}", found.shear_ratio));
+        keys.push(("cpm", "young", young.into()));
+        keys.push(("cpm", "shear_ratio", found.shear_ratio.into()));
+    } else if let Some(bond) = &material.linear_bond {
+        let normal = bond.normal_stiffness.si() * found.normal_factor;
+        facts.add("normal_stiffness", format!("{normal:.8e} N/m"));
+        facts.add("shear_stiffness", format!("{:.8e} N/m", normal * found.shear_ratio));
+        keys.push(("linear_bond", "normal_stiffness", normal.into()));
+        keys.push(("linear_bond", "shear_stiffness", (normal * found.shear_ratio).into()));
+    }
+    let achieved = &found.achieved;
+    facts.add(
+        "achieved, static network",
+        format!("young {:.6e} Pa, poisson {:.6}", achieved.mean_young, achieved.mean_poisson),
+    );
+    let anisotropy = achieved.anisotropy();
+    facts.add("directions differ by", format!("{:.4} of E, {:.4} in poisson", anisotropy.young, anisotropy.poisson));
+    facts.add("reach of this packing", format!("poisson {:.4} to {:.4}", found.reach.0, found.reach.1));
+    if let Some((ratio, share)) = found.prior {
+        facts.add("closed form", format!("would take shear_ratio {ratio:.5}; gives {share:.4} of the wanted modulus"));
+    }
+    facts.add("left out", format!("{} rattlers", found.cell.loose.rattlers));
+    let Some(path) = &arguments.output else {
+        return console.print(&facts.to_string());
+    };
+    let text = with_values(&scenario, &keys)
+        .ok_or_else(|| problem("material", "the material's table cannot be edited", "write it as [material.LAW]"))?;
+    crate::output::sealed::write_text(path, &text)?;
+    console.print(&format!("{}\n{facts}", path.display()))
+}
+
+/// The scenario's text with new values in the tables of its first material; comments and order stay.
+fn with_values(scenario: &Scenario, keys: &[(&str, &str, toml_edit::Value)]) -> Option<String> {
+    let mut document: toml_edit::DocumentMut = scenario.source.text.parse().ok()?;
+    for (law, key, new) in keys {
+        let table = document.get_mut("material")?.get_mut(0)?.get_mut(law)?;
+        let old = table.get_mut(key)?.as_value_mut()?;
+        let mut new = new.clone();
+        *new.decor_mut() = old.decor().clone();
+        *old = new;
+    }
+    Some(document.to_string())
+}
+
+fn calibrate_beam(arguments: &BeamArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     if arguments.output.exists() && !arguments.force {
         return Err(OutputError::Exists { path: arguments.output.clone() }.into());
     }
     let visible = console.interactive && !arguments.work.quiet;
-    let Law::CohesiveBeam = arguments.law;
     let (facts, text) = arguments
         .work
         .install(|| cohesive_beam(arguments, visible).map_err(|error| Failure::Calibration(error.to_string())))?;
@@ -86,7 +205,7 @@ pub(super) fn calibrate(arguments: &Arguments, console: &mut Console<'_>) -> Res
     console.print(&format!("{}\n{facts}", arguments.output.display()))
 }
 
-fn cohesive_beam(arguments: &Arguments, visible: bool) -> Result<(Facts, String), CalibrationError> {
+fn cohesive_beam(arguments: &BeamArguments, visible: bool) -> Result<(Facts, String), CalibrationError> {
     let meter = Meter::new(visible);
     let recipe = |count: usize| SampleRecipe {
         coordination: arguments.coordination,
@@ -141,7 +260,7 @@ fn cohesive_beam(arguments: &Arguments, visible: bool) -> Result<(Facts, String)
     facts.add("with the bounding section", bounding);
     for part in [9, 3] {
         let smaller = make(largest / part)?;
-        let response = elastic(&smaller, &found.beam, Load::Tension)?;
+        let response = elastic_response(&smaller, &found.beam, Load::Tension)?;
         let name = format!("{} spheres", smaller.spheres.len());
         facts.add(&name, format!("young {:.5e} Pa, poisson {:.4}", response.modulus, response.poisson));
     }

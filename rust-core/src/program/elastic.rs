@@ -61,7 +61,8 @@ pub(super) fn elastic(arguments: &Arguments, console: &mut Console<'_>) -> Resul
     console.print(&if arguments.json { json(&answers) } else { table(&answers) })
 }
 
-fn failed(scenario: &Scenario, error: StaticsError) -> Failure {
+/// Why there is no answer, at its place in the scenario.
+pub(super) fn failed(scenario: &Scenario, error: StaticsError) -> Failure {
     let problem = |key: &str, help: &str| {
         Failure::Scenario(scenario.problem(ProblemKind::Conflict, key, error.to_string(), help))
     };
