@@ -8,6 +8,10 @@ use super::region::Period;
 use super::strain::Dimension;
 use crate::math::{Mat3, Vec3};
 
+/// Nodes and weights of Gauss' rule with four points, one half.
+const NODES: [(f64, f64); 2] =
+    [(0.339_981_043_584_856_3, 0.652_145_154_862_546_1), (0.861_136_311_594_052_6, 0.347_854_845_137_453_85)];
+
 /// Kernel `φ(r) = C (1 − r²/c²)³` for `r < c`, of unit integral: twice continuously differentiable, with an end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kernel {
@@ -41,8 +45,6 @@ impl Kernel {
     pub fn along(&self, x: &Vec3, l: &Vec3) -> f64 {
         let ball = super::Region::Sphere { centre: Vec3::zeros(), radius: self.support };
         let Some([from, to]) = ball.part_of_segment(x, l) else { return 0.0 };
-        const NODES: [(f64, f64); 2] =
-            [(0.339_981_043_584_856_3, 0.652_145_154_862_546_1), (0.861_136_311_594_052_6, 0.347_854_845_137_453_85)];
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let mut sum = 0.0;
         for (node, weight) in NODES {

@@ -355,7 +355,7 @@ impl Region {
     }
 
     /// A box around the region; `None` when it has no end or no shape.
-    fn bounds(&self) -> Option<(Vec3, Vec3)> {
+    pub(super) fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let around = |centre: &Vec3, half: Vec3| Some((centre - half, centre + half));
         match self {
             Self::All { .. } | Self::Particles { .. } | Self::HalfSpaces { .. } => None,
@@ -378,7 +378,7 @@ impl Region {
         let (Some(period), Some((low, high))) = (period, self.bounds()) else { return Images::NONE };
         let Some(inverse) = period.edges.try_inverse() else { return Images::NONE };
         let mut range = [[0, 0]; 3];
-        for k in 0..3 {
+        for (k, range) in range.iter_mut().enumerate() {
             let row = inverse.row(k);
             // Reduced coordinates of the region's box, and of the segment.
             let (mut from, mut to) = (0.0, 0.0);
@@ -392,7 +392,7 @@ impl Region {
             if !from.is_finite() || !to.is_finite() {
                 continue;
             }
-            range[k] = [(from - (s + t.max(0.0))).ceil() as i32, (to - (s + t.min(0.0))).floor() as i32];
+            *range = [(from - (s + t.max(0.0))).ceil() as i32, (to - (s + t.min(0.0))).floor() as i32];
         }
         Images { range, next: [range[0][0], range[1][0], range[2][0]], done: (0..3).any(|k| range[k][0] > range[k][1]) }
     }
@@ -463,6 +463,13 @@ impl Iterator for Images {
     }
 }
 
+/// Whether a segment lies on the far side of one face of a box.
+#[inline]
+pub(super) fn is_beside((low, high): &(Vec3, Vec3), x: &Vec3, l: &Vec3) -> bool {
+    let to = x + l;
+    (0..3).any(|k| (x[k] < low[k] && to[k] < low[k]) || (x[k] > high[k] && to[k] > high[k]))
+}
+
 /// What a contact from particle `a` at `x` along `l` to particle `b` counts for in a region.
 #[inline]
 pub(super) fn weight(region: &Region, truncation: Truncation, a: usize, b: usize, x: &Vec3, l: &Vec3) -> f64 {
@@ -470,6 +477,8 @@ pub(super) fn weight(region: &Region, truncation: Truncation, a: usize, b: usize
         return 1.0;
     }
     match truncation {
+        // All regions are convex: with both ends the whole branch is inside.
+        Truncation::BranchClipped if region.contains(a, x) && region.contains(b, &(x + l)) => 1.0,
         Truncation::BranchClipped => region.share_of_segment(x, l),
         Truncation::InternalOnly | Truncation::HalfCrossing => {
             match (region.contains(a, x), region.contains(b, &(x + l))) {

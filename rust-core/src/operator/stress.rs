@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::contact_set::{ContactSet, LoadSet};
 use super::error::{OperatorError, check_length, check_volume};
 use super::region::{self, Period, Region, Truncation};
-use super::sum::{sum_tiles, sums};
+use super::sum::{TILE, sum_tiles, sums};
 use crate::math::{Mat3, Vec3};
 
 /// How the branch of a contact is divided between its two particles.
@@ -133,11 +133,15 @@ where
         })
         .collect();
     let mut sums = vec![T::default(); n];
-    for (low, piece) in pieces {
-        for (sum, part) in sums[low..].iter_mut().zip(piece) {
-            *sum += part;
+    sums.par_chunks_mut(TILE).enumerate().for_each(|(tile, sums)| {
+        let first = tile * TILE;
+        for (low, piece) in &pieces {
+            let (from, to) = ((*low).max(first), (low + piece.len()).min(first + sums.len()));
+            for p in from..to {
+                sums[p - first] += piece[p - low].clone();
+            }
         }
-    }
+    });
     sums
 }
 
@@ -182,17 +186,26 @@ pub fn region_stress(
         sums
     } else {
         let (position, pair) = (contacts.position(), contacts.pair());
+        let bounds = region.bounds();
         sum_tiles(contacts.len(), |range| {
             let mut sums = BranchSums::default();
             for k in range {
                 let (l, [a, b]) = (branch[k], pair[k].map(|p| p as usize));
-                for image in region.images(period, &position[a], &l) {
-                    let x = position[a] + period.map_or_else(Vec3::zeros, |p| p.edges * image);
-                    let weight = region::weight(region, truncation, a, b, &x, &l);
+                let mut visit = |x: &Vec3| {
+                    if bounds.is_some_and(|bounds| region::is_beside(&bounds, x, &l)) {
+                        return;
+                    }
+                    let weight = region::weight(region, truncation, a, b, x, &l);
                     if weight > 0.0 {
                         sums.moment += (l * weight) * force[k].transpose();
                         *(if weight < 1.0 { &mut sums.partial } else { &mut sums.full }) += 1.0;
                     }
+                };
+                match period {
+                    None => visit(&position[a]),
+                    Some(p) => region
+                        .images(period, &position[a], &l)
+                        .for_each(|image| visit(&(position[a] + p.edges * image))),
                 }
             }
             sums

@@ -100,11 +100,11 @@ pub(super) fn measure(arguments: &Arguments, console: &mut Console<'_>) -> Resul
     console.print(&text)
 }
 
+/// A cell of a grid, if there is one, and its region.
+type PlacedRegion = (Option<[usize; 3]>, SampledRegion);
+
 /// The regions to be measured, with their places in the grid if there is one.
-fn cells(
-    region: Option<&Region>,
-    grid: Option<[usize; 3]>,
-) -> Result<Vec<(Option<[usize; 3]>, SampledRegion)>, Failure> {
+fn cells(region: Option<&Region>, grid: Option<[usize; 3]>) -> Result<Vec<PlacedRegion>, Failure> {
     let still = |region: Region| SampledRegion::Moving { region, velocity: Vec3::zeros() };
     let Some(count) = grid else {
         return Ok(vec![(None, region.map_or(SampledRegion::Cell, |region| still(region.clone())))]);
@@ -276,8 +276,11 @@ impl Moment {
             let unit = if quantity.unit == "1" { String::new() } else { format!(" {}", quantity.unit) };
             for (line, row) in mine.chunks(3).enumerate() {
                 let name = if line == 0 { quantity.name } else { "" };
-                let numbers: String = row.iter().map(|v| format!("{v:>15.6e}")).collect();
-                let _ = writeln!(text, "  {name:16}{numbers}{}", if line == 0 { &unit } else { "" });
+                let _ = write!(text, "  {name:16}");
+                for value in row {
+                    let _ = write!(text, "{value:>15.6e}");
+                }
+                let _ = writeln!(text, "{}", if line == 0 { &unit } else { "" });
             }
         }
         Ok(text)

@@ -144,14 +144,18 @@ fn small_spheres(recipe: &GrownBox) -> Result<State, PackingError> {
     let mut radii = recipe.sizes.radii(recipe.count, recipe.seed)?;
     let solid: f64 = radii.iter().map(|r| 4.0 / 3.0 * PI * (r * r * r)).sum();
     let scale = cbrt(START * recipe.edge.powi(3) / solid);
-    radii.iter_mut().for_each(|r| *r *= scale);
+    for r in &mut radii {
+        *r *= scale;
+    }
     let largest = radii.iter().copied().fold(0.0, f64::max);
     // Centres at least one largest radius from the walls.
     let inner = recipe.edge - 2.0 * largest;
     positive("space between the walls left for the largest sphere", inner)?;
     let mut random = Random::new(recipe.seed ^ 0x9e37_79b9_7f4a_7c15);
     let mut spheres = random_cloud(radii, inner, &mut random)?;
-    spheres.iter_mut().for_each(|sphere| sphere.position += Vec3::repeat(largest));
+    for sphere in &mut spheres {
+        sphere.position += Vec3::repeat(largest);
+    }
     let places: Vec<Vec3> = spheres.iter().map(|sphere| sphere.position).collect();
     let mut particles = Particles::default();
     for k in spatial_order(&places, None) {
@@ -190,9 +194,11 @@ fn small_spheres(recipe: &GrownBox) -> Result<State, PackingError> {
 fn grow(state: &mut State, factor: f64) {
     let cube = factor * factor * factor;
     let particles = &mut state.particles;
-    particles.radius.iter_mut().for_each(|r| *r *= factor);
-    particles.mass.iter_mut().for_each(|m| *m *= cube);
-    particles.inertia.iter_mut().for_each(|i| *i *= cube * factor * factor);
+    for p in 0..particles.len() {
+        particles.radius[p] *= factor;
+        particles.mass[p] *= cube;
+        particles.inertia[p] *= cube * factor * factor;
+    }
     for block in state.contacts.iter_mut().chain(&mut state.wall_contacts) {
         if let Some(block) = block.contacts_mut().as_any_mut().downcast_mut::<ContactBlock<HertzMindlin>>() {
             for reference in &mut block.reference {

@@ -172,16 +172,15 @@ struct Bins<'a> {
 impl<'a> Bins<'a> {
     fn new(position: &[Vec3], radius: &'a [f64], domain: &Domain, plane: bool) -> Result<Self, OperatorError> {
         let n = position.len();
-        let (periodic, mut edges, origin) = match domain {
-            Domain::Periodic(edges) => (true, *edges, Vec3::zeros()),
-            _ => {
-                let low = position.iter().fold(Vec3::repeat(f64::INFINITY), |m, x| m.inf(x));
-                let high = position.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |m, x| m.sup(x));
-                // A box with a little more than the points, so that none lies on its upper border.
-                let size = (high - low) * 1.001;
-                let least = size.max().max(f64::MIN_POSITIVE.sqrt()) * 1e-3;
-                (false, Mat3::from_diagonal(&size.sup(&Vec3::repeat(least))), low)
-            }
+        let (periodic, mut edges, origin) = if let Domain::Periodic(edges) = domain {
+            (true, *edges, Vec3::zeros())
+        } else {
+            let low = position.iter().fold(Vec3::repeat(f64::INFINITY), |m, x| m.inf(x));
+            let high = position.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |m, x| m.sup(x));
+            // A box with a little more than the points, so that none lies on its upper border.
+            let size = (high - low) * 1.001;
+            let least = size.max().max(f64::MIN_POSITIVE.sqrt()) * 1e-3;
+            (false, Mat3::from_diagonal(&size.sup(&Vec3::repeat(least))), low)
         };
         if plane {
             edges[(2, 2)] = 1.0;
@@ -214,7 +213,9 @@ impl<'a> Bins<'a> {
         let bin_count = count.iter().map(|&c| c as usize).product::<usize>();
         let of: Vec<usize> = bins.position.iter().map(|x| bins.number(bins.bin(x))).collect();
         let mut start = vec![0_u32; bin_count + 1];
-        of.iter().for_each(|&b| start[b + 1] += 1);
+        for &b in &of {
+            start[b + 1] += 1;
+        }
         for b in 0..bin_count {
             start[b + 1] += start[b];
         }
@@ -280,8 +281,8 @@ impl<'a> Bins<'a> {
                         let distance = 0.5 * (length + (own - r) * ((own + r) / length));
                         // In terms of the places given, before they were wrapped.
                         let mut named = image;
-                        for k in 0..3 {
-                            named[k] += self.moved[p][k] - self.moved[q][k];
+                        for (k, n) in named.iter_mut().enumerate() {
+                            *n += self.moved[p][k] - self.moved[q][k];
                         }
                         let neighbour = Neighbour::Particle { point: q as u32, image: named };
                         planes.push(Plane { neighbour, normal, distance, branch, reach: length });

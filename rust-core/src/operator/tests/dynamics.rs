@@ -8,6 +8,7 @@ use super::*;
 use crate::assembly::{Assembly, assemble};
 use crate::scenario::Scenario;
 use crate::solver::Solver;
+use std::fmt::Write as _;
 use std::path::Path;
 
 fn built(text: &str) -> Assembly {
@@ -22,13 +23,20 @@ fn grains() -> Assembly {
     let mut sets = String::new();
     for k in 0..125 {
         let at = Vec3::new(f64::from(k % 5), f64::from(k / 5 % 5), f64::from(k / 25)) * 2.0 + r.vector() * 0.05;
-        spheres +=
-            &format!("[{}, {}, {}, {}],", at.x * 1e-3, at.y * 1e-3, at.z * 1e-3, (0.8 + 0.14 * r.share()) * 1e-3);
+        let _ = write!(
+            spheres,
+            "[{}, {}, {}, {}],",
+            at.x * 1e-3,
+            at.y * 1e-3,
+            at.z * 1e-3,
+            (0.8 + 0.14 * r.share()) * 1e-3
+        );
     }
     for k in 0..8 {
         let v = r.vector() * 2.0;
         let ids: Vec<String> = (0..125).filter(|p| p % 8 == k).map(|p| p.to_string()).collect();
-        sets += &format!(
+        let _ = write!(
+            sets,
             "[[set]]\nname = \"s{k}\"\nselection = {{ kind = \"ids\", ids = [{}] }}\n[[initial]]\nset = \"s{k}\"\n\
              velocity = [{}, {}, {}]\nangular_velocity = [{}, 0, 100]\n",
             ids.join(","),
@@ -138,7 +146,8 @@ fn power_is_balanced_on_a_loaded_specimen() {
     let mut spheres = String::new();
     for k in 0..5 * 5 * 9 {
         let at = Vec3::new(f64::from(k % 5), f64::from(k / 5 % 5), f64::from(k / 25)) * 1.9 + r.vector() * 0.15;
-        spheres += &format!("[{}, {}, {}, {}],", at.x * 1e-3, at.y * 1e-3, at.z * 1e-3, (0.8 + 0.2 * r.share()) * 1e-3);
+        let _ =
+            write!(spheres, "[{}, {}, {}, {}],", at.x * 1e-3, at.y * 1e-3, at.z * 1e-3, (0.8 + 0.2 * r.share()) * 1e-3);
     }
     let from = PRISM.find("kind = \"lattice\"").unwrap();
     let to = PRISM.find("[[material]]").unwrap();

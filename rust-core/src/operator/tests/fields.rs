@@ -64,7 +64,7 @@ fn periodic_packing(n: usize, dimension: Dimension, seed: u64) -> (Vec<Vec3>, Ve
 }
 
 fn affine_fields(dimension: Dimension, seed: u64, jitter: f64) {
-    let mut r = Random::new(seed ^ 77);
+    let mut r = Random::new(seed ^ 0x4d);
     let n = if dimension == Dimension::Two { 9 } else { 5 };
     let (position, radius) = packing(n, jitter, dimension == Dimension::Two, seed);
     let (g, u0, theta) = (gradient(&mut r, dimension), spin(&mut r, dimension), spin(&mut r, dimension));
@@ -102,7 +102,7 @@ fn affine_fields(dimension: Dimension, seed: u64, jitter: f64) {
 }
 
 fn periodic_fields(dimension: Dimension, n: usize, seed: u64) {
-    let mut r = Random::new(seed ^ 78);
+    let mut r = Random::new(seed ^ 0x4e);
     let (position, radius, cell) = periodic_packing(n, dimension, seed);
     let (g, u0, theta) = (gradient(&mut r, dimension), spin(&mut r, dimension), spin(&mut r, dimension));
     let mut edges = cell;
@@ -164,10 +164,12 @@ proptest! {
     fn p16_p9_any_motion(seed in any::<u64>(), plane in any::<bool>()) {
         let dimension = if plane { Dimension::Two } else { Dimension::Three };
         let (position, radius) = packing(if plane { 8 } else { 4 }, 0.45, plane, seed);
-        let mut r = Random::new(seed ^ 79);
+        let mut r = Random::new(seed ^ 0x4f);
         let mut u: Vec<Vec3> = position.iter().map(|_| spin(&mut r, Dimension::Three)).collect();
         if plane {
-            u.iter_mut().for_each(|u| u.z = 0.0);
+            for u in &mut u {
+                u.z = 0.0;
+            }
         }
         let mesh = delaunay(&position, dimension, None).unwrap();
         let cells = cell_strain(&mesh, &position, &u, None).unwrap();
@@ -200,7 +202,7 @@ proptest! {
             let diagram = power_diagram(&position, radius, &Domain::Periodic(cell), Dimension::Three).unwrap();
             prop_assert!((diagram.volume() - volume).abs() < EXACT);
             // A contact at each face, the force random.
-            let mut r = Random::new(seed ^ 80);
+            let mut r = Random::new(seed ^ 0x50);
             let (mut pair, mut branch, mut point, mut force) = (vec![], vec![], vec![], vec![]);
             for face in &diagram.faces {
                 if let Neighbour::Particle { point: q, .. } = face.neighbour {

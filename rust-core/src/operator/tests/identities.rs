@@ -91,7 +91,7 @@ proptest! {
     #[test]
     fn p5_all_state_identity(seed in any::<u64>()) {
         let c = Cluster::random(seed);
-        let mut r = Random::new(seed ^ 1);
+        let mut r = Random::new(seed ^ 0x01);
         let n = c.position.len();
         let particle: Vec<u32> = (0..10).map(|_| r.below(n) as u32).collect();
         let point: Vec<Vec3> = particle.iter().map(|&p| c.position[p as usize] + r.vector() * 0.1).collect();
@@ -150,7 +150,7 @@ proptest! {
         let change = boundary_stress(&loose.set(), 2.5).unwrap() - boundary_stress(&here.set(), 2.5).unwrap();
         close(&change, &(shift * extra.transpose() / 2.5), size);
         // Other reference points with the same forces.
-        let mut r = Random::new(seed ^ 2);
+        let mut r = Random::new(seed ^ 0x02);
         let mut other = c.clone();
         let delta: Vec<Vec3> = c.position.iter().map(|_| r.vector() * 0.1).collect();
         other.position.iter_mut().zip(&delta).for_each(|(x, d)| *x += d);
@@ -165,7 +165,7 @@ proptest! {
     #[test]
     fn p9_rigid_motion(seed in any::<u64>()) {
         let c = Cluster::random(seed);
-        let mut r = Random::new(seed ^ 3);
+        let mut r = Random::new(seed ^ 0x03);
         let (v, w) = (r.vector(), r.vector());
         let u: Vec<Vec3> = c.position.iter().map(|x| v + w.cross(x)).collect();
         let phi = vec![w; c.position.len()];
@@ -184,7 +184,7 @@ proptest! {
     #[test]
     fn p10_affine_projection(seed in any::<u64>()) {
         let c = Cluster::random(seed);
-        let mut r = Random::new(seed ^ 4);
+        let mut r = Random::new(seed ^ 0x04);
         let (u0, g, phi0, k) = (r.vector(), r.matrix(), r.vector(), r.matrix());
         let u: Vec<Vec3> = c.position.iter().map(|x| u0 + g * x).collect();
         let phi: Vec<Vec3> = c.position.iter().map(|x| phi0 + k.transpose() * x).collect();
@@ -210,7 +210,7 @@ proptest! {
     #[test]
     fn p12_p13_conjugates(seed in any::<u64>()) {
         let c = Cluster::random(seed);
-        let mut r = Random::new(seed ^ 5);
+        let mut r = Random::new(seed ^ 0x05);
         let (u0, g, phi0, k) = (r.vector(), r.matrix(), r.vector(), r.matrix());
         let origin = Vec3::new(0.4, 0.0, -0.2);
         let t = conjugate(&c.set(), &WHOLE, &origin).unwrap();
@@ -242,7 +242,7 @@ proptest! {
     #[test]
     fn p17_boundary_arms(seed in any::<u64>()) {
         let c = Cluster::random(seed);
-        let mut r = Random::new(seed ^ 6);
+        let mut r = Random::new(seed ^ 0x06);
         let mut loads = c.reactions();
         let arm: Vec<Vec3> = loads.point.iter().map(|_| r.vector() * 0.1).collect();
         loads.point.iter_mut().zip(&arm).for_each(|(x, a)| *x += a);
@@ -266,7 +266,7 @@ proptest! {
     #[test]
     fn p19_affine_springs(seed in any::<u64>()) {
         let mut c = Cluster::random(seed);
-        let mut r = Random::new(seed ^ 7);
+        let mut r = Random::new(seed ^ 0x07);
         let (normal_modulus, shear_modulus) = (2.0, 0.7);
         let strain = { let g = r.matrix(); (g + g.transpose()) * 0.5 };
         let area: Vec<f64> = c.branch.iter().map(|_| 0.5 + r.share()).collect();
@@ -290,12 +290,14 @@ proptest! {
     #[test]
     fn p20_frame_and_numbering(seed in any::<u64>()) {
         let c = Cluster::random(seed);
-        let mut r = Random::new(seed ^ 8);
+        let mut r = Random::new(seed ^ 0x08);
         let q = r.rotation();
         let mut turned = c.clone();
         for list in [&mut turned.position, &mut turned.branch, &mut turned.point, &mut turned.force, &mut turned.moment,
             &mut turned.velocity, &mut turned.spin] {
-            list.iter_mut().for_each(|v| *v = q * *v);
+            for v in list.iter_mut() {
+                *v = q * *v;
+            }
         }
         let x0 = Vec3::new(0.1, 0.2, 0.3);
         let size = 10.0 * c.pair.len() as f64;
@@ -348,7 +350,9 @@ proptest! {
         close(&m1, &(m * alpha), size);
         let mut larger = c.clone();
         for list in [&mut larger.position, &mut larger.branch, &mut larger.point, &mut larger.moment] {
-            list.iter_mut().for_each(|v| *v *= alpha);
+            for v in list.iter_mut() {
+                *v *= alpha;
+            }
         }
         let (s2, m2) = of(&larger, 2.5 * alpha.powi(3), x0 * alpha);
         let size = 3.0 * c.pair.len() as f64 * (1.0 + alpha.powi(-2));
@@ -360,7 +364,7 @@ proptest! {
     #[test]
     fn p22_partition_of_space(seed in any::<u64>()) {
         let c = Cluster::random(seed);
-        let mut r = Random::new(seed ^ 9);
+        let mut r = Random::new(seed ^ 0x09);
         let count = [1 + r.below(4), 1 + r.below(4), 1 + r.below(4)];
         let cells = Region::grid(Vec3::repeat(-1.7), Vec3::new(1.9, 2.0, 2.1), count);
         let sum: Mat3 = cells.iter().map(|cell| {

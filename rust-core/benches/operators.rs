@@ -1,0 +1,124 @@
+//! Speed of the operators against one pass over the same data, and of the triangulated strain.
+//!
+//! The first two are to cost no more than twice the pass (memory-bound work); read the ratio of times from one run.
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use rayon::prelude::*;
+use std::hint::black_box;
+
+use concordem::math::Vec3;
+use concordem::operator::strain::{Dimension, cell_strain};
+use concordem::operator::stress::{Partition, particle_moments, region_stress};
+use concordem::operator::tessellation::{Domain, delaunay, power_diagram};
+use concordem::operator::{ContactSet, LoadSet, Region, Truncation};
+
+/// A jittered cubic block of `n³` particles, numbered along x; spacing 1.
+fn block(n: usize) -> Vec<Vec3> {
+    (0..n * n * n)
+        .map(|k| {
+            let jitter = |s: usize| ((k * 7919 + s * 104_729) % 1009) as f64 / 1009.0 - 0.5;
+            Vec3::new((k % n) as f64, (k / n % n) as f64, (k / (n * n)) as f64)
+                + Vec3::new(jitter(1), jitter(2), jitter(3)) * 0.4
+        })
+        .collect()
+}
+
+/// Contacts of the block with its next neighbours along the axes and the diagonals: some ten per particle.
+struct Data {
+    position: Vec<Vec3>,
+    pair: Vec<[u32; 2]>,
+    branch: Vec<Vec3>,
+    point: Vec<Vec3>,
+    force: Vec<Vec3>,
+}
+
+fn contacts(n: usize, most: usize) -> Data {
+    let position = block(n);
+    let (mut pair, mut branch, mut point, mut force) = (vec![], vec![], vec![], vec![]);
+    for a in 0..position.len() {
+        let (x, y, z) = (a % n, a / n % n, a / (n * n));
+        for (dx, dy, dz) in [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (0, 1, 1)] {
+            if x + dx < n && y + dy < n && z + dz < n && pair.len() < most {
+                let b = a + dx + n * (dy + n * dz);
+                let l = position[b] - position[a];
+                pair.push([a as u32, b as u32]);
+                branch.push(l);
+                point.push(position[a] + l * 0.5);
+                force.push(l * 1e3);
+            }
+        }
+    }
+    Data { position, pair, branch, point, force }
+}
+
+fn stress(c: &mut Criterion) {
+    let data = contacts(62, 1_000_000);
+    let set = ContactSet::new(&data.position, &data.pair, &data.branch, &data.point, &data.force, None).expect("fits");
+    assert_eq!(set.len(), 1_000_000);
+    let mut group = c.benchmark_group("1e6 contacts");
+    group.sample_size(20);
+    group.throughput(Throughput::Elements(set.len() as u64));
+    // One pass over pairs, branches, points, and forces: 80 bytes per contact, summed so that nothing is left out.
+    group.bench_function("one pass over the data", |bench| {
+        bench.iter(|| {
+            let sum = |list: &[Vec3]| -> f64 {
+                let reals: &[f64] = bytemuck::cast_slice(list);
+                // Eight sums at once, so that memory and not the addition sets the pace.
+                reals
+                    .par_chunks(1 << 15)
+                    .map(|chunk| {
+                        let mut sums = [0.0; 8];
+                        for row in chunk.chunks_exact(8) {
+                            for (sum, x) in sums.iter_mut().zip(row) {
+                                *sum += x;
+                            }
+                        }
+                        sums.iter().sum::<f64>()
+                    })
+                    .sum()
+            };
+            let pairs: u64 =
+                data.pair.par_chunks(1 << 14).map(|c| c.iter().map(|p| u64::from(p[0] ^ p[1])).sum::<u64>()).sum();
+            black_box((sum(&data.branch), sum(&data.point), sum(&data.force), pairs))
+        });
+    });
+    let all = Region::All { volume: 1.0 };
+    group.bench_function("region stress, all", |bench| {
+        bench.iter(|| region_stress(black_box(&set), &all, Truncation::BranchClipped, None));
+    });
+    let sphere = Region::Sphere { centre: Vec3::repeat(31.0), radius: 20.0 };
+    for (name, truncation) in [("clipped", Truncation::BranchClipped), ("internal only", Truncation::InternalOnly)] {
+        group.bench_function(format!("region stress, sphere, {name}"), |bench| {
+            bench.iter(|| region_stress(black_box(&set), &sphere, truncation, None));
+        });
+    }
+    group.bench_function("stress per particle", |bench| {
+        bench.iter(|| particle_moments(black_box(&set), &LoadSet::none(), Partition::ContactPoint));
+    });
+    group.finish();
+}
+
+fn tessellation(c: &mut Criterion) {
+    let position = block(46);
+    let radius = vec![0.4; position.len()];
+    let displacement: Vec<Vec3> = position.iter().map(|x| x * 0.01).collect();
+    let mut group = c.benchmark_group(format!("{} particles", position.len()));
+    group.sample_size(10);
+    group.throughput(Throughput::Elements(position.len() as u64));
+    group.bench_function("Delaunay triangulation", |bench| {
+        bench.iter(|| delaunay(black_box(&position), Dimension::Three, None));
+    });
+    let mesh = delaunay(&position, Dimension::Three, None).expect("points in space");
+    println!("{} cells, {:.1} MB", mesh.len(), mesh.bytes() as f64 * 1e-6);
+    group.bench_function("strain of its cells", |bench| {
+        bench.iter(|| cell_strain(black_box(&mesh), &position, &displacement, None));
+    });
+    let domain = Domain::Box { low: Vec3::repeat(-1.0), high: Vec3::repeat(46.0) };
+    group.bench_function("power diagram", |bench| {
+        bench.iter(|| power_diagram(black_box(&position), &radius, &domain, Dimension::Three));
+    });
+    group.finish();
+}
+
+criterion_group!(operators, stress, tessellation);
+criterion_main!(operators);
