@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use concordem::calibration::cohesive_beam::{Criterion, Load, Sample, SampleRecipe, elastic, strength};
+use concordem::calibration::cohesive_beam::{Criterion, Load, Sample, SampleRecipe, elastic, strength, vibration};
 use concordem::law::{BendingTerm, CohesiveBeam, Section};
 use concordem::math::{Mat3, Vec3};
 use serde_json::{Value, json};
@@ -103,6 +103,33 @@ fn elasticity(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
     Ok(value)
 }
 
+/// First periods beside the formulas of a clamped-free bar with the sample's own constants (table 2.6).
+fn vibrations(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
+    use std::f64::consts::PI;
+    let sample = study.sample(size, seed)?;
+    let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
+    let tension = elastic(&sample, &beam, Load::Tension)?;
+    let shear_modulus = tension.modulus / (2.0 * (1.0 + tension.poisson));
+    let density = sample.sphere_density(DENSITY);
+    let r = sample.radius;
+    let mut value = json!({ "sample": facts(&sample), "young_gpa": tension.modulus / 1e9, "poisson": tension.poisson });
+    for (name, load) in [("tension", Load::Tension), ("bending", Load::Bending), ("torsion", Load::Torsion)] {
+        let found = vibration(&sample, &beam, load, density)?;
+        let l = found.free_length;
+        let (area, inertia) = (PI * r * r, 0.25 * PI * r.powi(4));
+        let theory = match load {
+            Load::Tension => 4.0 * l * (DENSITY / tension.modulus).sqrt(),
+            Load::Torsion => 4.0 * l * (DENSITY / shear_modulus).sqrt(),
+            Load::Bending => {
+                2.0 * PI / 1.875_104_f64.powi(2) * l * l * (DENSITY * area / (tension.modulus * inertia)).sqrt()
+            }
+        };
+        value[format!("{name}_period_s")] = json!(found.period);
+        value[format!("{name}_over_theory")] = json!(found.period / theory);
+    }
+    Ok(value)
+}
+
 fn broken(study: &mut Study, size: usize, seed: u64, criterion: &str, load: &str) -> Outcome<Value> {
     let sample = study.sample(size, seed)?;
     let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
@@ -149,6 +176,7 @@ fn main() -> Outcome<()> {
     for &size in sizes {
         for seed in 1..=seeds {
             study.case(&format!("elastic, {size}, seed {seed}"), |s| elasticity(s, size, seed))?;
+            study.case(&format!("vibration, {size}, seed {seed}"), |s| vibrations(s, size, seed))?;
             let criteria: &[&str] = if size == largest && seed == 1 && full {
                 &["mid-section", "particles", "half-sum", "larger-end"]
             } else {
