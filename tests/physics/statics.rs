@@ -116,8 +116,9 @@ fn random_packings_between_closed_form_and_relaxation() {
                 found.loose.mechanisms,
                 found.iterations,
             );
-            // Strain 1e-7 changes lengths and directions by as much; the rest is how far it is relaxed.
-            assert!(gap.abs() < 1e-3 && (dynamic.mean_poisson - relaxed.mean_poisson).abs() < 1e-3);
+            // Strain 1e-7 changes lengths and directions by as much; net forces of 1e-6 are left, whose work is their
+            // square: some 1e-7 in all (found: 1e-7 to 5e-10), far within the 0.1 % that is asked of the two.
+            assert!(gap.abs() < 2e-6 && (dynamic.mean_poisson - relaxed.mean_poisson).abs() < 2e-6);
             // The four shares are derivatives: a change of all shear stiffnesses by 1e-4.
             let h = 1e-4;
             let change = |factor| {

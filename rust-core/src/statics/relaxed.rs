@@ -22,9 +22,10 @@ pub struct Relaxation {
 }
 
 impl Default for Relaxation {
-    /// Strain 1e-7, damping 0.1 as in Stránský 2018, section 3.3.4; at rest at 1e-8; at most 200 000 steps.
+    /// Strain 1e-7, damping 0.1 as in Stránský 2018, section 3.3.4; at rest at 1e-6, as there (rounding of positions
+    /// some ten diameters from the origin leaves 1e-7); at most 200 000 steps.
     fn default() -> Self {
-        Self { strain: 1e-7, damping: 0.1, unbalanced: 1e-8, steps: 200_000 }
+        Self { strain: 1e-7, damping: 0.1, unbalanced: 1e-6, steps: 200_000 }
     }
 }
 
