@@ -36,6 +36,7 @@ use crate::math::Vec3;
 ///     length: 2.0001,
 ///     length_old: 2.0,
 ///     elongation: 1.0e-4,
+///     elongation_old: 0.0,
 ///     gap: 1.0e-4,
 ///     normal: Vec3::x(),
 ///     shear_increment: Vec3::zeros(),
@@ -160,7 +161,8 @@ impl ContactLaw for LinearBond {
             // The force of this step is void. The energy stored by now is released; it contains the half of this
             // step's work that the void elastic force would have taken in, which nobody did: the integration term.
             energy.damage = stored_normal + stored_shear;
-            energy.integration = -0.5 * (elastic_normal * lengthening + elastic_shear.dot(&slide));
+            let stretching = kinematics.elongation - kinematics.elongation_old;
+            energy.integration = -0.5 * (elastic_normal * stretching + elastic_shear.dot(&slide));
             energy.add_viscous(0.5 * old.normal_dashpot * lengthening);
             energy.add_viscous(0.5 * old_shear_dashpot.dot(&slide));
             return Response {
@@ -180,6 +182,11 @@ impl ContactLaw for LinearBond {
             fate: Fate::Lives,
             energy,
         }
+    }
+
+    #[inline(always)]
+    fn viscous_force(normal: &Vec3, state: &Self::State) -> Vec3 {
+        normal * state.normal_dashpot + state.shear_dashpot
     }
 
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {
@@ -309,6 +316,7 @@ mod tests {
                 length: 2.1 + elongation,
                 length_old: 2.1,
                 elongation,
+                elongation_old: 0.0,
                 gap: 0.1 + elongation,
                 normal: Vec3::x(),
                 shear_increment: Vec3::new(0.0, shear, 0.0),

@@ -8,10 +8,12 @@
 
 use rayon::prelude::*;
 
+use crate::kinematics::deformable::Widening;
 use crate::kinematics::sphere_sphere::{Columns, ImageShift, Motion};
 use crate::kinematics::{BATCH, Batch, Frame, Mode, PointKinematics, Pose};
 use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, LawState, Reference};
-use crate::math::{Mat3, Vec3};
+use crate::math::{Mat3, Symmetric, Vec3};
+use crate::solver::deformation::Dyads;
 use crate::solver::walls;
 use crate::state::contacts::{ContactBlock, Contacts, Link, Pair};
 use crate::state::{Cell, Particles, Wall};
@@ -46,6 +48,30 @@ pub struct StepContext<'a> {
     /// Whether stored energies and the squares of the contact forces are wanted: state functions, needed only when a
     /// sample is taken. (Dissipation is summed at every step.)
     pub sample: bool,
+    /// How far the surfaces of particles moved out, by particle; empty if particles do not deform.
+    pub widening: &'a [Widening],
+    /// Whether forces of dashpots strain the particles.
+    pub dashpots_strain: bool,
+}
+
+impl StepContext<'_> {
+    /// By how much the surfaces of particles `a` and `b` moved towards each other along the normals of now and of one
+    /// step ago, m.
+    #[inline(always)]
+    pub fn widening_between(&self, a: usize, b: usize, normal: &Vec3, normal_old: &Vec3) -> (f64, f64) {
+        let (a, b) = (&self.widening[a], &self.widening[b]);
+        ((a.now + b.now).quadratic(normal), (a.before + b.before).quadratic(normal_old))
+    }
+
+    /// The dyads of a contact with the force `force` on the particle from whose centre `normal` points to it, of which
+    /// dashpots exert `viscous`.
+    #[inline(always)]
+    pub fn dyads(&self, normal: &Vec3, force: &Vec3, viscous: &Vec3) -> Dyads {
+        let elastic = force - viscous;
+        let pressure = normal * elastic.dot(normal);
+        let other = if self.dashpots_strain { *force } else { elastic } - pressure;
+        Dyads { normal: Symmetric::product(normal, &pressure), other: Symmetric::product(normal, &other) }
+    }
 }
 
 /// What happened to a bond, noted by index.
@@ -107,6 +133,8 @@ pub struct TileMap {
     slots: Vec<u32>,
     /// The halo.
     halo: Vec<Wrench>,
+    /// The same slots for dyads, if particles deform.
+    dyad_halo: Vec<Dyads>,
 }
 
 impl TileMap {
@@ -146,7 +174,7 @@ impl TileMap {
             target_count[target as usize] += 1;
         }
         let halo = vec![Wrench::default(); targets.len()];
-        Self { contact_start, halo_start, target_start, slots, halo }
+        Self { contact_start, halo_start, target_start, slots, halo, dyad_halo: Vec::new() }
     }
 
     /// Halo contributions to particle `p`, in order.
@@ -156,10 +184,18 @@ impl TileMap {
         self.slots[range].iter().map(|&slot| &self.halo[slot as usize])
     }
 
+    /// Dyads from other tiles for particle `p`, in order.
+    #[inline(always)]
+    pub fn incoming_dyads(&self, p: usize) -> impl Iterator<Item = &Dyads> {
+        let range = self.target_start[p] as usize..self.target_start[p + 1] as usize;
+        self.slots[range].iter().map(|&slot| &self.dyad_halo[slot as usize])
+    }
+
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
-        4 * (self.contact_start.len() + self.halo_start.len() + self.target_start.len() + self.slots.len())
-            + size_of::<Wrench>() * self.halo.len()
+        size_of::<Dyads>() * self.dyad_halo.len()
+            + 4 * (self.contact_start.len() + self.halo_start.len() + self.target_start.len() + self.slots.len())
+                + size_of::<Wrench>() * self.halo.len()
     }
 }
 
@@ -171,22 +207,26 @@ fn is_local(b: u32, base: usize, tile_len: usize) -> bool {
 /// A block the solver can evaluate.
 pub trait EvaluatedContacts: Contacts {
     /// Evaluate all contacts: forces and torques on particles of the contact's own tile are added to `force` and
-    /// `torque`, the others go to the map's halo. Histories advance by one step.
+    /// `torque`, the others go to the map's halo. Histories advance by one step. If particles deform, the same is done
+    /// with `dyads`, which are empty otherwise.
     fn evaluate(
         &mut self,
         context: &StepContext<'_>,
         map: &mut TileMap,
         force: &mut [Vec3],
         torque: &mut [Vec3],
+        dyads: &mut [Dyads],
     ) -> Tally;
     /// Evaluate contacts with walls; `b` of a pair numbers the wall elements through all walls. Forces on particles are
-    /// added to `force` and `torque`, forces of the particles on the walls to the walls. Histories advance.
+    /// added to `force` and `torque` (and `dyads`, if particles deform), forces of the particles on the walls to the walls.
+    /// Histories advance.
     fn evaluate_walls(
         &mut self,
         context: &StepContext<'_>,
         walls: &mut [Wall],
         force: &mut [Vec3],
         torque: &mut [Vec3],
+        dyads: &mut [Dyads],
     ) -> Tally;
     /// Copy of the block behind the trait.
     fn boxed_clone(&self) -> Box<dyn EvaluatedContacts>;
@@ -206,6 +246,8 @@ struct Tile<'a, L: ContactLaw> {
     force: &'a mut [Vec3],
     torque: &'a mut [Vec3],
     halo: &'a mut [Wrench],
+    dyads: &'a mut [Dyads],
+    dyad_halo: &'a mut [Dyads],
 }
 
 impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
@@ -215,8 +257,13 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
         map: &mut TileMap,
         force: &mut [Vec3],
         torque: &mut [Vec3],
+        mut dyads: &mut [Dyads],
     ) -> Tally {
         let rows = &self.rows;
+        if !dyads.is_empty() {
+            map.dyad_halo.resize(map.halo.len(), Dyads::default());
+        }
+        let mut dyad_halo = &mut map.dyad_halo[..];
         let mut tiles = Vec::with_capacity(map.contact_start.len());
         let mut pair = &self.pair[..];
         let mut link = &mut self.link[..];
@@ -237,6 +284,8 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
                 force,
                 torque,
                 halo: halo.split_off_mut(..slots).unwrap_or_default(),
+                dyads: dyads.split_off_mut(..TILE.min(dyads.len())).unwrap_or_default(),
+                dyad_halo: dyad_halo.split_off_mut(..slots.min(dyad_halo.len())).unwrap_or_default(),
             });
         }
         let tallies: Vec<Tally> = tiles.par_iter_mut().map(|tile| dispatch(context, rows, tile)).collect();
@@ -252,8 +301,9 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
         walls: &mut [Wall],
         force: &mut [Vec3],
         torque: &mut [Vec3],
+        dyads: &mut [Dyads],
     ) -> Tally {
-        walls::evaluate(self, context, walls, force, torque)
+        walls::evaluate(self, context, walls, force, torque, dyads)
     }
     fn boxed_clone(&self) -> Box<dyn EvaluatedContacts> {
         Box::new(self.clone())
@@ -268,17 +318,17 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
 
 /// The loop over one tile with the default measure of motion, as something that [`pulp`] can run with the newest
 /// instructions of the processor. They give the same bits: nothing is fused or reordered.
-struct FiniteTileLoop<'a, 'b, L: ContactLaw> {
+struct FiniteTileLoop<'a, 'b, L: ContactLaw, const DEFORM: bool> {
     context: &'a StepContext<'a>,
     rows: &'a [L],
     tile: &'a mut Tile<'b, L>,
 }
 
-impl<L: ContactLaw> pulp::NullaryFnOnce for FiniteTileLoop<'_, '_, L> {
+impl<L: ContactLaw, const DEFORM: bool> pulp::NullaryFnOnce for FiniteTileLoop<'_, '_, L, DEFORM> {
     type Output = Tally;
     #[inline(always)]
     fn call(self) -> Tally {
-        run::<L, false, false>(Mode::Finite, self.context, self.rows, self.tile)
+        run::<L, false, false, DEFORM>(Mode::Finite, self.context, self.rows, self.tile)
     }
 }
 
@@ -286,10 +336,12 @@ impl<L: ContactLaw> pulp::NullaryFnOnce for FiniteTileLoop<'_, '_, L> {
 /// to keep the program small.
 fn dispatch<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: &mut Tile<'_, L>) -> Tally {
     let mode = context.mode;
-    if mode == Mode::Finite && context.cell.is_none() && !context.sample {
-        pulp::Arch::new().dispatch(FiniteTileLoop { context, rows, tile })
-    } else {
-        run::<L, true, true>(mode, context, rows, tile)
+    let fast = mode == Mode::Finite && context.cell.is_none() && !context.sample;
+    match (fast, context.widening.is_empty()) {
+        (true, true) => pulp::Arch::new().dispatch(FiniteTileLoop::<L, false> { context, rows, tile }),
+        (true, false) => pulp::Arch::new().dispatch(FiniteTileLoop::<L, true> { context, rows, tile }),
+        (false, true) => run::<L, true, true, false>(mode, context, rows, tile),
+        (false, false) => run::<L, true, true, true>(mode, context, rows, tile),
     }
 }
 
@@ -307,14 +359,14 @@ pub fn motion_of(particles: &Particles, p: usize) -> Motion {
 
 /// The loop over the contacts of a tile.
 #[inline(always)]
-fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
+fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>(
     mode: Mode,
     context: &StepContext<'_>,
     rows: &[L],
     tile: &mut Tile<'_, L>,
 ) -> Tally {
     let count = tile.pair.len();
-    let mut queue = Queue::<L, PERIODIC, SAMPLE> {
+    let mut queue = Queue::<L, PERIODIC, SAMPLE, DEFORM> {
         context,
         rows,
         base: tile.base,
@@ -326,6 +378,8 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
         force: tile.force,
         torque: tile.torque,
         halo: tile.halo,
+        dyads: tile.dyads,
+        dyad_halo: tile.dyad_halo,
         tally: Tally::default(),
         waiting: [Waiting::default(); BATCH],
     };
@@ -346,7 +400,7 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
                 queue.waiting[waiting] = Waiting { contact: k as u32, slot, begins: !carried };
                 waiting += 1;
             } else if slot != LOCAL {
-                queue.halo[slot as usize] = Wrench::default();
+                queue.leave_empty(slot);
             }
             k += 1;
         }
@@ -359,7 +413,7 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
 const LOCAL: u32 = u32::MAX;
 
 /// A tile at work: contacts wait here until a batch of them is measured, then the law answers them in order.
-struct Queue<'a, L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> {
+struct Queue<'a, L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> {
     context: &'a StepContext<'a>,
     rows: &'a [L],
     base: usize,
@@ -371,6 +425,8 @@ struct Queue<'a, L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> {
     force: &'a mut [Vec3],
     torque: &'a mut [Vec3],
     halo: &'a mut [Wrench],
+    dyads: &'a mut [Dyads],
+    dyad_halo: &'a mut [Dyads],
     tally: Tally,
     waiting: [Waiting; BATCH],
 }
@@ -384,7 +440,16 @@ struct Waiting {
     begins: bool,
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Queue<'_, L, PERIODIC, SAMPLE> {
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> Queue<'_, L, PERIODIC, SAMPLE, DEFORM> {
+    /// Nothing comes from the contact of this halo slot.
+    #[inline(always)]
+    fn leave_empty(&mut self, slot: u32) {
+        self.halo[slot as usize] = Wrench::default();
+        if DEFORM {
+            self.dyad_halo[slot as usize] = Dyads::default();
+        }
+    }
+
     #[inline(always)]
     fn image(&self, k: usize) -> ImageShift {
         match self.context.cell {
@@ -407,16 +472,20 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Queue<'_, L, PERIO
         let image = self.image(k);
         let particles = self.context.particles;
         let (radius_a, radius_b) = (particles.radius[a], particles.radius[b]);
-        let (a, b) = (motion_of(particles, a), motion_of(particles, b));
-        let between = b.position + image.displacement - a.position;
+        let (motion_a, motion_b) = (motion_of(particles, a), motion_of(particles, b));
+        let between = motion_b.position + image.displacement - motion_a.position;
         let length = between.norm();
         let kept = link.has(Link::KEPT_REFERENCE);
-        let opening = if kept { length - self.reference[k].length } else { length - radius_a - radius_b };
+        let mut opening = if kept { length - self.reference[k].length } else { length - radius_a - radius_b };
+        if DEFORM {
+            let normal = between / length;
+            opening -= self.context.widening_between(a, b, &normal, &normal).0;
+        }
         if opening >= 0.0 {
             return false;
         }
         // Where it was one step ago follows from the velocities, so that candidates need no memory.
-        let before = between - (b.velocity + image.velocity - a.velocity) * self.context.dt;
+        let before = between - (motion_b.velocity + image.velocity - motion_a.velocity) * self.context.dt;
         let length_before = before.norm();
         self.frame[k] = Frame { normal: before / length_before, length: length_before };
         self.link[k].flags |= Link::ACTIVE;
@@ -427,7 +496,9 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Queue<'_, L, PERIO
     }
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Batch<L::Kinematics> for Queue<'_, L, PERIODIC, SAMPLE> {
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> Batch<L::Kinematics>
+    for Queue<'_, L, PERIODIC, SAMPLE, DEFORM>
+{
     #[inline(always)]
     fn poses(&self, i: usize) -> ([Pose; 2], Vec3) {
         let k = self.waiting[i].contact as usize;
@@ -465,14 +536,24 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Batch<L::Kinematic
     fn answer(&mut self, i: usize, kinematics: &L::Kinematics) {
         let Waiting { contact, slot, begins } = self.waiting[i];
         let k = contact as usize;
-        let (pair, link) = (self.pair[k], &mut self.link[k]);
+        let pair = self.pair[k];
         let (a, b) = (pair.a as usize, pair.b as usize);
+        let deformed;
+        let kinematics = if DEFORM {
+            let normal = kinematics.point().normal;
+            let (now, before) = self.context.widening_between(a, b, &normal, &self.frame[k].normal);
+            deformed = kinematics.widened(now, before);
+            &deformed
+        } else {
+            kinematics
+        };
+        let link = &mut self.link[k];
         let history = &mut self.history[k];
         let tally = &mut self.tally;
         let response = self.rows[link.row as usize].respond(kinematics, history, self.context.dt);
         let point = kinematics.point();
         let (normal, arm_a, arm_b) = (point.normal, point.arm_a, point.arm_b);
-        if begins && link.has(Link::KEPT_REFERENCE) && point.length_old < self.reference[k].length {
+        if begins && link.has(Link::KEPT_REFERENCE) && point.elongation_old < 0.0 {
             tally.energy.damage -= taken_over(*point, response.force, response.energy);
         }
         self.frame[k] = Frame { normal, length: point.length };
@@ -487,7 +568,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Batch<L::Kinematic
                 note(&mut tally.incidents, pair, 1.0, place, response.energy, true);
             }
             if slot != LOCAL {
-                self.halo[slot as usize] = Wrench::default();
+                self.leave_empty(slot);
             }
             return;
         }
@@ -521,6 +602,16 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Batch<L::Kinematic
             torque_a += response.moment;
             torque_b -= response.moment;
         }
+        if DEFORM {
+            // The same for both: B has the opposite force at the opposite side.
+            let dyads = self.context.dyads(&normal, &force, &L::viscous_force(&normal, history));
+            self.dyads[a - self.base] += dyads;
+            if slot == LOCAL {
+                self.dyads[b - self.base] += dyads;
+            } else {
+                self.dyad_halo[slot as usize] = dyads;
+            }
+        }
         self.force[a - self.base] += force;
         self.torque[a - self.base] += torque_a;
         if slot == LOCAL {
@@ -537,7 +628,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Batch<L::Kinematic
 #[cold]
 #[inline(never)]
 fn taken_over(point: PointKinematics, force: Vec3, energy: EnergySplit) -> f64 {
-    let along = point.normal * (point.length - point.length_old);
+    let along = point.normal * (point.elongation - point.elongation_old);
     let work = 0.5 * force.dot(&(along + point.shear_increment));
     energy.stored() + energy.dissipated() + energy.integration - work
 }
