@@ -20,9 +20,9 @@
 //!
 //! **Who acts.** Contacts with particles and walls; given forces, if they are said to act on the surface
 //! ([`Load::dyad`](crate::state::Load)); and the reactions of prescribed translations. Where a reaction meets the surface
-//! is not known; it is taken opposite to the contacts: with their net force `F`, `e = F/|F|`, the lever is
-//! `−R m/|m|`, `m = 2T·e − e tr T`, which for a single contact is exactly `−n`. Gravity and inertia are body forces and
-//! have no lever.
+//! is not known; it is taken opposite to the contacts, with the lever `−R Σn/max(1, |Σn|)`: exactly opposite to a single
+//! contact, outwards at a surface, none where contacts lie all around. Gravity and inertia are body forces and have no
+//! lever.
 //!
 //! **What is not conserved.** Shear forces strain the particles, but do not feel that strain, so that the scheme has no
 //! potential when they act; the ledger books what that makes or loses as a term of its own

@@ -12,7 +12,8 @@
 //! in N, m, s, kg. Forces are those on A, positive in tension. (2.38) is printed with `‖f_n‖`, its prose says tension;
 //! tension is implemented. Failure compares the whole forces, dashpots included, as printed. It is instantaneous;
 //! the stored energy at that moment is released as [`EnergySplit::damage`], and the pair goes on as an unbonded
-//! contact. Rates are the mean rates of the step.
+//! contact. A bond that was let go ([`PointKinematics::bonded`] false) breaks under any force. Rates are the mean rates of
+//! the step.
 //!
 //! Whether the springs start unstressed is open in Madan 2019; see [`LinearBond::subtract_initial_gap`].
 
@@ -157,7 +158,8 @@ impl ContactLaw for LinearBond {
 
         // for a breaking bond, these tell how the released energy was stored
         let mut energy = EnergySplit { stored_normal, stored_shear, ..EnergySplit::default() };
-        if normal_force >= self.normal_strength || shear_force.norm() >= self.shear_strength {
+        let fails = normal_force >= self.normal_strength || shear_force.norm() >= self.shear_strength;
+        if fails || !kinematics.bonded {
             // The force of this step is void. The energy stored by now is released; it contains the half of this
             // step's work that the void elastic force would have taken in, which nobody did: the integration term.
             energy.damage = stored_normal + stored_shear;

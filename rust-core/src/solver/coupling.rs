@@ -11,7 +11,7 @@
 //!   `½k(a + b)² ≤ k a² + k b²`.
 //!
 //! Reactions of prescribed translations strain the particles too and make `P` unsymmetric; where there are any, the
-//! spectral radius is followed by power iteration as well, with the lever opposite to the mean of the contact normals.
+//! spectral radius is found by power iteration as well, and the larger value counts.
 //!
 //! **Time step.** In the highest mode of the lagged scheme the sign alternates from step to step, `T` lagging by one: the
 //! central differences then see the stiffness `K + Gᵀ k Nᵀ C^½ (1−P)⁻¹ C^½ N k G`, `G` from displacements to
@@ -20,6 +20,7 @@
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use rayon::prelude::*;
 
+use super::deformation::reaction_lever;
 use super::lanczos::{self, Interval};
 use crate::kinematics::deformable::Deformable;
 use crate::kinematics::sphere_sphere::fresh_frame;
@@ -140,8 +141,8 @@ impl Coupling {
             }
         }
         let held = (0..particles.len())
-            .filter(|&p| held_by(p) != 0 && normals[p].norm() > 1e-9)
-            .map(|p| (p, held_by(p), -normals[p] / normals[p].norm()))
+            .filter(|&p| held_by(p) != 0)
+            .map(|p| (p, held_by(p), reaction_lever(&normals[p])))
             .collect();
         Self { springs, roots, planar, held }
     }

@@ -21,13 +21,24 @@ use crate::math::{Symmetric, Vec3};
 use crate::state::particles::load_dyad;
 use crate::state::{Constraint, Deformation, Particles};
 
-/// Dyads `Σ ½(n⊗f + f⊗n)` of the contacts of a particle, N.
+/// What the contacts of a particle do to its shape: dyads `Σ ½(n⊗f + f⊗n)`, N.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Dyads {
     /// Of elastic normal forces.
     pub normal: Symmetric,
     /// Of all other forces that strain the particle.
     pub other: Symmetric,
+    /// Sum of the directions of the contacts, `Σ n`.
+    pub side: Vec3,
+}
+
+impl Dyads {
+    /// The same contact seen from its other particle: force and direction are both opposite.
+    #[inline(always)]
+    #[must_use]
+    pub fn opposite(&self) -> Self {
+        Self { side: -self.side, ..*self }
+    }
 }
 
 impl std::ops::AddAssign for Dyads {
@@ -35,6 +46,7 @@ impl std::ops::AddAssign for Dyads {
     fn add_assign(&mut self, other: Self) {
         self.normal += other.normal;
         self.other += other.other;
+        self.side += other.side;
     }
 }
 
@@ -121,9 +133,9 @@ impl DeformationPass {
     /// All that strains particle `p`, and the part of it that is reaction, N. `force` is the net contact force.
     #[inline(always)]
     fn total(&self, p: usize, particles: &Particles, force: &Vec3) -> (Symmetric, Symmetric) {
-        let contacts = self.dyads[p].normal + self.dyads[p].other;
-        let reaction = reaction(particles, p, force, &contacts);
-        (contacts + load_dyad(&particles.loads, p as u32) + reaction, reaction)
+        let Dyads { normal, other, side } = self.dyads[p];
+        let reaction = reaction(particles, p, force, &side);
+        (normal + other + load_dyad(&particles.loads, p as u32) + reaction, reaction)
     }
 
     /// Difference between the dyads that the forces of the last evaluation give and those that its strains were computed
@@ -193,24 +205,22 @@ impl DeformationPass {
     }
 }
 
-/// Dyad of the reaction of a prescribed translation, N; the lever is explained in
-/// [`kinematics::deformable`](crate::kinematics::deformable).
+/// Dyad of the reaction of a prescribed translation, N.
 #[inline(always)]
-fn reaction(particles: &Particles, p: usize, force: &Vec3, contacts: &Symmetric) -> Symmetric {
+fn reaction(particles: &Particles, p: usize, force: &Vec3, side: &Vec3) -> Symmetric {
     let held = particles.constraint[p].0 & Constraint::TRANSLATION.0;
-    let size = force.norm();
-    if held == 0 || size == 0.0 {
+    if held == 0 {
         return Symmetric::default();
     }
     let (load, _) = particles.load(p as u32);
     let reaction = Vec3::from_fn(|i, _| if held >> i & 1 == 1 { -(force[i] + load[i]) } else { 0.0 });
-    let along = force / size;
-    let towards_contacts = contacts.times(&along) * 2.0 - along * contacts.trace();
-    let distance = towards_contacts.norm();
-    if distance == 0.0 {
-        return Symmetric::default();
-    }
-    Symmetric::product(&(towards_contacts / -distance), &reaction)
+    Symmetric::product(&reaction_lever(side), &reaction)
+}
+
+/// Lever of the reaction of a prescribed translation, by the radius: see
+/// [`kinematics::deformable`](crate::kinematics::deformable). `side` is the sum of the directions of the contacts.
+pub fn reaction_lever(side: &Vec3) -> Vec3 {
+    side / -side.norm().max(1.0)
 }
 
 /// Tolerance, limit, and share of the iteration, if there is one.

@@ -70,7 +70,11 @@ impl StepContext<'_> {
         let elastic = force - viscous;
         let pressure = normal * elastic.dot(normal);
         let other = if self.dashpots_strain { *force } else { elastic } - pressure;
-        Dyads { normal: Symmetric::product(normal, &pressure), other: Symmetric::product(normal, &other) }
+        Dyads {
+            normal: Symmetric::product(normal, &pressure),
+            other: Symmetric::product(normal, &other),
+            side: *normal,
+        }
     }
 }
 
@@ -603,13 +607,12 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             torque_b -= response.moment;
         }
         if DEFORM {
-            // The same for both: B has the opposite force at the opposite side.
             let dyads = self.context.dyads(&normal, &force, &L::viscous_force(&normal, history));
             self.dyads[a - self.base] += dyads;
             if slot == LOCAL {
-                self.dyads[b - self.base] += dyads;
+                self.dyads[b - self.base] += dyads.opposite();
             } else {
-                self.dyad_halo[slot as usize] = dyads;
+                self.dyad_halo[slot as usize] = dyads.opposite();
             }
         }
         self.force[a - self.base] += force;

@@ -5,6 +5,8 @@
 
 pub mod coupling;
 pub mod deformation;
+#[cfg(test)]
+mod deformation_tests;
 pub mod energy;
 pub mod forces;
 pub mod integrate;
@@ -561,6 +563,8 @@ impl Solver {
                 if let Some(deformable) = &self.model.deformable {
                     *strain = self.pass.relax(deformable, relaxation, &state.particles, &self.force);
                 }
+                // A bond that broke once stays so: bonds that break and heal in turn would keep strains from settling.
+                start.release(&report.incidents);
                 start.restore(state);
                 if self.needs_search(state, *strain) {
                     self.search(state, *strain)?;
@@ -593,6 +597,18 @@ impl Histories {
             bonds: state.bonds.iter().map(|block| block.boxed_clone()).collect(),
             contacts: state.contacts.as_ref().map(|block| block.boxed_clone()),
             wall_contacts: state.wall_contacts.as_ref().map(|block| block.boxed_clone()),
+        }
+    }
+
+    /// Let go of the bonds that broke among `incidents`: they break when they are evaluated.
+    fn release(&mut self, incidents: &[(usize, Incident)]) {
+        for (k, block) in self.bonds.iter_mut().enumerate() {
+            let broke = |(at, incident): &&(usize, Incident)| *at == k && incident.broke;
+            let mut pairs: Vec<Pair> = incidents.iter().filter(broke).map(|(_, incident)| incident.pair).collect();
+            if !pairs.is_empty() {
+                pairs.sort_unstable();
+                block.contacts_mut().release(&|pair| pairs.binary_search(pair).is_ok());
+            }
         }
     }
 
