@@ -16,8 +16,8 @@ use crate::math::Vec3;
 use crate::neighbor::{NeighborError, spatial_order};
 use crate::plan::{Plan, Stop};
 use crate::scenario::{self, Scenario, Selection};
-use crate::solver::integrate::Damping;
 use crate::solver::coupling::Convergence;
+use crate::solver::integrate::Damping;
 use crate::solver::time_step::{self, TimeStepBounds};
 use crate::solver::{Model, Scheme};
 use crate::state::contacts::ContactBlock;
@@ -440,7 +440,9 @@ fn hydrostatic_strength(scenario: &Scenario) -> HydrostaticStrength {
 }
 
 fn memory(state: &State) -> usize {
-    let particles = state.particles.len() * 272;
+    // Strains and dyads where particles deform: 192 bytes of state, 264 of scratch.
+    let each = if state.particles.deformation.is_empty() { 272 } else { 272 + 456 };
+    let particles = state.particles.len() * each;
     let contacts: usize = state
         .bonds
         .iter()

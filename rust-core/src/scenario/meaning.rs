@@ -7,8 +7,8 @@ use super::error::{Problem, ProblemKind};
 use super::quantity::{Component, Dimension, Length, Quantity, vector};
 use super::structure::{listing, nearest};
 use super::{
-    Axis, BeamModel, CohesiveBeam, Cpm, CpmMode, DamageLaw, DeformableUpdate, Frictional, LawName, Loading, Packing, Radii, Scenario,
-    Selection, Shape, WallShape, YieldSurface,
+    Axis, BeamModel, CohesiveBeam, Cpm, CpmMode, DamageLaw, DeformableUpdate, Frictional, LawName, Loading, Packing,
+    Radii, Scenario, Selection, Shape, WallShape, YieldSurface,
 };
 use crate::math::Vec3;
 
@@ -545,7 +545,8 @@ impl Checker<'_> {
         let first = scenario.materials.iter().position(|material| material.deformable.is_some());
         if let Some(options) = &scenario.deformable {
             if first.is_none() {
-                let help = "add `deformable = { young = \"200 GPa\", poisson = 0.3 }` to a material, or remove [deformable]";
+                let help =
+                    "add `deformable = { young = \"200 GPa\", poisson = 0.3 }` to a material, or remove [deformable]";
                 self.conflict("deformable", "no material is deformable", help);
             }
             if let Some(condition) = options.condition
@@ -556,7 +557,11 @@ impl Checker<'_> {
                 } else {
                     "spheres are \"solid\"; leave it out, or use dimension = 2"
                 };
-                self.conflict("deformable.condition", format!("not a condition in dimension {}", scenario.dimension), help);
+                self.conflict(
+                    "deformable.condition",
+                    format!("not a condition in dimension {}", scenario.dimension),
+                    help,
+                );
             }
             if options.update == DeformableUpdate::Lagged {
                 let given = [

@@ -42,7 +42,8 @@ pub use bodies::{AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Sele
 pub use error::{Problem, ProblemKind, ScenarioError, Source};
 pub use material::{
     BeamModel, Bonds, CohesiveBeam, Condition, ContactLawName, Contacts, Cpm, CpmMode, DamageLaw, Deformable,
-    DeformableUpdate, Frictional, HertzMindlin, Interface, LawName, LinearBond, Material, ParticleElasticity, YieldSurface,
+    DeformableUpdate, Frictional, HertzMindlin, Interface, LawName, LinearBond, Material, ParticleElasticity,
+    YieldSurface,
 };
 pub use motion::{Damping, DampingForm, Integration, Lateral, Loading, Output, Safety, Scheme, Stop};
 pub use packing::{Axis, Lattice, Packing, Radii, Shape};

@@ -29,6 +29,7 @@ templates! {
     "cpm-periodic": "periodic cell of concrete under a prescribed strain path",
     "granular-box": "a column of frictional spheres collapses in a box",
     "hertz-impact": "two glass spheres collide",
+    "deformable-discs": "two-dimensional bar of discs that deform under their contacts, pressed at its ends",
     "linear-bond-bar": "two-dimensional bar of discs with brittle bonds, pulled until it breaks",
 }
 

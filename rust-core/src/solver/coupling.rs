@@ -216,7 +216,8 @@ impl Coupling {
             .par_iter()
             .enumerate()
             .map(|(p, block)| {
-                let half = Matrix6::from_columns(&std::array::from_fn::<_, 6, _>(|i| self.root(p, &block.column(i).into())));
+                let half =
+                    Matrix6::from_columns(&std::array::from_fn::<_, 6, _>(|i| self.root(p, &block.column(i).into())));
                 let whole = half.transpose();
                 let scaled =
                     Matrix6::from_columns(&std::array::from_fn::<_, 6, _>(|i| self.root(p, &whole.column(i).into())));
@@ -263,15 +264,12 @@ impl Coupling {
 
     /// Forces that the displacements `displacement` add through the strains of the particles when signs alternate from
     /// step to step: `add(p, force)` for both ends of each spring.
-    pub(super) fn add_stiffening(
-        &self,
-        displacement: impl Fn(usize) -> Vec3,
-        mut add: impl FnMut(usize, Vec3),
-    ) {
+    pub(super) fn add_stiffening(&self, displacement: impl Fn(usize) -> Vec3, mut add: impl FnMut(usize, Vec3)) {
         let n = self.roots.len();
         let mut right = vec![Vector6::zeros(); n];
         for spring in &self.springs {
-            let [a, b] = [spring.a, spring.b].map(|p| if p == u32::MAX { Vec3::zeros() } else { displacement(p as usize) });
+            let [a, b] =
+                [spring.a, spring.b].map(|p| if p == u32::MAX { Vec3::zeros() } else { displacement(p as usize) });
             let force = spring.stiffness * spring.normal.dot(&(b - a));
             let dyad = spring.dyad();
             for p in spring.ends() {

@@ -74,6 +74,8 @@ pub struct DeformationPass {
     pub dyads: Vec<Dyads>,
     /// The dyads that the present strains were computed from, while they are iterated.
     guess: Vec<Symmetric>,
+    /// [`Dyads::other`] of the first evaluation of a step, which stays while the strains are iterated.
+    kept: Vec<Symmetric>,
 }
 
 impl DeformationPass {
@@ -130,10 +132,18 @@ impl DeformationPass {
         });
     }
 
-    /// All that strains particle `p`, and the part of it that is reaction, N. `force` is the net contact force.
+    /// Keep the other forces as they are now for the iterations that follow. They depend on the strains only through the
+    /// limit of friction, which jumps when a contact closes against its dashpot: iterated, they would not settle.
+    pub fn keep_others(&mut self) {
+        self.kept.clear();
+        self.kept.extend(self.dyads.iter().map(|dyads| dyads.other));
+    }
+
+    /// All that strains particle `p` with the other contact forces `other`, and the part of it that is reaction, N. `force`
+    /// is the net contact force.
     #[inline(always)]
-    fn total(&self, p: usize, particles: &Particles, force: &Vec3) -> (Symmetric, Symmetric) {
-        let Dyads { normal, other, side } = self.dyads[p];
+    fn total(&self, p: usize, other: Symmetric, particles: &Particles, force: &Vec3) -> (Symmetric, Symmetric) {
+        let Dyads { normal, side, .. } = self.dyads[p];
         let reaction = reaction(particles, p, force, &side);
         (normal + other + load_dyad(&particles.loads, p as u32) + reaction, reaction)
     }
@@ -143,7 +153,7 @@ impl DeformationPass {
     pub fn disagreement(&self, particles: &Particles, force: &[Vec3]) -> f64 {
         let (mut change, mut size) = (0.0, 0.0);
         for (p, guess) in self.guess.iter().enumerate() {
-            let (result, _) = self.total(p, particles, &force[p]);
+            let (result, _) = self.total(p, self.kept[p], particles, &force[p]);
             let difference = result - *guess;
             change += difference.contract(&difference);
             size += result.contract(&result);
@@ -156,7 +166,7 @@ impl DeformationPass {
     pub fn relax(&mut self, deformable: &Deformable, relaxation: f64, particles: &Particles, force: &[Vec3]) -> f64 {
         let mut relaxed = std::mem::take(&mut self.guess);
         for (p, guess) in relaxed.iter_mut().enumerate() {
-            let (result, _) = self.total(p, particles, &force[p]);
+            let (result, _) = self.total(p, self.kept[p], particles, &force[p]);
             *guess += (result - *guess) * relaxation;
         }
         self.guess = relaxed;
@@ -173,7 +183,7 @@ impl DeformationPass {
                 let mut sums = DeformationSums::default();
                 for (i, deformation) in deformation.iter_mut().enumerate() {
                     let p = chunk * TILE + i;
-                    let (dyad, reaction) = self.total(p, particles, &force[p]);
+                    let (dyad, reaction) = self.total(p, self.dyads[p].other, particles, &force[p]);
                     let new = Deformation { dyad, used: self.guess[p], other: self.dyads[p].other, reaction };
                     let old = std::mem::replace(deformation, new);
                     let Widening { now, before } = self.widening[p];

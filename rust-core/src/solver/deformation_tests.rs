@@ -102,7 +102,10 @@ fn row_of_two_follows_its_sequence() {
             power *= -ratio;
             let expected = limit * (1.0 - power);
             let force = solver.forces()[0].x;
-            assert!((force - expected).abs() < 1e-12 * limit.abs() * power.abs().max(1.0), "{young:e} {k}: {force} {expected}");
+            assert!(
+                (force - expected).abs() < 1e-12 * limit.abs() * power.abs().max(1.0),
+                "{young:e} {k}: {force} {expected}"
+            );
         }
         if table > 0.0 {
             assert!((-limit * 1e-3 / table - 1.0).abs() < 6e-4, "{limit} {table}");
@@ -395,7 +398,12 @@ fn time_step_bounds_of_the_specimens() {
     ] {
         let state = bonded(discs(&places, |_| RADIUS), spring(0.0, 0.0), 1.01);
         let bounds = time_step::bounds_with(&state, pass).0;
-        println!("{name}: {:.5} ({} iterations), per particle {:.5}", bounds.spectral / unit, bounds.iterations, bounds.per_particle / unit);
+        println!(
+            "{name}: {:.5} ({} iterations), per particle {:.5}",
+            bounds.spectral / unit,
+            bounds.iterations,
+            bounds.per_particle / unit
+        );
         assert!((bounds.spectral / unit - expected).abs() < 1e-4, "{name}: {}", bounds.spectral / unit);
         assert!(bracket[0] < bounds.spectral && bounds.spectral < bracket[1], "{name}: {:e}", bounds.spectral);
         assert!(bounds.per_particle <= bounds.spectral);
@@ -419,9 +427,8 @@ fn swing(deformable: Option<&Deformable>, dt: f64) -> (f64, f64) {
     state.clock.dt = dt;
     let model = Model { deformable: deformable.cloned(), scheme: Scheme::VelocityVerlet, ..Model::default() };
     let mut solver = Solver::new(model, &mut state).unwrap();
-    let project = |s: &State| -> f64 {
-        (0..n as usize).map(|k| shape[k] * (s.particles.position[k].y - places[k].1)).sum()
-    };
+    let project =
+        |s: &State| -> f64 { (0..n as usize).map(|k| shape[k] * (s.particles.position[k].y - places[k].1)).sum() };
     // Peaks by parabolas through three values; crossings by lines.
     let (mut last, mut now) = (0.0, 0.0);
     let (mut crossings, mut peaks) = (Vec::new(), Vec::new());

@@ -75,13 +75,7 @@ pub struct Ledger {
 impl Ledger {
     /// Book one step: energies of the contacts, sums of the kick, what the deformation of particles did (the work of loads
     /// and reactions is that of the caller), and work of cell and walls (before, after).
-    pub fn book(
-        &mut self,
-        contacts: &EnergySplit,
-        kick: &KickSums,
-        deformation: &DeformationSums,
-        others: [f64; 2],
-    ) {
+    pub fn book(&mut self, contacts: &EnergySplit, kick: &KickSums, deformation: &DeformationSums, others: [f64; 2]) {
         self.kinetic = kick.kinetic;
         self.stored = [contacts.stored_normal, contacts.stored_shear, contacts.stored_bending, contacts.stored_twist];
         self.deformation = deformation.stored;

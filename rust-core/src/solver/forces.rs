@@ -199,7 +199,7 @@ impl TileMap {
     pub fn bytes(&self) -> usize {
         size_of::<Dyads>() * self.dyad_halo.len()
             + 4 * (self.contact_start.len() + self.halo_start.len() + self.target_start.len() + self.slots.len())
-                + size_of::<Wrench>() * self.halo.len()
+            + size_of::<Wrench>() * self.halo.len()
     }
 }
 
@@ -444,7 +444,9 @@ struct Waiting {
     begins: bool,
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> Queue<'_, L, PERIODIC, SAMPLE, DEFORM> {
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>
+    Queue<'_, L, PERIODIC, SAMPLE, DEFORM>
+{
     /// Nothing comes from the contact of this halo slot.
     #[inline(always)]
     fn leave_empty(&mut self, slot: u32) {

@@ -575,6 +575,9 @@ impl Solver {
             let StepReport { searched, evaluations, .. } = *report;
             *report = StepReport { searched, evaluations, ..StepReport::default() };
             let crossing = self.evaluate(state, sample, report);
+            if iteration == 0 {
+                self.pass.keep_others();
+            }
             change = self.pass.disagreement(&state.particles, &self.force);
             if change <= tolerance {
                 return Ok(crossing);

@@ -190,8 +190,7 @@ impl Particles {
             LoadLever::Pull => 1.0,
             LoadLever::Push => -1.0,
         };
-        let dyad =
-            if size > 0.0 { Symmetric::product(&(force * (sign / size)), &force) } else { Symmetric::default() };
+        let dyad = if size > 0.0 { Symmetric::product(&(force * (sign / size)), &force) } else { Symmetric::default() };
         match self.loads.binary_search_by_key(&particle, |load| load.particle) {
             Ok(at) => {
                 self.loads[at].force += force;
