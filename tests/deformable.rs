@@ -194,7 +194,8 @@ impl Sample {
         for step in 0..60_000 {
             let look = step % 50 == 49;
             let report = solver.step_with(&mut state, look).expect("stable");
-            if look && unbalanced(&report) < 1e-5 {
+            // In a lattice forces are in balance from the start, but strains settle with ρ per step.
+            if look && step > 500 && unbalanced(&report) < 1e-5 {
                 break;
             }
         }

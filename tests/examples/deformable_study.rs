@@ -62,9 +62,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 "fcc" => Lattice::FaceCentered.periodic(radius, [2; 3])?,
                 _ => random_dense(&RandomDense::jammed(2000, radius, 0.0, text(2)?.parse()?), &mut |_| ())?.packing,
             };
+            // A frictionless packing has 6 contacts per sphere and hardly resists shear; 8 bonds make a solid of it.
             let random = text(1)? == "random";
             let fraction = packing.packing_fraction().unwrap_or(0.0);
-            let ratio = if random { ratio_for_coordination(&packing, 6.5) } else { 1.01 };
+            let ratio = if random { ratio_for_coordination(&packing, 8.0) } else { 1.01 };
             let sample = Sample { packing, planar: false, ratio, normal };
             let z = sample.voigt_modulus().1;
             let deformable = (softness > 0.0).then(|| elastic(normal / (radius * softness), poisson, Condition::Solid));
