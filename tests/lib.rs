@@ -2,6 +2,7 @@
 //!
 //! Here is what several of them share: materials, specimens, and the reader of gold files.
 
+pub mod deformable;
 pub mod gold;
 
 use concordem::assembly::bonding::bond;

@@ -5,9 +5,10 @@ use std::hint::black_box;
 
 use concordem::assembly::bonding::bond;
 use concordem::assembly::mass_of;
+use concordem::kinematics::deformable::{Condition, Deformable, Update};
 use concordem::kinematics::sphere_sphere::{ImageShift, Motion, fresh_frame, measure};
 use concordem::kinematics::{Frame, Mode};
-use concordem::law::{ContactGeometry, ContactLaw, Cpm, CpmParameters, CpmState};
+use concordem::law::{ContactGeometry, ContactLaw, Cpm, CpmParameters, CpmState, Elastic, LinearBond};
 use concordem::math::{Quat, Vec3};
 use concordem::neighbor::{candidate_pairs, spatial_order};
 use concordem::solver::{MaterialRows, Model, Solver};
@@ -107,5 +108,45 @@ fn whole_step(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(parts, single_contact, neighbour_search, whole_step);
+/// A bonded step with and without the pass over deformable particles, which must not cost more than half as much again.
+fn deformable_step(c: &mut Criterion) {
+    let mut group = c.benchmark_group("bonded step, linear bond");
+    group.sample_size(10);
+    let particles = block(30);
+    let mut rows = MaterialRows::new(1);
+    rows.set(0, 0, 0);
+    let linear = LinearBond::new(1e7, 5e6, 0.0, f64::INFINITY, f64::INFINITY).expect("valid stiffness");
+    let mut bonds = ContactBlock::new(vec![linear]);
+    let count = bond(&mut bonds, &rows, &particles, None, 1.5).expect("finite positions");
+    let mut state = State { particles, bonds: vec![Box::new(bonds)], ..State::default() };
+    state.clock.dt = 2.4787e-7;
+    let deformable = Deformable {
+        elasticity: vec![Elastic { young: 1e12, poisson: 0.3 }],
+        condition: Condition::Solid,
+        update: Update::Lagged,
+        dashpots: false,
+    };
+    for (name, deformable) in [("rigid", None), ("deformable", Some(deformable))] {
+        group.throughput(Throughput::Elements(count as u64));
+        group.bench_function(name, |bench| {
+            bench.iter_batched_ref(
+                || {
+                    let mut state = state.clone();
+                    let model = Model { deformable: deformable.clone(), ..Model::default() };
+                    let solver = Solver::new(model, &mut state).expect("a sound state");
+                    (state, solver)
+                },
+                |(state, solver)| {
+                    for _ in 0..10 {
+                        solver.step_with(state, false).expect("stable");
+                    }
+                },
+                BatchSize::PerIteration,
+            );
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(parts, single_contact, neighbour_search, whole_step, deformable_step);
 criterion_main!(parts);

@@ -3,6 +3,10 @@
 //! All transcendental functions used by the solver come from [`libm`] (pure Rust), so that a result does not depend
 //! on the C library or processor of the machine. `sqrt` is correctly rounded everywhere and is used directly.
 
+mod symmetric;
+
+pub use symmetric::Symmetric;
+
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
 /// Vector of three reals. Positions in m, velocities in m/s, forces in N and so on, as the context says.

@@ -10,11 +10,14 @@ pub(crate) mod samples;
 use std::path::Path;
 
 use crate::fracture::virial::HydrostaticStrength;
+use crate::kinematics::deformable::{Condition, Deformable, Update};
+use crate::law::Elastic;
 use crate::law::cpm::Cpm;
 use crate::math::Vec3;
 use crate::neighbor::{NeighborError, spatial_order};
 use crate::plan::{Plan, Stop};
 use crate::scenario::{self, Scenario, Selection};
+use crate::solver::coupling::Convergence;
 use crate::solver::integrate::Damping;
 use crate::solver::time_step::{self, TimeStepBounds};
 use crate::solver::{Model, Scheme};
@@ -66,6 +69,27 @@ pub enum AssemblyError {
         /// Largest angular frequency, rad/s.
         frequency: f64,
     },
+    /// The strains of deformable particles and the forces would not find each other.
+    #[error(
+        "material.deformable: strains and forces do not settle, the spectral radius of their iteration is \
+         {spectral_radius:.5}; the particles' Young's modulus must be above {young:.5e} Pa{}, or set \
+         integration.allow_unstable = true to run it all the same",
+        if *lagged {
+            format!(" (or write deformable.update = \"iterated\" with relaxation below {relaxation:.3})")
+        } else {
+            format!(" (or lower deformable.relaxation below {relaxation:.3})")
+        }
+    )]
+    NotConvergent {
+        /// Spectral radius of the iteration.
+        spectral_radius: f64,
+        /// Whether the strains lag.
+        lagged: bool,
+        /// Relaxation below which the iteration converges.
+        relaxation: f64,
+        /// Least modulus of the softest material, if all are scaled alike, Pa.
+        young: f64,
+    },
     /// `time_step = "auto"` has nothing to go by.
     #[error("integration.time_step is \"auto\", but no contact gives a bound: give a time step in seconds")]
     NoTimeStep,
@@ -109,6 +133,8 @@ pub struct Summary {
     pub specimen: Option<(f64, f64)>,
     /// Stability bounds.
     pub bounds: TimeStepBounds,
+    /// Whether strains and forces of deformable particles find each other.
+    pub convergence: Option<Convergence>,
     /// `min r √(ρ/E)`, s, with the stiffest modulus of the materials, if any law has a modulus.
     pub p_wave: Option<f64>,
     /// The run was allowed to be unstable, and is.
@@ -222,6 +248,7 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
         gravity: scenario::quantity::vector(&scenario.integration.gravity),
         damage_threshold: scenario.output.events_damage.si(),
         hydrostatic_strength: hydrostatic_strength(scenario),
+        deformable: deformable(scenario),
         ..Model::default()
     };
     let mut bonds = 0;
@@ -283,7 +310,10 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
     let mut probe = state.clone();
     // Let candidates near each other count, as if they touched.
     crate::solver::Solver::new(model.clone(), &mut probe).map_err(|error| unfit("packing", error.to_string()))?;
-    let bounds = time_step::bounds(&probe);
+    let (bounds, convergence) = time_step::bounds_with(&probe, model.deformable.as_ref());
+    if let (Some(deformable), Some(convergence)) = (&model.deformable, convergence) {
+        settles(deformable, &convergence, scenario.integration.allow_unstable)?;
+    }
     let limit = bounds.spectral.max(bounds.per_particle) * model.damping.stability();
     let mut unstable = false;
     state.clock.dt = match scenario.integration.time_step {
@@ -306,6 +336,7 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
         packing_fraction: placed.packing_fraction,
         specimen: plan.loading.dimensions(),
         bounds,
+        convergence,
         p_wave: stiffest_modulus(scenario).map(|young| time_step::p_wave(&state.particles, young)),
         unstable,
         memory: memory(&probe),
@@ -366,6 +397,52 @@ fn damping(damping: &scenario::Damping) -> Damping {
     }
 }
 
+/// How the particles deform, if any material does.
+fn deformable(scenario: &Scenario) -> Option<Deformable> {
+    let elasticity = |m: &scenario::Material| {
+        m.deformable.as_ref().map_or(Elastic::RIGID, |t| Elastic { young: t.young.si(), poisson: t.poisson.si() })
+    };
+    scenario.materials.iter().find(|m| m.deformable.is_some())?;
+    let options = scenario.deformable.clone().unwrap_or_default();
+    let or = |value: Option<scenario::Quantity<_>>, default: f64| value.map_or(default, scenario::Quantity::si);
+    Some(Deformable {
+        elasticity: scenario.materials.iter().map(elasticity).collect(),
+        condition: options.condition.unwrap_or(if scenario.dimension == 2 {
+            Condition::PlaneStrain
+        } else {
+            Condition::Solid
+        }),
+        update: match options.update {
+            scenario::DeformableUpdate::Lagged => Update::Lagged,
+            scenario::DeformableUpdate::Iterated => Update::Iterated {
+                tolerance: or(options.tolerance, 1e-10),
+                maximum: options.maximum_iterations.unwrap_or(200),
+                relaxation: or(options.relaxation, 1.0),
+            },
+        },
+        dashpots: options.dashpots,
+    })
+}
+
+/// Refuse deformable particles whose strains would not settle.
+fn settles(deformable: &Deformable, convergence: &Convergence, allow: bool) -> Result<(), AssemblyError> {
+    let radius = convergence.spectral_radius;
+    let relaxation = match deformable.update {
+        Update::Lagged => 1.0,
+        Update::Iterated { relaxation, .. } => relaxation,
+    };
+    if allow || relaxation * (1.0 + radius) < 2.0 {
+        return Ok(());
+    }
+    let softest = deformable.elasticity.iter().map(|e| e.young).fold(f64::INFINITY, f64::min);
+    Err(AssemblyError::NotConvergent {
+        spectral_radius: radius,
+        lagged: deformable.update == Update::Lagged,
+        relaxation: 2.0 / (1.0 + radius),
+        young: softest * radius / (2.0 / relaxation - 1.0).max(f64::MIN_POSITIVE),
+    })
+}
+
 /// Thresholds of the failure of whole particles, where the bonds are beams.
 fn hydrostatic_strength(scenario: &Scenario) -> HydrostaticStrength {
     let beams = scenario.bonds.as_ref().is_some_and(|bonds| bonds.law == scenario::LawName::CohesiveBeam);
@@ -378,7 +455,9 @@ fn hydrostatic_strength(scenario: &Scenario) -> HydrostaticStrength {
 }
 
 fn memory(state: &State) -> usize {
-    let particles = state.particles.len() * 272;
+    // Strains and dyads where particles deform: 192 bytes of state, 264 of scratch.
+    let each = if state.particles.deformation.is_empty() { 272 } else { 272 + 456 };
+    let particles = state.particles.len() * each;
     let contacts: usize = state
         .bonds
         .iter()
@@ -467,10 +546,11 @@ fn motions(scenario: &Scenario, state: &mut State) {
     }
     for force in &scenario.forces {
         for p in members(state, &force.set) {
-            state.particles.add_load(
+            state.particles.add_load_at(
                 p as u32,
                 scenario::quantity::vector(&force.force),
                 scenario::quantity::vector(&force.moment),
+                force.acts,
             );
         }
     }

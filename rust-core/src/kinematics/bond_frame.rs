@@ -148,6 +148,7 @@ impl FrameKinematics {
                 length,
                 length_old: frame.length,
                 elongation: length - geometry.reference_length,
+                elongation_old: frame.length - geometry.reference_length,
                 gap: length - geometry.radius_a - geometry.radius_b,
                 normal,
                 shear_increment: Vec3::zeros(),
@@ -262,6 +263,9 @@ impl Kinematics for FrameKinematics {
     #[inline(always)]
     fn point(&self) -> &PointKinematics {
         &self.point
+    }
+    fn widened(&self, now: f64, before: f64) -> Self {
+        Self { point: self.point.widened(now, before), ..*self }
     }
     fn arms(_geometry: &ContactGeometry, length: f64) -> (f64, f64) {
         (0.5 * length, 0.5 * length)

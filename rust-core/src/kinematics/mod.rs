@@ -6,9 +6,11 @@
 //!   history to first order in the step;
 //! * [`Mode::Yade`]: YADE's `ScGeom` with its ratcheting correction and its arms.
 //!
-//! Bonds that carry moments are measured by [`bond_frame`], in all modes alike.
+//! Bonds that carry moments are measured by [`bond_frame`], in all modes alike. Particles that deform under their contacts
+//! correct the measure of those: [`deformable`].
 
 pub mod bond_frame;
+pub mod deformable;
 pub mod sphere_sphere;
 pub mod sphere_wall;
 pub mod transport;
@@ -47,6 +49,8 @@ pub struct PointKinematics {
     pub length_old: f64,
     /// `length − reference_length`, m, computed once here; positive in tension.
     pub elongation: f64,
+    /// `elongation` one step ago, m.
+    pub elongation_old: f64,
     /// `length − R_A − R_B`, m; negative when the spheres overlap.
     pub gap: f64,
     /// Unit normal from A to B, now.
@@ -68,6 +72,18 @@ impl PointKinematics {
     #[inline(always)]
     pub fn normal_velocity(&self, dt: f64) -> f64 {
         (self.length - self.length_old) / dt
+    }
+
+    /// The same contact between particles whose surfaces were pushed towards each other, along the normal and in sum, by
+    /// `now` (m), and `before` one step ago: of what the contact is stretched, that much is not its own. Distances and
+    /// rates of the centres stay.
+    #[inline(always)]
+    #[must_use]
+    pub fn widened(mut self, now: f64, before: f64) -> Self {
+        self.elongation -= now;
+        self.elongation_old -= before;
+        self.gap -= now;
+        self
     }
 }
 

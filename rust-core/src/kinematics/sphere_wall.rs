@@ -38,6 +38,7 @@ pub fn measure(
         length,
         length_old: frame.length,
         elongation: length - geometry.reference_length,
+        elongation_old: frame.length - geometry.reference_length,
         gap: length - geometry.radius_a,
         normal,
         shear_increment: (transport.apply(&early) + late) * 0.5,

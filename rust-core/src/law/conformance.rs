@@ -1057,6 +1057,7 @@ fn extremes<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
                             length,
                             length_old: size + old_elongation,
                             elongation,
+                            elongation_old: old_elongation,
                             gap: 2.0 * half_gap,
                             normal: Vec3::x(),
                             shear_increment: Vec3::new(0.0, 0.6 * shear, -0.8 * shear),

@@ -1027,6 +1027,7 @@ mod tests {
             length: length * (1.0 + to),
             length_old: length * (1.0 + from),
             elongation: length * to,
+            elongation_old: length * from,
             gap: length * to,
             normal: Vec3::x(),
             shear_increment: shear,

@@ -137,7 +137,7 @@ impl ContactLaw for Frictional {
         let lengthening = kinematics.length - kinematics.length_old;
         let slide = kinematics.shear_increment;
         let stretch = kinematics.elongation;
-        let old_stretch = kinematics.length_old - geometry.reference_length;
+        let old_stretch = kinematics.elongation_old;
         let old_shear = kinematics.transport.apply(&old.shear_displacement);
         let old_shear_dashpot = kinematics.transport.apply(&old.shear_dashpot);
 
@@ -194,6 +194,11 @@ impl ContactLaw for Frictional {
             fate: Fate::Lives,
             energy,
         }
+    }
+
+    #[inline(always)]
+    fn viscous_force(normal: &Vec3, state: &Self::State) -> Vec3 {
+        normal * state.normal_dashpot + state.shear_dashpot
     }
 
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {
@@ -329,6 +334,7 @@ mod tests {
                         length,
                         length_old,
                         elongation: length - 0.8,
+                        elongation_old: length_old - 0.8,
                         gap: length - 0.8,
                         normal: -Vec3::y(),
                         shear_increment: Vec3::zeros(),

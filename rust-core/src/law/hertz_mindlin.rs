@@ -153,7 +153,7 @@ impl ContactLaw for HertzMindlin {
         let radius_root = geometry.effective_radius().sqrt();
         let hertz = 4.0 / 3.0 * self.effective_young * radius_root;
         let overlap = -kinematics.elongation;
-        let old_overlap = geometry.reference_length - kinematics.length_old;
+        let old_overlap = -kinematics.elongation_old;
         let root = overlap.max(0.0).sqrt();
         let old_root = old_overlap.max(0.0).sqrt();
         let shear_stiffness = 8.0 * self.effective_shear * radius_root * root;
@@ -238,6 +238,11 @@ impl ContactLaw for HertzMindlin {
             fate: Fate::Lives,
             energy,
         }
+    }
+
+    #[inline(always)]
+    fn viscous_force(normal: &Vec3, state: &Self::State) -> Vec3 {
+        normal * state.normal_dashpot + state.shear_dashpot
     }
 
     /// At the overlap [`HertzMindlin::largest_relative_overlap`]`·R*`: `2E*√(R*δ)` and `8G*√(R*δ)`.
@@ -363,6 +368,7 @@ mod tests {
                 length,
                 length_old,
                 elongation: gap,
+                elongation_old: length_old - radius,
                 gap,
                 normal,
                 shear_increment: slide - normal * slide.dot(&normal),

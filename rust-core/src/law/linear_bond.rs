@@ -12,7 +12,8 @@
 //! in N, m, s, kg. Forces are those on A, positive in tension. (2.38) is printed with `‖f_n‖`, its prose says tension;
 //! tension is implemented. Failure compares the whole forces, dashpots included, as printed. It is instantaneous;
 //! the stored energy at that moment is released as [`EnergySplit::damage`], and the pair goes on as an unbonded
-//! contact. Rates are the mean rates of the step.
+//! contact. A bond that was let go ([`PointKinematics::bonded`] false) breaks under any force. Rates are the mean rates of
+//! the step.
 //!
 //! Whether the springs start unstressed is open in Madan 2019; see [`LinearBond::subtract_initial_gap`].
 
@@ -36,6 +37,7 @@ use crate::math::Vec3;
 ///     length: 2.0001,
 ///     length_old: 2.0,
 ///     elongation: 1.0e-4,
+///     elongation_old: 0.0,
 ///     gap: 1.0e-4,
 ///     normal: Vec3::x(),
 ///     shear_increment: Vec3::zeros(),
@@ -156,11 +158,13 @@ impl ContactLaw for LinearBond {
 
         // for a breaking bond, these tell how the released energy was stored
         let mut energy = EnergySplit { stored_normal, stored_shear, ..EnergySplit::default() };
-        if normal_force >= self.normal_strength || shear_force.norm() >= self.shear_strength {
+        let fails = normal_force >= self.normal_strength || shear_force.norm() >= self.shear_strength;
+        if fails || !kinematics.bonded {
             // The force of this step is void. The energy stored by now is released; it contains the half of this
             // step's work that the void elastic force would have taken in, which nobody did: the integration term.
             energy.damage = stored_normal + stored_shear;
-            energy.integration = -0.5 * (elastic_normal * lengthening + elastic_shear.dot(&slide));
+            let stretching = kinematics.elongation - kinematics.elongation_old;
+            energy.integration = -0.5 * (elastic_normal * stretching + elastic_shear.dot(&slide));
             energy.add_viscous(0.5 * old.normal_dashpot * lengthening);
             energy.add_viscous(0.5 * old_shear_dashpot.dot(&slide));
             return Response {
@@ -180,6 +184,11 @@ impl ContactLaw for LinearBond {
             fate: Fate::Lives,
             energy,
         }
+    }
+
+    #[inline(always)]
+    fn viscous_force(normal: &Vec3, state: &Self::State) -> Vec3 {
+        normal * state.normal_dashpot + state.shear_dashpot
     }
 
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {
@@ -309,6 +318,7 @@ mod tests {
                 length: 2.1 + elongation,
                 length_old: 2.1,
                 elongation,
+                elongation_old: 0.0,
                 gap: 0.1 + elongation,
                 normal: Vec3::x(),
                 shear_increment: Vec3::new(0.0, shear, 0.0),

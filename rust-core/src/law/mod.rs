@@ -79,6 +79,12 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
         None
     }
 
+    /// Part of the answer's force on A that dashpots exert, N, by the history after the step; `normal` points from A to B.
+    fn viscous_force(normal: &Vec3, state: &Self::State) -> Vec3 {
+        let _ = (normal, state);
+        Vec3::zeros()
+    }
+
     /// The row of parameters of the same pair with A and B exchanged: differs only where a parameter belongs to one
     /// of the two particles.
     fn exchanged(&self) -> Self {
@@ -124,6 +130,8 @@ pub trait Kinematics: Sized + Send + Sync {
     ) -> Option<Self>;
     /// The point-contact part of the measure: normal, length, arms.
     fn point(&self) -> &PointKinematics;
+    /// The same measure between particles that deform; see [`PointKinematics::widened`].
+    fn widened(&self, now: f64, before: f64) -> Self;
     /// Distances from the centres of A and B to the contact point at centre distance `length`, m.
     fn arms(geometry: &ContactGeometry, length: f64) -> (f64, f64) {
         let half_gap = 0.5 * (length - geometry.radius_a - geometry.radius_b);
@@ -176,6 +184,10 @@ impl Kinematics for PointKinematics {
     #[inline(always)]
     fn point(&self) -> &PointKinematics {
         self
+    }
+    #[inline(always)]
+    fn widened(&self, now: f64, before: f64) -> Self {
+        PointKinematics::widened(*self, now, before)
     }
 }
 

@@ -60,6 +60,8 @@ series! {
     stored_bending: "J",
     /// Stored by twist
     stored_twist: "J",
+    /// Stored in deformable particles
+    stored_deformation: "J",
     /// Dissipated by damage and breaking
     damage: "J",
     /// Dissipated by plastic slip and friction
@@ -70,6 +72,10 @@ series! {
     integration: "J",
     /// Taken by artificial damping
     numerical_damping: "J",
+    /// Dissipated by the lag of the strains of deformable particles behind the forces
+    deformation_lag: "J",
+    /// Lost (negative: made) by forces that strain deformable particles without feeling it
+    deformation_other: "J",
     /// Work of prescribed motion, walls, and cell
     boundary_work: "J",
     /// Work of gravity and given forces
@@ -253,11 +259,14 @@ impl Simulation {
                 stored_shear: ledger.stored[1],
                 stored_bending: ledger.stored[2],
                 stored_twist: ledger.stored[3],
+                stored_deformation: ledger.deformation,
                 damage: ledger.damage.get(),
                 friction: ledger.friction.get(),
                 viscous: ledger.viscous.get(),
                 integration: ledger.integration.get(),
                 numerical_damping: ledger.numerical_damping.get(),
+                deformation_lag: ledger.deformation_lag.get(),
+                deformation_other: ledger.deformation_other.get(),
                 boundary_work: ledger.boundary_work.get(),
                 external_work: ledger.external_work.get(),
                 residual: ledger.residual(),

@@ -69,6 +69,16 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
         "stability bounds",
         format!("spectral {:.5e} s, per particle {:.5e} s", bounds.spectral, bounds.per_particle),
     );
+    if let Some(convergence) = summary.convergence {
+        let settles = if convergence.bound < 1.0 { "settles" } else { "not known to settle" };
+        facts.add(
+            "deformable particles",
+            format!(
+                "spectral radius {:.5} (must be below 1 without relaxation), by the sufficient bound {:.5}: {settles}",
+                convergence.spectral_radius, convergence.bound
+            ),
+        );
+    }
     if let Some(p_wave) = summary.p_wave {
         facts.add("P-wave time step", format!("{p_wave:.5e} s (customary, no bound)"));
     }

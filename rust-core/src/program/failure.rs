@@ -97,6 +97,23 @@ impl Failure {
                 ),
                 "write \"auto\" or a smaller step, or set allow_unstable = true to run it all the same",
             )),
+            AssemblyError::NotConvergent { spectral_radius, lagged, relaxation, young } => {
+                let first = scenario.materials.iter().position(|m| m.deformable.is_some()).unwrap_or(0);
+                let other = if lagged {
+                    format!("update = \"iterated\" and relaxation below {relaxation:.3} in [deformable]")
+                } else {
+                    format!("a relaxation below {relaxation:.3} in [deformable]")
+                };
+                Self::Unstable(scenario.problem(
+                    ProblemKind::OutOfRange,
+                    &format!("material[{first}].deformable.young"),
+                    format!("strains and forces do not settle: spectral radius {spectral_radius:.5}"),
+                    format!(
+                        "take a modulus above {young:.5e} Pa, or {other}, or set integration.allow_unstable = true to \
+                         run it all the same"
+                    ),
+                ))
+            }
             AssemblyError::NoTimeStep => Self::Scenario(scenario.problem(
                 ProblemKind::Conflict,
                 "integration.time_step",

@@ -1,5 +1,6 @@
 //! Walls, sets of particles, and what is done to them.
 
+pub use crate::state::LoadLever;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -186,6 +187,9 @@ pub struct AppliedForce {
     /// Moment on each particle, N·m.
     #[serde(default)]
     pub moment: [Moment; 3],
+    /// Where the force acts; it matters to deformable particles only.
+    #[serde(default)]
+    pub acts: LoadLever,
 }
 
 /// Velocity of the particles of a set at the start.

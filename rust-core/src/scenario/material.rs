@@ -1,5 +1,6 @@
 //! Materials: density, and parameters of one or more contact laws.
 
+pub use crate::kinematics::deformable::Condition;
 pub use crate::law::cohesive_beam::BendingTerm;
 pub use crate::law::cpm::{CpmMode, DamageLaw, YieldSurface};
 use schemars::JsonSchema;
@@ -26,6 +27,65 @@ pub struct Material {
     pub frictional: Option<Frictional>,
     /// Parameters of the Hertz-Mindlin contact.
     pub hertz_mindlin: Option<HertzMindlin>,
+    /// Elastic constants of the particles themselves, which deform under their contacts; rigid when left out.
+    pub deformable: Option<ParticleElasticity>,
+}
+
+/// Elastic constants of particles that deform under their contacts (Madan 2019).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ParticleElasticity {
+    /// Young's modulus of the particles, Pa.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub young: Stress,
+    /// Poisson's ratio of the particles.
+    #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
+    pub poisson: Number,
+}
+
+/// How deformable particles are computed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Deformable {
+    /// Which strains go with which stresses; "plane-strain" in two dimensions, "solid" in three when left out.
+    pub condition: Option<Condition>,
+    /// When the strains of a step are found.
+    pub update: DeformableUpdate,
+    /// Largest relative change in the last iteration; with update "iterated"; 1e-10 when left out.
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    pub tolerance: Option<Number>,
+    /// Iterations after which the run stops; with update "iterated"; 200 when left out.
+    #[schemars(range(min = 1))]
+    pub maximum_iterations: Option<u32>,
+    /// Share of each iteration's change that is taken over; with update "iterated"; 1 when left out.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
+    pub relaxation: Option<Number>,
+    /// Whether the forces of dashpots strain the particles too.
+    pub dashpots: bool,
+}
+
+impl Default for Deformable {
+    fn default() -> Self {
+        Self {
+            condition: None,
+            update: DeformableUpdate::Lagged,
+            tolerance: None,
+            maximum_iterations: None,
+            relaxation: None,
+            dashpots: false,
+        }
+    }
+}
+
+/// When the strains of deformable particles are found.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DeformableUpdate {
+    /// From the forces of the step before.
+    #[default]
+    Lagged,
+    /// By iteration in each step, until strains and forces agree.
+    Iterated,
 }
 
 /// Parameters between two materials, in place of the average of theirs.

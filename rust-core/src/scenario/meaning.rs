@@ -7,8 +7,8 @@ use super::error::{Problem, ProblemKind};
 use super::quantity::{Component, Dimension, Length, Quantity, vector};
 use super::structure::{listing, nearest};
 use super::{
-    Axis, BeamModel, CohesiveBeam, Cpm, CpmMode, DamageLaw, Frictional, LawName, Loading, Packing, Radii, SampleRegion,
-    Scenario, Selection, Shape, WallShape, YieldSurface,
+    Axis, BeamModel, CohesiveBeam, Cpm, CpmMode, DamageLaw, DeformableUpdate, Frictional, LawName, Loading, Packing,
+    Radii, SampleRegion, Scenario, Selection, Shape, WallShape, YieldSurface,
 };
 use crate::math::Vec3;
 
@@ -38,6 +38,7 @@ pub(super) fn check(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem
     if scenario.dimension == 2 {
         checker.plane();
     }
+    checker.deformable();
     checker.problems
 }
 
@@ -536,6 +537,60 @@ impl Checker<'_> {
                     self.add(ProblemKind::MissingKey, &format!("{path}.{key}"), "missing key", help);
                 }
             }
+        }
+    }
+
+    /// Deformable particles: their options, and what they go with.
+    fn deformable(&mut self) {
+        let scenario = self.scenario;
+        let first = scenario.materials.iter().position(|material| material.deformable.is_some());
+        if let Some(options) = &scenario.deformable {
+            if first.is_none() {
+                let help =
+                    "add `deformable = { young = \"200 GPa\", poisson = 0.3 }` to a material, or remove [deformable]";
+                self.conflict("deformable", "no material is deformable", help);
+            }
+            if let Some(condition) = options.condition
+                && condition.is_planar() != (scenario.dimension == 2)
+            {
+                let help = if scenario.dimension == 2 {
+                    "discs are in \"plane-strain\" or \"plane-stress\""
+                } else {
+                    "spheres are \"solid\"; leave it out, or use dimension = 2"
+                };
+                self.conflict(
+                    "deformable.condition",
+                    format!("not a condition in dimension {}", scenario.dimension),
+                    help,
+                );
+            }
+            if options.update == DeformableUpdate::Lagged {
+                let given = [
+                    ("tolerance", options.tolerance.is_some()),
+                    ("maximum_iterations", options.maximum_iterations.is_some()),
+                    ("relaxation", options.relaxation.is_some()),
+                ];
+                for (key, given) in given {
+                    if given {
+                        let help = "write update = \"iterated\", or remove this key";
+                        self.conflict(&format!("deformable.{key}"), "has no effect without iteration", help);
+                    }
+                }
+            }
+        }
+        let Some(first) = first else { return };
+        let key = format!("material[{first}].deformable");
+        let laws = scenario.bonds.iter().map(|bonds| bonds.law).chain(scenario.contacts.law.law());
+        for law in laws {
+            if !matches!(law, LawName::LinearBond | LawName::Frictional | LawName::HertzMindlin) {
+                let message = format!("the law \"{}\" does not know deformable particles", law.key());
+                let help = "use \"linear_bond\", \"frictional\", or \"hertz_mindlin\", or remove this table";
+                self.conflict(&key, message, help);
+            }
+        }
+        if !scenario.clumps.is_empty() {
+            let help = "the forces inside a clump are not known; remove the clumps, or this table";
+            self.conflict(&key, "members of clumps cannot deform", help);
         }
     }
 

@@ -42,8 +42,9 @@ use serde::{Deserialize, Serialize};
 pub use bodies::{AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Selection, Side, Wall, WallShape};
 pub use error::{Problem, ProblemKind, ScenarioError, Source};
 pub use material::{
-    BeamModel, Bonds, CohesiveBeam, ContactLawName, Contacts, Cpm, CpmMode, DamageLaw, Frictional, HertzMindlin,
-    Interface, LawName, LinearBond, Material, YieldSurface,
+    BeamModel, Bonds, CohesiveBeam, Condition, ContactLawName, Contacts, Cpm, CpmMode, DamageLaw, Deformable,
+    DeformableUpdate, Frictional, HertzMindlin, Interface, LawName, LinearBond, Material, ParticleElasticity,
+    YieldSurface,
 };
 pub use motion::{Damping, DampingForm, Integration, Lateral, Loading, Output, Safety, Scheme, Stop};
 pub use packing::{Axis, Lattice, Packing, Radii, Shape};
@@ -85,6 +86,8 @@ pub struct Scenario {
     pub bonds: Option<Bonds>,
     /// What touching particles do that are not bonded.
     pub contacts: Contacts,
+    /// How the particles deform whose material has a table `deformable`.
+    pub deformable: Option<Deformable>,
     /// Time integration.
     #[serde(default)]
     pub integration: Integration,

@@ -31,6 +31,7 @@ templates! {
     "hertz-impact": "two glass spheres collide",
     "beam-tension": "cylinder of silica made of cohesive beams (Jebahi et al. 2015), pulled until it breaks; a minute",
     "beam-torsion": "the same cylinder, twisted until it breaks",
+    "deformable-discs": "two-dimensional bar of discs that deform under their contacts, pressed at its ends",
     "linear-bond-bar": "two-dimensional bar of discs with brittle bonds, pulled until it breaks",
 }
 

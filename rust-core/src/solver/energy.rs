@@ -1,6 +1,7 @@
 //! Energy ledger: where the work of the boundary went. Every term has its own formula; the residual is what does not
 //! add up.
 
+use super::deformation::DeformationSums;
 use super::integrate::KickSums;
 use crate::law::EnergySplit;
 
@@ -47,6 +48,8 @@ pub struct Ledger {
     pub kinetic: f64,
     /// Stored in contacts: normal, shear, bending, twist.
     pub stored: [f64; 4],
+    /// Stored in deformable particles.
+    pub deformation: f64,
     /// Dissipated by damage and breaking.
     pub damage: Sum,
     /// Dissipated by plastic slip and friction.
@@ -61,21 +64,29 @@ pub struct Ledger {
     pub boundary_work: Sum,
     /// Work of gravity and given forces.
     pub external_work: Sum,
-    /// The parts of the last three that belong to the half step after the instant.
+    /// Dissipated by the lag of the particles' strains behind the forces.
+    pub deformation_lag: Sum,
+    /// Lost (or made, if negative) by forces that strain particles and do not feel it.
+    pub deformation_other: Sum,
+    /// The parts of the three works that belong to the half step after the instant.
     pending: [f64; 3],
 }
 
 impl Ledger {
-    /// Book one step: energies of the contacts, sums of the kick, and work of cell and walls (before, after).
-    pub fn book(&mut self, contacts: &EnergySplit, kick: &KickSums, others: [f64; 2]) {
+    /// Book one step: energies of the contacts, sums of the kick, what the deformation of particles did (the work of loads
+    /// and reactions is that of the caller), and work of cell and walls (before, after).
+    pub fn book(&mut self, contacts: &EnergySplit, kick: &KickSums, deformation: &DeformationSums, others: [f64; 2]) {
         self.kinetic = kick.kinetic;
         self.stored = [contacts.stored_normal, contacts.stored_shear, contacts.stored_bending, contacts.stored_twist];
+        self.deformation = deformation.stored;
         let before = [kick.damping[0], kick.boundary[0] + others[0], kick.external[0]];
         if self.started {
             self.damage.add(contacts.damage);
             self.friction.add(contacts.friction);
             self.viscous.add(contacts.viscous);
             self.integration.add(contacts.integration);
+            self.deformation_lag.add(deformation.lag);
+            self.deformation_other.add(deformation.other);
             for (sum, k) in
                 [&mut self.numerical_damping, &mut self.boundary_work, &mut self.external_work].into_iter().zip(0..3)
             {
@@ -84,7 +95,7 @@ impl Ledger {
             }
         } else {
             self.started = true;
-            self.initial = self.kinetic + self.stored.iter().sum::<f64>();
+            self.initial = self.kinetic + self.stored.iter().sum::<f64>() + self.deformation;
         }
         self.pending = [kick.damping[1], kick.boundary[1] + others[1], kick.external[1]];
     }
@@ -111,6 +122,9 @@ impl Ledger {
             -self.viscous.get(),
             -self.integration.get(),
             -self.numerical_damping.get(),
+            -self.deformation,
+            -self.deformation_lag.get(),
+            -self.deformation_other.get(),
         ] {
             sum.add(term);
         }
@@ -133,12 +147,15 @@ impl Ledger {
             reals.extend(sum.parts());
         }
         reals.extend(self.pending);
+        reals.push(self.deformation);
+        reals.extend(self.deformation_lag.parts());
+        reals.extend(self.deformation_other.parts());
         reals
     }
 
     /// From [`Self::to_reals`]; `None` when the number of reals is wrong.
     pub fn from_reals(reals: &[f64]) -> Option<Self> {
-        let reals: &[f64; 24] = reals.try_into().ok()?;
+        let reals: &[f64; 29] = reals.try_into().ok()?;
         let sum = |k: usize| Sum::from_parts([reals[7 + 2 * k], reals[8 + 2 * k]]);
         Some(Self {
             started: reals[0] != 0.0,
@@ -153,6 +170,9 @@ impl Ledger {
             boundary_work: sum(5),
             external_work: sum(6),
             pending: [reals[21], reals[22], reals[23]],
+            deformation: reals[24],
+            deformation_lag: Sum::from_parts([reals[25], reals[26]]),
+            deformation_other: Sum::from_parts([reals[27], reals[28]]),
         })
     }
 }

@@ -8,10 +8,12 @@
 
 use rayon::prelude::*;
 
+use crate::kinematics::deformable::Widening;
 use crate::kinematics::sphere_sphere::{Columns, ImageShift, Motion};
 use crate::kinematics::{BATCH, Batch, Frame, Mode, PointKinematics, Pose};
 use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, LawState, Reference};
-use crate::math::{Mat3, Vec3};
+use crate::math::{Mat3, Symmetric, Vec3};
+use crate::solver::deformation::Dyads;
 use crate::solver::record::{self, ContactForces, WallForces};
 use crate::solver::walls;
 use crate::state::contacts::{ContactBlock, Contacts, Link, Pair};
@@ -47,6 +49,34 @@ pub struct StepContext<'a> {
     /// Whether stored energies and the squares of the contact forces are wanted: state functions, needed only when a
     /// sample is taken. (Dissipation is summed at every step.)
     pub sample: bool,
+    /// How far the surfaces of particles moved out, by particle; empty if particles do not deform.
+    pub widening: &'a [Widening],
+    /// Whether forces of dashpots strain the particles.
+    pub dashpots_strain: bool,
+}
+
+impl StepContext<'_> {
+    /// By how much the surfaces of particles `a` and `b` moved towards each other along the normals of now and of one
+    /// step ago, m.
+    #[inline(always)]
+    pub fn widening_between(&self, a: usize, b: usize, normal: &Vec3, normal_old: &Vec3) -> (f64, f64) {
+        let (a, b) = (&self.widening[a], &self.widening[b]);
+        ((a.now + b.now).quadratic(normal), (a.before + b.before).quadratic(normal_old))
+    }
+
+    /// The dyads of a contact with the force `force` on the particle from whose centre `normal` points to it, of which
+    /// dashpots exert `viscous`.
+    #[inline(always)]
+    pub fn dyads(&self, normal: &Vec3, force: &Vec3, viscous: &Vec3) -> Dyads {
+        let elastic = force - viscous;
+        let pressure = normal * elastic.dot(normal);
+        let other = if self.dashpots_strain { *force } else { elastic } - pressure;
+        Dyads {
+            normal: Symmetric::product(normal, &pressure),
+            other: Symmetric::product(normal, &other),
+            side: *normal,
+        }
+    }
 }
 
 /// What happened to a bond, noted by index.
@@ -108,6 +138,8 @@ pub struct TileMap {
     slots: Vec<u32>,
     /// The halo.
     halo: Vec<Wrench>,
+    /// The same slots for dyads, if particles deform.
+    dyad_halo: Vec<Dyads>,
 }
 
 impl TileMap {
@@ -147,7 +179,7 @@ impl TileMap {
             target_count[target as usize] += 1;
         }
         let halo = vec![Wrench::default(); targets.len()];
-        Self { contact_start, halo_start, target_start, slots, halo }
+        Self { contact_start, halo_start, target_start, slots, halo, dyad_halo: Vec::new() }
     }
 
     /// Halo contributions to particle `p`, in order.
@@ -157,9 +189,17 @@ impl TileMap {
         self.slots[range].iter().map(|&slot| &self.halo[slot as usize])
     }
 
+    /// Dyads from other tiles for particle `p`, in order.
+    #[inline(always)]
+    pub fn incoming_dyads(&self, p: usize) -> impl Iterator<Item = &Dyads> {
+        let range = self.target_start[p] as usize..self.target_start[p + 1] as usize;
+        self.slots[range].iter().map(|&slot| &self.dyad_halo[slot as usize])
+    }
+
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
-        4 * (self.contact_start.len() + self.halo_start.len() + self.target_start.len() + self.slots.len())
+        size_of::<Dyads>() * self.dyad_halo.len()
+            + 4 * (self.contact_start.len() + self.halo_start.len() + self.target_start.len() + self.slots.len())
             + size_of::<Wrench>() * self.halo.len()
     }
 }
@@ -172,22 +212,26 @@ fn is_local(b: u32, base: usize, tile_len: usize) -> bool {
 /// A block the solver can evaluate.
 pub trait EvaluatedContacts: Contacts {
     /// Evaluate all contacts: forces and torques on particles of the contact's own tile are added to `force` and
-    /// `torque`, the others go to the map's halo. Histories advance by one step.
+    /// `torque`, the others go to the map's halo. Histories advance by one step. If particles deform, the same is done
+    /// with `dyads`, which are empty otherwise.
     fn evaluate(
         &mut self,
         context: &StepContext<'_>,
         map: &mut TileMap,
         force: &mut [Vec3],
         torque: &mut [Vec3],
+        dyads: &mut [Dyads],
     ) -> Tally;
     /// Evaluate contacts with walls; `b` of a pair numbers the wall elements through all walls. Forces on particles are
-    /// added to `force` and `torque`, forces of the particles on the walls to the walls. Histories advance.
+    /// added to `force` and `torque` (and `dyads`, if particles deform), forces of the particles on the walls to the walls.
+    /// Histories advance.
     fn evaluate_walls(
         &mut self,
         context: &StepContext<'_>,
         walls: &mut [Wall],
         force: &mut [Vec3],
         torque: &mut [Vec3],
+        dyads: &mut [Dyads],
     ) -> Tally;
     /// Add the forces of all contacts at the present positions; histories stay.
     fn record(&self, context: &StepContext<'_>, out: &mut ContactForces);
@@ -211,6 +255,8 @@ struct Tile<'a, L: ContactLaw> {
     force: &'a mut [Vec3],
     torque: &'a mut [Vec3],
     halo: &'a mut [Wrench],
+    dyads: &'a mut [Dyads],
+    dyad_halo: &'a mut [Dyads],
 }
 
 impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
@@ -220,8 +266,13 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
         map: &mut TileMap,
         force: &mut [Vec3],
         torque: &mut [Vec3],
+        mut dyads: &mut [Dyads],
     ) -> Tally {
         let rows = &self.rows;
+        if !dyads.is_empty() {
+            map.dyad_halo.resize(map.halo.len(), Dyads::default());
+        }
+        let mut dyad_halo = &mut map.dyad_halo[..];
         let mut tiles = Vec::with_capacity(map.contact_start.len());
         let mut pair = &self.pair[..];
         let mut link = &mut self.link[..];
@@ -242,6 +293,8 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
                 force,
                 torque,
                 halo: halo.split_off_mut(..slots).unwrap_or_default(),
+                dyads: dyads.split_off_mut(..TILE.min(dyads.len())).unwrap_or_default(),
+                dyad_halo: dyad_halo.split_off_mut(..slots.min(dyad_halo.len())).unwrap_or_default(),
             });
         }
         let tallies: Vec<Tally> = tiles.par_iter_mut().map(|tile| dispatch(context, rows, tile)).collect();
@@ -257,8 +310,9 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
         walls: &mut [Wall],
         force: &mut [Vec3],
         torque: &mut [Vec3],
+        dyads: &mut [Dyads],
     ) -> Tally {
-        walls::evaluate(self, context, walls, force, torque, None)
+        walls::evaluate(self, context, walls, force, torque, dyads, None)
     }
     fn record(&self, context: &StepContext<'_>, out: &mut ContactForces) {
         record::record(self, context, out);
@@ -279,17 +333,17 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
 
 /// The loop over one tile with the default measure of motion, as something that [`pulp`] can run with the newest
 /// instructions of the processor. They give the same bits: nothing is fused or reordered.
-struct FiniteTileLoop<'a, 'b, L: ContactLaw> {
+struct FiniteTileLoop<'a, 'b, L: ContactLaw, const DEFORM: bool> {
     context: &'a StepContext<'a>,
     rows: &'a [L],
     tile: &'a mut Tile<'b, L>,
 }
 
-impl<L: ContactLaw> pulp::NullaryFnOnce for FiniteTileLoop<'_, '_, L> {
+impl<L: ContactLaw, const DEFORM: bool> pulp::NullaryFnOnce for FiniteTileLoop<'_, '_, L, DEFORM> {
     type Output = Tally;
     #[inline(always)]
     fn call(self) -> Tally {
-        run::<L, false, false>(Mode::Finite, self.context, self.rows, self.tile)
+        run::<L, false, false, DEFORM>(Mode::Finite, self.context, self.rows, self.tile)
     }
 }
 
@@ -297,10 +351,12 @@ impl<L: ContactLaw> pulp::NullaryFnOnce for FiniteTileLoop<'_, '_, L> {
 /// to keep the program small.
 fn dispatch<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: &mut Tile<'_, L>) -> Tally {
     let mode = context.mode;
-    if mode == Mode::Finite && context.cell.is_none() && !context.sample {
-        pulp::Arch::new().dispatch(FiniteTileLoop { context, rows, tile })
-    } else {
-        run::<L, true, true>(mode, context, rows, tile)
+    let fast = mode == Mode::Finite && context.cell.is_none() && !context.sample;
+    match (fast, context.widening.is_empty()) {
+        (true, true) => pulp::Arch::new().dispatch(FiniteTileLoop::<L, false> { context, rows, tile }),
+        (true, false) => pulp::Arch::new().dispatch(FiniteTileLoop::<L, true> { context, rows, tile }),
+        (false, true) => run::<L, true, true, false>(mode, context, rows, tile),
+        (false, false) => run::<L, true, true, true>(mode, context, rows, tile),
     }
 }
 
@@ -318,14 +374,14 @@ pub fn motion_of(particles: &Particles, p: usize) -> Motion {
 
 /// The loop over the contacts of a tile.
 #[inline(always)]
-fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
+fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>(
     mode: Mode,
     context: &StepContext<'_>,
     rows: &[L],
     tile: &mut Tile<'_, L>,
 ) -> Tally {
     let count = tile.pair.len();
-    let mut queue = Queue::<L, PERIODIC, SAMPLE> {
+    let mut queue = Queue::<L, PERIODIC, SAMPLE, DEFORM> {
         context,
         rows,
         base: tile.base,
@@ -337,6 +393,8 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
         force: tile.force,
         torque: tile.torque,
         halo: tile.halo,
+        dyads: tile.dyads,
+        dyad_halo: tile.dyad_halo,
         tally: Tally::default(),
         waiting: [Waiting::default(); BATCH],
     };
@@ -357,7 +415,7 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
                 queue.waiting[waiting] = Waiting { contact: k as u32, slot, begins: !carried };
                 waiting += 1;
             } else if slot != LOCAL {
-                queue.halo[slot as usize] = Wrench::default();
+                queue.leave_empty(slot);
             }
             k += 1;
         }
@@ -370,7 +428,7 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool>(
 const LOCAL: u32 = u32::MAX;
 
 /// A tile at work: contacts wait here until a batch of them is measured, then the law answers them in order.
-struct Queue<'a, L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> {
+struct Queue<'a, L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> {
     context: &'a StepContext<'a>,
     rows: &'a [L],
     base: usize,
@@ -382,6 +440,8 @@ struct Queue<'a, L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> {
     force: &'a mut [Vec3],
     torque: &'a mut [Vec3],
     halo: &'a mut [Wrench],
+    dyads: &'a mut [Dyads],
+    dyad_halo: &'a mut [Dyads],
     tally: Tally,
     waiting: [Waiting; BATCH],
 }
@@ -395,7 +455,18 @@ struct Waiting {
     begins: bool,
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Queue<'_, L, PERIODIC, SAMPLE> {
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>
+    Queue<'_, L, PERIODIC, SAMPLE, DEFORM>
+{
+    /// Nothing comes from the contact of this halo slot.
+    #[inline(always)]
+    fn leave_empty(&mut self, slot: u32) {
+        self.halo[slot as usize] = Wrench::default();
+        if DEFORM {
+            self.dyad_halo[slot as usize] = Dyads::default();
+        }
+    }
+
     #[inline(always)]
     fn image(&self, k: usize) -> ImageShift {
         match self.context.cell {
@@ -418,16 +489,24 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Queue<'_, L, PERIO
         let image = self.image(k);
         let particles = self.context.particles;
         let (radius_a, radius_b) = (particles.radius[a], particles.radius[b]);
-        let (a, b) = (motion_of(particles, a), motion_of(particles, b));
-        let between = b.position + image.displacement - a.position;
+        let (motion_a, motion_b) = (motion_of(particles, a), motion_of(particles, b));
+        let between = motion_b.position + image.displacement - motion_a.position;
         // Where it was one step ago follows from the velocities, so that candidates need no memory.
-        let before = between - (b.velocity + image.velocity - a.velocity) * self.context.dt;
+        let before = between - (motion_b.velocity + image.velocity - motion_a.velocity) * self.context.dt;
+        let widening = if DEFORM {
+            let normal = between.normalize();
+            self.context.widening_between(a, b, &normal, &normal).0
+        } else {
+            0.0
+        };
         let (link, reference, frame) = (&mut self.link[k], &mut self.reference[k], &mut self.frame[k]);
-        activate::<L>(link, reference, frame, &between, &before, radius_a, radius_b)
+        activate::<L>(link, reference, frame, &between, &before, [radius_a, radius_b], widening)
     }
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Batch<L::Kinematics> for Queue<'_, L, PERIODIC, SAMPLE> {
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> Batch<L::Kinematics>
+    for Queue<'_, L, PERIODIC, SAMPLE, DEFORM>
+{
     #[inline(always)]
     fn poses(&self, i: usize) -> ([Pose; 2], Vec3) {
         let k = self.waiting[i].contact as usize;
@@ -465,14 +544,24 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Batch<L::Kinematic
     fn answer(&mut self, i: usize, kinematics: &L::Kinematics) {
         let Waiting { contact, slot, begins } = self.waiting[i];
         let k = contact as usize;
-        let (pair, link) = (self.pair[k], &mut self.link[k]);
+        let pair = self.pair[k];
         let (a, b) = (pair.a as usize, pair.b as usize);
+        let deformed;
+        let kinematics = if DEFORM {
+            let normal = kinematics.point().normal;
+            let (now, before) = self.context.widening_between(a, b, &normal, &self.frame[k].normal);
+            deformed = kinematics.widened(now, before);
+            &deformed
+        } else {
+            kinematics
+        };
+        let link = &mut self.link[k];
         let history = &mut self.history[k];
         let tally = &mut self.tally;
         let response = self.rows[link.row as usize].respond(kinematics, history, self.context.dt);
         let point = kinematics.point();
         let (normal, arm_a, arm_b) = (point.normal, point.arm_a, point.arm_b);
-        if begins && link.has(Link::KEPT_REFERENCE) && point.length_old < self.reference[k].length {
+        if begins && link.has(Link::KEPT_REFERENCE) && point.elongation_old < 0.0 {
             tally.energy.damage -= taken_over(*point, response.force, response.energy);
         }
         self.frame[k] = Frame { normal, length: point.length };
@@ -487,7 +576,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Batch<L::Kinematic
                 note(&mut tally.incidents, pair, 1.0, place, response.energy, true);
             }
             if slot != LOCAL {
-                self.halo[slot as usize] = Wrench::default();
+                self.leave_empty(slot);
             }
             return;
         }
@@ -521,6 +610,15 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Batch<L::Kinematic
             torque_a += response.moment;
             torque_b -= response.moment;
         }
+        if DEFORM {
+            let dyads = self.context.dyads(&normal, &force, &L::viscous_force(&normal, history));
+            self.dyads[a - self.base] += dyads;
+            if slot == LOCAL {
+                self.dyads[b - self.base] += dyads.opposite();
+            } else {
+                self.dyad_halo[slot as usize] = dyads.opposite();
+            }
+        }
         self.force[a - self.base] += force;
         self.torque[a - self.base] += torque_a;
         if slot == LOCAL {
@@ -537,12 +635,13 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool> Batch<L::Kinematic
 #[cold]
 #[inline(never)]
 fn taken_over(point: PointKinematics, force: Vec3, energy: EnergySplit) -> f64 {
-    let along = point.normal * (point.length - point.length_old);
+    let along = point.normal * (point.elongation - point.elongation_old);
     let work = 0.5 * force.dot(&(along + point.shear_increment));
     energy.stored() + energy.dissipated() + energy.integration - work
 }
 
-/// Make a contact of a candidate whose surfaces, or those a broken bond kept, meet; whether they do.
+/// Make a contact of a candidate whose surfaces, or those a broken bond kept, meet when particles are `widening` (m) wider
+/// than their radii say; whether they do.
 #[cold]
 #[inline(never)]
 pub(super) fn activate<L: ContactLaw>(
@@ -551,12 +650,12 @@ pub(super) fn activate<L: ContactLaw>(
     frame: &mut Frame,
     between: &Vec3,
     before: &Vec3,
-    radius_a: f64,
-    radius_b: f64,
+    [radius_a, radius_b]: [f64; 2],
+    widening: f64,
 ) -> bool {
     let length = between.norm();
     let opening = if link.has(Link::KEPT_REFERENCE) { length - reference.length } else { length - radius_a - radius_b };
-    if opening >= 0.0 {
+    if opening - widening >= 0.0 {
         return false;
     }
     let length_before = before.norm();

@@ -3,9 +3,14 @@
 //! The solver holds scratch only. It can be dropped and made anew from a [`State`] without changing the next step by
 //! one bit.
 
+pub mod coupling;
+pub mod deformation;
+#[cfg(test)]
+mod deformation_tests;
 pub mod energy;
 pub mod forces;
 pub mod integrate;
+mod lanczos;
 pub mod record;
 #[cfg(test)]
 mod tests;
@@ -13,13 +18,15 @@ pub mod time_step;
 pub mod walls;
 
 use crate::fracture::virial::{self, HydrostaticStrength};
+use crate::kinematics::deformable::Deformable;
 use crate::kinematics::{Frame, Mode, Pose, sphere_sphere};
 use crate::law::EnergySplit;
 use crate::math::{Mat3, Vec3};
 use crate::neighbor::{NeighborError, VerletList, candidate_pairs};
 use crate::state::contacts::{Contacts, Link, Pair};
 use crate::state::{Cell, Particles, State};
-use forces::{Incident, StepContext, TileMap};
+use deformation::{DeformationPass, DeformationSums};
+use forces::{EvaluatedContacts, Incident, StepContext, TileMap};
 use integrate::{Damping, KickContext, KickSums};
 use rayon::prelude::*;
 
@@ -82,6 +89,8 @@ pub struct Model {
     pub skin: f64,
     /// Thresholds of the failure of whole particles.
     pub hydrostatic_strength: HydrostaticStrength,
+    /// How particles deform, if they do.
+    pub deformable: Option<Deformable>,
 }
 
 impl Default for Model {
@@ -96,6 +105,7 @@ impl Default for Model {
             wall_rows: MaterialRows::default(),
             skin: 0.2,
             hydrostatic_strength: HydrostaticStrength::default(),
+            deformable: None,
         }
     }
 }
@@ -111,6 +121,21 @@ pub enum SolverError {
         step: u64,
         /// Why.
         source: NeighborError,
+    },
+    /// The strains of deformable particles do not settle.
+    #[error(
+        "at step {step} the strains of the deformable particles did not settle: after {iterations} iterations they still \
+         change by {change:.3e} of their size. The spectral radius of the iteration may be too large for the relaxation: \
+         `concordem check` prints it; lower deformable.relaxation below 2/(1 + spectral radius), or raise \
+         deformable.maximum_iterations"
+    )]
+    NotConverged {
+        /// Step.
+        step: u64,
+        /// Iterations done.
+        iterations: u32,
+        /// Relative change in the last of them.
+        change: f64,
     },
     /// Something is no longer a number.
     #[error(
@@ -144,6 +169,10 @@ pub struct StepReport {
     pub force_squared: f64,
     /// Whether neighbours were searched anew in this step.
     pub searched: bool,
+    /// Evaluations of the contact forces, more than one where strains are iterated.
+    pub evaluations: u32,
+    /// What the deformation of particles did.
+    pub deformation: DeformationSums,
 }
 
 /// Steps a state. Scratch only.
@@ -156,6 +185,9 @@ pub struct Solver {
     force: Vec<Vec3>,
     torque: Vec<Vec3>,
     poses: Vec<Pose>,
+    pass: DeformationPass,
+    /// Strain of particles up to which the candidates are complete.
+    strain_margin: f64,
     gradient_change: Option<Mat3>,
     targets: Option<Vec<(Vec3, Vec3)>>,
     searches: u64,
@@ -174,6 +206,8 @@ impl Solver {
             force: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
             poses: Vec::new(),
+            pass: DeformationPass::default(),
+            strain_margin: 0.0,
             gradient_change: None,
             targets: None,
             searches: 0,
@@ -181,7 +215,8 @@ impl Solver {
         for block in &mut state.bonds {
             block.contacts_mut().sort();
         }
-        solver.search(state)?;
+        let strain = solver.begin_deformation(state);
+        solver.search(state, strain)?;
         Ok(solver)
     }
 
@@ -215,6 +250,7 @@ impl Solver {
         self.bond_maps.iter().map(TileMap::bytes).sum::<usize>()
             + self.contact_map.bytes()
             + (48 + size_of::<Pose>()) * self.force.len()
+            + self.pass.bytes()
     }
 
     /// From the next kick on, the cell deforms with this velocity gradient (1/s) and all particles with it.
@@ -235,9 +271,17 @@ impl Solver {
         })
     }
 
+    /// Strains that the forces of the last step make; the largest of them.
+    fn begin_deformation(&mut self, state: &mut State) -> f64 {
+        match &self.model.deformable {
+            Some(deformable) => self.pass.begin(deformable, &mut state.particles),
+            None => 0.0,
+        }
+    }
+
     /// Find neighbours anew: drop broken bonds, hand their pairs to the unbonded contacts, renew candidates, and renew
-    /// the maps.
-    fn search(&mut self, state: &mut State) -> Result<(), SolverError> {
+    /// the maps. Candidates hold while no strain of a particle is larger than twice `strain`, or 1e-4.
+    fn search(&mut self, state: &mut State, strain: f64) -> Result<(), SolverError> {
         self.searches += 1;
         let step = state.clock.step;
         let particles = &state.particles;
@@ -245,6 +289,8 @@ impl Solver {
         let smallest = particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
         let largest = particles.radius.iter().copied().fold(0.0, f64::max);
         let skin = if n > 0 { self.model.skin * smallest } else { 0.0 };
+        self.strain_margin = if self.model.deformable.is_some() { (2.0 * strain).max(1e-4) } else { 0.0 };
+        let widest = 1.0 + self.strain_margin;
         let neighbor = |source| SolverError::Neighbor { step, source };
         // Pairs that are bonded do not interact otherwise; broken ones with a kept reference go on from it.
         let mut bonded: Vec<(Pair, [i8; 3])> = Vec::new();
@@ -271,7 +317,7 @@ impl Solver {
         kept.sort_unstable_by_key(|k| k.0);
         if let Some(block) = &mut state.contacts {
             let block = block.contacts_mut();
-            let reach: Vec<f64> = particles.radius.iter().map(|r| r + 0.5 * skin).collect();
+            let reach: Vec<f64> = particles.radius.iter().map(|r| r * widest + 0.5 * skin).collect();
             let candidates = candidate_pairs(&particles.position, &reach, state.cell.as_ref()).map_err(neighbor)?;
             // Contacts with history stay, those with a kept reference as well while they may touch again.
             block.retain_links(&|link| link.has(Link::ACTIVE) || link.has(Link::KEPT_REFERENCE));
@@ -316,19 +362,25 @@ impl Solver {
             self.contact_map = TileMap::new(block, n);
         }
         if let Some(block) = &mut state.wall_contacts {
-            search_walls(block.contacts_mut(), &self.model, &state.walls, &state.particles, skin).map_err(neighbor)?;
+            let wall_skin = skin + self.strain_margin * largest;
+            search_walls(block.contacts_mut(), &self.model, &state.walls, &state.particles, wall_skin)
+                .map_err(neighbor)?;
         }
         self.wall_positions = state.walls.iter().map(|wall| wall.displacement).collect();
         self.bond_maps = state.bonds.iter().map(|block| TileMap::new(block.contacts(), n)).collect();
         self.verlet = (state.contacts.is_some() || state.wall_contacts.is_some()).then(|| {
             // The longest distance that matters is that of touching spheres.
-            VerletList::new(&state.particles.position, state.cell.as_ref(), skin, 2.0 * largest)
+            VerletList::new(&state.particles.position, state.cell.as_ref(), skin, 2.0 * largest * widest)
         });
         Ok(())
     }
 
-    fn needs_search(&self, state: &State) -> bool {
+    fn needs_search(&self, state: &State, strain: f64) -> bool {
         let Some(verlet) = &self.verlet else { return false };
+        // A NaN is found when the motion is looked at.
+        if strain > self.strain_margin {
+            return true;
+        }
         if state.wall_contacts.is_some() && self.walls_may_be_missed(state, verlet) {
             return true;
         }
@@ -348,11 +400,13 @@ impl Solver {
         allowed <= 0.0 || !state.particles.position.par_iter().zip(&verlet.positions).all(moved)
     }
 
-    /// Forces of all contacts at the present positions: those that the next step will find. Changes nothing but that
-    /// neighbours are searched now if the next step would search them.
+    /// Forces of all contacts at the present positions: those that the next step will find (with iterated deformation, for
+    /// the strains it begins with). Changes nothing but that neighbours are searched now if the next step would search
+    /// them.
     pub fn record(&mut self, state: &mut State) -> Result<record::Forces, SolverError> {
-        if self.needs_search(state) {
-            self.search(state)?;
+        let strain = self.begin_deformation(state);
+        if self.needs_search(state, strain) {
+            self.search(state, strain)?;
         }
         let context = StepContext {
             particles: &state.particles,
@@ -362,6 +416,8 @@ impl Solver {
             dt: state.clock.dt,
             damage_threshold: self.model.damage_threshold,
             sample: false,
+            widening: &self.pass.widening,
+            dashpots_strain: false,
         };
         let mut forces = record::Forces::default();
         for block in state.bonds.iter().chain(&state.contacts) {
@@ -382,56 +438,24 @@ impl Solver {
     /// ledger's residual too). Leaving them out saves time; what is dissipated is booked at every step.
     pub fn step_with(&mut self, state: &mut State, sample: bool) -> Result<StepReport, SolverError> {
         let mut report = StepReport::default();
-        if self.needs_search(state) {
-            self.search(state)?;
+        let mut strain = self.begin_deformation(state);
+        if self.needs_search(state, strain) {
+            self.search(state, strain)?;
             report.searched = true;
         }
         // The first step sets the ledger's initial energy.
         let sample = sample || !state.ledger.started;
         let dt = state.clock.dt;
-        self.force.fill(Vec3::zeros());
-        self.torque.fill(Vec3::zeros());
         state.particles.poses(&mut self.poses);
-        let mut bonds_changed = false;
-        let mut crossing = Mat3::zeros();
-        {
-            let context = StepContext {
-                particles: &state.particles,
-                poses: &self.poses,
-                cell: state.cell.as_ref(),
-                mode: self.model.mode,
-                dt,
-                damage_threshold: self.model.damage_threshold,
-                sample,
-            };
-            let mut merge = |tally: forces::Tally, kind: usize, block: usize| {
-                report.energy += tally.energy;
-                report.virial += tally.virial;
-                crossing += tally.crossing;
-                report.active[kind] += tally.active;
-                report.force_squared += tally.force_squared;
-                bonds_changed |= tally.incidents.iter().any(|incident| incident.broke);
-                report.incidents.extend(tally.incidents.into_iter().map(|incident| (block, incident)));
-            };
-            for (k, (block, map)) in state.bonds.iter_mut().zip(&mut self.bond_maps).enumerate() {
-                merge(block.evaluate(&context, map, &mut self.force, &mut self.torque), 0, k);
-            }
-            if let Some(block) = &mut state.contacts {
-                let mut tally = block.evaluate(&context, &mut self.contact_map, &mut self.force, &mut self.torque);
-                tally.incidents.clear();
-                merge(tally, 1, usize::MAX);
-            }
-            if let Some(block) = &mut state.wall_contacts {
-                let mut tally = block.evaluate_walls(&context, &mut state.walls, &mut self.force, &mut self.torque);
-                tally.incidents.clear();
-                merge(tally, 2, usize::MAX);
-            }
+        let crossing = if deformation::iteration(self.model.deformable.as_ref()).is_some() {
+            self.evaluate_iterated(state, sample, &mut report, &mut strain)?
+        } else {
+            self.evaluate(state, sample, &mut report)
+        };
+        let bonds_changed = report.incidents.iter().any(|(_, incident)| incident.broke);
+        if self.model.deformable.is_some() {
+            report.deformation = self.pass.finish(&mut state.particles, &self.force);
         }
-        let mut maps: Vec<&TileMap> = self.bond_maps.iter().collect();
-        if state.contacts.is_some() {
-            maps.push(&self.contact_map);
-        }
-        integrate::gather(&mut self.force, &mut self.torque, &maps);
 
         if self.model.hydrostatic_strength.is_active()
             && let Some(stress) = virial::mean_stress(state, self.model.hydrostatic_strength.planar)
@@ -465,6 +489,7 @@ impl Solver {
         );
 
         let mut others = [0.0; 2];
+        report.kick.external[0] += report.deformation.loads;
         if let Some(cell) = &mut state.cell {
             if let Some(change) = self.gradient_change.take() {
                 cell.velocity_gradient += change;
@@ -481,7 +506,8 @@ impl Solver {
             others[1] += half;
             wall.displacement += wall.velocity * dt;
         }
-        state.ledger.book(&report.energy, &report.kick, others);
+        others[0] += report.deformation.reactions;
+        state.ledger.book(&report.energy, &report.kick, &report.deformation, others);
         state.clock.step += 1;
         if !report.kick.max_speed_squared.is_finite() || !report.kick.kinetic.is_finite() {
             let bad = state
@@ -497,9 +523,139 @@ impl Solver {
             });
         }
         if bonds_changed {
-            self.search(state)?;
+            self.search(state, strain)?;
         }
         Ok(report)
+    }
+
+    /// All contact forces at the present positions and strains: net forces and torques, dyads, and the report's sums;
+    /// histories advance. Returns `Σ f⊗image` over contacts across the periodic border.
+    fn evaluate(&mut self, state: &mut State, sample: bool, report: &mut StepReport) -> Mat3 {
+        self.force.fill(Vec3::zeros());
+        self.torque.fill(Vec3::zeros());
+        self.pass.clear();
+        report.evaluations += 1;
+        let (force, torque, pass) = (&mut self.force[..], &mut self.torque[..], &mut self.pass);
+        let DeformationPass { widening, dyads, .. } = pass;
+        let context = StepContext {
+            particles: &state.particles,
+            poses: &self.poses,
+            cell: state.cell.as_ref(),
+            mode: self.model.mode,
+            dt: state.clock.dt,
+            damage_threshold: self.model.damage_threshold,
+            sample,
+            widening,
+            dashpots_strain: self.model.deformable.as_ref().is_some_and(|d| d.dashpots),
+        };
+        let mut crossing = Mat3::zeros();
+        let mut merge = |tally: forces::Tally, kind: usize, block: usize| {
+            report.energy += tally.energy;
+            report.virial += tally.virial;
+            crossing += tally.crossing;
+            report.active[kind] += tally.active;
+            report.force_squared += tally.force_squared;
+            report.incidents.extend(tally.incidents.into_iter().map(|incident| (block, incident)));
+        };
+        for (k, (block, map)) in state.bonds.iter_mut().zip(&mut self.bond_maps).enumerate() {
+            merge(block.evaluate(&context, map, force, torque, dyads), 0, k);
+        }
+        if let Some(block) = &mut state.contacts {
+            let mut tally = block.evaluate(&context, &mut self.contact_map, force, torque, dyads);
+            tally.incidents.clear();
+            merge(tally, 1, usize::MAX);
+        }
+        if let Some(block) = &mut state.wall_contacts {
+            let mut tally = block.evaluate_walls(&context, &mut state.walls, force, torque, dyads);
+            tally.incidents.clear();
+            merge(tally, 2, usize::MAX);
+        }
+        let mut maps: Vec<&TileMap> = self.bond_maps.iter().collect();
+        if state.contacts.is_some() {
+            maps.push(&self.contact_map);
+        }
+        integrate::gather(force, torque, &maps);
+        if self.model.deformable.is_some() {
+            pass.gather(&maps);
+        }
+        crossing
+    }
+
+    /// [`Self::evaluate`] again and again, each time from the histories at the beginning of the step, until strains and
+    /// forces agree.
+    fn evaluate_iterated(
+        &mut self,
+        state: &mut State,
+        sample: bool,
+        report: &mut StepReport,
+        strain: &mut f64,
+    ) -> Result<Mat3, SolverError> {
+        let Some((tolerance, maximum, relaxation)) = deformation::iteration(self.model.deformable.as_ref()) else {
+            return Ok(self.evaluate(state, sample, report));
+        };
+        let mut change = f64::INFINITY;
+        let mut start = Histories::of(state);
+        for iteration in 0..maximum {
+            if iteration > 0 {
+                if let Some(deformable) = &self.model.deformable {
+                    *strain = self.pass.relax(deformable, relaxation, &state.particles, &self.force);
+                }
+                // A bond that broke once stays so: bonds that break and heal in turn would keep strains from settling.
+                start.release(&report.incidents);
+                start.restore(state);
+                if self.needs_search(state, *strain) {
+                    self.search(state, *strain)?;
+                    report.searched = true;
+                    start = Histories::of(state);
+                }
+            }
+            let StepReport { searched, evaluations, .. } = *report;
+            *report = StepReport { searched, evaluations, ..StepReport::default() };
+            let crossing = self.evaluate(state, sample, report);
+            if iteration == 0 {
+                self.pass.keep_others();
+            }
+            change = self.pass.disagreement(&state.particles, &self.force);
+            if change <= tolerance {
+                return Ok(crossing);
+            }
+        }
+        Err(SolverError::NotConverged { step: state.clock.step, iterations: maximum, change })
+    }
+}
+
+/// Contacts as they were.
+struct Histories {
+    bonds: Vec<Box<dyn EvaluatedContacts>>,
+    contacts: Option<Box<dyn EvaluatedContacts>>,
+    wall_contacts: Option<Box<dyn EvaluatedContacts>>,
+}
+
+impl Histories {
+    fn of(state: &State) -> Self {
+        Self {
+            bonds: state.bonds.iter().map(|block| block.boxed_clone()).collect(),
+            contacts: state.contacts.as_ref().map(|block| block.boxed_clone()),
+            wall_contacts: state.wall_contacts.as_ref().map(|block| block.boxed_clone()),
+        }
+    }
+
+    /// Let go of the bonds that broke among `incidents`: they break when they are evaluated.
+    fn release(&mut self, incidents: &[(usize, Incident)]) {
+        for (k, block) in self.bonds.iter_mut().enumerate() {
+            let broke = |(at, incident): &&(usize, Incident)| *at == k && incident.broke;
+            let mut pairs: Vec<Pair> = incidents.iter().filter(broke).map(|(_, incident)| incident.pair).collect();
+            if !pairs.is_empty() {
+                pairs.sort_unstable();
+                block.contacts_mut().release(&|pair| pairs.binary_search(pair).is_ok());
+            }
+        }
+    }
+
+    fn restore(&self, state: &mut State) {
+        state.bonds = self.bonds.iter().map(|block| block.boxed_clone()).collect();
+        state.contacts = self.contacts.as_ref().map(|block| block.boxed_clone());
+        state.wall_contacts = self.wall_contacts.as_ref().map(|block| block.boxed_clone());
     }
 }
 

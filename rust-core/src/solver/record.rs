@@ -5,6 +5,7 @@
 
 use rayon::prelude::*;
 
+use super::deformation::Dyads;
 use super::forces::{StepContext, activate};
 use super::walls;
 use crate::kinematics::sphere_sphere::ImageShift;
@@ -128,7 +129,14 @@ fn row<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepContext<'
     if !link.has(Link::ACTIVE) {
         let before = branch - (motion_b.velocity + image.velocity - motion_a.velocity) * context.dt;
         let (radius_a, radius_b) = (particles.radius[a], particles.radius[b]);
-        if !activate::<L>(&mut link, &mut reference, &mut frame, &branch, &before, radius_a, radius_b) {
+        let widening = if context.widening.is_empty() {
+            0.0
+        } else {
+            let normal = branch.normalize();
+            context.widening_between(a, b, &normal, &normal).0
+        };
+        let (link, reference, frame) = (&mut link, &mut reference, &mut frame);
+        if !activate::<L>(link, reference, frame, &branch, &before, [radius_a, radius_b], widening) {
             return None;
         }
     }
@@ -137,7 +145,7 @@ fn row<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepContext<'
         area: reference.area,
         ..block.geometry(k, particles, false)
     };
-    let kinematics = L::Kinematics::measure(
+    let mut kinematics = L::Kinematics::measure(
         context.mode,
         &motion_a,
         &motion_b,
@@ -147,6 +155,11 @@ fn row<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepContext<'
         link.has(Link::BONDED),
         context.dt,
     );
+    if !context.widening.is_empty() {
+        let normal = kinematics.point().normal;
+        let (now, before) = context.widening_between(a, b, &normal, &frame.normal);
+        kinematics = kinematics.widened(now, before);
+    }
     let Response { force, moment, fate, .. } =
         block.rows[link.row as usize].respond(&kinematics, &block.history[k], context.dt);
     let point = kinematics.point();
@@ -171,5 +184,6 @@ pub(super) fn record_walls<L: ContactLaw>(
     let (mut block, mut walls) = (block.clone(), walls.to_vec());
     let n = context.particles.len();
     let (mut force, mut torque) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
-    walls::evaluate(&mut block, context, &mut walls, &mut force, &mut torque, Some(out));
+    let mut dyads = vec![Dyads::default(); context.widening.len()];
+    walls::evaluate(&mut block, context, &mut walls, &mut force, &mut torque, &mut dyads, Some(out));
 }

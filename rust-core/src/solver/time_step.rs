@@ -8,14 +8,21 @@
 //! * spectral: the largest eigenvalue of the assembled mass-scaled stiffness by Lanczos iteration, plus its residual
 //!   norm. Sharp.
 //!
+//! Deformable particles stiffen the fastest vibration where their strains lag behind the forces
+//! ([`coupling`](super::coupling)); the last two bounds take that into account. Shear forces, which strain the particles
+//! too, do not count there.
+//!
 //! Dashpots with `C ≤ βK` lower the limit to `(2/ω)(√(1+ζ²) − ζ)`, `ζ = ½βω` (Belytschko 1983).
 
-use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector6};
+use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use rayon::prelude::*;
 
+use super::coupling::{Convergence, Coupling};
+use super::lanczos;
+use crate::kinematics::deformable::{Deformable, Update};
 use crate::kinematics::sphere_sphere::fresh_frame;
 use crate::law::Stiffness;
-use crate::math::{Mat3, Vec3, any_perpendicular};
+use crate::math::{Mat3, Vec3};
 use crate::state::contacts::{Contacts, Link};
 use crate::state::{Cell, Particles, State};
 
@@ -134,8 +141,21 @@ fn limit(frequency: f64, beta: f64) -> f64 {
     2.0 / frequency * ((1.0 + zeta * zeta).sqrt() - zeta)
 }
 
-/// Compute the bounds for the contacts and candidates of `state` as they are.
+/// Compute the bounds for the contacts and candidates of `state` as they are, between rigid particles.
 pub fn bounds(state: &State) -> TimeStepBounds {
+    bounds_with(state, None).0
+}
+
+/// [`bounds`] between particles that deform, and whether their strains and forces find each other. Where they do not,
+/// the bounds are those of rigid particles; no time step is stable.
+pub fn bounds_with(state: &State, deformable: Option<&Deformable>) -> (TimeStepBounds, Option<Convergence>) {
+    let coupling = deformable.map(|deformable| Coupling::new(state, deformable));
+    let convergence = coupling.as_ref().map(Coupling::convergence);
+    // Iterated strains soften the contacts: rigid particles are the worst case.
+    let lagged = deformable.is_some_and(|d| d.update == Update::Lagged);
+    let radius = convergence.map_or(0.0, |c| c.spectral_radius);
+    let coupling = coupling.filter(|_| lagged && radius > 0.0 && radius < 1.0);
+    let stiffening = if coupling.is_some() { 1.0 / (1.0 - radius) } else { 1.0 };
     let particles = &state.particles;
     let n = particles.len();
     let elements = elements(state);
@@ -174,18 +194,37 @@ pub fn bounds(state: &State) -> TimeStepBounds {
             let scaled = Matrix6::from_fn(|i, j| block[(i, j)] * s[i] * s[j]);
             SymmetricEigen::new(scaled).eigenvalues.max()
         })
-        .reduce(|| 0.0, f64::max);
+        .reduce(|| 0.0, f64::max)
+        * stiffening;
     let per_particle = limit(largest.max(0.0).sqrt(), beta);
 
-    let (square, width, iterations) = lanczos(&elements, &walls, &scale, largest);
+    let found = lanczos::largest_eigenvalue(
+        n,
+        |p, i| scale[p][i] != 0.0,
+        largest,
+        1e-4,
+        |x, y| {
+            apply(&elements, &walls, &scale, x, y);
+            if let Some(coupling) = &coupling {
+                let displacement = |p: usize| x[p].fixed_rows::<3>(0).component_mul(&scale[p].fixed_rows::<3>(0));
+                coupling.add_stiffening(displacement, |p, force| {
+                    for i in 0..3 {
+                        y[p][i] += force[i] * scale[p][i];
+                    }
+                });
+            }
+        },
+    );
+    let (square, width, iterations) = (found.upper, found.width, found.iterations);
     let frequency = square.max(0.0).sqrt();
-    TimeStepBounds {
+    let bounds = TimeStepBounds {
         per_particle,
         spectral: limit(frequency, beta),
         frequency,
         uncertainty: if square > 0.0 { 0.5 * width / square } else { 0.0 },
         iterations,
-    }
+    };
+    (bounds, convergence)
 }
 
 /// `y = S K S x`, element by element in fixed order.
@@ -225,73 +264,4 @@ fn apply(
         let f = normal_part * k.normal + (relative - normal_part) * k.shear;
         add(*p as usize, -f, -n.cross(&f) * *arm);
     }
-}
-
-/// Largest eigenvalue of the scaled stiffness: Ritz value plus residual norm, and that norm; at most `ceiling`.
-fn lanczos(
-    elements: &[Element],
-    walls: &[(u32, Vec3, f64, Stiffness)],
-    scale: &[Vector6<f64>],
-    ceiling: f64,
-) -> (f64, f64, usize) {
-    const STEPS: usize = 200;
-    const TOLERANCE: f64 = 1e-4;
-    let n = scale.len();
-    let dot = |a: &[Vector6<f64>], b: &[Vector6<f64>]| a.iter().zip(b).map(|(x, y)| x.dot(y)).sum::<f64>();
-    // A start vector without symmetry: alternating, with incommensurate weights.
-    let mut v: Vec<Vector6<f64>> = (0..n)
-        .map(|p| {
-            let t = any_perpendicular(&Vec3::new(1.0, 0.3, 0.2).normalize());
-            Vector6::from_fn(|i, _| {
-                let phase = (p * 6 + i) as f64 * 0.618_033_988_749_894_9;
-                if scale[p][i] == 0.0 { 0.0 } else { (phase - phase.floor()) - 0.5 + 0.1 * t[i % 3] }
-            })
-        })
-        .collect();
-    let norm = dot(&v, &v).sqrt();
-    if norm == 0.0 {
-        return (0.0, 0.0, 0);
-    }
-    for x in &mut v {
-        *x /= norm;
-    }
-    let mut previous = vec![Vector6::zeros(); n];
-    let mut w = vec![Vector6::zeros(); n];
-    let (mut alpha, mut beta) = (Vec::new(), Vec::<f64>::new());
-    let mut best = (ceiling, ceiling, 0);
-    for step in 1..=STEPS.min(6 * n) {
-        apply(elements, walls, scale, &v, &mut w);
-        let a = dot(&v, &w);
-        let b_old = beta.last().copied().unwrap_or(0.0);
-        for ((w, v), p) in w.iter_mut().zip(&v).zip(&previous) {
-            *w -= v * a + p * b_old;
-        }
-        alpha.push(a);
-        let b = dot(&w, &w).sqrt();
-        if step % 10 == 0 || b <= 1e-14 * ceiling || step == STEPS.min(6 * n) {
-            let t = DMatrix::from_fn(step, step, |i, j| {
-                if i == j {
-                    alpha[i]
-                } else if i.abs_diff(j) == 1 {
-                    beta[i.min(j)]
-                } else {
-                    0.0
-                }
-            });
-            let eigen = SymmetricEigen::new(t);
-            let top = eigen.eigenvalues.imax();
-            let theta = eigen.eigenvalues[top];
-            let residual = (b * eigen.eigenvectors[(step - 1, top)]).abs();
-            best = ((theta + residual).min(ceiling), residual, step);
-            if residual <= TOLERANCE * theta || b <= 1e-14 * ceiling {
-                break;
-            }
-        }
-        beta.push(b);
-        std::mem::swap(&mut previous, &mut v);
-        for (v, w) in v.iter_mut().zip(&w) {
-            *v = w / b;
-        }
-    }
-    best
 }

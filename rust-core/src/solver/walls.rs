@@ -6,6 +6,7 @@
 //! surface acts once, not once per triangle. Where the
 //! nearest point passes from one triangle to the next, the new contact goes on with the history of the old one.
 
+use super::deformation::Dyads;
 use super::forces::{Incident, StepContext, Tally, motion_of};
 use crate::kinematics::Frame;
 use crate::law::{ContactGeometry, ContactLaw, Fate, Kinematics};
@@ -37,6 +38,7 @@ pub fn evaluate<L: ContactLaw>(
     walls: &mut [Wall],
     force: &mut [Vec3],
     torque: &mut [Vec3],
+    dyads: &mut [Dyads],
     mut record: Option<&mut WallForces>,
 ) -> Tally {
     let elements = element_table(walls);
@@ -59,7 +61,9 @@ pub fn evaluate<L: ContactLaw>(
             let (w, e) = elements[pair.b as usize];
             walls[w as usize].foot(e as usize, &centre)
         }));
-        let touching = |k: usize| feet[k].filter(|foot| foot.distance < radius);
+        // Radius towards a wall, with what the particle widened.
+        let widened = |normal: &Vec3| radius + context.widening.get(a).map_or(0.0, |w| w.now.quadratic(normal));
+        let touching = |k: usize| feet[k].filter(|foot| foot.distance < widened(&foot.normal));
         // Which of them act.
         holds.clear();
         holds.extend((0..end - start).map(|k| {
@@ -100,7 +104,7 @@ pub fn evaluate<L: ContactLaw>(
                 forget(block, k);
                 continue;
             };
-            let opens = block.link[k].has(Link::ACTIVE) && foot.distance >= radius;
+            let opens = block.link[k].has(Link::ACTIVE) && foot.distance >= widened(&foot.normal);
             if !holds[k - start] && !opens {
                 forget(block, k);
                 continue;
@@ -125,11 +129,15 @@ pub fn evaluate<L: ContactLaw>(
                 geometry.area = block.reference[k].area;
             }
             let velocity = walls[w as usize].velocity;
-            let Some(kinematics) =
+            let Some(mut kinematics) =
                 L::Kinematics::measure_wall(&motion, &foot, &velocity, &geometry, &block.frame[k], context.dt)
             else {
                 continue;
             };
+            if let Some(widening) = context.widening.get(a) {
+                let now = widening.now.quadratic(&foot.normal);
+                kinematics = kinematics.widened(now, widening.before.quadratic(&block.frame[k].normal));
+            }
             let response = block.rows[block.link[k].row as usize].respond(&kinematics, &block.history[k], context.dt);
             block.frame[k] = Frame { normal: foot.normal, length: foot.distance };
             tally.energy += response.energy;
@@ -154,6 +162,10 @@ pub fn evaluate<L: ContactLaw>(
                 tally.force_squared += response.force.norm_squared();
             }
             force[a] += response.force;
+            if let Some(sum) = dyads.get_mut(a) {
+                let viscous = L::viscous_force(&foot.normal, &response.state);
+                *sum += context.dyads(&foot.normal, &response.force, &viscous);
+            }
             torque[a] += point.cross(&response.force);
             if L::TRANSMITS_MOMENT {
                 torque[a] += response.moment;

@@ -10,10 +10,10 @@ pub mod walls;
 pub use cell::Cell;
 pub use clumps::Clump;
 pub use columns::{Column, ColumnError, ColumnSink, ColumnSource, WriteColumns};
-pub use particles::{Constraint, Load, Particles, Sphere};
+pub use particles::{Constraint, Deformation, Load, LoadLever, Particles, Sphere};
 pub use walls::{Wall, WallShape};
 
-use crate::math::{Mat3, Quat, Vec3};
+use crate::math::{Mat3, Quat, Symmetric, Vec3};
 use crate::solver::energy::Ledger;
 use crate::solver::forces::EvaluatedContacts;
 use columns::with_length;
@@ -117,13 +117,20 @@ impl State {
             } else {
                 Vec::new()
             },
+            deformation: if source.exists("particles/deformation") {
+                let path = "particles/deformation";
+                bytemuck::cast_slice(&with_length(path, source.f64(path)?, 24 * n)?).to_vec()
+            } else {
+                Vec::new()
+            },
             loads: source
                 .f64("particles/loads")?
-                .chunks_exact(7)
+                .chunks_exact(13)
                 .map(|r| Load {
                     particle: r[0] as u32,
                     force: Vec3::new(r[1], r[2], r[3]),
                     moment: Vec3::new(r[4], r[5], r[6]),
+                    dyad: Symmetric([r[7], r[8], r[9], r[10], r[11], r[12]]),
                 })
                 .collect(),
             id,
@@ -206,12 +213,19 @@ impl WriteColumns for State {
             let previous = Column::f64(bytemuck::cast_slice(&p.previous), 6, "N, N m");
             sink.column("particles/previous_wrench", previous)?;
         }
+        if !p.deformation.is_empty() {
+            sink.column("particles/deformation", Column::f64(bytemuck::cast_slice(&p.deformation), 24, "N"))?;
+        }
         let loads: Vec<f64> = p
             .loads
             .iter()
-            .flat_map(|l| [f64::from(l.particle), l.force.x, l.force.y, l.force.z, l.moment.x, l.moment.y, l.moment.z])
+            .flat_map(|l| {
+                let vectors = [l.force, l.moment];
+                let parts = vectors.iter().flat_map(|v| [v.x, v.y, v.z]).chain(l.dyad.0);
+                std::iter::once(f64::from(l.particle)).chain(parts).collect::<Vec<_>>()
+            })
             .collect();
-        sink.column("particles/loads", Column::f64(&loads, 7, "1, N, N m"))?;
+        sink.column("particles/loads", Column::f64(&loads, 13, "1, N, N m, N"))?;
         if let Some(cell) = &self.cell {
             let mut reals = Vec::with_capacity(36);
             for matrix in [&cell.matrix, &cell.deformation_gradient, &cell.velocity_gradient, &cell.matrix_change] {

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::kinematics::Pose;
-use crate::math::{Quat, Vec3};
+use crate::math::{Quat, Symmetric, Vec3};
 
 /// Degrees of freedom of a particle that keep their velocity instead of following the forces.
 ///
@@ -79,6 +79,8 @@ pub struct Particles {
     pub tags: Vec<u64>,
     /// Net force (N) and torque (N·m) of the last step, where the damping remembers them; else empty.
     pub previous: Vec<[Vec3; 2]>,
+    /// What strains the particles, where they deform; else empty.
+    pub deformation: Vec<Deformation>,
     /// Constant external loads, at most one per particle, by ascending particle.
     pub loads: Vec<Load>,
 }
@@ -92,6 +94,37 @@ pub struct Load {
     pub force: Vec3,
     /// Moment, N·m.
     pub moment: Vec3,
+    /// `±Σ f⊗f/|f|`, N, of forces that pull (+) on the particle's surface or push (−) against it: what they add to the
+    /// dyad that strains a deformable particle. Zero for forces on the body.
+    pub dyad: Symmetric,
+}
+
+/// What strains a deformable particle: dyads `Σ ½(n⊗f + f⊗n)` over the forces on its surface, `n` from the centre to where
+/// they act, N.
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Deformation {
+    /// Of all forces of the last step.
+    pub dyad: Symmetric,
+    /// What the strains of the last step were computed from.
+    pub used: Symmetric,
+    /// Of the contact forces that do not feel the strain.
+    pub other: Symmetric,
+    /// Of the reaction of a prescribed motion.
+    pub reaction: Symmetric,
+}
+
+/// How a given force reaches its particle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoadLever {
+    /// It acts on the whole body, like a weight.
+    #[default]
+    Body,
+    /// It pulls at the point of the surface that lies in its direction.
+    Pull,
+    /// It pushes against the point of the surface that lies against its direction.
+    Push,
 }
 
 /// One particle to be added: the usual defaults are a resting, free sphere.
@@ -144,14 +177,27 @@ impl Particles {
         self.tags.push(0);
     }
 
-    /// Add to the external load of a particle: force in N, moment in N·m.
+    /// Add to the external load of a particle: force in N, moment in N·m. The force acts on the body.
     pub fn add_load(&mut self, particle: u32, force: Vec3, moment: Vec3) {
+        self.add_load_at(particle, force, moment, LoadLever::Body);
+    }
+
+    /// [`Self::add_load`] with a force that acts as `lever` says.
+    pub fn add_load_at(&mut self, particle: u32, force: Vec3, moment: Vec3, lever: LoadLever) {
+        let size = force.norm();
+        let sign = match lever {
+            LoadLever::Body => 0.0,
+            LoadLever::Pull => 1.0,
+            LoadLever::Push => -1.0,
+        };
+        let dyad = if size > 0.0 { Symmetric::product(&(force * (sign / size)), &force) } else { Symmetric::default() };
         match self.loads.binary_search_by_key(&particle, |load| load.particle) {
             Ok(at) => {
                 self.loads[at].force += force;
                 self.loads[at].moment += moment;
+                self.loads[at].dyad += dyad;
             }
-            Err(at) => self.loads.insert(at, Load { particle, force, moment }),
+            Err(at) => self.loads.insert(at, Load { particle, force, moment, dyad }),
         }
     }
 
@@ -182,6 +228,7 @@ impl Particles {
             constraint: pick(&self.constraint, order),
             tags: pick(&self.tags, order),
             previous: if self.previous.is_empty() { Vec::new() } else { pick(&self.previous, order) },
+            deformation: if self.deformation.is_empty() { Vec::new() } else { pick(&self.deformation, order) },
             loads: {
                 let place: std::collections::BTreeMap<u32, u32> =
                     order.iter().enumerate().map(|(new, &old)| (old, new as u32)).collect();
@@ -192,6 +239,17 @@ impl Particles {
             },
         }
     }
+}
+
+/// What a particle's load among `loads`, which are sorted by particle, adds to its dyad, N.
+#[inline]
+pub fn load_dyad(loads: &[Load], particle: u32) -> Symmetric {
+    if loads.is_empty() {
+        return Symmetric::default();
+    }
+    loads
+        .binary_search_by_key(&particle, |load| load.particle)
+        .map_or_else(|_| Symmetric::default(), |at| loads[at].dyad)
 }
 
 /// Load of a particle among `loads`, which are sorted by particle.

@@ -1,0 +1,242 @@
+//! The pass over deformable particles: from the forces of a step to the strains that the contacts see
+//! ([`kinematics::deformable`](crate::kinematics::deformable)), and their share of the ledger.
+//!
+//! **Ledger.** In a step the centres come nearer by what the contacts and the particles give way. Of the trapezoidal work
+//! of a contact's normal force, `½(f_o+f)Δu_c` is the contact's own business, and the rest, summed over the contacts of a
+//! particle, is `½(N_o+N):ΔW` with the dyads `N` of elastic normal forces and `W = Rε`. With `T` all that strains the
+//! particle, `S` the dyad `W` was computed from, `O = T − N − X` what strains it without feeling the strain (shear
+//! forces), and `X` given loads and reactions:
+//!
+//! `½(N_o+N):ΔW = ½Δ(S:W) + ½[(T_o+T) − (S_o+S)]:ΔW − ½(O_o+O):ΔW − ½(X_o+X):ΔW`,
+//!
+//! which are, in this order, the change of the energy stored in particles, what the lag of the strains behind the forces
+//! dissipates, what shear makes or loses, and the work of loads and reactions on the particle's outer half. Exact up to
+//! the turn of the normals in one step.
+
+use rayon::prelude::*;
+
+use super::forces::{TILE, TileMap};
+use crate::kinematics::deformable::{Deformable, Update, Widening};
+use crate::math::{Symmetric, Vec3};
+use crate::state::particles::load_dyad;
+use crate::state::{Constraint, Deformation, Particles};
+
+/// What the contacts of a particle do to its shape: dyads `Σ ½(n⊗f + f⊗n)`, N.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Dyads {
+    /// Of elastic normal forces.
+    pub normal: Symmetric,
+    /// Of all other forces that strain the particle.
+    pub other: Symmetric,
+    /// Sum of the directions of the contacts, `Σ n`.
+    pub side: Vec3,
+}
+
+impl Dyads {
+    /// The same contact seen from its other particle: force and direction are both opposite.
+    #[inline(always)]
+    #[must_use]
+    pub fn opposite(&self) -> Self {
+        Self { side: -self.side, ..*self }
+    }
+}
+
+impl std::ops::AddAssign for Dyads {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        self.normal += other.normal;
+        self.other += other.other;
+        self.side += other.side;
+    }
+}
+
+/// Sums over particles of one step, J; see the [module](self).
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct DeformationSums {
+    /// Energy stored in particles.
+    pub stored: f64,
+    /// Dissipated in the step by the lag.
+    pub lag: f64,
+    /// Lost in the step to forces that strain particles and do not feel it.
+    pub other: f64,
+    /// Work of given forces in the step.
+    pub loads: f64,
+    /// Work of reactions in the step.
+    pub reactions: f64,
+}
+
+/// Scratch of the pass.
+#[derive(Default)]
+pub struct DeformationPass {
+    /// What the contacts see, by particle; empty if particles do not deform.
+    pub widening: Vec<Widening>,
+    /// What the contacts did, by particle.
+    pub dyads: Vec<Dyads>,
+    /// The dyads that the present strains were computed from, while they are iterated.
+    guess: Vec<Symmetric>,
+    /// [`Dyads::other`] of the first evaluation of a step, which stays while the strains are iterated.
+    kept: Vec<Symmetric>,
+}
+
+impl DeformationPass {
+    /// Strains of a step before its forces are known: from the forces of the last one. Returns the largest size of any
+    /// particle's strain.
+    pub fn begin(&mut self, deformable: &Deformable, particles: &mut Particles) -> f64 {
+        let n = particles.len();
+        particles.deformation.resize(n, Deformation::default());
+        self.guess.clear();
+        self.guess.extend(particles.deformation.iter().map(|d| d.dyad));
+        self.dyads.resize(n, Dyads::default());
+        self.widening.resize(n, Widening::default());
+        let compliance = |p: usize| deformable.compliance(particles.material[p], particles.radius[p]);
+        self.widening
+            .par_iter_mut()
+            .zip(&particles.deformation)
+            .enumerate()
+            .with_min_len(TILE)
+            .for_each(|(p, (widening, d))| widening.before = compliance(p).widening(&d.used));
+        self.widen(deformable, particles)
+    }
+
+    /// Strains from the present guess. Returns the largest size of any particle's strain.
+    fn widen(&mut self, deformable: &Deformable, particles: &Particles) -> f64 {
+        let largest = |a: f64, b: f64| if a.is_nan() || a > b { a } else { b };
+        self.widening
+            .par_iter_mut()
+            .zip(&self.guess)
+            .enumerate()
+            .with_min_len(TILE)
+            .map(|(p, (widening, guess))| {
+                let radius = particles.radius[p];
+                widening.now = deformable.compliance(particles.material[p], radius).widening(guess);
+                widening.now.contract(&widening.now).sqrt() / radius
+            })
+            .reduce(|| 0.0, largest)
+    }
+
+    /// Forget the dyads of the last evaluation.
+    pub fn clear(&mut self) {
+        self.dyads.fill(Dyads::default());
+    }
+
+    /// Add what contacts of other tiles did, in fixed order.
+    pub fn gather(&mut self, maps: &[&TileMap]) {
+        self.dyads.par_chunks_mut(TILE).enumerate().for_each(|(chunk, dyads)| {
+            for map in maps {
+                for (i, dyads) in dyads.iter_mut().enumerate() {
+                    for incoming in map.incoming_dyads(chunk * TILE + i) {
+                        *dyads += *incoming;
+                    }
+                }
+            }
+        });
+    }
+
+    /// Keep the other forces as they are now for the iterations that follow. They depend on the strains only through the
+    /// limit of friction, which jumps when a contact closes against its dashpot: iterated, they would not settle.
+    pub fn keep_others(&mut self) {
+        self.kept.clear();
+        self.kept.extend(self.dyads.iter().map(|dyads| dyads.other));
+    }
+
+    /// All that strains particle `p` with the other contact forces `other`, and the part of it that is reaction, N. `force`
+    /// is the net contact force.
+    #[inline(always)]
+    fn total(&self, p: usize, other: Symmetric, particles: &Particles, force: &Vec3) -> (Symmetric, Symmetric) {
+        let Dyads { normal, side, .. } = self.dyads[p];
+        let reaction = reaction(particles, p, force, &side);
+        (normal + other + load_dyad(&particles.loads, p as u32) + reaction, reaction)
+    }
+
+    /// Difference between the dyads that the forces of the last evaluation give and those that its strains were computed
+    /// from: root of the sum of squares, by that of the former.
+    pub fn disagreement(&self, particles: &Particles, force: &[Vec3]) -> f64 {
+        let (mut change, mut size) = (0.0, 0.0);
+        for (p, guess) in self.guess.iter().enumerate() {
+            let (result, _) = self.total(p, self.kept[p], particles, &force[p]);
+            let difference = result - *guess;
+            change += difference.contract(&difference);
+            size += result.contract(&result);
+        }
+        // No force at all is a solution.
+        if change == 0.0 { 0.0 } else { (change / size).sqrt() }
+    }
+
+    /// Take over a share `relaxation` of that difference. Returns the largest size of any particle's strain.
+    pub fn relax(&mut self, deformable: &Deformable, relaxation: f64, particles: &Particles, force: &[Vec3]) -> f64 {
+        let mut relaxed = std::mem::take(&mut self.guess);
+        for (p, guess) in relaxed.iter_mut().enumerate() {
+            let (result, _) = self.total(p, self.kept[p], particles, &force[p]);
+            *guess += (result - *guess) * relaxation;
+        }
+        self.guess = relaxed;
+        self.widen(deformable, particles)
+    }
+
+    /// Note the forces of the step, for the next one, and sum up what the deformation did in this one.
+    pub fn finish(&self, particles: &mut Particles, force: &[Vec3]) -> DeformationSums {
+        let mut deformation = std::mem::take(&mut particles.deformation);
+        let parts: Vec<DeformationSums> = deformation
+            .par_chunks_mut(TILE)
+            .enumerate()
+            .map(|(chunk, deformation)| {
+                let mut sums = DeformationSums::default();
+                for (i, deformation) in deformation.iter_mut().enumerate() {
+                    let p = chunk * TILE + i;
+                    let (dyad, reaction) = self.total(p, self.dyads[p].other, particles, &force[p]);
+                    let new = Deformation { dyad, used: self.guess[p], other: self.dyads[p].other, reaction };
+                    let old = std::mem::replace(deformation, new);
+                    let Widening { now, before } = self.widening[p];
+                    let change = now - before;
+                    sums.stored += 0.5 * new.used.contract(&now);
+                    sums.lag += 0.5 * ((old.dyad + new.dyad) - (old.used + new.used)).contract(&change);
+                    sums.other -= 0.5 * (old.other + new.other).contract(&change);
+                    sums.loads += load_dyad(&particles.loads, p as u32).contract(&change);
+                    sums.reactions += 0.5 * (old.reaction + new.reaction).contract(&change);
+                }
+                sums
+            })
+            .collect();
+        particles.deformation = deformation;
+        parts.iter().fold(DeformationSums::default(), |a, b| DeformationSums {
+            stored: a.stored + b.stored,
+            lag: a.lag + b.lag,
+            other: a.other + b.other,
+            loads: a.loads + b.loads,
+            reactions: a.reactions + b.reactions,
+        })
+    }
+
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        self.widening.len() * size_of::<Widening>()
+            + self.dyads.len() * size_of::<Dyads>()
+            + self.guess.len() * size_of::<Symmetric>()
+    }
+}
+
+/// Dyad of the reaction of a prescribed translation, N.
+#[inline(always)]
+fn reaction(particles: &Particles, p: usize, force: &Vec3, side: &Vec3) -> Symmetric {
+    let held = particles.constraint[p].0 & Constraint::TRANSLATION.0;
+    if held == 0 {
+        return Symmetric::default();
+    }
+    let (load, _) = particles.load(p as u32);
+    let reaction = Vec3::from_fn(|i, _| if held >> i & 1 == 1 { -(force[i] + load[i]) } else { 0.0 });
+    Symmetric::product(&reaction_lever(side), &reaction)
+}
+
+/// Lever of the reaction of a prescribed translation, by the radius: see
+/// [`kinematics::deformable`](crate::kinematics::deformable). `side` is the sum of the directions of the contacts.
+pub fn reaction_lever(side: &Vec3) -> Vec3 {
+    side / -side.norm().max(1.0)
+}
+
+/// Tolerance, limit, and share of the iteration, if there is one.
+pub(super) fn iteration(deformable: Option<&Deformable>) -> Option<(f64, u32, f64)> {
+    match deformable?.update {
+        Update::Lagged => None,
+        Update::Iterated { tolerance, maximum, relaxation } => Some((tolerance, maximum, relaxation)),
+    }
+}
