@@ -454,3 +454,39 @@ fn operators_are_measured_during_and_after_a_run() {
         assert!(given.err.contains(words), "{}", given.err);
     }
 }
+
+/// The inverse of a reported result returns its inputs: constants of a cell with Ē = 25 GPa, Ḡ/Ē = 0.2 lead back to these.
+/// Poisson's ratio is found to 1e-9 and its slope by the ratio is 0.3, so that the ratio is good to 1e-8.
+#[test]
+fn elastic_constants_are_told_and_lead_back_to_the_links() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let template = TEMPLATES.iter().find(|t| t.name == "cpm-periodic").expect("the template");
+    let scenario = write(folder.path(), "cell.toml", &template.text.replace("count = 1000", "count = 120"));
+    let shown = concordem(["elastic", text(&scenario)]);
+    assert_eq!(shown.code, exit::DONE, "{}", shown.err);
+    for row in ["closed form", "affine sum", "static network", "relaxed dynamics", "Sensitivities"] {
+        assert!(shown.out.contains(row), "{row}:\n{}", shown.out);
+    }
+    let given = concordem(["elastic", "--json", text(&scenario)]);
+    let found: serde_json::Value = serde_json::from_str(&given.out).expect("JSON");
+    let (young, poisson) = (&found["static"]["young_pa"], &found["static"]["poisson"]);
+    let gap = found["relaxed_dynamics"]["young_pa"].as_f64().expect("E") / young.as_f64().expect("E") - 1.0;
+    assert!(gap.abs() < 2e-6, "statics and dynamics differ by {gap:e}");
+    // From other stiffnesses back to the first ones.
+    let other = template.text.replace("count = 1000", "count = 120").replace("\"25 GPa\"", "\"7 GPa\"");
+    let other = write(folder.path(), "other.toml", &other.replace("shear_ratio = 0.2", "shear_ratio = 0.9"));
+    let wanted = folder.path().join("wanted.toml");
+    let (young, poisson) = (young.to_string(), poisson.to_string());
+    let arguments = ["calibrate", "elastic", text(&other), "--young", &young, "--poisson", &poisson, "-o", text(&wanted)];
+    let calibrated = concordem(arguments);
+    assert_eq!(calibrated.code, exit::DONE, "{}", calibrated.err);
+    let written = std::fs::read_to_string(&wanted).expect("the scenario");
+    let value = |key: &str| -> f64 {
+        let line = written.lines().find(|line| line.starts_with(key)).expect("the key");
+        line.split('=').nth(1).and_then(|value| value.trim().parse().ok()).expect("a number")
+    };
+    assert!((value("young") / 25e9 - 1.0).abs() < 1e-7 && (value("shear_ratio") / 0.2 - 1.0).abs() < 1e-7, "{written}");
+    assert_eq!(concordem(arguments).code, exit::FILE, "it does not overwrite");
+    let far = concordem(["calibrate", "elastic", text(&other), "--young", "30 GPa", "--poisson", "0.45"]);
+    assert!(far.code == exit::PHYSICS && far.err.contains("out of reach"), "{}", far.err);
+}

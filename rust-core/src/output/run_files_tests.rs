@@ -512,5 +512,5 @@ fn wrong_rows_are_refused() {
     assert_eq!(error, "snapshot at step 5: the field `id` appears twice");
     let toy = Toy::new();
     let error = files.finish(&toy, &Elsewhere).unwrap_err().to_string();
-    assert!(error.contains("final columns belong into contacts or particles"), "{error}");
+    assert!(error.contains("final columns belong into cell or contacts or particles"), "{error}");
 }

@@ -70,7 +70,7 @@ pub(super) fn failed(scenario: &Scenario, error: StaticsError) -> Failure {
         StaticsError::NoLinks => problem("bonds", "add [bonds] with a law and an interaction ratio"),
         StaticsError::NoCell => problem(
             "packing",
-            "elastic constants are those of a periodic packing: leave out packing.shape, or make the lattice periodic",
+            "elastic constants are those of a periodic packing: write kind = \"periodic\" under [packing.shape]",
         ),
         other => Failure::Statics(other),
     }
