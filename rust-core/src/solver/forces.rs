@@ -74,6 +74,7 @@ impl StepContext<'_> {
             normal: Symmetric::product(normal, &pressure),
             other: Symmetric::product(normal, &other),
             side: *normal,
+            net: pressure,
         }
     }
 }
