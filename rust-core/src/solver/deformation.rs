@@ -30,6 +30,8 @@ pub struct Dyads {
     pub other: Symmetric,
     /// Sum of the directions of the contacts, `Σ n`.
     pub side: Vec3,
+    /// Sum of the elastic normal forces, N.
+    pub net: Vec3,
 }
 
 impl Dyads {
@@ -37,7 +39,7 @@ impl Dyads {
     #[inline(always)]
     #[must_use]
     pub fn opposite(&self) -> Self {
-        Self { side: -self.side, ..*self }
+        Self { side: -self.side, net: -self.net, ..*self }
     }
 }
 
@@ -47,6 +49,7 @@ impl std::ops::AddAssign for Dyads {
         self.normal += other.normal;
         self.other += other.other;
         self.side += other.side;
+        self.net += other.net;
     }
 }
 
@@ -74,8 +77,19 @@ pub struct DeformationPass {
     pub dyads: Vec<Dyads>,
     /// The dyads that the present strains were computed from, while they are iterated.
     guess: Vec<Symmetric>,
-    /// [`Dyads::other`] of the first evaluation of a step, which stays while the strains are iterated.
-    kept: Vec<Symmetric>,
+    /// What stays as in the first evaluation of a step while the strains are iterated.
+    kept: Vec<Kept>,
+}
+
+/// What acts on a particle besides elastic normal forces.
+#[derive(Debug, Clone, Copy, Default)]
+struct Kept {
+    /// Dyad of the other forces that strain it, N.
+    other: Symmetric,
+    /// Sum of the directions of its contacts.
+    side: Vec3,
+    /// Sum of the other contact forces, N.
+    rest: Vec3,
 }
 
 impl DeformationPass {
@@ -132,28 +146,38 @@ impl DeformationPass {
         });
     }
 
-    /// Keep the other forces as they are now for the iterations that follow. They depend on the strains only through the
-    /// limit of friction, which jumps when a contact closes against its dashpot: iterated, they would not settle.
-    pub fn keep_others(&mut self) {
-        self.kept.clear();
-        self.kept.extend(self.dyads.iter().map(|dyads| dyads.other));
+    /// Keep all but the elastic normal forces as they are now for the iterations that follow. Other forces depend on the
+    /// strains only through the limit of friction, which jumps when a contact closes against its dashpot, and the lever of a
+    /// reaction jumps with every contact that opens or closes: iterated, they would not settle.
+    pub fn keep_others(&mut self, force: &[Vec3]) {
+        let mut kept = std::mem::take(&mut self.kept);
+        kept.clear();
+        kept.extend((0..self.dyads.len()).map(|p| self.others(p, &force[p])));
+        self.kept = kept;
     }
 
-    /// All that strains particle `p` with the other contact forces `other`, and the part of it that is reaction, N. `force`
-    /// is the net contact force.
+    /// All but the elastic normal forces on particle `p`; `force` is the net contact force.
     #[inline(always)]
-    fn total(&self, p: usize, other: Symmetric, particles: &Particles, force: &Vec3) -> (Symmetric, Symmetric) {
-        let Dyads { normal, side, .. } = self.dyads[p];
-        let reaction = reaction(particles, p, force, &side);
-        (normal + other + load_dyad(&particles.loads, p as u32) + reaction, reaction)
+    fn others(&self, p: usize, force: &Vec3) -> Kept {
+        let Dyads { other, side, net, .. } = self.dyads[p];
+        Kept { other, side, rest: force - net }
+    }
+
+    /// All that strains particle `p` with the elastic normal forces of now and what was `kept`, and the part of it that is
+    /// reaction, N.
+    #[inline(always)]
+    fn total(&self, p: usize, kept: &Kept, particles: &Particles) -> (Symmetric, Symmetric) {
+        let Dyads { normal, net, .. } = self.dyads[p];
+        let reaction = reaction(particles, p, &(net + kept.rest), &kept.side);
+        (normal + kept.other + load_dyad(&particles.loads, p as u32) + reaction, reaction)
     }
 
     /// Difference between the dyads that the forces of the last evaluation give and those that its strains were computed
     /// from: root of the sum of squares, by that of the former.
-    pub fn disagreement(&self, particles: &Particles, force: &[Vec3]) -> f64 {
+    pub fn disagreement(&self, particles: &Particles) -> f64 {
         let (mut change, mut size) = (0.0, 0.0);
         for (p, guess) in self.guess.iter().enumerate() {
-            let (result, _) = self.total(p, self.kept[p], particles, &force[p]);
+            let (result, _) = self.total(p, &self.kept[p], particles);
             let difference = result - *guess;
             change += difference.contract(&difference);
             size += result.contract(&result);
@@ -163,10 +187,10 @@ impl DeformationPass {
     }
 
     /// Take over a share `relaxation` of that difference. Returns the largest size of any particle's strain.
-    pub fn relax(&mut self, deformable: &Deformable, relaxation: f64, particles: &Particles, force: &[Vec3]) -> f64 {
+    pub fn relax(&mut self, deformable: &Deformable, relaxation: f64, particles: &Particles) -> f64 {
         let mut relaxed = std::mem::take(&mut self.guess);
         for (p, guess) in relaxed.iter_mut().enumerate() {
-            let (result, _) = self.total(p, self.kept[p], particles, &force[p]);
+            let (result, _) = self.total(p, &self.kept[p], particles);
             *guess += (result - *guess) * relaxation;
         }
         self.guess = relaxed;
@@ -183,7 +207,7 @@ impl DeformationPass {
                 let mut sums = DeformationSums::default();
                 for (i, deformation) in deformation.iter_mut().enumerate() {
                     let p = chunk * TILE + i;
-                    let (dyad, reaction) = self.total(p, self.dyads[p].other, particles, &force[p]);
+                    let (dyad, reaction) = self.total(p, &self.others(p, &force[p]), particles);
                     let new = Deformation { dyad, used: self.guess[p], other: self.dyads[p].other, reaction };
                     let old = std::mem::replace(deformation, new);
                     let Widening { now, before } = self.widening[p];
@@ -212,6 +236,7 @@ impl DeformationPass {
         self.widening.len() * size_of::<Widening>()
             + self.dyads.len() * size_of::<Dyads>()
             + self.guess.len() * size_of::<Symmetric>()
+            + self.kept.len() * size_of::<Kept>()
     }
 }
 

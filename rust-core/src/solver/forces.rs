@@ -75,6 +75,7 @@ impl StepContext<'_> {
             normal: Symmetric::product(normal, &pressure),
             other: Symmetric::product(normal, &other),
             side: *normal,
+            net: pressure,
         }
     }
 }

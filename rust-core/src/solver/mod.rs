@@ -598,7 +598,7 @@ impl Solver {
         for iteration in 0..maximum {
             if iteration > 0 {
                 if let Some(deformable) = &self.model.deformable {
-                    *strain = self.pass.relax(deformable, relaxation, &state.particles, &self.force);
+                    *strain = self.pass.relax(deformable, relaxation, &state.particles);
                 }
                 // A bond that broke once stays so: bonds that break and heal in turn would keep strains from settling.
                 start.release(&report.incidents);
@@ -613,9 +613,9 @@ impl Solver {
             *report = StepReport { searched, evaluations, ..StepReport::default() };
             let crossing = self.evaluate(state, sample, report);
             if iteration == 0 {
-                self.pass.keep_others();
+                self.pass.keep_others(&self.force);
             }
-            change = self.pass.disagreement(&state.particles, &self.force);
+            change = self.pass.disagreement(&state.particles);
             if change <= tolerance {
                 return Ok(crossing);
             }
