@@ -477,7 +477,8 @@ fn elastic_constants_are_told_and_lead_back_to_the_links() {
     let other = write(folder.path(), "other.toml", &other.replace("shear_ratio = 0.2", "shear_ratio = 0.9"));
     let wanted = folder.path().join("wanted.toml");
     let (young, poisson) = (young.to_string(), poisson.to_string());
-    let arguments = ["calibrate", "elastic", text(&other), "--young", &young, "--poisson", &poisson, "-o", text(&wanted)];
+    let arguments =
+        ["calibrate", "elastic", text(&other), "--young", &young, "--poisson", &poisson, "-o", text(&wanted)];
     let calibrated = concordem(arguments);
     assert_eq!(calibrated.code, exit::DONE, "{}", calibrated.err);
     let written = std::fs::read_to_string(&wanted).expect("the scenario");
