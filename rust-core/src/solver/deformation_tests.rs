@@ -526,6 +526,7 @@ fn broken_discs_close_their_ledger_on_any_threads_and_after_restart() {
         let contact = ContactStiffness::Given { normal: NORMAL, shear: 0.5 * NORMAL };
         state.contacts = Some(Box::new(ContactBlock::new(vec![Frictional::new(contact, 0.4, 0.05).unwrap()])));
         let top = 3.0_f64.sqrt() * RADIUS * (rows - 1) as f64;
+        state.particles.add_load_at(500, Vec3::new(300.0, 100.0, 0.0), Vec3::zeros(), LoadLever::Push);
         for p in 0..columns * rows {
             let y = state.particles.position[p].y;
             state.particles.velocity[p].y += 20.0 * (y / top - 0.5);

@@ -131,7 +131,20 @@ impl Ledger {
         sum.get()
     }
 
-    /// All numbers, for checkpoints.
+    /// The numbers of deformable particles, for checkpoints.
+    pub fn deformation_reals(&self) -> [f64; 5] {
+        let ([a, b], [c, d]) = (self.deformation_lag.parts(), self.deformation_other.parts());
+        [self.deformation, a, b, c, d]
+    }
+
+    /// Take the numbers of [`Self::deformation_reals`].
+    pub fn set_deformation(&mut self, [stored, a, b, c, d]: [f64; 5]) {
+        self.deformation = stored;
+        self.deformation_lag = Sum::from_parts([a, b]);
+        self.deformation_other = Sum::from_parts([c, d]);
+    }
+
+    /// All other numbers, for checkpoints.
     pub fn to_reals(&self) -> Vec<f64> {
         let mut reals = vec![f64::from(u8::from(self.started)), self.initial, self.kinetic];
         reals.extend(self.stored);
@@ -147,15 +160,12 @@ impl Ledger {
             reals.extend(sum.parts());
         }
         reals.extend(self.pending);
-        reals.push(self.deformation);
-        reals.extend(self.deformation_lag.parts());
-        reals.extend(self.deformation_other.parts());
         reals
     }
 
     /// From [`Self::to_reals`]; `None` when the number of reals is wrong.
     pub fn from_reals(reals: &[f64]) -> Option<Self> {
-        let reals: &[f64; 29] = reals.try_into().ok()?;
+        let reals: &[f64; 24] = reals.try_into().ok()?;
         let sum = |k: usize| Sum::from_parts([reals[7 + 2 * k], reals[8 + 2 * k]]);
         Some(Self {
             started: reals[0] != 0.0,
@@ -170,9 +180,7 @@ impl Ledger {
             boundary_work: sum(5),
             external_work: sum(6),
             pending: [reals[21], reals[22], reals[23]],
-            deformation: reals[24],
-            deformation_lag: Sum::from_parts([reals[25], reals[26]]),
-            deformation_other: Sum::from_parts([reals[27], reals[28]]),
+            ..Self::default()
         })
     }
 }

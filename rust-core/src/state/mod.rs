@@ -95,7 +95,7 @@ impl State {
         };
         let id = source.u32("particles/id")?;
         let n = id.len();
-        let particles = Particles {
+        let mut particles = Particles {
             position: vec3(source, "particles/position", n)?,
             velocity: vec3(source, "particles/velocity", n)?,
             orientation: quat(source, "particles/orientation", n)?,
@@ -125,12 +125,12 @@ impl State {
             },
             loads: source
                 .f64("particles/loads")?
-                .chunks_exact(13)
+                .chunks_exact(7)
                 .map(|r| Load {
                     particle: r[0] as u32,
                     force: Vec3::new(r[1], r[2], r[3]),
                     moment: Vec3::new(r[4], r[5], r[6]),
-                    dyad: Symmetric([r[7], r[8], r[9], r[10], r[11], r[12]]),
+                    dyad: Symmetric::default(),
                 })
                 .collect(),
             id,
@@ -173,11 +173,23 @@ impl State {
         let step = with_length("clock/step", source.u64("clock/step")?, 1)?[0];
         let dt = with_length("clock/time_step", source.f64("clock/time_step")?, 1)?[0];
         let reals = source.f64("ledger")?;
-        let ledger = Ledger::from_reals(&reals).ok_or_else(|| ColumnError::Length {
+        let mut ledger = Ledger::from_reals(&reals).ok_or_else(|| ColumnError::Length {
             path: "ledger".into(),
             expected: Ledger::default().to_reals().len(),
             found: reals.len(),
         })?;
+        let path = "ledger_deformation";
+        if source.exists(path) {
+            let reals = with_length(path, source.f64(path)?, 5)?;
+            ledger.set_deformation([reals[0], reals[1], reals[2], reals[3], reals[4]]);
+        }
+        let path = "particles/load_dyads";
+        if source.exists(path) {
+            let reals = with_length(path, source.f64(path)?, 6 * particles.loads.len())?;
+            for (load, r) in particles.loads.iter_mut().zip(reals.chunks_exact(6)) {
+                load.dyad = Symmetric([r[0], r[1], r[2], r[3], r[4], r[5]]);
+            }
+        }
         self.plan_memory = source.f64("plan")?;
         self.particles = particles;
         self.cell = cell;
@@ -219,13 +231,13 @@ impl WriteColumns for State {
         let loads: Vec<f64> = p
             .loads
             .iter()
-            .flat_map(|l| {
-                let vectors = [l.force, l.moment];
-                let parts = vectors.iter().flat_map(|v| [v.x, v.y, v.z]).chain(l.dyad.0);
-                std::iter::once(f64::from(l.particle)).chain(parts).collect::<Vec<_>>()
-            })
+            .flat_map(|l| [f64::from(l.particle), l.force.x, l.force.y, l.force.z, l.moment.x, l.moment.y, l.moment.z])
             .collect();
-        sink.column("particles/loads", Column::f64(&loads, 13, "1, N, N m, N"))?;
+        sink.column("particles/loads", Column::f64(&loads, 7, "1, N, N m"))?;
+        if p.loads.iter().any(|load| load.dyad != Symmetric::default()) {
+            let dyads: Vec<f64> = p.loads.iter().flat_map(|load| load.dyad.0).collect();
+            sink.column("particles/load_dyads", Column::f64(&dyads, 6, "N"))?;
+        }
         if let Some(cell) = &self.cell {
             let mut reals = Vec::with_capacity(36);
             for matrix in [&cell.matrix, &cell.deformation_gradient, &cell.velocity_gradient, &cell.matrix_change] {
@@ -260,6 +272,9 @@ impl WriteColumns for State {
         sink.column("clock/step", Column::u64(&[self.clock.step]))?;
         reals(sink, "clock/time_step", &[self.clock.dt], "s")?;
         reals(sink, "ledger", &self.ledger.to_reals(), "J")?;
+        if !p.deformation.is_empty() {
+            reals(sink, "ledger_deformation", &self.ledger.deformation_reals(), "J")?;
+        }
         reals(sink, "plan", &self.plan_memory, "see plan")
     }
 }
