@@ -16,7 +16,7 @@ use concordem_tests::{
 
 const STEPS: u64 = 300;
 
-const REFERENCE: &str = "97aeb61a97641f495a6aa64e1e7612d26f916aabf78a3af4d60cee54592d5cd4";
+const REFERENCE: &str = "0df5953abb08b83a8ac6d31117197e2e4cb80f6c3049b966adc01473c13da62a";
 
 /// A specimen that is torn fast: damage, broken bonds, unbonded contacts.
 fn specimen(copies: usize, height: f64) -> (State, Model) {
