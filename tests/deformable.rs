@@ -314,10 +314,10 @@ pub fn wave_speed(
     let start: Vec<Vec3> = state.particles.position.clone();
     let constraints = state.particles.constraint.clone();
     let amplitude = 1e-6 * wave_length;
-    for p in 0..start.len() {
+    for (p, place) in start.iter().enumerate() {
         state.particles.constraint[p] = Constraint::ALL;
-        if start[p].x < 0.5 * wave_length {
-            let displacement = 0.5 * amplitude * (1.0 + (TAU * start[p].x / wave_length).cos());
+        if place.x < 0.5 * wave_length {
+            let displacement = 0.5 * amplitude * (1.0 + (TAU * place.x / wave_length).cos());
             state.particles.velocity[p][along] = displacement / (GROWING as f64 * dt);
         }
     }

@@ -229,10 +229,15 @@ pub(super) fn solve(
             }
             let blocks = Blocks(inverses);
             let mut memory = MemBuffer::new(conjugate_gradient_scratch(Blocks(inverses), operator, 1, Par::Seq));
-            let mut parameters = CgParams::default();
-            parameters.rel_tolerance = accuracy.residual;
-            parameters.abs_tolerance = 0.0;
-            parameters.max_iters = accuracy.iterations;
+            // its fields cannot be named in a literal outside faer
+            #[allow(clippy::field_reassign_with_default)]
+            let parameters = {
+                let mut parameters = CgParams::default();
+                parameters.rel_tolerance = accuracy.residual;
+                parameters.abs_tolerance = 0.0;
+                parameters.max_iters = accuracy.iterations;
+                parameters
+            };
             let outcome = conjugate_gradient(
                 MatMut::from_column_major_slice_mut(&mut solution, rows, 1),
                 blocks,
