@@ -2,13 +2,13 @@
 //!
 //! Which Young's modulus and Poisson's ratio does a bonded model have? Four answers, from crude to exact:
 //! closed form and affine sum ([`operator`](crate::operator), Stránský 2018, (3.38) and (3.31)), the static network
-//! with particles free to move off the affine field ([`cell_stiffness`]), and the relaxed state of the dynamic solver
+//! with particles free to move off the affine field ([`mod@cell_stiffness`]), and the relaxed state of the dynamic solver
 //! ([`relaxed`]).
 //!
 //! * [`link`]: a link's 12 degrees of freedom (3.39)–(3.57);
 //! * [`network`]: all links of a state, particles that nothing holds;
 //! * [`solve`]: conjugate gradients, prescribed displacements, loads;
-//! * [`cell_stiffness`]: periodic cell under six unit strains (3.58)–(3.63), exact derivatives;
+//! * [`mod@cell_stiffness`]: periodic cell under six unit strains (3.58)–(3.63), exact derivatives;
 //! * [`moduli`]: constants and measures of isotropy (3.64)–(3.68).
 
 pub mod cell_stiffness;

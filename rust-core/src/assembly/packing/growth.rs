@@ -4,7 +4,7 @@
 //! Small spheres without contact start at random places of a cube with six rigid walls. All radii grow by the same factor
 //! while the spheres move under Hertz-Mindlin contacts with friction, until they press on the walls with the wanted
 //! pressure; then growth only follows the pressure until the packing rests. Frictional spheres stay looser than those of
-//! [`super::random_dense`], and lie against the walls as spheres do: in layers.
+//! [`mod@super::random_dense`], and lie against the walls as spheres do: in layers.
 
 use std::f64::consts::PI;
 
