@@ -3,13 +3,12 @@
 
 use std::f64::consts::{PI, TAU};
 
-use concordem::assembly::bonding::bond;
+use concordem::assembly::bonding::{self, bond};
 use concordem::assembly::mass_of;
 use concordem::assembly::packing::{Packing, Random};
 use concordem::kinematics::deformable::{Condition, Deformable, Update};
 use concordem::law::{ContactStiffness, Elastic, Frictional, LinearBond};
 use concordem::math::{Mat3, Vec3};
-use concordem::neighbor::candidate_pairs;
 use concordem::solver::integrate::Damping;
 use concordem::solver::{Model, Solver, time_step};
 use concordem::state::contacts::{ContactBlock, Link};
@@ -105,26 +104,11 @@ fn unbalanced(report: &concordem::solver::StepReport) -> f64 {
     if contact > 0.0 { (net / contact).sqrt() } else { 0.0 }
 }
 
-/// Bonds per particle, `2N_b/N`, at the interaction ratio `ratio`.
-fn coordination(packing: &Packing, ratio: f64) -> f64 {
-    let positions: Vec<Vec3> = packing.spheres.iter().map(|s| s.position).collect();
-    let reach: Vec<f64> = packing.spheres.iter().map(|s| s.radius * ratio).collect();
-    2.0 * candidate_pairs(&positions, &reach, packing.cell.as_ref()).expect("sound").len() as f64
-        / positions.len() as f64
-}
-
-/// The interaction ratio at which a packing has `wanted` bonds per particle, to 1e-4.
+/// The interaction ratio at which a packing has `wanted` bonds per particle.
 pub fn ratio_for_coordination(packing: &Packing, wanted: f64) -> f64 {
-    let (mut low, mut high) = (0.9, 2.0);
-    while high - low > 1e-4 {
-        let middle = 0.5 * (low + high);
-        if coordination(packing, middle) < wanted {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    high
+    let found =
+        bonding::ratio_for_coordination(&packing.spheres, packing.cell.as_ref(), wanted).expect("a sound packing");
+    found.expect("a packing with as many near pairs").0
 }
 
 /// A bonded periodic sample.
@@ -235,7 +219,8 @@ impl Sample {
     }
 }
 
-/// Mean-field expectation in the plane for `Z` contacts per disc (seed document, 2.16), `(E/A, ν)`; `softness` is `k_n/E_p`.
+/// Mean field in the plane for `Z` contacts per disc, `(E/A, ν)`: Voigt's moduli (Madan 2019, (4.15)–(4.18)), made softer by
+/// the strain that (2.44)–(2.53) give a disc under the mean stress; `softness` is `k_n/E_p`. Derived here.
 pub fn mean_field(coordination: f64, shear_ratio: f64, softness: f64, poisson: f64) -> (f64, f64) {
     let isotropic = coordination * softness * (1.0 + poisson) * (1.0 - 2.0 * poisson) / PI;
     let deviatoric = coordination * softness * (1.0 + poisson) / TAU;

@@ -93,7 +93,8 @@ fn first_modes(n: usize, mass: f64, beam: &CohesiveBeam) -> [(f64, Vec<f64>); 3]
 }
 
 /// Ratios of first periods to those of the continuous bar, clamped-free, length `2R(N−1)`, mass shared by the spheres:
-/// equal to the table of the seed document, section 4.2, in its last digit (half a unit of the fourth decimal). Torsion
+/// equal to those found before this code from the beam matrices of Jebahi et al. 2015, section 2.1 (corrected), in their
+/// last digit (half a unit of the fourth decimal). Torsion
 /// tends to √(12/15) = 0.8944, since spheres have less inertia than the cylinder.
 #[test]
 fn first_periods_of_chains_meet_the_table() {

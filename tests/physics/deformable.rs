@@ -41,7 +41,7 @@ fn cubic_lattices_of_spheres() {
     });
 }
 
-/// An irregular packing of discs (seed document, section 9, no. 8): ν is neutral at ν_p = 0.25 (0.01), grows with ν_p, and the
+/// An irregular packing of discs (Madan 2019, section 4.5): ν is neutral at ν_p = 0.25 (0.01), grows with ν_p, and the
 /// ratio of moduli is that of the mean field within 3 %.
 #[test]
 fn poisson_range_of_an_irregular_packing() {

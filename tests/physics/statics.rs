@@ -8,10 +8,11 @@ use concordem::assembly::packing::Packing;
 use concordem::assembly::packing::lattice::Lattice;
 use concordem::assembly::packing::random_dense::{RandomDense, random_dense};
 use concordem::law::cpm::CpmParameters;
+use concordem::operator::affine_stiffness::{AffineLink, affine_stiffness, isotropic_moduli};
 use concordem::solver::{Model, time_step};
 use concordem::state::State;
 use concordem::statics::relaxed::{Relaxation, relaxed_stiffness};
-use concordem::statics::{Accuracy, ElasticConstants, LinkNetwork, cell_stiffness, moduli};
+use concordem::statics::{Accuracy, ElasticConstants, LinkNetwork, cell_stiffness};
 use concordem_tests::{DENSITY, bonded, concrete, law, on_threads, particles};
 
 fn lattice(lattice: Lattice, cells: u32) -> State {
@@ -54,7 +55,7 @@ fn lattices_have_their_exact_constants() {
         if kind == Lattice::SimpleCubic {
             let constants = ElasticConstants::of(&found.relaxed).unwrap();
             let s = pi / 4.0 * e;
-            let (mean, _) = moduli::closed_form(s, g / e);
+            let (mean, _) = isotropic_moduli(3.0 * s, 1.0, 1.0, g / e).unwrap();
             println!("SC: E {:.4} Ē, (3.38) {:.4} Ē", constants.mean_young / e, mean / e);
             assert!((constants.mean_young / e - 0.785).abs() < 5e-4 && (mean / e - 0.486).abs() < 5e-4);
         }
@@ -92,7 +93,20 @@ fn random_packings_between_closed_form_and_relaxation() {
                 (ElasticConstants::of(&found.relaxed).unwrap(), ElasticConstants::of(&found.affine).unwrap());
             let (normal, shear) = network.moduli_sums();
             let s = normal / (3.0 * network.volume.unwrap());
-            let (closed, _) = moduli::closed_form(s, shear / normal);
+            let (closed, _) = isotropic_moduli(normal, network.volume.unwrap(), 1.0, shear / normal).unwrap();
+            // The affine sum of the operators, another code for the same formula, (3.31): sums of a thousand links.
+            let links: Vec<AffineLink> = network
+                .links
+                .iter()
+                .map(|link| AffineLink {
+                    normal: link.normal,
+                    volume: link.branch.norm_squared(),
+                    normal_modulus: link.stiffness.normal,
+                    shear_modulus: link.stiffness.shear,
+                })
+                .collect();
+            let sum = affine_stiffness(&links, network.volume.unwrap()).unwrap();
+            assert!((sum - found.affine).abs().max() < 1e-12 * sum.abs().max());
             // The trace of N over all directions, whatever they are: exact to rounding.
             assert!((affine.bulk / (s / 3.0) - 1.0).abs() < 1e-12);
             assert!(relaxed.mean_young <= affine.mean_young && (closed / affine.mean_young - 1.0).abs() < 0.025);

@@ -700,7 +700,7 @@ mod tests {
     use super::*;
 
     /// A chain of 21 touching spheres, of which the first is clamped, swings with the periods of the bar of length 2R(N−1)
-    /// and the same mass, times the ratios of such chains (seed document, table of section 4.2, N = 20: 1.0006, 1.0267,
+    /// and the same mass, times the ratios of such chains, from the eigenvalues of their matrices (`tests/physics/beams.rs`; N = 20: 1.0006, 1.0267,
     /// 0.8950; for bending that of N = 21 is 1.0254). The start is not exactly the first mode, which disturbs the
     /// crossings: 0.3 %.
     #[test]

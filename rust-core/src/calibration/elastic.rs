@@ -4,9 +4,8 @@
 //! for ν, then `k_N` follows. First guess: the closed form (Stránský 2018, (3.38)) solved for P; then Newton steps with the
 //! exact derivative of the static network ([`CellStiffness::share`]), kept inside a bracket.
 
-use crate::statics::{
-    Accuracy, CellStiffness, ElasticConstants, LinkNetwork, StaticsError, cell_stiffness, moduli::closed_form,
-};
+use crate::operator::affine_stiffness::isotropic_moduli;
+use crate::statics::{Accuracy, CellStiffness, ElasticConstants, LinkNetwork, StaticsError, cell_stiffness};
 
 /// Smallest and largest ratio k_T/k_N looked at: beyond, ν changes in the fourth digit only.
 pub const SHEAR_RATIOS: (f64, f64) = (1e-4, 1e3);
@@ -143,9 +142,9 @@ pub fn fit(
     for share in &mut cell.share {
         *share *= normal_factor;
     }
-    let prior = network.volume.filter(|_| prior_ratio > 0.0).map(|volume| {
-        let sum = network.moduli_sums().0 * normal_factor / (3.0 * volume);
-        (prior_ratio, closed_form(sum, ratio).0 / young)
+    let prior = network.volume.filter(|_| prior_ratio > 0.0).and_then(|volume| {
+        let sum = network.moduli_sums().0 * normal_factor;
+        Some((prior_ratio, isotropic_moduli(sum, volume, 1.0, ratio).ok()?.0 / young))
     });
     Ok(ElasticFit { shear_ratio: ratio, normal_factor, achieved, cell, reach: (least.1, most.1), prior, solutions })
 }

@@ -161,7 +161,7 @@ mod tests {
         Deformable { elasticity, condition, update: Update::Lagged, dashpots: false }
     }
 
-    /// Madan 2019, section 2.9 (two discs in plane stress; recomputed in the seed document, 3.1): every printed digit.
+    /// Madan 2019, section 2.9 (two discs in plane stress, with (2.53)): every printed digit.
     #[test]
     fn two_discs_of_the_source() {
         let (radius, force, approach) = (1e-3, 1e4, 3.65e-7);

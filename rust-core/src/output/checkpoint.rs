@@ -181,7 +181,7 @@ mod tests {
             fs::write(&path, text).unwrap();
             assert!(matches!(read(&path), Err(OutputError::NotSealed { .. })), "{text:.20}");
         }
-        hdf5::File::create(&path).unwrap().close().unwrap();
+        hdf::options().create(&path).unwrap().close().unwrap();
         let error = read(&path).unwrap_err();
         assert!(matches!(error, OutputError::NotSealed { .. }), "{error}");
         // Sealed, but not HDF5 inside, or HDF5 without our marks.
@@ -211,7 +211,7 @@ mod tests {
         // A checkpoint with one thing changed, and sealed again.
         let forged = |change: &dyn Fn(&hdf5::File)| {
             write(&path, &state(), "").unwrap();
-            let file = hdf5::File::open_rw(&path).unwrap();
+            let file = hdf::options().open_rw(&path).unwrap();
             change(&file);
             file.close().unwrap();
             sealed_in_place(&path);

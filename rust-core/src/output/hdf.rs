@@ -20,6 +20,15 @@ pub(crate) mod kind {
     pub const RESULT: &str = "result";
 }
 
+/// How we open HDF5 files: closing a file closes all that belongs to it. The library's locks are off: an unfinished
+/// file is known to nobody else, a finished one never changes, on some network file systems locks fail, and a child
+/// process that another thread starts while a file is open keeps its lock after we closed it.
+pub(crate) fn options() -> hdf5::FileBuilder {
+    let mut options = hdf5::File::with_options();
+    options.with_fapl(|fapl| fapl.fclose_degree(hdf5::file::FileCloseDegree::Strong).file_locking(false));
+    options
+}
+
 /// Mark a new file with its kind and version.
 pub(crate) fn write_identity(file: &Group, kind: &str, path: &Path) -> Result<(), OutputError> {
     write_text_attribute(file, "kind", kind, path)?;

@@ -10,6 +10,7 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::error::{At, OutputError};
+use super::hdf::options;
 
 const MAGIC: &[u8; 16] = b"ConcorDEM-seal-1";
 const SEAL_LENGTH: u64 = 16 + 8 + 32;
@@ -39,14 +40,6 @@ pub(crate) fn write(
     closed?;
     seal(unfinished.path(), path)?;
     put_in_place(unfinished, path)
-}
-
-/// How we open HDF5 files: closing a file closes all that belongs to it. The library's locks are off: an unfinished
-/// file is known to nobody else, a finished one never changes, and on some network file systems locks fail.
-fn options() -> hdf5::FileBuilder {
-    let mut options = hdf5::File::with_options();
-    options.with_fapl(|fapl| fapl.fclose_degree(hdf5::file::FileCloseDegree::Strong).file_locking(false));
-    options
 }
 
 /// Write text whole or not at all.

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use super::hdf::options;
 use crate::assembly::packing::Packing;
 use crate::math::{Mat3, Vec3};
 use crate::state::{Cell, Sphere};
@@ -10,7 +11,7 @@ use crate::state::{Cell, Sphere};
 /// Read a sphere pack. The error says what is missing or wrong with the file.
 pub fn read(path: &Path) -> Result<Packing, String> {
     hdf5::silence_errors(true);
-    let file = hdf5::File::open(path).map_err(|error| format!("not a readable HDF5 file: {error}"))?;
+    let file = options().open(path).map_err(|error| format!("not a readable HDF5 file: {error}"))?;
     let column = |name: &str| -> Result<(Vec<usize>, Vec<f64>), String> {
         let dataset = file.dataset(name).map_err(|_| format!("has no dataset `{name}`"))?;
         let values = dataset.read_raw::<f64>().map_err(|error| format!("dataset `{name}` is not of reals: {error}"))?;
@@ -59,7 +60,7 @@ pub fn write(path: &Path, packing: &Packing) -> Result<(), String> {
         .map_err(|error| error.to_string())?
         .into_temp_path();
     let fill = || -> hdf5::Result<()> {
-        let file = hdf5::File::create(&temporary)?;
+        let file = options().create(&temporary)?;
         let positions: Vec<[f64; 3]> = packing.spheres.iter().map(|s| s.position.into()).collect();
         let flat: &[f64] = bytemuck::cast_slice(&positions);
         let place = file.new_dataset::<f64>().shape([packing.spheres.len(), 3]).create("position")?;
@@ -104,7 +105,7 @@ mod tests {
         }
         std::fs::write(&path, "x y z r").expect("written");
         assert!(read(&path).expect_err("no HDF5").contains("HDF5"));
-        let file = hdf5::File::create(&path).expect("created");
+        let file = options().create(&path).expect("created");
         file.new_dataset::<f64>().shape([1]).create("radius").expect("a dataset");
         drop(file);
         assert!(read(&path).expect_err("no positions").contains("`position`"));

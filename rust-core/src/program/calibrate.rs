@@ -223,11 +223,11 @@ fn cohesive_beam(arguments: &BeamArguments, visible: bool) -> Result<(Facts, Str
         meter.stage("elastic constants", (f64::from(tried) / 8.0).min(0.99));
     })?;
     let mut facts = Facts::default();
-    let Section::Ratio(ratio) = found.beam.section else { unreachable!("the search sets a ratio") };
-    facts.add(
-        "beam",
-        format!("young {:.5e} Pa, poisson {}, radius ratio {ratio:.5}", found.beam.young, found.beam.poisson),
-    );
+    let section = match found.beam.section {
+        Section::Ratio(ratio) => format!("radius ratio {ratio:.5}"),
+        Section::Radius(radius) => format!("radius {radius:.5e} m"),
+    };
+    facts.add("beam", format!("young {:.5e} Pa, poisson {}, {section}", found.beam.young, found.beam.poisson));
     let density = sample.sphere_density(arguments.density);
     facts.add("density of spheres", format!("{density:.2} kg/m³"));
     let criterion = match arguments.tensile_strength {

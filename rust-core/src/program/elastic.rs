@@ -8,9 +8,10 @@ use nalgebra::Matrix6;
 use super::drive::{Meter, build};
 use super::{Console, Failure, Work};
 use crate::assembly::Assembly;
+use crate::operator::affine_stiffness::isotropic_moduli;
 use crate::scenario::{ProblemKind, Scenario};
 use crate::statics::relaxed::{Relaxation, relaxed_stiffness};
-use crate::statics::{Accuracy, CellStiffness, ElasticConstants, LinkNetwork, StaticsError, cell_stiffness, moduli};
+use crate::statics::{Accuracy, CellStiffness, ElasticConstants, LinkNetwork, StaticsError, cell_stiffness};
 
 /// Arguments of `concordem elastic`.
 #[derive(Debug, clap::Args)]
@@ -95,7 +96,7 @@ fn find(arguments: &Arguments, assembly: Assembly, meter: &Meter) -> Result<Answ
         Some((ElasticConstants::of(&stiffness)?, steps))
     };
     Ok(Answers {
-        closed: point_links.then(|| moduli::closed_form(stiffness_sum, shear_ratio)),
+        closed: if point_links { isotropic_moduli(normal, volume, 1.0, shear_ratio).ok() } else { None },
         affine: ElasticConstants::of(&cell.affine)?,
         network: constants,
         dynamics,

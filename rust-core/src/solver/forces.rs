@@ -298,7 +298,7 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
                 dyad_halo: dyad_halo.split_off_mut(..slots.min(dyad_halo.len())).unwrap_or_default(),
             });
         }
-        let tallies: Vec<Tally> = tiles.par_iter_mut().map(|tile| dispatch(context, rows, tile)).collect();
+        let tallies: Vec<Tally> = tiles.into_par_iter().map(|tile| dispatch(context, rows, tile)).collect();
         let mut total = Tally::default();
         for tally in tallies {
             total.merge(tally);
@@ -337,7 +337,7 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
 struct FiniteTileLoop<'a, 'b, L: ContactLaw, const DEFORM: bool> {
     context: &'a StepContext<'a>,
     rows: &'a [L],
-    tile: &'a mut Tile<'b, L>,
+    tile: Tile<'b, L>,
 }
 
 impl<L: ContactLaw, const DEFORM: bool> pulp::NullaryFnOnce for FiniteTileLoop<'_, '_, L, DEFORM> {
@@ -350,7 +350,7 @@ impl<L: ContactLaw, const DEFORM: bool> pulp::NullaryFnOnce for FiniteTileLoop<'
 
 /// Choose the loop: the default measure without a cell and without a sample has one of its own, the others share one,
 /// to keep the program small.
-fn dispatch<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: &mut Tile<'_, L>) -> Tally {
+fn dispatch<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: Tile<'_, L>) -> Tally {
     let mode = context.mode;
     let fast = mode == Mode::Finite && context.cell.is_none() && !context.sample;
     match (fast, context.widening.is_empty()) {
@@ -379,39 +379,24 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bo
     mode: Mode,
     context: &StepContext<'_>,
     rows: &[L],
-    tile: &mut Tile<'_, L>,
+    tile: Tile<'_, L>,
 ) -> Tally {
     let count = tile.pair.len();
-    let mut queue = Queue::<L, PERIODIC, SAMPLE, DEFORM> {
-        context,
-        rows,
-        base: tile.base,
-        pair: tile.pair,
-        link: &mut tile.link[..count],
-        reference: &mut tile.reference[..count],
-        frame: &mut tile.frame[..count],
-        history: &mut tile.history[..count],
-        force: tile.force,
-        torque: tile.torque,
-        halo: tile.halo,
-        dyads: tile.dyads,
-        dyad_halo: tile.dyad_halo,
-        tally: Tally::default(),
-        waiting: [Waiting::default(); BATCH],
-    };
+    let (tally, waiting) = (Tally::default(), [Waiting::default(); BATCH]);
+    let mut queue = Queue::<L, PERIODIC, SAMPLE, DEFORM> { context, rows, tile, tally, waiting };
     let mut columns = Columns::default();
     let (mut k, mut next_slot) = (0, 0);
     while k < count {
         let mut waiting = 0;
         while k < count && waiting < BATCH {
-            let slot = if is_local(queue.pair[k].b, queue.base, TILE) {
+            let slot = if is_local(queue.tile.pair[k].b, queue.tile.base, TILE) {
                 LOCAL
             } else {
                 next_slot += 1;
                 next_slot - 1
             };
             // Bonds carry from the start; candidates when their surfaces (or those a broken bond kept) meet.
-            let carried = queue.link[k].carries();
+            let carried = queue.tile.link[k].carries();
             if carried || queue.activate(k) {
                 queue.waiting[waiting] = Waiting { contact: k as u32, slot, begins: !carried };
                 waiting += 1;
@@ -432,17 +417,7 @@ const LOCAL: u32 = u32::MAX;
 struct Queue<'a, L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> {
     context: &'a StepContext<'a>,
     rows: &'a [L],
-    base: usize,
-    pair: &'a [Pair],
-    link: &'a mut [Link],
-    reference: &'a mut [Reference],
-    frame: &'a mut [Frame],
-    history: &'a mut [L::State],
-    force: &'a mut [Vec3],
-    torque: &'a mut [Vec3],
-    halo: &'a mut [Wrench],
-    dyads: &'a mut [Dyads],
-    dyad_halo: &'a mut [Dyads],
+    tile: Tile<'a, L>,
     tally: Tally,
     waiting: [Waiting; BATCH],
 }
@@ -462,9 +437,9 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     /// Nothing comes from the contact of this halo slot.
     #[inline(always)]
     fn leave_empty(&mut self, slot: u32) {
-        self.halo[slot as usize] = Wrench::default();
+        self.tile.halo[slot as usize] = Wrench::default();
         if DEFORM {
-            self.dyad_halo[slot as usize] = Dyads::default();
+            self.tile.dyad_halo[slot as usize] = Dyads::default();
         }
     }
 
@@ -472,7 +447,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     fn image(&self, k: usize) -> ImageShift {
         match self.context.cell {
             Some(cell) if PERIODIC => {
-                let displacement = cell.shift(self.link[k].image);
+                let displacement = cell.shift(self.tile.link[k].image);
                 ImageShift { displacement, velocity: cell.velocity_gradient * displacement, periodic: true }
             }
             _ => ImageShift::default(),
@@ -482,11 +457,11 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     /// Make a contact of candidate `k` if its surfaces, or those a broken bond kept, meet; whether they do.
     #[inline(never)]
     fn activate(&mut self, k: usize) -> bool {
-        let link = &self.link[k];
+        let link = &self.tile.link[k];
         if link.has(Link::BROKEN) {
             return false;
         }
-        let (a, b) = (self.pair[k].a as usize, self.pair[k].b as usize);
+        let (a, b) = (self.tile.pair[k].a as usize, self.tile.pair[k].b as usize);
         let image = self.image(k);
         let particles = self.context.particles;
         let (radius_a, radius_b) = (particles.radius[a], particles.radius[b]);
@@ -500,7 +475,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         } else {
             0.0
         };
-        let (link, reference, frame) = (&mut self.link[k], &mut self.reference[k], &mut self.frame[k]);
+        let (link, reference, frame) = (&mut self.tile.link[k], &mut self.tile.reference[k], &mut self.tile.frame[k]);
         activate::<L>(link, reference, frame, &between, &before, [radius_a, radius_b], widening)
     }
 }
@@ -511,14 +486,14 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     #[inline(always)]
     fn poses(&self, i: usize) -> ([Pose; 2], Vec3) {
         let k = self.waiting[i].contact as usize;
-        let Pair { a, b } = self.pair[k];
+        let Pair { a, b } = self.tile.pair[k];
         ([self.context.poses[a as usize], self.context.poses[b as usize]], self.image(k).displacement)
     }
 
     #[inline(always)]
     fn motions(&self, i: usize) -> ([Motion; 2], ImageShift) {
         let k = self.waiting[i].contact as usize;
-        let Pair { a, b } = self.pair[k];
+        let Pair { a, b } = self.tile.pair[k];
         let particles = self.context.particles;
         ([motion_of(particles, a as usize), motion_of(particles, b as usize)], self.image(k))
     }
@@ -526,10 +501,10 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     #[inline(always)]
     fn constants(&self, i: usize) -> (ContactGeometry, Frame, bool) {
         let k = self.waiting[i].contact as usize;
-        let Pair { a, b } = self.pair[k];
+        let Pair { a, b } = self.tile.pair[k];
         let (a, b) = (a as usize, b as usize);
         let (poses, mass) = (self.context.poses, &self.context.particles.mass);
-        let reference = &self.reference[k];
+        let reference = &self.tile.reference[k];
         let geometry = ContactGeometry {
             reference_length: reference.length,
             area: reference.area,
@@ -538,26 +513,26 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             mass_a: mass[a],
             mass_b: mass[b],
         };
-        (geometry, self.frame[k], self.link[k].has(Link::BONDED))
+        (geometry, self.tile.frame[k], self.tile.link[k].has(Link::BONDED))
     }
 
     #[inline(always)]
     fn answer(&mut self, i: usize, kinematics: &L::Kinematics) {
         let Waiting { contact, slot, begins } = self.waiting[i];
         let k = contact as usize;
-        let pair = self.pair[k];
+        let pair = self.tile.pair[k];
         let (a, b) = (pair.a as usize, pair.b as usize);
         let deformed;
         let kinematics = if DEFORM {
             let normal = kinematics.point().normal;
-            let (now, before) = self.context.widening_between(a, b, &normal, &self.frame[k].normal);
+            let (now, before) = self.context.widening_between(a, b, &normal, &self.tile.frame[k].normal);
             deformed = kinematics.widened(now, before);
             &deformed
         } else {
             kinematics
         };
-        let link = &mut self.link[k];
-        let history = &mut self.history[k];
+        let link = &mut self.tile.link[k];
+        let history = &mut self.tile.history[k];
         let tally = &mut self.tally;
         let response = self.rows[link.row as usize].respond(kinematics, history, self.context.dt);
         let point = kinematics.point();
@@ -565,7 +540,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         if begins && link.has(Link::KEPT_REFERENCE) && point.elongation_old < 0.0 {
             tally.energy.damage -= taken_over(*point, response.force, response.energy);
         }
-        self.frame[k] = Frame { normal, length: point.length };
+        self.tile.frame[k] = Frame { normal, length: point.length };
         tally.energy.damage += response.energy.damage;
         tally.energy.friction += response.energy.friction;
         tally.energy.viscous += response.energy.viscous;
@@ -613,20 +588,20 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         }
         if DEFORM {
             let dyads = self.context.dyads(&normal, &force, &L::viscous_force(&normal, history));
-            self.dyads[a - self.base] += dyads;
+            self.tile.dyads[a - self.tile.base] += dyads;
             if slot == LOCAL {
-                self.dyads[b - self.base] += dyads.opposite();
+                self.tile.dyads[b - self.tile.base] += dyads.opposite();
             } else {
-                self.dyad_halo[slot as usize] = dyads.opposite();
+                self.tile.dyad_halo[slot as usize] = dyads.opposite();
             }
         }
-        self.force[a - self.base] += force;
-        self.torque[a - self.base] += torque_a;
+        self.tile.force[a - self.tile.base] += force;
+        self.tile.torque[a - self.tile.base] += torque_a;
         if slot == LOCAL {
-            self.force[b - self.base] -= force;
-            self.torque[b - self.base] += torque_b;
+            self.tile.force[b - self.tile.base] -= force;
+            self.tile.torque[b - self.tile.base] += torque_b;
         } else {
-            self.halo[slot as usize] = Wrench { force: -force, torque: torque_b };
+            self.tile.halo[slot as usize] = Wrench { force: -force, torque: torque_b };
         }
     }
 }

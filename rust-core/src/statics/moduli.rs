@@ -27,14 +27,6 @@ pub struct ElasticConstants {
     pub bulk: f64,
 }
 
-/// Young's modulus (Pa) and Poisson's ratio of links that point alike in all directions and move affinely:
-/// `E = S(2+3P)/(4+P)`, `ν = (1−P)/(4+P)` with `S = Σk_N L²/3V` (Pa) and `P = k_T/k_N` (Stránský 2018, (3.38)).
-/// A mean over directions: a lattice has other constants.
-pub fn closed_form(stiffness_sum: f64, shear_ratio: f64) -> (f64, f64) {
-    let p = shear_ratio;
-    (stiffness_sum * (2.0 + 3.0 * p) / (4.0 + p), (1.0 - p) / (4.0 + p))
-}
-
 /// Distance from isotropy (Stránský 2018, (3.64)–(3.68)); all zero for an isotropic material.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Anisotropy {
