@@ -129,6 +129,7 @@ impl ContactLaw for Frictional {
     type State = FrictionalState;
     type Kinematics = PointKinematics;
     const NAME: &'static str = "frictional";
+    const DEFORMS: bool = true;
 
     #[inline(always)]
     fn respond(&self, kinematics: &PointKinematics, old: &FrictionalState, dt: f64) -> Response<FrictionalState> {

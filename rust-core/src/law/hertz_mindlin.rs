@@ -146,6 +146,7 @@ impl ContactLaw for HertzMindlin {
     type State = HertzMindlinState;
     type Kinematics = PointKinematics;
     const NAME: &'static str = "hertz_mindlin";
+    const DEFORMS: bool = true;
 
     #[inline(always)]
     fn respond(&self, kinematics: &PointKinematics, old: &HertzMindlinState, dt: f64) -> Response<HertzMindlinState> {

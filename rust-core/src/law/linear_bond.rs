@@ -134,6 +134,7 @@ impl ContactLaw for LinearBond {
     type State = LinearBondState;
     type Kinematics = PointKinematics;
     const NAME: &'static str = "linear_bond";
+    const DEFORMS: bool = true;
 
     #[inline(always)]
     fn respond(&self, kinematics: &PointKinematics, old: &LinearBondState, dt: f64) -> Response<LinearBondState> {

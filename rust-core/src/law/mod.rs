@@ -40,6 +40,8 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     const NAME: &'static str;
     /// Whether the law transmits moments; when false the solver neither stores nor gathers them.
     const TRANSMITS_MOMENT: bool = false;
+    /// Whether the law goes with particles that deform; when false the solver refuses such particles.
+    const DEFORMS: bool = false;
 
     /// The contact's answer to the motion of one step of `dt` seconds, which ended in the state `kinematics`.
     ///

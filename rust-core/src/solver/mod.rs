@@ -137,6 +137,15 @@ pub enum SolverError {
         /// Relative change in the last of them.
         change: f64,
     },
+    /// A contact law that knows nothing of deformable particles.
+    #[error(
+        "the law \"{law}\" does not know deformable particles; use \"linear_bond\", \"frictional\", or \
+         \"hertz_mindlin\", or particles that do not deform"
+    )]
+    NotDeformable {
+        /// Name of the law.
+        law: &'static str,
+    },
     /// Something is no longer a number.
     #[error(
         "at step {step} (t = {time} s) the motion is no longer finite; the particle with id {id} is the first one. \
@@ -214,6 +223,12 @@ impl Solver {
         };
         for block in &mut state.bonds {
             block.contacts_mut().sort();
+        }
+        if solver.model.deformable.is_some() {
+            let mut blocks = state.bonds.iter().chain(&state.contacts).map(|block| block.contacts());
+            if let Some(block) = blocks.find(|block| !block.deforms()) {
+                return Err(SolverError::NotDeformable { law: block.law() });
+            }
         }
         let strain = solver.begin_deformation(state);
         solver.search(state, strain)?;

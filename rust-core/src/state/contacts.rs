@@ -159,6 +159,8 @@ impl<L: ContactLaw> ContactBlock<L> {
 pub trait Contacts: Send + Sync {
     /// Name of the law.
     fn law(&self) -> &'static str;
+    /// Whether the law goes with particles that deform.
+    fn deforms(&self) -> bool;
     /// Number of entries, broken and inactive ones included.
     fn len(&self) -> usize;
     /// Whether there is none.
@@ -234,6 +236,9 @@ fn write_columns<L: ContactLaw>(
 impl<L: ContactLaw> Contacts for ContactBlock<L> {
     fn law(&self) -> &'static str {
         L::NAME
+    }
+    fn deforms(&self) -> bool {
+        L::DEFORMS
     }
     fn len(&self) -> usize {
         self.pair.len()
