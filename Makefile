@@ -37,6 +37,7 @@ test:
 	$(CARGO) test --release --workspace
 	tests/golden/yade/check_gold.sh
 	tests/results_read_back.sh
+	validation/specimens.py
 
 check:
 	.ci/setup build
@@ -54,3 +55,6 @@ docs:
 
 validate-full: $(CONCORDEM)
 	validation/specimens.py --full
+	validation/deformable.py --full
+	$(CARGO) run --release -p concordem --example beam_study --no-default-features -- validation/results/beams.json
+	validation/rigid_box_sampling.py --full

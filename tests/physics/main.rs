@@ -2,6 +2,7 @@
 
 mod beams;
 mod bodies;
+mod concrete;
 mod deformable;
 mod determinism;
 mod energy;

@@ -1,5 +1,7 @@
 //! `concordem calibrate`: parameters of bonds for wanted properties of a material.
 
+mod concrete;
+
 use std::path::PathBuf;
 
 use super::drive::{Meter, build};
@@ -30,6 +32,8 @@ enum Target {
     CohesiveBeam(BeamArguments),
     /// Young's modulus and Poisson's ratio of cpm or linear_bond links, on the packing of a scenario
     Elastic(ElasticArguments),
+    /// Moduli, strengths, and fracture energy of cpm concrete, on the specimen of a scenario and packings like it
+    Concrete(concrete::Arguments),
 }
 
 /// Arguments of `concordem calibrate elastic`.
@@ -109,6 +113,7 @@ pub(super) fn calibrate(arguments: &Arguments, console: &mut Console<'_>) -> Res
     match &arguments.target {
         Target::CohesiveBeam(arguments) => calibrate_beam(arguments, console),
         Target::Elastic(arguments) => calibrate_elastic(arguments, console),
+        Target::Concrete(arguments) => concrete::calibrate(arguments, console),
     }
 }
 
@@ -139,10 +144,7 @@ fn calibrate_elastic(arguments: &ElasticArguments, console: &mut Console<'_>) ->
             })
         });
         meter.finish();
-        found.map_err(|error| match error {
-            ElasticCalibrationError::Statics(error) => elastic::failed(&scenario, error),
-            other => Failure::Calibration(other.to_string()),
-        })
+        found.map_err(|error| elastic_failure(&scenario, error))
     })?;
     let mut facts = Facts::default();
     let mut keys: Vec<(&str, &str, toml_edit::Value)> = Vec::new();
@@ -178,6 +180,13 @@ fn calibrate_elastic(arguments: &ElasticArguments, console: &mut Console<'_>) ->
         .ok_or_else(|| problem("material", "the material's table cannot be edited", "write it as [material.LAW]"))?;
     crate::output::sealed::write_text(path, &text)?;
     console.print(&format!("{}\n{facts}", path.display()))
+}
+
+fn elastic_failure(scenario: &Scenario, error: ElasticCalibrationError) -> Failure {
+    match error {
+        ElasticCalibrationError::Statics(error) => elastic::failed(scenario, error),
+        other => Failure::Calibration(other.to_string()),
+    }
 }
 
 /// The scenario's text with new values in the tables of its first material; comments and order stay.
