@@ -115,7 +115,7 @@ fn pulled_block_closes_its_ledger_on_any_threads() {
 #[test]
 fn a_host_that_moves_the_particles_gets_the_same_bits() {
     let start = || {
-        let mut state = block(4, LinearBond::new(1.0, 0.4, 0.0, 0.02, 0.02).unwrap());
+        let mut state = block(4, LinearBond::new(1.0, 0.4, 0.0, 0.005, 0.005).unwrap());
         for p in 0..state.particles.len() {
             let u = |m: usize| ((p * 7919 + m * 104_729) % 1000) as f64 / 500.0 - 1.0;
             state.particles.velocity[p] = Vec3::new(u(1), u(2), u(3)) * 0.02;
