@@ -11,6 +11,8 @@
 mod arrays;
 mod elastic;
 mod errors;
+mod hosted;
+mod memory;
 mod operators;
 mod packing;
 mod regions;
@@ -47,5 +49,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     strain::register(module)?;
     packing::register(module)?;
     elastic::register(module)?;
-    results::register(module)
+    results::register(module)?;
+    memory::register(module)?;
+    hosted::register(module)
 }

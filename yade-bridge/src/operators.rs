@@ -20,13 +20,35 @@ use crate::strain::PyAffineFit;
 type Any<'py> = PyResult<Bound<'py, PyAny>>;
 
 /// Contacts between particles, as operators read them.
-#[derive(FromPyObject)]
 pub struct Contacts<'py> {
     pair: Pairs<'py>,
     branch: Vectors<'py>,
     point: Vectors<'py>,
     force: Vectors<'py>,
     moment: Option<Vectors<'py>>,
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Contacts<'py> {
+    type Error = PyErr;
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        Ok(Self {
+            pair: column(&object, "pair")?,
+            branch: column(&object, "branch")?,
+            point: column(&object, "point")?,
+            force: column(&object, "force")?,
+            moment: column(&object, "moment")?,
+        })
+    }
+}
+
+/// A column of a table; errors say which.
+fn column<'py, T: FromPyObjectOwned<'py, Error = PyErr>>(table: &Bound<'py, PyAny>, name: &str) -> PyResult<T> {
+    table.getattr(name)?.extract().map_err(|error: PyErr| {
+        let py = table.py();
+        let message = format!("{name}: {}", error.value(py));
+        // Of the same class as it was.
+        error.get_type(py).call1((message,)).map_or(error, PyErr::from_value)
+    })
 }
 
 impl Contacts<'_> {
@@ -46,12 +68,23 @@ impl Contacts<'_> {
 }
 
 /// Loads on particles from outside.
-#[derive(FromPyObject)]
 pub struct Loads<'py> {
     particle: Indices<'py>,
     point: Vectors<'py>,
     force: Vectors<'py>,
     moment: Option<Vectors<'py>>,
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Loads<'py> {
+    type Error = PyErr;
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        Ok(Self {
+            particle: column(&object, "particle")?,
+            point: column(&object, "point")?,
+            force: column(&object, "force")?,
+            moment: column(&object, "moment")?,
+        })
+    }
 }
 
 impl Loads<'_> {

@@ -56,7 +56,7 @@ fn toml_of(object: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<toml::Value>
     Err(PyTypeError::new_err(format!("{key}: a scenario has no values of type {}", object.get_type().name()?)))
 }
 
-fn table_of(mapping: &Bound<'_, PyAny>, path: &str) -> PyResult<toml::Table> {
+pub fn table_of(mapping: &Bound<'_, PyAny>, path: &str) -> PyResult<toml::Table> {
     let mut table = toml::Table::new();
     for item in mapping.call_method0("items")?.try_iter()? {
         let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item?.extract()?;

@@ -61,7 +61,7 @@ pub fn pool(threads: Option<usize>) -> PyResult<Option<rayon::ThreadPool>> {
 }
 
 /// Work inside a pool: parallel loops then need not enter it one by one.
-fn inside<T: Send>(pool: Option<&rayon::ThreadPool>, work: impl FnOnce() -> T + Send) -> T {
+pub fn inside<T: Send>(pool: Option<&rayon::ThreadPool>, work: impl FnOnce() -> T + Send) -> T {
     match pool {
         Some(pool) => pool.install(work),
         None => rayon::scope(|_| work()),
@@ -276,18 +276,6 @@ impl Simulation {
     /// Run until a condition of the scenario's `[stop]` holds.
     #[pyo3(signature = (progress=None))]
     fn run(&self, py: Python<'_>, progress: Option<Bound<'_, PyAny>>) -> PyResult<Option<&'static str>> {
-        {
-            let inner = self.lock()?;
-            let stop = &inner.run.plan.stop;
-            let conditions = [stop.drop_to, stop.strain, stop.time, stop.unbalanced];
-            if conditions.iter().all(Option::is_none) && stop.steps.is_none() && inner.run.stopped().is_none() {
-                let scenario = self.scenario.get();
-                let message = "the run would never end: the scenario has no condition";
-                let help = "add a condition to [stop], or call step(n)";
-                let kind = concordem::scenario::ProblemKind::MissingKey;
-                return Err(scenario.inner.problem(kind, "stop", message, help).raise());
-            }
-        }
         self.go(py, u64::MAX, progress.as_ref())
     }
 

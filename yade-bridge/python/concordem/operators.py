@@ -11,7 +11,7 @@ Two spheres pressed together along x with 3 N, 2 m apart, in a volume of 4 m^3:
 >>> from concordem import operators as op
 >>> x = np.array([[0.0, 0, 0], [2, 0, 0]])
 >>> contact = op.Contacts(pair=[[0, 1]], branch=[[2.0, 0, 0]], point=[[1.0, 0, 0]], force=[[-3.0, 0, 0]])
->>> op.region_stress(x, contact, op.Region.all(4.0)).stress[0, 0]
+>>> float(op.region_stress(x, contact, op.Region.all(4.0)).stress[0, 0])
 -1.5
 """
 
