@@ -88,6 +88,10 @@ input!(
     Rows, PyReadonlyArray2<f64>, "float64", "(n, columns)", None
 );
 input!(
+    /// Periodic images.
+    Images, PyReadonlyArray2<i8>, "int8", "(n, 3)", Some(3)
+);
+input!(
     /// Yes or no for each.
     Flags, PyReadonlyArray1<bool>, "bool", "(n,)", None
 );
@@ -114,6 +118,12 @@ impl Indices<'_> {
     /// The indices.
     pub fn get(&self) -> PyResult<&[u32]> {
         self.raw()
+    }
+}
+impl Images<'_> {
+    /// The images.
+    pub fn get(&self) -> PyResult<&[[i8; 3]]> {
+        Ok(bytemuck::cast_slice(self.raw()?))
     }
 }
 impl Flags<'_> {

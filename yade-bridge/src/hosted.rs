@@ -16,7 +16,7 @@ use concordem::math::{Quat, Vec3, quaternion_of_rotation_vector};
 use concordem::neighbor::spatial_order;
 use concordem::output::{checkpoint, hash};
 use concordem::solver::integrate::Damping;
-use concordem::solver::{MaterialRows, Model, Solver};
+use concordem::solver::{MaterialRows, Model, Solver, StepReport};
 use concordem::state::contacts::{ContactBlock, Link, Pair};
 use concordem::state::{Cell, Constraint, Particles, Sphere, State};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -24,7 +24,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Deserialize;
 
-use crate::arrays::{Indices, Pairs, Rows, Scalars, Tensor, Vector, Vectors, rows, scalars, tensor, vectors};
+use crate::arrays::{Flags, Images, Indices, Pairs, Rows, Scalars, Tensor, Vector, Vectors, rows, scalars, tensor, vectors};
 use crate::errors::{OrRaise, of_assembly};
 use crate::memory::{peek, targets};
 use crate::scenario::{Scenario, table_of};
@@ -55,6 +55,8 @@ struct Inner {
     solver: Solver,
     host: Option<Host>,
     broken: u64,
+    /// Bonds that each particle has lost.
+    losses: Vec<u32>,
     /// Whether the law reads orientations and rotations.
     needs_rotation: bool,
 }
@@ -215,8 +217,8 @@ impl Hosted {
         let (mut bonds, mut loose) = (ContactBlock::new(laws.clone()), ContactBlock::new(laws));
 
         let pair: Pairs<'_> = get(contacts, "pair")?;
-        let image: Vec<[i8; 3]> = get(contacts, "image")?;
-        let bonded: Vec<bool> = get(contacts, "bonded")?;
+        let (image, bonded): (Images<'_>, Flags<'_>) = (get(contacts, "image")?, get(contacts, "bonded")?);
+        let (image, bonded) = (image.get()?, bonded.get()?);
         let (length, area): (Scalars<'_>, Scalars<'_>) = (get(contacts, "length")?, get(contacts, "area")?);
         let (normal, distance): (Vectors<'_>, Scalars<'_>) = (get(contacts, "normal")?, get(contacts, "distance")?);
         let history: Rows<'_> = get(contacts, "history")?;
@@ -340,24 +342,22 @@ impl Hosted {
     /// Take whole steps on our own; the number of bonds that broke.
     fn advance(&self, py: Python<'_>, steps: u64) -> PyResult<u64> {
         let mut left = steps;
-        let mut broken = 0;
         while left > 0 {
             let mut inner = self.lock()?;
-            let (inner, left, broken) = (&mut *inner, &mut left, &mut broken);
+            let (inner, left) = (&mut *inner, &mut left);
             let pool = self.pool.as_ref();
             py.detach(|| {
                 inside(pool, || {
                     let start = Instant::now();
                     while *left > 0 && start.elapsed() < Duration::from_millis(50) {
                         let report = inner.solver.step_with(&mut inner.state, false)?;
-                        *broken += report.incidents.iter().filter(|(_, i)| i.broke).count() as u64;
+                        inner.count(&report);
                         *left -= 1;
                     }
                     Ok(())
                 })
             })
             .map_err(|error: concordem::solver::SolverError| crate::errors::Raise::raise(error))?;
-            inner.broken += std::mem::take(broken);
             py.check_signals()?;
         }
         Ok(self.lock()?.broken)
@@ -406,7 +406,7 @@ impl Hosted {
     #[pyo3(signature = (dt, cell=None))]
     fn contact_step(&self, py: Python<'_>, dt: f64, cell: Option<(Tensor, Tensor, Tensor)>) -> PyResult<usize> {
         let mut inner = self.lock()?;
-        let Inner { state, solver, host, broken, needs_rotation } = &mut *inner;
+        let Inner { state, solver, host, needs_rotation, .. } = &mut *inner;
         let host = host.as_ref().ok_or_else(|| PyRuntimeError::new_err("no host is attached"))?;
         if !(dt > 0.0 && dt.is_finite()) {
             return Err(PyValueError::new_err(format!("the time step is {dt}")));
@@ -435,9 +435,7 @@ impl Hosted {
                 (host.add_torque)(this, id, torque.as_ptr());
             }
         }
-        let count = report.incidents.iter().filter(|(_, incident)| incident.broke).count();
-        *broken += count as u64;
-        Ok(count)
+        Ok(inner.count(&report))
     }
 
     /// Places and motion of the particles by body.
@@ -510,6 +508,11 @@ impl Hosted {
         Ok(self.lock()?.broken)
     }
 
+    /// Bonds that each particle has lost so far, in the order of `bodies`.
+    fn losses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(scalars(py, &self.lock()?.losses).into_any())
+    }
+
     /// Steps taken.
     #[getter]
     fn steps(&self) -> PyResult<u64> {
@@ -533,11 +536,14 @@ impl Hosted {
     }
 
     /// Replace everything that changes by what `save` wrote.
-    fn restore(&self, path: PathBuf) -> PyResult<()> {
+    fn restore(&self, path: PathBuf, losses: Indices<'_>) -> PyResult<()> {
         let mut checkpoint = checkpoint::read(&path).or_raise()?;
         let mut inner = self.lock()?;
-        let Inner { state, solver, .. } = &mut *inner;
+        let Inner { state, solver, broken, losses: lost, .. } = &mut *inner;
         let ids = state.particles.id.clone();
+        same_length("losses", losses.get()?.len(), ids.len())?;
+        lost.copy_from_slice(losses.get()?);
+        *broken = lost.iter().map(|&n| u64::from(n)).sum::<u64>() / 2;
         state.read(&mut checkpoint.columns).or_raise()?;
         if state.particles.id != ids {
             return Err(PyRuntimeError::new_err("the file belongs to other bodies"));
@@ -553,13 +559,28 @@ fn hosted_text(path: PathBuf) -> PyResult<String> {
     Ok(checkpoint::read(&path).or_raise()?.provenance)
 }
 
+impl Inner {
+    /// Note the bonds that broke in a step; their number.
+    fn count(&mut self, report: &StepReport) -> usize {
+        let mut count = 0;
+        for (_, incident) in report.incidents.iter().filter(|(_, incident)| incident.broke) {
+            self.losses[incident.pair.a as usize] += 1;
+            self.losses[incident.pair.b as usize] += 1;
+            count += 1;
+        }
+        self.broken += count as u64;
+        count
+    }
+}
+
 impl Hosted {
     fn new(mut state: State, model: Model, threads: Option<usize>) -> PyResult<Self> {
         // Of the host's modes, only those of YADE read velocities in place of rotations.
         let beams = state.bonds.iter().any(|block| block.law() == "cohesive_beam");
         let needs_rotation = beams || !matches!(model.mode, Mode::Yade | Mode::YadeRatcheting);
         let solver = Solver::new(model, &mut state).or_raise()?;
-        let inner = Inner { state, solver, host: None, broken: 0, needs_rotation };
+        let losses = vec![0; state.particles.len()];
+        let inner = Inner { state, solver, host: None, broken: 0, losses, needs_rotation };
         Ok(Self { inner: Mutex::new(inner), pool: pool(threads)? })
     }
 }

@@ -19,7 +19,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{TableColumn, result, rows, scalars, table, tensor, vectors};
-use crate::errors::{OrRaise, Raise, of_assembly};
+use crate::errors::{OrRaise, of_assembly};
 use crate::scenario::Scenario;
 use crate::state::{Addresses, State};
 

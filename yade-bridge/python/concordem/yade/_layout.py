@@ -135,7 +135,7 @@ def probe(yade: Any) -> Layout:
             f"checked here too, but nobody has tested it: set {ANY_VERSION}=1 to try",
             "Version",
         )
-    if "double" not in str(yade.libPATH if hasattr(yade, "libPATH") else yade.config.__file__) and _real_bytes(yade) != 8:
+    if _real_bytes(yade) != 8:
         raise YadeError("this YADE computes with another precision than double", "Precision")
     omega = yade.O
     if omega.running:
@@ -158,6 +158,7 @@ def probe(yade: Any) -> Layout:
 
 
 def _real_bytes(yade: Any) -> int:
+    """8 if numbers are doubles: one is set, and looked for."""
     state = yade.wrapper.State()
     state.mass = 1.25
     return 8 if struct.pack("<d", 1.25) in memory.read(address_of(state), 512) else 0
@@ -209,7 +210,7 @@ def _probe_scene(yade: Any) -> Layout:
     ]
     find = {
         name: Finder(name)
-        for name in ("State", "Body", "Sphere", "Interaction", "ScGeom", "CpmPhys", "CpmState", "CpmMat")
+        for name in ("State", "Body", "Sphere", "Interaction", "ScGeom", "CpmPhys", "CpmState", "Scene")
     }
     vtables: dict[str, set[int]] = {}
 
@@ -218,9 +219,15 @@ def _probe_scene(yade: Any) -> Layout:
 
     layout: Layout = {}
     interactions_seen: list[tuple[int, int]] = []
-    for moment in range(6):
+    for _ in range(6):
         for _ in range(15):
             omega.step()
+        scene = address_of(omega._sceneObj)
+        # The count of sums over threads runs with the iterations, unless one more is asked for.
+        omega.forces.addF(0, yade.Vector3(0, 0, 0))
+        omega.forces.f(0, True)
+        find["Scene"].observe("iter", scene, struct.pack("<q", omega.iter), 8)
+        find["Scene"].observe("time", scene, pack_real(omega.time), 8)
         for body in omega.bodies:
             state, shape = body.state, body.shape
             at_body, at_state, at_shape = map(address_of, (body, state, shape))
@@ -265,6 +272,8 @@ def _probe_scene(yade: Any) -> Layout:
         raise YadeError("YADE's memory: the probing scene fell apart", "Layout")
     for name in ("pos", "vel", "angVel", "inertia", "mass", "refPos", "ori", "blockedDOFs"):
         layout[f"State.{name}"] = find["State"].offset(name)
+    for name in ("iter", "time"):
+        layout[f"Scene.{name}"] = find["Scene"].offset(name)
     layout["Sphere.radius"] = find["Sphere"].offset("radius")
     for name in ("id", "groupMask", "state", "shape", "material"):
         layout[f"Body.{name}"] = find["Body"].offset(name)
@@ -301,10 +310,6 @@ def _probe_scene(yade: Any) -> Layout:
         if len(seen) != 1:
             raise YadeError(f"YADE's memory: objects of class {name} have {len(seen)} tables of methods", "Layout")
         layout[f"{name}.vtable"] = next(iter(seen))
-    layout["State.vtable"] = memory.pointer(address_of(w.State()))
-    layout["Facet.vtable"] = memory.pointer(address_of(w.Facet()))
-    layout["Clump.vtable"] = memory.pointer(address_of(w.Clump()))
-    layout["FrictPhys.vtable"] = memory.pointer(address_of(w.FrictPhys()))
     _containers(yade, layout, interactions_seen)
     return layout
 
@@ -379,10 +384,15 @@ def _containers(yade: Any, layout: Layout, interactions: list[tuple[int, int]]) 
                 # Interactions that are only possible lie among the real ones.
                 if targets == expected or (expected is None and real <= set(targets)):
                     places.append((place, k))
-        # Only the first place belongs to the scene itself: what lies behind it in memory may hold the address again.
-        if not places or len({k for _, k in places}) != 1:
-            raise YadeError(f"YADE's memory: {name} of a scene were found in {len(places)} places, not in one", "Layout")
-        layout[f"Scene.{name}"], layout[f"{name}.vector"] = min(places)
+        # Whatever lies behind a container or a scene in memory may show the same again; what is nearest to the beginning
+        # belongs to the object itself.
+        if not places:
+            raise YadeError(f"YADE's memory: {name} of a scene were not found", "Layout")
+        offset = min(k for _, k in places)
+        place = min(place for place, k in places if k == offset)
+        if len({memory.pointer(scene + at) for at, k in places if k == offset}) != 1:
+            raise YadeError(f"YADE's memory: {name} of a scene were found in several containers", "Layout")
+        layout[f"Scene.{name}"], layout[f"{name}.vector"] = place, offset
     # Forces: those of each thread in vectors of their own; the first thread is the one that calls us.
     omega.forces.reset(True)
     force, torque = yade.Vector3(1.25, -2.5, 3.75), yade.Vector3(-8.5, 16.25, 0.125)
