@@ -12,7 +12,7 @@ use concordem::assembly::assemble;
 use concordem::kinematics::{Frame, Mode};
 use concordem::law::cpm::{Cpm, CpmParameters, CpmState};
 use concordem::law::{LawState, Reference};
-use concordem::math::{Quat, Vec3, quaternion_of_rotation_vector};
+use concordem::math::{Mat3, Quat, Vec3, quaternion_of_rotation_vector};
 use concordem::neighbor::spatial_order;
 use concordem::output::{checkpoint, hash};
 use concordem::solver::integrate::Damping;
@@ -24,7 +24,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Deserialize;
 
-use crate::arrays::{Flags, Images, Indices, Pairs, Rows, Scalars, Tensor, Vector, Vectors, rows, scalars, tensor, vectors};
+use crate::arrays::{
+    Flags, Images, Indices, Pairs, Rows, Scalars, Tensor, Vector, Vectors, rows, scalars, tensor, vectors,
+};
 use crate::errors::{OrRaise, of_assembly};
 use crate::memory::{peek, targets};
 use crate::scenario::{Scenario, table_of};
@@ -168,7 +170,10 @@ fn cell_of((edges, gradient, rate): (Tensor, Tensor, Tensor), dt: f64) -> Cell {
         matrix: edges.0,
         deformation_gradient: gradient.0,
         velocity_gradient: rate.0,
-        matrix_change: rate.0 * edges.0 * dt,
+        // By the motion of the last step, H = (1 + LΔt) H_old.
+        matrix_change: (Mat3::identity() + rate.0 * dt)
+            .try_inverse()
+            .map_or_else(Mat3::zeros, |back| edges.0 - back * edges.0),
     }
 }
 
@@ -545,7 +550,12 @@ impl Hosted {
         lost.copy_from_slice(losses.get()?);
         *broken = lost.iter().map(|&n| u64::from(n)).sum::<u64>() / 2;
         state.read(&mut checkpoint.columns).or_raise()?;
-        if state.particles.id != ids {
+        // Their order may be another one: it is that of the places where the assembly was made first.
+        let sorted = |mut ids: Vec<u32>| {
+            ids.sort_unstable();
+            ids
+        };
+        if sorted(state.particles.id.clone()) != sorted(ids) {
             return Err(PyRuntimeError::new_err("the file belongs to other bodies"));
         }
         *solver = Solver::new(solver.model().clone(), state).or_raise()?;

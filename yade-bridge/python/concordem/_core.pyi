@@ -15,6 +15,74 @@ _Truncation: TypeAlias = Literal["branch-clipped", "half-crossing", "internal-on
 _Partition: TypeAlias = Literal["contact-point", "half-branch"]
 _Path: TypeAlias = str | PathLike[str]
 
+__all__ = [
+    "__version__",
+    "AffineFit",
+    "Hosted",
+    "Mesh",
+    "Period",
+    "PowerDiagram",
+    "Region",
+    "Result",
+    "Scenario",
+    "Simulation",
+    "State",
+    "affine_fit",
+    "affine_forces",
+    "affine_stiffness",
+    "axial",
+    "bagi_strain",
+    "boundary_strain",
+    "boundary_stress",
+    "calibrate_cohesive_beam",
+    "calibrate_elastic",
+    "cell_gradient",
+    "cell_strain",
+    "coarse_grain",
+    "conjugate_stress",
+    "coordination",
+    "cosserat_strain",
+    "couple_stress_external",
+    "couple_stress_from_resultants",
+    "couple_stress_internal",
+    "damage_tensor",
+    "delaunay",
+    "elastic_constants",
+    "fabric",
+    "hosted_text",
+    "isotropic_moduli",
+    "kinetic_stress",
+    "lattice",
+    "macro_rotation",
+    "memory_gather",
+    "memory_scatter",
+    "memory_scatter_i32",
+    "memory_targets",
+    "moments_about_contact_points",
+    "packing_summary",
+    "particle_moments",
+    "particle_strain",
+    "particle_stress",
+    "particle_volumes",
+    "platen_strain",
+    "power",
+    "power_diagram",
+    "random_dense",
+    "read_packing",
+    "region_stress",
+    "region_stress_from_particles",
+    "resultants",
+    "run_program",
+    "schema",
+    "solid_fraction",
+    "spatial_order",
+    "strength_damage",
+    "strength_damage_exponential",
+    "voigt_plane",
+    "wall_traction",
+    "write_packing",
+]
+
 class _ContactsLike(Protocol):
     @property
     def pair(self) -> ArrayLike: ...
@@ -253,6 +321,52 @@ class PowerDiagram:
         period: Period | None = None,
     ) -> _types.DualStrain: ...
 
+@final
+class Hosted:
+    @staticmethod
+    def concrete(
+        bodies: Mapping[str, Any],
+        contacts: Mapping[str, Any],
+        laws: Sequence[tuple[int, int, Mapping[str, Any]]],
+        materials: int,
+        dt: float,
+        kinematics: str,
+        damping: float = 0.0,
+        gravity: ArrayLike | None = None,
+        cell: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
+        threads: int | None = None,
+    ) -> Hosted: ...
+    @staticmethod
+    def of_scenario(
+        scenario: Scenario,
+        bodies: ArrayLike,
+        mass: ArrayLike,
+        inertia: ArrayLike,
+        dt: float,
+        threads: int | None = None,
+    ) -> Hosted: ...
+    def advance(self, steps: int) -> int: ...
+    def attach(self, container: int, forces: int, offsets: Sequence[int]) -> None: ...
+    def contact_step(self, dt: float, cell: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None) -> int: ...
+    def bodies(self) -> dict[str, Any]: ...
+    def contacts(self) -> dict[str, NDArray[np.void]]: ...
+    def forces(self) -> _types.Contacts: ...
+    def net_forces(self) -> tuple[_Reals, _Reals]: ...
+    @property
+    def cell(self) -> tuple[_Reals, _Reals] | None: ...
+    @property
+    def bond_count(self) -> int: ...
+    @property
+    def broken(self) -> int: ...
+    def losses(self) -> NDArray[np.uint32]: ...
+    @property
+    def steps(self) -> int: ...
+    @property
+    def searches(self) -> int: ...
+    def state_hash(self) -> str: ...
+    def save(self, path: _Path, text: str) -> str: ...
+    def restore(self, path: _Path, losses: ArrayLike) -> None: ...
+
 def particle_volumes(
     radius: ArrayLike,
     kind: Literal["sphere", "disc"] = "sphere",
@@ -427,6 +541,16 @@ def packing_summary(
     interaction_ratio: float = 1.0,
 ) -> _types.PackingSummary: ...
 def spatial_order(positions: ArrayLike, cell: ArrayLike | None = None) -> NDArray[np.uint32]: ...
+def hosted_text(path: _Path) -> str: ...
+def memory_gather(
+    addresses: NDArray[np.uint64],
+    offset: int,
+    kind: str = "f64",
+    components: int = 1,
+) -> NDArray[Any]: ...
+def memory_scatter(addresses: NDArray[np.uint64], offset: int, values: _Reals) -> None: ...
+def memory_scatter_i32(addresses: NDArray[np.uint64], offset: int, values: NDArray[np.int32]) -> None: ...
+def memory_targets(address: int) -> NDArray[np.uint64]: ...
 def elastic_constants(
     scenario: Scenario,
     dynamics: bool = False,

@@ -164,8 +164,8 @@ class Packing(NamedTuple):
 class PackingSummary(NamedTuple):
     """A packing in a few numbers."""
 
-    count: int
-    """Spheres."""
+    spheres: int
+    """Number of spheres."""
     packing_fraction: float | None
     """Share of solid; None without a cell."""
     coordination: float
@@ -307,5 +307,6 @@ def units(table: NDArray[Any]) -> dict[str, str]:
     for name in table.dtype.names or ():
         kind = table.dtype[name]
         base = kind.subdtype[0] if kind.subdtype else kind
-        found[name] = str((base.metadata or {}).get("unit", "1"))
+        metadata: Any = base.metadata or {}
+        found[name] = str(metadata.get("unit", "1"))
     return found

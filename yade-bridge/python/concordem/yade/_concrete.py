@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .. import _core
 from .._errors import YadeError
 from ._layout import address_of
-from ._scene import Bodies, Interactions, Reals, bodies, gather, host, interactions, of_class
+from ._scene import Reals, bodies, gather, host, interactions, of_class
 
 #: Engines whose work our solver takes over while it advances a scene.
 REPLACED = {"ForceResetter", "InsertionSortCollider", "InteractionLoop", "NewtonIntegrator"}
@@ -116,8 +116,8 @@ class Concrete:
         self.settings = Settings()
         everything = bodies()
         ball = of_class(everything.shape, "Sphere.vtable") & of_class(everything.state, "CpmState.vtable")
-        self.bodies = Bodies(*(np.ascontiguousarray(column[ball]) for column in everything))
-        self.others = Bodies(*(np.ascontiguousarray(column[~ball]) for column in everything))
+        self.bodies = everything.of(ball)
+        self.others = everything.of(~ball)
         if not len(self.bodies.ids):
             raise refuse("the scene has no spheres of CpmMat", "NotConcrete")
         self.materials, self.material = self._materials()
@@ -130,7 +130,7 @@ class Concrete:
             raise refuse("spheres of CpmMat touch with another physics than CpmPhys, or another geometry than ScGeom")
         self.foreign = int((~inner).sum())
         """Interactions with other bodies."""
-        self.contacts = Interactions(*(np.ascontiguousarray(column[inner]) for column in found))
+        self.contacts = found.of(inner)
         self.pair = np.stack([one, two], axis=1)[inner].astype(np.uint32)
         for body in omega.bodies:
             if body is not None and (body.isClump or body.isClumpMember):
@@ -162,7 +162,7 @@ class Concrete:
         inertia = gather(state, "State.inertia", components=3)
         if not (inertia[:, 0] == inertia[:, 1]).all() or not (inertia[:, 0] == inertia[:, 2]).all():
             raise refuse("a sphere has different moments of inertia about its axes")
-        arrays = {
+        arrays: dict[str, Any] = {
             "id": self.bodies.ids.astype(np.uint32),
             "position": self.bodies.positions,
             "velocity": gather(state, "State.vel", components=3),
@@ -177,6 +177,10 @@ class Concrete:
         cell = None
         if omega.periodic:
             cell = cell_of(omega)
+            if damping:
+                # YADE moves its cell at the beginning of a step, our solver at the end.
+                edges, gradient, rate = cell
+                cell = (edges + self.settings.dt * rate @ edges, gradient + self.settings.dt * rate @ gradient, rate)
         settings = self.settings
         try:
             return _core.Hosted.concrete(
@@ -189,7 +193,7 @@ class Concrete:
                 damping=settings.damping if damping else 0.0,
                 gravity=settings.gravity if damping else None,
                 cell=cell,
-                threads=threads,
+                threads=threads or omega.numThreads,
             )
         except ValueError as error:
             raise refuse(f"the scene cannot be taken over: {error}") from error
@@ -289,10 +293,16 @@ def scatter(addresses: NDArray[np.uint64], field: str, values: Any) -> None:
     _core.memory_scatter(np.ascontiguousarray(addresses), host().layout[field], flat)
 
 
-def _keys(one: Any, two: Any) -> NDArray[np.int64]:
-    """A number for each pair, whatever its order."""
+def _keys(one: Any, two: Any, bonded: Any) -> NDArray[np.int64]:
+    """A number for each contact: its pair, whatever the order, and whether it is a bond (a pair whose bond broke may have
+    met again)."""
     one, two = np.asarray(one, np.int64), np.asarray(two, np.int64)
-    return np.minimum(one, two) << 32 | np.maximum(one, two)
+    return np.minimum(one, two) << 32 | np.maximum(one, two) << 1 | np.asarray(bonded, np.int64)
+
+
+def _keys_of_yade(concrete: Concrete) -> NDArray[np.int64]:
+    contacts = concrete.contacts
+    return _keys(contacts.id1, contacts.id2, gather(contacts.phys, "CpmPhys.isCohesive", "u8") != 0)
 
 
 def write_bodies(concrete: Concrete, solver: _core.Hosted) -> None:
@@ -314,8 +324,8 @@ def write_contacts(solver: _core.Hosted, mode: str) -> dict[str, int]:
     concrete = Concrete()
     tables = solver.contacts()
     table = np.concatenate([tables[name] for name in ("cpm", "unbonded") if name in tables])
-    theirs, ours = _keys(concrete.contacts.id1, concrete.contacts.id2), _keys(table["a"], table["b"])
-    if len(np.unique(ours)) != len(ours):
+    theirs, ours = _keys_of_yade(concrete), _keys(table["a"], table["b"], table["bonded"])
+    if len(np.unique(ours >> 1)) != len(ours):
         raise refuse("two bodies touch through two periodic images: YADE has no place for that", "TwoImages")
     gone = ~np.isin(theirs, ours)
     for one, two in zip(concrete.contacts.id1[gone], concrete.contacts.id2[gone]):
@@ -343,10 +353,11 @@ def write_contacts(solver: _core.Hosted, mode: str) -> dict[str, int]:
             physics.epsFracture = physics.epsCrackOnset * physics.relDuctility
     if gone.any() or new.any():
         concrete = Concrete()
-        theirs = _keys(concrete.contacts.id1, concrete.contacts.id2)
+        theirs = _keys_of_yade(concrete)
     order = np.argsort(ours, kind="stable")
-    table = table[order[np.searchsorted(ours[order], theirs)]]
-    if not (_keys(table["a"], table["b"]) == theirs).all():
+    place = np.minimum(np.searchsorted(ours[order], theirs), len(ours) - 1)
+    table = table[order[place]]
+    if len(ours) != len(theirs) or not (_keys(table["a"], table["b"], table["bonded"]) == theirs).all():
         raise refuse("contacts of the solver and of YADE do not match", "Layout")
     sign = np.where(table["a"] == concrete.contacts.id1, 1.0, -1.0)
     _write_history(concrete, table, sign, mode)
@@ -370,9 +381,7 @@ def _write_history(concrete: Concrete, table: Any, sign: Reals, mode: str) -> No
         prestress[between] = row["isotropic_prestress"]
     strain = table["normal_strain"] + prestress / modulus
     effective = strain - table["plastic_normal_strain"]
-    bonded = gather(contacts.phys, "CpmPhys.isCohesive", "u8") != 0
-    if not (bonded == table["bonded"]).all():
-        raise refuse("a contact is a bond for one side only", "Layout")
+    bonded = table["bonded"]
     omega, kappa = table["omega"], table["kappa"]
     stress = (1.0 - np.where(effective > 0, omega, 0.0)) * modulus * effective
     # YADE notes slip so that elastic strain times modulus lies beyond the bound while a contact flows; what acts is the bound.

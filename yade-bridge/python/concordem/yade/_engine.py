@@ -59,6 +59,13 @@ def _is_in_engines(name: str) -> bool:
     return any(getattr(engine, "command", "") == _command(name) for engine in host().omega.engines)
 
 
+def _sort_anew(collider: Any) -> None:
+    """Make the collider look at all pairs in the next step: those that were only possible have been forgotten."""
+    collider.doSort = True
+    # As if it had never run; otherwise it waits until a body has moved far enough.
+    collider.fastestBodyMaxDist = -1
+
+
 def _check_engines() -> None:
     for engine in host().omega.engines:
         name = class_of(engine)
@@ -137,8 +144,7 @@ class BondedEngine:
         collider.avoidSelfInteractionMask |= bit
         self._kind["mask"] = bit
         self._clear_interactions()
-        # Sort anew: pairs that were only possible have been forgotten.
-        collider.doSort = True
+        _sort_anew(collider)
 
     def _clear_interactions(self) -> None:
         """Take the interactions among our bodies out of YADE."""
@@ -163,7 +169,7 @@ class BondedEngine:
                 body.groupMask &= ~bit
             collider = engine_of("InsertionSortCollider")
             collider.avoidSelfInteractionMask &= ~bit
-            collider.doSort = True
+            _sort_anew(collider)
         _registered.pop(self.name, None)
         self.attached = False
 
@@ -230,7 +236,7 @@ class BondedEngine:
         for law, table in tables.items():
             if law == "unbonded":
                 continue
-            if "kappa" in table.dtype.names:
+            if "kappa" in (table.dtype.names or ()):
                 onset = self._kind["onset"]
                 lost = 1.0 - np.where(table["kappa"] < onset, 1.0, (1.0 - table["omega"]) * table["kappa"] / onset)
             else:
@@ -327,7 +333,7 @@ def bond(
         if not ball[wanted].all():
             raise refuse(f"body {int(everything.ids[wanted & ~ball][0])} is no sphere", "OtherBodies")
         ball = wanted
-    mine = Bodies(*(np.ascontiguousarray(column[ball]) for column in everything))
+    mine = everything.of(ball)
     for number in mine.ids:
         if not omega.bodies[int(number)].isStandalone:
             raise refuse(f"body {int(number)} belongs to a clump", "Clumps")
@@ -353,7 +359,12 @@ def _hosted_of(scenario: _core.Scenario, mine: Bodies, dt: float, threads: int |
     mass = gather(mine.state, "State.mass")
     try:
         return _core.Hosted.of_scenario(
-            scenario, mine.ids.astype(np.uint32), mass, np.ascontiguousarray(inertia.min(axis=1)), dt, threads
+            scenario,
+            mine.ids.astype(np.uint32),
+            mass,
+            np.ascontiguousarray(inertia.min(axis=1)),
+            dt,
+            threads or host().omega.numThreads,
         )
     except ValueError as error:
         raise refuse(f"the bodies cannot be bonded: {error}") from error
@@ -431,8 +442,7 @@ def _restore(text: dict[str, Any], beside: str, threads: int | None) -> BondedEn
     omega = host().omega
     ids, kind = np.array(text["ids"], np.int32), text["kind"]
     everything = bodies()
-    mine = np.isin(everything.ids, ids)
-    found = Bodies(*(np.ascontiguousarray(column[mine]) for column in everything))
+    found = everything.of(np.isin(everything.ids, ids))
     if kind["kind"] == "scenario":
         solver = _hosted_of(_core.Scenario.from_text(kind["scenario"], beside), found, omega.dt, threads)
     else:
@@ -466,7 +476,7 @@ def _restore(text: dict[str, Any], beside: str, threads: int | None) -> BondedEn
             omega.dt,
             kind["kinematics"],
             cell=cell_of(omega) if omega.periodic else None,
-            threads=threads,
+            threads=threads or omega.numThreads,
         )
     solver.restore(beside, np.array(text["losses"], np.uint32))
     engine = BondedEngine(text["name"], solver, ids, kind)

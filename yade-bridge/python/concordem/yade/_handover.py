@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from .. import _core
-from ._concrete import PAUSED, REPLACED, Concrete, add_to_clock, class_of, refuse, write_bodies, write_contacts
+from ._concrete import PAUSED, REPLACED, Concrete, add_to_clock, cell_of, class_of, refuse, write_bodies, write_contacts
 from ._scene import at_rest, host
 
 
@@ -74,7 +76,9 @@ def _write_cell(solver: _core.Hosted) -> None:
     omega = host().omega
     found = solver.cell
     assert found is not None
-    edges, gradient = found
+    # Back by the motion that YADE will make at the beginning of its next step.
+    rate = cell_of(omega)[2]
+    edges, gradient = (np.linalg.solve(np.eye(3) + omega.dt * rate, part) for part in found)
 
     def matrix(values: Any) -> Any:
         return host().names.Matrix3(*(float(x) for x in values.reshape(-1)))

@@ -351,9 +351,9 @@ def _cell_distance(yade: Any, contact: Any, finder: Finder, spare: Any) -> int:
         if image[place : place + 12] != b"\0" * 12:
             continue
         block = (ctypes.c_int * 3).from_address(at + place)
-        block[:] = (21, -22, 23)
+        block[:] = [21, -22, 23]
         seen = tuple(spare.cellDist)
-        block[:] = (0, 0, 0)
+        block[:] = [0, 0, 0]
         if seen == (21, -22, 23):
             return place
     raise YadeError("YADE's memory: Interaction.cellDist was not found", "Layout")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,8 @@ from ._layout import Layout, address_of, memory, pack_real, probe
 Reals = NDArray[np.float64]
 Ints = NDArray[np.int32]
 Addresses = NDArray[np.uint64]
+Truncation = Literal["branch-clipped", "half-crossing", "internal-only"]
+Partition = Literal["contact-point", "half-branch"]
 
 
 class _Yade:
@@ -86,6 +88,11 @@ class Bodies(NamedTuple):
     positions: Reals
     """Centres, m, (n, 3)."""
 
+    def of(self, rows: NDArray[np.bool_]) -> Bodies:
+        """Some of them."""
+        columns: list[Any] = [np.ascontiguousarray(column[rows]) for column in self]
+        return Bodies(*columns)
+
 
 class Interactions(NamedTuple):
     """Real interactions of a scene, one row each."""
@@ -102,6 +109,11 @@ class Interactions(NamedTuple):
     """Addresses of their geometries."""
     phys: Addresses
     """Addresses of their physics."""
+
+    def of(self, rows: NDArray[np.bool_]) -> Interactions:
+        """Some of them."""
+        columns: list[Any] = [np.ascontiguousarray(column[rows]) for column in self]
+        return Interactions(*columns)
 
 
 def gather(addresses: Addresses, field: str, kind: str = "f64", components: int = 1) -> NDArray[Any]:
@@ -185,6 +197,17 @@ def of_class(addresses: Addresses, table: str) -> NDArray[np.bool_]:
 _trusted: dict[str, dict[int, bool]] = {"geom": {}, "phys": {}}
 
 
+def _two_vectors(addresses: Addresses, one: str, two: str) -> Reals:
+    """Sum of two vectors of the same objects, read at once where they lie close together."""
+    layout = host().layout
+    first, second = sorted((layout[one], layout[two]))
+    between = (second - first) // 8
+    if (second - first) % 8 or between > 8:
+        return gather(addresses, one, components=3) + gather(addresses, two, components=3)
+    row = _core.memory_gather(addresses, first, "f64", between + 3)
+    return np.asarray(row[:, :3] + row[:, between:])
+
+
 def _readable(found: Interactions) -> NDArray[np.bool_]:
     """Which interactions are sphere contacts with normal and shear force; derived classes are asked through Python once."""
     yade = host()
@@ -192,18 +215,23 @@ def _readable(found: Interactions) -> NDArray[np.bool_]:
     keep = np.ones(len(found.address), bool)
     for name, addresses in (("geom", found.geom), ("phys", found.phys)):
         tables = _core.memory_gather(addresses, 0, "u64")
-        distinct, first = np.unique(tables, return_index=True)
+        unknown = np.ones(len(tables), bool)
+        for table, trusted in _trusted[name].items():
+            of_this = tables == np.uint64(table)
+            unknown &= ~of_this
+            if not trusted:
+                keep &= ~of_this
+        distinct, first = np.unique(tables[unknown], return_index=True)
+        first = np.flatnonzero(unknown)[first]
         for table, k in zip(distinct, first):
-            trusted = _trusted[name].get(int(table))
-            if trusted is None:
-                contact = yade.omega.interactions[int(found.id1[k]), int(found.id2[k])]
-                instance = getattr(contact, name)
-                trusted = isinstance(instance, bases[name])
-                if trusted:
-                    field, attribute = ("ScGeom.normal", "normal") if name == "geom" else ("CpmPhys.normalForce", "normalForce")
-                    data = memory.read(int(addresses[k]) + yade.layout[field], 24)
-                    _same(f"{attribute} of {type(instance).__name__}", data, pack_real(getattr(instance, attribute)))
-                _trusted[name][int(table)] = trusted
+            contact = yade.omega.interactions[int(found.id1[k]), int(found.id2[k])]
+            instance = getattr(contact, name)
+            trusted = isinstance(instance, bases[name])
+            if trusted:
+                field, attribute = ("ScGeom.normal", "normal") if name == "geom" else ("CpmPhys.normalForce", "normalForce")
+                data = memory.read(int(addresses[k]) + yade.layout[field], 24)
+                _same(f"{attribute} of {type(instance).__name__}", data, pack_real(getattr(instance, attribute)))
+            _trusted[name][int(table)] = trusted
             if not trusted:
                 keep &= tables != table
     return keep
@@ -244,7 +272,8 @@ class Snapshot:
         keep = _readable(found)
         self.unread = int(len(keep) - keep.sum())
         """Interactions of other kinds, which are left out."""
-        found = Interactions(*(np.ascontiguousarray(column[keep]) for column in found))
+        if not keep.all():
+            found = found.of(keep)
         self.interactions = found
         one, two = self._row[found.id1], self._row[found.id2]
         x = self.bodies.positions
@@ -253,12 +282,14 @@ class Snapshot:
             branch += found.image @ self.cell.T
         point = gather(found.geom, "ScGeom.contactPoint", components=3)
         # YADE's forces press for positive overlap and act on the first body with the opposite sign.
-        force = -gather(found.phys, "CpmPhys.normalForce", components=3)
-        force -= gather(found.phys, "CpmPhys.shearForce", components=3)
+        force = -_two_vectors(found.phys, "CpmPhys.normalForce", "CpmPhys.shearForce")
         ball = self.is_sphere
         inner = ball[one] & ball[two]
-        pair = np.stack([one, two], axis=1)[inner].astype(np.uint32)
-        self.contacts = Contacts(pair, branch[inner], point[inner], force[inner], None)
+        pair = np.stack([one, two], axis=1).astype(np.uint32)
+        columns: list[Any] = [pair, branch, point, force]
+        if not inner.all():
+            columns = [column[inner] for column in columns]
+        self.contacts = Contacts(*columns)
         """Contacts between spheres, as operators read them; `pair` are rows of `bodies`."""
         self.contact_rows = np.flatnonzero(inner)
         """Rows of `interactions` behind `contacts`."""
@@ -308,17 +339,17 @@ class Snapshot:
         raise ValueError("give a region, or the volume of the body: only a periodic cell has one of its own")
 
     def region_stress(
-        self, region: operators.Region | None = None, volume: float | None = None, truncation: str = "branch-clipped"
+        self, region: operators.Region | None = None, volume: float | None = None, truncation: Truncation = "branch-clipped"
     ) -> RegionStress:
         """Stress of a region, of the cell, or of a body of this volume (m^3), Pa."""
         where = self._whole(region, volume)
         period = None if region is None else self.period
-        return operators.region_stress(self.positions, self.contacts, where, truncation, period)  # type: ignore[arg-type]
+        return operators.region_stress(self.positions, self.contacts, where, truncation, period)
 
-    def particle_stress(self, volumes: Reals | None = None, partition: str = "contact-point") -> Reals:
+    def particle_stress(self, volumes: Reals | None = None, partition: Partition = "contact-point") -> Reals:
         """Stress of every body (Pa, (n, 3, 3)) by its contacts and loads; volumes (m^3) are those of the spheres if not
         given. NaN for bodies that are no spheres."""
-        moments = operators.particle_moments(self.positions, self.contacts, self.loads, partition)  # type: ignore[arg-type]
+        moments = operators.particle_moments(self.positions, self.contacts, self.loads, partition)
         volume = 4.0 / 3.0 * np.pi * self.radii**3 if volumes is None else np.asarray(volumes)
         return np.asarray(moments / volume[:, None, None])
 
@@ -327,12 +358,12 @@ class Snapshot:
         return operators.conjugate_stress(self.positions, self.contacts, region, reference)
 
     def fabric(
-        self, region: operators.Region | None = None, volume: float | None = None, truncation: str = "branch-clipped"
+        self, region: operators.Region | None = None, volume: float | None = None, truncation: Truncation = "branch-clipped"
     ) -> Fabric:
         """Fabric tensor and coordination number."""
         where = self._whole(region, volume)
         period = None if region is None else self.period
-        return operators.fabric(self.positions, self.contacts, where, truncation, period)  # type: ignore[arg-type]
+        return operators.fabric(self.positions, self.contacts, where, truncation, period)
 
     def strain(self, region: operators.Region | None = None) -> operators.AffineFit:
         """Best affine fit of the displacements of the spheres since their reference position."""
