@@ -34,10 +34,11 @@ clean-demo:
 test:
 	.ci/setup test
 	$(CARGO) build --release -p concordem
-	$(CARGO) test --release --workspace
+	$(CARGO) test --release --workspace --exclude concordem-python
 	tests/golden/yade/check_gold.sh
 	tests/results_read_back.sh
 	validation/specimens.py
+	yade-bridge/test.sh
 
 check:
 	.ci/setup build
@@ -48,6 +49,7 @@ bench:
 	.ci/setup test
 	$(CARGO) bench -p concordem
 	tests/peers/compare_speed.sh
+	yade-bridge/tests/yade/speed.sh
 
 docs:
 	.ci/setup build

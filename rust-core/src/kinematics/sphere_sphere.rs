@@ -19,6 +19,7 @@ use super::transport::Turn;
 use super::{BATCH, Batch, Frame, Mode, PointKinematics, Transport};
 use crate::law::ContactGeometry;
 use crate::math::{Quat, Vec3};
+use crate::state::Cell;
 
 /// Motion of one particle during a step: position at its end, velocities of the half step, rotation of the step.
 #[derive(Debug, Clone, Copy)]
@@ -44,6 +45,20 @@ pub struct ImageShift {
     pub velocity: Vec3,
     /// Whether the scene is periodic (YADE's torque arm differs then).
     pub periodic: bool,
+}
+
+impl ImageShift {
+    /// The image with the given indices in a cell. In YADE's modes its velocity is that of the edges at the step's beginning,
+    /// `L·(H − ΔH)·image` (YADE's `intrShiftVel`).
+    #[inline(always)]
+    pub fn of(cell: &Cell, image: [i8; 3], mode: Mode) -> Self {
+        let displacement = cell.shift(image);
+        let from = match mode {
+            Mode::Finite | Mode::FirstOrder => displacement,
+            Mode::Yade | Mode::YadeRatcheting => displacement - cell.matrix_change * Vec3::from(image.map(f64::from)),
+        };
+        Self { displacement, velocity: cell.velocity_gradient * from, periodic: true }
+    }
 }
 
 /// Measure a contact in the given mode. `frame` is the contact's memory of the last step.

@@ -83,7 +83,7 @@ impl From<ScenarioError> for Failure {
 
 impl Failure {
     /// Why a scenario could not be built, at its place in the scenario where that is known.
-    pub(super) fn of_assembly(scenario: &Scenario, error: AssemblyError) -> Self {
+    pub fn of_assembly(scenario: &Scenario, error: AssemblyError) -> Self {
         match error {
             AssemblyError::Unfit { key, message } => {
                 Self::Scenario(scenario.problem(ProblemKind::Conflict, &key, message, ""))

@@ -458,10 +458,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     #[inline(always)]
     fn image(&self, k: usize) -> ImageShift {
         match self.context.cell {
-            Some(cell) if PERIODIC => {
-                let displacement = cell.shift(self.tile.link[k].image);
-                ImageShift { displacement, velocity: cell.velocity_gradient * displacement, periodic: true }
-            }
+            Some(cell) if PERIODIC => ImageShift::of(cell, self.tile.link[k].image, self.context.mode),
             _ => ImageShift::default(),
         }
     }

@@ -453,30 +453,11 @@ impl Solver {
     /// ledger's residual too). Leaving them out saves time; what is dissipated is booked at every step.
     pub fn step_with(&mut self, state: &mut State, sample: bool) -> Result<StepReport, SolverError> {
         let mut report = StepReport::default();
-        let mut strain = self.begin_deformation(state);
-        if self.needs_search(state, strain) {
-            self.search(state, strain)?;
-            report.searched = true;
-        }
         // The first step sets the ledger's initial energy.
         let sample = sample || !state.ledger.started;
+        let (crossing, strain) = self.find_forces(state, sample, &mut report)?;
         let dt = state.clock.dt;
-        state.particles.poses(&mut self.poses);
-        let crossing = if deformation::iteration(self.model.deformable.as_ref()).is_some() {
-            self.evaluate_iterated(state, sample, &mut report, &mut strain)?
-        } else {
-            self.evaluate(state, sample, &mut report)
-        };
         let bonds_changed = report.incidents.iter().any(|(_, incident)| incident.broke);
-        if self.model.deformable.is_some() {
-            report.deformation = self.pass.finish(&mut state.particles, &self.force);
-        }
-
-        if self.model.hydrostatic_strength.is_active()
-            && let Some(stress) = virial::mean_stress(state, self.model.hydrostatic_strength.planar)
-        {
-            virial::release(state, &self.model.hydrostatic_strength, &stress);
-        }
         // What the damping remembers; particles that come into it start from nothing.
         let remembered = if self.model.damping.remembers() { state.particles.len() } else { 0 };
         if state.particles.previous.len() != remembered {
@@ -541,6 +522,54 @@ impl Solver {
             self.search(state, strain)?;
         }
         Ok(report)
+    }
+
+    /// Contact forces and torques at the present positions, to be had from [`Self::forces`] and [`Self::torques`]; histories
+    /// advance by one step, and the clock counts it. For hosts that move the particles themselves.
+    ///
+    /// Before the call `state.particles` holds where the host's step has brought the particles: positions at its end,
+    /// velocities and rotation increments of the step itself (the half step of leapfrog), and the cell as it is at its end.
+    /// What the host does is left out: gravity, loads, damping, motion of walls and cell, ledger.
+    /// [`Self::step`] is this followed by kick and drift, with the same bits.
+    pub fn contact_step(&mut self, state: &mut State, sample: bool) -> Result<StepReport, SolverError> {
+        let mut report = StepReport::default();
+        let (_, strain) = self.find_forces(state, sample, &mut report)?;
+        state.clock.step += 1;
+        if report.incidents.iter().any(|(_, incident)| incident.broke) {
+            self.search(state, strain)?;
+        }
+        Ok(report)
+    }
+
+    /// The part of a step before the kick: strains, neighbours, forces, and particles that fail. Returns what
+    /// [`Self::evaluate`] does, and the largest strain.
+    fn find_forces(
+        &mut self,
+        state: &mut State,
+        sample: bool,
+        report: &mut StepReport,
+    ) -> Result<(Mat3, f64), SolverError> {
+        let mut strain = self.begin_deformation(state);
+        if self.needs_search(state, strain) {
+            self.search(state, strain)?;
+            report.searched = true;
+        }
+        state.particles.poses(&mut self.poses);
+        let crossing = if deformation::iteration(self.model.deformable.as_ref()).is_some() {
+            self.evaluate_iterated(state, sample, report, &mut strain)?
+        } else {
+            self.evaluate(state, sample, report)
+        };
+        if self.model.deformable.is_some() {
+            report.deformation = self.pass.finish(&mut state.particles, &self.force);
+        }
+
+        if self.model.hydrostatic_strength.is_active()
+            && let Some(stress) = virial::mean_stress(state, self.model.hydrostatic_strength.planar)
+        {
+            virial::release(state, &self.model.hydrostatic_strength, &stress);
+        }
+        Ok((crossing, strain))
     }
 
     /// All contact forces at the present positions and strains: net forces and torques, dyads, and the report's sums;

@@ -120,10 +120,7 @@ fn row<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepContext<'
         return None;
     }
     let (a, b) = (pair.a as usize, pair.b as usize);
-    let image = context.cell.map_or_else(ImageShift::default, |cell| {
-        let displacement = cell.shift(link.image);
-        ImageShift { displacement, velocity: cell.velocity_gradient * displacement, periodic: true }
-    });
+    let image = context.cell.map_or_else(ImageShift::default, |cell| ImageShift::of(cell, link.image, context.mode));
     let (motion_a, motion_b) = (super::forces::motion_of(particles, a), super::forces::motion_of(particles, b));
     let branch = motion_b.position + image.displacement - motion_a.position;
     if !link.has(Link::ACTIVE) {

@@ -109,3 +109,48 @@ fn pulled_block_closes_its_ledger_on_any_threads() {
         assert!(one == run(threads), "{threads} threads");
     }
 }
+
+/// A host that moves the particles itself, by the same rule, gets the same bits as the solver's own steps: positions,
+/// velocities, and histories (the bonds break on the way, so that unbonded contacts take part).
+#[test]
+fn a_host_that_moves_the_particles_gets_the_same_bits() {
+    let start = || {
+        let mut state = block(4, LinearBond::new(1.0, 0.4, 0.0, 0.005, 0.005).unwrap());
+        for p in 0..state.particles.len() {
+            let u = |m: usize| ((p * 7919 + m * 104_729) % 1000) as f64 / 500.0 - 1.0;
+            state.particles.velocity[p] = Vec3::new(u(1), u(2), u(3)) * 0.02;
+            state.particles.angular_velocity[p] = Vec3::new(u(4), u(5), u(6)) * 0.02;
+        }
+        let contact = LinearBond::new(1.0, 0.4, 0.0, f64::INFINITY, f64::INFINITY).unwrap();
+        state.contacts = Some(Box::new(ContactBlock::new(vec![contact])));
+        state.clock.dt = 0.2;
+        let mut contact_rows = MaterialRows::new(1);
+        contact_rows.set(0, 0, 0);
+        let model = Model { contact_rows, ..Model::default() };
+        let solver = Solver::new(model, &mut state).unwrap();
+        (state, solver)
+    };
+    let (mut own, mut solver) = start();
+    let (mut hosted, mut force) = start();
+    let mut broken = 0;
+    for _ in 0..200 {
+        let report = solver.step_with(&mut own, false).unwrap();
+        broken += report.incidents.iter().filter(|(_, incident)| incident.broke).count();
+        let hosts = force.contact_step(&mut hosted, false).unwrap();
+        assert_eq!(hosts.incidents, report.incidents);
+        let kick = KickContext {
+            dt: hosted.clock.dt,
+            fraction: 1.0,
+            gravity: Vec3::zeros(),
+            damping: Damping::None,
+            cell: None,
+            gradient_change: None,
+            targets: None,
+        };
+        integrate::kick_and_drift(&kick, &mut hosted.particles, force.forces(), force.torques());
+    }
+    assert!(broken > 10, "only {broken} bonds broke: the test says little");
+    assert!(own.particles == hosted.particles);
+    assert_eq!(own.clock.step, hosted.clock.step);
+    assert_eq!(own.bonds[0].history_reals().1, hosted.bonds[0].history_reals().1);
+}

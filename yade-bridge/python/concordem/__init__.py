@@ -1,0 +1,86 @@
+"""ConcorDEM: the discrete element method for cohesive materials.
+
+A scenario says what is computed; a simulation computes it; the state is NumPy arrays.
+
+>>> import concordem
+>>> scenario = concordem.Scenario(
+...     packing={"kind": "spheres", "spheres": [[0, 0, 0, "1 mm"], ["2 mm", 0, 0, "1 mm"]]},
+...     material={"name": "glass", "density": "2500 kg/m^3",
+...               "linear_bond": {"normal_stiffness": "1e6 N/m", "shear_stiffness": "3e5 N/m"}},
+...     bonds={"law": "linear_bond", "interaction_ratio": 1.1},
+...     contacts={"law": "none"},
+...     stop={"steps": 100},
+... )
+>>> simulation = scenario.simulation(threads=1)
+>>> simulation.state.writable("velocities")[1, 0] = 1e-3
+>>> simulation.run()
+'steps'
+>>> simulation.state.positions.shape, simulation.state.positions.flags.writeable
+((2, 3), False)
+>>> sorted(simulation.state.contacts())
+['linear_bond']
+
+Results of the command line program are read by :class:`Result`; operators on any arrays are in
+:mod:`concordem.operators`, packings in :mod:`concordem.packing`, the bridge to YADE in :mod:`concordem.yade`.
+"""
+
+from . import operators, packing
+from ._core import (
+    Result,
+    Scenario,
+    Simulation,
+    State,
+    __version__,
+    calibrate_cohesive_beam,
+    calibrate_elastic,
+    elastic_constants,
+    schema,
+)
+from ._errors import (
+    AssemblyError,
+    CalibrationError,
+    ConcordemError,
+    OperatorError,
+    PackingError,
+    Problem,
+    ResultError,
+    ScenarioError,
+    SolverError,
+    StaticsError,
+    UnstableError,
+    YadeError,
+)
+from ._types import BeamFit, ElasticAnswers, ElasticConstants, ElasticFit, Forces, Summary, units
+
+__all__ = [
+    "AssemblyError",
+    "BeamFit",
+    "CalibrationError",
+    "ConcordemError",
+    "ElasticAnswers",
+    "ElasticConstants",
+    "ElasticFit",
+    "Forces",
+    "OperatorError",
+    "PackingError",
+    "Problem",
+    "Result",
+    "ResultError",
+    "Scenario",
+    "ScenarioError",
+    "Simulation",
+    "SolverError",
+    "State",
+    "StaticsError",
+    "Summary",
+    "UnstableError",
+    "YadeError",
+    "__version__",
+    "calibrate_cohesive_beam",
+    "calibrate_elastic",
+    "elastic_constants",
+    "operators",
+    "packing",
+    "schema",
+    "units",
+]

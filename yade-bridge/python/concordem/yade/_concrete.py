@@ -1,0 +1,430 @@
+"""Concrete (YADE's CPM) from a live scene to our solver, and back, with all history."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from .._errors import YadeError
+from ._layout import address_of
+from ._scene import Reals, bodies, gather, host, interactions, of_class
+
+#: Engines whose work our solver takes over while it advances a scene.
+REPLACED = {"ForceResetter", "InsertionSortCollider", "InteractionLoop", "NewtonIntegrator"}
+#: Engines that only look, or run scripts; they pause meanwhile.
+PAUSED = {"PyRunner", "CpmStateUpdater", "VTKRecorder", "SnapshotEngine", "PeriodicEngine"}
+
+
+def refuse(message: str, kind: str = "Scene") -> YadeError:
+    """An error about the scene."""
+    return YadeError(message, kind)
+
+
+def class_of(instance: Any) -> str:
+    """Name of an object's class."""
+    return str(type(instance).__name__)
+
+
+def engine_of(name: str) -> Any:
+    """The one engine of that class."""
+    found = [engine for engine in host().omega.engines if class_of(engine) == name and not engine.dead]
+    if len(found) != 1:
+        raise refuse(f"O.engines has {len(found)} engines {name}; the bridge needs one", "Engines")
+    return found[0]
+
+
+class Settings:
+    """What the engines of a scene say about concrete."""
+
+    def __init__(self) -> None:
+        omega = host().omega
+        loop = engine_of("InteractionLoop")
+        laws = {class_of(functor): functor for functor in loop.lawDispatcher.functors}
+        law = laws.get("Law2_ScGeom_CpmPhys_Cpm")
+        if law is None:
+            raise refuse(f"no Law2_ScGeom_CpmPhys_Cpm among the laws {sorted(laws)}: this is no scene of concrete", "NotConcrete")
+        self.omega_threshold, self.eps_soft, self.rel_kn_soft = law.omegaThreshold, law.epsSoft, law.relKnSoft
+        geometry = {class_of(functor): functor for functor in loop.geomDispatcher.functors}.get("Ig2_Sphere_Sphere_ScGeom")
+        if geometry is None:
+            raise refuse("no Ig2_Sphere_Sphere_ScGeom in the InteractionLoop", "Engines")
+        if geometry.interactionDetectionFactor not in (1.0, -1.0):
+            raise refuse(
+                f"Ig2_Sphere_Sphere_ScGeom.interactionDetectionFactor is {geometry.interactionDetectionFactor}: new contacts "
+                "would begin at a distance. Set it to 1 once the bonds are made",
+                "Engines",
+            )
+        self.ratcheting = bool(geometry.avoidGranularRatcheting)
+        for functor in loop.physDispatcher.functors:
+            if class_of(functor) == "Ip2_CpmMat_CpmMat_CpmPhys":
+                limit = functor.cohesiveThresholdIter
+                if limit < 0 or omega.iter < limit:
+                    raise refuse(
+                        f"until iteration {limit if limit >= 0 else 'infinity'} (cohesiveThresholdIter) new contacts of YADE "
+                        "are bonds; hand over after it",
+                        "Engines",
+                    )
+        newton = engine_of("NewtonIntegrator")
+        # By its dictionary: asking for the attribute prints a warning.
+        if newton.dict().get("densityScaling") or newton.mask != -1:
+            raise refuse("NewtonIntegrator has densityScaling or a mask, which the bridge does not know", "Engines")
+        self.damping, self.gravity = newton.damping, tuple(newton.gravity)
+        if not newton.dampGravity and any(self.gravity):
+            raise refuse("NewtonIntegrator.dampGravity=False is not known to the bridge", "Engines")
+        if not omega.dt > 0 or not np.isfinite(omega.dt):
+            raise refuse(f"O.dt is {omega.dt}", "TimeStep")
+        self.dt = omega.dt
+
+    @property
+    def kinematics(self) -> str:
+        """Measure of motion that is YADE's."""
+        return "yade-ratcheting" if self.ratcheting else "yade"
+
+    def parameters(self, one: Any, two: Any, mode: str) -> dict[str, Any]:
+        """Parameters between two materials, as `Ip2_CpmMat_CpmMat_CpmPhys` makes them."""
+
+        def mean(name: str) -> float:
+            a, b = getattr(one, name), getattr(two, name)
+            return float(a if a == b else 0.5 * (a + b))
+
+        return {
+            "mode": mode,
+            "normal_modulus": mean("young"),
+            "shear_ratio": mean("poisson"),
+            "cohesion": mean("sigmaT"),
+            "friction_angle": mean("frictionAngle"),
+            "limit_strain": mean("epsCrackOnset"),
+            "relative_ductility": mean("relDuctility"),
+            "damage_law": "linear" if one.damLaw == 0 else "exponential",
+            "omega_threshold": float(self.omega_threshold),
+            "never_damage": bool(one.neverDamage or two.neverDamage),
+            "shear_contribution": mean("equivStrainShearContrib"),
+            "soft_strain": float(self.eps_soft),
+            "relative_soft_stiffness": float(self.rel_kn_soft),
+            "isotropic_prestress": mean("isoPrestress"),
+        }
+
+
+class Concrete:
+    """The concrete of a scene: spheres of CpmMat and the contacts between them."""
+
+    def __init__(self) -> None:
+        omega = host().omega
+        self.settings = Settings()
+        everything = bodies()
+        ball = of_class(everything.shape, "Sphere.vtable") & of_class(everything.state, "CpmState.vtable")
+        self.bodies = everything.of(ball)
+        self.others = everything.of(~ball)
+        if not len(self.bodies.ids):
+            raise refuse("the scene has no spheres of CpmMat", "NotConcrete")
+        self.materials, self.material = self._materials()
+        self._row = np.full(int(everything.ids.max()) + 1, -1, np.int64)
+        self._row[self.bodies.ids] = np.arange(len(self.bodies.ids))
+        found = interactions()
+        one, two = self._row[found.id1], self._row[found.id2]
+        inner = (one >= 0) & (two >= 0)
+        if not of_class(found.phys[inner], "CpmPhys.vtable").all() or not of_class(found.geom[inner], "ScGeom.vtable").all():
+            raise refuse("spheres of CpmMat touch with another physics than CpmPhys, or another geometry than ScGeom")
+        self.foreign = int((~inner).sum())
+        """Interactions with other bodies."""
+        self.contacts = found.of(inner)
+        self.pair = np.stack([one, two], axis=1)[inner].astype(np.uint32)
+        for body in omega.bodies:
+            if body is not None and (body.isClump or body.isClumpMember):
+                raise refuse(f"body {body.id} belongs to a clump; the bridge does not hand over clumps of concrete", "Clumps")
+
+    def _materials(self) -> tuple[list[Any], NDArray[np.uint32]]:
+        omega = host().omega
+        distinct, first, number = np.unique(self.bodies.material, return_index=True, return_inverse=True)
+        materials = [omega.bodies[int(self.bodies.ids[k])].material for k in first]
+        for material in materials:
+            if class_of(material) != "CpmMat":
+                raise refuse(f"a sphere with a CpmState is of {class_of(material)}, not of CpmMat", "NotConcrete")
+        assert len(distinct) == len(materials)
+        return materials, number.astype(np.uint32).reshape(-1)
+
+    def laws(self, mode: str) -> list[tuple[int, int, dict[str, Any]]]:
+        """Parameter rows for all pairs of materials."""
+        count = len(self.materials)
+        return [
+            (i, j, self.settings.parameters(self.materials[i], self.materials[j], mode))
+            for i in range(count)
+            for j in range(i, count)
+        ]
+
+    def hosted(self, kinematics: str, mode: str, damping: bool, threads: int | None) -> _core.Hosted:
+        """All of it in our solver; with YADE's damping and gravity if the solver is to move the bodies."""
+        omega = host().omega
+        state = self.bodies.state
+        inertia = gather(state, "State.inertia", components=3)
+        if not (inertia[:, 0] == inertia[:, 1]).all() or not (inertia[:, 0] == inertia[:, 2]).all():
+            raise refuse("a sphere has different moments of inertia about its axes")
+        arrays: dict[str, Any] = {
+            "id": self.bodies.ids.astype(np.uint32),
+            "position": self.bodies.positions,
+            "velocity": gather(state, "State.vel", components=3),
+            "orientation": gather(state, "State.ori", components=4),
+            "angular_velocity": gather(state, "State.angVel", components=3),
+            "radius": gather(self.bodies.shape, "Sphere.radius"),
+            "mass": gather(state, "State.mass"),
+            "inertia": np.ascontiguousarray(inertia[:, 0]),
+            "material": self.material,
+            "constraint": gather(state, "State.blockedDOFs", "i32").astype(np.uint32),
+        }
+        cell = None
+        if omega.periodic:
+            cell = cell_of(omega)
+            if damping:
+                # YADE moves its cell at the beginning of a step, our solver at the end.
+                edges, gradient, rate = cell
+                cell = (edges + self.settings.dt * rate @ edges, gradient + self.settings.dt * rate @ gradient, rate)
+        settings = self.settings
+        try:
+            return _core.Hosted.concrete(
+                arrays,
+                self._contact_arrays(arrays["radius"], mode),
+                self.laws(mode),
+                len(self.materials),
+                settings.dt,
+                kinematics,
+                damping=settings.damping if damping else 0.0,
+                gravity=settings.gravity if damping else None,
+                cell=cell,
+                threads=threads or omega.numThreads,
+            )
+        except ValueError as error:
+            raise refuse(f"the scene cannot be taken over: {error}") from error
+
+    def _contact_arrays(self, radius: Reals, mode: str) -> dict[str, Any]:
+        contacts = self.contacts
+
+        def physics(name: str, components: int = 1) -> Any:
+            return gather(contacts.phys, f"CpmPhys.{name}", components=components)
+
+        def geometry(name: str, components: int = 1) -> Any:
+            return gather(contacts.geom, f"ScGeom.{name}", components=components)
+
+        length = physics("refLength")
+        fresh = ~np.isfinite(length)
+        if fresh.any():
+            raise refuse(
+                f"{int(fresh.sum())} of {len(length)} contacts were made but never answered by their law: take one step "
+                "(O.step()) before the hand-over",
+                "Fresh",
+            )
+        self._check_parameters()
+        radii = geometry("refR1") + geometry("refR2")
+        if not np.allclose(radii, radius[self.pair[:, 0]] + radius[self.pair[:, 1]], rtol=1e-12, atol=0.0):
+            raise refuse("radii of contacts are not those of their bodies")
+        # What YADE keeps is the overlap at the reference; both say the same unless somebody has changed one of them.
+        if not np.allclose(physics("refPD"), radii - length, rtol=0.0, atol=1e-12 * float(radii.max(initial=0.0))):
+            raise refuse("refPD and refLength of contacts contradict each other")
+        prestress = np.zeros(len(length))
+        for i, j, row in self.laws(mode):
+            if row["isotropic_prestress"]:
+                one, two = self.material[self.pair[:, 0]], self.material[self.pair[:, 1]]
+                between = ((one == i) & (two == j)) | ((one == j) & (two == i))
+                prestress[between] = row["isotropic_prestress"] / row["normal_modulus"]
+        history = np.concatenate(
+            [
+                (physics("epsN") - prestress)[:, None],
+                physics("kappaD")[:, None],
+                physics("omega")[:, None],
+                physics("epsNPl")[:, None],
+                np.zeros((len(length), 1)),
+                physics("epsT", 3),
+                physics("epsTPl", 3),
+            ],
+            axis=1,
+        )
+        if np.abs(contacts.image).max(initial=0) > 127:
+            raise refuse("a contact reaches over more than 127 periodic cells")
+        return {
+            "pair": self.pair,
+            "image": contacts.image.astype(np.int8),
+            "bonded": gather(contacts.phys, "CpmPhys.isCohesive", "u8") != 0,
+            "length": length,
+            "area": physics("crossSection"),
+            "normal": geometry("normal", 3),
+            "distance": radii - geometry("penetrationDepth"),
+            "history": history,
+        }
+
+    def _check_parameters(self) -> None:
+        """Contacts must have what their materials say now: physics is made once, and may have been changed since."""
+        one, two = self.material[self.pair[:, 0]], self.material[self.pair[:, 1]]
+        fields = ("E", "G", "tanFrictionAngle", "undamagedCohesion", "epsCrackOnset", "epsFracture")
+        found = {name: gather(self.contacts.phys, f"CpmPhys.{name}") for name in fields}
+        for i, j, row in self.laws("yade-public"):
+            between = ((one == i) & (two == j)) | ((one == j) & (two == i))
+            wanted = {
+                "E": row["normal_modulus"],
+                "G": row["normal_modulus"] * row["shear_ratio"],
+                "tanFrictionAngle": float(np.tan(row["friction_angle"])),
+                "undamagedCohesion": row["cohesion"],
+                "epsCrackOnset": row["limit_strain"],
+                "epsFracture": row["limit_strain"] * row["relative_ductility"],
+            }
+            for name, value in wanted.items():
+                wrong = np.abs(found[name][between] - value) > 1e-12 * abs(value)
+                if wrong.any():
+                    raise refuse(
+                        f"{int(wrong.sum())} contacts have {name} = {found[name][between][wrong][0]:.6g} where their "
+                        f"materials make {value:.6g}: physics that was changed by hand cannot be handed over",
+                        "Parameters",
+                    )
+
+
+def cell_of(omega: Any) -> tuple[Reals, Reals, Reals]:
+    """Edges (as columns), deformation gradient, and velocity gradient of the periodic cell."""
+
+    def matrix(value: Any) -> Reals:
+        return np.array([[value[i, j] for j in range(3)] for i in range(3)])
+
+    return matrix(omega.cell.hSize), matrix(omega.cell.trsf), matrix(omega.cell.velGrad)
+
+
+def scatter(addresses: NDArray[np.uint64], field: str, values: Any) -> None:
+    """Write a field of all objects."""
+    flat = np.ascontiguousarray(values, dtype=float).reshape(-1)
+    _core.memory_scatter(np.ascontiguousarray(addresses), host().layout[field], flat)
+
+
+def _keys(one: Any, two: Any, bonded: Any) -> NDArray[np.int64]:
+    """A number for each contact: its pair, whatever the order, and whether it is a bond (a pair whose bond broke may have
+    met again)."""
+    one, two = np.asarray(one, np.int64), np.asarray(two, np.int64)
+    return np.minimum(one, two) << 32 | np.maximum(one, two) << 1 | np.asarray(bonded, np.int64)
+
+
+def _keys_of_yade(concrete: Concrete) -> NDArray[np.int64]:
+    contacts = concrete.contacts
+    return _keys(contacts.id1, contacts.id2, gather(contacts.phys, "CpmPhys.isCohesive", "u8") != 0)
+
+
+def write_bodies(concrete: Concrete, solver: _core.Hosted) -> None:
+    """Places and motion back to YADE."""
+    now = solver.bodies()
+    place = np.full(int(concrete.bodies.ids.max()) + 1, -1, np.int64)
+    place[concrete.bodies.ids] = np.arange(len(concrete.bodies.ids))
+    state = concrete.bodies.state[place[now["id"]]]
+    scatter(state, "State.pos", now["position"])
+    scatter(state, "State.vel", now["velocity"])
+    scatter(state, "State.angVel", now["angular_velocity"])
+    scatter(state, "State.ori", now["orientation"])
+
+
+def write_contacts(solver: _core.Hosted, mode: str) -> dict[str, int]:
+    """Contacts back to YADE: histories of those it has, those that opened erased, those that began made."""
+    yade = host()
+    omega = yade.omega
+    concrete = Concrete()
+    tables = solver.contacts()
+    table = np.concatenate([tables[name] for name in ("cpm", "unbonded") if name in tables])
+    theirs, ours = _keys_of_yade(concrete), _keys(table["a"], table["b"], table["bonded"])
+    if len(np.unique(ours >> 1)) != len(ours):
+        raise refuse("two bodies touch through two periodic images: YADE has no place for that", "TwoImages")
+    gone = ~np.isin(theirs, ours)
+    for one, two in zip(concrete.contacts.id1[gone], concrete.contacts.id2[gone]):
+        omega.interactions.erase(int(one), int(two))
+        for body in (int(one), int(two)):
+            omega.bodies[body].state.numBrokenCohesive += 1
+    new = ~np.isin(ours, theirs)
+    if new.any():
+        from yade.utils import createInteraction
+
+        for row in table[new]:
+            one, two = sorted((int(row["a"]), int(row["b"])))
+            if omega.interactions.has(one, two):
+                omega.interactions.erase(one, two)
+            contact = createInteraction(one, two)
+            # Not of this iteration: the law would take it for a fresh one and forget its history.
+            contact.iterMadeReal = max(omega.iter - 1, 0)
+            physics = contact.phys
+            physics.isCohesive = False
+            physics.refLength, physics.crossSection = row["reference_length"], row["area"]
+            radii = contact.geom.refR1 + contact.geom.refR2
+            physics.refPD = radii - row["reference_length"]
+            physics.kn = row["area"] * physics.E / row["reference_length"]
+            physics.ks = row["area"] * physics.G / row["reference_length"]
+            physics.epsFracture = physics.epsCrackOnset * physics.relDuctility
+    if gone.any() or new.any():
+        concrete = Concrete()
+        theirs = _keys_of_yade(concrete)
+    order = np.argsort(ours, kind="stable")
+    place = np.minimum(np.searchsorted(ours[order], theirs), len(ours) - 1)
+    table = table[order[place]]
+    if len(ours) != len(theirs) or not (_keys(table["a"], table["b"], table["bonded"]) == theirs).all():
+        raise refuse("contacts of the solver and of YADE do not match", "Layout")
+    sign = np.where(table["a"] == concrete.contacts.id1, 1.0, -1.0)
+    _write_history(concrete, table, sign, mode)
+    return {"erased": int(gone.sum()), "made": int(new.sum()), "written": len(table)}
+
+
+def _write_history(concrete: Concrete, table: Any, sign: Reals, mode: str) -> None:
+    contacts = concrete.contacts
+    turned = sign[:, None]
+    normal = table["normal"] * turned
+    shear, slip = table["shear_strain"] * turned, table["plastic_shear_strain"] * turned
+
+    def physics(name: str) -> Reals:
+        return gather(contacts.phys, f"CpmPhys.{name}")
+
+    modulus, shear_modulus, area = physics("E"), physics("G"), physics("crossSection")
+    prestress = np.zeros(len(table))
+    one, two = concrete.material[concrete.pair[:, 0]], concrete.material[concrete.pair[:, 1]]
+    for i, j, row in concrete.laws(mode):
+        between = ((one == i) & (two == j)) | ((one == j) & (two == i))
+        prestress[between] = row["isotropic_prestress"]
+    strain = table["normal_strain"] + prestress / modulus
+    effective = strain - table["plastic_normal_strain"]
+    bonded = table["bonded"]
+    omega, kappa = table["omega"], table["kappa"]
+    stress = (1.0 - np.where(effective > 0, omega, 0.0)) * modulus * effective
+    # YADE notes slip so that elastic strain times modulus lies beyond the bound while a contact flows; what acts is the bound.
+    bound = np.maximum(0.0, physics("undamagedCohesion") * (1.0 - omega) - stress * physics("tanFrictionAngle"))
+    traction = shear_modulus[:, None] * (shear - slip)
+    size = np.linalg.norm(traction, axis=1)
+    traction *= np.where(size > bound, bound / np.where(size > 0, size, 1.0), 1.0)[:, None]
+    stress = stress - prestress
+    onset = physics("epsCrackOnset")
+    residual = np.where(bonded, np.where(kappa < onset, 1.0, (1.0 - omega) * kappa / onset), 0.0)
+    radii = gather(contacts.geom, "ScGeom.refR1") + gather(contacts.geom, "ScGeom.refR2")
+    overlap = radii - table["length"]
+    for name, values in (
+        ("kappaD", kappa),
+        ("omega", omega),
+        ("epsN", strain),
+        ("epsNPl", table["plastic_normal_strain"]),
+        ("epsT", shear),
+        ("epsTPl", slip),
+        ("sigmaN", stress),
+        ("sigmaT", traction),
+        ("Fn", stress * area),
+        ("Fs", traction * area[:, None]),
+        ("normalForce", -(stress * area)[:, None] * normal),
+        ("shearForce", -traction * area[:, None]),
+        ("relResidualStrength", residual),
+    ):
+        scatter(contacts.phys, f"CpmPhys.{name}", values)
+    scatter(contacts.geom, "ScGeom.normal", normal)
+    scatter(contacts.geom, "ScGeom.penetrationDepth", overlap)
+    arm = gather(contacts.geom, "ScGeom.refR1") - 0.5 * overlap
+    scatter(contacts.geom, "ScGeom.contactPoint", concrete.bodies.positions[concrete.pair[:, 0]] + normal * arm[:, None])
+
+
+def add_to_clock(steps: int, dt: float) -> None:
+    """Let YADE's clock count steps that were taken here."""
+    yade = host()
+    scene = address_of(yade.omega._sceneObj)
+    iteration = ctypes.c_long.from_address(scene + yade.layout["Scene.iter"])
+    time = ctypes.c_double.from_address(scene + yade.layout["Scene.time"])
+    if iteration.value != yade.omega.iter or time.value != yade.omega.time:
+        raise refuse("YADE's clock is not where it was found", "Layout")
+    iteration.value += steps
+    # Step by step, as YADE adds it up.
+    for _ in range(steps):
+        time.value += dt

@@ -1,0 +1,195 @@
+//! Elastic constants and calibration.
+
+use concordem::assembly::{Assembly, assemble};
+use concordem::calibration::cohesive_beam::{
+    Criterion, Load, Sample, SampleRecipe, match_elastic, scenario_text, strength,
+};
+use concordem::calibration::elastic::{ElasticCalibrationError, fit};
+use concordem::law::{BendingTerm, Section};
+use concordem::operator::affine_stiffness::isotropic_moduli;
+use concordem::scenario::LawName;
+use concordem::statics::relaxed::{Relaxation, relaxed_stiffness};
+use concordem::statics::{Accuracy, ElasticConstants, LinkNetwork, StaticsError, cell_stiffness};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::arrays::{matrix6, result, scalars};
+use crate::errors::{OrRaise, of_assembly};
+use crate::scenario::Scenario;
+use crate::simulation::guarded;
+
+type Any<'py> = PyResult<Bound<'py, PyAny>>;
+
+fn constants_of<'py>(py: Python<'py>, c: &ElasticConstants) -> Any<'py> {
+    let fields = (
+        c.mean_young,
+        c.mean_poisson,
+        c.bulk,
+        c.mean_shear,
+        scalars(py, &c.young),
+        scalars(py, &c.shear),
+        matrix6(py, &c.stiffness)?,
+        matrix6(py, &c.compliance)?,
+        c.anisotropy().young,
+    );
+    result(py, "ElasticConstants", fields)
+}
+
+/// Elastic constants of a scenario's periodic packing and bonds, up to four ways.
+#[pyfunction]
+#[pyo3(signature = (scenario, dynamics=false, residual=None, threads=None, progress=None))]
+fn elastic_constants<'py>(
+    py: Python<'py>,
+    scenario: &Bound<'py, Scenario>,
+    dynamics: bool,
+    residual: Option<f64>,
+    threads: Option<usize>,
+    progress: Option<Bound<'py, PyAny>>,
+) -> Any<'py> {
+    let accuracy = Accuracy { residual: residual.unwrap_or(Accuracy::default().residual), ..Accuracy::default() };
+    if !(accuracy.residual > 0.0 && accuracy.residual < 1e-3) {
+        let message = format!("residual is {:e}; a share between 0 and 1e-3 is wanted, say 1e-11", accuracy.residual);
+        return Err(PyValueError::new_err(message));
+    }
+    let Scenario { inner, folder } = scenario.get();
+    let found = guarded(py, threads, progress.as_ref(), |progress| {
+        let Assembly { state, model, .. } = assemble(inner, folder, progress)?;
+        let answers = || {
+            let network = LinkNetwork::of_state(&state)?;
+            let cell = cell_stiffness(&network, accuracy)?;
+            let (normal, shear) = network.moduli_sums();
+            let volume = network.volume.ok_or(StaticsError::NoCell)?;
+            let point_links = network.links.iter().all(|l| l.stiffness.bending == 0.0 && l.stiffness.twist == 0.0);
+            let closed = if point_links { isotropic_moduli(normal, volume, 1.0, shear / normal).ok() } else { None };
+            let relaxed = if dynamics {
+                let (stiffness, _) = relaxed_stiffness(&state, &model, Relaxation::default())?;
+                Some(ElasticConstants::of(&stiffness)?)
+            } else {
+                None
+            };
+            let (affine, statics) = (ElasticConstants::of(&cell.affine)?, ElasticConstants::of(&cell.relaxed)?);
+            Ok((closed, affine, statics, relaxed, cell))
+        };
+        Ok(answers())
+    })?;
+    let found: Result<_, StaticsError> = found.map_err(|error| of_assembly(inner, error))?;
+    let (closed, affine, statics, relaxed, cell) = found.or_raise()?;
+    let relaxed = relaxed.map(|constants| constants_of(py, &constants)).transpose()?;
+    let (affine, statics) = (constants_of(py, &affine)?, constants_of(py, &statics)?);
+    let fields = (closed, affine, statics, relaxed, cell.links, cell.loose.rattlers, cell.loose.mechanisms);
+    result(py, "ElasticAnswers", fields)
+}
+
+/// Parameters of point links for wanted elastic constants, on a scenario's packing.
+#[pyfunction]
+#[pyo3(signature = (scenario, young, poisson, threads=None, progress=None))]
+fn calibrate_elastic<'py>(
+    py: Python<'py>,
+    scenario: &Bound<'py, Scenario>,
+    young: f64,
+    poisson: f64,
+    threads: Option<usize>,
+    progress: Option<Bound<'py, PyAny>>,
+) -> Any<'py> {
+    let Scenario { inner, folder } = scenario.get();
+    let law = inner.bonds.as_ref().map(|bonds| bonds.law);
+    let base = match (law, &inner.materials[..]) {
+        (Some(LawName::Cpm), [material]) => material.cpm.as_ref().map(|table| table.young.si()),
+        (Some(LawName::LinearBond), [material]) => {
+            material.linear_bond.as_ref().map(|table| table.normal_stiffness.si())
+        }
+        _ => None,
+    };
+    let Some(base) = base else {
+        let message = "elastic constants are calibrated for bonds of cpm or linear_bond and one material; for beams \
+                       there is calibrate_cohesive_beam";
+        return Err(PyValueError::new_err(message));
+    };
+    let found = guarded(py, threads, progress.as_ref(), |progress| {
+        let assembly = assemble(inner, folder, progress)?;
+        Ok(LinkNetwork::of_state(&assembly.state).map_err(ElasticCalibrationError::from).and_then(|network| {
+            fit(&network, young, poisson, Accuracy::default(), &mut |solutions| {
+                progress("statics", (solutions as f64 / 14.0).min(0.99));
+            })
+        }))
+    })?;
+    let fit = found.map_err(|error| of_assembly(inner, error))?.or_raise()?;
+    let achieved = constants_of(py, &fit.achieved)?;
+    let normal = base * fit.normal_factor;
+    result(py, "ElasticFit", (normal, fit.shear_ratio, achieved, fit.reach, fit.cell.loose.rattlers))
+}
+
+/// Parameters of cohesive beams for wanted properties of a material.
+#[pyfunction]
+#[pyo3(signature = (
+    young, poisson, density, tensile_strength=None, beam_poisson=0.3, coordination=6.2, dispersion=0.25, count=5000,
+    seed=1, threads=None, progress=None
+))]
+fn calibrate_cohesive_beam<'py>(
+    py: Python<'py>,
+    young: f64,
+    poisson: f64,
+    density: f64,
+    tensile_strength: Option<f64>,
+    beam_poisson: f64,
+    coordination: f64,
+    dispersion: f64,
+    count: usize,
+    seed: u64,
+    threads: Option<usize>,
+    progress: Option<Bound<'py, PyAny>>,
+) -> Any<'py> {
+    for (name, value) in [("young", young), ("density", density), ("tensile_strength", tensile_strength.unwrap_or(1.0))]
+    {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(PyValueError::new_err(format!("{name} is {value}; it must be positive and finite")));
+        }
+    }
+    let recipe = SampleRecipe { coordination, dispersion, ..SampleRecipe::book(count, seed) };
+    let found = guarded(py, threads, progress.as_ref(), |progress| {
+        let sample = Sample::new(&recipe, &mut |now| progress("compaction", (now.packing_fraction / 0.65).min(0.99)))?;
+        let mut tried = 0;
+        let found = match_elastic(&sample, young, poisson, beam_poisson, &mut |_, _| {
+            tried += 1;
+            progress("elastic constants", (f64::from(tried) / 8.0).min(0.99));
+        })?;
+        let spheres = sample.sphere_density(density);
+        let mut achieved = None;
+        let mut beams = None;
+        if let Some(wanted) = tensile_strength {
+            // Strength is in proportion to that of the beams: one trial, and one look at the result.
+            let criterion = |value| Criterion::Beam(value, BendingTerm::MidSection);
+            let trial = 6.0 * wanted;
+            progress("strength", 0.3);
+            let first = strength(&sample, &found.beam, criterion(trial), spheres, Load::Tension)?;
+            let right = trial * wanted / first.strength;
+            progress("strength", 0.7);
+            achieved = Some(strength(&sample, &found.beam, criterion(right), spheres, Load::Tension)?.strength);
+            beams = Some(right);
+        }
+        let criterion = Criterion::Beam(beams.unwrap_or(f64::MAX), BendingTerm::MidSection);
+        let mut text = scenario_text(&sample, None, &found.beam, criterion, spheres, Load::Tension);
+        if beams.is_none() {
+            text = text
+                .lines()
+                .filter(|line| !line.starts_with("tensile_strength"))
+                .fold(String::new(), |all, line| all + line + "\n");
+        }
+        Ok((found, spheres, beams, achieved, text))
+    })?;
+    let found: Result<_, concordem::calibration::cohesive_beam::CalibrationError> = found;
+    let (found, spheres, beams, achieved, text) = found.or_raise()?;
+    let ratio = match found.beam.section {
+        Section::Ratio(ratio) => ratio,
+        Section::Radius(radius) => radius / recipe.mean_radius,
+    };
+    let fields =
+        (found.beam.young, ratio, spheres, beams, found.achieved.modulus, found.achieved.poisson, achieved, text);
+    result(py, "BeamFit", fields)
+}
+
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(elastic_constants, module)?)?;
+    module.add_function(wrap_pyfunction!(calibrate_elastic, module)?)?;
+    module.add_function(wrap_pyfunction!(calibrate_cohesive_beam, module)?)
+}

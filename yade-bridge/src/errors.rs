@@ -1,0 +1,135 @@
+//! Errors of the solver as exceptions of `concordem`.
+
+use concordem::assembly::AssemblyError;
+use concordem::assembly::packing::PackingError;
+use concordem::calibration::elastic::ElasticCalibrationError;
+use concordem::operator::OperatorError;
+use concordem::output::OutputError;
+use concordem::plan::simulation::RunError;
+use concordem::program::Failure;
+use concordem::scenario::{ReadError, Scenario, ScenarioError};
+use concordem::solver::SolverError;
+use concordem::state::ColumnError;
+use concordem::statics::StaticsError;
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// What becomes an exception.
+pub trait Raise {
+    /// The exception.
+    fn raise(self) -> PyErr;
+}
+
+/// Shorthand for results.
+pub trait OrRaise<T> {
+    /// The value, or the exception.
+    fn or_raise(self) -> PyResult<T>;
+}
+
+impl<T, E: Raise> OrRaise<T> for Result<T, E> {
+    fn or_raise(self) -> PyResult<T> {
+        self.map_err(Raise::raise)
+    }
+}
+
+/// An exception of class `class` with the name of the error's variant.
+fn exception(class: &str, message: &str, debug: &str) -> PyErr {
+    let kind: String = debug.chars().take_while(|c| c.is_alphanumeric()).collect();
+    Python::attach(|py| {
+        let make = || -> PyResult<PyErr> {
+            let options = PyDict::new(py);
+            options.set_item("kind", kind)?;
+            let object = py.import("concordem._errors")?.getattr(class)?.call((message,), Some(&options))?;
+            Ok(PyErr::from_value(object))
+        };
+        // Without its class the message must not be lost.
+        make().unwrap_or_else(|_| PyRuntimeError::new_err(message.to_owned()))
+    })
+}
+
+macro_rules! raise {
+    ($($error:ty => $class:literal,)*) => {
+        $(impl Raise for $error {
+            fn raise(self) -> PyErr {
+                exception($class, &self.to_string(), &format!("{self:?}"))
+            }
+        })*
+    };
+}
+
+raise! {
+    SolverError => "SolverError",
+    RunError => "SolverError",
+    OperatorError => "OperatorError",
+    PackingError => "PackingError",
+    StaticsError => "StaticsError",
+    ElasticCalibrationError => "CalibrationError",
+    concordem::calibration::cohesive_beam::CalibrationError => "CalibrationError",
+    OutputError => "ResultError",
+    ColumnError => "ResultError",
+}
+
+impl Raise for ScenarioError {
+    fn raise(self) -> PyErr {
+        scenario("ScenarioError", &self)
+    }
+}
+
+fn scenario(class: &str, error: &ScenarioError) -> PyErr {
+    Python::attach(|py| {
+        let make = || -> PyResult<PyErr> {
+            let source = &error.source_text;
+            let problems: Vec<_> = error
+                .problems
+                .iter()
+                .map(|problem| {
+                    let (line, column) = source.position(problem.span.start);
+                    let kind = format!("{:?}", problem.kind);
+                    (kind, &*problem.key, problem.value.as_deref(), line, column, &*problem.message, &*problem.help)
+                })
+                .collect();
+            let class = py.import("concordem._errors")?.getattr(class)?;
+            Ok(PyErr::from_value(class.call1((error.to_string(), &*source.name, problems))?))
+        };
+        make().unwrap_or_else(|_| PyRuntimeError::new_err(error.to_string()))
+    })
+}
+
+impl Raise for ReadError {
+    fn raise(self) -> PyErr {
+        match self {
+            Self::Scenario(error) => error.raise(),
+            Self::Io { error, path } => {
+                // The class that Python itself would raise: FileNotFoundError and the like.
+                let error = PyErr::from(error);
+                Python::attach(|py| {
+                    let _ = error.value(py).setattr("filename", path.display().to_string());
+                });
+                error
+            }
+            other => exception("ResultError", &other.to_string(), &format!("{other:?}")),
+        }
+    }
+}
+
+impl Raise for Failure {
+    fn raise(self) -> PyErr {
+        match self {
+            Self::Scenario(error) => error.raise(),
+            Self::Unstable(error) => scenario("UnstableError", &error),
+            Self::Assembly(error) => exception("AssemblyError", &error.to_string(), &format!("{error:?}")),
+            Self::Output(error) => error.raise(),
+            Self::Solver(error) => error.raise(),
+            Self::Statics(error) => error.raise(),
+            Self::Run(error) => error.raise(),
+            Self::Operator(error) => error.raise(),
+            other => exception("ConcordemError", &other.to_string(), &format!("{other:?}")),
+        }
+    }
+}
+
+/// Why a scenario could not be built, at its place in the scenario where that is known.
+pub fn of_assembly(scenario: &Scenario, error: AssemblyError) -> PyErr {
+    Failure::of_assembly(scenario, error).raise()
+}

@@ -1,0 +1,120 @@
+//! Fields of many C++ objects at once, by their addresses.
+//!
+//! This is the whole of what touches foreign memory in bulk. Callers (`concordem.yade`) hand over addresses they took from
+//! the host's own containers a moment ago, and offsets that were found and compared; see `_layout.py` there.
+
+use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::arrays::scalars;
+
+/// The number at an address.
+///
+/// Safety: the address lies in mapped memory that holds a `T`.
+#[inline(always)]
+pub unsafe fn peek<T: Copy>(address: usize) -> T {
+    unsafe { std::ptr::read_unaligned(address as *const T) }
+}
+
+/// Write a number to an address.
+///
+/// Safety: as [`peek`], and the memory may be written.
+#[inline(always)]
+pub unsafe fn poke<T: Copy>(address: usize, value: T) {
+    unsafe { std::ptr::write_unaligned(address as *mut T, value) }
+}
+
+fn collect<T: Copy>(addresses: &[u64], offset: usize, components: usize, none: T) -> Vec<T> {
+    let mut out = Vec::with_capacity(addresses.len() * components);
+    for &address in addresses {
+        for k in 0..components {
+            // Safety: see the module; null stands for nothing.
+            out.push(if address == 0 { none } else { unsafe { peek(address as usize + offset + k * size_of::<T>()) } });
+        }
+    }
+    out
+}
+
+/// Fields at `offset` of the objects at `addresses`: an array of shape (n,), or (n, components). Where there is no object,
+/// reals are NaN and other numbers 0.
+#[pyfunction]
+#[pyo3(signature = (addresses, offset, kind="f64", components=1))]
+fn memory_gather<'py>(
+    py: Python<'py>,
+    addresses: PyReadonlyArray1<'py, u64>,
+    offset: usize,
+    kind: &str,
+    components: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let list = addresses.as_slice()?;
+    let flat = match kind {
+        "f64" => scalars(py, &collect(list, offset, components, f64::NAN)).into_any(),
+        "i32" => scalars(py, &collect(list, offset, components, 0_i32)).into_any(),
+        "u64" => scalars(py, &collect(list, offset, components, 0_u64)).into_any(),
+        "u8" => scalars(py, &collect(list, offset, components, 0_u8)).into_any(),
+        other => return Err(PyValueError::new_err(format!("kind \"{other}\"; it may be f64, i32, u64, u8"))),
+    };
+    if components == 1 { Ok(flat) } else { flat.call_method1("reshape", (list.len(), components)) }
+}
+
+/// Write rows of reals to fields of the objects at `addresses`.
+#[pyfunction]
+fn memory_scatter(
+    addresses: PyReadonlyArray1<'_, u64>,
+    offset: usize,
+    values: PyReadonlyArray1<'_, f64>,
+) -> PyResult<()> {
+    let (list, values) = (addresses.as_slice()?, values.as_slice()?);
+    let components = if list.is_empty() { 0 } else { values.len() / list.len() };
+    if components * list.len() != values.len() {
+        let message = format!("{} numbers do not go evenly to {} objects", values.len(), addresses.len());
+        return Err(PyValueError::new_err(message));
+    }
+    for (&address, row) in list.iter().zip(values.chunks_exact(components.max(1))) {
+        for (k, &value) in row.iter().enumerate() {
+            // Safety: see the module.
+            unsafe { poke(address as usize + offset + 8 * k, value) };
+        }
+    }
+    Ok(())
+}
+
+/// Write ints to fields of the objects at `addresses`.
+#[pyfunction]
+fn memory_scatter_i32(
+    addresses: PyReadonlyArray1<'_, u64>,
+    offset: usize,
+    values: PyReadonlyArray1<'_, i32>,
+) -> PyResult<()> {
+    let (list, values) = (addresses.as_slice()?, values.as_slice()?);
+    if list.len() != values.len() {
+        return Err(PyValueError::new_err(format!("{} numbers for {} objects", values.len(), list.len())));
+    }
+    for (&address, &value) in list.iter().zip(values) {
+        // Safety: see the module.
+        unsafe { poke(address as usize + offset, value) };
+    }
+    Ok(())
+}
+
+/// Targets of a `std::vector<boost::shared_ptr<T>>` at `address`; 0 for empty ones.
+pub unsafe fn targets(address: usize) -> Vec<u64> {
+    // Safety: the caller's.
+    let (begin, end): (usize, usize) = unsafe { (peek(address), peek(address + 8)) };
+    (begin..end).step_by(16).map(|at| unsafe { peek::<u64>(at) }).collect()
+}
+
+/// Addresses of the objects in a vector of shared pointers.
+#[pyfunction]
+fn memory_targets(py: Python<'_>, address: usize) -> Bound<'_, PyAny> {
+    // Safety: see the module.
+    scalars(py, &unsafe { targets(address) }).into_any()
+}
+
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(memory_gather, module)?)?;
+    module.add_function(wrap_pyfunction!(memory_scatter, module)?)?;
+    module.add_function(wrap_pyfunction!(memory_scatter_i32, module)?)?;
+    module.add_function(wrap_pyfunction!(memory_targets, module)?)
+}

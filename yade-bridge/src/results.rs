@@ -1,0 +1,110 @@
+//! Finished results.
+
+use std::path::PathBuf;
+
+use concordem::output::ResultFile;
+use concordem::state::columns::{ColumnData, StoredColumn};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::{TableColumn, scalars, table};
+use crate::errors::OrRaise;
+use crate::simulation::events;
+
+/// A finished result, verified and opened.
+#[pyclass(frozen, name = "Result", module = "concordem")]
+pub struct PyResultFile(ResultFile);
+
+fn array<'py>(py: Python<'py>, column: &StoredColumn) -> PyResult<Bound<'py, PyAny>> {
+    let flat = match &column.data {
+        ColumnData::F64(data) => scalars(py, data).into_any(),
+        ColumnData::U64(data) => scalars(py, data).into_any(),
+        ColumnData::U32(data) => scalars(py, data).into_any(),
+        ColumnData::U16(data) => scalars(py, data).into_any(),
+        ColumnData::U8(data) => scalars(py, data).into_any(),
+        ColumnData::I8(data) => scalars(py, data).into_any(),
+    };
+    if column.components == 1 { Ok(flat) } else { flat.call_method1("reshape", (-1_i64, column.components)) }
+}
+
+#[pymethods]
+impl PyResultFile {
+    #[new]
+    fn new(path: PathBuf) -> PyResult<Self> {
+        ResultFile::open(&path).or_raise().map(Self)
+    }
+    /// The file.
+    #[getter]
+    fn path(&self) -> PathBuf {
+        self.0.path().to_owned()
+    }
+    /// The time series.
+    #[getter]
+    fn samples<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let columns: PyResult<Vec<_>> = self
+            .0
+            .series()
+            .iter()
+            .map(|series| {
+                let values = self.0.samples(&series.name).or_raise()?;
+                let values = scalars(py, &values).into_any();
+                Ok(TableColumn { name: series.name.clone(), unit: series.unit.clone(), values })
+            })
+            .collect();
+        table(py, columns?)
+    }
+    /// The event log.
+    #[getter]
+    fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        events(py, &self.0.events().or_raise()?)
+    }
+    /// Names of the operators that were sampled; their columns are in `table("samples/NAME")`.
+    #[getter]
+    fn operators(&self) -> PyResult<Vec<String>> {
+        self.0.operators().or_raise()
+    }
+    /// Names of the laws that have contacts.
+    #[getter]
+    fn laws(&self) -> PyResult<Vec<String>> {
+        self.0.laws().or_raise()
+    }
+    /// Columns of a table by name.
+    fn table<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for (name, column) in self.0.table(name).or_raise()? {
+            dict.set_item(name, array(py, &column)?)?;
+        }
+        Ok(dict)
+    }
+    /// Times of the snapshots, s.
+    #[getter]
+    fn snapshot_times<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(scalars(py, &self.0.snapshot_times().or_raise()?).into_any())
+    }
+    /// Text of the scenario.
+    #[getter]
+    fn scenario_text(&self) -> PyResult<String> {
+        self.0.scenario().or_raise()
+    }
+    /// Hash of the state at the end.
+    #[getter]
+    fn state_hash(&self) -> PyResult<String> {
+        self.0.state_hash().or_raise()
+    }
+    /// Where the result comes from.
+    #[getter]
+    fn provenance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for (name, value) in self.0.provenance().or_raise()? {
+            dict.set_item(name, value)?;
+        }
+        Ok(dict)
+    }
+    fn __repr__(&self) -> String {
+        format!("<concordem.Result {}>", self.0.path().display())
+    }
+}
+
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<PyResultFile>()
+}

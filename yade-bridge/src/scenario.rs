@@ -1,0 +1,215 @@
+//! Scenarios: from text, files, dictionaries, keyword arguments.
+
+use std::path::PathBuf;
+
+use concordem::assembly::pack;
+use concordem::scenario::{self, TEMPLATES};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyString};
+
+use crate::errors::{OrRaise, of_assembly};
+use crate::packing::packing_of;
+use crate::simulation::{Simulation, guarded};
+
+/// What is to be computed.
+#[pyclass(frozen, module = "concordem")]
+pub struct Scenario {
+    /// The scenario.
+    pub inner: scenario::Scenario,
+    /// Folder that files named in it are relative to.
+    pub folder: PathBuf,
+}
+
+/// A Python value as TOML; `None` for `None`.
+fn toml_of(object: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<toml::Value>> {
+    if object.is_none() {
+        return Ok(None);
+    }
+    if let Ok(flag) = object.cast::<PyBool>() {
+        return Ok(Some(toml::Value::Boolean(flag.is_true())));
+    }
+    if object.is_instance_of::<PyString>() {
+        return Ok(Some(toml::Value::String(object.extract()?)));
+    }
+    if object.hasattr("items")? {
+        return Ok(Some(toml::Value::Table(table_of(object, key)?)));
+    }
+    if object.hasattr("__fspath__")? {
+        return Ok(Some(toml::Value::String(object.call_method0("__fspath__")?.extract()?)));
+    }
+    // Numbers of NumPy are scalars too; arrays go on as lists.
+    let scalar = !object.hasattr("__len__")?;
+    if scalar && !object.is_instance_of::<PyFloat>() && object.hasattr("__index__")? {
+        return Ok(Some(toml::Value::Integer(object.extract()?)));
+    }
+    if scalar && let Ok(real) = object.extract::<f64>() {
+        return Ok(Some(toml::Value::Float(real)));
+    }
+    if let Ok(items) = object.try_iter() {
+        let mut list = Vec::new();
+        for (k, item) in items.enumerate() {
+            list.extend(toml_of(&item?, &format!("{key}[{k}]"))?);
+        }
+        return Ok(Some(toml::Value::Array(list)));
+    }
+    Err(PyTypeError::new_err(format!("{key}: a scenario has no values of type {}", object.get_type().name()?)))
+}
+
+pub fn table_of(mapping: &Bound<'_, PyAny>, path: &str) -> PyResult<toml::Table> {
+    let mut table = toml::Table::new();
+    for item in mapping.call_method0("items")?.try_iter()? {
+        let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item?.extract()?;
+        let name: String = key
+            .extract()
+            .map_err(|_| PyTypeError::new_err(format!("{path}: keys of a scenario are strings, not {key}")))?;
+        let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+        if let Some(value) = toml_of(&value, &path)? {
+            table.insert(name, value);
+        }
+    }
+    Ok(table)
+}
+
+impl Scenario {
+    fn parse(name: &str, text: &str, folder: PathBuf) -> PyResult<Self> {
+        Ok(Self { inner: scenario::Scenario::parse(name, text).or_raise()?, folder })
+    }
+
+    fn of_mapping(mapping: &Bound<'_, PyAny>, folder: PathBuf) -> PyResult<Self> {
+        let mut table = table_of(mapping, "")?;
+        table.entry("version").or_insert(toml::Value::Integer(1));
+        // One table where a list of them is meant.
+        for key in ["material", "interface", "wall", "set", "prescribe", "clump", "force", "initial", "sample"] {
+            if let Some(value) = table.get_mut(key)
+                && value.is_table()
+            {
+                *value = toml::Value::Array(vec![value.clone()]);
+            }
+        }
+        let text = toml::to_string_pretty(&table).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        Self::parse("<scenario>", &text, folder)
+    }
+}
+
+#[pymethods]
+impl Scenario {
+    /// A scenario from its tables as keyword arguments.
+    #[new]
+    #[pyo3(signature = (**tables))]
+    fn new(py: Python<'_>, tables: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let empty = PyDict::new(py);
+        Self::of_mapping(tables.unwrap_or(&empty).as_any(), PathBuf::new())
+    }
+
+    /// A scenario from a mapping.
+    #[staticmethod]
+    #[pyo3(signature = (mapping, folder=None))]
+    fn from_dict(mapping: &Bound<'_, PyAny>, folder: Option<PathBuf>) -> PyResult<Self> {
+        if !mapping.hasattr("items")? {
+            return Err(PyTypeError::new_err("a mapping is wanted"));
+        }
+        Self::of_mapping(mapping, folder.unwrap_or_default())
+    }
+
+    /// A scenario from TOML text.
+    #[staticmethod]
+    #[pyo3(signature = (text, name="<text>", folder=None))]
+    fn from_text(text: &str, name: &str, folder: Option<PathBuf>) -> PyResult<Self> {
+        Self::parse(name, text, folder.unwrap_or_default())
+    }
+
+    /// A scenario from a TOML file; the files it names are looked for beside it.
+    #[staticmethod]
+    fn from_file(path: PathBuf) -> PyResult<Self> {
+        let inner = scenario::Scenario::read(&path).or_raise()?;
+        let folder = inner.directory();
+        Ok(Self { inner, folder })
+    }
+
+    /// One of the scenarios that come with the program.
+    #[staticmethod]
+    fn template(name: &str) -> PyResult<Self> {
+        let template = scenario::template(name).ok_or_else(|| {
+            let names: Vec<_> = TEMPLATES.iter().map(|template| template.name).collect();
+            PyValueError::new_err(format!("there is no template \"{name}\"; there are {}", names.join(", ")))
+        })?;
+        Self::parse(template.name, template.text, PathBuf::new())
+    }
+
+    /// Names of the templates.
+    #[staticmethod]
+    fn templates() -> Vec<&'static str> {
+        TEMPLATES.iter().map(|template| template.name).collect()
+    }
+
+    /// The TOML text.
+    #[getter]
+    fn text(&self) -> &str {
+        &self.inner.source.text
+    }
+
+    /// Name of the file, or what stands for it in messages.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.inner.source.name
+    }
+
+    /// Title.
+    #[getter]
+    fn title(&self) -> &str {
+        &self.inner.title
+    }
+
+    /// The tables as a dictionary.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("tomllib")?.call_method1("loads", (self.text(),))
+    }
+
+    /// Build particles and bonds, ready to step.
+    #[pyo3(signature = (threads=None, progress=None))]
+    fn simulation(
+        slf: &Bound<'_, Self>,
+        threads: Option<usize>,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Simulation> {
+        Simulation::build(slf, threads, progress.as_ref(), None)
+    }
+
+    /// Make the packing alone.
+    #[pyo3(signature = (threads=None, progress=None))]
+    fn pack<'py>(
+        &self,
+        py: Python<'py>,
+        threads: Option<usize>,
+        progress: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let made = guarded(py, threads, progress.as_ref(), |progress| pack(&self.inner, &self.folder, progress))?;
+        packing_of(py, &made.map_err(|error| of_assembly(&self.inner, error))?)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<concordem.Scenario {}: {}>", self.inner.source.name, self.inner.title)
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.inner == other.inner
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (String, String, String))> {
+        let this = slf.get();
+        let folder = this.folder.display().to_string();
+        Ok((slf.get_type().getattr("from_text")?, (this.text().to_owned(), this.name().to_owned(), folder)))
+    }
+}
+
+/// JSON Schema of scenarios, as text.
+#[pyfunction]
+fn schema() -> String {
+    scenario::schema().to_string()
+}
+
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<Scenario>()?;
+    module.add_function(wrap_pyfunction!(schema, module)?)
+}

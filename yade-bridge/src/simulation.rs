@@ -1,0 +1,467 @@
+//! A running simulation.
+//!
+//! The interpreter's lock is released while steps are made. Every 50 ms the work comes back to Python, which may raise
+//! KeyboardInterrupt; the simulation then stands between two steps and can be continued.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard, TryLockError};
+use std::time::{Duration, Instant};
+
+use concordem::assembly::{Assembly, Summary, assemble};
+use concordem::fracture::Event;
+use concordem::output::{checkpoint, hash};
+use concordem::plan::simulation::OperatorRow;
+use concordem::plan::{Sample, Simulation as Run, StopReason};
+use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::{TableColumn, result, rows, scalars, table, tensor, vectors};
+use crate::errors::{OrRaise, of_assembly};
+use crate::scenario::Scenario;
+use crate::state::{Addresses, State};
+
+/// Between two looks at signals.
+const SLICE: Duration = Duration::from_millis(50);
+/// Between two calls of the progress function.
+const REPORT: Duration = Duration::from_millis(200);
+
+/// What steps change.
+pub struct Inner {
+    /// State, solver, plan.
+    pub run: Run,
+    samples: Vec<Sample>,
+    operators: Vec<Vec<OperatorRow>>,
+    events: Vec<Event>,
+    addresses: Addresses,
+}
+
+/// A simulation.
+#[pyclass(frozen, weakref, module = "concordem")]
+pub struct Simulation {
+    inner: Mutex<Inner>,
+    pool: Option<rayon::ThreadPool>,
+    scenario: Py<Scenario>,
+    summary: Summary,
+}
+
+/// Interpreted on the way back to Python: what a signal handler or a progress function raised.
+struct Interrupted(PyErr);
+
+/// A pool of that many threads; `None`: the one of the process, of all processors.
+pub fn pool(threads: Option<usize>) -> PyResult<Option<rayon::ThreadPool>> {
+    let Some(threads) = threads else { return Ok(None) };
+    if threads == 0 {
+        return Err(PyValueError::new_err("threads is 0; at least one is needed"));
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map(Some).map_err(|error| PyRuntimeError::new_err(format!("cannot start {threads} threads: {error}")))
+}
+
+/// Work inside a pool: parallel loops then need not enter it one by one.
+pub fn inside<T: Send>(pool: Option<&rayon::ThreadPool>, work: impl FnOnce() -> T + Send) -> T {
+    match pool {
+        Some(pool) => pool.install(work),
+        None => rayon::scope(|_| work()),
+    }
+}
+
+/// The progress function that `progress` stands for: a callable, True for a bar, nothing otherwise.
+fn reporter<'py>(py: Python<'py>, progress: Option<&Bound<'py, PyAny>>) -> PyResult<Option<Py<PyAny>>> {
+    match progress {
+        None => Ok(None),
+        Some(object) if object.is_none() => Ok(None),
+        Some(object) if object.is_callable() => Ok(Some(object.clone().unbind())),
+        Some(object) => match object.extract::<bool>() {
+            Ok(true) => Ok(Some(py.import("concordem._progress")?.getattr("bar")?.call0()?.unbind())),
+            Ok(false) => Ok(None),
+            Err(_) => Err(PyTypeError::new_err("progress is True, False, or a function")),
+        },
+    }
+}
+
+/// Long work without the interpreter's lock. Its progress goes to `progress` (stage, share), and signals are looked at
+/// when it reports; both may end it by an exception.
+pub fn guarded<T: Send>(
+    py: Python<'_>,
+    threads: Option<usize>,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&mut dyn FnMut(&str, f64)) -> T + Send,
+) -> PyResult<T> {
+    let pool = pool(threads)?;
+    let report = reporter(py, progress)?;
+    let outcome = py.detach(|| {
+        catch_unwind(AssertUnwindSafe(|| {
+            inside(pool.as_ref(), || {
+                let mut last: Option<Instant> = None;
+                let mut look = |stage: &str, share: f64| {
+                    if last.is_some_and(|at| at.elapsed() < SLICE) {
+                        return;
+                    }
+                    let told = Python::attach(|py| {
+                        py.check_signals()?;
+                        match &report {
+                            Some(report) if last.is_none_or(|at| at.elapsed() >= REPORT) => {
+                                report.call1(py, (stage, share)).map(drop)
+                            }
+                            _ => Ok(()),
+                        }
+                    });
+                    last = Some(Instant::now());
+                    if let Err(error) = told {
+                        // The work has no way to be told; nothing of it is kept, so it can be unwound.
+                        resume_unwind(Box::new(Interrupted(error)));
+                    }
+                };
+                work(&mut look)
+            })
+        }))
+    });
+    close(py, report.as_ref())?;
+    outcome.map_err(|payload: Box<dyn Any + Send>| match payload.downcast::<Interrupted>() {
+        Ok(interrupted) => interrupted.0,
+        Err(other) => resume_unwind(other),
+    })
+}
+
+/// Let a bar end its line.
+fn close(py: Python<'_>, report: Option<&Py<PyAny>>) -> PyResult<()> {
+    match report {
+        Some(report) if report.bind(py).hasattr("close")? => report.call_method0(py, "close").map(drop),
+        _ => Ok(()),
+    }
+}
+
+impl Inner {
+    /// Advance until time, steps, or the run are over.
+    fn advance(&mut self, steps: &mut u64) -> Result<Option<StopReason>, concordem::plan::simulation::RunError> {
+        let start = Instant::now();
+        while *steps > 0 {
+            if let Some(reason) = self.run.stopped() {
+                return Ok(Some(reason));
+            }
+            let advance = self.run.advance()?;
+            *steps -= 1;
+            self.samples.extend(advance.sample);
+            for row in advance.operators {
+                self.operators[row.operator].push(row);
+            }
+            self.events.extend(advance.events);
+            if start.elapsed() > SLICE {
+                break;
+            }
+        }
+        Ok(self.run.stopped())
+    }
+}
+
+impl Simulation {
+    /// Build a scenario, from its start or from a checkpoint.
+    pub fn build(
+        scenario: &Bound<'_, Scenario>,
+        threads: Option<usize>,
+        progress: Option<&Bound<'_, PyAny>>,
+        checkpoint: Option<checkpoint::Checkpoint>,
+    ) -> PyResult<Self> {
+        let py = scenario.py();
+        let Scenario { inner, folder } = scenario.get();
+        let assembly = guarded(py, threads, progress, |progress| assemble(inner, folder, progress))?;
+        let Assembly { mut state, model, plan, summary } = assembly.map_err(|error| of_assembly(inner, error))?;
+        if let Some(mut checkpoint) = checkpoint {
+            state.read(&mut checkpoint.columns).or_raise()?;
+        }
+        let operators = vec![Vec::new(); plan.operators.len()];
+        let run = py.detach(|| Run::new(state, model, plan)).or_raise()?;
+        let addresses = Addresses::of(&run.state.particles);
+        let inner = Inner { run, samples: Vec::new(), operators, events: Vec::new(), addresses };
+        Ok(Self { inner: Mutex::new(inner), pool: pool(threads)?, scenario: scenario.clone().unbind(), summary })
+    }
+
+    /// The inside, unless another thread is stepping.
+    pub fn lock(&self) -> PyResult<MutexGuard<'_, Inner>> {
+        match self.inner.try_lock() {
+            Ok(inner) => Ok(inner),
+            Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
+                "the simulation is running in another thread; look at it from its progress function, or wait",
+            )),
+            Err(TryLockError::Poisoned(_)) => {
+                Err(PyRuntimeError::new_err("the simulation had a fault while it ran; its state cannot be relied on"))
+            }
+        }
+    }
+
+    /// Take up to `steps` steps, with looks at signals and reports in between.
+    fn go(&self, py: Python<'_>, steps: u64, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Option<&'static str>> {
+        let report = reporter(py, progress)?;
+        let mut left = steps;
+        let mut last = Instant::now();
+        let outcome = loop {
+            let mut inner = self.lock()?;
+            let (inner_ref, left_ref, pool) = (&mut *inner, &mut left, self.pool.as_ref());
+            let stopped = py.detach(move || inside(pool, || inner_ref.advance(left_ref)));
+            if Addresses::of(&inner.run.state.particles) != inner.addresses {
+                // The core promises not to move the arrays of the particles; views would dangle.
+                eprintln!(
+                    "concordem: the particles' arrays have moved: this is a fault of the program, please report it"
+                );
+                std::process::abort();
+            }
+            let stopped = stopped.or_raise()?;
+            let (share, step) = (inner.run.progress(), inner.run.state.clock.step);
+            let sample = inner.samples.last().copied().unwrap_or_default();
+            drop(inner);
+            if let Err(error) = py.check_signals() {
+                break Err(error);
+            }
+            if let Some(report) = &report
+                && last.elapsed() >= REPORT
+            {
+                last = Instant::now();
+                let share = if steps == u64::MAX { share } else { 1.0 - left as f64 / steps as f64 };
+                let text = format!("step {step}, strain {:.3e}, stress {:.3e} Pa", sample.strain, sample.stress);
+                if let Err(error) = report.call1(py, (text, share)) {
+                    break Err(error);
+                }
+            }
+            if stopped.is_some() || left == 0 {
+                break Ok(stopped.map(name_of));
+            }
+        };
+        close(py, report.as_ref())?;
+        outcome
+    }
+}
+
+fn name_of(reason: StopReason) -> &'static str {
+    match reason {
+        StopReason::Drop => "drop",
+        StopReason::Strain => "strain",
+        StopReason::Time => "time",
+        StopReason::Steps => "steps",
+        StopReason::Equilibrium => "equilibrium",
+    }
+}
+
+#[pymethods]
+impl Simulation {
+    /// Go on with a checkpoint that `save` has written.
+    #[staticmethod]
+    #[pyo3(signature = (path, scenario=None, threads=None))]
+    fn load(
+        py: Python<'_>,
+        path: PathBuf,
+        scenario: Option<Bound<'_, Scenario>>,
+        threads: Option<usize>,
+    ) -> PyResult<Self> {
+        let checkpoint = checkpoint::read(&path).or_raise()?;
+        let scenario = if let Some(scenario) = scenario {
+            scenario
+        } else {
+            let inner = concordem::scenario::Scenario::parse(&path.display().to_string(), &checkpoint.provenance);
+            let folder = path.parent().map(PathBuf::from).unwrap_or_default();
+            Bound::new(py, Scenario { inner: inner.or_raise()?, folder })?
+        };
+        Self::build(&scenario, threads, None, Some(checkpoint))
+    }
+
+    /// Write the complete state to a file.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<String> {
+        let inner = self.lock()?;
+        let text = self.scenario.get().inner.source.text.clone();
+        py.detach(|| checkpoint::write(&path, &inner.run.state, &text)).or_raise()
+    }
+
+    /// Run until a condition of the scenario's `[stop]` holds.
+    #[pyo3(signature = (progress=None))]
+    fn run(&self, py: Python<'_>, progress: Option<Bound<'_, PyAny>>) -> PyResult<Option<&'static str>> {
+        self.go(py, u64::MAX, progress.as_ref())
+    }
+
+    /// Take `count` steps, or fewer if the run ends.
+    #[pyo3(signature = (count=1, progress=None))]
+    fn step(&self, py: Python<'_>, count: u64, progress: Option<Bound<'_, PyAny>>) -> PyResult<Option<&'static str>> {
+        if count == u64::MAX {
+            return Err(PyValueError::new_err("count is out of range"));
+        }
+        self.go(py, count, progress.as_ref())
+    }
+
+    /// Particles, contacts, cell, clock.
+    #[getter]
+    fn state(slf: &Bound<'_, Self>) -> State {
+        State::new(slf.clone().unbind())
+    }
+
+    /// The scenario.
+    #[getter]
+    fn scenario(&self, py: Python<'_>) -> Py<Scenario> {
+        self.scenario.clone_ref(py)
+    }
+
+    /// Why the run has ended; None if it has not.
+    #[getter]
+    fn stopped(&self) -> PyResult<Option<&'static str>> {
+        Ok(self.lock()?.run.stopped().map(name_of))
+    }
+
+    /// How far the run is, 0 to 1.
+    #[getter]
+    fn progress(&self) -> PyResult<f64> {
+        Ok(self.lock()?.run.progress())
+    }
+
+    /// Facts about what was built.
+    #[getter]
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let s = &self.summary;
+        let (area, length) = s.specimen.unzip();
+        let bounds = &s.bounds;
+        let fields = (
+            s.particles,
+            s.bonds,
+            s.coordination,
+            s.packing_fraction,
+            area,
+            length,
+            bounds.spectral.max(bounds.per_particle),
+            s.convergence.map(|c| c.spectral_radius),
+            s.memory,
+        );
+        result(py, "Summary", fields)
+    }
+
+    /// The time series so far.
+    #[getter]
+    fn samples<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let inner = self.lock()?;
+        let table_rows: Vec<Vec<f64>> = inner.samples.iter().map(Sample::to_row).collect();
+        let columns = Sample::COLUMNS
+            .iter()
+            .enumerate()
+            .map(|(k, column)| {
+                let values: Vec<f64> = table_rows.iter().map(|row| row[k]).collect();
+                TableColumn {
+                    name: column.name.to_owned(),
+                    unit: column.unit.to_owned(),
+                    values: scalars(py, &values).into_any(),
+                }
+            })
+            .collect();
+        table(py, columns)
+    }
+
+    /// What the operators of the scenario's `[[sample]]` gave so far.
+    #[getter]
+    fn operator_samples<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let inner = self.lock()?;
+        let dict = PyDict::new(py);
+        for (operator, entries) in inner.run.plan.operators.iter().zip(&inner.operators) {
+            let times: Vec<f64> = entries.iter().map(|row| row.time).collect();
+            let steps: Vec<u64> = entries.iter().map(|row| row.step).collect();
+            let mut columns = vec![
+                TableColumn { name: "time".into(), unit: "s".into(), values: scalars(py, &times).into_any() },
+                TableColumn { name: "step".into(), unit: "1".into(), values: scalars(py, &steps).into_any() },
+            ];
+            let mut first = 0;
+            for quantity in operator.operator.quantities() {
+                let last = first + quantity.components;
+                let values: Vec<f64> = entries.iter().flat_map(|row| row.values[first..last].iter().copied()).collect();
+                let flat = scalars(py, &values).into_any();
+                let values = match quantity.components {
+                    1 => flat,
+                    9 => flat.call_method1("reshape", (entries.len(), 3, 3))?,
+                    n => flat.call_method1("reshape", (entries.len(), n))?,
+                };
+                columns.push(TableColumn { name: quantity.name.into(), unit: quantity.unit.into(), values });
+                first = last;
+            }
+            dict.set_item(&operator.name, table(py, columns)?)?;
+        }
+        Ok(dict)
+    }
+
+    /// What broke so far.
+    #[getter]
+    fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        events(py, &self.lock()?.events)
+    }
+
+    /// Forces of all contacts at the present positions, for operators.
+    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let mut inner = self.lock()?;
+        let Inner { run, .. } = &mut *inner;
+        let pool = self.pool.as_ref();
+        let forces = py.detach(|| inside(pool, || run.solver.record(&mut run.state))).or_raise()?;
+        let (c, w) = (&forces.contacts, &forces.walls);
+        let contacts = (
+            rows::<_, u32>(py, &c.pair, 2)?,
+            vectors(py, &c.branch)?,
+            vectors(py, &c.point)?,
+            vectors(py, &c.force)?,
+            vectors(py, &c.moment)?,
+        );
+        let loads = (scalars(py, &w.particle), vectors(py, &w.point)?, vectors(py, &w.force)?, vectors(py, &w.moment)?);
+        let (contacts, loads) = (result(py, "Contacts", contacts)?, result(py, "Loads", loads)?);
+        result(py, "Forces", (contacts, loads))
+    }
+
+    /// Net contact force and torque of the last step on every particle.
+    fn net_forces<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let inner = self.lock()?;
+        let solver = &inner.run.solver;
+        Ok((vectors(py, solver.forces())?.into_any(), vectors(py, solver.torques())?.into_any()))
+    }
+
+    /// Sum of branch times force of the last step over the volume of the periodic cell.
+    #[getter]
+    fn cell_stress<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let inner = self.lock()?;
+        let Some(cell) = inner.run.state.cell else { return Ok(None) };
+        Ok(Some(tensor(py, &(inner.run.last_report().virial / cell.volume()))?.into_any()))
+    }
+
+    /// Hash of the complete state.
+    fn state_hash(&self) -> PyResult<String> {
+        hash::state_hash(&self.lock()?.run.state).or_raise()
+    }
+
+    fn __repr__(&self) -> PyResult<String> {
+        let inner = self.lock()?;
+        let state = &inner.run.state;
+        Ok(format!(
+            "<concordem.Simulation: {} particles, {} bonds, step {}>",
+            state.particles.len(),
+            state.bond_count(),
+            state.clock.step
+        ))
+    }
+}
+
+/// The event log as a table.
+pub fn events<'py>(py: Python<'py>, events: &[Event]) -> PyResult<Bound<'py, PyAny>> {
+    fn of<'py, T: numpy::Element + Copy>(py: Python<'py>, events: &[Event], get: fn(&Event) -> T) -> Bound<'py, PyAny> {
+        let values: Vec<T> = events.iter().map(get).collect();
+        scalars(py, &values).into_any()
+    }
+    let positions: Vec<_> = events.iter().map(|event| event.position).collect();
+    let shares: Vec<[f64; 4]> = events.iter().map(|event| event.mode_shares).collect();
+    let columns = [
+        ("time", "s", of(py, events, |e| e.time)),
+        ("step", "1", of(py, events, |e| e.step)),
+        ("a", "1", of(py, events, |e| e.id_a)),
+        ("b", "1", of(py, events, |e| e.id_b)),
+        ("position", "m", vectors(py, &positions)?.into_any()),
+        ("mode_shares", "1", rows::<_, f64>(py, &shares, 4)?.into_any()),
+        ("energy", "J", of(py, events, |e| e.energy)),
+        ("damage", "1", of(py, events, |e| e.damage)),
+    ];
+    let column = |(name, unit, values): (&str, &str, _)| TableColumn { name: name.into(), unit: unit.into(), values };
+    table(py, columns.into_iter().map(column).collect())
+}
+
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<Simulation>()?;
+    module.add_class::<State>()
+}

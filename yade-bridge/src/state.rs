@@ -1,0 +1,272 @@
+//! The state as arrays.
+//!
+//! What belongs to particles is viewed without a copy. That is sound because the solver never moves, grows, or replaces
+//! these arrays (a promise of the core, which its test and the comparison of [`Addresses`] after every run keep), and
+//! because a view keeps the simulation alive. Contacts are found anew during a run, so tables of them are copies.
+
+use concordem::state::Particles;
+use concordem::state::contacts::{Contacts, Link};
+use numpy::ndarray::{ArrayView1, ArrayView2};
+use numpy::{Element, PyArray1, PyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::{TableColumn, rows, scalars, table, tensor};
+use crate::simulation::Simulation;
+
+/// Where the arrays of the particles lie that have views.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Addresses([(usize, usize); 11]);
+
+impl Addresses {
+    /// Those of `particles`.
+    pub fn of(particles: &Particles) -> Self {
+        fn of<T>(data: &[T]) -> (usize, usize) {
+            (data.as_ptr() as usize, data.len())
+        }
+        let p = particles;
+        Self([
+            of(&p.id),
+            of(&p.position),
+            of(&p.velocity),
+            of(&p.orientation),
+            of(&p.angular_velocity),
+            of(&p.radius),
+            of(&p.mass),
+            of(&p.inertia),
+            of(&p.material),
+            of(&p.clump),
+            of(&p.tags),
+        ])
+    }
+}
+
+/// Particles, contacts, cell, and clock of a simulation.
+#[pyclass(frozen, module = "concordem")]
+pub struct State {
+    simulation: Py<Simulation>,
+}
+
+/// A view of `components` numbers per row on memory that `owner` keeps.
+///
+/// Safety: `data` points to `rows·components` numbers that stay where they are as long as `owner` lives.
+unsafe fn view<'py, T: Element>(
+    owner: Bound<'py, PyAny>,
+    data: *const T,
+    rows: usize,
+    components: usize,
+    writable: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    // An empty vector has a dangling pointer, which NumPy only keeps.
+    let array = if components == 1 {
+        let view = unsafe { ArrayView1::from_shape_ptr(rows, data) };
+        unsafe { PyArray1::borrow_from_array(&view, owner) }.into_any()
+    } else {
+        let view = unsafe { ArrayView2::from_shape_ptr((rows, components), data) };
+        unsafe { PyArray2::borrow_from_array(&view, owner) }.into_any()
+    };
+    if !writable {
+        array.call_method1("setflags", (false,))?;
+    }
+    Ok(array)
+}
+
+impl State {
+    pub fn new(simulation: Py<Simulation>) -> Self {
+        Self { simulation }
+    }
+
+    /// View on one array of the particles.
+    fn particles<'py, S, T: Element>(
+        &self,
+        py: Python<'py>,
+        of: impl Fn(&Particles) -> &Vec<S>,
+        writable: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let owner = self.simulation.bind(py);
+        let inner = owner.get().lock()?;
+        let data = of(&inner.run.state.particles);
+        let components = size_of::<S>() / size_of::<T>();
+        // Sound: S is made of `components` numbers T; see the module for the rest.
+        unsafe { view(owner.clone().into_any(), data.as_ptr().cast::<T>(), data.len(), components, writable) }
+    }
+}
+
+#[pymethods]
+impl State {
+    /// Ids of the particles: their places in the user's packing.
+    #[getter]
+    fn ids<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.particles::<_, u32>(py, |p| &p.id, false)
+    }
+    /// Centres, m.
+    #[getter]
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.particles::<_, f64>(py, |p| &p.position, false)
+    }
+    /// Velocities at the half step before, m/s.
+    #[getter]
+    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.particles::<_, f64>(py, |p| &p.velocity, false)
+    }
+    /// Angular velocities at the half step before, rad/s.
+    #[getter]
+    fn angular_velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.particles::<_, f64>(py, |p| &p.angular_velocity, false)
+    }
+    /// Unit quaternions x, y, z, w, body to world.
+    #[getter]
+    fn orientations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.particles::<_, f64>(py, |p| &p.orientation, false)
+    }
+    /// Radii, m.
+    #[getter]
+    fn radii<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.particles::<_, f64>(py, |p| &p.radius, false)
+    }
+    /// Masses, kg.
+    #[getter]
+    fn masses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.particles::<_, f64>(py, |p| &p.mass, false)
+    }
+    /// Moments of inertia, kg·m².
+    #[getter]
+    fn inertias<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.particles::<_, f64>(py, |p| &p.inertia, false)
+    }
+    /// Numbers of the materials in the scenario.
+    #[getter]
+    fn materials<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.particles::<_, u16>(py, |p| &p.material, false)
+    }
+    /// Numbers of the clumps; 2³²−1 for none.
+    #[getter]
+    fn clumps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.particles::<_, u32>(py, |p| &p.clump, false)
+    }
+    /// One bit for each named set of the scenario.
+    #[getter]
+    fn tags<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.particles::<_, u64>(py, |p| &p.tags, false)
+    }
+
+    /// A view that may be written to.
+    fn writable<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        match name {
+            "positions" => self.particles::<_, f64>(py, |p| &p.position, true),
+            "velocities" => self.particles::<_, f64>(py, |p| &p.velocity, true),
+            "angular_velocities" => self.particles::<_, f64>(py, |p| &p.angular_velocity, true),
+            _ => Err(PyValueError::new_err(format!(
+                "\"{name}\" cannot be written to; positions, velocities, and angular_velocities can"
+            ))),
+        }
+    }
+
+    /// Edge vectors of the periodic cell as columns, m.
+    #[getter]
+    fn cell<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let inner = self.simulation.get().lock()?;
+        inner.run.state.cell.map(|cell| Ok(tensor(py, &cell.matrix)?.into_any())).transpose()
+    }
+
+    /// Steps done.
+    #[getter]
+    fn step(&self) -> PyResult<u64> {
+        Ok(self.simulation.get().lock()?.run.state.clock.step)
+    }
+
+    /// Time, s.
+    #[getter]
+    fn time(&self) -> PyResult<f64> {
+        Ok(self.simulation.get().lock()?.run.state.clock.time())
+    }
+
+    /// Time step, s.
+    #[getter]
+    fn time_step(&self) -> PyResult<f64> {
+        Ok(self.simulation.get().lock()?.run.state.clock.dt)
+    }
+
+    /// Bonds that have not broken.
+    #[getter]
+    fn bond_count(&self) -> PyResult<usize> {
+        Ok(self.simulation.get().lock()?.run.state.bond_count())
+    }
+
+    /// Tables of all contacts that carry something, by kind: bonds by law, `unbonded`, `walls`.
+    fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let inner = self.simulation.get().lock()?;
+        let state = &inner.run.state;
+        let dict = PyDict::new(py);
+        let ids = &state.particles.id;
+        for block in &state.bonds {
+            dict.set_item(block.law(), contact_table(py, block.contacts(), ids, true)?)?;
+        }
+        if let Some(block) = &state.contacts {
+            dict.set_item("unbonded", contact_table(py, block.contacts(), ids, true)?)?;
+        }
+        if let Some(block) = &state.wall_contacts {
+            dict.set_item("walls", contact_table(py, block.contacts(), ids, false)?)?;
+        }
+        Ok(dict)
+    }
+
+    fn __len__(&self) -> PyResult<usize> {
+        Ok(self.simulation.get().lock()?.run.state.particles.len())
+    }
+}
+
+/// All contacts of a block that carry something, with their histories.
+pub fn contact_table<'py>(
+    py: Python<'py>,
+    block: &dyn Contacts,
+    ids: &[u32],
+    particles: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    let kept: Vec<usize> = (0..block.len()).filter(|&k| block.view(k).link.carries()).collect();
+    let views: Vec<_> = kept.iter().map(|&k| block.view(k)).collect();
+    let u32s = |of: &dyn Fn(&concordem::state::contacts::ContactView) -> u32| {
+        let values: Vec<u32> = views.iter().map(of).collect();
+        scalars(py, &values).into_any()
+    };
+    let reals = |of: &dyn Fn(&concordem::state::contacts::ContactView) -> f64| {
+        let values: Vec<f64> = views.iter().map(of).collect();
+        scalars(py, &values).into_any()
+    };
+    let second = |b: u32| if particles { ids[b as usize] } else { b };
+    let images: Vec<[i8; 3]> = views.iter().map(|v| v.link.image).collect();
+    let normals: Vec<_> = views.iter().map(|v| v.frame.normal).collect();
+    let bonded: Vec<bool> = views.iter().map(|v| v.link.has(Link::BONDED)).collect();
+    let damage: Vec<f64> = kept.iter().map(|&k| block.damage(k)).collect();
+    let mut columns: Vec<(&str, &str, Bound<'py, PyAny>)> = vec![
+        ("a", "1", u32s(&|v| ids[v.pair.a as usize])),
+        ("b", "1", u32s(&|v| second(v.pair.b))),
+        ("index_a", "1", u32s(&|v| v.pair.a)),
+        ("index_b", "1", u32s(&|v| v.pair.b)),
+        ("image", "1", rows::<_, i8>(py, &images, 3)?.into_any()),
+        ("bonded", "1", scalars(py, &bonded).into_any()),
+        ("reference_length", "m", reals(&|v| v.reference.length)),
+        ("area", "m^2", reals(&|v| v.reference.area)),
+        ("length", "m", reals(&|v| v.frame.length)),
+        ("normal", "1", rows::<_, f64>(py, &normals, 3)?.into_any()),
+        ("damage", "1", scalars(py, &damage).into_any()),
+    ];
+    let (fields, history) = block.history_reals();
+    let width: usize = fields.iter().map(|field| field.components).sum();
+    let mut first = 0;
+    for field in fields {
+        let values: Vec<f64> = kept
+            .iter()
+            .flat_map(|&k| &history[k * width + first..k * width + first + field.components])
+            .copied()
+            .collect();
+        let flat = scalars(py, &values).into_any();
+        let values =
+            if field.components == 1 { flat } else { flat.call_method1("reshape", (kept.len(), field.components))? };
+        columns.push((field.name, field.unit, values));
+        first += field.components;
+    }
+    let column = |(name, unit, values): (&str, &str, _)| TableColumn { name: name.into(), unit: unit.into(), values };
+    table(py, columns.into_iter().map(column).collect())
+}

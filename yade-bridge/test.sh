@@ -1,0 +1,22 @@
+#!/usr/bin/env bash
+# Builds the wheel and tests it as users install it: in a virtual environment, in Debian's own Python, and in YADE.
+#   yade-bridge/test.sh            all
+#   yade-bridge/test.sh python     without YADE
+set -euo pipefail
+cd "$(dirname "$0")/.."
+what=${1:-all}
+bin=$PWD/.venv/bin
+target=${CARGO_TARGET_DIR:-$PWD/target}
+# No build isolation: what the build needs is in the environment, so that no network is needed here.
+PYO3_PYTHON=$bin/python "$bin/maturin" build --quiet --release --manifest-path yade-bridge/Cargo.toml --out "$target/wheels"
+wheel=$(ls -t "$target"/wheels/concordem-*.whl | head -1)
+for python in "$bin/python" "$PWD/.venv-debian/bin/python"; do
+  "$python" -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheel"
+  echo "$("$python" -c 'import sys, numpy; print("Python", sys.version.split()[0], "NumPy", numpy.__version__)'), $(basename "$wheel")"
+  # From another folder, so that the wheel is tested and not the sources.
+  (cd yade-bridge/tests && "$python" -m pytest -q -p no:cacheprovider --rootdir . --ignore=yade .)
+done
+"$bin/python" -m mypy.stubtest concordem --mypy-config-file yade-bridge/pyproject.toml --allowlist yade-bridge/stubtest-allowlist.txt
+if [ "$what" = all ]; then
+  yade-bridge/tests/yade/run.sh
+fi

@@ -1,0 +1,28 @@
+"""Scenarios for all tests."""
+
+import concordem
+import pytest
+
+TWO = {
+    "packing": {"kind": "spheres", "spheres": [[0, 0, 0, "1 mm"], ["2 mm", 0, 0, "1 mm"]]},
+    "material": {
+        "name": "glass",
+        "density": "2500 kg/m^3",
+        "linear_bond": {"normal_stiffness": "1e6 N/m", "shear_stiffness": "3e5 N/m", "normal_strength": "20 N"},
+    },
+    "bonds": {"law": "linear_bond", "interaction_ratio": 1.1},
+    "contacts": {"law": "linear_bond"},
+    "stop": {"steps": 400},
+}
+
+
+@pytest.fixture
+def two() -> concordem.Scenario:
+    """Two bonded spheres."""
+    return concordem.Scenario(**TWO)
+
+
+@pytest.fixture
+def concrete() -> concordem.Scenario:
+    """About a thousand spheres of concrete in tension, until bonds break."""
+    return concordem.Scenario.template("cpm-small")

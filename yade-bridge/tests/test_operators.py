@@ -1,0 +1,146 @@
+"""Operators on arrays: identities, zero copies, refusals."""
+
+import concordem
+import numpy as np
+import pytest
+from concordem import operators as op
+
+RANDOM = np.random.default_rng(7)
+
+
+@pytest.fixture(scope="module")
+def cloud():
+    """Particles with contacts between near ones, and forces out of nothing."""
+    x = RANDOM.random((200, 3))
+    a, b = np.triu_indices(200, 1)
+    near = np.linalg.norm(x[b] - x[a], axis=1) < 0.25
+    a, b = a[near], b[near]
+    branch = x[b] - x[a]
+    point = x[a] + 0.4 * branch
+    force, moment = RANDOM.normal(size=branch.shape), RANDOM.normal(size=branch.shape)
+    return x, op.Contacts(np.stack([a, b], 1).astype(np.uint32), branch, point, force, moment)
+
+
+def test_region_stress_is_the_branch_sum(cloud):
+    x, c = cloud
+    found = op.region_stress(x, c, op.Region.all(2.0))
+    # Sums of a thousand terms: 1e-16 times their number.
+    assert np.allclose(found.stress, np.einsum("ci,cj->ij", c.branch, c.force) / 2.0, rtol=0, atol=1e-12)
+    assert found.full == len(c.pair) and found.partial == 0
+
+
+def test_particle_moments_add_up_to_the_branch_sum(cloud):
+    x, c = cloud
+    moments = op.particle_moments(x, c)
+    expected = np.zeros((200, 3, 3))
+    np.add.at(expected, c.pair[:, 0], np.einsum("ci,cj->cij", c.point - x[c.pair[:, 0]], c.force))
+    np.add.at(expected, c.pair[:, 1], np.einsum("ci,cj->cij", c.point - x[c.pair[:, 1]], -c.force))
+    assert np.allclose(moments, expected, atol=1e-13)
+    whole = op.region_stress(x, c, op.Region.all(1.0)).stress
+    assert np.allclose(moments.sum(0), whole, atol=1e-12)
+    assert np.allclose(op.region_stress_from_particles(x, moments, op.Region.all(1.0)), whole, atol=1e-12)
+    half = op.particle_moments(x, c, partition="half-branch").sum(0)
+    assert np.allclose(half, whole, atol=1e-12)
+
+
+def test_grids_of_regions_add_up(cloud):
+    x, c = cloud
+    boxes = op.Region.grid([-1, -1, -1], [2, 2, 2], [2, 3, 2])
+    total = sum(op.region_stress(x, c, box).stress * box.volume for box in boxes)
+    assert np.allclose(total, op.region_stress(x, c, op.Region.all(1.0)).stress, atol=1e-11)
+
+
+def test_affine_motion_is_found_exactly(cloud):
+    x, _ = cloud
+    gradient = np.array([[1e-3, 2e-3, 0], [-1e-3, 0, 3e-3], [0, 1e-3, -2e-3]])
+    u = x @ gradient.T + [0.1, 0.2, 0.3]
+    fit = op.affine_fit(x, u, op.Region.all(1.0))
+    assert np.allclose(fit.gradient, gradient, atol=1e-14)
+    assert np.allclose(fit.displacement(x), u, atol=1e-14)
+    assert np.allclose(fit.strain, (gradient + gradient.T) / 2, atol=1e-14)
+    mesh = op.delaunay(x)
+    for found in (op.cell_strain(mesh, x, u), op.bagi_strain(mesh, x, u)):
+        assert np.allclose(found.gradient, gradient, atol=1e-12)
+    assert np.allclose(op.boundary_strain(mesh, x, u), gradient, atol=1e-12)
+    assert mesh.cells.shape == (len(mesh), 4) and mesh.cells.max() == 199
+
+
+def test_power_balances(cloud):
+    x, c = cloud
+    v, w = RANDOM.normal(size=(200, 3)), RANDOM.normal(size=(200, 3))
+    fit = op.affine_fit(x, v, op.Region.all(1.0), rotation=w)
+    report = op.power(x, c, v, w, fit, 1.0)
+    assert abs(report.contacts - report.stress - report.couple - report.gap) < 1e-10 * abs(report.contacts)
+
+
+def test_couple_stresses_agree_where_they_should(cloud):
+    x, c = cloud
+    force, moment = op.resultants(x, c)
+    by_wrenches = op.couple_stress_from_resultants(x, force, moment, 1.0, [0.5, 0.5, 0.5])
+    conjugate = op.conjugate_stress(x, c, op.Region.box([-9, -9, -9], [9, 9, 9]), [0.5, 0.5, 0.5])
+    assert np.allclose(by_wrenches, conjugate.couple_stress * conjugate.volume, atol=1e-11)
+    assert conjugate.contacts == len(c.pair)
+
+
+def test_diagrams_fill_their_domain(cloud):
+    x, _ = cloud
+    diagram = op.power_diagram(x, np.zeros(200), low=[0, 0, 0], high=[1, 1, 1])
+    assert abs(diagram.volumes.sum() - 1.0) < 1e-12
+    assert op.solid_fraction(x, diagram.volumes, op.Region.all(1.0)) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_coarse_grained_mass_is_conserved(cloud):
+    x, c = cloud
+    grid = np.stack(np.meshgrid(*[np.linspace(-0.5, 1.5, 41)] * 3), -1).reshape(-1, 3)
+    fields = op.coarse_grain(x, c, np.ones(200), np.zeros((200, 3)), 0.3, grid)
+    # Sum over a grid of six points per support: the kernel's third derivative jumps at its end, error 1e-3.
+    assert fields.density.sum() * 0.05**3 == pytest.approx(200, rel=2e-3)
+
+
+def test_small_ones(cloud):
+    x, c = cloud
+    assert op.coordination(x, c).sum() == 2 * len(c.pair)
+    assert np.trace(op.fabric(x, c, op.Region.all(1.0)).tensor) == pytest.approx(1, abs=1e-12)
+    assert np.allclose(op.axial([[0, 1, 0], [0, 0, 1], [1, 0, 0]]), [1, 1, 1])
+    assert np.allclose(op.particle_volumes([1.0, 2.0]), 4 / 3 * np.pi * np.array([1, 8]))
+    normals = RANDOM.normal(size=(500, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    tensor = np.diag([0.1, 0.2, 0.3])
+    damage = np.einsum("ci,ij,cj->c", normals, tensor, normals)
+    assert np.allclose(op.damage_tensor(normals, damage, exact=True), tensor, atol=1e-12)
+    assert op.isotropic_moduli(3.0, 1.0, 1.0, 0.25) == pytest.approx((2.75 / 4.25, 0.75 / 4.25))
+    assert op.strength_damage(0.5, 2e-4, 1e-4) == 0.0
+    assert np.allclose(op.cosserat_strain(np.zeros((3, 3)), [0, 0, 1]), [[0, -1, 0], [1, 0, 0], [0, 0, 0]])
+    strain = op.particle_strain(np.diag([1.0, 0, 0]), 2.0, 0.25)
+    assert np.allclose(strain, np.diag([0.5, -0.125, -0.125]))
+    assert op.platen_strain(0.0, 1e-3, 0.1) == pytest.approx(1e-2)
+
+
+def test_refusals_name_what_is_wrong(cloud):
+    x, c = cloud
+    with pytest.raises(concordem.OperatorError, match="force") as caught:
+        op.region_stress(x, c._replace(force=c.force[:-1]), op.Region.all(1.0))
+    assert caught.value.kind == "Length" and isinstance(caught.value, ValueError)
+    with pytest.raises(concordem.OperatorError, match="particle 199"):
+        op.coordination(x[:-1], c._replace(pair=np.array([[0, 199]]), branch=x[:1], point=x[:1], force=x[:1], moment=None))
+    with pytest.raises(ValueError, match=r"\(n, 3\)"):
+        op.region_stress(x[:, :2], c, op.Region.all(1.0))
+    with pytest.raises(TypeError, match="float64"):
+        op.region_stress(x.astype(str), c, op.Region.all(1.0))
+    with pytest.raises(ValueError, match="-1"):
+        op.coordination(x, c._replace(pair=-np.ones((len(c.pair), 2), int)))
+    with pytest.raises(TypeError):
+        op.coordination(x, c._replace(pair=c.pair.astype(float)))
+    with pytest.raises(concordem.OperatorError, match="volume"):
+        op.region_stress(x, c, op.Region.all(0.0))
+    with pytest.raises(ValueError, match="half-crossing"):
+        op.region_stress(x, c, op.Region.all(1.0), truncation="half")
+
+
+def test_layout_and_type_do_not_matter(cloud):
+    x, c = cloud
+    wanted = op.region_stress(x, c, op.Region.all(1.0)).stress
+    lists = op.Contacts(*(column.tolist() for column in c))
+    fortran = op.Contacts(c.pair.astype(np.int64), *(np.asfortranarray(column) for column in c[1:]))
+    for other in (lists, fortran):
+        assert np.array_equal(op.region_stress(np.asfortranarray(x), other, op.Region.all(1.0)).stress, wanted)

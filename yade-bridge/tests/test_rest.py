@@ -1,0 +1,87 @@
+"""Packings, elastic constants, calibration, reading, documentation examples, other libraries in the process."""
+
+import doctest
+
+import concordem
+import concordem._types
+import numpy as np
+import pytest
+from concordem import packing
+
+
+def test_documentation_examples():
+    tried = 0
+    for module in (concordem, concordem.operators, packing, concordem._types):
+        outcome = doctest.testmod(module)
+        assert outcome.failed == 0
+        tried += outcome.attempted
+    assert tried > 15
+
+
+def test_lattices_and_files(tmp_path):
+    face = packing.lattice("face-centered", 0.5, (3, 3, 3))
+    # Touching spheres are neighbours up to rounding.
+    summary = packing.summary(*face, interaction_ratio=1.001)
+    assert summary.coordination == 12 and summary.packing_fraction == pytest.approx(np.pi / np.sqrt(18), abs=1e-12)
+    packing.write(tmp_path / "p.txt", *face)
+    back = packing.read(tmp_path / "p.txt")
+    assert np.array_equal(back.positions, face.positions) and np.array_equal(back.radii, face.radii)
+    assert np.array_equal(back.cell, face.cell)
+    with pytest.raises(ValueError, match="simple-cubic"):
+        packing.lattice("cubic", 0.5, (1, 1, 1))
+    with pytest.raises(concordem.PackingError):
+        packing.lattice("simple-cubic", -1.0, (1, 1, 1))
+
+
+def test_random_packings_are_dense_and_reproducible():
+    one = packing.random_dense(200, 1e-3, dispersion=0.2, seed=3, threads=1)
+    two = packing.random_dense(200, 1e-3, dispersion=0.2, seed=3, threads=2)
+    assert np.array_equal(one.positions, two.positions)
+    assert 0.60 < packing.summary(*one).packing_fraction < 0.68
+    assert sorted(packing.spatial_order(one.positions)) == list(range(200))
+
+
+
+
+def test_elastic_constants_and_calibration():
+    scenario = concordem.Scenario.template("cpm-periodic")
+    data = scenario.to_dict()
+    data["packing"]["count"] = 200
+    scenario = concordem.Scenario.from_dict(data)
+    answers = concordem.elastic_constants(scenario)
+    assert answers.static.young < answers.affine.young < 1.5 * answers.static.young
+    assert np.allclose(answers.static.stiffness @ answers.static.compliance, np.eye(6), atol=1e-12)
+    assert answers.relaxed is None and answers.links > 200
+    fit = concordem.calibrate_elastic(scenario, 30e9, 0.2)
+    assert fit.achieved.young == pytest.approx(30e9, rel=1e-9) and fit.achieved.poisson == pytest.approx(0.2, abs=1e-8)
+    data["material"][0]["cpm"]["young"] = fit.normal
+    data["material"][0]["cpm"]["shear_ratio"] = fit.shear_ratio
+    again = concordem.elastic_constants(concordem.Scenario.from_dict(data)).static
+    # Of the static solution's residual, 1e-11, the constants have the square; the search for Poisson's ratio ends at 1e-9.
+    assert again.young == pytest.approx(30e9, rel=1e-7) and again.poisson == pytest.approx(0.2, abs=1e-7)
+    with pytest.raises(concordem.CalibrationError, match="out of reach"):
+        concordem.calibrate_elastic(scenario, 30e9, 0.45)
+    with pytest.raises(concordem.StaticsError, match="periodic"):
+        concordem.elastic_constants(concordem.Scenario.template("cpm-small"))
+
+
+def test_results_beside_h5py_and_vtk(tmp_path):
+    """Each of the three brings or loads an HDF5 of its own; in one process they must not meet."""
+    h5py = pytest.importorskip("h5py")
+    vtk = pytest.importorskip("vtk")
+    assert vtk.vtkVersion.GetVTKVersion()
+    with h5py.File(tmp_path / "theirs.h5", "w") as file:
+        file["x"] = np.arange(3.0)
+    simulation = concordem.Scenario.template("hertz-impact").simulation()
+    simulation.step(5)
+    simulation.save(tmp_path / "ours.h5")
+    with h5py.File(tmp_path / "ours.h5") as file:
+        assert np.array_equal(file["state/particles/position"][:].reshape(-1, 3), simulation.state.positions)
+    assert concordem.Simulation.load(tmp_path / "ours.h5").state_hash() == simulation.state_hash()
+    with h5py.File(tmp_path / "theirs.h5") as file:
+        assert file["x"][2] == 2
+
+
+def test_results_that_are_not(tmp_path):
+    with pytest.raises(concordem.ResultError, match="missing"):
+        concordem.Result(tmp_path / "missing.h5")

@@ -1,0 +1,209 @@
+"""Simulations: the same bits however they are driven, views that stay valid, interruption."""
+
+import _thread
+import gc
+import subprocess
+import sys
+import threading
+import time
+import weakref
+
+import concordem
+import numpy as np
+import pytest
+
+
+def test_run_and_step_and_threads_give_the_same_bits(concrete):
+    whole = concrete.simulation(threads=1)
+    whole.step(300)
+    parts = concrete.simulation(threads=2)
+    for count in (1, 9, 190, 100):
+        parts.step(count)
+    assert whole.state_hash() == parts.state_hash()
+    assert np.array_equal(whole.samples, parts.samples)
+
+
+def test_the_program_and_python_agree(concrete, tmp_path):
+    text = concrete.text
+    assert "[stop]" in text
+    data = concrete.to_dict()
+    data["stop"] = {"steps": 60}
+    scenario = concordem.Scenario.from_dict(data)
+    (tmp_path / "s.toml").write_text(scenario.text)
+    command = [sys.executable, "-m", "concordem", "run", "--quiet", str(tmp_path / "s.toml")]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    result = concordem.Result(tmp_path / "s.h5")
+    simulation = scenario.simulation()
+    assert simulation.run() == "steps"
+    assert result.state_hash == simulation.state_hash()
+    for name in result.samples.dtype.names:
+        assert np.array_equal(result.samples[name], simulation.samples[name]), name
+    assert concordem.units(result.samples) == concordem.units(simulation.samples)
+    assert len(result.events) == len(simulation.events)
+    assert result.laws == ["cpm", "unbonded"] or "cpm" in result.laws
+    assert result.table("particles")["position"].shape == (len(simulation.state), 3)
+    assert "version" in result.scenario_text and result.provenance
+
+
+def test_checkpoints_go_on_with_the_same_bits(concrete, tmp_path):
+    straight = concrete.simulation()
+    straight.step(80)
+    straight.save(tmp_path / "half.h5")
+    loaded = concordem.Simulation.load(tmp_path / "half.h5")
+    assert loaded.state.step == 80 and loaded.state_hash() == straight.state_hash()
+    straight.step(40)
+    loaded.step(40)
+    assert loaded.state_hash() == straight.state_hash()
+    (tmp_path / "half.h5").write_bytes(b"no checkpoint")
+    with pytest.raises(concordem.ResultError):
+        concordem.Simulation.load(tmp_path / "half.h5")
+
+
+def test_views_show_what_happens_and_outlive_the_simulation(two):
+    simulation = two.simulation()
+    positions, velocities = simulation.state.positions, simulation.state.velocities
+    address = positions.ctypes.data
+    before = positions.copy()
+    simulation.state.writable("velocities")[1] = [20.0, 0, 0]
+    assert velocities[1, 0] == 20.0
+    # The bond breaks on the way, contacts are found anew, and the arrays stay where they are.
+    simulation.step(300)
+    assert simulation.state.bond_count == 0 and len(simulation.events) >= 1
+    assert simulation.state.positions.ctypes.data == address
+    assert not np.array_equal(positions, before)
+    alive = weakref.ref(simulation)
+    last = positions.copy()
+    del simulation
+    gc.collect()
+    assert alive() is not None, "a view keeps its simulation"
+    assert np.array_equal(positions, last)
+    del positions, velocities
+    gc.collect()
+    assert alive() is None, "and lets it go"
+
+
+def test_views_are_read_only_unless_asked(two):
+    state = two.simulation().state
+    names = ["ids", "positions", "velocities", "angular_velocities", "orientations", "radii", "masses", "inertias"]
+    for name in names + ["materials", "clumps", "tags"]:
+        view = getattr(state, name)
+        assert not view.flags.writeable and not view.flags.owndata, name
+        with pytest.raises(ValueError):
+            view[0] = 0
+        with pytest.raises(ValueError):
+            view.flags.writeable = True
+    assert state.writable("positions").flags.writeable
+    with pytest.raises(ValueError, match="radii"):
+        state.writable("radii")
+
+
+def test_tables_of_contacts_are_copies_with_units(concrete):
+    simulation = concrete.simulation()
+    simulation.step(50)
+    table = simulation.state.contacts()["cpm"]
+    assert len(table) == simulation.state.bond_count
+    units = concordem.units(table)
+    assert units["area"] == "m^2" and units["kappa"] == "1" and units["normal"] == "1"
+    kept = table.copy()
+    simulation.step(50)
+    assert np.array_equal(table, kept), "what was read does not change"
+    x, ids = simulation.state.positions, simulation.state.ids
+    assert np.array_equal(ids[table["index_a"]], table["a"])
+    # The strain of the table is that of the step; one step later lengths have changed by 1e-6 of themselves at most.
+    table = simulation.state.contacts()["cpm"]
+    length = np.linalg.norm(x[table["index_b"]] - x[table["index_a"]], axis=1)
+    assert np.allclose(length, table["length"], rtol=1e-5)
+    assert np.allclose(table["length"] / table["reference_length"] - 1, table["normal_strain"], atol=1e-12)
+
+
+def test_forces_balance_what_the_solver_found(concrete):
+    simulation = concrete.simulation()
+    simulation.step(50)
+    contacts = simulation.forces().contacts
+    force, moment = concordem.operators.resultants(simulation.state.positions, contacts)
+    simulation.step(1)
+    net, torque = simulation.net_forces()
+    # The same contact forces, added in another order: rounding of some twelve terms of the largest size.
+    scale = np.abs(contacts.force).max()
+    assert np.abs(net - force).max() < 1e-14 * scale * 12
+    assert np.abs(torque - moment).max() < 1e-14 * scale * 12 * simulation.state.radii.max()
+
+
+def test_a_key_press_leaves_a_state_that_goes_on(concrete):
+    simulation = concrete.simulation(threads=1)
+    timer = threading.Timer(0.4, _thread.interrupt_main)
+    timer.start()
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        simulation.step(10_000_000)
+    assert time.monotonic() - start < 5.0, "looks at signals every 50 ms; the rest is for a busy machine"
+    done = simulation.state.step
+    assert done > 0
+    simulation.step(10)
+    other = concrete.simulation(threads=1)
+    other.step(done + 10)
+    assert other.state_hash() == simulation.state_hash()
+
+
+def test_progress_functions_see_the_run_and_may_end_it(concrete):
+    simulation = concrete.simulation(threads=1)
+    seen = []
+
+    def report(text, share):
+        seen.append((text, share, simulation.state.step))
+        if len(seen) == 2:
+            raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        simulation.step(10_000_000, progress=report)
+    assert 0 < seen[0][2] < seen[1][2] and "strain" in seen[0][0]
+    with pytest.raises(TypeError, match="progress"):
+        simulation.step(1, progress="yes")
+
+
+def test_other_threads_of_python_run_and_are_told_to_wait(concrete):
+    simulation = concrete.simulation(threads=1)
+    outcome = []
+
+    def run():
+        try:
+            simulation.step(2000)
+        except KeyboardInterrupt:
+            pass
+        outcome.append("done")
+
+    worker = threading.Thread(target=run)
+    worker.start()
+    refused = counted = 0
+    while worker.is_alive():
+        counted += 1
+        try:
+            simulation.state.step
+        except RuntimeError as error:
+            assert "running" in str(error)
+            refused += 1
+    worker.join()
+    assert outcome == ["done"] and refused > 0 and counted > 10
+
+
+def test_runs_without_an_end_are_refused(two):
+    data = two.to_dict()
+    del data["stop"]
+    with pytest.raises(concordem.ScenarioError, match="nothing ever stops"):
+        concordem.Scenario.from_dict(data)
+
+
+def test_motion_that_is_not_finite_is_an_error(two):
+    simulation = two.simulation()
+    simulation.state.writable("velocities")[0, 0] = np.nan
+    with pytest.raises(concordem.SolverError) as caught:
+        simulation.step(2)
+    assert caught.value.kind == "Solver" or caught.value.kind == "NotFinite"
+
+
+def test_a_packing_is_unwound_when_interrupted():
+    scenario = concordem.Scenario.template("cpm-specimen-tension")
+    timer = threading.Timer(0.5, _thread.interrupt_main)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        scenario.simulation(threads=1)

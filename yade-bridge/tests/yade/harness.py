@@ -1,0 +1,42 @@
+"""The least of a test runner: YADE's Python has no pytest of its own, and tests want a fresh scene each."""
+
+import sys
+import traceback
+
+
+def main(namespace):
+    """Run every function test_*; the last line printed tells that all of them passed."""
+    failed = 0
+    for name, function in list(namespace.items()):
+        if not name.startswith("test_") or not callable(function):
+            continue
+        try:
+            function()
+            print("ok", name)
+        except Exception:
+            failed += 1
+            print("FAILED", name)
+            traceback.print_exc()
+    sys.stdout.flush()
+    if failed:
+        sys.exit(1)
+    print("ALL TESTS PASSED")
+    sys.stdout.flush()
+
+
+class raises:
+    """That a block raises an error whose text holds `text`."""
+
+    def __init__(self, kind, text=""):
+        self.kind, self.text, self.value = kind, text, None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, value, trace):
+        assert kind is not None, "nothing was raised"
+        self.value = value
+        if not issubclass(kind, self.kind):
+            return False
+        assert self.text in str(value), f"{self.text!r} is not in {value}"
+        return True
