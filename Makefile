@@ -4,11 +4,12 @@ CONCORDEM := target/release/concordem
 DEMO := demo
 SCENARIOS := rust-core/src/scenario/templates
 
-.PHONY: help demo test check bench docs validate-full clean-demo
+.PHONY: help demo liggghts test check bench docs validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
-	@echo "make test           all tests, against the real YADE too"
+	@echo "make liggghts       the styles for LIGGGHTS and their launcher, into target/liggghts"
+	@echo "make test           all tests, against the real YADE and LIGGGHTS too"
 	@echo "make check          formatting and lints"
 	@echo "make bench          speed of laws, neighbour search, and whole steps; ratio to YADE"
 	@echo "make docs           documentation of the library, into target/doc"
@@ -28,12 +29,17 @@ demo: $(CONCORDEM)
 	@echo
 	@echo "The report is $(abspath $(DEMO)/report.html); the results beside it open in ParaView, h5py, and concordem info."
 
+liggghts:
+	.ci/setup liggghts
+	liggghts-bridge/build
+
 clean-demo:
 	rm -rf $(DEMO)
 
 test:
 	.ci/setup test
 	$(CARGO) build --release -p concordem
+	liggghts-bridge/build
 	$(CARGO) test --release --workspace --exclude concordem-python
 	tests/golden/yade/check_gold.sh
 	tests/results_read_back.sh

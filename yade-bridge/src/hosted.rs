@@ -425,7 +425,8 @@ impl Hosted {
         state.clock.dt = dt;
         gather(state, host, *needs_rotation, dt)?;
         let pool = self.pool.as_ref();
-        let report = py.detach(|| inside(pool, || solver.contact_step(state, false))).or_raise()?;
+        let report = py.detach(|| inside(pool, || solver.find_forces(state, false))).or_raise()?;
+        state.clock.step += 1;
         let this = host.forces as *mut std::ffi::c_void;
         for (p, (force, torque)) in solver.forces().iter().zip(solver.torques()).enumerate() {
             let id = state.particles.id[p] as i32;

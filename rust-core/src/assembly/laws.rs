@@ -4,7 +4,7 @@ use crate::law::{
     BeamModel, CohesiveBeam, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, HertzMindlin,
     LinearBond, Section,
 };
-use crate::scenario::{self, ContactLawName, LawName, Scenario};
+use crate::scenario::{self, ContactLawName, LawName};
 use crate::solver::MaterialRows;
 use crate::solver::forces::EvaluatedContacts;
 use crate::state::contacts::ContactBlock;
@@ -24,35 +24,50 @@ trait FromTables: ContactLaw {
 }
 
 /// A block without contacts, and which of its rows serves which materials.
-type BlockAndRows = (Box<dyn EvaluatedContacts>, MaterialRows);
+pub type BlockAndRows = (Box<dyn EvaluatedContacts>, MaterialRows);
 
-/// A block of law `law` without contacts, with all its rows, and which row serves which materials.
-pub(super) fn block(law: LawName, scenario: &Scenario) -> Result<BlockAndRows, AssemblyError> {
+/// A block of law `law` without contacts, with all its rows, and which row serves which pairs of `materials`. Pairs of
+/// which one has no table of the law get no row.
+pub fn block(
+    law: LawName,
+    materials: &[scenario::Material],
+    interfaces: &[scenario::Interface],
+) -> Result<BlockAndRows, AssemblyError> {
     match law {
-        LawName::Cpm => table::<Cpm>(scenario),
-        LawName::LinearBond => table::<LinearBond>(scenario),
-        LawName::CohesiveBeam => table::<CohesiveBeam>(scenario),
-        LawName::Frictional => table::<Frictional>(scenario),
-        LawName::HertzMindlin => table::<HertzMindlin>(scenario),
+        LawName::Cpm => table::<Cpm>(materials, interfaces),
+        LawName::LinearBond => table::<LinearBond>(materials, interfaces),
+        LawName::CohesiveBeam => table::<CohesiveBeam>(materials, interfaces),
+        LawName::Frictional => table::<Frictional>(materials, interfaces),
+        LawName::HertzMindlin => table::<HertzMindlin>(materials, interfaces),
     }
 }
 
-/// Like [`block`], for contacts without a bond.
-pub(super) fn contact_block(law: ContactLawName, scenario: &Scenario) -> Result<Option<BlockAndRows>, AssemblyError> {
+/// Like [`block`], for contacts without a bond; nothing for [`ContactLawName::None`].
+pub fn contact_block(
+    law: ContactLawName,
+    materials: &[scenario::Material],
+    interfaces: &[scenario::Interface],
+) -> Result<Option<BlockAndRows>, AssemblyError> {
     match law {
         ContactLawName::None => Ok(None),
-        ContactLawName::LinearBond => table::<Frictional>(&after_linear_bond(scenario)).map(Some),
-        other => other.law().map(|law| block(law, scenario)).transpose(),
+        ContactLawName::LinearBond => {
+            let (mut materials, mut interfaces) = (materials.to_vec(), interfaces.to_vec());
+            after_linear_bond(&mut materials, &mut interfaces);
+            table::<Frictional>(&materials, &interfaces).map(Some)
+        }
+        other => other.law().map(|law| block(law, materials, interfaces)).transpose(),
     }
 }
 
-fn table<L: FromTables>(scenario: &Scenario) -> Result<BlockAndRows, AssemblyError> {
-    let materials = &scenario.materials;
+fn table<L: FromTables>(
+    materials: &[scenario::Material],
+    interfaces: &[scenario::Interface],
+) -> Result<BlockAndRows, AssemblyError> {
     let mut rows = Vec::new();
     let mut map = MaterialRows::new(materials.len());
     for (i, a) in materials.iter().enumerate() {
         for (j, b) in materials.iter().enumerate().skip(i) {
-            let interface = scenario.interfaces.iter().find(|interface| {
+            let interface = interfaces.iter().find(|interface| {
                 let [x, y] = &interface.between;
                 (x == &a.name && y == &b.name) || (x == &b.name && y == &a.name)
             });
@@ -252,9 +267,9 @@ impl FromTables for HertzMindlin {
     }
 }
 
-/// The scenario with every linear bond's table read as that of the frictional contact of the same stiffness: what
-/// pairs without a bond do under the law `linear_bond`.
-fn after_linear_bond(scenario: &Scenario) -> Scenario {
+/// Read every linear bond's table as that of the frictional contact of the same stiffness: what pairs without a bond do
+/// under the law `linear_bond`.
+fn after_linear_bond(materials: &mut [scenario::Material], interfaces: &mut [scenario::Interface]) {
     let convert = |table: &Option<scenario::LinearBond>| {
         table.as_ref().map(|t| scenario::Frictional {
             young: None,
@@ -265,12 +280,10 @@ fn after_linear_bond(scenario: &Scenario) -> Scenario {
             damping_ratio: t.damping_ratio,
         })
     };
-    let mut converted = scenario.clone();
-    for material in &mut converted.materials {
+    for material in materials {
         material.frictional = convert(&material.linear_bond);
     }
-    for interface in &mut converted.interfaces {
+    for interface in interfaces {
         interface.frictional = convert(&interface.linear_bond);
     }
-    converted
 }

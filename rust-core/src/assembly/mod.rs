@@ -1,7 +1,7 @@
 //! From a scenario to a state, a model, and a plan.
 
 pub mod bonding;
-mod laws;
+pub mod laws;
 mod loading;
 pub mod packing;
 mod place;
@@ -255,7 +255,7 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
     let mut bulk = None;
     if let Some(section) = &scenario.bonds {
         progress("bonding", 0.0);
-        let (mut block, rows) = laws::block(section.law, scenario)?;
+        let (mut block, rows) = laws::block(section.law, &scenario.materials, &scenario.interfaces)?;
         let mut ratio = section.interaction_ratio.si();
         if let Some(coordination) = section.coordination {
             let whole = placed.unit.as_ref().unwrap_or(&placed.packing);
@@ -270,7 +270,8 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
         bonds = bonding::bond(block.contacts_mut(), &rows, &state.particles, state.cell.as_ref(), ratio)?;
         state.bonds.push(block);
     }
-    if let Some((block, rows)) = laws::contact_block(scenario.contacts.law, scenario)? {
+    if let Some((block, rows)) = laws::contact_block(scenario.contacts.law, &scenario.materials, &scenario.interfaces)?
+    {
         model.wall_rows = rows.clone();
         model.contact_rows = rows;
         if !scenario.walls.is_empty() || matches!(scenario.loading, scenario::Loading::Platens { .. }) {

@@ -19,7 +19,8 @@ use crate::solver::walls;
 use crate::state::contacts::{ContactBlock, Contacts, Link, Pair};
 use crate::state::{Cell, Particles, Wall};
 
-/// Particles per tile.
+/// Particles per tile; a solver that evaluates a share of a distributed computation has one tile instead
+/// ([`Solver::for_share`](super::Solver::for_share)).
 pub const TILE: usize = 1024;
 
 /// Force and torque.
@@ -129,6 +130,8 @@ impl Tally {
 /// Division of one block into tiles, and where the halo goes. Scratch: rebuilt whenever the contacts change.
 #[derive(Debug, Clone, Default)]
 pub struct TileMap {
+    /// Particles per tile.
+    tile: usize,
     /// First contact of each tile, and the end.
     contact_start: Vec<u32>,
     /// First halo slot of each tile, and the end.
@@ -144,9 +147,9 @@ pub struct TileMap {
 }
 
 impl TileMap {
-    /// Map of a block sorted by A.
-    pub fn new(block: &dyn Contacts, particle_count: usize) -> Self {
-        let tiles = particle_count.div_ceil(TILE).max(1);
+    /// Map of a block sorted by A, for tiles of `tile` particles.
+    pub fn new(block: &dyn Contacts, particle_count: usize, tile_length: usize) -> Self {
+        let tiles = particle_count.div_ceil(tile_length).max(1);
         let mut contact_start = Vec::with_capacity(tiles + 1);
         let mut halo_start = Vec::with_capacity(tiles + 1);
         let mut target_count = vec![0u32; particle_count + 1];
@@ -155,13 +158,13 @@ impl TileMap {
         for tile in 0..tiles {
             contact_start.push(k as u32);
             halo_start.push(targets.len() as u32);
-            let end = (tile + 1) * TILE;
+            let end = (tile + 1) * tile_length;
             while k < count {
                 let pair = block.view(k).pair;
                 if pair.a as usize >= end {
                     break;
                 }
-                if !is_local(pair.b, tile * TILE, TILE) {
+                if !is_local(pair.b, tile * tile_length, tile_length) {
                     targets.push(pair.b);
                     target_count[pair.b as usize + 1] += 1;
                 }
@@ -180,7 +183,7 @@ impl TileMap {
             target_count[target as usize] += 1;
         }
         let halo = vec![Wrench::default(); targets.len()];
-        Self { contact_start, halo_start, target_start, slots, halo, dyad_halo: Vec::new() }
+        Self { tile: tile_length, contact_start, halo_start, target_start, slots, halo, dyad_halo: Vec::new() }
     }
 
     /// Halo contributions to particle `p`, in order.
@@ -248,6 +251,7 @@ pub trait EvaluatedContacts: Contacts {
 
 struct Tile<'a, L: ContactLaw> {
     base: usize,
+    length: usize,
     pair: &'a [Pair],
     link: &'a mut [Link],
     reference: &'a mut [Reference],
@@ -281,11 +285,13 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
         let mut frame = &mut self.frame[..];
         let mut history = &mut self.history[..];
         let mut halo = &mut map.halo[..];
-        for (t, (force, torque)) in force.chunks_mut(TILE).zip(torque.chunks_mut(TILE)).enumerate() {
+        let length = map.tile;
+        for (t, (force, torque)) in force.chunks_mut(length).zip(torque.chunks_mut(length)).enumerate() {
             let contacts = (map.contact_start[t + 1] - map.contact_start[t]) as usize;
             let slots = (map.halo_start[t + 1] - map.halo_start[t]) as usize;
             tiles.push(Tile::<L> {
-                base: t * TILE,
+                base: t * length,
+                length,
                 pair: pair.split_off(..contacts).unwrap_or_default(),
                 link: link.split_off_mut(..contacts).unwrap_or_default(),
                 reference: reference.split_off_mut(..contacts).unwrap_or_default(),
@@ -294,7 +300,7 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
                 force,
                 torque,
                 halo: halo.split_off_mut(..slots).unwrap_or_default(),
-                dyads: dyads.split_off_mut(..TILE.min(dyads.len())).unwrap_or_default(),
+                dyads: dyads.split_off_mut(..length.min(dyads.len())).unwrap_or_default(),
                 dyad_halo: dyad_halo.split_off_mut(..slots.min(dyad_halo.len())).unwrap_or_default(),
             });
         }
@@ -395,7 +401,7 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bo
     while k < count {
         let mut waiting = 0;
         while k < count && waiting < BATCH {
-            let slot = if is_local(queue.tile.pair[k].b, queue.tile.base, TILE) {
+            let slot = if is_local(queue.tile.pair[k].b, queue.tile.base, queue.tile.length) {
                 LOCAL
             } else {
                 next_slot += 1;
@@ -547,14 +553,18 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         let response = self.rows[link.row as usize].respond(kinematics, history, self.context.dt);
         let point = kinematics.point();
         let (normal, arm_a, arm_b) = (point.normal, point.arm_a, point.arm_b);
-        if begins && link.has(Link::KEPT_REFERENCE) && point.elongation_old < 0.0 {
+        if begins && link.has(Link::KEPT_REFERENCE) && !link.has(Link::COUNTED_ELSEWHERE) && point.elongation_old < 0.0
+        {
             tally.energy.damage -= taken_over(*point, response.force, response.energy);
         }
         self.tile.frame[k] = Frame { normal, length: point.length };
-        tally.energy.damage += response.energy.damage;
-        tally.energy.friction += response.energy.friction;
-        tally.energy.viscous += response.energy.viscous;
-        tally.energy.integration += response.energy.integration;
+        let counted = !link.has(Link::COUNTED_ELSEWHERE);
+        if counted {
+            tally.energy.damage += response.energy.damage;
+            tally.energy.friction += response.energy.friction;
+            tally.energy.viscous += response.energy.viscous;
+            tally.energy.integration += response.energy.integration;
+        }
         if response.fate != Fate::Lives {
             end(link, history, response.fate, response.state);
             if response.fate == Fate::Broke {
@@ -573,16 +583,16 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             let place = self.context.poses[a].position + normal * arm_a;
             note(&mut tally.incidents, pair, damage, place, response.energy, false);
         }
-        tally.active += 1;
+        tally.active += u64::from(counted);
         let force = response.force;
-        if SAMPLE {
+        if SAMPLE && counted {
             tally.energy.stored_normal += response.energy.stored_normal;
             tally.energy.stored_shear += response.energy.stored_shear;
             tally.energy.stored_bending += response.energy.stored_bending;
             tally.energy.stored_twist += response.energy.stored_twist;
             tally.force_squared += force.norm_squared();
         }
-        if PERIODIC {
+        if PERIODIC && counted {
             tally.virial += (normal * point.length) * force.transpose();
             if link.image != [0, 0, 0] {
                 let i = link.image;

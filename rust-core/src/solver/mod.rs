@@ -200,14 +200,39 @@ pub struct Solver {
     gradient_change: Option<Mat3>,
     targets: Option<Vec<(Vec3, Vec3)>>,
     searches: u64,
+    /// Particles per tile.
+    tile: usize,
+    /// Which particles are of this solver's share, see [`Self::for_share`]; empty: all.
+    owned: Vec<bool>,
 }
 
 impl Solver {
     /// A solver for `state`.
     pub fn new(model: Model, state: &mut State) -> Result<Self, SolverError> {
+        Self::with_tiles(model, state, forces::TILE, Vec::new())
+    }
+
+    /// A solver that finds the forces of one share of a distributed computation ([`Self::find_forces`]); motion is its host's.
+    ///
+    /// `owned` tells which particles are of this share; the others are copies of neighbours from other shares. The state
+    /// must hold every contact of an owned particle. A contact of particles from two shares is evaluated in both, which
+    /// finds the same bits, and its energies are counted where A is owned (elsewhere the link has
+    /// [`Link::COUNTED_ELSEWHERE`], which the search sets on the contacts it begins; on bonds the host sets it). Net forces
+    /// are complete on owned particles only.
+    ///
+    /// Contacts are added in the order of their pairs, one after the other. With particles in the order of names that
+    /// all shares know, the net forces do not depend on how the particles are shared out, not by a bit.
+    pub fn for_share(model: Model, state: &mut State, owned: Vec<bool>) -> Result<Self, SolverError> {
+        let tile = state.particles.len().max(1);
+        Self::with_tiles(model, state, tile, owned)
+    }
+
+    fn with_tiles(model: Model, state: &mut State, tile: usize, owned: Vec<bool>) -> Result<Self, SolverError> {
         let n = state.particles.len();
         let mut solver = Self {
             model,
+            tile,
+            owned,
             bond_maps: Vec::new(),
             contact_map: TileMap::default(),
             verlet: None,
@@ -349,7 +374,8 @@ impl Solver {
                         .contact_rows
                         .get(particles.material[pair.a as usize], particles.material[pair.b as usize])
                 {
-                    let link = Link { row, flags: Link::KEPT_REFERENCE, image, padding: 0 };
+                    let flags = Link::KEPT_REFERENCE | self.elsewhere(pair);
+                    let link = Link { row, flags, image, padding: 0 };
                     block.push(pair, link, reference, frame);
                     bonded.push((pair, image));
                 }
@@ -365,16 +391,19 @@ impl Solver {
                 if particles.clump[a] == particles.clump[b] && particles.clump[a] != u32::MAX {
                     continue;
                 }
+                if !self.owned.is_empty() && !self.owned[a] && !self.owned[b] {
+                    continue;
+                }
                 let Some(row) = self.model.contact_rows.get(particles.material[a], particles.material[b]) else {
                     continue;
                 };
                 let shift = state.cell.map_or(Vec3::zeros(), |cell| cell.shift(candidate.image));
                 let frame = sphere_sphere::fresh_frame(&particles.position[a], &particles.position[b], &shift);
-                let link = Link { row, flags: 0, image: candidate.image, padding: 0 };
+                let link = Link { row, flags: self.elsewhere(pair), image: candidate.image, padding: 0 };
                 block.push(pair, link, crate::law::Reference::default(), frame);
             }
             block.sort();
-            self.contact_map = TileMap::new(block, n);
+            self.contact_map = TileMap::new(block, n, self.tile);
         }
         if let Some(block) = &mut state.wall_contacts {
             let wall_skin = skin + self.strain_margin * largest;
@@ -382,12 +411,18 @@ impl Solver {
                 .map_err(neighbor)?;
         }
         self.wall_positions = state.walls.iter().map(|wall| wall.displacement).collect();
-        self.bond_maps = state.bonds.iter().map(|block| TileMap::new(block.contacts(), n)).collect();
+        self.bond_maps = state.bonds.iter().map(|block| TileMap::new(block.contacts(), n, self.tile)).collect();
         self.verlet = (state.contacts.is_some() || state.wall_contacts.is_some()).then(|| {
             // The longest distance that matters is that of touching spheres.
             VerletList::new(&state.particles.position, state.cell.as_ref(), skin, 2.0 * largest * widest)
         });
         Ok(())
+    }
+
+    /// The flag of a contact that begins and is counted in another share, if it is.
+    fn elsewhere(&self, pair: Pair) -> u8 {
+        let counted = self.owned.is_empty() || self.owned[pair.a as usize];
+        if counted { 0 } else { Link::COUNTED_ELSEWHERE }
     }
 
     fn needs_search(&self, state: &State, strain: f64) -> bool {
@@ -444,6 +479,52 @@ impl Solver {
         Ok(forces)
     }
 
+    /// For hosts that integrate the motion themselves: forces at the present positions ([`Self::forces`],
+    /// [`Self::torques`]), to which the host has moved the particles (with the velocities, and `rotation_increment` and
+    /// orientation, of the step that led there). Histories advance by one step; pairs whose bond broke are handed to the
+    /// unbonded contacts. Clock, ledger, walls, cell, and external loads are left to the host. [`Self::step`] is this
+    /// followed by kick and drift, with the same bits.
+    ///
+    /// With `sample`, stored energies are summed up, too; see [`Self::step_with`].
+    pub fn find_forces(&mut self, state: &mut State, sample: bool) -> Result<StepReport, SolverError> {
+        let mut report = StepReport::default();
+        let (_, strain) = self.search_and_evaluate(state, sample, &mut report)?;
+        if report.incidents.iter().any(|(_, incident)| incident.broke) {
+            self.search(state, strain)?;
+        }
+        Ok(report)
+    }
+
+    /// The part of a step before the kick: strains, neighbours, forces, and particles that fail. Returns
+    /// `Σ f⊗image` over contacts across the periodic border and the largest strain.
+    fn search_and_evaluate(
+        &mut self,
+        state: &mut State,
+        sample: bool,
+        report: &mut StepReport,
+    ) -> Result<(Mat3, f64), SolverError> {
+        let mut strain = self.begin_deformation(state);
+        if self.needs_search(state, strain) {
+            self.search(state, strain)?;
+            report.searched = true;
+        }
+        state.particles.poses(&mut self.poses);
+        let crossing = if deformation::iteration(self.model.deformable.as_ref()).is_some() {
+            self.evaluate_iterated(state, sample, report, &mut strain)?
+        } else {
+            self.evaluate(state, sample, report)
+        };
+        if self.model.deformable.is_some() {
+            report.deformation = self.pass.finish(&mut state.particles, &self.force);
+        }
+        if self.model.hydrostatic_strength.is_active()
+            && let Some(stress) = virial::mean_stress(state, self.model.hydrostatic_strength.planar)
+        {
+            virial::release(state, &self.model.hydrostatic_strength, &stress);
+        }
+        Ok((crossing, strain))
+    }
+
     /// Advance the state by one step: forces at the present positions, kick, drift.
     pub fn step(&mut self, state: &mut State) -> Result<StepReport, SolverError> {
         self.step_with(state, true)
@@ -455,8 +536,8 @@ impl Solver {
         let mut report = StepReport::default();
         // The first step sets the ledger's initial energy.
         let sample = sample || !state.ledger.started;
-        let (crossing, strain) = self.find_forces(state, sample, &mut report)?;
         let dt = state.clock.dt;
+        let (crossing, strain) = self.search_and_evaluate(state, sample, &mut report)?;
         let bonds_changed = report.incidents.iter().any(|(_, incident)| incident.broke);
         // What the damping remembers; particles that come into it start from nothing.
         let remembered = if self.model.damping.remembers() { state.particles.len() } else { 0 };
@@ -522,54 +603,6 @@ impl Solver {
             self.search(state, strain)?;
         }
         Ok(report)
-    }
-
-    /// Contact forces and torques at the present positions, to be had from [`Self::forces`] and [`Self::torques`]; histories
-    /// advance by one step, and the clock counts it. For hosts that move the particles themselves.
-    ///
-    /// Before the call `state.particles` holds where the host's step has brought the particles: positions at its end,
-    /// velocities and rotation increments of the step itself (the half step of leapfrog), and the cell as it is at its end.
-    /// What the host does is left out: gravity, loads, damping, motion of walls and cell, ledger.
-    /// [`Self::step`] is this followed by kick and drift, with the same bits.
-    pub fn contact_step(&mut self, state: &mut State, sample: bool) -> Result<StepReport, SolverError> {
-        let mut report = StepReport::default();
-        let (_, strain) = self.find_forces(state, sample, &mut report)?;
-        state.clock.step += 1;
-        if report.incidents.iter().any(|(_, incident)| incident.broke) {
-            self.search(state, strain)?;
-        }
-        Ok(report)
-    }
-
-    /// The part of a step before the kick: strains, neighbours, forces, and particles that fail. Returns what
-    /// [`Self::evaluate`] does, and the largest strain.
-    fn find_forces(
-        &mut self,
-        state: &mut State,
-        sample: bool,
-        report: &mut StepReport,
-    ) -> Result<(Mat3, f64), SolverError> {
-        let mut strain = self.begin_deformation(state);
-        if self.needs_search(state, strain) {
-            self.search(state, strain)?;
-            report.searched = true;
-        }
-        state.particles.poses(&mut self.poses);
-        let crossing = if deformation::iteration(self.model.deformable.as_ref()).is_some() {
-            self.evaluate_iterated(state, sample, report, &mut strain)?
-        } else {
-            self.evaluate(state, sample, report)
-        };
-        if self.model.deformable.is_some() {
-            report.deformation = self.pass.finish(&mut state.particles, &self.force);
-        }
-
-        if self.model.hydrostatic_strength.is_active()
-            && let Some(stress) = virial::mean_stress(state, self.model.hydrostatic_strength.planar)
-        {
-            virial::release(state, &self.model.hydrostatic_strength, &stress);
-        }
-        Ok((crossing, strain))
     }
 
     /// All contact forces at the present positions and strains: net forces and torques, dyads, and the report's sums;

@@ -1,7 +1,7 @@
 //! The solver against closed forms and itself.
 
 use super::*;
-use crate::law::{LinearBond, Reference};
+use crate::law::{ContactStiffness, Frictional, LinearBond, Reference};
 use crate::math::Vec3;
 use crate::state::contacts::ContactBlock;
 use crate::state::{Constraint, Particles, Sphere};
@@ -136,7 +136,8 @@ fn a_host_that_moves_the_particles_gets_the_same_bits() {
     for _ in 0..200 {
         let report = solver.step_with(&mut own, false).unwrap();
         broken += report.incidents.iter().filter(|(_, incident)| incident.broke).count();
-        let hosts = force.contact_step(&mut hosted, false).unwrap();
+        let hosts = force.find_forces(&mut hosted, false).unwrap();
+        hosted.clock.step += 1;
         assert_eq!(hosts.incidents, report.incidents);
         let kick = KickContext {
             dt: hosted.clock.dt,
@@ -153,4 +154,78 @@ fn a_host_that_moves_the_particles_gets_the_same_bits() {
     assert!(own.particles == hosted.particles);
     assert_eq!(own.clock.step, hosted.clock.step);
     assert_eq!(own.bonds[0].history_reals().1, hosted.bonds[0].history_reals().1);
+}
+
+/// A block that flies apart, computed as a whole and in two shares that each hold the contacts of half of the particles:
+/// net forces have the same bits, and energies counted in the shares add up to those of the whole (rounding of sums of some
+/// thousand terms). Bonds break and their pairs go on as contacts in both shares alike.
+#[test]
+fn shares_find_the_forces_of_the_whole() {
+    let bond = LinearBond::new(1.0, 0.4, 0.1, 1e-3, 1e-3).unwrap();
+    let friction =
+        Frictional::new(ContactStiffness::Given { normal: 1.0, shear: 0.4 }, 0.5, 0.1).expect("valid parameters");
+    let mut rows = MaterialRows::new(1);
+    rows.set(0, 0, 0);
+    let model = Model { contact_rows: rows, ..Model::default() };
+    let dt = 0.1;
+    let share = |owned: Vec<bool>| {
+        let mut state = block(6, bond);
+        let bonds = state.bonds[0].contacts();
+        let mut kept = ContactBlock::new(vec![bond]);
+        for k in 0..bonds.len() {
+            let mut view = bonds.view(k);
+            let (a, b) = (owned[view.pair.a as usize], owned[view.pair.b as usize]);
+            if !a {
+                view.link.flags |= Link::COUNTED_ELSEWHERE;
+            }
+            if a || b {
+                kept.push(view.pair, view.link, view.reference, view.frame);
+            }
+        }
+        state.bonds = vec![Box::new(kept)];
+        state.contacts = Some(Box::new(ContactBlock::new(vec![friction])));
+        state.clock.dt = dt;
+        let solver = Solver::for_share(model.clone(), &mut state, owned).unwrap();
+        (state, solver)
+    };
+    let n = 216;
+    let left: Vec<bool> = (0..n).map(|p| p * 7919 % 10 < 4).collect();
+    let mut parts = [share(vec![true; n]), share(left.clone()), share(left.iter().map(|l| !l).collect())];
+    let (mut velocity, mut spin) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
+    for p in 0..n {
+        let u = |m: usize| ((p * 7919 + m * 104_729) % 1000) as f64 / 500.0 - 1.0;
+        velocity[p] = Vec3::new(u(1), u(2), u(3)) * 4e-3;
+        spin[p] = Vec3::new(u(4), u(5), u(6)) * 4e-3;
+    }
+    let mut broken = 0;
+    for _ in 0..400 {
+        let mut sums = Vec::new();
+        for (state, solver) in &mut parts {
+            let particles = &mut state.particles;
+            for p in 0..n {
+                particles.velocity[p] = velocity[p];
+                particles.angular_velocity[p] = spin[p];
+                particles.position[p] += velocity[p] * dt;
+                particles.rotation_increment[p] = crate::math::quaternion_of_rotation_vector(&(spin[p] * dt));
+            }
+            sums.push(solver.find_forces(state, true).unwrap());
+        }
+        broken += sums[0].incidents.len();
+        let total = |sum: &StepReport| sum.energy.stored() + sum.energy.dissipated();
+        let (whole, shared) = (total(&sums[0]), total(&sums[1]) + total(&sums[2]));
+        assert!((whole - shared).abs() <= 1e-13 * whole, "{whole:e} {shared:e}");
+        assert_eq!(sums[0].active[0], sums[1].active[0] + sums[2].active[0]);
+        assert_eq!(sums[0].active[1], sums[1].active[1] + sums[2].active[1]);
+        for p in 0..n {
+            let of_share = &parts[if left[p] { 1 } else { 2 }].1;
+            let whole = &parts[0].1;
+            assert_eq!(whole.forces()[p], of_share.forces()[p]);
+            assert_eq!(whole.torques()[p], of_share.torques()[p]);
+            velocity[p] += whole.forces()[p] * dt;
+            spin[p] += whole.torques()[p] * (dt / 0.4);
+        }
+    }
+    let contacts = parts[0].0.contacts.as_ref().unwrap().contacts();
+    let touching = (0..contacts.len()).filter(|&k| contacts.view(k).link.has(Link::ACTIVE)).count();
+    assert!(broken > 100 && touching > 10, "{broken} {touching}");
 }

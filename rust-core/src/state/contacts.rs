@@ -43,6 +43,9 @@ impl Link {
     pub const KEPT_REFERENCE: u8 = 8;
     /// Damage passed the event threshold and is in the event log.
     pub const REPORTED: u8 = 16;
+    /// Evaluated for the sake of B alone: A belongs to another share of a distributed computation, where the contact's
+    /// energies are counted.
+    pub const COUNTED_ELSEWHERE: u8 = 32;
 
     /// Whether the contact has something to answer: active and not broken.
     #[inline(always)]
@@ -175,6 +178,9 @@ pub trait Contacts: Send + Sync {
     fn damage(&self, k: usize) -> f64;
     /// Add a contact without history; [`Self::sort`] must follow.
     fn push(&mut self, pair: Pair, link: Link, reference: Reference, frame: Frame);
+    /// Add a contact whose history is `history`, in the order of [`Self::history_reals`]; [`Self::sort`] must follow.
+    /// Reals that are missing are zero, those beyond the law's are left out.
+    fn push_with_history(&mut self, pair: Pair, link: Link, reference: Reference, frame: Frame, history: &[f64]);
     /// Sort by particles and image.
     fn sort(&mut self);
     /// Keep only contacts whose flags pass.
@@ -262,6 +268,15 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     }
     fn push(&mut self, pair: Pair, link: Link, reference: Reference, frame: Frame) {
         Self::push(self, pair, link, reference, frame);
+    }
+    fn push_with_history(&mut self, pair: Pair, link: Link, reference: Reference, frame: Frame, history: &[f64]) {
+        Self::push(self, pair, link, reference, frame);
+        if let Some(state) = self.history.last_mut() {
+            let reals: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(state));
+            for (to, from) in reals.iter_mut().zip(history) {
+                *to = *from;
+            }
+        }
     }
     fn sort(&mut self) {
         Self::sort(self);

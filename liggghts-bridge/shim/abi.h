@@ -1,0 +1,64 @@
+/* What the Rust side offers (src/abi.rs).
+
+   SPDX-License-Identifier: GPL-2.0-or-later */
+#ifndef CONCORDEM_ABI_H
+#define CONCORDEM_ABI_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+extern "C" {
+
+struct ConcordemNetwork;
+
+/* Atoms as LIGGGHTS holds them: `owned` of this processor, `count` with the copies of neighbours. */
+struct ConcordemAtoms {
+  int32_t owned, count, group, memory_width;
+  const int32_t *tag, *type, *mask;
+  const double *position, *velocity, *spin, *radius, *mass;
+  double *force, *torque, *memory;
+  double edge[3];
+  double dt;
+  int64_t step;
+};
+
+struct ConcordemFacts {
+  int32_t atom_width, communicated, creation, sample_every_step, contacts;
+  int64_t at;
+  double factor, reach;
+};
+
+struct ConcordemMessage {
+  char *text;
+  size_t capacity;
+};
+
+/* Reals of concordem_network_sums, _totals, and of a row of _rows. */
+enum { CONCORDEM_SUMS = 12, CONCORDEM_TOTALS = 9, CONCORDEM_ROW = 16 };
+
+ConcordemNetwork *concordem_network_new(const char *const *words, int32_t count, int32_t types, ConcordemFacts *,
+                                        const ConcordemMessage *);
+void concordem_network_delete(ConcordemNetwork *);
+void concordem_network_initial_memory(const ConcordemNetwork *, double *);
+int64_t concordem_network_rebuild(ConcordemNetwork *, const ConcordemAtoms *, double skin, double cutoff, double mean_radius,
+                                  const ConcordemMessage *);
+void concordem_network_make_listed(ConcordemNetwork *);
+int64_t concordem_network_listed_atoms(const ConcordemNetwork *, int32_t *);
+double concordem_network_longest_listed(const ConcordemNetwork *, const double *positions, const double *edges);
+int64_t concordem_network_make_near(ConcordemNetwork *, const ConcordemMessage *);
+void concordem_network_turn(const ConcordemNetwork *, const ConcordemAtoms *);
+int64_t concordem_network_forces(ConcordemNetwork *, const ConcordemAtoms *, int32_t setup, int32_t sample, int32_t record,
+                                 const ConcordemMessage *);
+int64_t concordem_network_largest_pack(ConcordemNetwork *);
+int64_t concordem_network_pack(ConcordemNetwork *, int32_t tag, int32_t leaves, double *, int64_t capacity);
+int64_t concordem_network_unpack(ConcordemNetwork *, int32_t tag, const double *, int64_t count, const ConcordemMessage *);
+void concordem_network_sums(const ConcordemNetwork *, double *);
+void concordem_network_ends(const ConcordemNetwork *, double *);
+int64_t concordem_network_totals(const ConcordemNetwork *, double *);
+void concordem_network_resume(ConcordemNetwork *, const double *, int64_t found_at);
+double *concordem_network_rows(const ConcordemNetwork *, int64_t *count);
+void concordem_rows_delete(double *, int64_t count);
+
+}
+
+#endif

@@ -1,0 +1,403 @@
+//! The functions that the C++ shim calls (`shim/abi.h`).
+//!
+//! Every function that can fail returns a negative number and leaves a message in the buffer it was given; none unwinds into
+//! C++. Pointers come from LIGGGHTS' own arrays; their lengths are those that the shim states.
+
+#![allow(unsafe_code, clippy::missing_safety_doc)]
+
+use std::ffi::{CStr, c_char};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::atoms::Atoms;
+use crate::network::{Network, TOTALS};
+use crate::options::{Creation, Options};
+
+/// Arrays of LIGGGHTS, see [`Atoms`]; `count` atoms with the copies.
+#[repr(C)]
+pub struct AtomArrays {
+    owned: i32,
+    count: i32,
+    group: i32,
+    memory_width: i32,
+    tag: *const i32,
+    kind: *const i32,
+    mask: *const i32,
+    position: *const f64,
+    velocity: *const f64,
+    spin: *const f64,
+    radius: *const f64,
+    mass: *const f64,
+    force: *mut f64,
+    torque: *mut f64,
+    memory: *mut f64,
+    edge: [f64; 3],
+    dt: f64,
+    step: i64,
+}
+
+/// What the shim has to know of the arguments.
+#[repr(C)]
+pub struct Facts {
+    /// Reals remembered per atom.
+    atom_width: i32,
+    /// How many of them, the last ones, copies need.
+    communicated: i32,
+    /// 0: no bonds are made, 1: by distance, 2: from a list.
+    creation: i32,
+    /// Whether stored energies are wanted at every step.
+    sample_every_step: i32,
+    /// Whether atoms interact without a bond.
+    contacts: i32,
+    /// Step at which bonds are made; negative: the first one.
+    at: i64,
+    /// Factor on the sum of radii.
+    factor: f64,
+    /// Reach that the user wants, m.
+    reach: f64,
+}
+
+/// Where a message goes.
+#[repr(C)]
+pub struct Message {
+    text: *mut c_char,
+    capacity: usize,
+}
+
+impl Message {
+    unsafe fn put(&self, text: &str) {
+        if self.capacity == 0 {
+            return;
+        }
+        let bytes = &text.as_bytes()[..text.len().min(self.capacity - 1)];
+        // SAFETY: the shim gives a buffer of `capacity` bytes.
+        unsafe {
+            std::ptr::copy_nonoverlapping(bytes.as_ptr(), self.text.cast(), bytes.len());
+            *self.text.add(bytes.len()) = 0;
+        }
+    }
+}
+
+/// Run `body`; −1 and a message if it fails or panics.
+unsafe fn guarded<E: std::fmt::Display>(message: &Message, body: impl FnOnce() -> Result<i64, E>) -> i64 {
+    let text = match catch_unwind(AssertUnwindSafe(body)) {
+        Ok(Ok(value)) => return value,
+        Ok(Err(error)) => error.to_string(),
+        Err(panic) => {
+            let what = panic.downcast_ref::<String>().map(String::as_str);
+            let what = what.or(panic.downcast_ref::<&str>().copied()).unwrap_or("unknown");
+            format!("internal error of concordem, please report it: {what}")
+        }
+    };
+    // SAFETY: as the caller's.
+    unsafe { message.put(&text) };
+    -1
+}
+
+unsafe fn slice<'a, T>(pointer: *const T, length: usize) -> &'a [T] {
+    // SAFETY: the shim passes arrays of LIGGGHTS of this length, or of none.
+    if pointer.is_null() || length == 0 { &[] } else { unsafe { std::slice::from_raw_parts(pointer, length) } }
+}
+
+unsafe fn slice_mut<'a, T>(pointer: *mut T, length: usize) -> &'a mut [T] {
+    // SAFETY: as `slice`; the arrays are distinct.
+    if pointer.is_null() || length == 0 { &mut [] } else { unsafe { std::slice::from_raw_parts_mut(pointer, length) } }
+}
+
+impl AtomArrays {
+    unsafe fn view<'a>(&self) -> Atoms<'a> {
+        let (owned, count) = (self.owned as usize, self.count as usize);
+        // SAFETY: lengths of LIGGGHTS' arrays; forces exist for owned atoms and copies alike, only owned are used.
+        unsafe {
+            Atoms {
+                owned,
+                tag: slice(self.tag, count),
+                kind: slice(self.kind, count),
+                mask: slice(self.mask, count),
+                group: self.group,
+                position: slice(self.position, 3 * count),
+                velocity: slice(self.velocity, 3 * count),
+                spin: slice(self.spin, 3 * count),
+                radius: slice(self.radius, count),
+                mass: slice(self.mass, count),
+                force: slice_mut(self.force, 3 * owned),
+                torque: slice_mut(self.torque, 3 * owned),
+                memory: slice_mut(self.memory, self.memory_width as usize * count),
+                edge: self.edge,
+                dt: self.dt,
+                step: self.step,
+            }
+        }
+    }
+}
+
+/// A network from the words of the script after the style; null and a message if they make no sense.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_new(
+    words: *const *const c_char,
+    count: i32,
+    types: i32,
+    facts: *mut Facts,
+    message: *const Message,
+) -> *mut Network {
+    // Each processor is one thread.
+    let _ = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global();
+    let mut made = std::ptr::null_mut();
+    // SAFETY: `count` strings that end in zero; `facts` and `message` are the shim's.
+    unsafe {
+        let words: Vec<String> = slice(words, count as usize)
+            .iter()
+            .map(|&word| CStr::from_ptr(word).to_string_lossy().into_owned())
+            .collect();
+        guarded(&*message, || {
+            let options = Options::parse(&words, types as usize).map_err(|error| error.to_string())?;
+            let network = Network::new(options).map_err(|error| error.to_string())?;
+            let options = network.options();
+            let (creation, factor) = match &options.creation {
+                Creation::None => (0, 0.0),
+                Creation::Distance(factor) => (1, *factor),
+                Creation::List(_) => (2, 0.0),
+            };
+            *facts = Facts {
+                atom_width: network.atom_width() as i32,
+                communicated: network.communicated() as i32,
+                creation,
+                sample_every_step: i32::from(options.sample_every_step),
+                contacts: i32::from(options.contact.law().is_some()),
+                at: options.at.unwrap_or(-1),
+                factor,
+                reach: options.reach,
+            };
+            made = Box::into_raw(Box::new(network));
+            Ok::<_, String>(0)
+        });
+    }
+    made
+}
+
+/// The end of a network.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_delete(network: *mut Network) {
+    if !network.is_null() {
+        // SAFETY: made by `concordem_network_new`, deleted once.
+        drop(unsafe { Box::from_raw(network) });
+    }
+}
+
+/// [`Network::initial_memory`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_initial_memory(network: *const Network, memory: *mut f64) {
+    // SAFETY: `atom_width` reals.
+    unsafe { (*network).initial_memory(slice_mut(memory, (*network).atom_width())) }
+}
+
+/// [`Network::rebuild`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_rebuild(
+    network: *mut Network,
+    atoms: *const AtomArrays,
+    skin: f64,
+    cutoff: f64,
+    mean_radius: f64,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: the shim's own structures.
+    unsafe { guarded(&*message, || (*network).rebuild(&(*atoms).view(), skin, cutoff, mean_radius).map(|()| 0)) }
+}
+
+/// [`Network::make_listed`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_make_listed(network: *mut Network) {
+    // SAFETY: the shim's own.
+    unsafe { (*network).make_listed() }
+}
+
+/// Ids of atoms in the list of bonds, ascending, each once; their number. With a null pointer only the number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_listed_atoms(network: *const Network, ids: *mut i32) -> i64 {
+    // SAFETY: the shim's own; `ids` holds as many as an earlier call told.
+    unsafe {
+        let Creation::List(bonds) = &(*network).options().creation else { return 0 };
+        let mut listed: Vec<i32> = bonds.iter().flat_map(|bond| bond.0).collect();
+        listed.sort_unstable();
+        listed.dedup();
+        if !ids.is_null() {
+            slice_mut(ids, listed.len()).copy_from_slice(&listed);
+        }
+        listed.len() as i64
+    }
+}
+
+/// Longest of the listed bonds, m (present or rest length), when the listed atoms are at `positions`, as ordered by
+/// [`concordem_network_listed_atoms`], and the box has periodic `edges` (0: not periodic).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_longest_listed(
+    network: *const Network,
+    positions: *const f64,
+    edges: *const f64,
+) -> f64 {
+    // SAFETY: three reals per listed atom, three edges.
+    unsafe {
+        let Creation::List(bonds) = &(*network).options().creation else { return 0.0 };
+        let mut listed: Vec<i32> = bonds.iter().flat_map(|bond| bond.0).collect();
+        listed.sort_unstable();
+        listed.dedup();
+        let positions = slice(positions, 3 * listed.len());
+        let edges = slice(edges, 3);
+        let mut longest = 0.0_f64;
+        for (tags, length) in bonds {
+            let [a, b] = tags.map(|tag| listed.partition_point(|&t| t < tag));
+            let squared: f64 = (0..3)
+                .map(|k| {
+                    let d = positions[3 * b + k] - positions[3 * a + k];
+                    let d = if edges[k] > 0.0 { d - edges[k] * (d / edges[k]).round() } else { d };
+                    d * d
+                })
+                .sum();
+            longest = longest.max(squared.sqrt()).max(length.unwrap_or(0.0));
+        }
+        longest
+    }
+}
+
+/// [`Network::make_near`]; the number of bonds counted here.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_make_near(network: *mut Network, message: *const Message) -> i64 {
+    // SAFETY: the shim's own.
+    unsafe { guarded(&*message, || (*network).make_near().map(|made| made as i64)) }
+}
+
+/// [`Network::turn`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_turn(network: *const Network, atoms: *const AtomArrays) {
+    // SAFETY: the shim's own.
+    unsafe { (*network).turn(&mut (*atoms).view()) }
+}
+
+/// [`Network::forces`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_forces(
+    network: *mut Network,
+    atoms: *const AtomArrays,
+    setup: i32,
+    sample: i32,
+    record: i32,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: the shim's own.
+    unsafe {
+        guarded(&*message, || (*network).forces(&mut (*atoms).view(), setup != 0, sample != 0, record != 0).map(|()| 0))
+    }
+}
+
+/// [`Network::largest_pack`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_largest_pack(network: *mut Network) -> i64 {
+    // SAFETY: the shim's own.
+    unsafe { (*network).largest_pack() as i64 }
+}
+
+/// [`Network::pack`] into `buffer` of `capacity` reals (null: only tell the number); the number of reals.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_pack(
+    network: *mut Network,
+    tag: i32,
+    leaves: i32,
+    buffer: *mut f64,
+    capacity: i64,
+) -> i64 {
+    let mut reals = Vec::new();
+    // SAFETY: the shim's own.
+    unsafe {
+        (*network).pack(tag, leaves != 0, &mut reals);
+        if !buffer.is_null() && reals.len() as i64 <= capacity {
+            slice_mut(buffer, reals.len()).copy_from_slice(&reals);
+        }
+    }
+    reals.len() as i64
+}
+
+/// [`Network::unpack`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_unpack(
+    network: *mut Network,
+    tag: i32,
+    buffer: *const f64,
+    count: i64,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: `count` reals.
+    unsafe { guarded(&*message, || (*network).unpack(tag, slice(buffer, count as usize)).map(|()| 0)) }
+}
+
+/// Sums of what is counted on this processor: 12 reals, and the longest bond last.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_sums(network: *const Network, sums: *mut f64) {
+    // SAFETY: 12 reals.
+    unsafe {
+        let s = (*network).sums();
+        let all = [
+            s.bonds,
+            s.broken,
+            s.contacts,
+            s.stored[0],
+            s.stored[1],
+            s.stored[2],
+            s.stored[3],
+            s.dissipated[0],
+            s.dissipated[1],
+            s.dissipated[2],
+            s.integration,
+            s.longest,
+        ];
+        slice_mut(sums, all.len()).copy_from_slice(&all);
+    }
+}
+
+/// [`Network::ends`]: 2 reals.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_ends(network: *const Network, ends: *mut f64) {
+    // SAFETY: 2 reals.
+    unsafe { slice_mut(ends, 2).copy_from_slice(&(*network).ends()) }
+}
+
+/// [`Network::totals`], and the step whose forces are remembered (−1: none).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_totals(network: *const Network, totals: *mut f64) -> i64 {
+    // SAFETY: `TOTALS` reals.
+    unsafe {
+        slice_mut(totals, TOTALS).copy_from_slice(&(*network).totals());
+        (*network).found_at().unwrap_or(-1)
+    }
+}
+
+/// [`Network::resume`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_resume(network: *mut Network, totals: *const f64, found_at: i64) {
+    let mut all = [0.0; TOTALS];
+    // SAFETY: `TOTALS` reals.
+    unsafe {
+        all.copy_from_slice(slice(totals, TOTALS));
+        (*network).resume(&all, (found_at >= 0).then_some(found_at));
+    }
+}
+
+/// [`Network::rows`]: a copy to be given back to [`concordem_rows_delete`]; `count` is set to the number of rows.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_rows(network: *const Network, count: *mut i64) -> *mut f64 {
+    // SAFETY: the shim's own.
+    unsafe {
+        let rows = (*network).rows().into_boxed_slice();
+        *count = (rows.len() / Network::ROW) as i64;
+        Box::into_raw(rows).cast()
+    }
+}
+
+/// Give rows back.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_rows_delete(rows: *mut f64, count: i64) {
+    if !rows.is_null() {
+        let length = count as usize * Network::ROW;
+        // SAFETY: made by `concordem_network_rows` with this count.
+        drop(unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(rows, length)) });
+    }
+}

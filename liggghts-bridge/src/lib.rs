@@ -1,0 +1,10 @@
+//! ConcorDEM's contact laws as styles of the stock LIGGGHTS program.
+//!
+//! [`network`] holds the bonds of one processor's atoms and finds their forces with the solver of the library;
+//! [`options`] reads the arguments of the script; [`abi`] is what the C++ shim calls, and the only place with unsafe code.
+
+pub mod abi;
+pub mod atoms;
+pub mod network;
+pub mod options;
+pub mod records;

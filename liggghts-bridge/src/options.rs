@@ -1,0 +1,377 @@
+//! What the arguments of `fix ID group concordem/bond …` say.
+
+use std::path::Path;
+
+use concordem::kinematics::Mode;
+use concordem::scenario::{ContactLawName, Interface, LawName, Material};
+use serde::Deserialize;
+use serde::de::IntoDeserializer;
+use serde::de::value::{Error as ValueError, StrDeserializer};
+
+/// Why arguments make no sense. The message names the argument and what would be right.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum OptionError {
+    /// No law, or one that does not exist.
+    #[error("unknown law `{name}`; laws of bonds are linear_bond, cpm, cohesive_beam")]
+    Law {
+        /// What stands where the law is wanted.
+        name: String,
+    },
+    /// A word that is no law of contacts.
+    #[error(
+        "unknown law of contacts `{name}`; there are none, linear_bond (after a linear bond), cpm, frictional, \
+         hertz_mindlin"
+    )]
+    ContactLaw {
+        /// The word.
+        name: String,
+    },
+    /// An option without its value.
+    #[error("`{key}` needs a value after it: {wanted}")]
+    Missing {
+        /// The option.
+        key: String,
+        /// What is wanted.
+        wanted: &'static str,
+    },
+    /// A value that cannot be.
+    #[error("`{key} {value}` is not possible: {wanted}")]
+    Value {
+        /// The option.
+        key: String,
+        /// The value.
+        value: String,
+        /// What is wanted.
+        wanted: &'static str,
+    },
+    /// An option given twice.
+    #[error("`{key}` is given twice")]
+    Twice {
+        /// The option.
+        key: String,
+    },
+    /// Parameters that cannot be read.
+    #[error("parameters of {place}: {message}")]
+    Parameters {
+        /// Law, or file.
+        place: String,
+        /// What is wrong.
+        message: String,
+    },
+    /// Nothing says where bonds come from.
+    #[error("nothing says which atoms are bonded; add `bond distance FACTOR`, `bond list FILE`, or `bond none`")]
+    NoBonds,
+    /// Parameters both inline and from a file.
+    #[error("`{key}` is a parameter, but `materials` names a file of them; give one or the other")]
+    InlineAndFile {
+        /// The parameter.
+        key: String,
+    },
+    /// A file that cannot be read.
+    #[error("cannot read {path}: {message}")]
+    File {
+        /// The file.
+        path: String,
+        /// Why not.
+        message: String,
+    },
+}
+
+/// Where bonds come from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Creation {
+    /// From nowhere (but a restart file).
+    None,
+    /// Between all atoms of the group whose distance is below this times the sum of their radii.
+    Distance(f64),
+    /// Between listed atoms: tags, and rest lengths where given (m).
+    List(Vec<([i32; 2], Option<f64>)>),
+}
+
+/// Arguments of the fix, understood.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Law of bonds.
+    pub law: LawName,
+    /// Law of atoms of the group that touch without a bond.
+    pub contact: ContactLawName,
+    /// How motion is measured.
+    pub mode: Mode,
+    /// Where bonds come from.
+    pub creation: Creation,
+    /// Step at which they are made; `None`: the first one computed.
+    pub at: Option<i64>,
+    /// Distance up to which atoms of other processors must be known, m, if the user wants more than is needed at the start.
+    pub reach: f64,
+    /// Whether stored energies are summed at every step, not only when output is due.
+    pub sample_every_step: bool,
+    /// Parameters by atom type.
+    pub materials: Vec<Material>,
+    /// Parameters between types.
+    pub interfaces: Vec<Interface>,
+}
+
+/// A file of parameters: the tables of a scenario.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MaterialsFile {
+    material: Vec<Material>,
+    #[serde(default)]
+    interface: Vec<Interface>,
+}
+
+fn named<'de, T: Deserialize<'de>>(name: &'de str) -> Option<T> {
+    let deserializer: StrDeserializer<'de, ValueError> = name.into_deserializer();
+    T::deserialize(deserializer).ok()
+}
+
+/// A word of the script as a TOML value: numbers and truth values as they are, everything else as a string.
+fn toml_value(word: &str) -> toml::Value {
+    // A number: TOML would take `1e6` and `5`, but not `.5`, which people write.
+    if let Ok(number) = word.parse::<f64>() {
+        return toml::Value::Float(number);
+    }
+    match word {
+        "yes" | "true" | "on" => toml::Value::Boolean(true),
+        "no" | "false" | "off" => toml::Value::Boolean(false),
+        _ => toml::Value::String(word.to_owned()),
+    }
+}
+
+/// Pairs of tags and rest lengths of a list: two integers, and a length (m) if wanted, per line; `#` begins a comment.
+pub fn read_list(path: &Path) -> Result<Vec<([i32; 2], Option<f64>)>, OptionError> {
+    let file = |message: String| OptionError::File { path: path.display().to_string(), message };
+    let text = std::fs::read_to_string(path).map_err(|error| file(error.to_string()))?;
+    let mut bonds = Vec::new();
+    for (number, line) in text.lines().enumerate() {
+        let line = line.split('#').next().unwrap_or_default().trim();
+        if line.is_empty() {
+            continue;
+        }
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let wrong = || {
+            file(format!(
+                "line {}: `{line}` is not a bond; wanted are two different atom ids and, if the rest length is not the \
+                 present distance, that length in metres",
+                number + 1
+            ))
+        };
+        let [a, b] = [0, 1].map(|k| words.get(k).and_then(|w| w.parse::<i32>().ok()).filter(|&tag| tag > 0));
+        let (Some(a), Some(b)) = (a, b) else { return Err(wrong()) };
+        let length = words.get(2).map(|w| w.parse::<f64>().ok().filter(|l| *l > 0.0 && l.is_finite()));
+        if words.len() > 3 || a == b || length == Some(None) {
+            return Err(wrong());
+        }
+        bonds.push(([a.min(b), a.max(b)], length.flatten()));
+    }
+    bonds.sort_unstable_by_key(|bond| bond.0);
+    if let Some(twice) = bonds.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        return Err(file(format!("the bond of atoms {} and {} is listed twice", twice[0].0[0], twice[0].0[1])));
+    }
+    Ok(bonds)
+}
+
+impl Options {
+    /// Read the arguments that follow the style; `types` is the number of atom types.
+    pub fn parse(words: &[String], types: usize) -> Result<Self, OptionError> {
+        let name = words.first().map(String::as_str).unwrap_or_default();
+        let law: LawName = named(name)
+            .filter(|law| matches!(law, LawName::Cpm | LawName::LinearBond | LawName::CohesiveBeam))
+            .ok_or_else(|| OptionError::Law { name: name.to_owned() })?;
+        let mut contact = None;
+        let mut mode = None;
+        let mut creation = None;
+        let (mut at, mut reach, mut file, mut sample) = (None, None, None, None);
+        let mut tables: [toml::Table; 2] = Default::default();
+        let mut inline = None;
+        let mut rest = words[1..].iter();
+        while let Some(key) = rest.next() {
+            let mut value = |wanted: &'static str| {
+                rest.next().ok_or(OptionError::Missing { key: key.clone(), wanted }).map(String::as_str)
+            };
+            let bad = |value: &str, wanted: &'static str| OptionError::Value {
+                key: key.clone(),
+                value: value.to_owned(),
+                wanted,
+            };
+            let twice = |given: bool| if given { Err(OptionError::Twice { key: key.clone() }) } else { Ok(()) };
+            match key.as_str() {
+                "contact" => {
+                    twice(contact.is_some())?;
+                    let word = value("a law of contacts, or none")?;
+                    contact = Some(
+                        named::<ContactLawName>(word)
+                            .ok_or_else(|| OptionError::ContactLaw { name: word.to_owned() })?,
+                    );
+                }
+                "kinematics" => {
+                    twice(mode.is_some())?;
+                    let wanted = "finite, first-order, yade, or yade-ratcheting";
+                    let word = value(wanted)?;
+                    mode = Some(named::<Mode>(word).ok_or_else(|| bad(word, wanted))?);
+                }
+                "bond" => {
+                    twice(creation.is_some())?;
+                    creation = Some(match value("distance FACTOR, list FILE, or none")? {
+                        "none" => Creation::None,
+                        "distance" => {
+                            let wanted = "a factor on the sum of the radii, from 0.1 to 10; 1.5 is usual for concrete";
+                            let word = value(wanted)?;
+                            let factor = word.parse().ok().filter(|f| (0.1..=10.0).contains(f));
+                            Creation::Distance(factor.ok_or_else(|| bad(word, wanted))?)
+                        }
+                        "list" => Creation::List(read_list(Path::new(value("a file with two atom ids per line")?))?),
+                        other => return Err(bad(other, "distance FACTOR, list FILE, or none")),
+                    });
+                }
+                "at" => {
+                    twice(at.is_some())?;
+                    let wanted = "a step, 0 or later";
+                    let word = value(wanted)?;
+                    at = Some(word.parse().ok().filter(|s: &i64| *s >= 0).ok_or_else(|| bad(word, wanted))?);
+                }
+                "reach" => {
+                    twice(reach.is_some())?;
+                    let wanted = "a length in metres, positive";
+                    let word = value(wanted)?;
+                    let length = word.parse().ok().filter(|r: &f64| *r > 0.0 && r.is_finite());
+                    reach = Some(length.ok_or_else(|| bad(word, wanted))?);
+                }
+                "energies" => {
+                    twice(sample.is_some())?;
+                    let wanted = "output (sum stored energies when output is due) or every (at every step)";
+                    sample = Some(match value(wanted)? {
+                        "output" => false,
+                        "every" => true,
+                        other => return Err(bad(other, wanted)),
+                    });
+                }
+                "materials" => {
+                    twice(file.is_some())?;
+                    file = Some(value("a file with [[material]] tables")?.to_owned());
+                }
+                parameter => {
+                    let word = value("the value of the parameter")?;
+                    let (table, name) = match parameter.strip_prefix("contact.") {
+                        Some(name) => (&mut tables[1], name),
+                        None => (&mut tables[0], parameter),
+                    };
+                    twice(table.insert(name.to_owned(), toml_value(word)).is_some())?;
+                    inline.get_or_insert_with(|| key.clone());
+                }
+            }
+        }
+        let contact = contact.unwrap_or(ContactLawName::None);
+        let (materials, interfaces) = match file {
+            Some(path) => {
+                if let Some(key) = inline {
+                    return Err(OptionError::InlineAndFile { key });
+                }
+                read_materials(&path, types)?
+            }
+            None => (vec![inline_material(law, contact, tables)?; types], Vec::new()),
+        };
+        Ok(Self {
+            law,
+            contact,
+            mode: mode.unwrap_or_default(),
+            creation: creation.ok_or(OptionError::NoBonds)?,
+            at,
+            reach: reach.unwrap_or(0.0),
+            sample_every_step: sample.unwrap_or(false),
+            materials,
+            interfaces,
+        })
+    }
+}
+
+fn read_materials(path: &str, types: usize) -> Result<(Vec<Material>, Vec<Interface>), OptionError> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| OptionError::File { path: path.to_owned(), message: error.to_string() })?;
+    let parameters = |message: String| OptionError::Parameters { place: path.to_owned(), message };
+    let file: MaterialsFile = toml::from_str(&text).map_err(|error| parameters(error.to_string()))?;
+    if file.material.len() != types {
+        return Err(parameters(format!(
+            "{} [[material]] tables, but the simulation has {types} atom types; one is wanted for each, in order",
+            file.material.len()
+        )));
+    }
+    Ok((file.material, file.interface))
+}
+
+/// The one material of parameters given in the script.
+fn inline_material(law: LawName, contact: ContactLawName, tables: [toml::Table; 2]) -> Result<Material, OptionError> {
+    let mut material = toml::Table::new();
+    material.insert("name".into(), toml::Value::String("all types".into()));
+    // Masses are LIGGGHTS' own.
+    material.insert("density".into(), toml::Value::Float(1.0));
+    let [of_bonds, of_contacts] = tables;
+    if let Some(key) = of_contacts.keys().next()
+        && (contact.law().is_none() || contact.law() == Some(law) || contact == ContactLawName::LinearBond)
+    {
+        return Err(OptionError::Parameters {
+            place: format!("contact law {contact:?}"),
+            message: format!(
+                "`contact.{key}`: contacts of this law have no parameters of their own; remove it, or choose contact \
+                 frictional or hertz_mindlin"
+            ),
+        });
+    }
+    material.insert(law.key().into(), toml::Value::Table(of_bonds));
+    if let Some(contact) = contact.law().filter(|&contact| contact != law) {
+        material.insert(contact.key().into(), toml::Value::Table(of_contacts));
+    }
+    material.try_into().map_err(|error: toml::de::Error| OptionError::Parameters {
+        place: law.key().to_owned(),
+        message: error.to_string().trim().replace('\n', "; "),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Options, String> {
+        let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
+        Options::parse(&words, 2).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn inline_parameters_are_those_of_the_scenario() {
+        let options = parse(
+            "linear_bond normal_stiffness 1e6 shear_stiffness .5e6 bond distance 1.2 contact frictional \
+             contact.normal_stiffness 2e6 contact.friction_coefficient 0.3 kinematics first-order at 10",
+        )
+        .unwrap();
+        assert_eq!(options.law, LawName::LinearBond);
+        assert_eq!(options.materials.len(), 2);
+        let bond = options.materials[1].linear_bond.as_ref().unwrap();
+        assert_eq!(bond.shear_stiffness.si(), 0.5e6);
+        assert_eq!(options.materials[0].frictional.as_ref().unwrap().friction_coefficient.si(), 0.3);
+        assert_eq!(options.creation, Creation::Distance(1.2));
+        assert_eq!((options.mode, options.at), (Mode::FirstOrder, Some(10)));
+    }
+
+    #[test]
+    fn misuse_is_named_with_its_remedy() {
+        for (text, wanted) in [
+            ("", "unknown law ``"),
+            ("hertz_mindlin", "laws of bonds are"),
+            ("linear_bond bond distance", "needs a value after it: a factor"),
+            ("linear_bond bond distance 20", "`bond 20` is not possible: a factor"),
+            ("linear_bond normal_stiffness 1 shear_stiffness 1", "add `bond distance FACTOR`"),
+            ("linear_bond normal_stiffness 1 bond none", "missing field `shear_stiffness`"),
+            ("linear_bond normal_stiffness 1 shear_stiffness 1 colour red bond none", "unknown field `colour`"),
+            ("linear_bond normal_stiffness 1 normal_stiffness 1 bond none", "given twice"),
+            ("linear_bond contact glue bond none", "unknown law of contacts `glue`"),
+            ("linear_bond bond list /no/such/file", "cannot read /no/such/file"),
+            ("linear_bond kinematics fast bond none", "finite, first-order, yade, or yade-ratcheting"),
+            ("linear_bond normal_stiffness 1 materials /no/such bond none", "give one or the other"),
+            ("linear_bond normal_stiffness 1 shear_stiffness 1 contact.x 1 bond none", "no parameters of their own"),
+        ] {
+            let message = parse(text).unwrap_err();
+            assert!(message.contains(wanted), "{text}: {message}");
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! A bond or contact on its way between processors, or in a restart file: all there is to know of it, by atom ids.
+
+use concordem::kinematics::Frame;
+use concordem::law::Reference;
+use concordem::math::Vec3;
+use concordem::state::contacts::Link;
+
+/// Most reals in the history of a law.
+pub const HISTORY: usize = 12;
+
+/// Reals that a record takes besides its history.
+const HEAD: usize = 9;
+
+/// Which block of the state a contact belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// Bonds.
+    Bond,
+    /// Contacts without a bond.
+    Contact,
+}
+
+/// One bond or contact. A is the atom with the lower id.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Record {
+    /// Ids of A and B.
+    pub tags: [i32; 2],
+    /// Bond or contact.
+    pub kind: Kind,
+    /// Flags of its link, without [`Link::COUNTED_ELSEWHERE`].
+    pub flags: u8,
+    /// Reference; a length of 0 stands for a bond yet to be measured.
+    pub reference: Reference,
+    /// Normal and length of the last step.
+    pub frame: Frame,
+    /// History.
+    pub history: [f64; HISTORY],
+}
+
+impl Record {
+    /// A bond without history, to be measured; `length` is its rest length if not the present distance.
+    pub fn fresh(tags: [i32; 2], length: Option<f64>) -> Self {
+        Self {
+            tags,
+            kind: Kind::Bond,
+            flags: Link::BONDED | Link::ACTIVE,
+            reference: Reference { length: length.unwrap_or(0.0), area: 0.0 },
+            frame: Frame::default(),
+            history: [0.0; HISTORY],
+        }
+    }
+
+    /// Whether the bond has never been measured.
+    pub fn is_fresh(&self) -> bool {
+        self.frame.length == 0.0
+    }
+
+    /// What decides about identity and order.
+    pub fn key(&self) -> (Kind, [i32; 2]) {
+        (self.kind, self.tags)
+    }
+
+    /// Reals of a record with a history of `width` reals.
+    pub const fn reals(width: usize) -> usize {
+        HEAD + width
+    }
+
+    /// Append to `buffer`, with `width` reals of history.
+    pub fn write(&self, width: usize, buffer: &mut Vec<f64>) {
+        let kind = match self.kind {
+            Kind::Bond => 0.0,
+            Kind::Contact => 256.0,
+        };
+        buffer.extend([
+            f64::from(self.tags[0]),
+            f64::from(self.tags[1]),
+            f64::from(self.flags) + kind,
+            self.reference.length,
+            self.reference.area,
+            self.frame.normal.x,
+            self.frame.normal.y,
+            self.frame.normal.z,
+            self.frame.length,
+        ]);
+        buffer.extend(&self.history[..width]);
+    }
+
+    /// Read what [`Self::write`] wrote. `None` if it is too short.
+    pub fn read(reals: &[f64], width: usize) -> Option<Self> {
+        if reals.len() < Self::reals(width) {
+            return None;
+        }
+        let code = reals[2] as u32;
+        let mut history = [0.0; HISTORY];
+        history[..width].copy_from_slice(&reals[HEAD..HEAD + width]);
+        Some(Self {
+            tags: [reals[0] as i32, reals[1] as i32],
+            kind: if code >= 256 { Kind::Contact } else { Kind::Bond },
+            flags: (code & 255) as u8,
+            reference: Reference { length: reals[3], area: reals[4] },
+            frame: Frame { normal: Vec3::new(reals[5], reals[6], reals[7]), length: reals[8] },
+            history,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read() {
+        let mut record = Record::fresh([3, 2_000_000_011], Some(0.5));
+        record.kind = Kind::Contact;
+        record.flags = Link::KEPT_REFERENCE | Link::ACTIVE;
+        record.frame = Frame { normal: Vec3::new(0.1, -0.2, 0.3), length: 7.0 };
+        record.history[..7].copy_from_slice(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, -7.0]);
+        let mut buffer = Vec::new();
+        record.write(7, &mut buffer);
+        assert_eq!(buffer.len(), Record::reals(7));
+        assert_eq!(Record::read(&buffer, 7), Some(record));
+        assert_eq!(Record::read(&buffer[1..], 7), None);
+    }
+}

@@ -1,0 +1,117 @@
+//! Misuse is answered by an error as LIGGGHTS' own, with its remedy; all processors stop, none hangs.
+
+mod harness;
+
+use concordem::math::Vec3;
+use harness::{Atom, attempt, data_file, head, text};
+
+const GOOD: &str =
+    "fix bonds all concordem/bond linear_bond normal_stiffness 1e5 shear_stiffness 1e4 bond distance 1.2\n";
+
+fn script(edit: impl FnOnce(String) -> String) -> String {
+    edit(head("row.data", "f f f", 1e-3, 1e-6) + "fix integrate all nve/sphere\n" + GOOD + "thermo 1\nrun 2\n")
+}
+
+#[test]
+fn misuse_stops_all_processors_with_a_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    let atoms: Vec<Atom> = (0..8).map(|k| Atom::resting(Vec3::new(0.01 * f64::from(k), 0.03, 0.03), 0.005)).collect();
+    data_file(&folder.path().join("row.data"), &atoms, Vec3::repeat(-0.01), Vec3::new(0.09, 0.07, 0.07));
+    std::fs::write(folder.path().join("list.txt"), "1 2\n2 99\n").unwrap();
+    std::fs::write(folder.path().join("broken.txt"), "1 one\n").unwrap();
+    std::fs::write(folder.path().join("far.txt"), "1 8\n").unwrap();
+    std::fs::write(
+        folder.path().join("two.toml"),
+        "[[material]]\nname = \"a\"\ndensity = 1\n\n[[material]]\nname = \"b\"\ndensity = 1\n",
+    )
+    .unwrap();
+    std::fs::write(folder.path().join("empty.toml"), "[[material]]\nname = \"a\"\ndensity = 1\n").unwrap();
+    let with = |old: &'static str, new: &'static str| {
+        script(move |s| {
+            assert!(s.contains(old));
+            s.replace(old, new)
+        })
+    };
+    let good = attempt(folder.path(), &script(|s| s), 2);
+    assert!(good.status.success(), "{}", text(&good));
+    let cases = [
+        (with("linear_bond", "glue"), "unknown law `glue`; laws of bonds are linear_bond, cpm, cohesive_beam"),
+        (with("shear_stiffness 1e4", ""), "missing field `shear_stiffness`"),
+        (with("shear_stiffness 1e4", "shear_stiffness -1"), "shear_stiffness = -1 must be finite and not negative"),
+        (with("bond distance 1.2", ""), "add `bond distance FACTOR`"),
+        (with("bond distance 1.2", "bond list list.txt"), "names atom 99, which is not in group all"),
+        (with("bond distance 1.2", "bond list broken.txt"), "wanted are two different atom ids"),
+        (with("bond distance 1.2", "bond list missing.txt"), "cannot read missing.txt"),
+        (with("newton off\n", "newton on\n"), "needs `newton off`"),
+        (with("communicate single vel yes\n", ""), "add `communicate single vel yes`"),
+        (with("units si", "units cgs"), "use `units si`"),
+        (
+            with("normal_stiffness 1e5 shear_stiffness 1e4", "materials two.toml"),
+            "2 [[material]] tables, but the simulation has 1 atom types",
+        ),
+        (
+            with(
+                "normal_stiffness 1e5 shear_stiffness 1e4 bond distance 1.2",
+                "materials empty.toml bond list far.txt",
+            ),
+            "no parameters of law linear_bond for atom types [1, 1]",
+        ),
+        (
+            // A bonded atom that is taken away.
+            with("run 2\n", "run 2\ngroup one id 4\ndelete_atoms group one compress no\nrun 2\n"),
+            "it was deleted or left the simulation box",
+        ),
+        (
+            // Not atoms with a radius.
+            "units si\natom_style atomic\nboundary f f f\nnewton off\nregion b block 0 1 0 1 0 1\ncreate_box 1 b\n"
+                .to_owned()
+                + GOOD,
+            "use `atom_style sphere`",
+        ),
+        (
+            with("thermo 1\n", "thermo 1\ncompute rows all concordem/bond/local nobody\n"),
+            "wants the id of a fix concordem/bond; there is none of that id",
+        ),
+        (
+            with("thermo 1\n", "compute rows all concordem/bond/local\n"),
+            "wants the id of a fix concordem/bond and nothing else",
+        ),
+        (
+            with(
+                "run 2\n",
+                "run 1\nwrite_restart r.bin\nclear\nunits si\nnewton off\ncommunicate single vel yes\nread_restart r.bin\n\
+              fix bonds all concordem/bond cpm young 1e9 shear_ratio 0.2 cohesion 1e6 friction_coefficient 1 \
+              crack_onset_strain 1e-3 relative_ductility 5 bond none\n",
+            ),
+            "the restart file holds bonds of law linear_bond, not cpm",
+        ),
+        (with("boundary f f f", "boundary f p f").replace("1.2", "6"), "less than twice the longest bond or contact"),
+    ];
+    for (script, wanted) in &cases {
+        for processors in [1, 2] {
+            let output = attempt(folder.path(), script, processors);
+            let printed = text(&output);
+            assert!(!output.status.success(), "accepted on {processors}: {wanted}\n{printed}");
+            assert!(
+                printed.contains("ERROR") && printed.contains(wanted),
+                "on {processors} processors, wanted `{wanted}`:\n{printed}\n{script}"
+            );
+        }
+    }
+}
+
+/// The stock program without the library knows nothing of our styles and says so.
+#[test]
+fn without_the_library_the_style_is_unknown() {
+    let folder = tempfile::tempdir().unwrap();
+    let atoms = [Atom::resting(Vec3::repeat(0.03), 0.005)];
+    data_file(&folder.path().join("row.data"), &atoms, Vec3::zeros(), Vec3::repeat(0.06));
+    std::fs::write(folder.path().join("in"), script(|s| s)).unwrap();
+    let output = std::process::Command::new("timeout")
+        .args(["60", "liggghts", "-in", "in", "-log", "none"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(!output.status.success());
+    assert!(text(&output).contains("Invalid fix style: \"concordem/bond\""), "{}", text(&output));
+}

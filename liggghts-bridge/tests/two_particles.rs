@@ -1,0 +1,264 @@
+//! Two particles led along a path through LIGGGHTS, against direct calls of the same laws.
+
+mod harness;
+
+use std::fmt::Write as _;
+
+use concordem::kinematics::sphere_sphere::{ImageShift, Motion, fresh_frame};
+use concordem::kinematics::{Frame, Mode};
+use concordem::law::{
+    BeamModel, CohesiveBeam, ContactGeometry, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Fate,
+    Frictional, HertzMindlin, Kinematics, LinearBond, Section,
+};
+use concordem::math::{Quat, Vec3, normalized, quaternion_of_rotation_vector};
+use harness::{Atom, data_file, dump, frames, head, run};
+
+/// A leg of the path: steps, and velocities and spins of both particles.
+type Leg = (usize, [Vec3; 2], [Vec3; 2]);
+
+const RADIUS: [f64; 2] = [0.004, 0.005];
+const DT: f64 = 1e-6;
+
+/// So dense that no force moves the particles: v + (Δt/2m) f is v to the last bit.
+const DENSITY: f64 = 1e40;
+
+/// Stretch, shear with spin, turn as a body, twist and bend, push together until the surfaces overlap, pull apart.
+fn path(pull: f64) -> Vec<Leg> {
+    let v = Vec3::new;
+    let o = Vec3::zeros();
+    vec![
+        (40, [v(-pull, 0.0, 0.0), v(pull, 0.1 * pull, 0.0)], [o, o]),
+        (
+            60,
+            [v(0.3, -0.4 * pull, pull), v(0.3 - 0.2 * pull, pull, 0.4)],
+            [v(300.0, -200.0, 500.0), v(-100.0, 90.0, 400.0)],
+        ),
+        (50, [o, o], [v(0.0, 700.0, -50.0), v(900.0, 0.0, 10.0)]),
+        (120, [v(6.0, 0.0, 1.0), v(-6.0, 0.2, 0.0)], [v(0.0, 0.0, 4000.0), v(2000.0, 0.0, 4000.0)]),
+        (30, [v(-1.0, 3.0, 0.0), v(1.0, -1.0, 0.0)], [v(3000.0, 0.0, 4000.0), o]),
+        (250, [v(-8.0, 0.0, 0.3), v(9.0, 0.0, 0.0)], [o, v(0.0, 500.0, 0.0)]),
+    ]
+}
+
+fn start() -> [Vec3; 2] {
+    [Vec3::new(0.021, 0.03, 0.028), Vec3::new(0.0303, 0.0302, 0.0275)]
+}
+
+/// Wrench on both particles after every step by direct calls: of `bond` until it breaks, and of `contact` once the
+/// surfaces meet without a bond.
+fn direct<B: ContactLaw, C: ContactLaw>(
+    bond: Option<&B>,
+    contact: &C,
+    legs: &[Leg],
+    mode: Mode,
+) -> Vec<([Vec3; 2], [Vec3; 2])> {
+    let mass = RADIUS.map(|r| 4.0 * std::f64::consts::PI / 3.0 * r * r * r * DENSITY);
+    let mut at = start().map(|position| Motion {
+        position,
+        velocity: Vec3::zeros(),
+        angular_velocity: Vec3::zeros(),
+        rotation_increment: Quat::identity(),
+        orientation: Quat::identity(),
+    });
+    let mut frame = fresh_frame(&at[0].position, &at[1].position, &Vec3::zeros());
+    let rest = frame.length;
+    let mut geometry = ContactGeometry {
+        reference_length: rest,
+        area: bond.map_or(0.0, |law| law.bonded_area(RADIUS[0], RADIUS[1], 0.5 * (RADIUS[0] + RADIUS[1]))),
+        radius_a: RADIUS[0],
+        radius_b: RADIUS[1],
+        mass_a: mass[0],
+        mass_b: mass[1],
+    };
+    let mut bonded = bond.is_some();
+    let mut kept: Option<f64> = None;
+    let mut bond_history = B::State::default();
+    let mut history: Option<C::State> = None;
+    let mut out = Vec::new();
+    let still = std::iter::once((1, [Vec3::zeros(); 2], [Vec3::zeros(); 2]));
+    for (steps, velocity, spin) in still.chain(legs.iter().copied()) {
+        for _ in 0..steps {
+            for p in 0..2 {
+                at[p].velocity = velocity[p];
+                at[p].angular_velocity = spin[p];
+                at[p].position += velocity[p] * DT;
+                at[p].rotation_increment = quaternion_of_rotation_vector(&(spin[p] * DT));
+                at[p].orientation = normalized(&(at[p].rotation_increment * at[p].orientation));
+            }
+            let image = ImageShift::default();
+            let between = at[1].position - at[0].position;
+            let mut wrench = ([Vec3::zeros(); 2], [Vec3::zeros(); 2]);
+            let mut give = |force: Vec3, moment: Vec3, normal: Vec3, arm_a: f64, arm_b: f64| {
+                let lever = normal.cross(&force);
+                wrench = ([force, -force], [lever * arm_a + moment, lever * arm_b - moment]);
+            };
+            if let (true, Some(law)) = (bonded, bond) {
+                let k = B::Kinematics::measure(mode, &at[0], &at[1], &image, &geometry, &frame, true, DT);
+                let answer = law.respond(&k, &bond_history, DT);
+                let point = *k.point();
+                frame = Frame { normal: point.normal, length: point.length };
+                bond_history = answer.state;
+                if answer.fate == Fate::Broke {
+                    bonded = false;
+                    kept = law
+                        .kept_reference(concordem::law::Reference { length: rest, area: geometry.area })
+                        .map(|r| r.length);
+                } else {
+                    give(answer.force, answer.moment, point.normal, point.arm_a, point.arm_b);
+                }
+            } else {
+                let touching = kept.unwrap_or(RADIUS[0] + RADIUS[1]);
+                if history.is_none() && between.norm() - touching < 0.0 {
+                    let before = between - (at[1].velocity - at[0].velocity) * DT;
+                    frame = Frame { normal: before / before.norm(), length: before.norm() };
+                    if kept.is_none() {
+                        let reference = C::unbonded_reference(between.norm(), RADIUS[0], RADIUS[1]);
+                        geometry.reference_length = reference.length;
+                        geometry.area = reference.area;
+                    }
+                    history = Some(C::State::default());
+                }
+                if let Some(old) = history {
+                    let k = C::Kinematics::measure(mode, &at[0], &at[1], &image, &geometry, &frame, false, DT);
+                    let answer = contact.respond(&k, &old, DT);
+                    let point = *k.point();
+                    frame = Frame { normal: point.normal, length: point.length };
+                    history = Some(answer.state);
+                    if answer.fate == Fate::Lives {
+                        give(answer.force, answer.moment, point.normal, point.arm_a, point.arm_b);
+                    } else {
+                        history = None;
+                    }
+                }
+            }
+            out.push(wrench);
+        }
+    }
+    out
+}
+
+/// LIGGGHTS along the same path; compared step by step.
+fn compare(law: &str, legs: &[Leg], expected: &[([Vec3; 2], [Vec3; 2])], breaks: bool) {
+    let folder = tempfile::tempdir().unwrap();
+    let atoms: Vec<Atom> = start()
+        .iter()
+        .zip(RADIUS)
+        .map(|(&position, radius)| Atom { density: DENSITY, ..Atom::resting(position, radius) })
+        .collect();
+    data_file(&folder.path().join("two.data"), &atoms, Vec3::zeros(), Vec3::new(0.06, 0.06, 0.06));
+    // The middle of the box, where processors meet, lies between the particles.
+    let mut script = head("two.data", "f f f", 1e-3, DT);
+    writeln!(script, "group a id 1\ngroup b id 2\nfix integrate all nve/sphere\nfix bonds all concordem/bond {law}")
+        .unwrap();
+    writeln!(script, "thermo_style custom step f_bonds f_bonds[2]\nthermo 1").unwrap();
+    script.push_str(&dump("out.dump", 1));
+    script.push_str("run 0\n");
+    for (steps, velocity, spin) in legs {
+        for (p, name) in ["a", "b"].iter().enumerate() {
+            let (v, w) = (velocity[p], spin[p]);
+            writeln!(script, "velocity {name} set {:e} {:e} {:e} units box", v.x, v.y, v.z).unwrap();
+            writeln!(script, "set group {name} omegax {:e} omegay {:e} omegaz {:e}", w.x, w.y, w.z).unwrap();
+        }
+        writeln!(script, "run {steps}").unwrap();
+    }
+    for processors in [1, 2] {
+        let printed = run(folder.path(), &script, processors);
+        if breaks {
+            let broken = harness::thermo(&printed).last().unwrap()[2];
+            assert_eq!(broken, 1.0, "{law}: the bond was meant to break");
+        }
+        let found = frames(&folder.path().join("out.dump"));
+        assert!(expected.len() > 500);
+        for (step, atoms) in &found {
+            let (force, torque) = &expected[*step as usize];
+            for p in 0..2 {
+                // Same function, same numbers: a last digit is left for printing and for adding to zero.
+                let close = |a: &Vec3, b: &Vec3| (a - b).norm() <= 1e-14 * b.norm();
+                assert!(
+                    close(&atoms[p].force, &force[p]) && close(&atoms[p].torque, &torque[p]),
+                    "{law}, {processors} processors, step {step}, particle {p}: {:?} instead of {:?} {:?}",
+                    atoms[p],
+                    force[p],
+                    torque[p]
+                );
+            }
+        }
+        // Dumps of steps that end one run and begin the next occur once.
+        assert_eq!(found.last().unwrap().0 as usize, expected.len() - 1);
+    }
+}
+
+#[test]
+fn linear_bond_equals_direct_calls() {
+    let bond = LinearBond::new(1e6, 4e5, 0.1, 300.0, 250.0).unwrap();
+    let after = Frictional::new(ContactStiffness::Given { normal: 1e6, shear: 4e5 }, 0.4, 0.1).unwrap();
+    let text = "linear_bond normal_stiffness 1e6 shear_stiffness 4e5 damping_ratio 0.1 normal_strength 300 shear_strength 250 \
+                friction_coefficient 0.4 bond distance 1.2 contact linear_bond";
+    for (mode, name) in
+        [(Mode::Finite, "finite"), (Mode::FirstOrder, "first-order"), (Mode::YadeRatcheting, "yade-ratcheting")]
+    {
+        let legs = path(1.0);
+        let expected = direct(Some(&bond), &after, &legs, mode);
+        compare(&format!("{text} kinematics {name}"), &legs, &expected, true);
+    }
+}
+
+#[test]
+fn cpm_equals_direct_calls() {
+    let mut parameters = CpmParameters::new(30e9, 0.2, 3e6, 0.0, 1e-3, 5.0);
+    parameters.friction_angle = concordem::math::atan2(0.8, 1.0);
+    parameters.omega_threshold = 0.9;
+    let law = Cpm::new(&parameters).unwrap();
+    let legs = path(1.0);
+    let expected = direct(Some(&law), &law, &legs, Mode::Finite);
+    compare(
+        "cpm young 30e9 shear_ratio 0.2 cohesion 3e6 friction_coefficient 0.8 crack_onset_strain 1e-3 \
+         relative_ductility 5 omega_threshold 0.9 bond distance 1.5 contact cpm",
+        &legs,
+        &expected,
+        true,
+    );
+}
+
+#[test]
+fn cohesive_beam_equals_direct_calls() {
+    let after = Frictional::new(ContactStiffness::Given { normal: 1e6, shear: 4e5 }, 0.4, 0.0).unwrap();
+    for (model, text, strength) in [
+        (BeamModel::EulerBernoulli, "euler-bernoulli", f64::INFINITY),
+        (BeamModel::Timoshenko { shear_coefficient: 0.9 }, "timoshenko", f64::INFINITY),
+        (BeamModel::EulerBernoulli, "euler-bernoulli", 3e8),
+    ] {
+        let mut beam = CohesiveBeam::new(70e9, 0.25, Section::Ratio(0.6)).unwrap();
+        beam.model = model;
+        beam.strength = strength;
+        let legs = path(1.0);
+        let expected = direct(Some(&beam), &after, &legs, Mode::Finite);
+        let breaks = strength.is_finite();
+        let failure = if breaks { "tensile_strength 3e8" } else { "" };
+        compare(
+            &format!(
+                "cohesive_beam young 70e9 poisson 0.25 radius_ratio 0.6 model {text} {failure} bond distance 1.2 contact \
+                 frictional contact.normal_stiffness 1e6 contact.shear_stiffness 4e5 contact.friction_coefficient 0.4"
+            ),
+            &legs,
+            &expected,
+            breaks,
+        );
+    }
+}
+
+#[test]
+fn hertz_mindlin_equals_direct_calls() {
+    let glass = Elastic { young: 70e6, poisson: 0.2 };
+    let law = HertzMindlin::new(glass, glass, 0.35, 0.8).unwrap();
+    let legs = path(1.0);
+    let expected = direct::<LinearBond, _>(None, &law, &legs, Mode::Finite);
+    assert!(expected.iter().filter(|wrench| wrench.0[0] != Vec3::zeros()).count() > 50);
+    compare(
+        "linear_bond normal_stiffness 1 shear_stiffness 1 bond none contact hertz_mindlin contact.young 70e6 contact.poisson \
+         0.2 contact.friction_coefficient 0.35 contact.restitution 0.8",
+        &legs,
+        &expected,
+        false,
+    );
+}
