@@ -55,7 +55,7 @@ def _hertz_mindlin(document):
         + _pairs(lambda a, b: 0.5 * (translate.friction(a) + translate.friction(b)), laws),
     ]
     # no tangential dashpot in our law
-    return lines, properties, "gran model hertz tangential history tangential_damping off"
+    return lines, properties, "model hertz tangential history"
 
 
 def _frictional(document):
@@ -74,7 +74,7 @@ def _frictional(document):
         f"coefficientFriction peratomtypepair {n} "
         + _pairs(lambda a, b: 0.5 * (translate.friction(a) + translate.friction(b)), laws),
     ]
-    return [], properties, "gran model hooke/stiffness tangential history tangential_damping off"
+    return [], properties, "model hooke/stiffness tangential history"
 
 
 _MODELS = {"hertz_mindlin": _hertz_mindlin, "frictional": _frictional}
@@ -115,13 +115,13 @@ def deck(task, ranks):
         "communicate single vel yes", "units si", *filter(None, head),
         "read_data data.txt", f"neighbor {_number(skin)} bin", "neigh_modify delay 0",
         *[f"fix property{k} all property/global {p}" for k, p in enumerate(properties)],
-        f"pair_style {style}", "pair_coeff * *", f"timestep {_number(start.dt)}",
+        f"pair_style gran {style} tangential_damping off", "pair_coeff * *", f"timestep {_number(start.dt)}",
     ]
-    wall_style = style.replace("gran ", "wall/gran ", 1)
     for k, (axis, position, _, velocity, material) in enumerate(translate.planes(document)):
         if any(velocity):
             raise Unsupported("liggghts: no translation of moving walls")
-        lines.append(f"fix wall{k} all {wall_style} primitive type {material + 1} {'xyz'[axis]}plane {_number(position)}")
+        lines.append(f"fix wall{k} all wall/gran {style} primitive type {material + 1} "
+                     f"{'xyz'[axis]}plane {_number(position)} tangential_damping off")
     gravity = vector(document.get("integration", {}).get("gravity", [0, 0, 0]))
     size = math.sqrt(sum(g * g for g in gravity))
     if size:

@@ -31,7 +31,7 @@ def source(task):
     return DRIVER.read_text()
 
 
-def _cpm(material, document):
+def _cpm(material, document, start):
     law = material["cpm"]
     if law.get("mode") == "woo":
         raise Unsupported("yade: no translation of CPM in mode woo")
@@ -46,22 +46,30 @@ def _cpm(material, document):
             relKnSoft=si(law.get("relative_soft_stiffness", 0.3))))
 
 
-def _frictional(material, document):
+def _frictional(material, document, start):
+    """k_n = 2 E_A r_A E_B r_B/(E_A r_A + E_B r_B): E r for equal spheres, so that a given stiffness has a modulus too."""
     law = material["frictional"]
-    if si(law.get("damping_ratio", 0)) or "young" not in law:
-        raise Unsupported("yade: linear contacts only without dashpots, and with `young` and `stiffness_ratio`")
-    return dict(kind="frictional", young=si(law["young"]), poisson=si(law["stiffness_ratio"]),
-                frictionAngle=math.atan(translate.friction(law)), density=si(material["density"]))
+    if si(law.get("damping_ratio", 0)):
+        raise Unsupported("yade: linear contacts only without dashpots")
+    if "young" in law:
+        young, ratio = si(law["young"]), si(law["stiffness_ratio"])
+    elif np.ptp(start.radius) == 0 and len(document["material"]) == 1:
+        young = si(law["normal_stiffness"]) / float(start.radius[0])
+        ratio = si(law["shear_stiffness"]) / si(law["normal_stiffness"])
+    else:
+        raise Unsupported("yade: given stiffnesses only for one material and equal spheres; else `young`, `stiffness_ratio`")
+    return dict(kind="frictional", young=young, poisson=ratio, frictionAngle=math.atan(translate.friction(law)),
+                density=si(material["density"]))
 
 
-def _hertz_mindlin(material, document):
+def _hertz_mindlin(material, document, start):
     law = material["hertz_mindlin"]
     return dict(kind="hertz_mindlin", young=si(law["young"]), poisson=si(law["poisson"]),
                 frictionAngle=math.atan(translate.friction(law)), density=si(material["density"]),
                 restitution=si(law.get("restitution", 1)))
 
 
-def _cohesive_beam(material, document):
+def _cohesive_beam(material, document, start):
     """YADE's moment law with the stiffnesses of the beam, for equal spheres at rest distance L = 2r.
 
     YADE's are k_n = E' r, k_s = P k_n, k_r = r² k_s α_r, k_t = r² k_s α_t for the material (E', P, α_r, α_t); the beam's
@@ -109,7 +117,7 @@ def translation(task):
     force, moment = translate.forces(document, start)
     output = document.get("output", {})
     return dict(
-        law=law, materials=[_LAWS[law](m, document) for m in document["material"]],
+        law=law, materials=[_LAWS[law](m, document, start) for m in document["material"]],
         position=start.position.tolist(), radius=start.radius.tolist(), mass=start.mass.tolist(),
         material=start.material.tolist(), velocity=velocity.tolist(), spin=spin.tolist(),
         fixed=["".join(sorted(f)) for f in fixed], force=force.tolist(), moment=moment.tolist(),

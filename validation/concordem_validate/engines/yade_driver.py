@@ -76,8 +76,12 @@ elif law == "frictional":
 elif law == "hertz_mindlin":
     geometry = [Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=correction, label="ig2"),
                 Ig2_Wall_Sphere_ScGeom(hertzian=True, noRatch=correction)]
-    e = task["materials"][0]["restitution"]
-    physics = [Ip2_FrictMat_FrictMat_MindlinPhys(**({} if e == 1 else {"en": e, "es": e}))]
+    # one coefficient per pair of materials, the mean of theirs; without any damping YADE takes none at all
+    e = [m["restitution"] for m in task["materials"]]
+    pairs = [(i, j, 0.5 * (a + b)) for i, a in enumerate(e) for j, b in enumerate(e) if j >= i]
+    damped = any(x < 1 for x in e)
+    physics = [Ip2_FrictMat_FrictMat_MindlinPhys(**(
+        {"en": MatchMaker(matches=pairs), "es": MatchMaker(matches=[(i, j, 1.0) for i, j, _ in pairs])} if damped else {}))]
     response = [Law2_ScGeom_MindlinPhys_Mindlin()]
 else:
     geometry = [Ig2_Sphere_Sphere_ScGeom6D(interactionDetectionFactor=ratio, avoidGranularRatcheting=correction, label="ig2")]
