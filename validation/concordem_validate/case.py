@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1] / "cases"
 KINDS = {"series", "scalar", "ensemble"}
 TIERS = {"fast", "full"}
 _CASE = {"title", "question", "source", "tier", "time_limit_s", "engines", "scenario", "variant", "check"}
-_VARIANT = {"name", "changes", "scenario", "engines", "about"}
+_VARIANT = {"name", "changes", "scenario", "engines", "about", "command"}
 _CHECK = {"name", "kind", "peer", "variants", "of", "to_step", "from_step", "scale", "tolerance", "reason", "quirk",
           "known", "tier"}
 
@@ -46,11 +46,9 @@ class Task:
     scenario: dict
     module: object
     start: object = None
+    command: str = "run"
     check_threads: bool = False
     plant: dict = field(default_factory=dict)
-
-    def parameters(self):
-        return self.scenario
 
 
 @dataclass
@@ -67,6 +65,14 @@ class Case:
     engines_of: dict
     checks: list
     module: object
+
+    def only(self, variants, peers):
+        """The same case with some variants and peers."""
+        tasks = [t for t in self.tasks if t.variant in variants]
+        engines_of = {v: [e for e in self.engines_of[v] if e in peers] for v in variants}
+        few = replace(self, tasks=tasks, engines_of=engines_of)
+        few.checks = [c for c in self.checks if c.peer in peers and few.variants_of(c)]
+        return few
 
     def variants_of(self, check):
         found = [t.variant for t in self.tasks if any(fnmatch.fnmatch(t.variant, p) for p in check.variants)]
@@ -114,7 +120,10 @@ def load(name, root=ROOT):
         _refuse(f"{path}: variant {variant.get('name')}", variant, _VARIANT)
         document = scenario.load(folder / variant.get("scenario", data.get("scenario", "scenario.toml")))
         document = scenario.changed(document, variant.get("changes", {}))
-        tasks.append(Task(name, variant["name"], folder, document, module, check_threads=k == 0))
+        command = variant.get("command", "run")
+        if command not in ("run", "elastic"):
+            raise HarnessError(f"{path}: `command` is run or elastic")
+        tasks.append(Task(name, variant["name"], folder, document, module, command=command, check_threads=k == 0))
         engines_of[variant["name"]] = _engines(path, variant.get("engines", engines))
     checks, known = [], quirks.load()
     for check in data["check"]:
@@ -135,7 +144,3 @@ def load(name, root=ROOT):
         if not case.variants_of(check):
             raise HarnessError(f"{path}: check `{check.name}` meets no variant that `{check.peer}` runs")
     return case
-
-
-def with_plant(task, plant):
-    return replace(task, plant=plant)

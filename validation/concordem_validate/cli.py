@@ -25,6 +25,7 @@ def main(arguments=None):
     one.add_argument("--full", action="store_true", help="all cases, the long ones too")
     one.add_argument("--strict", action="store_true", help="a missing peer is a failure (always so where CI is set)")
     one.add_argument("--fresh", action="store_true", help="run again what is there already")
+    one.add_argument("--verbose", action="store_true", help="print every check, the good ones too")
     one.add_argument("--jobs", type=int, help="engines at a time; by default one per processor")
     one.add_argument("--time-factor", type=float, default=1.0, help="multiplies all time limits, for slow machines")
     one.add_argument("--output", type=Path, default=_OUT, help="folder of results and report (%(default)s)")
@@ -75,13 +76,13 @@ def _run(options):
     round_ = made.run(loaded)
     path = report.write(options.output / "report.html", loaded, round_)
     strict = options.strict or runner.strict_by_default()
-    print(report.text(loaded, round_, strict))
+    print(report.text(loaded, round_, strict, options.verbose))
     print(f"report: {path}")
     return 1 if round_.failed(strict) else 0
 
 
 def _report(options):
-    options.jobs, options.fresh, options.time_factor, options.strict = None, False, 1.0, False
+    options.jobs, options.fresh, options.time_factor, options.strict, options.verbose = None, False, 1.0, False, False
     return _run(options)
 
 

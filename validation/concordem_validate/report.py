@@ -184,10 +184,10 @@ def _case(case, round_):
     return dict(
         name=case.name, title=case.title, question=case.question.strip(), source=case.source, tier=case.tier,
         notes=notes.read_text() if notes.exists() else "",
-        verdicts=[dict(
-            check=v.check.name, variant=v.variant, peer=v.peer, status=v.status, word=_WORDS[v.status],
-            difference=_number(v.difference), limit=_limit(v.check), reason=v.check.reason.strip(), quirk=v.check.quirk,
-            message=v.message) for v in verdicts],
+        checks=[dict(
+            name=check.name, peer=check.peer, limit=_limit(check), reason=check.reason.strip(), quirk=check.quirk,
+            verdicts=[dict(variant=v.variant, status=v.status, word=_WORDS[v.status], difference=_number(v.difference),
+                           message=v.message) for v in verdicts if v.check is check]) for check in case.checks],
         troubles=[dict(variant=o.variant, engine=o.engine, status=o.status, message=o.message)
                   for o in outcomes if o.status != "done"],
         plots=plots, curves=curves, pictures=pictures, speeds=speeds, provenance=provenance)
@@ -231,11 +231,11 @@ def write(path, cases, round_):
     return path
 
 
-def text(cases, round_, strict):
+def text(cases, round_, strict, verbose=False):
     """What a terminal shows: what is not simply good, and the counts."""
     lines = []
     for verdict in round_.verdicts:
-        if verdict.status != "pass":
+        if verbose or verdict.status != "pass":
             lines.append(f"{_WORDS[verdict.status]:17} {verdict.case} · {verdict.variant} · {verdict.check.name} · "
                          f"{verdict.peer}: {_number(verdict.difference)} ({_limit(verdict.check)}) "
                          f"{verdict.message}".rstrip())

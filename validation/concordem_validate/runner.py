@@ -21,6 +21,7 @@ from .errors import Crashed, HarnessError, NotInstalled, TimedOut, Unsupported
 from .result import Result
 
 _PACKAGE = Path(__file__).parent
+# closed forms of elastic constants need no state
 _NEEDS_START = {"yade", "liggghts", "liggghts-np2", "analytic"}
 
 
@@ -91,7 +92,7 @@ class Runner:
         plant = [f.__name__ for name in ("concordem", engine) for f in task.plant.get(name, [])]
         if plant:
             plant.append(str(task.plant.get("label")))
-        text = json.dumps([engine, version, concordem.version(), _sources(), _inputs(task), plant, task.check_threads])
+        text = json.dumps([engine, version, concordem.version(), _sources(), _inputs(task), plant, task.check_threads, task.command])
         return hashlib.sha256(text.encode()).hexdigest()[:24]
 
     def start_of(self, task):
@@ -122,7 +123,7 @@ class Runner:
             if out.path.exists() and not self.fresh:
                 out.kept = True
                 return self._say(out, task)
-            if engine in _NEEDS_START:
+            if engine in _NEEDS_START and task.command == "run":
                 task.start = self.start_of(task)
             scratch = Path(tempfile.mkdtemp(prefix=f"concordem-{engine}-"))
             try:

@@ -1,4 +1,5 @@
 """ConcorDEM itself: runs the program and reads its result. Also exports the start state for the peers."""
+import copy
 import hashlib
 import json
 import os
@@ -51,7 +52,21 @@ def _run(folder, limit, threads):
                        folder, limit)
 
 
+def _elastic(task, folder, limit):
+    """Elastic constants by the program's own command, which has no run and no series."""
+    _prepare(task, folder)
+    text, wall = process.run(
+        [program(), "elastic", "--json", "--quiet", "-j", 1, "scenario.toml"], folder, limit)
+    result = Result(NAME, 1.0, provenance={"command": "concordem elastic --json -j 1 scenario.toml"})
+    result.numbers.update(elastic=json.loads(text), wall_s=wall)
+    return result
+
+
 def run(task, folder, limit):
+    for change in task.plant.get("concordem", []):
+        task.scenario = change(copy.deepcopy(task.scenario))
+    if task.command == "elastic":
+        return _elastic(task, folder, limit)
     _prepare(task, folder)
     _, wall = _run(folder, limit, 1)
     result = read(folder / "result.h5", task.scenario)
@@ -182,6 +197,3 @@ def export_start(task, folder, limit=120):
             radius=particles["radius"][()][row], mass=particles["mass"][()][row],
             material=particles["material"][()][row].astype(int), bonds=np.sort(bonds, axis=1), reference_length=length)
 
-
-def task_key(task):
-    return json.dumps(task.scenario, sort_keys=True, default=str)

@@ -119,6 +119,8 @@ def translation(task):
     return dict(
         law=law, materials=[_LAWS[law](m, document, start) for m in document["material"]],
         position=start.position.tolist(), radius=start.radius.tolist(), mass=start.mass.tolist(),
+        # solid spheres, as ours
+        inertia=(0.4 * start.mass * start.radius**2).tolist(),
         material=start.material.tolist(), velocity=velocity.tolist(), spin=spin.tolist(),
         fixed=["".join(sorted(f)) for f in fixed], force=force.tolist(), moment=moment.tolist(),
         walls=translate.planes(document), bonds=start.bonds.tolist(),

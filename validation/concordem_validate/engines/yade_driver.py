@@ -46,9 +46,7 @@ for m in materials:
 for p, (x, r) in enumerate(zip(task["position"], task["radius"])):
     # colour given: utils draws a random one else and reseeds Python's generator
     b = utils.sphere(x, r, material=materials[task["material"][p]], color=(1, 1, 1))
-    mass = task["mass"][p]
-    b.state.mass = mass
-    b.state.inertia = Vector3(1, 1, 1) * (0.4 * mass * r * r)
+    b.state.mass, b.state.inertia = task["mass"][p], Vector3(1, 1, 1) * task["inertia"][p]
     b.state.vel, b.state.angVel = Vector3(*task["velocity"][p]), Vector3(*task["spin"][p])
     b.state.blockedDOFs = task["fixed"][p]
     O.bodies.append(b)
