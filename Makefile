@@ -4,7 +4,7 @@ CONCORDEM := target/release/concordem
 DEMO := demo
 SCENARIOS := rust-core/src/scenario/templates
 
-.PHONY: help demo liggghts test check bench docs validate-full clean-demo
+.PHONY: help demo liggghts test check bench docs validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -13,7 +13,8 @@ help:
 	@echo "make check          formatting and lints"
 	@echo "make bench          speed of laws, neighbour search, and whole steps; ratio to YADE"
 	@echo "make docs           documentation of the library, into target/doc"
-	@echo "make validate-full  the long studies behind the published figures (hours; resumable)"
+	@echo "make validate       the same scenarios in ConcorDEM, YADE, LIGGGHTS, and closed forms; a report (minutes)"
+	@echo "make validate-full  all cases, and the long studies behind the published figures (hours; resumable)"
 
 $(CONCORDEM): FORCE
 	.ci/setup build
@@ -61,7 +62,15 @@ docs:
 	.ci/setup build
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps -p concordem
 
+# A missing peer fails where CI is set, and is said otherwise. PYTHONPATH: no installation is needed.
+validate: $(CONCORDEM)
+	.ci/setup test
+	cd validation && ../.venv/bin/python -m pytest -q tests
+	PYTHONPATH=validation .venv/bin/python -m concordem_validate run
+
 validate-full: $(CONCORDEM)
+	.ci/setup test
+	PYTHONPATH=validation .venv/bin/python -m concordem_validate run --full --strict
 	validation/specimens.py --full
 	validation/deformable.py --full
 	$(CARGO) run --release -p concordem --example beam_study --no-default-features -- validation/results/beams.json

@@ -1,0 +1,146 @@
+"""Cases: folders with a physical question, a scenario, engines, and checks with tolerances and their reasons."""
+import fnmatch
+import importlib.util
+import tomllib
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from . import quirks, scenario
+from .engines import ENGINES
+from .errors import HarnessError
+
+ROOT = Path(__file__).parents[1] / "cases"
+KINDS = {"series", "scalar", "ensemble"}
+TIERS = {"fast", "full"}
+_CASE = {"title", "question", "source", "tier", "time_limit_s", "engines", "scenario", "variant", "check"}
+_VARIANT = {"name", "changes", "scenario", "engines", "about", "command"}
+_CHECK = {"name", "kind", "peer", "variants", "of", "to_step", "from_step", "scale", "tolerance", "reason", "quirk",
+          "known", "tier"}
+
+
+@dataclass
+class Check:
+    """One comparison of ConcorDEM with a peer."""
+
+    name: str
+    kind: str
+    peer: str
+    of: str
+    variants: list
+    reason: str
+    tolerance: float = None
+    scale: object = "maximum"
+    from_step: int = 0
+    to_step: int = None
+    quirk: str = None
+    known: list = None
+
+
+@dataclass
+class Task:
+    """One variant of a case, as an engine gets it."""
+
+    case: str
+    variant: str
+    folder: Path
+    scenario: dict
+    module: object
+    start: object = None
+    command: str = "run"
+    check_threads: bool = False
+    plant: dict = field(default_factory=dict)
+
+
+@dataclass
+class Case:
+    name: str
+    folder: Path
+    title: str
+    question: str
+    source: str
+    tier: str
+    time_limit: float
+    engines: list
+    tasks: list
+    engines_of: dict
+    checks: list
+    module: object
+
+    def only(self, variants, peers):
+        """The same case with some variants and peers."""
+        tasks = [t for t in self.tasks if t.variant in variants]
+        engines_of = {v: [e for e in self.engines_of[v] if e in peers] for v in variants}
+        few = replace(self, tasks=tasks, engines_of=engines_of)
+        few.checks = [c for c in self.checks if c.peer in peers and few.variants_of(c)]
+        return few
+
+    def variants_of(self, check):
+        found = [t.variant for t in self.tasks if any(fnmatch.fnmatch(t.variant, p) for p in check.variants)]
+        return [v for v in found if check.peer in self.engines_of[v]]
+
+
+def names(root=ROOT):
+    return sorted(path.parent.name for path in root.glob("*/case.toml"))
+
+
+def _refuse(place, table, allowed):
+    unknown = set(table) - allowed
+    if unknown:
+        raise HarnessError(f"{place}: unknown key {', '.join(sorted(unknown))}; there are {', '.join(sorted(allowed))}")
+
+
+def _engines(place, wanted):
+    for name in wanted:
+        if name not in ENGINES:
+            raise HarnessError(f"{place}: no engine `{name}`; there are {', '.join(ENGINES)}")
+    return list(wanted)
+
+
+def load(name, root=ROOT):
+    folder = root / name
+    path = folder / "case.toml"
+    if not path.exists():
+        raise HarnessError(f"no case `{name}`; there are {', '.join(names(root))}")
+    with open(path, "rb") as file:
+        data = tomllib.load(file)
+    _refuse(path, data, _CASE)
+    for key in ("title", "question", "source", "engines", "check"):
+        if not data.get(key):
+            raise HarnessError(f"{path}: `{key}` is missing")
+    if data.get("tier", "fast") not in TIERS:
+        raise HarnessError(f"{path}: `tier` is fast or full")
+    module = None
+    if (folder / "case.py").exists():
+        spec = importlib.util.spec_from_file_location(f"concordem_case_{name.replace('-', '_')}", folder / "case.py")
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+    engines = _engines(path, data["engines"])
+    tasks, engines_of = [], {}
+    for k, variant in enumerate(data.get("variant", [{"name": "main"}])):
+        _refuse(f"{path}: variant {variant.get('name')}", variant, _VARIANT)
+        document = scenario.load(folder / variant.get("scenario", data.get("scenario", "scenario.toml")))
+        document = scenario.changed(document, variant.get("changes", {}))
+        command = variant.get("command", "run")
+        if command not in ("run", "elastic"):
+            raise HarnessError(f"{path}: `command` is run or elastic")
+        tasks.append(Task(name, variant["name"], folder, document, module, command=command, check_threads=k == 0))
+        engines_of[variant["name"]] = _engines(path, variant.get("engines", engines))
+    checks, known = [], quirks.load()
+    for check in data["check"]:
+        place = f"{path}: check `{check.get('name')}`"
+        _refuse(place, check, _CHECK)
+        if check.get("kind") not in KINDS or check.get("peer") not in engines:
+            raise HarnessError(f"{place}: needs `kind` ({', '.join(sorted(KINDS))}) and `peer`, one of the case's engines")
+        if not check.get("reason", "").strip():
+            raise HarnessError(f"{place}: every tolerance has a `reason`")
+        if ("quirk" in check) != ("known" in check) or ("tolerance" in check) == ("known" in check):
+            raise HarnessError(f"{place}: give either `tolerance`, or `quirk` and `known = [least, most]`")
+        if "quirk" in check and check["quirk"] not in known:
+            raise HarnessError(f"{place}: quirks.toml has no `{check['quirk']}`")
+        checks.append(Check(**{"variants": ["*"], **{k: v for k, v in check.items() if k != "tier"}}))
+    case = Case(name, folder, data["title"], data["question"], data["source"], data.get("tier", "fast"),
+                float(data.get("time_limit_s", 120)), engines, tasks, engines_of, checks, module)
+    for check in checks:
+        if not case.variants_of(check):
+            raise HarnessError(f"{path}: check `{check.name}` meets no variant that `{check.peer}` runs")
+    return case

@@ -1,0 +1,95 @@
+"""The command line."""
+import argparse
+import sys
+from pathlib import Path
+
+from . import case as cases
+from . import compare, report, runner
+from .engines import ENGINES
+from .errors import HarnessError, NotInstalled
+from .result import Result
+
+_OUT = Path(__file__).parents[2] / "target" / "validate"
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(
+        prog="concordem-validate", description="One scenario, every code, one verdict.",
+        epilog="Exit codes: 0 all within tolerance, 1 a check failed (with CI or --strict also: a peer is missing), "
+               "2 wrong arguments or a case that cannot be read.")
+    commands = parser.add_subparsers(dest="command", required=True)
+    one = commands.add_parser("list", help="list cases and engines")
+    one.add_argument("--checks", action="store_true", help="with every check, its tolerance and reason")
+    one = commands.add_parser("run", help="run cases, judge them, and write the report")
+    one.add_argument("cases", nargs="*", help="names of cases; all fast ones when left out")
+    one.add_argument("--full", action="store_true", help="all cases, the long ones too")
+    one.add_argument("--strict", action="store_true", help="a missing peer is a failure (always so where CI is set)")
+    one.add_argument("--fresh", action="store_true", help="run again what is there already")
+    one.add_argument("--verbose", action="store_true", help="print every check, the good ones too")
+    one.add_argument("--jobs", type=int, help="engines at a time; by default one per processor")
+    one.add_argument("--time-factor", type=float, default=1.0, help="multiplies all time limits, for slow machines")
+    one.add_argument("--output", type=Path, default=_OUT, help="folder of results and report (%(default)s)")
+    one = commands.add_parser("compare", help="compare two result files")
+    one.add_argument("a", type=Path)
+    one.add_argument("b", type=Path)
+    one.add_argument("--tolerance", type=float, default=0.0, help="largest relative difference (%(default)g)")
+    one = commands.add_parser("report", help="write the report of what has been run, running nothing that is there")
+    one.add_argument("cases", nargs="*")
+    one.add_argument("--full", action="store_true")
+    one.add_argument("--output", type=Path, default=_OUT)
+    options = parser.parse_args(arguments)
+    try:
+        return globals()[f"_{options.command}"](options)
+    except HarnessError as error:
+        print(f"concordem-validate: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("interrupted; finished runs are kept, the same command goes on", file=sys.stderr)
+        return 130
+
+
+def _load(options):
+    wanted = options.cases or cases.names()
+    loaded = [cases.load(name) for name in wanted]
+    return loaded if options.cases or options.full else [c for c in loaded if c.tier == "fast"]
+
+
+def _list(options):
+    for name, engine in ENGINES.items():
+        try:
+            print(f"engine {name:14} {engine.version()}")
+        except NotInstalled as error:
+            print(f"engine {name:14} {error}")
+    for name in cases.names():
+        one = cases.load(name)
+        print(f"{name:28} {one.tier:5} {len(one.tasks):3} variants, {', '.join(one.engines)}: {one.title}")
+        if options.checks:
+            for check in one.checks:
+                limit = f"known {check.known} ({check.quirk})" if check.quirk else f"≤ {check.tolerance:g}"
+                print(f"    {check.name} | {check.peer} | {limit} | {check.reason}")
+    return 0
+
+
+def _run(options):
+    loaded = _load(options)
+    made = runner.Runner(options.output, options.jobs, options.fresh, time_factor=options.time_factor)
+    round_ = made.run(loaded)
+    path = report.write(options.output / "report.html", loaded, round_)
+    strict = options.strict or runner.strict_by_default()
+    print(report.text(loaded, round_, strict, options.verbose))
+    print(f"report: {path}")
+    return 1 if round_.failed(strict) else 0
+
+
+def _report(options):
+    options.jobs, options.fresh, options.time_factor, options.strict, options.verbose = None, False, 1.0, False, False
+    return _run(options)
+
+
+def _compare(options):
+    for path in (options.a, options.b):
+        if not path.exists():
+            raise HarnessError(f"{path} does not exist")
+    lines, good = compare.files(Result.read(options.a), Result.read(options.b), options.tolerance)
+    print("\n".join(lines) or "no common series")
+    return 0 if good else 1

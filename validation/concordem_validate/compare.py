@@ -1,0 +1,227 @@
+"""Verdicts: how far ConcorDEM and a peer are apart, and whether that is within a tolerance that has a reason."""
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .errors import HarnessError
+from .quantity import si
+
+
+@dataclass
+class Verdict:
+    """One check of one variant (or of all variants of an ensemble)."""
+
+    case: str
+    variant: str
+    check: object
+    status: str  # pass, known, fail, missing
+    difference: float = math.nan
+    message: str = ""
+    steps: np.ndarray = None
+    growth: np.ndarray = None
+    values: tuple = None
+    band: tuple = None
+    peer: str = field(init=False)
+
+    def __post_init__(self):
+        self.peer = self.check.peer
+
+
+def measures(case, task, result):
+    """The numbers of a result: a table's own, or what `measures` of the case makes of it."""
+    if "measures" in result.numbers:
+        return result.numbers["measures"]
+    function = getattr(case.module, "measures", None)
+    if function is None:
+        raise HarnessError(f"case {case.name} has no `measures` in case.py")
+    return function(task, result)
+
+
+def _norms(values):
+    """Lengths of vectors, sizes of numbers: one per step and particle."""
+    return np.linalg.norm(values.reshape(len(values), -1, _width(values)), axis=2)
+
+
+def _scale(scale, reference):
+    """What a difference is measured by: the largest value, the largest way from the first step, or a given quantity."""
+    if scale == "maximum":
+        size = float(_norms(reference).max(initial=0.0))
+    elif scale == "displacement":
+        size = float(_norms(reference - reference[0]).max(initial=0.0))
+    else:
+        size = si(scale)
+    if not size > 0:
+        raise HarnessError(f"the scale of the comparison ({scale}) is {size}")
+    return size
+
+
+def _width(values):
+    return 3 if values.ndim >= 2 and values.shape[-1] == 3 else 1
+
+
+def series(check, ours, theirs):
+    """Largest difference at each common step of the window, through the scale."""
+    for result, who in ((ours, "concordem"), (theirs, check.peer)):
+        if check.of not in result.series:
+            raise HarnessError(f"{who} has no series `{check.of}`; it has {', '.join(sorted(result.series))}")
+    a, b = ours.series[check.of], theirs.series[check.of]
+    if a.unit != b.unit:
+        raise HarnessError(f"`{check.of}` is in {a.unit} here, in {b.unit} there")
+    if not math.isclose(ours.dt, theirs.dt, rel_tol=1e-14):
+        raise HarnessError(f"time steps differ: {ours.dt!r} s here, {theirs.dt!r} s there")
+    steps, at_a, at_b = np.intersect1d(a.steps, b.steps, return_indices=True)
+    inside = (steps >= check.from_step) & (steps <= (steps.max(initial=0) if check.to_step is None else check.to_step))
+    if inside.sum() < 2:
+        raise HarnessError(f"fewer than two common steps of `{check.of}` in the window")
+    if check.to_step is not None and steps.max() < check.to_step:
+        raise HarnessError(f"the window ends at step {check.to_step}, the common steps at {steps.max()}")
+    if a.values.shape[1:] != b.values.shape[1:]:
+        raise HarnessError(f"`{check.of}` has shapes {a.values.shape[1:]} here and {b.values.shape[1:]} there")
+    x, y = a.values[at_a][inside], b.values[at_b][inside]
+    size = _scale(check.scale, y)
+    return steps[inside], _norms(x - y).max(axis=1) / size, (x, y)
+
+
+def scalar(check, ours, theirs):
+    for values, who in ((ours, "concordem"), (theirs, check.peer)):
+        if check.of not in values:
+            raise HarnessError(f"{who} gives no `{check.of}`; it gives {', '.join(sorted(values))}")
+    x, y = np.atleast_1d(np.asarray(ours[check.of], float)), np.atleast_1d(np.asarray(theirs[check.of], float))
+    if x.shape != y.shape:
+        raise HarnessError(f"`{check.of}` has {x.shape} numbers here and {y.shape} there")
+    if check.scale == "sum":
+        # mean error through mean size, as in Kratos' tests
+        return float(np.sum(np.abs(x - y)) / np.sum(np.abs(y))), (x, y)
+    size = float(np.max(np.abs(y))) if check.scale == "maximum" else si(check.scale)
+    if not size > 0:
+        raise HarnessError(f"the scale of `{check.of}` is {size}; give `scale`")
+    return float(np.max(np.abs(x - y))) / size, (x, y)
+
+
+# Two-sided 95 % quantiles of Student's t for 1, 2, ... degrees of freedom (Abramowitz & Stegun 1964, table 26.10).
+_T = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228]
+
+
+def band(differences):
+    """Mean and half width of its 95 % confidence band."""
+    d = np.asarray(differences)
+    if len(d) < 3:
+        raise HarnessError("an ensemble needs three members or more")
+    t = _T[min(len(d) - 2, len(_T) - 1)]
+    return float(d.mean()), float(t * d.std(ddof=1) / math.sqrt(len(d)))
+
+
+def _settle(verdict, difference):
+    check = verdict.check
+    verdict.difference = difference
+    if math.isnan(difference):
+        verdict.status, verdict.message = "fail", "the difference is not a number"
+    elif check.known is not None:
+        low, high = check.known
+        verdict.status = "known" if low <= difference <= high else "fail"
+        if verdict.status == "fail":
+            verdict.message = f"the known difference is {low:g} … {high:g}; quirk {check.quirk} has changed"
+    else:
+        verdict.status = "pass" if difference <= check.tolerance else "fail"
+    return verdict
+
+
+def judge(case, outcomes, plant):
+    """All verdicts of a case."""
+    tasks = {task.variant: task for task in case.tasks}
+    results = {}
+
+    def result(variant, engine):
+        key = case.name, variant, engine
+        if key not in results:
+            results[key] = outcomes[key].result()
+            for change in plant.get(f"result:{engine}", []):
+                change(results[key])
+        return results[key]
+
+    verdicts = []
+    for check in case.checks:
+        variants = case.variants_of(check)
+        if check.kind == "ensemble":
+            verdicts.append(_ensemble(case, check, variants, outcomes, result, tasks))
+            continue
+        for variant in variants:
+            verdict = Verdict(case.name, variant, check, "fail")
+            bad = _unfinished(case, variant, check, outcomes)
+            if bad:
+                verdict.status, verdict.message = bad
+            else:
+                try:
+                    ours, theirs = result(variant, "concordem"), result(variant, check.peer)
+                    if check.kind == "series":
+                        verdict.steps, verdict.growth, verdict.values = series(check, ours, theirs)
+                        _settle(verdict, float(verdict.growth.max()))
+                    else:
+                        task = tasks[variant]
+                        difference, verdict.values = scalar(
+                            check, measures(case, task, ours), measures(case, task, theirs))
+                        _settle(verdict, difference)
+                except HarnessError as error:
+                    verdict.status, verdict.message = "fail", str(error)
+            verdicts.append(verdict)
+    return verdicts
+
+
+def _unfinished(case, variant, check, outcomes):
+    for engine in ("concordem", check.peer):
+        outcome = outcomes[case.name, variant, engine]
+        if outcome.status != "done":
+            return ("missing" if outcome.status == "missing" else "fail"), f"{engine} {outcome.status}: {outcome.message}"
+    return None
+
+
+def _ensemble(case, check, variants, outcomes, result, tasks):
+    verdict = Verdict(case.name, f"{len(variants)} members", check, "fail")
+    differences = []
+    for variant in variants:
+        bad = _unfinished(case, variant, check, outcomes)
+        if bad:
+            verdict.status, verdict.message = bad
+            return verdict
+        try:
+            ours, theirs = (measures(case, tasks[variant], result(variant, e)) for e in ("concordem", check.peer))
+            scale = abs(theirs[check.of]) if check.scale == "maximum" else si(check.scale)
+            differences.append((ours[check.of] - theirs[check.of]) / scale)
+        except (HarnessError, KeyError) as error:
+            verdict.message = f"{variant}: {error}"
+            return verdict
+    try:
+        mean, half = band(differences)
+    except HarnessError as error:
+        verdict.message = str(error)
+        return verdict
+    verdict.band = mean, half
+    verdict.values = (np.array(differences), np.zeros(len(differences)))
+    # the whole confidence band of the mean difference must lie within the tolerance: an equivalence test
+    verdict.message = f"mean difference {mean:+.2e} ± {half:.1e} (95 %)"
+    message = verdict.message
+    _settle(verdict, abs(mean) + half)
+    verdict.message = message
+    return verdict
+
+
+def files(a, b, tolerance):
+    """Lines about all common series of two results, and whether all are within the tolerance."""
+    lines, good, any_common = [], True, False
+    for name in sorted(a.series.keys() & b.series.keys()):
+        x, y = a.series[name], b.series[name]
+        steps, at_a, at_b = np.intersect1d(x.steps, y.steps, return_indices=True)
+        if len(steps) == 0 or x.values.shape[1:] != y.values.shape[1:]:
+            lines.append(f"{name:24} no common steps or unlike shapes")
+            continue
+        any_common = True
+        u, v = x.values[at_a], y.values[at_b]
+        size = float(np.max(np.abs(v))) if v.size else 0.0
+        difference = float(np.max(np.abs(u - v))) if v.size else 0.0
+        relative = difference / size if size > 0 else difference
+        within = relative <= tolerance
+        good &= within
+        lines.append(f"{name:24} {difference:.3e} {x.unit} of {size:.3e} {x.unit}: {relative:.2e}"
+                     f"{'' if within else '  beyond ' + format(tolerance, 'g')}")
+    return lines, good and any_common

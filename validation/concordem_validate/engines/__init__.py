@@ -1,0 +1,8 @@
+"""The engines. Each module translates a scenario and the exported start state, and says what it cannot translate.
+
+An engine has `NAME`, `version()` (raises [`NotInstalled`]), and `run(task, folder, limit) -> Result`. To add one (our
+plugin in LIGGGHTS for bonded laws, say), write a module and name it in `ENGINES`.
+"""
+from . import analytic, concordem, liggghts, table, yade
+
+ENGINES = {engine.NAME: engine for engine in (concordem, yade, liggghts.ONE, liggghts.TWO, analytic, table)}

@@ -1,0 +1,23 @@
+"""Closed forms: a function `analytic(scenario, start, parameters)` of the case's `case.py`, with no code of the solver."""
+import inspect
+
+from ..errors import HarnessError
+
+NAME = "analytic"
+
+
+def version():
+    return "closed forms"
+
+
+def source(task):
+    return inspect.getsource(task.module) if task.module else ""
+
+
+def run(task, folder, limit):
+    function = getattr(task.module, "analytic", None)
+    if function is None:
+        raise HarnessError(f"{task.folder / 'case.py'} has no function `analytic`")
+    result = function(task)
+    result.provenance.setdefault("source", f"{task.case}/case.py")
+    return result

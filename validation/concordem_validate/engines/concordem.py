@@ -1,0 +1,199 @@
+"""ConcorDEM itself: runs the program and reads its result. Also exports the start state for the peers."""
+import copy
+import hashlib
+import json
+import os
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from .. import process, scenario
+from ..errors import Crashed, HarnessError, NotInstalled
+from ..result import Result
+
+NAME = "concordem"
+VARIABLE = "CONCORDEM"
+_DEFAULT = Path(__file__).parents[3] / "target" / "release" / "concordem"
+
+
+def program():
+    path = Path(os.environ.get(VARIABLE, _DEFAULT))
+    if path.is_file():
+        return path.resolve()
+    found = shutil.which(str(path))
+    if not found:
+        raise NotInstalled(f"{path} is missing: cargo build --release -p concordem, or set {VARIABLE} to the program")
+    return Path(found)
+
+
+def version():
+    """The program's version and the hash of its bytes: a rebuilt program is another engine."""
+    path = program()
+    with open(path, "rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    return f"concordem sha256 {digest[:16]}"
+
+
+def _prepare(task, folder, changes=None):
+    document = scenario.changed(task.scenario, changes or {})
+    packing = document["packing"]
+    if packing.get("kind") == "file":
+        packing["path"] = str((task.folder / packing["path"]).resolve())
+    path = folder / "scenario.toml"
+    path.write_text(scenario.dumps(document))
+    return path
+
+
+def _run(folder, limit, threads):
+    return process.run([program(), "run", "--force", "--quiet", "-j", threads, "-o", "result.h5", "scenario.toml"],
+                       folder, limit)
+
+
+def _elastic(task, folder, limit):
+    """Elastic constants by the program's own command, which has no run and no series."""
+    _prepare(task, folder)
+    text, wall = process.run(
+        [program(), "elastic", "--json", "--quiet", "-j", 1, "scenario.toml"], folder, limit)
+    result = Result(NAME, 1.0, provenance={"command": "concordem elastic --json -j 1 scenario.toml"})
+    result.numbers.update(elastic=json.loads(text), wall_s=wall)
+    return result
+
+
+def run(task, folder, limit):
+    for change in task.plant.get("concordem", []):
+        task.scenario = change(copy.deepcopy(task.scenario))
+    if task.command == "elastic":
+        return _elastic(task, folder, limit)
+    _prepare(task, folder)
+    _, wall = _run(folder, limit, 1)
+    result = read(folder / "result.h5", task.scenario)
+    one = process.run([program(), "info", "--hash", "result.h5"], folder, 60)[0].strip()
+    result.provenance["state_hash"] = one
+    if task.check_threads:
+        _run(folder, limit, 2)
+        two = process.run([program(), "info", "--hash", "result.h5"], folder, 60)[0].strip()
+        if one != two:
+            raise HarnessError(f"1 and 2 threads end in different states: {one}, {two}")
+        result.provenance["state_hash_2_threads"] = two
+    result.provenance["command"] = "concordem run -j 1 scenario.toml"
+    result.numbers["wall_s"] = result.numbers.get("wall_s") or wall
+    return result
+
+
+def read(path, document):
+    with h5py.File(path, "r", locking=False) as file:
+        provenance = {k: v if isinstance(v, str) else str(v) for k, v in file["provenance"].attrs.items()}
+        result = Result(NAME, float(provenance["time_step_s"]), provenance=provenance)
+        result.provenance["velocity_at"] = (
+            "full steps" if document.get("integration", {}).get("scheme") == "velocity-verlet" else "half steps")
+        samples = file["samples"]
+        steps = samples["step"][()]
+        for name, data in samples.items():
+            if isinstance(data, h5py.Dataset):
+                if name not in ("step", "time"):
+                    result.add(name, steps, data[()], str(data.attrs["unit"]), str(data.attrs["description"]))
+                continue
+            for column, values in data.items():
+                if column in ("step", "time"):
+                    continue
+                values_ = values[()]
+                if values_.ndim == 2 and values_.shape[1] == 9:
+                    values_ = values_.reshape(-1, 3, 3)
+                at = data["step"][()]
+                if "mean_damage" in data and column != "contacts":
+                    # damage is read from the histories, which are those of the step before (quirk concordem-damage-sample)
+                    at, values_ = at[1:] - 1, values_[1:]
+                result.add(f"{name}.{column}", at, values_, str(values.attrs["unit"]),
+                           str(values.attrs["description"]))
+        _snapshots(file["VTKHDF"], result)
+        particles = file["particles"]
+        order = np.argsort(particles["id"][()])
+        for name in ("radius", "mass", "damage", "fragment"):
+            result.fields[name] = (particles[name][()][order], str(particles[name].attrs["unit"]))
+        for law, group in file["contacts"].items():
+            for name, data in group.items():
+                result.fields[f"contacts/{law}/{name}"] = (data[()], str(data.attrs["unit"]))
+        for name in ("step", "id_a", "id_b", "damage", "energy"):
+            result.fields[f"events/{name}"] = (file[f"events/{name}"][()], str(file[f"events/{name}"].attrs["unit"]))
+    wall = float(provenance.get("wall_time_s", 0))
+    steps_done = int(result.series["position"].steps[-1])
+    result.numbers.update(
+        wall_s=wall, particles=len(order), steps=steps_done,
+        particle_steps_per_s=len(order) * steps_done / wall if wall > 0 else None)
+    contact_force(result, document)
+    return result
+
+
+def contact_force(result, document):
+    """The force of the only contact, from the sum of branch times force (operator sample `contact` over 1 m³).
+
+    With one contact W_ij = l_i f_j, so f_j = l_i W_ij / |l|²; l is the distance of particles 0 and 1.
+    """
+    if "contact.stress" not in result.series or result.series["position"].values.shape[1] != 2:
+        return
+    work, positions = result.series["contact.stress"], result.series["position"]
+    steps, a, b = np.intersect1d(work.steps, positions.steps, return_indices=True)
+    branch = positions.values[b, 1] - positions.values[b, 0]
+    force = np.einsum("ni,nij->nj", branch, work.values[a]) / np.einsum("ni,ni->n", branch, branch)[:, None]
+    result.add("contact_force", steps, force, "N", "Force of the contact on particle 0")
+
+
+def _snapshots(vtk, result):
+    """Pictures of all particles, in the order of the ids."""
+    steps = vtk["Steps/step"][()]
+    point_offsets = vtk["Steps/PointOffsets"][()]
+    count = len(vtk["PointData/id"]) if len(steps) else 0
+    ids = vtk["PointData/id"][()]
+    order = np.argsort(ids)
+    for name, data, offsets in (
+        ("position", vtk["Points"], point_offsets),
+        ("velocity", vtk["PointData/velocity"], vtk["Steps/PointDataOffsets/velocity"][()]),
+        ("angular_velocity", vtk["PointData/angular_velocity"], vtk["Steps/PointDataOffsets/angular_velocity"][()]),
+        ("damage_field", vtk["PointData/damage"], vtk["Steps/PointDataOffsets/damage"][()]),
+    ):
+        values = data[()]
+        unit = {"position": "m", "velocity": "m/s", "angular_velocity": "rad/s"}.get(name, "1")
+        result.add(name, steps, np.array([values[o:o + count][order] for o in offsets]), unit, "All particles")
+
+
+@dataclass
+class Start:
+    """The state before the first step, as ConcorDEM has built it."""
+
+    dt: float
+    position: np.ndarray
+    velocity: np.ndarray
+    angular_velocity: np.ndarray
+    radius: np.ndarray
+    mass: np.ndarray
+    material: np.ndarray
+    bonds: np.ndarray
+    reference_length: np.ndarray
+
+
+def export_start(task, folder, limit=120):
+    """Run one step and read what was there before it; reference lengths are those of the bonds themselves."""
+    _prepare(task, folder, {"stop": {"steps": 1}, "output.snapshot_interval": 1, "output.sample_interval": 1})
+    try:
+        _run(folder, limit, 1)
+    except Crashed as error:
+        raise HarnessError(f"the scenario cannot be built: {error}") from None
+    with h5py.File(folder / "result.h5", "r", locking=False) as file:
+        vtk, particles = file["VTKHDF"], file["particles"]
+        count = len(vtk["PointData/id"])
+        by_id = np.argsort(vtk["PointData/id"][()])
+        row = np.argsort(particles["id"][()])
+        law = task.scenario.get("bonds", {}).get("law")
+        group = file["contacts"].get(law) if law else None
+        bonds = group["ids"][()].astype(np.int64) if group else np.zeros((0, 2), np.int64)
+        length = group["reference_length"][()] if group else np.zeros(0)
+        return Start(
+            dt=float(file["provenance"].attrs["time_step_s"]),
+            position=vtk["Points"][:count][by_id], velocity=vtk["PointData/velocity"][:count][by_id],
+            angular_velocity=vtk["PointData/angular_velocity"][:count][by_id],
+            radius=particles["radius"][()][row], mass=particles["mass"][()][row],
+            material=particles["material"][()][row].astype(int), bonds=np.sort(bonds, axis=1), reference_length=length)
+

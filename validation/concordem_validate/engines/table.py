@@ -1,0 +1,31 @@
+"""Published numbers: `reference/table.toml` of a case, with their provenance."""
+import tomllib
+
+from ..errors import HarnessError
+from ..result import Result
+
+NAME = "table"
+
+
+def version():
+    return "published numbers"
+
+
+def source(task):
+    path = task.folder / "reference" / "table.toml"
+    return path.read_text() if path.exists() else ""
+
+
+def run(task, folder, limit):
+    path = task.folder / "reference" / "table.toml"
+    if not path.exists():
+        raise HarnessError(f"{path} is missing")
+    table = tomllib.loads(path.read_text())
+    if "provenance" not in table:
+        raise HarnessError(f"{path} does not say where its numbers come from (key `provenance`)")
+    values = table.get("variant", {}).get(task.variant)
+    if values is None:
+        raise HarnessError(f"{path} has no table [variant.{task.variant}]")
+    result = Result(NAME, 1.0, provenance={"source": str(table["provenance"])})
+    result.numbers["measures"] = values
+    return result

@@ -1,0 +1,130 @@
+"""What the translations to the peers share: they read the scenario key by key and refuse what they do not know."""
+import math
+
+import numpy as np
+
+from ..errors import Unsupported
+from ..quantity import si, vector
+
+# Keys of the scenario that change nothing a peer computes.
+_SILENT = {"version", "title", "output", "sample"}
+_KNOWN = _SILENT | {
+    "packing", "material", "bonds", "contacts", "integration", "loading", "set", "prescribe", "force", "initial", "stop",
+    "wall", "kinematics",
+}
+
+
+def check_keys(document, engine):
+    unknown = set(document) - _KNOWN
+    if unknown:
+        raise Unsupported(f"{engine}: no translation of the scenario's {', '.join(sorted(unknown))}")
+    if document["packing"].get("cell") or document["packing"].get("shape", {}).get("kind") == "periodic":
+        raise Unsupported(f"{engine}: no translation of periodic cells")
+
+
+def steps_of(document, dt):
+    """Number of steps. Only counts and times: other stops depend on what is computed."""
+    stop = document.get("stop", {})
+    extra = set(stop) - {"steps", "time"}
+    if extra or not stop:
+        raise Unsupported("a comparison needs a fixed number of steps: stop.steps or stop.time")
+    counts = []
+    if "steps" in stop:
+        counts.append(int(stop["steps"]))
+    if "time" in stop:
+        counts.append(math.ceil(si(stop["time"]) / dt * (1 - 1e-12)))
+    return min(counts)
+
+
+def members(document, start):
+    """Ids of the particles of each set."""
+    low, high = start.position.min(axis=0), start.position.max(axis=0)
+    out = {}
+    for one in document.get("set", []):
+        selection = one["selection"]
+        match selection["kind"]:
+            case "all":
+                chosen = np.arange(len(start.radius))
+            case "ids":
+                chosen = np.array(selection["ids"])
+            case "box":
+                a, b = vector(selection["minimum"]), vector(selection["maximum"])
+                chosen = np.flatnonzero(((start.position >= a) & (start.position <= b)).all(axis=1))
+            case kind:
+                raise Unsupported(f"no translation of a set by {kind}")
+        out[one["name"]] = chosen
+    return out
+
+
+def prescribed(document, start):
+    """Fixed components of each particle, `x y z` for velocities and `X Y Z` for angular ones, and their values."""
+    fixed = [set() for _ in start.radius]
+    velocity, spin = start.velocity.copy(), start.angular_velocity.copy()
+    sets = members(document, start)
+    for one in document.get("prescribe", []):
+        for key, letters, values in (("velocity", "xyz", velocity), ("angular_velocity", "XYZ", spin)):
+            for axis, component in enumerate(one.get(key, ["free"] * 3)):
+                if component != "free":
+                    for p in sets[one["set"]]:
+                        fixed[p].add(letters[axis])
+                        values[p, axis] = si(component)
+    return fixed, velocity, spin
+
+
+def forces(document, start):
+    """Constant force and moment on each particle."""
+    force, moment = np.zeros((len(start.radius), 3)), np.zeros((len(start.radius), 3))
+    sets = members(document, start)
+    for one in document.get("force", []):
+        for p in sets[one["set"]]:
+            force[p] += vector(one.get("force", [0, 0, 0]))
+            moment[p] += vector(one.get("moment", [0, 0, 0]))
+    return force, moment
+
+
+def local_damping(document):
+    damping = document.get("integration", {}).get("damping", {"kind": "none"})
+    match damping["kind"]:
+        case "none":
+            return 0.0
+        case "local" if "rotation" not in damping:
+            return si(damping["coefficient"])
+        case kind:
+            raise Unsupported(f"no translation of damping `{kind}`")
+
+
+def friction(law):
+    if "friction_angle" in law:
+        return math.tan(si(law["friction_angle"]))
+    return si(law.get("friction_coefficient", 0))
+
+
+def planes(document):
+    """Walls as (axis, position, side, velocity, material): side +1 when particles are where the coordinate is larger."""
+    names = [m["name"] for m in document["material"]]
+    out = []
+    for wall in document.get("wall", []):
+        shape, velocity, material = wall["shape"], vector(wall.get("velocity", [0, 0, 0])), names.index(wall["material"])
+        if shape["kind"] == "box":
+            low, high = vector(shape["minimum"]), vector(shape["maximum"])
+            for axis in range(3):
+                out += [(axis, low[axis], 1, velocity, material), (axis, high[axis], -1, velocity, material)]
+        elif shape["kind"] == "plane" and sum(1 for c in vector(shape["normal"]) if c) == 1:
+            normal = vector(shape["normal"])
+            axis = next(k for k in range(3) if normal[k])
+            out.append((axis, vector(shape["point"])[axis], 1 if normal[axis] > 0 else -1, velocity, material))
+        else:
+            raise Unsupported(f"no translation of a wall of kind {shape['kind']} that is no plane across an axis")
+    return out
+
+
+def end_layers(document, start):
+    """Ids of the two end layers of uniaxial loading, as the program chooses them: reach of a layer from the surfaces."""
+    loading = document["loading"]
+    axis = "xyz".index(loading.get("axis", "z"))
+    if "layer_thickness" not in loading or "area" not in loading:
+        raise Unsupported("a comparison needs loading.layer_thickness and loading.area written out")
+    thickness = si(loading["layer_thickness"])
+    x, r = start.position[:, axis], start.radius
+    low, high = (x - r).min(), (x + r).max()
+    return axis, np.flatnonzero(x - low <= thickness), np.flatnonzero(high - x <= thickness), si(loading["area"])

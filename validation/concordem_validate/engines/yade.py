@@ -1,0 +1,166 @@
+"""YADE as Debian ships it: scenario and start state become a task for `yade_driver.py`, run headless on one thread."""
+import json
+import math
+import shutil
+import subprocess
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from .. import process
+from ..errors import Crashed, NotInstalled, Unsupported
+from ..quantity import si, vector
+from ..result import Result
+from . import translate
+
+NAME = "yade"
+DRIVER = Path(__file__).with_name("yade_driver.py")
+_DAMAGE_LAWS = {"linear": 0, "exponential": 1}
+
+
+@cache
+def version():
+    if not shutil.which("yade"):
+        raise NotInstalled("YADE is not installed: apt install yade")
+    package = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "yade"], capture_output=True, text=True)
+    return f"yade {package.stdout.strip() or 'of unknown version'}"
+
+
+def source(task):
+    return DRIVER.read_text()
+
+
+def _cpm(material, document, start):
+    law = material["cpm"]
+    if law.get("mode") == "woo":
+        raise Unsupported("yade: no translation of CPM in mode woo")
+    return dict(
+        kind="cpm", young=si(law["young"]), poisson=si(law["shear_ratio"]), sigmaT=si(law["cohesion"]),
+        epsCrackOnset=si(law["crack_onset_strain"]), relDuctility=si(law["relative_ductility"]),
+        frictionAngle=math.atan(translate.friction(law)), density=si(material["density"]),
+        damLaw=_DAMAGE_LAWS[law.get("damage_law", "exponential")], neverDamage=law.get("never_damage", False),
+        equivStrainShearContrib=si(law.get("shear_contribution", 0)), isoPrestress=si(law.get("isotropic_prestress", 0)),
+        functor=dict(
+            omegaThreshold=si(law.get("omega_threshold", 1)), epsSoft=si(law.get("soft_strain", 1)),
+            relKnSoft=si(law.get("relative_soft_stiffness", 0.3))))
+
+
+def _frictional(material, document, start):
+    """k_n = 2 E_A r_A E_B r_B/(E_A r_A + E_B r_B): E r for equal spheres, so that a given stiffness has a modulus too."""
+    law = material["frictional"]
+    if si(law.get("damping_ratio", 0)):
+        raise Unsupported("yade: linear contacts only without dashpots")
+    if "young" in law:
+        young, ratio = si(law["young"]), si(law["stiffness_ratio"])
+    elif np.ptp(start.radius) == 0 and len(document["material"]) == 1:
+        young = si(law["normal_stiffness"]) / float(start.radius[0])
+        ratio = si(law["shear_stiffness"]) / si(law["normal_stiffness"])
+    else:
+        raise Unsupported("yade: given stiffnesses only for one material and equal spheres; else `young`, `stiffness_ratio`")
+    return dict(kind="frictional", young=young, poisson=ratio, frictionAngle=math.atan(translate.friction(law)),
+                density=si(material["density"]))
+
+
+def _hertz_mindlin(material, document, start):
+    law = material["hertz_mindlin"]
+    return dict(kind="hertz_mindlin", young=si(law["young"]), poisson=si(law["poisson"]),
+                frictionAngle=math.atan(translate.friction(law)), density=si(material["density"]),
+                restitution=si(law.get("restitution", 1)))
+
+
+def _cohesive_beam(material, document, start):
+    """YADE's moment law with the stiffnesses of the beam, for equal spheres at rest distance L = 2r.
+
+    YADE's are k_n = E' r, k_s = P k_n, k_r = r² k_s α_r, k_t = r² k_s α_t for the material (E', P, α_r, α_t); the beam's
+    EA/L, 12EI/L³, EI/L, GJ/L. A beam that bends by 12EI/L³ about its middle and EI/L is Euler-Bernoulli's.
+    """
+    law = material["cohesive_beam"]
+    if law.get("model", "euler-bernoulli") != "euler-bernoulli" or "radius" not in law:
+        raise Unsupported("yade: beams only as euler-bernoulli, with `radius`")
+    if set(law) & {"tensile_strength", "hydrostatic_strength"}:
+        raise Unsupported("yade: beams only without strength")
+    return dict(kind="cohesive_beam", young=si(law["young"]), poisson=si(law.get("poisson", 0.3)),
+                beam_radius=si(law["radius"]), density=si(material["density"]))
+
+
+_LAWS = {"cpm": _cpm, "frictional": _frictional, "hertz_mindlin": _hertz_mindlin, "cohesive_beam": _cohesive_beam}
+
+
+def translation(task):
+    """The task as plain data."""
+    document, start = task.scenario, task.start
+    translate.check_keys(document, NAME)
+    laws = {document["contacts"]["law"], document.get("bonds", {}).get("law", "none")} - {"none"}
+    if len(laws) != 1 or not laws <= _LAWS.keys():
+        raise Unsupported(f"yade: no translation of laws {', '.join(sorted(laws))} together")
+    law = laws.pop()
+    integration = document.get("integration", {})
+    gravity = vector(integration.get("gravity", [0, 0, 0]))
+    fixed, velocity, spin = translate.prescribed(document, start)
+    velocity = velocity.copy()
+    loading = {"kind": "none"}
+    if document.get("loading", {}).get("kind", "none") == "uniaxial":
+        axis, low, high, area = translate.end_layers(document, start)
+        letters = "xyz"[axis] if document["loading"].get("lateral", "free") == "free" else "xyzXYZ"
+        for p in (*low, *high):
+            fixed[p] |= set(letters)
+        loading = dict(kind="uniaxial", axis=axis, low=low.tolist(), high=high.tolist(), area=area)
+    elif document.get("loading", {}).get("kind", "none") != "none":
+        raise Unsupported(f"yade: no translation of loading {document['loading']['kind']}")
+    if integration.get("scheme", "leapfrog") == "velocity-verlet":
+        # Verlet is leapfrog whose first kick is half a step: YADE's first kick is whole, so its velocities are set back.
+        free = np.array([[letter not in letters for letter in "xyz"] for letters in fixed])
+        velocity -= np.where(free, 0.5 * start.dt * np.asarray(gravity), 0.0)
+        if len(start.bonds) == 0 and np.any(start.mass == 0):
+            raise Unsupported("yade: massless particles")
+    force, moment = translate.forces(document, start)
+    output = document.get("output", {})
+    return dict(
+        law=law, materials=[_LAWS[law](m, document, start) for m in document["material"]],
+        position=start.position.tolist(), radius=start.radius.tolist(), mass=start.mass.tolist(),
+        # solid spheres, as ours
+        inertia=(0.4 * start.mass * start.radius**2).tolist(),
+        material=start.material.tolist(), velocity=velocity.tolist(), spin=spin.tolist(),
+        fixed=["".join(sorted(f)) for f in fixed], force=force.tolist(), moment=moment.tolist(),
+        walls=translate.planes(document), bonds=start.bonds.tolist(),
+        ratio=si(document.get("bonds", {}).get("interaction_ratio", 1)),
+        # Only YADE's own kinematics have the correction of the arms; all others touch at the common contact point.
+        ratcheting_correction=document.get("kinematics", "finite") == "yade-ratcheting",
+        dt=start.dt, damping=translate.local_damping(document), gravity=gravity, loading=loading,
+        steps=translate.steps_of(document, start.dt), sample_interval=output.get("sample_interval", 10),
+        snapshot_interval=output.get("snapshot_interval") or 10**9)
+
+
+def run(task, folder, limit):
+    data = translation(task)
+    for change in task.plant.get("yade", []):
+        change(data)
+    (folder / "task.json").write_text(json.dumps(data))
+    process.run(
+        ["yade", "-n", "-x", "-j1", DRIVER], folder, limit,
+        {**process.ONE_THREAD, "CONCORDEM_VALIDATE_TASK": "task.json", "CONCORDEM_VALIDATE_OUT": "yade.npz"})
+    out = folder / "yade.npz"
+    if not out.exists():
+        raise Crashed("YADE ended without a result (see log.txt)")
+    with np.load(out) as file:
+        data_out = {name: file[name] for name in file.files}
+    result = Result(NAME, task.start.dt)
+    samples, pictures = data_out["sample_steps"], data_out["snapshot_steps"]
+    for name, unit in (("stress", "Pa"), ("strain", "1")):
+        if name in data_out:
+            result.add(name, samples, data_out[name], unit)
+    if "contact_force" in data_out:
+        result.add("contact_force", samples, data_out["contact_force"], "N", "Force of the contact on particle 0")
+    for name, unit in (("position", "m"), ("velocity", "m/s"), ("angular_velocity", "rad/s")):
+        result.add(name, pictures, data_out[name], unit, "All particles")
+    if "damage_field" in data_out:
+        result.add("damage_field", pictures, data_out["damage_field"], "1", "Mean damage of the links of a particle")
+    result.fields["radius"] = (task.start.radius, "m")
+    result.fields["mass"] = (task.start.mass, "kg")
+    wall = float(data_out["wall_s"])
+    result.numbers.update(wall_s=wall, particles=len(task.start.radius), steps=data["steps"],
+                          particle_steps_per_s=len(task.start.radius) * data["steps"] / wall if wall else None)
+    result.provenance.update(version=str(data_out["version"]), command="yade -n -x -j1 yade_driver.py",
+                             velocity_at="half steps", threads="1")
+    return result

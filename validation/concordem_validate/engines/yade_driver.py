@@ -1,0 +1,165 @@
+"""Runs in YADE's own process: builds the scene of a task, runs it, and writes NumPy arrays.
+
+    CONCORDEM_VALIDATE_TASK=task.json CONCORDEM_VALIDATE_OUT=yade.npz yade -n -x -j1 yade_driver.py
+
+Samples are taken between the contact laws and the integrator: positions and forces of step k, velocities of step k - 1/2.
+"""
+import json
+import math
+import os
+import sys
+import time
+
+import numpy as np
+import yade.config
+from yade import *
+from yade import utils
+
+with open(os.environ["CONCORDEM_VALIDATE_TASK"]) as file:
+    task = json.load(file)
+
+
+def make_material(m):
+    m = dict(m)
+    kind = m.pop("kind")
+    if kind == "cpm":
+        m.pop("functor")
+        return CpmMat(**m)
+    if kind == "frictional":
+        return FrictMat(**m)
+    if kind == "hertz_mindlin":
+        m.pop("restitution")
+        return FrictMat(**m)
+    # cohesive beam: stiffnesses for equal spheres that touch
+    r, e, nu, b = task["radius"][0], m["young"], m["poisson"], m["beam_radius"]
+    length, area, inertia = 2 * r, math.pi * b**2, math.pi * b**4 / 4
+    kn, ks, kr, kt = e * area / length, 12 * e * inertia / length**3, e * inertia / length, e / (2 + 2 * nu) * 2 * inertia / length
+    return CohFrictMat(
+        young=kn / r, poisson=ks / kn, alphaKr=kr / (r * r * ks), alphaKtw=kt / (r * r * ks), momentRotationLaw=True,
+        isCohesive=True, normalCohesion=1e30, shearCohesion=1e30, fragile=False, density=m["density"],
+        frictionAngle=0.5, etaRoll=-1, etaTwist=-1)
+
+
+materials = [make_material(m) for m in task["materials"]]
+for m in materials:
+    O.materials.append(m)
+for p, (x, r) in enumerate(zip(task["position"], task["radius"])):
+    # colour given: utils draws a random one else and reseeds Python's generator
+    b = utils.sphere(x, r, material=materials[task["material"][p]], color=(1, 1, 1))
+    b.state.mass, b.state.inertia = task["mass"][p], Vector3(1, 1, 1) * task["inertia"][p]
+    b.state.vel, b.state.angVel = Vector3(*task["velocity"][p]), Vector3(*task["spin"][p])
+    b.state.blockedDOFs = task["fixed"][p]
+    O.bodies.append(b)
+for axis, position, side, velocity, material in task["walls"]:
+    b = utils.wall(position, axis, sense=side, material=materials[material], color=(1, 1, 1))
+    b.state.vel = Vector3(*velocity)
+    O.bodies.append(b)
+for p, (f, m) in enumerate(zip(task["force"], task["moment"])):
+    if any(f):
+        O.forces.setPermF(p, Vector3(*f))
+    if any(m):
+        O.forces.setPermT(p, Vector3(*m))
+
+law, correction = task["law"], task["ratcheting_correction"]
+ratio = task["ratio"] if task["bonds"] else 1.0
+if law == "cpm":
+    geometry = [Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=ratio, avoidGranularRatcheting=correction, label="ig2"),
+                Ig2_Wall_Sphere_ScGeom()]
+    physics = [Ip2_CpmMat_CpmMat_CpmPhys(cohesiveThresholdIter=1 if task["bonds"] else 0)]
+    response = [Law2_ScGeom_CpmPhys_Cpm(**task["materials"][0]["functor"])]
+elif law == "frictional":
+    geometry = [Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=correction, label="ig2"), Ig2_Wall_Sphere_ScGeom()]
+    physics = [Ip2_FrictMat_FrictMat_FrictPhys()]
+    response = [Law2_ScGeom_FrictPhys_CundallStrack()]
+elif law == "hertz_mindlin":
+    geometry = [Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=correction, label="ig2"),
+                Ig2_Wall_Sphere_ScGeom(hertzian=True, noRatch=correction)]
+    # one coefficient per pair of materials, the mean of theirs; without any damping YADE takes none at all
+    e = [m["restitution"] for m in task["materials"]]
+    pairs = [(i, j, 0.5 * (a + b)) for i, a in enumerate(e) for j, b in enumerate(e) if j >= i]
+    damped = any(x < 1 for x in e)
+    physics = [Ip2_FrictMat_FrictMat_MindlinPhys(**(
+        {"en": MatchMaker(matches=pairs), "es": MatchMaker(matches=[(i, j, 1.0) for i, j, _ in pairs])} if damped else {}))]
+    response = [Law2_ScGeom_MindlinPhys_Mindlin()]
+else:
+    geometry = [Ig2_Sphere_Sphere_ScGeom6D(interactionDetectionFactor=ratio, avoidGranularRatcheting=correction, label="ig2")]
+    physics = [Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(setCohesionNow=True, setCohesionOnNewContacts=False)]
+    response = [Law2_ScGeom6D_CohFrictPhys_CohesionMoment(always_use_moment_law=True, useIncrementalForm=False)]
+
+samples = {name: [] for name in ("sample_steps", "stress", "strain", "contact_force")}
+pictures = {name: [] for name in ("snapshot_steps", "position", "velocity", "angular_velocity", "damage_field")}
+count, loading = len(task["position"]), task["loading"]
+uniaxial = loading["kind"] == "uniaxial"
+only_pair = count == 2 and not task["walls"]
+
+
+def mean_position(ids):
+    return sum(O.bodies[p].state.pos[loading["axis"]] for p in ids) / len(ids)
+
+
+def sample():
+    k = O.iter
+    if k % task["sample_interval"]:
+        return
+    samples["sample_steps"].append(k)
+    if uniaxial:
+        force = [sum(O.forces.f(p)[loading["axis"]] for p in loading[end]) for end in ("low", "high")]
+        samples["stress"].append(0.5 * (force[0] - force[1]) / loading["area"])
+        samples["strain"].append((mean_position(loading["high"]) - mean_position(loading["low"]) - length) / length)
+    if only_pair:
+        real = [i for i in O.interactions if i.isReal]
+        # the force on the second body is the sum of both parts
+        f = -(real[0].phys.normalForce + real[0].phys.shearForce) if real else Vector3(0, 0, 0)
+        samples["contact_force"].append(list(f if not real or real[0].id1 == 0 else -f))
+
+
+def picture(last=False):
+    k = O.iter
+    if k % task["snapshot_interval"] and k != task["steps"] and not last:
+        return
+    states = [O.bodies[p].state for p in range(count)]
+    pictures["snapshot_steps"].append(k)
+    pictures["position"].append([list(s.pos) for s in states])
+    pictures["velocity"].append([list(s.vel) for s in states])
+    pictures["angular_velocity"].append([list(s.angVel) for s in states])
+    if law == "cpm":
+        broken, links = np.zeros(count), np.zeros(count)
+        for i in O.interactions:
+            if i.isReal and i.phys.isCohesive:
+                for p in (i.id1, i.id2):
+                    if p < count:
+                        broken[p] += i.phys.omega
+                        links[p] += 1
+        lost = np.array([s.numBrokenCohesive for s in states], dtype=float)
+        pictures["damage_field"].append((broken + lost) / np.maximum(links + lost, 1))
+
+
+def record():
+    sample()
+    picture()
+
+
+length = mean_position(loading["high"]) - mean_position(loading["low"]) if uniaxial else None
+O.dt = task["dt"]
+O.engines = [
+    ForceResetter(),
+    InsertionSortCollider([Bo1_Sphere_Aabb(aabbEnlargeFactor=ratio, label="bo1"), Bo1_Wall_Aabb()]),
+    InteractionLoop(geometry, physics, response),
+    PyRunner(command="record()", iterPeriod=1, initRun=True),
+    NewtonIntegrator(damping=task["damping"], gravity=task["gravity"]),
+]
+O.step()
+if task["bonds"]:
+    made = sorted(tuple(sorted((i.id1, i.id2))) for i in O.interactions if i.isReal)
+    wanted = sorted(tuple(b) for b in task["bonds"])
+    if made != wanted:
+        print("BONDS DIFFER: %d made by YADE, %d in the start state, %d in common" % (
+            len(made), len(wanted), len(set(made) & set(wanted))))
+        sys.exit(5)
+    bo1.aabbEnlargeFactor = ig2.interactionDetectionFactor = 1
+start = time.perf_counter()
+# one step more: forces and velocities of the last step are seen in it, between the laws and the integrator
+O.run(task["steps"] - O.iter + 1, True)
+wall = time.perf_counter() - start
+out = {name: np.array(values) for name, values in {**samples, **pictures}.items() if values}
+np.savez(os.environ["CONCORDEM_VALIDATE_OUT"], wall_s=wall, version="yade " + yade.config.version, **out)

@@ -1,0 +1,18 @@
+"""The registry of quirks: where a code is known to differ from the equations, by how much, and which cases see it."""
+import tomllib
+from pathlib import Path
+
+from .errors import HarnessError
+
+PATH = Path(__file__).parents[1] / "quirks.toml"
+_KEYS = {"engine", "title", "what", "source", "effect", "aligned", "cases"}
+
+
+def load(path=PATH):
+    with open(path, "rb") as file:
+        quirks = tomllib.load(file)
+    for name, quirk in quirks.items():
+        missing = _KEYS - quirk.keys()
+        if missing:
+            raise HarnessError(f"{path.name}: quirk `{name}` lacks {', '.join(sorted(missing))}")
+    return quirks

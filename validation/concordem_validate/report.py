@@ -1,0 +1,250 @@
+"""The report: one page without anything from outside, and its short form for the terminal."""
+import base64
+import io
+import json
+import math
+import os
+import platform
+from datetime import datetime, timezone
+from pathlib import Path
+
+import jinja2
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+from . import quirks as registry  # noqa: E402
+from .engines import ENGINES  # noqa: E402
+from .errors import HarnessError, NotInstalled  # noqa: E402
+
+STUDIES = Path(__file__).parents[1] / "results"
+_WORDS = {"pass": "agrees", "known": "known difference", "fail": "FAILS", "missing": "not installed", "none": ""}
+_RANK = {"none": 0, "pass": 1, "known": 2, "missing": 3, "fail": 4}
+_MOST_PLOTTED = 8
+
+
+def _figure(figure):
+    data = io.BytesIO()
+    figure.savefig(data, format="png", dpi=100, bbox_inches="tight")
+    plt.close(figure)
+    return "data:image/png;base64," + base64.b64encode(data.getvalue()).decode()
+
+
+def _limit(check):
+    if check.known is not None:
+        return f"{check.known[0]:.1g} … {check.known[1]:.1g} (known)"
+    return f"≤ {check.tolerance:.1g}"
+
+
+def _number(value):
+    return "–" if value is None or math.isnan(value) else ("0" if value == 0 else f"{value:.2g}")
+
+
+def difference_plot(verdicts):
+    """Growth of the difference over the steps on a logarithmic axis, with the band of each check."""
+    figure, axes = plt.subplots(figsize=(6.2, 2.9))
+    for k, verdict in enumerate(verdicts[:_MOST_PLOTTED]):
+        colour = f"C{k}"
+        # a difference of zero has no place on a logarithmic axis: drawn at the last bit
+        axes.plot(verdict.steps, np.maximum(verdict.growth, 1e-17), color=colour, lw=1,
+                  label=f"{verdict.variant} · {verdict.peer}")
+        check = verdict.check
+        if check.known is not None:
+            axes.axhspan(*check.known, color=colour, alpha=0.12, lw=0)
+        else:
+            axes.axhline(check.tolerance, color=colour, ls="--", lw=0.8)
+    axes.set(yscale="log", xlabel="step", ylabel="difference / scale", title=verdicts[0].check.name)
+    axes.set_ylim(bottom=5e-18)
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=7, loc="best")
+    return _figure(figure)
+
+
+def curves_plot(verdict, ours, theirs):
+    """Both curves, and below their difference with the tolerance band."""
+    check = verdict.check
+    x, y = verdict.values
+    x, y = (v.reshape(len(v), -1) for v in (x, y))
+    if x.shape[1] > 6:
+        return None
+    size = np.max(np.abs(y)) or 1.0
+    unit = ours.series[check.of].unit
+    figure, (top, low) = plt.subplots(2, 1, figsize=(6.2, 3.6), sharex=True, height_ratios=(2, 1))
+    for c in range(x.shape[1]):
+        if np.max(np.abs(y[:, c])) < 1e-9 * size:
+            continue
+        top.plot(verdict.steps, x[:, c], f"C{c}-", lw=1.6, alpha=0.7)
+        top.plot(verdict.steps, y[:, c], "k--", lw=0.7)
+        low.plot(verdict.steps, x[:, c] - y[:, c], f"C{c}-", lw=0.9)
+    from .compare import _scale
+    bound = (check.known[1] if check.known else check.tolerance) * _scale(check.scale, verdict.values[1])
+    low.axhspan(-bound, bound, color="green", alpha=0.12, lw=0)
+    top.set(ylabel=f"{check.of}\n{unit}", title=f"{verdict.variant}: ConcorDEM (colour), {verdict.peer} (dashed)")
+    low.set(ylabel=f"difference\n{unit}", xlabel="step")
+    most = max(bound, float(np.max(np.abs(x - y))))
+    low.set_ylim(-1.3 * most, 1.3 * most)
+    for axes in (top, low):
+        axes.grid(alpha=0.3)
+        axes.title.set_fontsize(9)
+    return _figure(figure)
+
+
+def picture(results, task):
+    """Specimens side by side at the last common picture, seen from the side, coloured by damage or by displacement."""
+    shown = [(name, r) for name, r in results if "position" in r.series and r.series["position"].values.shape[1] >= 20]
+    if len(shown) < 2:
+        return None
+    figure, all_axes = plt.subplots(1, len(shown), figsize=(2.6 * len(shown) + 1, 3.6), sharey=True)
+    step = min(int(r.series["position"].steps[-1]) for _, r in shown)
+    top = 0.0
+    drawn = []
+    for axes, (name, r) in zip(all_axes, shown):
+        k = int(np.searchsorted(r.series["position"].steps, step))
+        x = r.series["position"].values[k]
+        if "damage_field" in r.series and "cpm" in task.scenario["material"][0]:
+            colour, label = r.series["damage_field"].values[k], "damage"
+        else:
+            colour, label = np.linalg.norm(x - r.series["position"].values[0], axis=1) * 1e3, "displacement, mm"
+        order = np.argsort(x[:, 1])
+        dots = axes.scatter(x[order, 0] * 1e3, x[order, 2] * 1e3, c=colour[order], s=9, cmap="viridis", lw=0)
+        drawn.append(dots)
+        top = max(top, float(colour.max()))
+        axes.set(aspect="equal", title=f"{name}, step {step}", xlabel="x, mm")
+    all_axes[0].set_ylabel("z, mm")
+    for dots in drawn:
+        dots.set_clim(0, top or 1.0)
+    figure.colorbar(drawn[-1], ax=all_axes, label=label, shrink=0.8)
+    return _figure(figure)
+
+
+def _versions():
+    rows = []
+    for name, engine in ENGINES.items():
+        try:
+            rows.append((name, engine.version()))
+        except NotInstalled as error:
+            rows.append((name, str(error)))
+    return rows
+
+
+def _flat(value, prefix=""):
+    """Numbers of a study, one per row, without its long lists."""
+    if isinstance(value, dict):
+        for key, item in value.items():
+            yield from _flat(item, f"{prefix}{' · ' if prefix else ''}{key}")
+    elif isinstance(value, list):
+        if value and all(isinstance(v, (int, float)) for v in value) and len(value) <= 6:
+            yield prefix, ", ".join(f"{v:.6g}" for v in value)
+        elif value and isinstance(value[0], dict):
+            for k, item in enumerate(value):
+                yield from _flat(item, f"{prefix} [{k}]")
+    elif isinstance(value, bool) or isinstance(value, str):
+        yield prefix, str(value)
+    elif isinstance(value, (int, float)):
+        yield prefix, f"{value:.6g}"
+
+
+def studies(folder=STUDIES):
+    """The committed results of the long studies."""
+    return [(path.name, list(_flat(json.loads(path.read_text())))) for path in sorted(folder.glob("*.json"))]
+
+
+def _case(case, round_):
+    verdicts = [v for v in round_.verdicts if v.case == case.name]
+    outcomes = [o for o in round_.outcomes.values() if o.case == case.name]
+    results = {(o.variant, o.engine): o.result() for o in outcomes if o.status == "done"}
+    groups = {}
+    for verdict in verdicts:
+        if verdict.growth is not None:
+            groups.setdefault((verdict.check.name, verdict.check.of), []).append(verdict)
+    plots = [difference_plot(group) for group in groups.values()]
+    seen, curves = set(), []
+    for verdict in sorted(verdicts, key=lambda v: -_RANK[v.status]):
+        if verdict.growth is None or (verdict.check.name, verdict.peer) in seen or len(curves) >= 4:
+            continue
+        ours, theirs = results[verdict.variant, "concordem"], results[verdict.variant, verdict.peer]
+        plot = curves_plot(verdict, ours, theirs)
+        if plot:
+            curves.append(plot)
+            seen.add((verdict.check.name, verdict.peer))
+    pictures = []
+    for task in case.tasks[:2]:
+        mine = [(e, r) for (v, e), r in results.items() if v == task.variant and e in ("concordem", "yade", "liggghts")]
+        drawn = picture(mine, task)
+        if drawn:
+            pictures.append((task.variant, drawn))
+    speeds = [
+        dict(variant=v, engine=e, particles=r.numbers.get("particles"), steps=r.numbers.get("steps"),
+             wall=r.numbers.get("wall_s"), rate=r.numbers.get("particle_steps_per_s"))
+        for (v, e), r in results.items() if r.numbers.get("particle_steps_per_s")]
+    provenance = [dict(variant=v, engine=e, items=sorted(r.provenance.items())) for (v, e), r in results.items()]
+    notes = (case.folder / "README.md")
+    return dict(
+        name=case.name, title=case.title, question=case.question.strip(), source=case.source, tier=case.tier,
+        notes=notes.read_text() if notes.exists() else "",
+        checks=[dict(
+            name=check.name, peer=check.peer, limit=_limit(check), reason=check.reason.strip(), quirk=check.quirk,
+            verdicts=[dict(variant=v.variant, status=v.status, word=_WORDS[v.status], difference=_number(v.difference),
+                           message=v.message) for v in verdicts if v.check is check]) for check in case.checks],
+        troubles=[dict(variant=o.variant, engine=o.engine, status=o.status, message=o.message)
+                  for o in outcomes if o.status != "done"],
+        plots=plots, curves=curves, pictures=pictures, speeds=speeds, provenance=provenance)
+
+
+def matrix(cases, round_):
+    """Worst verdict of each case and peer; in ConcorDEM's own column whether it ran, with equal bits on two threads."""
+    rows = []
+    for case in cases:
+        cells = {}
+        own = [o for o in round_.outcomes.values() if o.case == case.name and o.engine == "concordem"]
+        word = "pass" if all(o.status == "done" for o in own) else "missing" if own[0].status == "missing" else "fail"
+        cells["concordem"] = (word, "ran, same bits on 1 and 2 threads" if word == "pass" else own[0].status)
+        for engine in ENGINES:
+            mine = [v for v in round_.verdicts if v.case == case.name and v.peer == engine]
+            if mine:
+                worst = max(mine, key=lambda v: _RANK[v.status]).status
+                good = sum(v.status in ("pass", "known") for v in mine)
+                cells[engine] = (worst, f"{good}/{len(mine)} {_WORDS[worst]}")
+        rows.append(dict(name=case.name, title=case.title,
+                         cells=[cells.get(engine, ("none", "")) for engine in ENGINES]))
+    return rows
+
+
+def write(path, cases, round_):
+    """Write the page and return its path."""
+    template = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
+        Path(__file__).with_name("report.html.j2").read_text())
+    counts = {word: sum(v.status == word for v in round_.verdicts) for word in _WORDS if word != "none"}
+    try:
+        quirks = registry.load()
+    except HarnessError:
+        quirks = {}
+    html = template.render(
+        engines=list(ENGINES), rows=matrix(cases, round_), cases=[_case(case, round_) for case in cases],
+        counts=counts, words=_WORDS, versions=_versions(), quirks=quirks, studies=studies(),
+        host=platform.platform(), cores=os.cpu_count(), date=datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
+        seeds=", ".join(str(s) for s in sorted({t.scenario["packing"].get("seed") for c in cases for t in c.tasks} - {None})))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(html)
+    return path
+
+
+def text(cases, round_, strict, verbose=False):
+    """What a terminal shows: what is not simply good, and the counts."""
+    lines = []
+    for verdict in round_.verdicts:
+        if verbose or verdict.status != "pass":
+            lines.append(f"{_WORDS[verdict.status]:17} {verdict.case} · {verdict.variant} · {verdict.check.name} · "
+                         f"{verdict.peer}: {_number(verdict.difference)} ({_limit(verdict.check)}) "
+                         f"{verdict.message}".rstrip())
+    for outcome in round_.outcomes.values():
+        if outcome.status == "missing":
+            lines.append(f"{'FAILS, ' if strict else ''}not installed · {outcome.case} · {outcome.variant} · "
+                         f"{outcome.engine}: {outcome.message}")
+        elif outcome.status != "done":
+            lines.append(f"FAILS · {outcome.case} · {outcome.variant} · {outcome.engine} {outcome.status}: {outcome.message}")
+    counts = {word: sum(v.status == word for v in round_.verdicts) for word in ("pass", "known", "fail", "missing")}
+    lines.append(", ".join(f"{number} {_WORDS[word]}" for word, number in counts.items()))
+    return "\n".join(lines)

@@ -1,0 +1,69 @@
+"""Scenario files: read, changed by a variant, written again. The language is ConcorDEM's own."""
+import copy
+import json
+import tomllib
+
+from .errors import HarnessError
+
+
+def load(path):
+    with open(path, "rb") as file:
+        return tomllib.load(file)
+
+
+def changed(document, changes):
+    """A copy with the values at dotted paths replaced: `material.0.cpm.damage_law`. Lists may be extended by one, and
+    `None` removes a key."""
+    document = copy.deepcopy(document)
+    for path, value in changes.items():
+        place = document
+        *front, last = [int(key) if key.isdigit() else key for key in path.split(".")]
+        for key in front:
+            if isinstance(place, dict):
+                place = place.setdefault(key, {})
+            elif isinstance(key, int) and key < len(place):
+                place = place[key]
+            elif isinstance(key, int) and key == len(place):
+                place.append({})
+                place = place[key]
+            else:
+                raise HarnessError(f"no place `{path}` in the scenario")
+        if value is None:
+            place.pop(last, None)
+        elif isinstance(place, list) and last == len(place):
+            place.append(value)
+        else:
+            place[last] = value
+    return document
+
+
+def _inline(value):
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, float):
+        return repr(value)
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, list):
+        return "[" + ", ".join(_inline(item) for item in value) + "]"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_inline(item)}" for key, item in value.items()) + " }"
+    raise HarnessError(f"cannot write {value!r} into a scenario")
+
+
+def dumps(document):
+    """TOML text. Tables of the first level get headers, what is deeper stands inline."""
+    lines = [f"{key} = {_inline(value)}" for key, value in document.items() if not _is_table(value)]
+    for key, value in document.items():
+        if isinstance(value, dict):
+            lines += ["", f"[{key}]"] + [f"{k} = {_inline(v)}" for k, v in value.items()]
+        elif _is_table(value):
+            for item in value:
+                lines += ["", f"[[{key}]]"] + [f"{k} = {_inline(v)}" for k, v in item.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _is_table(value):
+    return isinstance(value, dict) or isinstance(value, list) and bool(value) and isinstance(value[0], dict)

@@ -1,0 +1,21 @@
+"""Tests of the harness. Those that need the program or a peer are skipped where it is missing, but fail where CI is set."""
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from concordem_validate import runner  # noqa: E402
+from concordem_validate.engines import ENGINES  # noqa: E402
+from concordem_validate.errors import NotInstalled  # noqa: E402
+
+
+def need(*engines):
+    for name in engines:
+        try:
+            ENGINES[name].version()
+        except NotInstalled as error:
+            if runner.strict_by_default():
+                pytest.fail(str(error))
+            pytest.skip(str(error))

@@ -1,0 +1,89 @@
+"""How engines are run: missing, hanging, and crashing peers, kept runs, equal bits."""
+import time
+
+import pytest
+from concordem_validate import case as cases
+from concordem_validate import cli, process, report, runner, scenario
+from concordem_validate.engines import concordem, translate, yade
+from concordem_validate.errors import Crashed, NotInstalled, TimedOut, Unsupported
+from conftest import need
+
+
+def test_a_hanging_engine_is_stopped_with_its_children(tmp_path):
+    start = time.perf_counter()
+    with pytest.raises(TimedOut, match="hello"):
+        process.run(["bash", "-c", "echo hello; sleep 60 & wait"], tmp_path, 0.5)
+    assert time.perf_counter() - start < 10
+
+
+def test_a_crashing_engine_is_reported_with_its_last_words(tmp_path):
+    with pytest.raises(Crashed, match="code 3.*it broke"):
+        process.run(["bash", "-c", "echo it broke; exit 3"], tmp_path, 10)
+
+
+def test_a_missing_peer_is_said_to_a_user_and_fails_in_ci(tmp_path, monkeypatch):
+    need("concordem")
+
+    def gone():
+        raise NotInstalled("YADE is not installed: apt install yade")
+
+    monkeypatch.setattr(yade, "version", gone)
+    case = cases.load("cpm-bond").only(["compression"], ["yade", "analytic"])
+    round_ = runner.Runner(tmp_path, quiet=True).run([case])
+    assert round_.outcomes["cpm-bond", "compression", "yade"].status == "missing"
+    assert {v.status for v in round_.verdicts} == {"pass", "missing"}
+    assert not round_.failed(strict=False) and round_.failed(strict=True)
+    assert "apt install yade" in report.text([case], round_, True)
+    page = report.write(tmp_path / "report.html", [case], round_).read_text()
+    assert "apt install yade" in page and "not installed" in page
+
+
+def test_hanging_peer_leaves_the_rest_whole(tmp_path):
+    need("concordem", "yade")
+    case = cases.load("cpm-bond").only(["compression"], ["yade", "analytic"])
+    made = runner.Runner(tmp_path, quiet=True)
+    task = case.tasks[0]
+    out = made.one(task, "yade", 0.2)
+    assert out.status == "timeout" and "stopped" in out.message
+    assert made.one(task, "analytic", 60).status == "done"
+
+
+def test_finished_runs_are_kept_and_bits_are_equal(tmp_path):
+    need("concordem")
+    case = cases.load("cpm-bond").only(["cyclic-shear"], ["analytic"])
+    first = runner.Runner(tmp_path, quiet=True).run([case])
+    again = runner.Runner(tmp_path, quiet=True).run([case])
+    fresh = runner.Runner(tmp_path, quiet=True, fresh=True).run([case])
+    key = ("cpm-bond", "cyclic-shear", "concordem")
+    assert not first.outcomes[key].kept and again.outcomes[key].kept and not fresh.outcomes[key].kept
+    hashes = {r.outcomes[key].result().provenance["state_hash"] for r in (again, fresh)}
+    assert len(hashes) == 1
+    assert len(first.outcomes[key].result().provenance["state_hash"]) >= 32
+
+
+def test_what_cannot_be_translated_is_refused(tmp_path):
+    need("concordem")
+    task = cases.load("cpm-bond").tasks[0]
+    start = concordem.export_start(task, tmp_path)
+    assert start.bonds.tolist() == [[0, 1]] and start.reference_length.tolist() == [2.0]
+    assert start.mass[0] == pytest.approx(4800 * 4 / 3 * 3.141592653589793, rel=1e-15)
+    for changes, message in (
+        ({"dimension": 2}, "dimension"), ({"packing.cell": [1, 1, 1]}, "periodic"),
+        ({"stop": {"strain": 1e-3}}, "fixed number of steps"), ({"material.0.cpm.mode": "woo"}, "woo"),
+        ({"integration.damping": {"kind": "nonviscous", "coefficient": 0.1}}, "nonviscous"),
+        ({"loading": {"kind": "torsion", "rate": 1}}, "torsion"),
+    ):
+        other = cases.Task("a", "b", task.folder, scenario.changed(task.scenario, changes), None, start=start)
+        with pytest.raises(Unsupported, match=message):
+            yade.translation(other)
+    assert translate.steps_of({"stop": {"time": "1 ms"}}, 1e-5) == 100
+
+
+def test_command_line(tmp_path, capsys):
+    assert cli.main(["list", "--checks"]) == 0
+    assert "cpm-bond" in capsys.readouterr().out
+    assert cli.main(["run", "no-such-case", "--output", str(tmp_path)]) == 2
+    need("concordem")
+    assert cli.main(["run", "lattice-elasticity", "--output", str(tmp_path)]) == 0
+    assert (tmp_path / "report.html").exists()
+    assert cli.main(["compare", str(tmp_path / "none.h5"), str(tmp_path / "none.h5")]) == 2

@@ -1,0 +1,112 @@
+"""Defects planted into law parameters, translations, and results: each must be caught, and it is written down by which case.
+
+Laws cannot be rebuilt here, so a defect of a law is planted where it has the same effect: in the scenario ConcorDEM alone gets, in
+the closed form written independently, or in ConcorDEM's result. Every test first needs the sound case to pass.
+"""
+import numpy as np
+import pytest
+from concordem_validate import case as cases
+from concordem_validate import runner, scenario
+from conftest import need
+
+FOLDER = cases.ROOT.parents[1] / "target" / "validate"
+
+
+def ours(**changes):
+    return lambda document: scenario.changed(document, {k.replace("__", "."): v for k, v in changes.items()})
+
+
+def result(name, change):
+    def apply(one):
+        one.series[name].values = change(one.series[name].values)
+
+    return apply
+
+
+def halve(name):
+    return result(name, lambda values: 0.5 * values)
+
+
+def one_step_late(one):
+    one.series["contact_force"].steps = one.series["contact_force"].steps + 1
+
+
+def shear_reversed(values):
+    values = values.copy()
+    values[:, 1] *= -1
+    return values
+
+
+def exchange(a, b):
+    """Exchange two properties in LIGGGHTS' deck."""
+    return lambda deck: deck.replace(f" {a} ", " \0 ").replace(f" {b} ", f" {a} ").replace(" \0 ", f" {b} ")
+
+
+def times(name, factor):
+    def change(data):
+        values = np.asarray(data[name], dtype=float) * factor
+        data[name] = values.tolist()
+
+    return change
+
+
+def friction_not_its_angle(data):
+    for m in data["materials"]:
+        m["frictionAngle"] = np.tan(m["frictionAngle"])
+
+
+# what is wrong | case, variant, peer | where it is planted
+DEFECTS = {
+    "sign of the spins, hence of moments": ("pair-kinematics", "moving", "yade", dict(yade=[times("spin", -1)])),
+    "sign of the shear force": ("cpm-bond", "shear-confined", "yade",
+                                {"result:concordem": [result("contact_force", shear_reversed)]}),
+    "factor one half in the stored energy": ("conservation", "main", "analytic",
+                                             {"result:concordem": [halve("stored_normal")]}),
+    "inertia of a shell": ("linear-oblique", "yade-kinematics", "yade", dict(yade=[times("inertia", 5 / 3)])),
+    "time step twice as long": ("cpm-bond", "cyclic", "yade", dict(yade=[times("dt", 2.0)])),
+    "ratcheting correction on": ("linear-oblique", "yade-kinematics", "yade",
+                                 dict(yade=[lambda data: data.update(ratcheting_correction=True)])),
+    "history not turned with the contact": ("linear-oblique", "finite", "analytic", dict(module=[
+        lambda module: setattr(module, "_turn", lambda vector, old, new: vector)])),
+    "friction coefficient taken for its angle": ("linear-oblique", "yade-kinematics", "yade",
+                                                 dict(yade=[friction_not_its_angle])),
+    "the other damage law": ("cpm-bond", "tension-exponential", "table",
+                             dict(concordem=[ours(material__0__cpm__damage_law="linear")])),
+    "slip counted in YADE's way in the thesis form": ("cpm-bond", "thesis-cyclic-shear", "analytic",
+                                                      dict(concordem=[ours(material__0__cpm__mode="yade-public")])),
+    "mass of the packing in place of the spheres'": ("cpm-bond", "cyclic", "yade", dict(yade=[times("mass", 0.62)])),
+    "forces one step late": ("cpm-bond", "tension-exponential", "yade", {"result:concordem": [one_step_late]}),
+    "shear and normal stiffness exchanged": ("linear-oblique", "finite", "liggghts", dict(liggghts=[exchange("kn", "kt")])),
+    "restitution of 0.9 in place of 0.98": ("hertz-oblique", "main", "analytic", dict(
+        concordem=[ours(material__0__hertz_mindlin__restitution=0.9, material__1__hertz_mindlin__restitution=0.9)])),
+    "shear ratio of 0.39 in place of 0.4": ("lattice-elasticity", "fcc-0-4", "analytic",
+                                            dict(concordem=[ours(material__0__linear_bond__shear_stiffness=0.39)])),
+    "a beam 0.1 % too thick": ("beam-cantilever", "swing", "analytic",
+                               dict(concordem=[ours(material__0__cohesive_beam__radius="1.001 mm")])),
+    "Young's modulus divided by 1 - ν²": ("hertz-normal", "spheres", "analytic",
+                                          dict(concordem=[ours(material__0__hertz_mindlin__poisson=0.0)])),
+    "damping twice": ("cpm-uniaxial", "tension", "yade", dict(yade=[times("damping", 2.0)])),
+    "stress with the other sign": ("cpm-uniaxial", "tension", "yade",
+                                   {"result:concordem": [result("stress", np.negative)]}),
+}
+
+
+@pytest.mark.parametrize("defect", DEFECTS)
+def test_planted_defect_is_caught(defect):
+    name, variant, peer, plant = DEFECTS[defect]
+    need("concordem", peer)
+    sound = cases.load(name).only([variant], [peer])
+    made = runner.Runner(FOLDER, quiet=True)
+    round_ = made.run([sound])
+    assert not round_.failed(True), f"the sound case fails: {[v for v in round_.verdicts if v.status == 'fail']}"
+    planted = cases.load(name).only([variant], [peer])
+    plant = dict(plant)
+    for change in plant.pop("module", []):
+        change(planted.module)
+        plant["analytic"] = [change]  # another hash: nothing is taken from the sound run
+    round_ = made.run([planted], plant={**plant, "label": defect})
+    assert all(o.status == "done" for o in round_.outcomes.values()), [o.message for o in round_.outcomes.values()]
+    caught = [v for v in round_.verdicts if v.status == "fail"]
+    assert caught, f"{name} · {variant} · {peer} does not see it"
+    print(f"{defect}: caught by {name} · {variant} · {peer}: " + "; ".join(
+        f"{v.check.name} {v.difference:.1e}" for v in caught))
