@@ -86,6 +86,8 @@ pub struct KickContext<'a> {
     pub cell: Option<&'a Cell>,
     /// Change of the cell's velocity gradient with this kick, 1/s: all particles follow it.
     pub gradient_change: Option<Mat3>,
+    /// Whether particles also get the convective acceleration `L·v` of the cell's motion, as YADE gives it to them.
+    pub convective: bool,
     /// Velocities that constrained degrees of freedom take with this kick (translation, rotation), by particle; `None`:
     /// they keep theirs.
     pub targets: Option<&'a [(Vec3, Vec3)]>,
@@ -292,9 +294,14 @@ pub fn kick_and_drift(
                     step,
                 );
                 let mut imposed = Vec3::zeros();
-                if let Some(change) = &context.gradient_change {
-                    imposed = change * chunk.position[i];
+                if let Some(gradient) = gradient.filter(|_| context.convective) {
+                    imposed = gradient * v_new * dt;
                     v_new += imposed;
+                }
+                if let Some(change) = &context.gradient_change {
+                    let change = change * chunk.position[i];
+                    imposed += change;
+                    v_new += change;
                 }
                 let (w_new, t_damping) = kicked(
                     &net_torque,
@@ -315,7 +322,7 @@ pub fn kick_and_drift(
                 sums.damping[1] -= half * (f_damping.dot(&v_new) + t_damping.dot(&w_new));
                 sums.external[0] += half * (applied.dot(&v) + moment.dot(&w));
                 sums.external[1] += half * (applied.dot(&v_new) + moment.dot(&w_new));
-                if context.gradient_change.is_some() {
+                if context.convective || context.gradient_change.is_some() {
                     let impulse = imposed * (0.5 * mass[p]);
                     sums.boundary[0] += impulse.dot(&v);
                     sums.boundary[1] += impulse.dot(&v_new);

@@ -553,6 +553,7 @@ impl Solver {
             damping: self.model.damping,
             cell: state.cell.as_ref(),
             gradient_change: self.gradient_change,
+            convective: matches!(self.model.mode, Mode::Yade | Mode::YadeRatcheting),
             targets: self.targets.as_deref(),
         };
         report.kick = integrate::kick_and_drift(&kick, &mut state.particles, &self.force, &self.torque);

@@ -59,11 +59,17 @@ def _is_in_engines(name: str) -> bool:
     return any(getattr(engine, "command", "") == _command(name) for engine in host().omega.engines)
 
 
-def _sort_anew(collider: Any) -> None:
-    """Make the collider look at all pairs in the next step: those that were only possible have been forgotten."""
-    collider.doSort = True
-    # As if it had never run; otherwise it waits until a body has moved far enough.
-    collider.fastestBodyMaxDist = -1
+def _sort_anew() -> None:
+    """Make the collider look at all pairs in the next step: those that were only possible have been forgotten. It cannot be
+    told to, so a new one with the same settings takes its place."""
+    yade = host()
+    old = engine_of("InsertionSortCollider")
+    own = {"newton", "boundDispatcher", "numAction", "numReinit", "fastestBodyMaxDist", "doSort"}
+    settings = {name: value for name, value in old.dict().items() if name not in own}
+    new = yade.wrapper.InsertionSortCollider(old.boundDispatcher.functors, **settings)
+    engines = list(yade.omega.engines)
+    place = next(k for k, engine in enumerate(engines) if class_of(engine) == "InsertionSortCollider" and not engine.dead)
+    yade.omega.engines = engines[:place] + [new] + engines[place + 1 :]
 
 
 def _check_engines() -> None:
@@ -144,7 +150,7 @@ class BondedEngine:
         collider.avoidSelfInteractionMask |= bit
         self._kind["mask"] = bit
         self._clear_interactions()
-        _sort_anew(collider)
+        _sort_anew()
 
     def _clear_interactions(self) -> None:
         """Take the interactions among our bodies out of YADE."""
@@ -169,7 +175,7 @@ class BondedEngine:
                 body.groupMask &= ~bit
             collider = engine_of("InsertionSortCollider")
             collider.avoidSelfInteractionMask &= ~bit
-            _sort_anew(collider)
+            _sort_anew()
         _registered.pop(self.name, None)
         self.attached = False
 
