@@ -59,6 +59,42 @@ void concordem_network_resume(ConcordemNetwork *, const double *, int64_t found_
 double *concordem_network_rows(const ConcordemNetwork *, int64_t *count);
 void concordem_rows_delete(double *, int64_t count);
 
+struct ConcordemPairLaw;
+struct ConcordemPairRecord;
+
+struct ConcordemPairProperties {
+  int32_t types, shear;
+  const double *young, *poisson, *restitution, *friction;
+  const double *stiffness[4];
+  double velocity;
+};
+
+struct ConcordemPairArrays {
+  int32_t owned, count, atoms, frozen, advance, stride;
+  const int32_t *list, *numbers;
+  int32_t *const *neighbours;
+  int32_t *const *flags;
+  double *const *history;
+  const double *position, *velocity, *spin, *radius, *mass;
+  const int32_t *type, *mask;
+  double *force, *torque;
+  double dt;
+};
+
+struct ConcordemPairForce {
+  int32_t i, j;
+  double force[3], torque[3], between[3];
+};
+
+ConcordemPairLaw *concordem_pair_new(int32_t model, const ConcordemPairProperties *, const ConcordemMessage *);
+void concordem_pair_delete(ConcordemPairLaw *);
+int32_t concordem_pair_history(int32_t model, int32_t *odd, int32_t capacity);
+int64_t concordem_pair_compute(const ConcordemPairLaw *, const ConcordemPairArrays *, ConcordemPairRecord *,
+                               const ConcordemMessage *);
+ConcordemPairRecord *concordem_pair_record_new();
+const ConcordemPairForce *concordem_pair_recorded(const ConcordemPairRecord *);
+void concordem_pair_record_delete(ConcordemPairRecord *);
+
 }
 
 #endif

@@ -9,8 +9,10 @@ use std::ffi::{CStr, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::atoms::Atoms;
+use crate::host_laws::HostShear;
 use crate::network::{Network, TOTALS};
 use crate::options::{Creation, Options};
+use crate::pair::{self, Neighbours, PairForce, PairLaw, Pass, Properties};
 
 /// Arrays of LIGGGHTS, see [`Atoms`]; `count` atoms with the copies.
 #[repr(C)]
@@ -399,5 +401,188 @@ pub unsafe extern "C" fn concordem_rows_delete(rows: *mut f64, count: i64) {
         let length = count as usize * Network::ROW;
         // SAFETY: made by `concordem_network_rows` with this count.
         drop(unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(rows, length)) });
+    }
+}
+
+/// Properties of types for [`concordem_pair_new`]; null where the model does not need them.
+#[repr(C)]
+pub struct PairProperties {
+    types: i32,
+    /// 0: off, 1: no history, 2: history.
+    shear: i32,
+    young: *const f64,
+    poisson: *const f64,
+    restitution: *const f64,
+    friction: *const f64,
+    stiffness: [*const f64; 4],
+    velocity: f64,
+}
+
+/// A law of pairs behind the pointer.
+pub struct BoxedPairLaw(Box<dyn PairLaw>);
+
+/// The law of a model, by its number; null and a message if its parameters make no sense.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_pair_new(
+    model: i32,
+    properties: *const PairProperties,
+    message: *const Message,
+) -> *mut BoxedPairLaw {
+    let mut made = std::ptr::null_mut();
+    // SAFETY: `types` or `types`² reals behind each pointer that the model reads.
+    unsafe {
+        let p = &*properties;
+        let n = p.types as usize;
+        let shear = match p.shear {
+            0 => HostShear::Off,
+            1 => HostShear::NoHistory,
+            _ => HostShear::History,
+        };
+        let all = Properties {
+            types: n,
+            young: slice(p.young, n),
+            poisson: slice(p.poisson, n),
+            restitution: slice(p.restitution, n * n),
+            friction: slice(p.friction, n * n),
+            stiffness: p.stiffness.map(|values| slice(values, n * n)),
+            velocity: p.velocity,
+        };
+        guarded(&*message, || {
+            made = Box::into_raw(Box::new(BoxedPairLaw(pair::law(model as usize, shear, &all)?)));
+            Ok::<_, concordem::law::ParameterError>(0)
+        });
+    }
+    made
+}
+
+/// The end of a law.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_pair_delete(law: *mut BoxedPairLaw) {
+    if !law.is_null() {
+        // SAFETY: made by `concordem_pair_new`, deleted once.
+        drop(unsafe { Box::from_raw(law) });
+    }
+}
+
+/// Number of reals in the history of model `model`, and for each whether it changes its sign when the atoms are exchanged.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_pair_history(model: i32, odd: *mut i32, capacity: i32) -> i32 {
+    // Any parameters will do: the history is the law's.
+    let one = [1.0];
+    let half = [0.5];
+    let properties = Properties {
+        types: 1,
+        young: &one,
+        poisson: &[0.0],
+        restitution: &half,
+        friction: &one,
+        stiffness: [&one; 4],
+        velocity: 1.0,
+    };
+    let Ok(law) = pair::law(model as usize, HostShear::History, &properties) else { return -1 };
+    let fields = law.fields();
+    // SAFETY: `capacity` integers.
+    let odd = unsafe { slice_mut(odd, capacity as usize) };
+    for (to, field) in odd.iter_mut().zip(&fields) {
+        *to = i32::from(field.1);
+    }
+    fields.len() as i32
+}
+
+/// Neighbour lists and atoms of a pass.
+#[repr(C)]
+pub struct PairArrays {
+    owned: i32,
+    count: i32,
+    atoms: i32,
+    frozen: i32,
+    advance: i32,
+    stride: i32,
+    list: *const i32,
+    numbers: *const i32,
+    neighbours: *const *const i32,
+    flags: *const *mut i32,
+    history: *const *mut f64,
+    position: *const [f64; 3],
+    velocity: *const [f64; 3],
+    spin: *const [f64; 3],
+    radius: *const f64,
+    mass: *const f64,
+    kind: *const i32,
+    mask: *const i32,
+    force: *mut [f64; 3],
+    torque: *mut [f64; 3],
+    dt: f64,
+}
+
+/// Forces of all pairs; with `record` the number of contacts, whose forces [`concordem_pair_recorded`] then shows.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_pair_compute(
+    law: *const BoxedPairLaw,
+    arrays: *const PairArrays,
+    record: *mut Vec<PairForce>,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: LIGGGHTS' arrays: `count` atoms with copies, lists of `atoms` atoms, `numbers[i]` neighbours each, as many
+    // flags, and `stride` reals of history for each.
+    unsafe {
+        let a = &*arrays;
+        guarded(&*message, || {
+            let (owned, count) = (a.owned as usize, a.count as usize);
+            let pass = Pass {
+                position: slice(a.position, count),
+                velocity: slice(a.velocity, count),
+                spin: slice(a.spin, count),
+                radius: slice(a.radius, count),
+                mass: slice(a.mass, count),
+                kind: slice(a.kind, count),
+                mask: slice(a.mask, count),
+                frozen: a.frozen,
+                owned,
+                dt: a.dt,
+                advance: a.advance != 0,
+            };
+            let (force, torque) = (slice_mut(a.force, count), slice_mut(a.torque, count));
+            let mut record = record.as_mut();
+            if let Some(record) = &mut record {
+                record.clear();
+            }
+            for &i in slice(a.list, a.atoms as usize) {
+                let i = i as usize;
+                let number = *a.numbers.add(i) as usize;
+                let stride = a.stride as usize;
+                let neighbours = Neighbours {
+                    i,
+                    list: slice(*a.neighbours.add(i), number),
+                    flags: slice_mut(*a.flags.add(i), number),
+                    history: slice_mut(*a.history.add(i), number * stride),
+                    stride,
+                };
+                (*law).0.compute(&pass, neighbours, force, torque, record.as_deref_mut());
+            }
+            Ok::<_, String>(record.map_or(0, |record| record.len() as i64))
+        })
+    }
+}
+
+/// Memory for [`concordem_pair_compute`]'s record.
+#[unsafe(no_mangle)]
+pub extern "C" fn concordem_pair_record_new() -> *mut Vec<PairForce> {
+    Box::into_raw(Box::default())
+}
+
+/// Its contents.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_pair_recorded(record: *const Vec<PairForce>) -> *const PairForce {
+    // SAFETY: made by `concordem_pair_record_new`.
+    unsafe { (*record).as_ptr() }
+}
+
+/// Its end.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_pair_record_delete(record: *mut Vec<PairForce>) {
+    if !record.is_null() {
+        // SAFETY: made by `concordem_pair_record_new`, deleted once.
+        drop(unsafe { Box::from_raw(record) });
     }
 }

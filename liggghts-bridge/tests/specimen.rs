@@ -13,7 +13,7 @@ use concordem::state::{Constraint, Particles, Sphere, State};
 use harness::{Atom, Dice, data_file, dump, frames, head, run, thermo};
 
 const DT: f64 = 8e-7;
-const PULL: f64 = 0.6;
+const PULL: f64 = 0.15;
 const STEPS: usize = 900;
 /// Steps for which both must agree to rounding.
 const WINDOW: usize = 200;

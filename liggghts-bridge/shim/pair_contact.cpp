@@ -1,0 +1,272 @@
+/* pair_style gran model concordem/...: contacts by the library's laws, or by LIGGGHTS' own formulas, along LIGGGHTS'
+   neighbour lists and with its contact history. Registered in LIGGGHTS' public factories when this library is loaded.
+
+   SPDX-License-Identifier: GPL-2.0-or-later */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <string>
+#include <vector>
+
+#include "atom.h"
+#include "comm.h"
+#include "force.h"
+#include "contact_models.h"
+#include "error.h"
+#include "fix_property_global.h"
+#include "granular_pair_style.h"
+#include "modify.h"
+#include "neigh_list.h"
+#include "neighbor.h"
+#include "pair_gran.h"
+#include "update.h"
+
+#include "abi.h"
+
+using namespace LAMMPS_NS;
+using namespace LIGGGHTS;
+
+namespace {
+
+// Numbers of our normal models in LIGGGHTS' hash of models (six bits); its own are below 13.
+const int FIRST_MODEL = 58;
+const int MODELS = 6;
+const char *const NAMES[MODELS] = {"concordem/hertz",           "concordem/hertz/stiffness", "concordem/hooke",
+                                   "concordem/hooke/stiffness", "concordem/hertz_mindlin",   "concordem/frictional"};
+// LIGGGHTS' own numbers: 0 off, 1 no_history, 2 history.
+const int SHEARS = 3;
+
+class ConcordemPair : public PairStyles::IGranularPairStyle, protected Pointers {
+ public:
+  ConcordemPair(LAMMPS *lmp, PairGran *, int64_t hash) :
+      Pointers(lmp), model_((hash & 63) - FIRST_MODEL), shear_((hash >> 6) & 63), hash_(hash), law_(NULL),
+      record_(concordem_pair_record_new())
+  {
+    message_.text = text_;
+    message_.capacity = sizeof(text_);
+  }
+
+  ~ConcordemPair()
+  {
+    concordem_pair_delete(law_);
+    concordem_pair_record_delete(record_);
+  }
+
+  int64_t hashcode() { return hash_; }
+  double stressStrainExponent() { return model_ == 0 || model_ == 1 || model_ == 4 ? 1.5 : 1.0; }
+  int get_history_offset(const std::string) { return -1; }
+  bool contact_match(const std::string type, const std::string model) { return type == "model" && model == NAMES[model_]; }
+  void write_restart_settings(FILE *fp) { fwrite(&hash_, sizeof(hash_), 1, fp); }
+
+  void read_restart_settings(FILE *fp, int64_t hash)
+  {
+    if (comm_rank() != 0) return;
+    int64_t selected = -1;
+    if (fread(&selected, sizeof(selected), 1, fp) != 1 || (hash != -1 ? hash : selected) != hash_)
+      error->one(FLERR, "the restart file holds contacts of another pair style than the script's; use the same models");
+  }
+
+  void settings(int narg, char **arg, IContactHistorySetup *setup)
+  {
+    if (narg > 0) {
+      snprintf(text_, sizeof(text_), "pair_style gran model %s knows no setting `%s`; remove it", NAMES[model_], arg[0]);
+      error->all(FLERR, text_);
+    }
+    if (model_ >= 4 && shear_ != 0) {
+      snprintf(text_, sizeof(text_), "pair_style gran model %s has its own shear; remove `tangential ...`", NAMES[model_]);
+      error->all(FLERR, text_);
+    }
+    int32_t odd[64];
+    width_ = concordem_pair_history(model_, odd, 64);
+    for (int k = 0; k < width_; k++) {
+      char name[64];
+      snprintf(name, sizeof(name), "concordem%d", k);
+      const int offset = setup->add_history_value(name, odd[k] ? "1" : "0");
+      if (k == 0) offset_ = offset;
+    }
+  }
+
+  void init_granular()
+  {
+    const int n = atom->ntypes;
+    ConcordemPairProperties properties;
+    memset(&properties, 0, sizeof(properties));
+    std::vector<double> young, poisson, restitution, friction, stiffness[4];
+    if (model_ == 0 || model_ == 2 || model_ == 4) {
+      young = per_type("youngsModulus");
+      poisson = per_type("poissonsRatio");
+    }
+    if (model_ == 0 || model_ == 2 || model_ >= 4) restitution = per_pair("coefficientRestitution");
+    friction = shear_ == 0 && model_ < 4 ? std::vector<double>(n * n, 0.0) : per_pair("coefficientFriction");
+    if (model_ == 1 || model_ == 3 || model_ == 5) {
+      stiffness[0] = per_pair("kn");
+      stiffness[1] = per_pair("kt");
+    }
+    if (model_ == 1 || model_ == 3) {
+      stiffness[2] = per_pair("gamman");
+      stiffness[3] = per_pair("gammat");
+    }
+    if (model_ == 2)
+      properties.velocity = property("characteristicVelocity", "scalar", 0, 0)->compute_scalar();
+    properties.types = n;
+    properties.shear = shear_;
+    properties.young = young.data();
+    properties.poisson = poisson.data();
+    properties.restitution = restitution.data();
+    properties.friction = friction.data();
+    for (int k = 0; k < 4; k++) properties.stiffness[k] = stiffness[k].data();
+    concordem_pair_delete(law_);
+    law_ = concordem_pair_new(model_, &properties, &message_);
+    if (!law_) {
+      const std::string text = std::string("pair_style gran model ") + NAMES[model_] + ": " + text_;
+      error->all(FLERR, text.c_str());
+    }
+  }
+
+  void compute_force(PairGran *pair, int eflag, int vflag, int addflag)
+  {
+    if (eflag || vflag)
+      pair->ev_setup(eflag, vflag);
+    else
+      pair->evflag = pair->vflag_fdotr = 0;
+    if (pair->storeContactForces() || pair->storeContactForcesStress() || pair->storeSumDelta() || pair->fr_pair())
+      error->all(FLERR,
+                 "pair_style gran model concordem/... does not work with fixes that store contact forces or with rigid bodies");
+    const int nlocal = atom->nlocal, count = nlocal + atom->nghost;
+    if (!count || !pair->computeflag()) return;
+    NeighList *list = pair->list, *contacts = pair->listgranhistory;
+    ConcordemPairArrays arrays;
+    arrays.owned = nlocal;
+    arrays.count = count;
+    arrays.atoms = list->inum;
+    arrays.frozen = pair->freeze_group_bit();
+    arrays.advance = pair->shearupdate();
+    arrays.stride = pair->dnum();
+    arrays.list = list->ilist;
+    arrays.numbers = list->numneigh;
+    arrays.neighbours = list->firstneigh;
+    arrays.flags = contacts->firstneigh;
+    if (offset_ == 0) {
+      arrays.history = contacts->firstdouble;
+    } else {
+      shifted_.resize(count);
+      for (int ii = 0; ii < list->inum; ii++) {
+        const int i = list->ilist[ii];
+        shifted_[i] = contacts->firstdouble[i] + offset_;
+      }
+      arrays.history = &shifted_[0];
+    }
+    arrays.position = atom->x[0];
+    arrays.velocity = atom->v[0];
+    arrays.spin = atom->omega[0];
+    arrays.radius = atom->radius;
+    arrays.mass = atom->rmass;
+    arrays.type = atom->type;
+    arrays.mask = atom->mask;
+    arrays.force = atom->f[0];
+    arrays.torque = atom->torque[0];
+    arrays.dt = update->dt;
+    const bool tally = pair->evflag || (pair->cpl() && addflag);
+    const int64_t found = concordem_pair_compute(law_, &arrays, tally ? record_ : NULL, &message_);
+    if (found < 0) error->one(FLERR, text_);
+    if (!tally) return;
+    const ConcordemPairForce *forces = concordem_pair_recorded(record_);
+    for (int64_t k = 0; k < found; k++) {
+      const ConcordemPairForce &f = forces[k];
+      if (pair->evflag)
+        pair->ev_tally_xyz(f.i, f.j, nlocal, force->newton_pair, 0.0, 0.0, f.force[0], f.force[1], f.force[2], f.between[0],
+                           f.between[1], f.between[2]);
+      if (pair->cpl() && addflag) add_local(pair, f);
+    }
+    if (pair->cpl() && addflag) pair->cpl_pair_finalize();
+  }
+
+ private:
+  int model_, shear_;
+  int64_t hash_;
+  int width_, offset_;
+  ConcordemPairLaw *law_;
+  ConcordemPairRecord *record_;
+  char text_[1024];
+  ConcordemMessage message_;
+  std::vector<double *> shifted_;
+
+  int comm_rank()
+  {
+    int rank;
+    MPI_Comm_rank(world, &rank);
+    return rank;
+  }
+
+  FixPropertyGlobal *property(const char *name, const char *kind, int len1, int len2)
+  {
+    return static_cast<FixPropertyGlobal *>(
+        modify->find_fix_property(name, "property/global", kind, len1, len2, NAMES[model_]));
+  }
+
+  std::vector<double> per_type(const char *name)
+  {
+    FixPropertyGlobal *fix = property(name, "peratomtype", atom->ntypes, 0);
+    std::vector<double> values(atom->ntypes);
+    for (int a = 0; a < atom->ntypes; a++) values[a] = fix->compute_vector(a);
+    return values;
+  }
+
+  std::vector<double> per_pair(const char *name)
+  {
+    const int n = atom->ntypes;
+    FixPropertyGlobal *fix = property(name, "peratomtypepair", n, n);
+    std::vector<double> values(n * n);
+    for (int a = 0; a < n; a++)
+      for (int b = 0; b < n; b++) values[a * n + b] = fix->compute_array(a, b);
+    return values;
+  }
+
+  // A row of compute pair/gran/local.
+  void add_local(PairGran *pair, const ConcordemPairForce &f)
+  {
+    ContactModels::SurfacesIntersectData data;
+    ContactModels::ForceData forces;
+    data.i = f.i;
+    data.j = f.j;
+    data.radi = atom->radius[f.i];
+    data.radj = atom->radius[f.j];
+    data.radsum = data.radi + data.radj;
+    data.rsq = 0.0;
+    for (int axis = 0; axis < 3; axis++) {
+      data.delta[axis] = f.between[axis];
+      data.rsq += f.between[axis] * f.between[axis];
+      forces.delta_F[axis] = f.force[axis];
+      forces.delta_torque[axis] = f.torque[axis];
+    }
+    data.r = sqrt(data.rsq);
+    data.rinv = 1.0 / data.r;
+    for (int axis = 0; axis < 3; axis++) data.en[axis] = data.delta[axis] * data.rinv;
+    data.deltan = data.radsum - data.r;
+    data.cri = data.radi - 0.5 * data.deltan;
+    data.crj = data.radj - 0.5 * data.deltan;
+    data.itype = atom->type[f.i];
+    data.jtype = atom->type[f.j];
+    pair->cpl_add_pair(data, forces);
+  }
+};
+
+PairStyles::IGranularPairStyle *new_pair(LAMMPS *lmp, PairGran *parent, int64_t hash)
+{
+  return new ConcordemPair(lmp, parent, hash);
+}
+
+struct Registration {
+  Registration()
+  {
+    for (int model = 0; model < MODELS; model++) {
+      ContactModels::Factory::instance().addNormalModel(NAMES[model], FIRST_MODEL + model);
+      for (int shear = 0; shear < SHEARS; shear++)
+        PairStyles::Factory::instance().addStyle(
+            "gran", static_cast<int>(Utils::generate_gran_hashcode(FIRST_MODEL + model, shear, 0, 0, 0)), &new_pair);
+    }
+  }
+} registration;
+
+}  // namespace

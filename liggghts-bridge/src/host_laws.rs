@@ -1,0 +1,240 @@
+//! LIGGGHTS' own granular contacts, formula by formula, behind the library's trait: to compare engines, and faster.
+//!
+//! Formulas as LIGGGHTS-PUBLIC 3.8.0 computes them (Kloss et al. 2012; Di Renzo & Di Maio 2004), with the overlap `δ`,
+//! `1/E* = Σ(1−ν²)/E`, `1/G* = Σ 2(2−ν)(1+ν)/E`, `β = ln e/√(ln²e+π²)`, reduced mass `m`, effective radius `R*`:
+//!
+//! | model | `k_n`, `k_t` | dashpots |
+//! |---|---|---|
+//! | hertz | `(4/3)E*√(R*δ)`, `8G*√(R*δ)` | `−2√(5/6) β √(S m)`, `S_n = 2E*√(R*δ)`, `S_t = k_t` |
+//! | hertz/stiffness | `k_n√(R*δ)`, `k_t√(R*δ)` | `m γ √(R*δ)` |
+//! | hooke | `(16/15)√R* E* (15 m V²/(16 √R* E*))^{1/5}`, the same | `√(4 m k_n ln²e/(ln²e+π²))`, the same |
+//! | hooke/stiffness | `k_n`, `k_t` | `m γ` |
+//!
+//! Normal force `k_n δ − γ_n v_n`, which may pull. With history the shear displacement is projected into the present
+//! tangential plane; beyond `μ|f_n|` it is cut back and the dashpot is off, else the dashpot comes on top. Without, the shear
+//! force is the dashpot's, at most `μ|f_n|`.
+//!
+//! These are the host's forms with the host's quirks (the shear spring makes energy when the overlap shrinks, the dashpot may
+//! pull and may exceed friction). No energies are booked for them. The library's own forms are
+//! [`HertzMindlin`](concordem::law::HertzMindlin) and [`Frictional`](concordem::law::Frictional).
+
+use concordem::kinematics::sphere_sphere::{ImageShift, Motion};
+use concordem::kinematics::{Frame, Mode, PointKinematics, Transport};
+use concordem::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, Response, Stiffness};
+use concordem::math::Vec3;
+use concordem::state::walls::Foot;
+
+/// A point contact and its velocities at the instant, which LIGGGHTS takes where the library takes mean rates of the step.
+#[derive(Debug, Clone, Copy)]
+pub struct InstantKinematics {
+    /// Geometry.
+    pub point: PointKinematics,
+    /// Velocity with which the particles part, m/s.
+    pub normal_velocity: f64,
+    /// Tangential velocity of B relative to A at the contact, m/s.
+    pub tangential_velocity: Vec3,
+}
+
+impl Kinematics for InstantKinematics {
+    #[inline(always)]
+    fn measure(
+        _mode: Mode,
+        a: &Motion,
+        b: &Motion,
+        image: &ImageShift,
+        geometry: &ContactGeometry,
+        frame: &Frame,
+        bonded: bool,
+        dt: f64,
+    ) -> Self {
+        let l = b.position + image.displacement - a.position;
+        let length = l.norm();
+        let normal = l * (1.0 / length);
+        let gap = length - geometry.radius_a - geometry.radius_b;
+        let (arm_a, arm_b) = (geometry.radius_a + 0.5 * gap, geometry.radius_b + 0.5 * gap);
+        let velocity = b.velocity + image.velocity - a.velocity;
+        let normal_velocity = velocity.dot(&normal);
+        let spin = a.angular_velocity * arm_a + b.angular_velocity * arm_b;
+        let tangential_velocity = velocity - normal * normal_velocity + normal.cross(&spin);
+        Self {
+            point: PointKinematics {
+                geometry: *geometry,
+                length,
+                length_old: frame.length,
+                elongation: length - geometry.reference_length,
+                elongation_old: frame.length - geometry.reference_length,
+                gap,
+                normal,
+                shear_increment: tangential_velocity * dt,
+                arm_a,
+                arm_b,
+                bonded,
+                transport: Transport::identity(normal),
+            },
+            normal_velocity,
+            tangential_velocity,
+        }
+    }
+    fn measure_wall(_: &Motion, _: &Foot, _: &Vec3, _: &ContactGeometry, _: &Frame, _: f64) -> Option<Self> {
+        None
+    }
+    #[inline(always)]
+    fn point(&self) -> &PointKinematics {
+        &self.point
+    }
+    fn widened(&self, now: f64, before: f64) -> Self {
+        Self { point: self.point.widened(now, before), ..*self }
+    }
+}
+
+/// Where stiffnesses and dashpots come from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum HostModel {
+    /// `hertz`
+    Hertz {
+        /// `E*`, Pa.
+        young: f64,
+        /// `G*`, Pa.
+        shear: f64,
+        /// `β`.
+        beta: f64,
+    },
+    /// `hooke`
+    Hooke {
+        /// `E*`, Pa.
+        young: f64,
+        /// `ln e`.
+        log_restitution: f64,
+        /// Characteristic velocity `V`, m/s.
+        velocity: f64,
+    },
+    /// `hertz/stiffness` and `hooke/stiffness`: `k_n`, `k_t` (N/m², or N/m), `γ_n`, `γ_t` (1/(m s), or 1/s).
+    Stiffness {
+        /// Whether they are multiplied by `√(R*δ)`.
+        hertz: bool,
+        /// `k_n`.
+        normal: f64,
+        /// `k_t`.
+        shear: f64,
+        /// `γ_n`.
+        normal_damping: f64,
+        /// `γ_t`.
+        shear_damping: f64,
+    },
+}
+
+/// What resists sliding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HostShear {
+    /// Nothing (`tangential off`).
+    Off,
+    /// A dashpot under the limit of friction (`no_history`).
+    NoHistory,
+    /// A spring with memory under the limit of friction (`history`).
+    History,
+}
+
+/// A contact of LIGGGHTS.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HostContact {
+    /// Stiffnesses and dashpots.
+    pub model: HostModel,
+    /// Shear.
+    pub shear: HostShear,
+    /// Coefficient of friction.
+    pub friction: f64,
+}
+
+concordem::law_state! {
+    /// History of a [`HostContact`].
+    pub struct HostContactState {
+        /// Shear displacement of B relative to A.
+        shear_displacement: Vec3, "m", Odd;
+    }
+}
+
+impl ContactLaw for HostContact {
+    type State = HostContactState;
+    type Kinematics = InstantKinematics;
+    const NAME: &'static str = "liggghts";
+
+    #[inline(always)]
+    fn respond(&self, k: &InstantKinematics, old: &HostContactState, _dt: f64) -> Response<HostContactState> {
+        let geometry = &k.point.geometry;
+        let overlap = -k.point.gap;
+        let respond = |force, shear_displacement, fate| Response {
+            force,
+            moment: Vec3::zeros(),
+            state: HostContactState { shear_displacement },
+            fate,
+            energy: EnergySplit::default(),
+        };
+        if overlap <= 0.0 {
+            return respond(Vec3::zeros(), Vec3::zeros(), Fate::Opened);
+        }
+        let mass = geometry.reduced_mass();
+        let (kn, kt, gn, gt) = match self.model {
+            HostModel::Hertz { young, shear, beta } => {
+                let root = (geometry.effective_radius() * overlap).sqrt();
+                let (sn, st) = (2.0 * young * root, 8.0 * shear * root);
+                let factor = -2.0 * (5.0_f64 / 6.0).sqrt() * beta;
+                (4.0 / 3.0 * young * root, st, factor * (sn * mass).sqrt(), factor * (st * mass).sqrt())
+            }
+            HostModel::Hooke { young, log_restitution, velocity } => {
+                let root = geometry.effective_radius().sqrt();
+                let kn =
+                    16.0 / 15.0 * root * young * (15.0 * mass * velocity * velocity / (16.0 * root * young)).powf(0.2);
+                let squared = log_restitution * log_restitution;
+                let pi = std::f64::consts::PI;
+                let damping = (4.0 * mass * kn * squared / (squared + pi * pi)).sqrt();
+                (kn, kn, damping, damping)
+            }
+            HostModel::Stiffness { hertz, normal, shear, normal_damping, shear_damping } => {
+                let root = if hertz { (geometry.effective_radius() * overlap).sqrt() } else { 1.0 };
+                (normal * root, shear * root, mass * normal_damping * root, mass * shear_damping * root)
+            }
+        };
+        let push = kn * overlap - gn * k.normal_velocity;
+        let pressing = k.point.normal * -push;
+        match self.shear {
+            HostShear::Off => respond(pressing, Vec3::zeros(), Fate::Lives),
+            HostShear::NoHistory => {
+                let speed = k.tangential_velocity.norm();
+                let coefficient = if speed > 0.0 { (self.friction * push.abs() / speed).min(gt) } else { 0.0 };
+                respond(pressing + k.tangential_velocity * coefficient, Vec3::zeros(), Fate::Lives)
+            }
+            HostShear::History => {
+                let moved = old.shear_displacement + k.point.shear_increment;
+                let displacement = moved - k.point.normal * moved.dot(&k.point.normal);
+                let size = displacement.norm();
+                let (elastic, limit) = (kt * size, self.friction * push.abs());
+                if elastic > limit {
+                    let cut = displacement * (limit / elastic);
+                    respond(pressing + cut * kt, cut, Fate::Lives)
+                } else {
+                    let force = displacement * kt + k.tangential_velocity * gt;
+                    respond(pressing + force, displacement, Fate::Lives)
+                }
+            }
+        }
+    }
+
+    /// At an overlap of `R*/20` where the stiffness depends on it.
+    fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {
+        let root = geometry.effective_radius() * 0.05_f64.sqrt();
+        let (normal, shear) = match self.model {
+            HostModel::Hertz { young, shear, .. } => (2.0 * young * root, 8.0 * shear * root),
+            HostModel::Hooke { young, velocity, .. } => {
+                let scale = geometry.effective_radius().sqrt() * young;
+                let mass = geometry.reduced_mass();
+                let k = 16.0 / 15.0 * scale * (15.0 * mass * velocity * velocity / (16.0 * scale)).powf(0.2);
+                (k, k)
+            }
+            HostModel::Stiffness { hertz, normal, shear, .. } => {
+                let factor = if hertz { 1.5 * root } else { 1.0 };
+                (normal * factor, shear * factor)
+            }
+        };
+        Stiffness { normal, shear, ..Stiffness::default() }
+    }
+}

@@ -1,0 +1,318 @@
+//! Contacts found by LIGGGHTS' neighbour lists, with LIGGGHTS' own contact history.
+
+use concordem::kinematics::sphere_sphere::{ImageShift, Motion};
+use concordem::kinematics::{Frame, Mode};
+use concordem::law::restitution::{End, damping_of_restitution};
+use concordem::law::{
+    ContactGeometry, ContactLaw, ContactStiffness, Elastic, Fate, Frictional, HertzMindlin, Kinematics, LawState,
+    ParameterError, Parity,
+};
+use concordem::math::{Quat, Vec3, quaternion_of_rotation_vector};
+use concordem::solver::MaterialRows;
+
+use crate::host_laws::{HostContact, HostModel, HostShear};
+
+/// Arrays of a pass over the neighbour lists.
+pub struct Pass<'a> {
+    /// Position, m, and so on for owned atoms and copies.
+    pub position: &'a [[f64; 3]],
+    /// Velocity, m/s.
+    pub velocity: &'a [[f64; 3]],
+    /// Angular velocity, rad/s.
+    pub spin: &'a [[f64; 3]],
+    /// Radius, m.
+    pub radius: &'a [f64],
+    /// Mass, kg.
+    pub mass: &'a [f64],
+    /// Type, from 1.
+    pub kind: &'a [i32],
+    /// Groups.
+    pub mask: &'a [i32],
+    /// Bit of the group that does not move; its atoms count as infinitely heavy.
+    pub frozen: i32,
+    /// Number of owned atoms.
+    pub owned: usize,
+    /// Time step, s.
+    pub dt: f64,
+    /// Whether histories advance (not while a run is set up).
+    pub advance: bool,
+}
+
+/// Force of a contact, for tallies.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct PairForce {
+    /// Atoms.
+    pub i: i32,
+    /// Atoms.
+    pub j: i32,
+    /// Force on `i`, N.
+    pub force: [f64; 3],
+    /// Torque on `i`, N·m.
+    pub torque: [f64; 3],
+    /// Position of `i` less that of `j`, m.
+    pub between: [f64; 3],
+}
+
+/// Neighbours of an atom, with flags and histories of their contacts.
+pub struct Neighbours<'a> {
+    /// The atom.
+    pub i: usize,
+    /// Its neighbours; the two upper bits of each are LIGGGHTS' own.
+    pub list: &'a [i32],
+    /// Whether there is a contact; 0 forgets the history.
+    pub flags: &'a mut [i32],
+    /// Histories one after the other.
+    pub history: &'a mut [f64],
+    /// Reals from one history to the next.
+    pub stride: usize,
+}
+
+const NEIGHBOUR: i32 = 0x3FFF_FFFF;
+
+/// A contact law for all pairs of types.
+pub trait PairLaw {
+    /// Names of the reals of a history, and whether they change their sign when the atoms of a pair are exchanged.
+    fn fields(&self) -> Vec<(String, bool)>;
+    /// Forces between an atom and its neighbours, added to `force` and `torque` of owned atoms.
+    fn compute(
+        &self,
+        pass: &Pass<'_>,
+        neighbours: Neighbours<'_>,
+        force: &mut [[f64; 3]],
+        torque: &mut [[f64; 3]],
+        record: Option<&mut Vec<PairForce>>,
+    );
+}
+
+/// A law with its rows.
+pub struct Rows<L> {
+    rows: Vec<L>,
+    map: MaterialRows,
+    mode: Mode,
+    /// Whether the law asks for the contact's frame of the last step.
+    framed: bool,
+}
+
+impl<L: ContactLaw> Rows<L> {
+    /// Rows of a law for pairs of types; `framed`: whether its kinematics needs the frame of the last step.
+    pub fn new(rows: Vec<L>, map: MaterialRows, mode: Mode, framed: bool) -> Self {
+        Self { rows, map, mode, framed }
+    }
+}
+
+fn vec3(v: &[f64; 3]) -> Vec3 {
+    Vec3::new(v[0], v[1], v[2])
+}
+
+impl<L: ContactLaw> PairLaw for Rows<L> {
+    fn fields(&self) -> Vec<(String, bool)> {
+        let mut fields = Vec::new();
+        if self.framed {
+            fields.extend(["normalx", "normaly", "normalz"].map(|name| (name.to_owned(), true)));
+            fields.push(("length".to_owned(), false));
+        }
+        for field in L::State::FIELDS {
+            for k in 0..field.components {
+                fields.push((format!("{}{k}", field.name), field.parity == Parity::Odd));
+            }
+        }
+        fields
+    }
+
+    fn compute(
+        &self,
+        pass: &Pass<'_>,
+        neighbours: Neighbours<'_>,
+        force: &mut [[f64; 3]],
+        torque: &mut [[f64; 3]],
+        mut record: Option<&mut Vec<PairForce>>,
+    ) {
+        let Neighbours { i, list, flags, history, stride } = neighbours;
+        let head = if self.framed { 4 } else { 0 };
+        let width = head + size_of::<L::State>() / 8;
+        let (xi, radius_i) = (vec3(&pass.position[i]), pass.radius[i]);
+        let (mut sum, mut moment) = (Vec3::zeros(), Vec3::zeros());
+        let heavy = |p: usize| if pass.mask[p] & pass.frozen != 0 { 1e100 } else { pass.mass[p] };
+        let motion = |p: usize| {
+            let spin = vec3(&pass.spin[p]);
+            // Only laws with a frame ask how far the particles turned.
+            let turn = if self.framed && pass.advance {
+                quaternion_of_rotation_vector(&(spin * pass.dt))
+            } else {
+                Quat::identity()
+            };
+            Motion {
+                position: vec3(&pass.position[p]),
+                velocity: vec3(&pass.velocity[p]),
+                angular_velocity: spin,
+                rotation_increment: turn,
+                orientation: Quat::identity(),
+            }
+        };
+        let mut mine: Option<Motion> = None;
+        for (jj, &entry) in list.iter().enumerate() {
+            let j = (entry & NEIGHBOUR) as usize;
+            let between = vec3(&pass.position[j]) - xi;
+            let (squared, touching) = (between.norm_squared(), radius_i + pass.radius[j]);
+            if squared >= touching * touching {
+                if flags[jj] != 0 {
+                    flags[jj] = 0;
+                    history[jj * stride..jj * stride + width].fill(0.0);
+                }
+                continue;
+            }
+            let Some(row) = self.map.get((pass.kind[i] - 1) as u16, (pass.kind[j] - 1) as u16) else { continue };
+            let a = *mine.get_or_insert_with(|| motion(i));
+            let b = motion(j);
+            let reals = &mut history[jj * stride..jj * stride + width];
+            let mut frame = Frame::default();
+            if self.framed {
+                frame = if flags[jj] == 0 || !pass.advance {
+                    let before = if pass.advance { between - (b.velocity - a.velocity) * pass.dt } else { between };
+                    let length = before.norm();
+                    Frame { normal: before / length, length }
+                } else {
+                    Frame { normal: Vec3::new(reals[0], reals[1], reals[2]), length: reals[3] }
+                };
+            }
+            let mut old = L::State::default();
+            // A state is plain reals.
+            let state: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut old));
+            state.copy_from_slice(&reals[head..]);
+            let reference = L::unbonded_reference(0.0, radius_i, pass.radius[j]);
+            let geometry = ContactGeometry {
+                reference_length: reference.length,
+                area: reference.area,
+                radius_a: radius_i,
+                radius_b: pass.radius[j],
+                mass_a: heavy(i),
+                mass_b: heavy(j),
+            };
+            // While a run is set up nothing has moved.
+            let dt = if pass.advance { pass.dt } else { 0.0 };
+            let k = L::Kinematics::measure(self.mode, &a, &b, &ImageShift::default(), &geometry, &frame, false, dt);
+            let answer = self.rows[row as usize].respond(&k, &old, dt);
+            let point = k.point();
+            if pass.advance {
+                flags[jj] = 1;
+                if self.framed {
+                    reals[..3].copy_from_slice(point.normal.as_slice());
+                    reals[3] = point.length;
+                }
+                reals[head..].copy_from_slice(answer.state.as_reals());
+            }
+            if answer.fate != Fate::Lives {
+                continue;
+            }
+            let lever = point.normal.cross(&answer.force);
+            let (torque_i, torque_j) = (lever * point.arm_a + answer.moment, lever * point.arm_b - answer.moment);
+            sum += answer.force;
+            moment += torque_i;
+            if j < pass.owned {
+                for axis in 0..3 {
+                    force[j][axis] -= answer.force[axis];
+                    torque[j][axis] += torque_j[axis];
+                }
+            }
+            if let Some(record) = &mut record {
+                record.push(PairForce {
+                    i: i as i32,
+                    j: j as i32,
+                    force: answer.force.into(),
+                    torque: torque_i.into(),
+                    between: (-between).into(),
+                });
+            }
+        }
+        for axis in 0..3 {
+            force[i][axis] += sum[axis];
+            torque[i][axis] += moment[axis];
+        }
+    }
+}
+
+/// Properties of types, as `fix property/global` gives them; pair properties row by row.
+pub struct Properties<'a> {
+    /// Number of types.
+    pub types: usize,
+    /// Young's modulus, Pa.
+    pub young: &'a [f64],
+    /// Poisson's ratio.
+    pub poisson: &'a [f64],
+    /// Coefficient of restitution of pairs.
+    pub restitution: &'a [f64],
+    /// Coefficient of friction of pairs.
+    pub friction: &'a [f64],
+    /// `kn`, `kt`, `gamman`, `gammat` of pairs.
+    pub stiffness: [&'a [f64]; 4],
+    /// Characteristic velocity, m/s.
+    pub velocity: f64,
+}
+
+/// The models, as numbered by the shim.
+pub const MODELS: [&str; 6] = [
+    "concordem/hertz",
+    "concordem/hertz/stiffness",
+    "concordem/hooke",
+    "concordem/hooke/stiffness",
+    "concordem/hertz_mindlin",
+    "concordem/frictional",
+];
+
+/// Rows for all pairs of types.
+fn rows<L: ContactLaw>(
+    types: usize,
+    mode: Mode,
+    framed: bool,
+    row: impl Fn(usize, usize) -> Result<L, ParameterError>,
+) -> Result<Box<dyn PairLaw>, ParameterError> {
+    let mut map = MaterialRows::new(types);
+    let mut all = Vec::with_capacity(types * types);
+    for a in 0..types {
+        for b in 0..types {
+            map.set(a as u16, b as u16, all.len() as u16);
+            all.push(row(a, b)?);
+        }
+    }
+    Ok(Box::new(Rows::new(all, map, mode, framed)))
+}
+
+/// The law of model number `model` (of [`MODELS`]); `shear` counts for the host's forms.
+pub fn law(model: usize, shear: HostShear, p: &Properties<'_>) -> Result<Box<dyn PairLaw>, ParameterError> {
+    let n = p.types;
+    let at = |values: &[f64], a: usize, b: usize| values[a * n + b];
+    let effective = |a: usize, b: usize| {
+        let bulk = |k: usize| (1.0 - p.poisson[k] * p.poisson[k]) / p.young[k];
+        let shear = |k: usize| 2.0 * (2.0 - p.poisson[k]) * (1.0 + p.poisson[k]) / p.young[k];
+        (1.0 / (bulk(a) + bulk(b)), 1.0 / (shear(a) + shear(b)))
+    };
+    let host = |model: HostModel, a, b| Ok(HostContact { model, shear, friction: at(p.friction, a, b) });
+    match model {
+        0 => rows(n, Mode::Finite, false, |a, b| {
+            let (young, shear) = effective(a, b);
+            let log = at(p.restitution, a, b).ln();
+            let pi = std::f64::consts::PI;
+            host(HostModel::Hertz { young, shear, beta: log / (log * log + pi * pi).sqrt() }, a, b)
+        }),
+        1 | 3 => rows(n, Mode::Finite, false, |a, b| {
+            let [normal, shear, normal_damping, shear_damping] = p.stiffness.map(|values| at(values, a, b));
+            let hertz = model == 1;
+            host(HostModel::Stiffness { hertz, normal, shear, normal_damping, shear_damping }, a, b)
+        }),
+        2 => rows(n, Mode::Finite, false, |a, b| {
+            let log_restitution = at(p.restitution, a, b).ln();
+            host(HostModel::Hooke { young: effective(a, b).0, log_restitution, velocity: p.velocity }, a, b)
+        }),
+        4 => rows(n, Mode::Finite, true, |a, b| {
+            let elastic = |k: usize| Elastic { young: p.young[k], poisson: p.poisson[k] };
+            HertzMindlin::new(elastic(a), elastic(b), at(p.friction, a, b), at(p.restitution, a, b))
+        }),
+        _ => rows(n, Mode::Finite, true, |a, b| {
+            let stiffness =
+                ContactStiffness::Given { normal: at(p.stiffness[0], a, b), shear: at(p.stiffness[1], a, b) };
+            let damping = damping_of_restitution(at(p.restitution, a, b), End::ForceSpent);
+            Frictional::new(stiffness, at(p.friction, a, b), damping)
+        }),
+    }
+}

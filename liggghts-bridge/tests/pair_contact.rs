@@ -1,0 +1,122 @@
+//! Contacts along LIGGGHTS' neighbour lists: its own models reproduced, and the library's.
+
+mod harness;
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use concordem::math::Vec3;
+use harness::{Atom, Dice, Dumped, data_file, dump, frames, head, run};
+
+const STEPS: usize = 400;
+
+/// Spheres of two types and unequal sizes that are thrown together.
+fn cloud(path: &Path) {
+    let mut dice = Dice(11);
+    let atoms: Vec<Atom> = (0..512)
+        .map(|k| {
+            let place = Vec3::new((k % 8) as f64, (k / 8 % 8) as f64, (k / 64) as f64) * 0.0105;
+            let mut atom = Atom::resting(place + dice.vector() * 3e-4, 0.005 * (0.9 + 0.1 * dice.roll()));
+            atom.kind = 1 + k % 2;
+            atom.velocity = (Vec3::repeat(0.037) - place) * 60.0 + dice.vector();
+            atom.spin = dice.vector() * 200.0;
+            atom
+        })
+        .collect();
+    data_file(path, &atoms, Vec3::repeat(-0.02), Vec3::repeat(0.1));
+}
+
+const PROPERTIES: &str = "fix p1 all property/global youngsModulus peratomtype 5e6 2e7\n\
+    fix p2 all property/global poissonsRatio peratomtype 0.3 0.2\n\
+    fix p3 all property/global coefficientRestitution peratomtypepair 2 0.9 0.7 0.7 0.5\n\
+    fix p4 all property/global coefficientFriction peratomtypepair 2 0.4 0.2 0.2 0.2\n\
+    fix p5 all property/global characteristicVelocity scalar 2.0\n\
+    fix p6 all property/global kn peratomtypepair 2 STIFF\n\
+    fix p7 all property/global kt peratomtypepair 2 STIFF\n\
+    fix p8 all property/global gamman peratomtypepair 2 DASHPOT\n\
+    fix p9 all property/global gammat peratomtypepair 2 DASHPOT\n";
+
+fn result(folder: &Path, pair: &str, processors: usize, runs: usize) -> Vec<(u64, Vec<Dumped>)> {
+    let hertz = pair.contains("hertz");
+    let mut script = head("cloud.data", "f f f", 1e-3, 2e-6);
+    let properties = PROPERTIES
+        .replace("STIFF", if hertz { "3e6 2e6 2e6 4e6" } else { "4e4 3e4 3e4 5e4" })
+        .replace("DASHPOT", if hertz { "3e4 2e4 2e4 1e4" } else { "200 100 100 300" });
+    writeln!(script, "{pair}").unwrap();
+    script.push_str(&properties);
+    script.push_str("fix integrate all nve/sphere\nthermo 100\n");
+    script.push_str(&dump("out.dump", 100));
+    for _ in 0..runs {
+        writeln!(script, "run {}", STEPS / runs).unwrap();
+    }
+    run(folder, &script, processors);
+    frames(&folder.join("out.dump"))
+}
+
+/// Largest differences between two results: positions, velocities, spins, each by its largest size.
+fn difference(a: &[(u64, Vec<Dumped>)], b: &[(u64, Vec<Dumped>)]) -> [f64; 3] {
+    let mut worst = [0.0f64; 3];
+    let get = [|d: &Dumped| d.position, |d: &Dumped| d.velocity, |d: &Dumped| d.spin];
+    for ((_, a), (_, b)) in a.iter().zip(b) {
+        for (worst, get) in worst.iter_mut().zip(get) {
+            let size = b.iter().map(|d| get(d).norm()).fold(0.0, f64::max);
+            let apart = a.iter().zip(b).map(|(a, b)| (get(a) - get(b)).norm()).fold(0.0, f64::max);
+            *worst = worst.max(apart / size);
+        }
+    }
+    worst
+}
+
+#[test]
+fn liggghts_models_are_reproduced() {
+    let folder = tempfile::tempdir().unwrap();
+    cloud(&folder.path().join("cloud.data"));
+    for model in ["hertz", "hertz/stiffness", "hooke", "hooke/stiffness"] {
+        for shear in ["history", "no_history", "off"] {
+            let native = result(
+                folder.path(),
+                &format!("pair_style gran model {model} tangential {shear}\npair_coeff * *"),
+                1,
+                2,
+            );
+            let pair = format!("pair_style gran model concordem/{model} tangential {shear}\npair_coeff * *");
+            let ours = result(folder.path(), &pair, 1, 2);
+            let apart = difference(&ours, &native);
+            println!("{model} {shear}: {apart:?}");
+            // The cloud must have met: collisions change velocities by a good part of their size.
+            let first = difference(&native[..1], &native[native.len() - 1..]);
+            assert!(first[1] > 0.1, "{first:?}");
+            // Rounding, made larger by collisions: the window in which both are the same computation.
+            assert!(apart.iter().all(|d| *d < 1e-12), "{model} {shear}: {apart:?}");
+        }
+    }
+}
+
+#[test]
+fn the_librarys_contacts_are_the_same_by_pair_style_and_by_fix() {
+    let folder = tempfile::tempdir().unwrap();
+    cloud(&folder.path().join("cloud.data"));
+    let materials = [(5e6, 0.3, 0.9, 0.4), (2e7, 0.2, 0.5, 0.2)];
+    let mut tables = String::new();
+    for (k, (young, poisson, restitution, friction)) in materials.iter().enumerate() {
+        writeln!(
+            tables,
+            "[[material]]\nname = \"{k}\"\ndensity = 2500\n[material.hertz_mindlin]\nyoung = {young:e}\npoisson = {poisson}\n\
+             restitution = {restitution}\nfriction_coefficient = {friction}\n[material.linear_bond]\nnormal_stiffness = 1\n\
+             shear_stiffness = 1\n"
+        )
+        .unwrap();
+    }
+    std::fs::write(folder.path().join("materials.toml"), tables).unwrap();
+    // The mean of the restitutions and the smaller friction are what the properties say of unlike types.
+    let fix = "fix contacts all concordem/bond linear_bond materials materials.toml bond none contact hertz_mindlin";
+    let by_fix = result(folder.path(), fix, 1, 1);
+    for processors in [1, 2, 4] {
+        let by_pair =
+            result(folder.path(), "pair_style gran model concordem/hertz_mindlin\npair_coeff * *", processors, 1);
+        let apart = difference(&by_pair, &by_fix);
+        println!("{processors} processors: {apart:?}");
+        // Pairs are added in the order of LIGGGHTS' lists: rounding, made larger by collisions.
+        assert!(apart.iter().all(|d| *d < 1e-12), "{apart:?}");
+    }
+}
