@@ -46,6 +46,8 @@ test:
 	tests/results_read_back.sh
 	validation/specimens.py
 	yade-bridge/test.sh
+	cd validation && ../.venv/bin/python -m pytest -q tests
+	CI=1 PYTHONPATH=validation .venv/bin/python -m concordem_validate run
 
 check:
 	.ci/setup build
