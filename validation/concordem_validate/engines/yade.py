@@ -116,6 +116,9 @@ def translation(task):
             raise Unsupported("yade: massless particles")
     force, moment = translate.forces(document, start)
     output = document.get("output", {})
+    # the operator sample `whole` over all contacts is YADE's getStress
+    whole = [si(s["region"]["volume"]) for s in document.get("sample", [])
+             if s.get("name") == "whole" and s["operator"] == "region-stress" and s["region"]["kind"] == "all"]
     return dict(
         law=law, materials=[_LAWS[law](m, document, start) for m in document["material"]],
         position=start.position.tolist(), radius=start.radius.tolist(), mass=start.mass.tolist(),
@@ -128,7 +131,7 @@ def translation(task):
         # Only YADE's own kinematics have the correction of the arms; all others touch at the common contact point.
         ratcheting_correction=document.get("kinematics", "finite") == "yade-ratcheting",
         dt=start.dt, damping=translate.local_damping(document), gravity=gravity, loading=loading,
-        steps=translate.steps_of(document, start.dt), sample_interval=output.get("sample_interval", 10),
+        stress_volume=whole[0] if whole else None, steps=translate.steps_of(document, start.dt), sample_interval=output.get("sample_interval", 10),
         snapshot_interval=output.get("snapshot_interval") or 10**9)
 
 
@@ -150,6 +153,9 @@ def run(task, folder, limit):
     for name, unit in (("stress", "Pa"), ("strain", "1")):
         if name in data_out:
             result.add(name, samples, data_out[name], unit)
+    if "whole_stress" in data_out:
+        # YADE's is force times branch, ours branch times force (quirk yade-stress-transposed)
+        result.add("whole.stress", samples, data_out["whole_stress"].transpose(0, 2, 1), "Pa", "getStress, transposed")
     if "contact_force" in data_out:
         result.add("contact_force", samples, data_out["contact_force"], "N", "Force of the contact on particle 0")
     for name, unit in (("position", "m"), ("velocity", "m/s"), ("angular_velocity", "rad/s")):

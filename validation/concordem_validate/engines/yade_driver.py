@@ -86,7 +86,7 @@ else:
     physics = [Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(setCohesionNow=True, setCohesionOnNewContacts=False)]
     response = [Law2_ScGeom6D_CohFrictPhys_CohesionMoment(always_use_moment_law=True, useIncrementalForm=False)]
 
-samples = {name: [] for name in ("sample_steps", "stress", "strain", "contact_force")}
+samples = {name: [] for name in ("sample_steps", "stress", "strain", "contact_force", "whole_stress")}
 pictures = {name: [] for name in ("snapshot_steps", "position", "velocity", "angular_velocity", "damage_field")}
 count, loading = len(task["position"]), task["loading"]
 uniaxial = loading["kind"] == "uniaxial"
@@ -106,6 +106,8 @@ def sample():
         force = [sum(O.forces.f(p)[loading["axis"]] for p in loading[end]) for end in ("low", "high")]
         samples["stress"].append(0.5 * (force[0] - force[1]) / loading["area"])
         samples["strain"].append((mean_position(loading["high"]) - mean_position(loading["low"]) - length) / length)
+    if task["stress_volume"]:
+        samples["whole_stress"].append([list(row) for row in np.array(utils.getStress(task["stress_volume"]))])
     if only_pair:
         real = [i for i in O.interactions if i.isReal]
         # the force on the second body is the sum of both parts
