@@ -96,8 +96,10 @@ pub enum HostModel {
         young: f64,
         /// `G*`, Pa.
         shear: f64,
-        /// `β`.
-        beta: f64,
+        /// `−2√(5/6) β`.
+        damping: f64,
+        /// `√(4G*/E*)`, the root of the ratio of the stiffnesses' derivatives `S_t/S_n`.
+        ratio: f64,
     },
     /// `hooke`
     Hooke {
@@ -153,6 +155,16 @@ concordem::law_state! {
     }
 }
 
+impl HostModel {
+    /// `hertz` of effective moduli (Pa) and the coefficient of restitution `e`.
+    pub fn hertz(young: f64, shear: f64, restitution: f64) -> Self {
+        let log = restitution.ln();
+        let pi = std::f64::consts::PI;
+        let beta = log / (log * log + pi * pi).sqrt();
+        Self::Hertz { young, shear, damping: -2.0 * (5.0_f64 / 6.0).sqrt() * beta, ratio: (4.0 * shear / young).sqrt() }
+    }
+}
+
 impl ContactLaw for HostContact {
     type State = HostContactState;
     type Kinematics = InstantKinematics;
@@ -174,11 +186,10 @@ impl ContactLaw for HostContact {
         }
         let mass = geometry.reduced_mass();
         let (kn, kt, gn, gt) = match self.model {
-            HostModel::Hertz { young, shear, beta } => {
+            HostModel::Hertz { young, shear, damping, ratio } => {
                 let root = (geometry.effective_radius() * overlap).sqrt();
-                let (sn, st) = (2.0 * young * root, 8.0 * shear * root);
-                let factor = -2.0 * (5.0_f64 / 6.0).sqrt() * beta;
-                (4.0 / 3.0 * young * root, st, factor * (sn * mass).sqrt(), factor * (st * mass).sqrt())
+                let gn = damping * (2.0 * young * root * mass).sqrt();
+                (4.0 / 3.0 * young * root, 8.0 * shear * root, gn, gn * ratio)
             }
             HostModel::Hooke { young, log_restitution, velocity } => {
                 let root = geometry.effective_radius().sqrt();

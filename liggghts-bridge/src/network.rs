@@ -10,16 +10,17 @@ use std::collections::HashMap;
 
 use concordem::assembly::{AssemblyError, laws};
 use concordem::kinematics::Frame;
+use concordem::kinematics::deformable::{Deformable, Update};
 use concordem::kinematics::sphere_sphere::fresh_frame;
-use concordem::law::{EnergySplit, Reference};
-use concordem::math::{Mat3, Quat, Vec3, normalized, quaternion_of_rotation_vector};
+use concordem::law::{Elastic, EnergySplit, Reference};
+use concordem::math::{Mat3, Quat, Symmetric, Vec3, normalized, quaternion_of_rotation_vector};
 use concordem::neighbor::{NeighborError, candidate_pairs};
 use concordem::scenario::LawName;
 use concordem::solver::forces::EvaluatedContacts;
 use concordem::solver::record::ContactForces;
 use concordem::solver::{MaterialRows, Model, Solver, SolverError};
 use concordem::state::contacts::{Contacts, Link, Pair};
-use concordem::state::{Cell, Sphere, State};
+use concordem::state::{Cell, Deformation, Sphere, State};
 
 use crate::atoms::{Atoms, add, vector};
 use crate::options::{Creation, Options};
@@ -141,10 +142,32 @@ pub const TOTALS: usize = 9;
 /// Reals per atom for the net force and torque of the last step.
 const NET: usize = 6;
 
+/// Where the rest of an atom's memory lies: first what only its owner needs, then what copies need, too.
+#[derive(Debug, Clone, Copy)]
+struct Layout {
+    /// Other dyads of a deformable particle (two of six reals).
+    others: usize,
+    /// Orientation (x, y, z, w).
+    orientation: usize,
+    /// Dyads that strain it and strained it (two of six reals).
+    dyads: usize,
+    end: usize,
+}
+
+impl Layout {
+    fn new(oriented: bool, deformable: bool) -> Self {
+        let others = NET;
+        let orientation = others + if deformable { 12 } else { 0 };
+        let dyads = orientation + if oriented { 4 } else { 0 };
+        Self { others, orientation, dyads, end: dyads + if deformable { 12 } else { 0 } }
+    }
+}
+
 /// Bonds and contacts of one processor.
 pub struct Network {
     options: Options,
     model: Model,
+    layout: Layout,
     bond_rows: MaterialRows,
     /// Reals in the history of a bond and of a contact.
     width: usize,
@@ -182,6 +205,22 @@ impl Network {
         let reals = width(&*block).max(contacts.as_ref().map_or(0, |(block, _)| width(&**block)));
         assert!(reals <= HISTORY, "a law remembers {reals} reals");
         let mut model = Model { mode: options.mode, skin: 0.0, ..Model::default() };
+        model.deformable = options.deformable.map(|condition| Deformable {
+            elasticity: options
+                .materials
+                .iter()
+                .map(|material| {
+                    material
+                        .deformable
+                        .as_ref()
+                        .map_or(Elastic::RIGID, |d| Elastic { young: d.young.si(), poisson: d.poisson.si() })
+                })
+                .collect(),
+            condition,
+            update: Update::Lagged,
+            dashpots: false,
+        });
+        let layout = Layout::new(options.law == LawName::CohesiveBeam, model.deformable.is_some());
         let mut state = State { bonds: vec![block], ..State::default() };
         if let Some((block, rows)) = contacts {
             model.contact_rows = rows;
@@ -190,6 +229,7 @@ impl Network {
         Ok(Self {
             options,
             model,
+            layout,
             bond_rows,
             width: reals,
             state,
@@ -219,22 +259,23 @@ impl Network {
         self.options.law == LawName::CohesiveBeam
     }
 
-    /// Reals remembered per atom: net force and torque of the last step, and the orientation (x, y, z, w) if needed.
+    /// Reals remembered per atom: net force and torque of the last step, the orientation (x, y, z, w) if needed, and what
+    /// strains the particle if it deforms.
     pub fn atom_width(&self) -> usize {
-        NET + if self.needs_orientation() { 4 } else { 0 }
+        self.layout.end
     }
 
     /// Reals of an atom's memory that copies of it need at every step: the last ones, from place [`Self::atom_width`] minus
     /// this on.
     pub fn communicated(&self) -> usize {
-        self.atom_width() - NET
+        self.layout.end - self.layout.orientation
     }
 
     /// Memory of an atom that has just come into being.
     pub fn initial_memory(&self, memory: &mut [f64]) {
         memory.fill(0.0);
         if self.needs_orientation() {
-            memory[NET + 3] = 1.0;
+            memory[self.layout.orientation + 3] = 1.0;
         }
     }
 
@@ -491,7 +532,7 @@ impl Network {
         }
         let width = self.atom_width();
         for i in 0..atoms.owned {
-            let memory = &mut atoms.memory[i * width + NET..][..4];
+            let memory = &mut atoms.memory[i * width + self.layout.orientation..][..4];
             let turned =
                 normalized(&(quaternion_of_rotation_vector(&(vector(atoms.spin, i) * atoms.dt)) * orientation(memory)));
             memory.copy_from_slice(turned.coords.as_slice());
@@ -509,7 +550,7 @@ impl Network {
         record: bool,
     ) -> Result<(), NetworkError> {
         let Some(solver) = &mut self.solver else { return Ok(()) };
-        let width = NET + if self.options.law == LawName::CohesiveBeam { 4 } else { 0 };
+        let Layout { others, orientation: oriented, dyads, end: width } = self.layout;
         let particles = &mut self.state.particles;
         for (p, &i) in self.atom.iter().enumerate() {
             let i = i as usize;
@@ -524,9 +565,24 @@ impl Network {
                 particles.angular_velocity[p] = spin;
                 particles.rotation_increment[p] = quaternion_of_rotation_vector(&(spin * atoms.dt));
             }
-            if width > NET {
-                particles.orientation[p] = orientation(&atoms.memory[i * width + NET..][..4]);
+            if dyads > oriented {
+                particles.orientation[p] = orientation(&atoms.memory[i * width + oriented..][..4]);
             }
+        }
+        let deforms = self.model.deformable.is_some();
+        if deforms {
+            let dyad = |i: u32, place: usize| {
+                let mut reals = [0.0; 6];
+                reals.copy_from_slice(&atoms.memory[i as usize * width + place..][..6]);
+                Symmetric(reals)
+            };
+            particles.deformation.clear();
+            particles.deformation.extend(self.atom.iter().map(|&i| Deformation {
+                dyad: dyad(i, dyads),
+                used: dyad(i, dyads + 6),
+                other: dyad(i, others),
+                reaction: dyad(i, others + 6),
+            }));
         }
         self.state.clock.dt = atoms.dt;
         self.state.clock.step = atoms.step as u64;
@@ -563,6 +619,13 @@ impl Network {
             let memory = &mut atoms.memory[i * width..][..NET];
             memory[..3].copy_from_slice(force.as_slice());
             memory[3..].copy_from_slice(torque.as_slice());
+            if deforms {
+                let memory = &mut atoms.memory[i * width..][..width];
+                let Deformation { dyad, used, other, reaction } = self.state.particles.deformation[p];
+                for (place, dyad) in [(dyads, dyad), (dyads + 6, used), (others, other), (others + 6, reaction)] {
+                    memory[place..place + 6].copy_from_slice(&dyad.0);
+                }
+            }
             add(atoms.force, i, &force);
             add(atoms.torque, i, &torque);
         }

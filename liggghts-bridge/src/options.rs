@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use concordem::kinematics::Mode;
+use concordem::kinematics::deformable::Condition;
 use concordem::scenario::{ContactLawName, Interface, LawName, Material};
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
@@ -68,6 +69,20 @@ pub enum OptionError {
         /// The parameter.
         key: String,
     },
+    /// A law that particles cannot deform under.
+    #[error(
+        "`deformable` does not go with law {law}: particles deform under linear_bond, and contacts linear_bond, frictional, or \
+         hertz_mindlin; remove `deformable`, or choose one of these"
+    )]
+    NotDeformable {
+        /// The law.
+        law: String,
+    },
+    /// Deformable particles without elastic constants.
+    #[error(
+        "`deformable` needs `deformable.young` and `deformable.poisson`, or [material.deformable] in the file of materials"
+    )]
+    NoElasticity,
     /// A file that cannot be read.
     #[error("cannot read {path}: {message}")]
     File {
@@ -106,6 +121,8 @@ pub struct Options {
     pub reach: f64,
     /// Whether stored energies are summed at every step, not only when output is due.
     pub sample_every_step: bool,
+    /// How particles deform, if they do.
+    pub deformable: Option<Condition>,
     /// Parameters by atom type.
     pub materials: Vec<Material>,
     /// Parameters between types.
@@ -183,7 +200,8 @@ impl Options {
         let mut mode = None;
         let mut creation = None;
         let (mut at, mut reach, mut file, mut sample) = (None, None, None, None);
-        let mut tables: [toml::Table; 2] = Default::default();
+        let mut deformable = None;
+        let mut tables: [toml::Table; 3] = Default::default();
         let mut inline = None;
         let mut rest = words[1..].iter();
         while let Some(key) = rest.next() {
@@ -247,15 +265,24 @@ impl Options {
                         other => return Err(bad(other, wanted)),
                     });
                 }
+                "deformable" => {
+                    twice(deformable.is_some())?;
+                    let wanted = "solid, plane-strain, or plane-stress";
+                    let word = value(wanted)?;
+                    deformable = Some(named::<Condition>(word).ok_or_else(|| bad(word, wanted))?);
+                }
                 "materials" => {
                     twice(file.is_some())?;
                     file = Some(value("a file with [[material]] tables")?.to_owned());
                 }
                 parameter => {
                     let word = value("the value of the parameter")?;
-                    let (table, name) = match parameter.strip_prefix("contact.") {
-                        Some(name) => (&mut tables[1], name),
-                        None => (&mut tables[0], parameter),
+                    let (table, name) = if let Some(name) = parameter.strip_prefix("contact.") {
+                        (&mut tables[1], name)
+                    } else if let Some(name) = parameter.strip_prefix("deformable.") {
+                        (&mut tables[2], name)
+                    } else {
+                        (&mut tables[0], parameter)
                     };
                     twice(table.insert(name.to_owned(), toml_value(word)).is_some())?;
                     inline.get_or_insert_with(|| key.clone());
@@ -272,7 +299,20 @@ impl Options {
             }
             None => (vec![inline_material(law, contact, tables)?; types], Vec::new()),
         };
+        if deformable.is_some() {
+            let refused = [Some(law), contact.law()]
+                .into_iter()
+                .flatten()
+                .find(|law| matches!(law, LawName::Cpm | LawName::CohesiveBeam));
+            if let Some(law) = refused {
+                return Err(OptionError::NotDeformable { law: law.key().to_owned() });
+            }
+            if materials.iter().all(|material| material.deformable.is_none()) {
+                return Err(OptionError::NoElasticity);
+            }
+        }
         Ok(Self {
+            deformable,
             law,
             contact,
             mode: mode.unwrap_or_default(),
@@ -301,12 +341,12 @@ fn read_materials(path: &str, types: usize) -> Result<(Vec<Material>, Vec<Interf
 }
 
 /// The one material of parameters given in the script.
-fn inline_material(law: LawName, contact: ContactLawName, tables: [toml::Table; 2]) -> Result<Material, OptionError> {
+fn inline_material(law: LawName, contact: ContactLawName, tables: [toml::Table; 3]) -> Result<Material, OptionError> {
     let mut material = toml::Table::new();
     material.insert("name".into(), toml::Value::String("all types".into()));
     // Masses are LIGGGHTS' own.
     material.insert("density".into(), toml::Value::Float(1.0));
-    let [of_bonds, of_contacts] = tables;
+    let [of_bonds, of_contacts, of_particles] = tables;
     if let Some(key) = of_contacts.keys().next()
         && (contact.law().is_none() || contact.law() == Some(law) || contact == ContactLawName::LinearBond)
     {
@@ -319,6 +359,9 @@ fn inline_material(law: LawName, contact: ContactLawName, tables: [toml::Table; 
         });
     }
     material.insert(law.key().into(), toml::Value::Table(of_bonds));
+    if !of_particles.is_empty() {
+        material.insert("deformable".into(), toml::Value::Table(of_particles));
+    }
     if let Some(contact) = contact.law().filter(|&contact| contact != law) {
         material.insert(contact.key().into(), toml::Value::Table(of_contacts));
     }
@@ -366,6 +409,8 @@ mod tests {
             ("linear_bond normal_stiffness 1 normal_stiffness 1 bond none", "given twice"),
             ("linear_bond contact glue bond none", "unknown law of contacts `glue`"),
             ("linear_bond bond list /no/such/file", "cannot read /no/such/file"),
+            ("linear_bond deformable much bond none", "solid, plane-strain, or plane-stress"),
+            ("linear_bond normal_stiffness 1 shear_stiffness 1 deformable solid bond none", "needs `deformable.young`"),
             ("linear_bond kinematics fast bond none", "finite, first-order, yade, or yade-ratcheting"),
             ("linear_bond normal_stiffness 1 materials /no/such bond none", "give one or the other"),
             ("linear_bond normal_stiffness 1 shear_stiffness 1 contact.x 1 bond none", "no parameters of their own"),

@@ -85,19 +85,22 @@ pub trait PairLaw {
     );
 }
 
-/// A law with its rows.
-pub struct Rows<L> {
+/// A law with its rows. `FRAMED`: whether its kinematics needs the contact's frame of the last step.
+pub struct Rows<L, const FRAMED: bool> {
     rows: Vec<L>,
     map: MaterialRows,
     mode: Mode,
-    /// Whether the law asks for the contact's frame of the last step.
-    framed: bool,
 }
 
-impl<L: ContactLaw> Rows<L> {
-    /// Rows of a law for pairs of types; `framed`: whether its kinematics needs the frame of the last step.
-    pub fn new(rows: Vec<L>, map: MaterialRows, mode: Mode, framed: bool) -> Self {
-        Self { rows, map, mode, framed }
+impl<L: ContactLaw, const FRAMED: bool> Rows<L, FRAMED> {
+    /// Reals of a history before the law's own.
+    const HEAD: usize = if FRAMED { 4 } else { 0 };
+    /// Reals of a history.
+    const WIDTH: usize = Self::HEAD + size_of::<L::State>() / 8;
+
+    /// Rows of a law for pairs of types.
+    pub fn new(rows: Vec<L>, map: MaterialRows, mode: Mode) -> Self {
+        Self { rows, map, mode }
     }
 }
 
@@ -105,10 +108,10 @@ fn vec3(v: &[f64; 3]) -> Vec3 {
     Vec3::new(v[0], v[1], v[2])
 }
 
-impl<L: ContactLaw> PairLaw for Rows<L> {
+impl<L: ContactLaw, const FRAMED: bool> PairLaw for Rows<L, FRAMED> {
     fn fields(&self) -> Vec<(String, bool)> {
         let mut fields = Vec::new();
-        if self.framed {
+        if FRAMED {
             fields.extend(["normalx", "normaly", "normalz"].map(|name| (name.to_owned(), true)));
             fields.push(("length".to_owned(), false));
         }
@@ -129,15 +132,13 @@ impl<L: ContactLaw> PairLaw for Rows<L> {
         mut record: Option<&mut Vec<PairForce>>,
     ) {
         let Neighbours { i, list, flags, history, stride } = neighbours;
-        let head = if self.framed { 4 } else { 0 };
-        let width = head + size_of::<L::State>() / 8;
         let (xi, radius_i) = (vec3(&pass.position[i]), pass.radius[i]);
         let (mut sum, mut moment) = (Vec3::zeros(), Vec3::zeros());
         let heavy = |p: usize| if pass.mask[p] & pass.frozen != 0 { 1e100 } else { pass.mass[p] };
         let motion = |p: usize| {
             let spin = vec3(&pass.spin[p]);
             // Only laws with a frame ask how far the particles turned.
-            let turn = if self.framed && pass.advance {
+            let turn = if FRAMED && pass.advance {
                 quaternion_of_rotation_vector(&(spin * pass.dt))
             } else {
                 Quat::identity()
@@ -158,16 +159,16 @@ impl<L: ContactLaw> PairLaw for Rows<L> {
             if squared >= touching * touching {
                 if flags[jj] != 0 {
                     flags[jj] = 0;
-                    history[jj * stride..jj * stride + width].fill(0.0);
+                    history[jj * stride..][..Self::WIDTH].fill(0.0);
                 }
                 continue;
             }
             let Some(row) = self.map.get((pass.kind[i] - 1) as u16, (pass.kind[j] - 1) as u16) else { continue };
             let a = *mine.get_or_insert_with(|| motion(i));
             let b = motion(j);
-            let reals = &mut history[jj * stride..jj * stride + width];
+            let reals = &mut history[jj * stride..][..Self::WIDTH];
             let mut frame = Frame::default();
-            if self.framed {
+            if FRAMED {
                 frame = if flags[jj] == 0 || !pass.advance {
                     let before = if pass.advance { between - (b.velocity - a.velocity) * pass.dt } else { between };
                     let length = before.norm();
@@ -179,7 +180,7 @@ impl<L: ContactLaw> PairLaw for Rows<L> {
             let mut old = L::State::default();
             // A state is plain reals.
             let state: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut old));
-            state.copy_from_slice(&reals[head..]);
+            state.copy_from_slice(&reals[Self::HEAD..Self::WIDTH]);
             let reference = L::unbonded_reference(0.0, radius_i, pass.radius[j]);
             let geometry = ContactGeometry {
                 reference_length: reference.length,
@@ -196,11 +197,11 @@ impl<L: ContactLaw> PairLaw for Rows<L> {
             let point = k.point();
             if pass.advance {
                 flags[jj] = 1;
-                if self.framed {
+                if FRAMED {
                     reals[..3].copy_from_slice(point.normal.as_slice());
                     reals[3] = point.length;
                 }
-                reals[head..].copy_from_slice(answer.state.as_reals());
+                reals[Self::HEAD..Self::WIDTH].copy_from_slice(answer.state.as_reals());
             }
             if answer.fate != Fate::Lives {
                 continue;
@@ -261,10 +262,8 @@ pub const MODELS: [&str; 6] = [
 ];
 
 /// Rows for all pairs of types.
-fn rows<L: ContactLaw>(
+fn rows<L: ContactLaw, const FRAMED: bool>(
     types: usize,
-    mode: Mode,
-    framed: bool,
     row: impl Fn(usize, usize) -> Result<L, ParameterError>,
 ) -> Result<Box<dyn PairLaw>, ParameterError> {
     let mut map = MaterialRows::new(types);
@@ -275,7 +274,7 @@ fn rows<L: ContactLaw>(
             all.push(row(a, b)?);
         }
     }
-    Ok(Box::new(Rows::new(all, map, mode, framed)))
+    Ok(Box::new(Rows::<L, FRAMED>::new(all, map, Mode::Finite)))
 }
 
 /// The law of model number `model` (of [`MODELS`]); `shear` counts for the host's forms.
@@ -289,26 +288,24 @@ pub fn law(model: usize, shear: HostShear, p: &Properties<'_>) -> Result<Box<dyn
     };
     let host = |model: HostModel, a, b| Ok(HostContact { model, shear, friction: at(p.friction, a, b) });
     match model {
-        0 => rows(n, Mode::Finite, false, |a, b| {
+        0 => rows::<_, false>(n, |a, b| {
             let (young, shear) = effective(a, b);
-            let log = at(p.restitution, a, b).ln();
-            let pi = std::f64::consts::PI;
-            host(HostModel::Hertz { young, shear, beta: log / (log * log + pi * pi).sqrt() }, a, b)
+            host(HostModel::hertz(young, shear, at(p.restitution, a, b)), a, b)
         }),
-        1 | 3 => rows(n, Mode::Finite, false, |a, b| {
+        1 | 3 => rows::<_, false>(n, |a, b| {
             let [normal, shear, normal_damping, shear_damping] = p.stiffness.map(|values| at(values, a, b));
             let hertz = model == 1;
             host(HostModel::Stiffness { hertz, normal, shear, normal_damping, shear_damping }, a, b)
         }),
-        2 => rows(n, Mode::Finite, false, |a, b| {
+        2 => rows::<_, false>(n, |a, b| {
             let log_restitution = at(p.restitution, a, b).ln();
             host(HostModel::Hooke { young: effective(a, b).0, log_restitution, velocity: p.velocity }, a, b)
         }),
-        4 => rows(n, Mode::Finite, true, |a, b| {
+        4 => rows::<_, true>(n, |a, b| {
             let elastic = |k: usize| Elastic { young: p.young[k], poisson: p.poisson[k] };
             HertzMindlin::new(elastic(a), elastic(b), at(p.friction, a, b), at(p.restitution, a, b))
         }),
-        _ => rows(n, Mode::Finite, true, |a, b| {
+        _ => rows::<_, true>(n, |a, b| {
             let stiffness =
                 ContactStiffness::Given { normal: at(p.stiffness[0], a, b), shear: at(p.stiffness[1], a, b) };
             let damping = damping_of_restitution(at(p.restitution, a, b), End::ForceSpent);

@@ -13,7 +13,7 @@ def load(path):
 
 def changed(document, changes):
     """A copy with the values at dotted paths replaced: `material.0.cpm.damage_law`. Lists may be extended by one, and
-    `None` removes a key."""
+    `None`, in a case file the word `__remove__`, removes a key."""
     document = copy.deepcopy(document)
     for path, value in changes.items():
         place = document
@@ -28,7 +28,7 @@ def changed(document, changes):
                 place = place[key]
             else:
                 raise HarnessError(f"no place `{path}` in the scenario")
-        if value is None:
+        if value is None or value == "__remove__":
             place.pop(last, None)
         elif isinstance(place, list) and last == len(place):
             place.append(value)

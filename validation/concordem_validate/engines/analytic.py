@@ -1,6 +1,4 @@
 """Closed forms: a function `analytic(scenario, start, parameters)` of the case's `case.py`, with no code of the solver."""
-import inspect
-
 from ..errors import HarnessError
 
 NAME = "analytic"
@@ -9,9 +7,6 @@ NAME = "analytic"
 def version():
     return "closed forms"
 
-
-def source(task):
-    return inspect.getsource(task.module) if task.module else ""
 
 
 def run(task, folder, limit):

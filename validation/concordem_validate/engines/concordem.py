@@ -172,6 +172,7 @@ class Start:
     material: np.ndarray
     bonds: np.ndarray
     reference_length: np.ndarray
+    cell: np.ndarray  # edges of the periodic cell along the axes; empty without one
 
 
 def export_start(task, folder, limit=120):
@@ -190,8 +191,17 @@ def export_start(task, folder, limit=120):
         group = file["contacts"].get(law) if law else None
         bonds = group["ids"][()].astype(np.int64) if group else np.zeros((0, 2), np.int64)
         length = group["reference_length"][()] if group else np.zeros(0)
+        cell = np.zeros(0)
+        if "cell" in file:
+            # what one step has made of it is undone by its deformation gradient; cells start with edges along the axes
+            undone = np.linalg.solve(file["cell/deformation_gradient"][()], file["cell/edges"][()])
+            if np.abs(undone - np.diag(np.diag(undone))).max() > 1e-12 * np.abs(undone).max():
+                undone = np.linalg.solve(file["cell/deformation_gradient"][()], file["cell/edges"][()].T)
+            cell = np.diag(undone).copy()
+            if np.abs(undone - np.diag(cell)).max() > 1e-12 * cell.max():
+                raise HarnessError("the periodic cell does not start with edges along the axes")
         return Start(
-            dt=float(file["provenance"].attrs["time_step_s"]),
+            cell=cell, dt=float(file["provenance"].attrs["time_step_s"]),
             position=vtk["Points"][:count][by_id], velocity=vtk["PointData/velocity"][:count][by_id],
             angular_velocity=vtk["PointData/angular_velocity"][:count][by_id],
             radius=particles["radius"][()][row], mass=particles["mass"][()][row],

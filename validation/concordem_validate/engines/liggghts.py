@@ -29,9 +29,6 @@ def version():
     return f"liggghts {package.stdout.strip() or 'of unknown version'}"
 
 
-def source(task):
-    return ""
-
 
 def _number(value):
     return repr(float(value))
@@ -153,7 +150,6 @@ class Liggghts:
         self.NAME, self.ranks = name, ranks
 
     version = staticmethod(version)
-    source = staticmethod(source)
 
     def run(self, task, folder, limit):
         data, script, steps = deck(task, self.ranks)

@@ -11,10 +11,6 @@ def version():
     return "published numbers"
 
 
-def source(task):
-    path = task.folder / "reference" / "table.toml"
-    return path.read_text() if path.exists() else ""
-
 
 def run(task, folder, limit):
     path = task.folder / "reference" / "table.toml"

@@ -14,11 +14,12 @@ _KNOWN = _SILENT | {
 }
 
 
-def check_keys(document, engine):
+def check_keys(document, engine, periodic=False):
     unknown = set(document) - _KNOWN
     if unknown:
         raise Unsupported(f"{engine}: no translation of the scenario's {', '.join(sorted(unknown))}")
-    if document["packing"].get("cell") or document["packing"].get("shape", {}).get("kind") == "periodic":
+    if not periodic and (
+            document["packing"].get("cell") or document["packing"].get("shape", {}).get("kind") == "periodic"):
         raise Unsupported(f"{engine}: no translation of periodic cells")
 
 

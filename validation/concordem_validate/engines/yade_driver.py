@@ -43,6 +43,9 @@ def make_material(m):
 materials = [make_material(m) for m in task["materials"]]
 for m in materials:
     O.materials.append(m)
+if task["cell"]:
+    O.periodic = True
+    O.cell.setBox(*task["cell"])
 for p, (x, r) in enumerate(zip(task["position"], task["radius"])):
     # colour given: utils draws a random one else and reseeds Python's generator
     b = utils.sphere(x, r, material=materials[task["material"][p]], color=(1, 1, 1))
@@ -64,11 +67,11 @@ law, correction = task["law"], task["ratcheting_correction"]
 ratio = task["ratio"] if task["bonds"] else 1.0
 if law == "cpm":
     geometry = [Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=ratio, avoidGranularRatcheting=correction, label="ig2"),
-                Ig2_Wall_Sphere_ScGeom()]
+                Ig2_Wall_Sphere_ScGeom(noRatch=correction)]
     physics = [Ip2_CpmMat_CpmMat_CpmPhys(cohesiveThresholdIter=1 if task["bonds"] else 0)]
     response = [Law2_ScGeom_CpmPhys_Cpm(**task["materials"][0]["functor"])]
 elif law == "frictional":
-    geometry = [Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=correction, label="ig2"), Ig2_Wall_Sphere_ScGeom()]
+    geometry = [Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=correction, label="ig2"), Ig2_Wall_Sphere_ScGeom(noRatch=correction)]
     physics = [Ip2_FrictMat_FrictMat_FrictPhys()]
     response = [Law2_ScGeom_FrictPhys_CundallStrack()]
 elif law == "hertz_mindlin":
@@ -86,7 +89,7 @@ else:
     physics = [Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(setCohesionNow=True, setCohesionOnNewContacts=False)]
     response = [Law2_ScGeom6D_CohFrictPhys_CohesionMoment(always_use_moment_law=True, useIncrementalForm=False)]
 
-samples = {name: [] for name in ("sample_steps", "stress", "strain", "contact_force")}
+samples = {name: [] for name in ("sample_steps", "stress", "strain", "contact_force", "whole_stress")}
 pictures = {name: [] for name in ("snapshot_steps", "position", "velocity", "angular_velocity", "damage_field")}
 count, loading = len(task["position"]), task["loading"]
 uniaxial = loading["kind"] == "uniaxial"
@@ -106,6 +109,9 @@ def sample():
         force = [sum(O.forces.f(p)[loading["axis"]] for p in loading[end]) for end in ("low", "high")]
         samples["stress"].append(0.5 * (force[0] - force[1]) / loading["area"])
         samples["strain"].append((mean_position(loading["high"]) - mean_position(loading["low"]) - length) / length)
+    if task["stress_volume"] is not None:
+        # 0 stands for the volume of the periodic cell, in YADE too
+        samples["whole_stress"].append([list(row) for row in np.array(utils.getStress(task["stress_volume"]))])
     if only_pair:
         real = [i for i in O.interactions if i.isReal]
         # the force on the second body is the sum of both parts
@@ -146,8 +152,12 @@ O.engines = [
     InsertionSortCollider([Bo1_Sphere_Aabb(aabbEnlargeFactor=ratio, label="bo1"), Bo1_Wall_Aabb()]),
     InteractionLoop(geometry, physics, response),
     PyRunner(command="record()", iterPeriod=1, initRun=True),
-    NewtonIntegrator(damping=task["damping"], gravity=task["gravity"]),
+    NewtonIntegrator(damping=task["damping"], gravity=task["gravity"], label="newton"),
 ]
+if loading["kind"] == "cell-strain":
+    # the velocities of the start state have the gradient already
+    O.cell.velGrad = Matrix3(*[x for row in loading["velocity_gradient"] for x in row])
+    newton.prevVelGrad = O.cell.velGrad
 O.step()
 if task["bonds"]:
     made = sorted(tuple(sorted((i.id1, i.id2))) for i in O.interactions if i.isReal)

@@ -1,0 +1,16 @@
+"""What engineers read off a stress-strain curve."""
+import numpy as np
+
+
+def measures(task, result):
+    strain, stress = result.series["strain"].values, result.series["stress"].values
+    peak = int(np.argmax(np.abs(stress)))
+    # straight line through what lies below 30 % of the strength
+    low = np.arange(len(stress)) < peak
+    low &= np.abs(stress) <= 0.3 * abs(stress[peak])
+    out = {"strength": float(stress[peak]), "strain_at_peak": float(strain[peak]),
+           "young": float(np.polyfit(strain[low], stress[low], 1)[0]),
+           "last_stress": float(stress[-1])}
+    if "damage_field" in result.series:
+        out["mean_damage"] = float(result.series["damage_field"].values[-1].mean())
+    return out
