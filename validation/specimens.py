@@ -52,13 +52,13 @@ def scenario(direction, specimen, kinematics, friction, layer, size):
     return text
 
 
-def run(folder, name, text):
+def run(program, folder, name, text):
     path = Path(folder) / f"{name}.toml"
     path.write_text(text)
-    checked = subprocess.run([PROGRAM, "check", path], capture_output=True, text=True, check=True)
+    checked = subprocess.run([program, "check", path], capture_output=True, text=True, check=True)
     facts = dict(re.findall(r"(?m)^  ([a-z -]+?)  +(.+)$", checked.stdout + checked.stderr))
     start = time.time()
-    subprocess.run([PROGRAM, "run", "--quiet", "--force", path], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([program, "run", "--quiet", "--force", path], check=True, stdout=subprocess.DEVNULL)
     csv = (Path(folder) / f"{name}.csv").read_text().splitlines()
     rows = [line for line in csv if not line.startswith("#")]
     names = [re.sub(r"\s*[\[(].*", "", cell).strip() for cell in rows[0].split(",")]
@@ -91,9 +91,8 @@ def run(folder, name, text):
 
 def study(cases, size, known, save):
     """Run the cases not yet known, with a copy of the program, so that one build makes all of them."""
-    global PROGRAM
     keep = tempfile.TemporaryDirectory()
-    PROGRAM = shutil.copy(PROGRAM, keep.name)
+    program = shutil.copy(PROGRAM, keep.name)
     for specimen, kinematics, packing, layer in cases:
         key = f"specimen {specimen}, {kinematics}, {packing}, {layer}" + (f", {size}" if size else "")
         if key in known:
@@ -103,7 +102,7 @@ def study(cases, size, known, save):
             for direction in "tension", "compression":
                 text = scenario(direction, specimen, kinematics, PACKINGS[packing], LAYERS[layer], size)
                 text = text.replace("[output]", "[output]\ncsv = true")
-                found[direction] = run(folder, direction, text)
+                found[direction] = run(program, folder, direction, text)
         link = SPECIMENS[specimen]
         young = float(link["young"].split()[0]) * 1e9
         onset = young * float(link["crack_onset_strain"])
