@@ -4,7 +4,7 @@
 
 Prints one JSON object, times by the wall clock and by the processor (of all threads of the process: with one thread it says
 what the work costs even if others use the machine, but for caches and memory they share). A specimen of concrete of 24,000 spheres in tension; whole steps, timed over at least `steps`
-steps after a warm-up, best of three, taken in turn so that foreign load hits all alike. `share` is the part of the step
+steps after a warm-up, best of two, taken in turn so that foreign load hits all alike. `share` is the part of the step
 that YADE itself costs in the bonded engine (all engines but ours).
 """
 
@@ -78,11 +78,11 @@ assert abs(ours - stress).max() < 1e-9 * abs(stress).max()
 found["operator"] = {"python_loop_s": loop, "ours_s": bulk, "ratio": [loop[0] / bulk[0], loop[1] / bulk[1]]}
 
 times = {"yade": [], "advance": [], "engine": [], "engine_finite": [], "advance_finite": []}
-for _ in range(3):
+for _ in range(2):
     prepared()
     times["yade"].append(timed(run, steps))
-    times["advance"].append(timed(lambda n: bridge.advance(n), 4 * steps))
-    times["advance_finite"].append(timed(lambda n: bridge.advance(n, kinematics="finite", mode="thesis"), 4 * steps))
+    times["advance"].append(timed(lambda n: bridge.advance(n), 12 * steps))
+    times["advance_finite"].append(timed(lambda n: bridge.advance(n, kinematics="finite", mode="thesis"), 12 * steps))
     for name, options in (("engine", {}), ("engine_finite", dict(kinematics="finite", mode="thesis"))):
         prepared()
         engine = bridge.take_over(**options)

@@ -160,10 +160,11 @@ def interactions() -> Interactions:
     geom, phys = gather(address, "Interaction.geom", "u64"), gather(address, "Interaction.phys", "u64")
     real = (geom != 0) & (phys != 0)
     address, geom, phys = (np.ascontiguousarray(column[real]) for column in (address, geom, phys))
+    one, two = _two_ints(address, "Interaction.id1", "Interaction.id2")
     found = Interactions(
         address,
-        gather(address, "Interaction.id1", "i32"),
-        gather(address, "Interaction.id2", "i32"),
+        one,
+        two,
         gather(address, "Interaction.cellDist", "i32", 3),
         geom,
         phys,
@@ -195,6 +196,15 @@ def of_class(addresses: Addresses, table: str) -> NDArray[np.bool_]:
 
 #: Tables of methods of geometries and physics whose fields lie where those of ScGeom and NormShearPhys do.
 _trusted: dict[str, dict[int, bool]] = {"geom": {}, "phys": {}}
+
+
+def _two_ints(addresses: Addresses, one: str, two: str) -> tuple[Ints, Ints]:
+    """Two ints of the same objects, read at once where they lie side by side."""
+    layout = host().layout
+    if layout[two] - layout[one] != 4:
+        return gather(addresses, one, "i32"), gather(addresses, two, "i32")
+    both = gather(addresses, one, "i32", 2)
+    return np.ascontiguousarray(both[:, 0]), np.ascontiguousarray(both[:, 1])
 
 
 def _two_vectors(addresses: Addresses, one: str, two: str) -> Reals:
