@@ -21,6 +21,7 @@ from .errors import HarnessError, NotInstalled  # noqa: E402
 
 STUDIES = Path(__file__).parents[1] / "results"
 _WORDS = {"pass": "agrees", "known": "known difference", "fail": "FAILS", "missing": "not installed", "none": ""}
+_SHORT = {"pass": "agree", "known": "known", "fail": "FAIL", "missing": "not installed"}
 _RANK = {"none": 0, "pass": 1, "known": 2, "missing": 3, "fail": 4}
 _MOST_PLOTTED = 8
 
@@ -199,14 +200,18 @@ def matrix(cases, round_):
     for case in cases:
         cells = {}
         own = [o for o in round_.outcomes.values() if o.case == case.name and o.engine == "concordem"]
-        word = "pass" if all(o.status == "done" for o in own) else "missing" if own[0].status == "missing" else "fail"
-        cells["concordem"] = (word, "ran, same bits on 1 and 2 threads" if word == "pass" else own[0].status)
+        bad = [o.status for o in own if o.status != "done"]
+        if bad:
+            cells["concordem"] = ("missing" if bad[0] == "missing" else "fail", _WORDS.get(bad[0], bad[0]))
+        else:
+            equal = sum("state_hash_2_threads" in o.result().provenance for o in own)
+            cells["concordem"] = ("pass", f"ran {len(own)}" + (", same bits on 2 threads" if equal else ""))
         for engine in ENGINES:
             mine = [v for v in round_.verdicts if v.case == case.name and v.peer == engine]
             if mine:
-                worst = max(mine, key=lambda v: _RANK[v.status]).status
-                good = sum(v.status in ("pass", "known") for v in mine)
-                cells[engine] = (worst, f"{good}/{len(mine)} {_WORDS[worst]}")
+                counts = {word: sum(v.status == word for v in mine) for word in ("fail", "missing", "known", "pass")}
+                worst = next(word for word, number in counts.items() if number)
+                cells[engine] = (worst, ", ".join(f"{n} {_SHORT[w]}" for w, n in reversed(counts.items()) if n))
         rows.append(dict(name=case.name, title=case.title,
                          cells=[cells.get(engine, ("none", "")) for engine in ENGINES]))
     return rows

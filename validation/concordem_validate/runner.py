@@ -97,7 +97,7 @@ class Runner:
 
     def start_of(self, task):
         """The start state, built once for all engines."""
-        key = hashlib.sha256((concordem.version() + _inputs(task)).encode()).hexdigest()[:24]
+        key = hashlib.sha256((concordem.version() + _sources() + _inputs(task)).encode()).hexdigest()[:24]
         with self.lock:
             lock = self.starts.setdefault(key, threading.Lock())
         with lock:

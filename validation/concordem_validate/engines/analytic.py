@@ -1,4 +1,4 @@
-"""Closed forms: a function `analytic(scenario, start, parameters)` of the case's `case.py`, with no code of the solver."""
+"""Closed forms: a function `analytic(task)` of the case's `case.py`, with no code of the solver."""
 from ..errors import HarnessError
 
 NAME = "analytic"
@@ -6,7 +6,6 @@ NAME = "analytic"
 
 def version():
     return "closed forms"
-
 
 
 def run(task, folder, limit):

@@ -29,7 +29,6 @@ def version():
     return f"liggghts {package.stdout.strip() or 'of unknown version'}"
 
 
-
 def _number(value):
     return repr(float(value))
 
@@ -41,6 +40,8 @@ def _pairs(function, materials):
 
 def _hertz_mindlin(document):
     laws = [m["hertz_mindlin"] for m in document["material"]]
+    for law in laws:
+        translate.law_keys("liggghts", law, {"young", "poisson", "friction_coefficient", "restitution"})
     lines = ["hard_particles yes"] if max(si(m["young"]) for m in laws) > 1e9 else []
     lines.append("soft_particles yes" if min(si(m["young"]) for m in laws) < 5e6 else "")
     mean = lambda key, default: lambda a, b: 0.5 * (si(a.get(key, default)) + si(b.get(key, default)))
@@ -57,6 +58,9 @@ def _hertz_mindlin(document):
 
 def _frictional(document):
     laws = [m["frictional"] for m in document["material"]]
+    for law in laws:
+        translate.law_keys("liggghts", law, {
+            "young", "stiffness_ratio", "normal_stiffness", "shear_stiffness", "friction_coefficient", "damping_ratio"})
     if any("normal_stiffness" not in m or si(m.get("damping_ratio", 0)) for m in laws):
         raise Unsupported("liggghts: linear contacts only without dashpots, and with both stiffnesses")
     # N/m of two materials: the mean, as ours; stiffnesses are those of the contact

@@ -11,7 +11,6 @@ def version():
     return "published numbers"
 
 
-
 def run(task, folder, limit):
     path = task.folder / "reference" / "table.toml"
     if not path.exists():

@@ -23,6 +23,13 @@ def check_keys(document, engine, periodic=False):
         raise Unsupported(f"{engine}: no translation of periodic cells")
 
 
+def law_keys(engine, law, known):
+    """Refuse parameters of a law that the translation would drop."""
+    unknown = set(law) - known
+    if unknown:
+        raise Unsupported(f"{engine}: no translation of the law's {', '.join(sorted(unknown))}")
+
+
 def steps_of(document, dt):
     """Number of steps. Only counts and times: other stops depend on what is computed."""
     stop = document.get("stop", {})
@@ -39,7 +46,6 @@ def steps_of(document, dt):
 
 def members(document, start):
     """Ids of the particles of each set."""
-    low, high = start.position.min(axis=0), start.position.max(axis=0)
     out = {}
     for one in document.get("set", []):
         selection = one["selection"]

@@ -28,11 +28,14 @@ def version():
     return f"yade {package.stdout.strip() or 'of unknown version'}"
 
 
-
 def _cpm(material, document, start):
     law = material["cpm"]
     if law.get("mode") == "woo":
         raise Unsupported("yade: no translation of CPM in mode woo")
+    translate.law_keys("yade", law, {
+        "young", "shear_ratio", "crack_onset_strain", "relative_ductility", "cohesion", "friction_angle",
+        "friction_coefficient", "mode", "damage_law", "omega_threshold", "never_damage", "soft_strain",
+        "relative_soft_stiffness", "isotropic_prestress", "shear_contribution"})
     return dict(
         kind="cpm", young=si(law["young"]), poisson=si(law["shear_ratio"]), sigmaT=si(law["cohesion"]),
         epsCrackOnset=si(law["crack_onset_strain"]), relDuctility=si(law["relative_ductility"]),
@@ -47,6 +50,8 @@ def _cpm(material, document, start):
 def _frictional(material, document, start):
     """k_n = 2 E_A r_A E_B r_B/(E_A r_A + E_B r_B): E r for equal spheres, so that a given stiffness has a modulus too."""
     law = material["frictional"]
+    translate.law_keys("yade", law, {
+        "young", "stiffness_ratio", "normal_stiffness", "shear_stiffness", "friction_coefficient", "damping_ratio"})
     if si(law.get("damping_ratio", 0)):
         raise Unsupported("yade: linear contacts only without dashpots")
     if "young" in law:
@@ -62,6 +67,7 @@ def _frictional(material, document, start):
 
 def _hertz_mindlin(material, document, start):
     law = material["hertz_mindlin"]
+    translate.law_keys("yade", law, {"young", "poisson", "friction_coefficient", "restitution"})
     return dict(kind="hertz_mindlin", young=si(law["young"]), poisson=si(law["poisson"]),
                 frictionAngle=math.atan(translate.friction(law)), density=si(material["density"]),
                 restitution=si(law.get("restitution", 1)))
@@ -76,8 +82,9 @@ def _cohesive_beam(material, document, start):
     law = material["cohesive_beam"]
     if law.get("model", "euler-bernoulli") != "euler-bernoulli" or "radius" not in law:
         raise Unsupported("yade: beams only as euler-bernoulli, with `radius`")
-    if set(law) & {"tensile_strength", "hydrostatic_strength"}:
-        raise Unsupported("yade: beams only without strength")
+    translate.law_keys("yade", law, {"young", "poisson", "radius", "model"})
+    if np.ptp(start.radius) > 0 or len(document["material"]) > 1:
+        raise Unsupported("yade: beams only between equal spheres of one material")
     return dict(kind="cohesive_beam", young=si(law["young"]), poisson=si(law.get("poisson", 0.3)),
                 beam_radius=si(law["radius"]), density=si(material["density"]))
 
@@ -116,12 +123,15 @@ def translation(task):
         if len(start.bonds) == 0 and np.any(start.mass == 0):
             raise Unsupported("yade: massless particles")
     force, moment = translate.forces(document, start)
+    materials = [_LAWS[law](m, document, start) for m in document["material"]]
+    if any(m.get("functor") != materials[0].get("functor") for m in materials):
+        raise Unsupported("yade: omega_threshold and hardening belong to its functor: they cannot differ by material")
     output = document.get("output", {})
     # the operator sample `whole` over all contacts is YADE's getStress
     whole = [si(s["region"].get("volume", 0)) for s in document.get("sample", [])
              if s.get("name") == "whole" and s["operator"] == "region-stress" and s["region"]["kind"] in ("all", "cell")]
     return dict(
-        law=law, materials=[_LAWS[law](m, document, start) for m in document["material"]],
+        law=law, materials=materials,
         position=start.position.tolist(), radius=start.radius.tolist(), mass=start.mass.tolist(),
         # solid spheres, as ours
         inertia=(0.4 * start.mass * start.radius**2).tolist(),
