@@ -136,6 +136,9 @@ pub struct Sums {
     pub longest: f64,
 }
 
+/// For each particle where its contacts begin in the list, and the list.
+type Adjacency = (Vec<u32>, Vec<(Kind, u32)>);
+
 /// Reals in [`Network::totals`].
 pub const TOTALS: usize = 9;
 
@@ -184,7 +187,7 @@ pub struct Network {
     /// Contacts that remember a broken bond and whose other atom is far away.
     dormant: Vec<Record>,
     /// For each particle of the state, its contacts: where they begin in the second.
-    adjacency: Option<(Vec<u32>, Vec<(Kind, u32)>)>,
+    adjacency: Option<Adjacency>,
     recorded: ContactForces,
     /// Totals of what this processor counted.
     broken: f64,
@@ -304,7 +307,9 @@ impl Network {
     pub fn pack(&mut self, tag: i32, leaves: bool, buffer: &mut Vec<f64>) {
         let width = self.width;
         if let Some(records) = self.incoming.get(&tag) {
-            records.iter().for_each(|record| record.write(width, buffer));
+            for record in records {
+                record.write(width, buffer);
+            }
             if leaves {
                 self.incoming.remove(&tag);
             }
@@ -798,7 +803,7 @@ fn record_of(state: &State, tags: &[i32], kind: Kind, k: usize) -> Option<Record
 }
 
 /// For each particle, where its contacts that must not be forgotten begin in the list.
-fn adjacency(state: &State) -> (Vec<u32>, Vec<(Kind, u32)>) {
+fn adjacency(state: &State) -> Adjacency {
     let mut start = vec![0u32; state.particles.len() + 1];
     let each = |visit: &mut dyn FnMut(Pair, Kind, u32)| {
         for (kind, block) in blocks(state) {

@@ -93,6 +93,9 @@ pub enum OptionError {
     },
 }
 
+/// A bond of a list: ids in ascending order, and the rest length (m) if it is given.
+pub type Listed = ([i32; 2], Option<f64>);
+
 /// Where bonds come from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Creation {
@@ -101,7 +104,7 @@ pub enum Creation {
     /// Between all atoms of the group whose distance is below this times the sum of their radii.
     Distance(f64),
     /// Between listed atoms: tags, and rest lengths where given (m).
-    List(Vec<([i32; 2], Option<f64>)>),
+    List(Vec<Listed>),
 }
 
 /// Arguments of the fix, understood.
@@ -157,7 +160,7 @@ fn toml_value(word: &str) -> toml::Value {
 }
 
 /// Pairs of tags and rest lengths of a list: two integers, and a length (m) if wanted, per line; `#` begins a comment.
-pub fn read_list(path: &Path) -> Result<Vec<([i32; 2], Option<f64>)>, OptionError> {
+pub fn read_list(path: &Path) -> Result<Vec<Listed>, OptionError> {
     let file = |message: String| OptionError::File { path: path.display().to_string(), message };
     let text = std::fs::read_to_string(path).map_err(|error| file(error.to_string()))?;
     let mut bonds = Vec::new();

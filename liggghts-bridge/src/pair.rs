@@ -87,7 +87,7 @@ pub trait PairLaw {
 
 /// A law with its rows. `FRAMED`: whether its kinematics needs the contact's frame of the last step.
 pub struct Rows<L, const FRAMED: bool> {
-    rows: Vec<L>,
+    laws: Vec<L>,
     map: MaterialRows,
     mode: Mode,
 }
@@ -99,8 +99,8 @@ impl<L: ContactLaw, const FRAMED: bool> Rows<L, FRAMED> {
     const WIDTH: usize = Self::HEAD + size_of::<L::State>() / 8;
 
     /// Rows of a law for pairs of types.
-    pub fn new(rows: Vec<L>, map: MaterialRows, mode: Mode) -> Self {
-        Self { rows, map, mode }
+    pub fn new(laws: Vec<L>, map: MaterialRows, mode: Mode) -> Self {
+        Self { laws, map, mode }
     }
 }
 
@@ -193,7 +193,7 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for Rows<L, FRAMED> {
             // While a run is set up nothing has moved.
             let dt = if pass.advance { pass.dt } else { 0.0 };
             let k = L::Kinematics::measure(self.mode, &a, &b, &ImageShift::default(), &geometry, &frame, false, dt);
-            let answer = self.rows[row as usize].respond(&k, &old, dt);
+            let answer = self.laws[row as usize].respond(&k, &old, dt);
             let point = k.point();
             if pass.advance {
                 flags[jj] = 1;

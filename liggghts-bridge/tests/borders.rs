@@ -25,7 +25,7 @@ fn case(seed: u64, folder: &Path) -> Case {
     let radius = 0.005;
     let drift = dice.vector() * 15.0;
     let mut atoms = Vec::new();
-    for k in 0..64 {
+    for k in 0..64_usize {
         let place = Vec3::new((k % 4) as f64, (k / 4 % 4) as f64, (k / 16) as f64) * 0.0101;
         let mut atom =
             Atom::resting(place + dice.vector() * 4e-4 + Vec3::repeat(0.012), radius * (0.9 + 0.2 * dice.roll()));

@@ -18,7 +18,7 @@ fn a_lattice_of_deformable_particles_moves_as_in_the_librarys_own_solver() {
     const DT: f64 = 1e-6;
     let folder = tempfile::tempdir().unwrap();
     let mut dice = Dice(3);
-    let atoms: Vec<Atom> = (0..8 * 8 * 8)
+    let atoms: Vec<Atom> = (0..8_usize * 8 * 8)
         .map(|k| {
             let place = Vec3::new((k % 8) as f64, (k / 8 % 8) as f64, (k / 64) as f64) * 0.01;
             let mut atom = Atom::resting(place, 0.005);

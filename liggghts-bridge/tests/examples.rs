@@ -22,5 +22,9 @@ fn the_script_of_the_documentation_runs() {
     let most = rows.iter().map(|row| row[3]).fold(0.0, f64::max);
     assert!(most > 0.0 && last[4] > 0.0 && last[3] < most, "{rows:?}");
     let bonds = std::fs::read_to_string(folder.path().join("bonds.0.txt")).unwrap();
-    assert_eq!(bonds.lines().filter(|line| !line.contains("ITEM")).count(), 5 + first[1] as usize, "rows of dump local");
+    assert_eq!(
+        bonds.lines().filter(|line| !line.contains("ITEM")).count(),
+        5 + first[1] as usize,
+        "rows of dump local"
+    );
 }

@@ -14,13 +14,13 @@ use harness::{Atom, Dice, data_file, dump, frames, head, run, thermo};
 
 const DT: f64 = 8e-7;
 const PULL: f64 = 0.15;
-const STEPS: usize = 900;
+const STEPS: usize = 500;
 /// Steps for which both must agree to rounding.
 const WINDOW: usize = 200;
 
 fn atoms() -> Vec<Atom> {
     let mut dice = Dice(7);
-    let (nx, ny, nz) = (12, 12, 36);
+    let (nx, ny, nz) = (12_usize, 12, 36_usize);
     let mut atoms = Vec::new();
     for k in 0..nx * ny * nz {
         let place = Vec3::new((k % nx) as f64, (k / nx % ny) as f64, (k / (nx * ny)) as f64) * 0.0098;
