@@ -3,7 +3,7 @@
 use std::io::BufReader;
 use std::path::PathBuf;
 
-use concordem::assembly::packing::random_dense::{Protocol, RandomDense, Stage, random_dense};
+use concordem::assembly::packing::random_dense::{RandomDense, Stage, random_dense};
 use concordem::assembly::packing::size::SizeDistribution;
 use concordem::assembly::packing::summary::PackingSummary;
 use concordem::assembly::packing::{Packing, file, lattice::Lattice};
@@ -58,7 +58,6 @@ fn dense<'py>(
             return Err(PyValueError::new_err(message));
         }
     };
-    debug_assert!(matches!(recipe.protocol, Protocol::Jammed | Protocol::Yade));
     if !(0.0..2.0).contains(&dispersion) {
         let message = format!("dispersion is {dispersion}; (largest − smallest)/mean radius lies from 0 to below 2");
         return Err(PyValueError::new_err(message));
