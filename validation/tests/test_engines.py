@@ -4,7 +4,7 @@ import time
 import pytest
 from concordem_validate import case as cases
 from concordem_validate import cli, process, report, runner, scenario
-from concordem_validate.engines import concordem, translate, yade
+from concordem_validate.engines import concordem, liggghts, translate, yade
 from concordem_validate.errors import Crashed, NotInstalled, TimedOut, Unsupported
 from conftest import need
 
@@ -68,7 +68,7 @@ def test_what_cannot_be_translated_is_refused(tmp_path):
     assert start.bonds.tolist() == [[0, 1]] and start.reference_length.tolist() == [2.0]
     assert start.mass[0] == pytest.approx(4800 * 4 / 3 * 3.141592653589793, rel=1e-15)
     for changes, message in (
-        ({"dimension": 2}, "dimension"), ({"packing.cell": [1, 1, 1]}, "periodic"),
+        ({"dimension": 2}, "dimension"),
         ({"stop": {"strain": 1e-3}}, "fixed number of steps"), ({"material.0.cpm.mode": "woo"}, "woo"),
         ({"integration.damping": {"kind": "nonviscous", "coefficient": 0.1}}, "nonviscous"),
         ({"loading": {"kind": "torsion", "rate": 1}}, "torsion"),
@@ -76,6 +76,9 @@ def test_what_cannot_be_translated_is_refused(tmp_path):
         other = cases.Task("a", "b", task.folder, scenario.changed(task.scenario, changes), None, start=start)
         with pytest.raises(Unsupported, match=message):
             yade.translation(other)
+    periodic = scenario.changed(task.scenario, {"packing.cell": [1, 1, 1]})
+    with pytest.raises(Unsupported, match="periodic"):
+        liggghts.deck(cases.Task("a", "b", task.folder, periodic, None, start=start), 1)
     assert translate.steps_of({"stop": {"time": "1 ms"}}, 1e-5) == 100
 
 

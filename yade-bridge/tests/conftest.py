@@ -1,5 +1,7 @@
 """Scenarios for all tests."""
 
+import signal
+
 import concordem
 import pytest
 
@@ -26,3 +28,11 @@ def two() -> concordem.Scenario:
 def concrete() -> concordem.Scenario:
     """About a thousand spheres of concrete in tension, until bonds break."""
     return concordem.Scenario.template("cpm-small")
+
+
+@pytest.fixture(autouse=True)
+def interruptible():
+    """Ctrl-C as a terminal gives it; processes in the background are started with SIGINT ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
