@@ -53,11 +53,8 @@ fn planted_strengths_come_back() {
     let mean = |f: fn(&concordem::calibration::concrete::Functions) -> f64| functions.iter().map(f).sum::<f64>() / 2.0;
     let (onset, young) = (1e-4, base.normal_modulus);
     let tensile_strength = mean(|f| f.tension) * young * onset;
-    let wanted = Wanted {
-        tensile_strength,
-        compressive_strength: tensile_strength * mean(|f| f.ratio),
-        fracture_energy: None,
-    };
+    let wanted =
+        Wanted { tensile_strength, compressive_strength: tensile_strength * mean(|f| f.ratio), fracture_energy: None };
     let other = CpmParameters { cohesion: 20e6, limit_strain: 3e-4, ..base };
     let mut second = laboratory(other, Table::default());
     let fit = second.fit(&wanted).expect("within reach");

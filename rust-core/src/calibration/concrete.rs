@@ -394,11 +394,8 @@ impl<'a> Laboratory<'a> {
         let ((mut low, mut ratio_low), (mut high, mut ratio_high)) = (bracket[0], bracket[1]);
         // Over the whole ladder up to the largest ratio: between two rungs roughness counts more than the trend.
         let top = ladder.iter().fold(ladder[0], |top, rung| if rung.1 > top.1 { *rung } else { top });
-        let slope = if top.0 > ladder[0].0 {
-            libm::log(top.1 / ladder[0].1) / libm::log(top.0 / ladder[0].0)
-        } else {
-            0.0
-        };
+        let slope =
+            if top.0 > ladder[0].0 { libm::log(top.1 / ladder[0].1) / libm::log(top.0 / ladder[0].0) } else { 0.0 };
         let crossing = |cohesion| Crossing { cohesion, reach: (least, most), slope };
         // Halving by false position on logarithms; the functions are rough below some thousandths.
         for _ in 0..8 {
@@ -444,7 +441,9 @@ impl<'a> Laboratory<'a> {
             tensile_strength: Scatter::of(shown.iter().map(|[tension, _]| tension.stress)),
             compressive_strength: Scatter::of(shown.iter().map(|[_, compression]| -compression.stress)),
             young: Scatter::of(shown.iter().map(|[tension, _]| tension.young)),
-            fracture_energy: self.with_energy.then(|| Scatter::of(shown.iter().map(|[tension, _]| tension.dissipation))),
+            fracture_energy: self
+                .with_energy
+                .then(|| Scatter::of(shown.iter().map(|[tension, _]| tension.dissipation))),
             cohesion_deviation: (functions.len() > 1 && slope > 0.0)
                 .then_some(ratio_scatter.deviation / (ratio_scatter.mean * slope)),
             reach,

@@ -247,7 +247,9 @@ fn read_table(path: &Path, specimen: String) -> Result<Table, Failure> {
         Ok(text) => {
             let known: Table = serde_json::from_str(&text).map_err(|error| {
                 let path = path.display();
-                Failure::Calibration(format!("{path} is no table of strengths: {error}; remove it, or name another with --table"))
+                Failure::Calibration(format!(
+                    "{path} is no table of strengths: {error}; remove it, or name another with --table"
+                ))
             })?;
             if known.specimen == specimen {
                 return Ok(known);
@@ -257,9 +259,7 @@ fn read_table(path: &Path, specimen: String) -> Result<Table, Failure> {
                 "{path} belongs to another specimen or other moduli; remove it, or name another file with --table"
             )))
         }
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            Ok(Table { specimen, ..Table::default() })
-        }
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Table { specimen, ..Table::default() }),
         Err(error) => Err(Failure::File { path: path.to_owned(), action: "read", error }),
     }
 }
