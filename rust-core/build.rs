@@ -12,9 +12,14 @@ fn main() {
         let output = Command::new("git").args(arguments).output().ok()?;
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     };
+    // Whoever builds without a repository may name the commit; so does who does not want a new library at every commit.
+    println!("cargo::rerun-if-env-changed=CONCORDEM_COMMIT");
+    let named = std::env::var("CONCORDEM_COMMIT").ok();
     // Within another repository (a vendored copy) that repository's commit would say nothing about this source.
     let tracked = git(&["ls-files", "--error-unmatch", "build.rs"]).is_some();
-    if let Some(mut commit) = git(&["rev-parse", "HEAD"]).filter(|_| tracked) {
+    if let Some(commit) = named {
+        println!("cargo::rustc-env=CONCORDEM_COMMIT={commit}");
+    } else if let Some(mut commit) = git(&["rev-parse", "HEAD"]).filter(|_| tracked) {
         if git(&["status", "--porcelain", "--untracked-files=no"]).is_some_and(|changes| !changes.is_empty()) {
             commit.push_str("+changes");
         }
