@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The four specimens of Stránský 2018, section 2.5.3, in two kinematics and two packings.
 
-    validation/specimens.py [--full]
+    validation/specimens.py [--full | --table]
 
 Each case is a scenario made from the template of the program, run in tension and in compression. What is measured goes
 to validation/results/specimens.json, case by case, so that an interrupted study goes on where it stopped. Without
@@ -156,11 +156,29 @@ def check_reduced(found, recorded):
     return failures
 
 
+def table(known):
+    """The cases on record as the rows of the table in docs/concrete.md."""
+    for packing, layer, thickness in ("loose", "full-reach", "4 mm"), ("loose", "thin", "2.2 mm"), ("dense", "full-reach", "4 mm"):
+        for kinematics, name in zip(KINEMATICS, ("finite increments", "YADE's"), strict=True):
+            for specimen in SPECIMENS:
+                case = known.get(f"specimen {specimen}, {kinematics}, {packing}, {layer}")
+                if case:
+                    print(
+                        f"| {specimen}, {packing}, {thickness} | {name} | {case['young_over_link_modulus']:.3f} "
+                        f"| {case['young_gauge_over_link_modulus']:.3f} | {case['tensile_strength_over_onset']:.3f} "
+                        f"| {case['strength_ratio']:.2f} |"
+                    )
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--full", action="store_true", help="all cases at full size; resumable")
+    parser.add_argument("--table", action="store_true", help="the figures on record as a table, and nothing else")
     arguments = parser.parse_args()
     known = json.loads(RESULTS.read_text())["cases"] if RESULTS.exists() else {}
+    if arguments.table:
+        table(known)
+        return
     if not arguments.full:
         found = {}
         study([REDUCED], REDUCED_SIZE, found, lambda known: None)
