@@ -15,7 +15,7 @@
 
 use rayon::prelude::*;
 
-use super::forces::{TILE, TileMap};
+use super::forces::{HeldContact, TILE, TileMap};
 use crate::kinematics::deformable::{Deformable, Update, Widening};
 use crate::math::{Symmetric, Vec3};
 use crate::state::particles::load_dyad;
@@ -28,19 +28,15 @@ pub struct Dyads {
     pub normal: Symmetric,
     /// Of all other forces that strain the particle.
     pub other: Symmetric,
-    /// Sum of the directions of the contacts, `Σ n`.
-    pub side: Vec3,
-    /// Sum of the elastic normal forces, N.
-    pub net: Vec3,
 }
 
-impl Dyads {
-    /// The same contact seen from its other particle: force and direction are both opposite.
-    #[inline(always)]
-    #[must_use]
-    pub fn opposite(&self) -> Self {
-        Self { side: -self.side, net: -self.net, ..*self }
-    }
+/// Sums over the contacts of a particle whose translation is prescribed; nothing for others.
+#[derive(Debug, Clone, Copy, Default)]
+struct Held {
+    /// Sum of the directions of the contacts, `Σ n`.
+    side: Vec3,
+    /// Sum of the elastic normal forces, N.
+    net: Vec3,
 }
 
 impl std::ops::AddAssign for Dyads {
@@ -48,8 +44,6 @@ impl std::ops::AddAssign for Dyads {
     fn add_assign(&mut self, other: Self) {
         self.normal += other.normal;
         self.other += other.other;
-        self.side += other.side;
-        self.net += other.net;
     }
 }
 
@@ -75,6 +69,8 @@ pub struct DeformationPass {
     pub widening: Vec<Widening>,
     /// What the contacts did, by particle.
     pub dyads: Vec<Dyads>,
+    /// What the reaction of held particles needs to know.
+    held: Vec<Held>,
     /// The dyads that the present strains were computed from, while they are iterated.
     guess: Vec<Symmetric>,
     /// What stays as in the first evaluation of a step while the strains are iterated.
@@ -86,7 +82,7 @@ pub struct DeformationPass {
 struct Kept {
     /// Dyad of the other forces that strain it, N.
     other: Symmetric,
-    /// Sum of the directions of its contacts.
+    /// Sum of the directions of its contacts, if it is held.
     side: Vec3,
     /// Sum of the other contact forces, N.
     rest: Vec3,
@@ -101,6 +97,7 @@ impl DeformationPass {
         self.guess.clear();
         self.guess.extend(particles.deformation.iter().map(|d| d.dyad));
         self.dyads.resize(n, Dyads::default());
+        self.held.resize(n, Held::default());
         self.widening.resize(n, Widening::default());
         let compliance = |p: usize| deformable.compliance(particles.material[p], particles.radius[p]);
         self.widening
@@ -131,6 +128,16 @@ impl DeformationPass {
     /// Forget the dyads of the last evaluation.
     pub fn clear(&mut self) {
         self.dyads.fill(Dyads::default());
+        self.held.fill(Held::default());
+    }
+
+    /// Add contacts of held particles.
+    pub fn hold(&mut self, contacts: &[HeldContact]) {
+        for contact in contacts {
+            let held = &mut self.held[contact.particle as usize];
+            held.side += contact.normal;
+            held.net += contact.pressure;
+        }
     }
 
     /// Add what contacts of other tiles did, in fixed order.
@@ -159,17 +166,16 @@ impl DeformationPass {
     /// All but the elastic normal forces on particle `p`; `force` is the net contact force.
     #[inline(always)]
     fn others(&self, p: usize, force: &Vec3) -> Kept {
-        let Dyads { other, side, net, .. } = self.dyads[p];
-        Kept { other, side, rest: force - net }
+        let Held { side, net } = self.held[p];
+        Kept { other: self.dyads[p].other, side, rest: force - net }
     }
 
     /// All that strains particle `p` with the elastic normal forces of now and what was `kept`, and the part of it that is
     /// reaction, N.
     #[inline(always)]
     fn total(&self, p: usize, kept: &Kept, particles: &Particles) -> (Symmetric, Symmetric) {
-        let Dyads { normal, net, .. } = self.dyads[p];
-        let reaction = reaction(particles, p, &(net + kept.rest), &kept.side);
-        (normal + kept.other + load_dyad(&particles.loads, p as u32) + reaction, reaction)
+        let reaction = reaction(particles, p, &(self.held[p].net + kept.rest), &kept.side);
+        (self.dyads[p].normal + kept.other + load_dyad(&particles.loads, p as u32) + reaction, reaction)
     }
 
     /// Difference between the dyads that the forces of the last evaluation give and those that its strains were computed
@@ -235,6 +241,7 @@ impl DeformationPass {
     pub fn bytes(&self) -> usize {
         self.widening.len() * size_of::<Widening>()
             + self.dyads.len() * size_of::<Dyads>()
+            + self.held.len() * size_of::<Held>()
             + self.guess.len() * size_of::<Symmetric>()
             + self.kept.len() * size_of::<Kept>()
     }

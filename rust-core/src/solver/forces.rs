@@ -66,19 +66,25 @@ impl StepContext<'_> {
     }
 
     /// The dyads of a contact with the force `force` on the particle from whose centre `normal` points to it, of which
-    /// dashpots exert `viscous`.
+    /// dashpots exert `viscous`; and its elastic normal force.
     #[inline(always)]
-    pub fn dyads(&self, normal: &Vec3, force: &Vec3, viscous: &Vec3) -> Dyads {
+    pub fn dyads(&self, normal: &Vec3, force: &Vec3, viscous: &Vec3) -> (Dyads, Vec3) {
         let elastic = force - viscous;
         let pressure = normal * elastic.dot(normal);
         let other = if self.dashpots_strain { *force } else { elastic } - pressure;
-        Dyads {
-            normal: Symmetric::product(normal, &pressure),
-            other: Symmetric::product(normal, &other),
-            side: *normal,
-            net: pressure,
-        }
+        (Dyads { normal: Symmetric::product(normal, &pressure), other: Symmetric::product(normal, &other) }, pressure)
     }
+}
+
+/// A contact of a particle whose translation is prescribed, which takes part in the lever of its reaction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeldContact {
+    /// The particle, by index.
+    pub particle: u32,
+    /// Unit vector from its centre to the contact.
+    pub normal: Vec3,
+    /// Elastic normal force on it, N.
+    pub pressure: Vec3,
 }
 
 /// What happened to a bond, noted by index.
@@ -113,6 +119,8 @@ pub struct Tally {
     pub active: u64,
     /// Incidents in order of contacts.
     pub incidents: Vec<Incident>,
+    /// Contacts of held particles in order of contacts, if particles deform.
+    pub held: Vec<HeldContact>,
 }
 
 impl Tally {
@@ -124,6 +132,7 @@ impl Tally {
         self.active += other.active;
         self.force_squared += other.force_squared;
         self.incidents.extend(other.incidents);
+        self.held.extend(other.held);
     }
 }
 
@@ -340,17 +349,17 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
 
 /// The loop over one tile with the default measure of motion, as something that [`pulp`] can run with the newest
 /// instructions of the processor (a tenth faster). They give the same bits: nothing is fused or reordered.
-struct FiniteTileLoop<'a, 'b, L: ContactLaw> {
+struct FiniteTileLoop<'a, 'b, L: ContactLaw, const DEFORM: bool> {
     context: &'a StepContext<'a>,
     rows: &'a [L],
     tile: Tile<'b, L>,
 }
 
-impl<L: ContactLaw> pulp::NullaryFnOnce for FiniteTileLoop<'_, '_, L> {
+impl<L: ContactLaw, const DEFORM: bool> pulp::NullaryFnOnce for FiniteTileLoop<'_, '_, L, DEFORM> {
     type Output = Tally;
     #[inline(always)]
     fn call(self) -> Tally {
-        run::<L, false, false, false>(Mode::Finite, self.context, self.rows, self.tile)
+        run::<L, false, false, DEFORM>(Mode::Finite, self.context, self.rows, self.tile)
     }
 }
 
@@ -362,12 +371,12 @@ fn dispatch<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: Tile<'_,
     // Conditions on constants of the law first: what they exclude is not compiled.
     if L::DEFORMS {
         match (fast, context.widening.is_empty()) {
-            (true, true) => pulp::Arch::new().dispatch(FiniteTileLoop { context, rows, tile }),
-            (true, false) => run::<L, false, false, true>(Mode::Finite, context, rows, tile),
+            (true, true) => pulp::Arch::new().dispatch(FiniteTileLoop::<L, false> { context, rows, tile }),
+            (true, false) => pulp::Arch::new().dispatch(FiniteTileLoop::<L, true> { context, rows, tile }),
             (false, _) => run::<L, true, true, true>(mode, context, rows, tile),
         }
     } else if fast {
-        pulp::Arch::new().dispatch(FiniteTileLoop { context, rows, tile })
+        pulp::Arch::new().dispatch(FiniteTileLoop::<L, false> { context, rows, tile })
     } else {
         run::<L, true, true, false>(mode, context, rows, tile)
     }
@@ -607,12 +616,20 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             torque_b -= response.moment;
         }
         if deforms {
-            let dyads = self.context.dyads(&normal, &force, &L::viscous_force(&normal, history));
+            // Force and direction are both opposite for B: its dyads are the same.
+            let (dyads, pressure) = self.context.dyads(&normal, &force, &L::viscous_force(&normal, history));
             self.tile.dyads[a - self.tile.base] += dyads;
             if slot == LOCAL {
-                self.tile.dyads[b - self.tile.base] += dyads.opposite();
+                self.tile.dyads[b - self.tile.base] += dyads;
             } else {
-                self.tile.dyad_halo[slot as usize] = dyads.opposite();
+                self.tile.dyad_halo[slot as usize] = dyads;
+            }
+            let constraint = &self.context.particles.constraint;
+            if constraint[a].holds() {
+                hold(&mut tally.held, pair.a, normal, pressure);
+            }
+            if constraint[b].holds() {
+                hold(&mut tally.held, pair.b, -normal, -pressure);
             }
         }
         self.tile.force[a - self.tile.base] += force;
@@ -674,6 +691,13 @@ fn end<S: LawState>(link: &mut Link, history: &mut S, fate: Fate, last: S) {
         *history = S::default();
         link.flags &= !(Link::ACTIVE | Link::REPORTED);
     }
+}
+
+/// Note a contact of a held particle.
+#[cold]
+#[inline(never)]
+fn hold(held: &mut Vec<HeldContact>, particle: u32, normal: Vec3, pressure: Vec3) {
+    held.push(HeldContact { particle, normal, pressure });
 }
 
 /// Make an entry in the event log. (By value: references would keep the answer of every contact out of registers.)

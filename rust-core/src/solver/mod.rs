@@ -627,10 +627,12 @@ impl Solver {
             dashpots_strain: self.model.deformable.as_ref().is_some_and(|d| d.dashpots),
         };
         let mut crossing = Mat3::zeros();
+        let mut held = Vec::new();
         let mut merge = |tally: forces::Tally, kind: usize, block: usize| {
             report.energy += tally.energy;
             report.virial += tally.virial;
             crossing += tally.crossing;
+            held.extend(tally.held);
             report.active[kind] += tally.active;
             report.force_squared += tally.force_squared;
             report.incidents.extend(tally.incidents.into_iter().map(|incident| (block, incident)));
@@ -655,6 +657,7 @@ impl Solver {
         integrate::gather(force, torque, &maps);
         if self.model.deformable.is_some() {
             pass.gather(&maps);
+            pass.hold(&held);
         }
         crossing
     }

@@ -7,7 +7,7 @@
 //! nearest point passes from one triangle to the next, the new contact goes on with the history of the old one.
 
 use super::deformation::Dyads;
-use super::forces::{Incident, StepContext, Tally, motion_of};
+use super::forces::{HeldContact, Incident, StepContext, Tally, motion_of};
 use crate::kinematics::Frame;
 use crate::law::{ContactGeometry, ContactLaw, Fate, Kinematics};
 use crate::math::Vec3;
@@ -164,7 +164,11 @@ pub fn evaluate<L: ContactLaw>(
             force[a] += response.force;
             if let Some(sum) = dyads.get_mut(a) {
                 let viscous = L::viscous_force(&foot.normal, &response.state);
-                *sum += context.dyads(&foot.normal, &response.force, &viscous);
+                let (dyads, pressure) = context.dyads(&foot.normal, &response.force, &viscous);
+                *sum += dyads;
+                if particles.constraint[a].holds() {
+                    tally.held.push(HeldContact { particle: a as u32, normal: foot.normal, pressure });
+                }
             }
             torque[a] += point.cross(&response.force);
             if L::TRANSMITS_MOMENT {

@@ -28,6 +28,12 @@ impl Constraint {
         self.0 >> axis & 1 == 1
     }
 
+    /// Whether any translation is prescribed.
+    #[inline(always)]
+    pub fn holds(self) -> bool {
+        self.0 & Self::TRANSLATION.0 != 0
+    }
+
     /// Whether rotation about `axis` (0, 1, 2) is prescribed.
     #[inline]
     pub fn rotation(self, axis: usize) -> bool {
