@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use concordem::assembly::bonding::{self, bond};
 use concordem::assembly::mass_of;
-use concordem::assembly::packing::{Packing, Random};
+use concordem::assembly::packing::{Packing, Random, random_discs};
 use concordem::kinematics::deformable::{Condition, Deformable, Update};
 use concordem::law::{ContactStiffness, Elastic, Frictional, LinearBond};
 use concordem::math::{Mat3, Vec3};
@@ -33,7 +33,7 @@ pub fn bodies(packing: &Packing, planar: bool) -> Particles {
         let (mass, inertia) = mass_of(sphere.radius, DENSITY, planar);
         particles.push(*sphere, 0, mass, inertia);
         if planar {
-            particles.constraint[p] = Constraint(0b011_100);
+            particles.constraint[p] = Constraint::OUT_OF_PLANE;
         }
     }
     particles
@@ -56,45 +56,7 @@ pub fn disc_packing(count: usize, radii: [f64; 3], spread: f64, fraction: f64, a
             sizes.push(radius);
         }
     }
-    let area = sizes.iter().map(|r| PI * r * r).sum::<f64>() / fraction;
-    let (width, height) = ((area * aspect).sqrt(), (area / aspect).sqrt());
-    for radius in sizes {
-        let position = Vec3::new(width * random.uniform(), height * random.uniform(), 0.0);
-        packing.spheres.push(Sphere { position, radius });
-    }
-    let cell = Cell::new_box(Vec3::new(width, height, 1.0));
-    let order = concordem::neighbor::spatial_order(
-        &packing.spheres.iter().map(|s| s.position).collect::<Vec<_>>(),
-        Some(&cell),
-    );
-    packing.spheres = order.iter().map(|&k| packing.spheres[k as usize]).collect();
-    let mut particles = bodies(&packing, true);
-    // Equal masses settle fastest.
-    let mean = particles.mass.iter().sum::<f64>() / count as f64;
-    particles.mass.fill(mean);
-    let law = Frictional::new(ContactStiffness::Given { normal: NORMAL, shear: 0.0 }, 0.0, 0.0).expect("valid");
-    let mut state = State {
-        particles,
-        cell: Some(cell),
-        contacts: Some(Box::new(ContactBlock::new(vec![law]))),
-        ..State::default()
-    };
-    state.clock.dt = 0.25 * (mean / NORMAL).sqrt();
-    let damping = Damping::Local { translation: 0.4, rotation: 0.4 };
-    let mut solver = Solver::new(Model { damping, contact_rows: one_material(), ..Model::default() }, &mut state)
-        .expect("a sound state");
-    for step in 0..100_000 {
-        let look = step % 100 == 99;
-        let report = solver.step_with(&mut state, look).expect("stable");
-        if look && unbalanced(&report) < 1e-3 {
-            break;
-        }
-    }
-    for (sphere, position) in packing.spheres.iter_mut().zip(&state.particles.position) {
-        sphere.position = *position;
-    }
-    packing.cell = Some(cell);
-    packing
+    random_discs(&sizes, fraction, aspect, &mut random, &mut |_| ()).expect("discs that rest")
 }
 
 fn unbalanced(report: &concordem::solver::StepReport) -> f64 {

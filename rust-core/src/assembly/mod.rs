@@ -200,7 +200,7 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
             *last = tag;
         }
         if planar && let Some(last) = particles.constraint.last_mut() {
-            *last = Constraint(0b011_100);
+            *last = Constraint::OUT_OF_PLANE;
         }
     }
     for (k, members) in clump_members.iter().enumerate() {

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::packing::random_dense::{self, Protocol, RandomDense};
 use super::packing::shape::Mesh;
-use super::packing::{Crop, Lattice, Packing, Shape, SizeDistribution, import_text, tile, tile_and_crop};
+use super::packing::{Crop, Lattice, Packing, Random, Shape, SizeDistribution, import_text, random_discs, tile, tile_and_crop};
 use super::{AssemblyError, Progress, unfit};
 use crate::math::{Mat3, Vec3};
 use crate::scenario::{self, Axis, Scenario};
@@ -34,6 +34,17 @@ pub(super) fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) 
         scenario::Packing::RandomDense { .. } => {
             let unit = compact(&scenario.packing, progress)?;
             cut(unit, scenario.packing.shape(), folder)
+        }
+        scenario::Packing::RandomDiscs { count, radius, radii, solid_fraction, seed, shape } => {
+            let sizes = sizes(radius.map(scenario::Quantity::si), radii.as_ref());
+            let radii = sizes.radii(*count as usize, *seed)?;
+            let mut random = Random::new(*seed);
+            let share = solid_fraction.si();
+            let unit = random_discs(&radii, share, 1.0, &mut random, &mut |part| progress("compaction", part))?;
+            // Other layers of the cell, which is 1 m along z, are no discs of this plane.
+            let mut placed = cut(unit, Some(shape), folder)?;
+            placed.packing.spheres.retain(|disc| disc.position.z == 0.0);
+            Ok(Placed { packing_fraction: Some(share), ..placed })
         }
         scenario::Packing::Lattice { lattice, radius, repeats, shape } => {
             let lattice = match lattice {

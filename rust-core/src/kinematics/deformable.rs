@@ -32,6 +32,7 @@ use std::f64::consts::PI;
 
 use crate::law::Elastic;
 use crate::math::Symmetric;
+use crate::state::Constraint;
 
 /// Which strains go with which stresses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -117,6 +118,11 @@ impl Deformable {
             volumetric: shape * volumetric,
             planar: self.condition.is_planar(),
         }
+    }
+
+    /// Prescribed translations whose reactions strain particles.
+    pub fn reacting(&self) -> Constraint {
+        if self.condition.is_planar() { Constraint::IN_PLANE } else { Constraint::TRANSLATION }
     }
 
     /// Stress of a particle under the force dyad `T` (N), Pa.

@@ -153,7 +153,8 @@ impl Checker<'_> {
     fn packing(&mut self) {
         let scenario = self.scenario;
         match &scenario.packing {
-            Packing::RandomDense { count, radius, radii, shape, .. } => {
+            Packing::RandomDense { count, radius, radii, shape, .. }
+            | Packing::RandomDiscs { count, radius, radii, shape, .. } => {
                 match (radius, radii) {
                     (None, None) => self.add(
                         ProblemKind::MissingKey,
@@ -178,6 +179,10 @@ impl Checker<'_> {
                 };
                 self.shape(shape, range, true);
                 if let Shape::Periodic { tiles } = shape {
+                    if matches!(scenario.packing, Packing::RandomDiscs { .. }) && tiles[2] != 1 {
+                        let help = format!("write tiles = [{}, {}, 1]", tiles[0], tiles[1]);
+                        self.conflict("packing.shape.tiles", "discs lie in one plane", help);
+                    }
                     let total = tiles.iter().fold(*count as f64, |total, n| total * *n as f64);
                     self.few_enough("packing.shape.tiles", total);
                 }
@@ -954,6 +959,9 @@ impl Checker<'_> {
     fn plane(&mut self) {
         let scenario = self.scenario;
         let help = "with dimension = 2 all is in the plane z = 0 and rotates about z";
+        if let Packing::RandomDense { .. } = &scenario.packing {
+            self.conflict("packing.kind", "spheres in space", "use \"random-discs\", or dimension = 3");
+        }
         if let Packing::Lattice { lattice, .. } = &scenario.packing
             && !lattice.is_planar()
         {

@@ -26,7 +26,7 @@ use crate::kinematics::deformable::Deformable;
 use crate::kinematics::sphere_sphere::fresh_frame;
 use crate::math::{Symmetric, Vec3};
 use crate::state::contacts::{Contacts, Link};
-use crate::state::{Constraint, State};
+use crate::state::State;
 
 /// Whether strains and forces find each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -131,8 +131,7 @@ impl Coupling {
                 (direct.sqrt(), isotropic.max(0.0).sqrt())
             })
             .collect();
-        let in_plane = if planar { 0b011 } else { Constraint::TRANSLATION.0 };
-        let held_by = |p: usize| particles.constraint[p].0 & in_plane;
+        let held_by = |p: usize| particles.constraint[p].0 & deformable.reacting().0;
         let mut normals = vec![Vec3::zeros(); particles.len()];
         for spring in &springs {
             normals[spring.a as usize] += spring.normal;

@@ -32,7 +32,7 @@ fn discs(places: &[(f64, f64)], radius: impl Fn(usize) -> f64) -> Particles {
     for (p, &(x, y)) in places.iter().enumerate() {
         let (mass, inertia) = mass_of(radius(p), 2000.0, true);
         particles.push(Sphere { position: Vec3::new(x, y, 0.0), radius: radius(p) }, 0, mass, inertia);
-        particles.constraint[p] = Constraint(0b011_100);
+        particles.constraint[p] = Constraint::OUT_OF_PLANE;
     }
     particles
 }

@@ -17,7 +17,7 @@ use crate::solver::deformation::Dyads;
 use crate::solver::record::{self, ContactForces, WallForces};
 use crate::solver::walls;
 use crate::state::contacts::{ContactBlock, Contacts, Link, Pair};
-use crate::state::{Cell, Particles, Wall};
+use crate::state::{Cell, Constraint, Particles, Wall};
 
 /// Particles per tile; a solver that evaluates a share of a distributed computation has one tile instead
 /// ([`Solver::for_share`](super::Solver::for_share)).
@@ -54,6 +54,8 @@ pub struct StepContext<'a> {
     pub widening: &'a [Widening],
     /// Whether forces of dashpots strain the particles.
     pub dashpots_strain: bool,
+    /// Prescribed translations whose reactions strain the particles: all, or those in the plane.
+    pub reacting: Constraint,
 }
 
 impl StepContext<'_> {
@@ -624,11 +626,11 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             } else {
                 self.tile.dyad_halo[slot as usize] = dyads;
             }
-            let constraint = &self.context.particles.constraint;
-            if constraint[a].holds() {
+            let (constraint, reacting) = (&self.context.particles.constraint, self.context.reacting);
+            if constraint[a].any(reacting) {
                 hold(&mut tally.held, pair.a, normal, pressure);
             }
-            if constraint[b].holds() {
+            if constraint[b].any(reacting) {
                 hold(&mut tally.held, pair.b, -normal, -pressure);
             }
         }

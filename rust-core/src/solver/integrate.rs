@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::forces::{TILE, TileMap};
 use crate::math::{Mat3, Vec3, normalized, quaternion_of_rotation_vector};
 use crate::state::particles::load_of;
-use crate::state::{Cell, Clump, Particles};
+use crate::state::{Cell, Clump, Constraint, Particles};
 
 /// Artificial damping of the motion.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
@@ -104,9 +104,9 @@ pub struct KickSums {
     pub boundary: [f64; 2],
     /// Work of gravity and external forces.
     pub external: [f64; 2],
-    /// `Σ|F|²` of the net force over free particles, N².
+    /// `Σ|F|²` of the net force over components that are not prescribed, N².
     pub net_force_squared: f64,
-    /// Number of particles in that sum.
+    /// Number of particles with such a component.
     pub free_particles: u64,
     /// Largest `|v|²` after the kick, m²/s².
     pub max_speed_squared: f64,
@@ -341,8 +341,10 @@ pub fn kick_and_drift(
                         }
                     }
                 }
-                if constrained.trailing_zeros() >= 3 {
-                    sums.net_force_squared += net.norm_squared();
+                // Components: a disc is free in its plane.
+                if constrained & Constraint::TRANSLATION.0 != Constraint::TRANSLATION.0 {
+                    let free = |axis: usize| if constrained >> axis & 1 == 0 { net[axis] * net[axis] } else { 0.0 };
+                    sums.net_force_squared += free(0) + free(1) + free(2);
                     sums.free_particles += 1;
                 }
                 sums.max_speed_squared = sums.max_speed_squared.max(v_new.norm_squared());

@@ -24,7 +24,7 @@ use crate::law::EnergySplit;
 use crate::math::{Mat3, Vec3};
 use crate::neighbor::{NeighborError, VerletList, candidate_pairs};
 use crate::state::contacts::{Contacts, Link, Pair};
-use crate::state::{Cell, Particles, State};
+use crate::state::{Cell, Constraint, Particles, State};
 use deformation::{DeformationPass, DeformationSums};
 use forces::{EvaluatedContacts, Incident, StepContext, TileMap};
 use integrate::{Damping, KickContext, KickSums};
@@ -468,6 +468,7 @@ impl Solver {
             sample: false,
             widening: &self.pass.widening,
             dashpots_strain: false,
+            reacting: Constraint::FREE,
         };
         let mut forces = record::Forces::default();
         for block in state.bonds.iter().chain(&state.contacts) {
@@ -625,6 +626,7 @@ impl Solver {
             sample,
             widening,
             dashpots_strain: self.model.deformable.as_ref().is_some_and(|d| d.dashpots),
+            reacting: self.model.deformable.as_ref().map_or(Constraint::FREE, Deformable::reacting),
         };
         let mut crossing = Mat3::zeros();
         let mut held = Vec::new();

@@ -166,7 +166,7 @@ pub fn evaluate<L: ContactLaw>(
                 let viscous = L::viscous_force(&foot.normal, &response.state);
                 let (dyads, pressure) = context.dyads(&foot.normal, &response.force, &viscous);
                 *sum += dyads;
-                if particles.constraint[a].holds() {
+                if particles.constraint[a].any(context.reacting) {
                     tally.held.push(HeldContact { particle: a as u32, normal: foot.normal, pressure });
                 }
             }

@@ -17,6 +17,10 @@ impl Constraint {
     pub const FREE: Self = Self(0);
     /// All three translations.
     pub const TRANSLATION: Self = Self(0b000_111);
+    /// What keeps a disc in the plane: translation along z, rotations about x and y.
+    pub const OUT_OF_PLANE: Self = Self(0b011_100);
+    /// Translations in the plane.
+    pub const IN_PLANE: Self = Self(0b000_011);
     /// All three rotations.
     pub const ROTATION: Self = Self(0b111_000);
     /// Everything constrained.
@@ -28,10 +32,10 @@ impl Constraint {
         self.0 >> axis & 1 == 1
     }
 
-    /// Whether any translation is prescribed.
+    /// Whether any of these is prescribed.
     #[inline(always)]
-    pub fn holds(self) -> bool {
-        self.0 & Self::TRANSLATION.0 != 0
+    pub fn any(self, of: Self) -> bool {
+        self.0 & of.0 != 0
     }
 
     /// Whether rotation about `axis` (0, 1, 2) is prescribed.

@@ -5,6 +5,7 @@
 //! [`isotropy`].
 
 mod cloud;
+pub mod discs;
 pub mod file;
 pub mod growth;
 pub mod isotropy;
@@ -16,6 +17,7 @@ pub mod size;
 pub mod summary;
 pub mod tile_crop;
 
+pub use discs::random_discs;
 pub use file::{export_text, import_text};
 pub use growth::{Grown, GrownBox, grown_box};
 pub use isotropy::{DirectionHistogram, link_vectors};
@@ -151,6 +153,12 @@ pub enum PackingError {
         goal: f64,
         /// Unbalanced force.
         unbalanced: f64,
+    },
+    /// Discs that do not come to rest.
+    #[error("the discs have not come to rest after {steps} steps; give another seed")]
+    Restless {
+        /// Steps done.
+        steps: u64,
     },
     /// A parameter of the contact law used for compaction is out of range.
     #[error(transparent)]
