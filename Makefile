@@ -61,6 +61,7 @@ bench:
 	$(CARGO) bench -p concordem
 	tests/peers/compare_speed.sh
 	yade-bridge/tests/yade/speed.sh
+	yade-bridge/tests/native/run.sh speed
 
 docs:
 	.ci/setup build

@@ -5,11 +5,18 @@ export PYTHONPATH=/mnt/site LD_LIBRARY_PATH=/mnt/lib CONCORDEM_YADE_PLUGINS=/mnt
 # Threads that wait must not take the processor from those that work.
 export OMP_WAIT_POLICY=passive
 cd /mnt/repo/yade-bridge/tests/native
-python3 test_build.py
+what=${1:-tests}
+[ "$what" = speed ] || python3 test_build.py
 started=$SECONDS
 python3 -m concordem.yade build
 echo "building the plugin took $((SECONDS - started)) s"
 failed=0
+if [ "$what" = speed ]; then
+  for threads in 1 2; do
+    yade -n -x "-j$threads" speed.py 2>/dev/null | sed -n 's/^RESULT //p'
+  done
+  exit
+fi
 
 # The gold data of YADE 2023.02a, made again by this YADE with its own law and with ours: the same bytes.
 for law in Law2_ScGeom_CpmPhys_Cpm Law2_ScGeom_CpmPhys_Rust; do

@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # The native plugin in stock Debian 13 YADE: built there from the wheel as a user would, and tested. Needs root, the wheel
 # (test.sh builds it), and, the first time, the network; see chroot.sh.
+#   run.sh           the tests
+#   run.sh speed     speeds beside YADE's own, one line of JSON per number of threads
 set -euo pipefail
 cd "$(dirname "$0")/../../.."
 here=yade-bridge/tests/native
@@ -15,4 +17,4 @@ cp yade-bridge/tests/yade/harness.py yade-bridge/tests/yade/specimen.py "$work/r
 cp -r tests/golden/yade "$work/repo/tests/golden/yade"
 # The wheel is made on Debian 12 and asks for its HDF5 (package libhdf5-103-1), which Debian 13 has in another version.
 cp -L "$(ldconfig -p | sed -n 's/.*libhdf5_serial\.so\.103 .*=> //p' | head -1)" "$work/lib/"
-"$here/chroot.sh" run "$work" bash /mnt/repo/yade-bridge/tests/native/inside.sh
+"$here/chroot.sh" run "$work" bash /mnt/repo/yade-bridge/tests/native/inside.sh "${1:-tests}"

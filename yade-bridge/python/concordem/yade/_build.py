@@ -145,7 +145,8 @@ def fetch(version: str, to: Path, log: Any) -> None:
         fail(f"YADE was not installed by apt, so apt has no sources of it; {remedy}", "NoHeaders")
     log(f"fetching the sources of yade {package.stdout} with apt-get source")
     with tempfile.TemporaryDirectory() as folder:
-        command = ["apt-get", "source", "--download-only", "-qq", f"yade={package.stdout}"]
+        # The archive of upstream's sources alone: mirrors lose the other parts sooner.
+        command = ["apt-get", "source", "--download-only", "--tar-only", "-qq", f"yade={package.stdout}"]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         archives = sorted(Path(folder).glob("*.orig.tar.*"))
         if done.returncode or not archives:
