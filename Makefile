@@ -39,6 +39,8 @@ clean-demo:
 
 test:
 	.ci/setup test
+	# Debian 13 for the native plugin of YADE, meanwhile; yade-bridge/test.sh waits for it and tells if it failed.
+	(setsid nohup yade-bridge/tests/native/chroot.sh make >/dev/null 2>&1 &)
 	$(CARGO) build --release -p concordem
 	liggghts-bridge/build
 	$(CARGO) test --release --workspace --exclude concordem-python
@@ -59,6 +61,7 @@ bench:
 	$(CARGO) bench -p concordem
 	tests/peers/compare_speed.sh
 	yade-bridge/tests/yade/speed.sh
+	yade-bridge/tests/native/run.sh speed
 
 docs:
 	.ci/setup build

@@ -7,6 +7,8 @@ cd "$(dirname "$0")/.."
 what=${1:-all}
 bin=$PWD/.venv/bin
 target=${CARGO_TARGET_DIR:-$PWD/target}
+# The library that users link the native plugin with; the wheel carries it.
+yade-bridge/native/build
 # No build isolation: what the build needs is in the environment, so that no network is needed here.
 PYO3_PYTHON=$bin/python "$bin/maturin" build --quiet --release --manifest-path yade-bridge/Cargo.toml --out "$target/wheels"
 wheel=$(ls -t "$target"/wheels/concordem-*.whl | head -1)
@@ -19,4 +21,5 @@ done
 "$bin/python" -m mypy.stubtest concordem --mypy-config-file yade-bridge/pyproject.toml --allowlist yade-bridge/stubtest-allowlist.txt
 if [ "$what" = all ]; then
   yade-bridge/tests/yade/run.sh
+  yade-bridge/tests/native/run.sh
 fi

@@ -9,16 +9,12 @@ use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use concordem::assembly::assemble;
-use concordem::kinematics::{Frame, Mode};
-use concordem::law::cpm::{Cpm, CpmParameters, CpmState};
-use concordem::law::{LawState, Reference};
-use concordem::math::{Mat3, Quat, Vec3, quaternion_of_rotation_vector};
-use concordem::neighbor::spatial_order;
+use concordem::law::cpm::{CpmParameters, CpmState};
+use concordem::math::Vec3;
 use concordem::output::{checkpoint, hash};
-use concordem::solver::integrate::Damping;
-use concordem::solver::{MaterialRows, Model, Solver, StepReport};
-use concordem::state::contacts::{ContactBlock, Link, Pair};
-use concordem::state::{Cell, Constraint, Particles, Sphere, State};
+use concordem::solver::Solver;
+use concordem::state::Cell;
+use concordem_yade::assembly::{Assembly, Bodies, Contacts, Origin, Row, cell_of, mode_of};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -53,14 +49,8 @@ struct Host {
 }
 
 struct Inner {
-    state: State,
-    solver: Solver,
+    assembly: Assembly,
     host: Option<Host>,
-    broken: u64,
-    /// Bonds that each particle has lost.
-    losses: Vec<u32>,
-    /// Whether the law reads orientations and rotations.
-    needs_rotation: bool,
 }
 
 /// An assembly under a host.
@@ -68,18 +58,6 @@ struct Inner {
 pub struct Hosted {
     inner: Mutex<Inner>,
     pool: Option<rayon::ThreadPool>,
-}
-
-fn mode_of(name: &str) -> PyResult<Mode> {
-    match name {
-        "finite" => Ok(Mode::Finite),
-        "first-order" => Ok(Mode::FirstOrder),
-        "yade" => Ok(Mode::Yade),
-        "yade-ratcheting" => Ok(Mode::YadeRatcheting),
-        other => Err(PyValueError::new_err(format!(
-            "kinematics is \"{other}\"; it may be \"finite\", \"first-order\", \"yade\", \"yade-ratcheting\""
-        ))),
-    }
 }
 
 /// `None` where the dictionary has no such entry.
@@ -101,80 +79,21 @@ fn same_length(name: &str, found: usize, wanted: usize) -> PyResult<()> {
     }
 }
 
-/// Particles from arrays in the host's order.
-fn particles_of(arrays: &Bound<'_, PyDict>) -> PyResult<Particles> {
-    let position: Vectors<'_> = get(arrays, "position")?;
-    let position = position.get()?;
-    let n = position.len();
-    let radius: Scalars<'_> = get(arrays, "radius")?;
-    let (mass, inertia): (Scalars<'_>, Scalars<'_>) = (get(arrays, "mass")?, get(arrays, "inertia")?);
-    let (velocity, spin): (Vectors<'_>, Vectors<'_>) = (get(arrays, "velocity")?, get(arrays, "angular_velocity")?);
-    let orientation: Rows<'_> = get(arrays, "orientation")?;
-    let (id, material): (Indices<'_>, Indices<'_>) = (get(arrays, "id")?, get(arrays, "material")?);
-    let constraint: Indices<'_> = get(arrays, "constraint")?;
-    let (radius, mass, inertia) = (radius.get()?, mass.get()?, inertia.get()?);
-    let (velocity, spin, id, material) = (velocity.get()?, spin.get()?, id.get()?, material.get()?);
-    for (name, found) in [
-        ("radius", radius.len()),
-        ("mass", mass.len()),
-        ("inertia", inertia.len()),
-        ("velocity", velocity.len()),
-        ("angular_velocity", spin.len()),
-        ("orientation", orientation.shape().0),
-        ("id", id.len()),
-        ("material", material.len()),
-        ("constraint", constraint.get()?.len()),
-    ] {
-        same_length(name, found, n)?;
-    }
-    let mut particles = Particles::default();
-    for p in 0..n {
-        let finite = position[p].iter().chain(&velocity[p]).chain(&spin[p]).all(|x: &f64| x.is_finite());
-        if !finite || !(radius[p] > 0.0 && mass[p] > 0.0 && inertia[p] > 0.0) {
-            let message = format!(
-                "body {} has a place or motion that is not finite, or no positive radius, mass, and inertia",
-                id[p]
-            );
-            return Err(PyValueError::new_err(message));
-        }
-        let material = u16::try_from(material[p]).map_err(|_| PyValueError::new_err("more than 65535 materials"))?;
-        particles.push(Sphere { position: position[p], radius: radius[p] }, material, mass[p], inertia[p]);
-    }
-    particles.id = id.to_vec();
-    particles.velocity = velocity.to_vec();
-    particles.angular_velocity = spin.to_vec();
-    particles.orientation = orientation.get()?.chunks_exact(4).map(|q| Quat::new(q[3], q[0], q[1], q[2])).collect();
-    particles.constraint = constraint.get()?.iter().map(|&mask| Constraint(mask as u8)).collect();
-    Ok(particles)
-}
-
 /// The parameter rows of the concrete law, one for each pair of materials `(a, b)` with `a ≤ b`.
-fn cpm_rows(list: &Bound<'_, PyAny>, materials: usize) -> PyResult<(Vec<Cpm>, MaterialRows)> {
-    let mut laws = Vec::new();
-    let mut map = MaterialRows::new(materials);
+fn cpm_rows(list: &Bound<'_, PyAny>) -> PyResult<Vec<Row>> {
+    let mut rows = Vec::new();
     for item in list.try_iter()? {
         let (a, b, parameters): (u16, u16, Bound<'_, PyDict>) = item?.extract()?;
         let table = toml::Value::Table(table_of(parameters.as_any(), "")?);
         let parameters = CpmParameters::deserialize(table).map_err(|e| PyValueError::new_err(e.to_string()))?;
-        let law = Cpm::new(&parameters).map_err(|e| PyValueError::new_err(e.to_string()))?;
-        map.set(a, b, laws.len() as u16);
-        map.set(b, a, laws.len() as u16);
-        laws.push(law);
+        rows.push(Row { a, b, parameters });
     }
-    Ok((laws, map))
+    Ok(rows)
 }
 
 /// The cell behind (edges, deformation gradient, velocity gradient).
-fn cell_of((edges, gradient, rate): (Tensor, Tensor, Tensor), dt: f64) -> Cell {
-    Cell {
-        matrix: edges.0,
-        deformation_gradient: gradient.0,
-        velocity_gradient: rate.0,
-        // By the motion of the last step, H = (1 + LΔt) H_old.
-        matrix_change: (Mat3::identity() + rate.0 * dt)
-            .try_inverse()
-            .map_or_else(Mat3::zeros, |back| edges.0 - back * edges.0),
-    }
+fn cell_from((edges, gradient, rate): (Tensor, Tensor, Tensor), dt: f64) -> Cell {
+    cell_of(edges.0, gradient.0, rate.0, dt)
 }
 
 impl Hosted {
@@ -204,104 +123,54 @@ impl Hosted {
         cell: Option<(Tensor, Tensor, Tensor)>,
         threads: Option<usize>,
     ) -> PyResult<Self> {
-        if !(dt > 0.0 && dt.is_finite()) {
-            return Err(PyValueError::new_err(format!("the time step is {dt}")));
-        }
-        let unordered = particles_of(bodies)?;
-        let cell = cell.map(|cell| cell_of(cell, dt));
-        let order = spatial_order(&unordered.position, cell.as_ref());
-        let mut place = vec![0_u32; order.len()];
-        for (new, &old) in order.iter().enumerate() {
-            place[old as usize] = new as u32;
-        }
-        let mut particles = unordered.permuted(&order);
-        for (increment, spin) in particles.rotation_increment.iter_mut().zip(&particles.angular_velocity) {
-            *increment = quaternion_of_rotation_vector(&(spin * dt));
-        }
-        let (laws, contact_rows) = cpm_rows(laws, materials)?;
-        let (mut bonds, mut loose) = (ContactBlock::new(laws.clone()), ContactBlock::new(laws));
-
+        let position: Vectors<'_> = get(bodies, "position")?;
+        let (velocity, spin): (Vectors<'_>, Vectors<'_>) = (get(bodies, "velocity")?, get(bodies, "angular_velocity")?);
+        let orientation: Rows<'_> = get(bodies, "orientation")?;
+        let (radius, mass): (Scalars<'_>, Scalars<'_>) = (get(bodies, "radius")?, get(bodies, "mass")?);
+        let inertia: Scalars<'_> = get(bodies, "inertia")?;
+        let (id, material): (Indices<'_>, Indices<'_>) = (get(bodies, "id")?, get(bodies, "material")?);
+        let constraint: Indices<'_> = get(bodies, "constraint")?;
+        let columns = Bodies {
+            id: id.get()?,
+            position: position.get()?,
+            velocity: velocity.get()?,
+            orientation: orientation.get()?,
+            angular_velocity: spin.get()?,
+            radius: radius.get()?,
+            mass: mass.get()?,
+            inertia: inertia.get()?,
+            material: material.get()?,
+            constraint: constraint.get()?,
+        };
         let pair: Pairs<'_> = get(contacts, "pair")?;
         let (image, bonded): (Images<'_>, Flags<'_>) = (get(contacts, "image")?, get(contacts, "bonded")?);
-        let (image, bonded) = (image.get()?, bonded.get()?);
         let (length, area): (Scalars<'_>, Scalars<'_>) = (get(contacts, "length")?, get(contacts, "area")?);
         let (normal, distance): (Vectors<'_>, Scalars<'_>) = (get(contacts, "normal")?, get(contacts, "distance")?);
         let history: Rows<'_> = get(contacts, "history")?;
-        let (pair, length, area, distance) = (pair.get()?, length.get()?, area.get()?, distance.get()?);
-        let (normal, count) = (normal.get()?, pair.len());
-        let width = size_of::<CpmState>() / 8;
-        for (name, found) in [
-            ("image", image.len()),
-            ("bonded", bonded.len()),
-            ("length", length.len()),
-            ("area", area.len()),
-            ("normal", normal.len()),
-            ("distance", distance.len()),
-            ("history", history.shape().0),
-        ] {
-            same_length(name, found, count)?;
+        let (rows, width) = history.shape();
+        if rows > 0 && width != size_of::<CpmState>() / 8 {
+            return Err(PyValueError::new_err(format!("`history` has {width} columns")));
         }
-        same_length("columns of history", history.shape().1, if count == 0 { history.shape().1 } else { width })?;
-        for k in 0..count {
-            let [one, two] = pair[k];
-            let at = |p: u32| {
-                place.get(p as usize).copied().ok_or_else(|| {
-                    PyValueError::new_err(format!("contact {k} names row {p}, but there are {} bodies", place.len()))
-                })
-            };
-            let (mut a, mut b) = (at(one)?, at(two)?);
-            let row = contact_rows
-                .get(particles.material[a as usize], particles.material[b as usize])
-                .ok_or_else(|| PyValueError::new_err(format!("contact {k} is between materials without a law")))?;
-            let (mut normal, mut image) = (normal[k], image[k]);
-            let mut state: CpmState =
-                bytemuck::pod_read_unaligned(bytemuck::cast_slice(&history.get()?[k * width..(k + 1) * width]));
-            if !(length[k] > 0.0
-                && area[k] > 0.0
-                && normal.norm_squared() > 0.5
-                && state.as_reals().iter().all(|x| x.is_finite()))
-            {
-                return Err(PyValueError::new_err(format!(
-                    "contact {k} of rows {one} and {two} has no reference length and area, no normal, or a history that \
-                     is not finite"
-                )));
-            }
-            if a > b {
-                std::mem::swap(&mut a, &mut b);
-                normal = -normal;
-                image = image.map(|i| -i);
-                state = state.swapped();
-            }
-            let flags = Link::ACTIVE | if bonded[k] { Link::BONDED } else { 0 };
-            let link = Link { row, flags, image, padding: 0 };
-            let block = if bonded[k] { &mut bonds } else { &mut loose };
-            block.push(
-                Pair { a, b },
-                link,
-                Reference { length: length[k], area: area[k] },
-                Frame { normal, length: distance[k] },
-            );
-            if let Some(last) = block.history.last_mut() {
-                *last = state;
-            }
-        }
-        bonds.sort();
-        loose.sort();
-        let mut state = State { particles, cell, bonds: vec![Box::new(bonds)], ..State::default() };
-        state.contacts = Some(Box::new(loose));
-        state.clock.dt = dt;
-        let model = Model {
-            mode: mode_of(kinematics)?,
-            damping: if damping == 0.0 {
-                Damping::None
-            } else {
-                Damping::Local { translation: damping, rotation: damping }
-            },
-            gravity: gravity.unwrap_or_default().0,
-            contact_rows,
-            ..Model::default()
+        let given = Contacts {
+            pair: pair.get()?,
+            image: image.get()?,
+            bonded: bonded.get()?,
+            length: length.get()?,
+            area: area.get()?,
+            normal: normal.get()?,
+            distance: distance.get()?,
+            history: history.get()?,
         };
-        Self::new(state, model, threads)
+        let origin = Origin::Concrete {
+            kinematics: mode_of(kinematics).map_err(PyValueError::new_err)?,
+            materials,
+            damping,
+            gravity: gravity.unwrap_or_default().0.into(),
+            rows: cpm_rows(laws)?,
+        };
+        let cell = cell.map(|cell| cell_from(cell, dt));
+        let made = Assembly::concrete(&columns, &given, origin, cell, dt).map_err(PyValueError::new_err)?;
+        Self::new(made, threads)
     }
 
     /// The spheres of a scenario, with its bonds and contacts, as they would be built for a run. `bodies` says which body
@@ -321,27 +190,10 @@ impl Hosted {
         let folder: &PathBuf = folder;
         let assembly = guarded(py, threads, None, |progress| assemble(inner, folder, progress))?;
         let assembly = assembly.map_err(|error| of_assembly(inner, error))?;
-        let (mut state, model) = (assembly.state, assembly.model);
         let (bodies, mass, inertia) = (bodies.get()?, mass.get()?, inertia.get()?);
-        let n = state.particles.len();
-        for (name, found) in [("bodies", bodies.len()), ("mass", mass.len()), ("inertia", inertia.len())] {
-            same_length(name, found, n)?;
-        }
-        let limit = assembly.summary.bounds.spectral.max(assembly.summary.bounds.per_particle);
-        if !(dt > 0.0 && dt < limit) && !inner.integration.allow_unstable {
-            return Err(PyValueError::new_err(format!(
-                "the host's time step is {dt:.4e} s, but the bonds are stable only below {limit:.4e} s (with the masses of \
-                 the scenario's density); set O.dt, or integration.allow_unstable"
-            )));
-        }
-        for p in 0..n {
-            let sphere = state.particles.id[p] as usize;
-            state.particles.mass[p] = mass[sphere];
-            state.particles.inertia[p] = inertia[sphere];
-            state.particles.id[p] = bodies[sphere];
-        }
-        state.clock.dt = dt;
-        Self::new(state, model, threads)
+        let allow = inner.integration.allow_unstable;
+        let made = Assembly::of_scenario(assembly, allow, Origin::Elsewhere {}, bodies, mass, inertia, dt);
+        Self::new(made.map_err(PyValueError::new_err)?, threads)
     }
 
     /// Take whole steps on our own; the number of bonds that broke.
@@ -355,8 +207,8 @@ impl Hosted {
                 inside(pool, || {
                     let start = Instant::now();
                     while *left > 0 && start.elapsed() < Duration::from_millis(50) {
-                        let report = inner.solver.step_with(&mut inner.state, false)?;
-                        inner.count(&report);
+                        let report = inner.assembly.solver.step_with(&mut inner.assembly.state, false)?;
+                        inner.assembly.count(&report);
                         *left -= 1;
                     }
                     Ok(())
@@ -365,7 +217,7 @@ impl Hosted {
             .map_err(|error: concordem::solver::SolverError| crate::errors::Raise::raise(error))?;
             py.check_signals()?;
         }
-        Ok(self.lock()?.broken)
+        Ok(self.lock()?.assembly.broken)
     }
 
     /// Attach the host's memory. Addresses and offsets must have been compared with what the host itself says.
@@ -388,8 +240,8 @@ impl Hosted {
         let mut inner = self.lock()?;
         // Safety: the caller's promise.
         let bodies = unsafe { targets(container) };
-        let mut seen = Vec::with_capacity(inner.state.particles.len());
-        for &id in &inner.state.particles.id {
+        let mut seen = Vec::with_capacity(inner.assembly.state.particles.len());
+        for &id in &inner.assembly.state.particles.id {
             let body = bodies.get(id as usize).copied().filter(|&body| body != 0);
             let body = body.ok_or_else(|| PyRuntimeError::new_err(format!("the host has no body {id}")))?;
             // Safety: a body of the host.
@@ -411,43 +263,30 @@ impl Hosted {
     #[pyo3(signature = (dt, cell=None))]
     fn contact_step(&self, py: Python<'_>, dt: f64, cell: Option<(Tensor, Tensor, Tensor)>) -> PyResult<usize> {
         let mut inner = self.lock()?;
-        let Inner { state, solver, host, needs_rotation, .. } = &mut *inner;
+        let Inner { assembly, host } = &mut *inner;
         let host = host.as_ref().ok_or_else(|| PyRuntimeError::new_err("no host is attached"))?;
-        if !(dt > 0.0 && dt.is_finite()) {
-            return Err(PyValueError::new_err(format!("the time step is {dt}")));
-        }
-        if cell.is_some() != state.cell.is_some() {
-            return Err(PyRuntimeError::new_err("the host's scene has become periodic, or is so no more"));
-        }
-        if let Some(cell) = cell {
-            state.cell = Some(cell_of(cell, dt));
-        }
-        state.clock.dt = dt;
-        gather(state, host, *needs_rotation, dt)?;
+        let cell = cell.map(|cell| cell_from(cell, dt));
+        gather(assembly, host, dt)?;
         let pool = self.pool.as_ref();
-        let report = py.detach(|| inside(pool, || solver.find_forces(state, false))).or_raise()?;
-        state.clock.step += 1;
+        let broken = py.detach(|| inside(pool, || assembly.find_forces(dt, cell, false)));
+        let broken = broken.map_err(PyRuntimeError::new_err)?;
         let this = host.forces as *mut std::ffi::c_void;
+        let solver = &assembly.solver;
         for (p, (force, torque)) in solver.forces().iter().zip(solver.torques()).enumerate() {
-            let id = state.particles.id[p] as i32;
-            if !(force.norm_squared() + torque.norm_squared()).is_finite() {
-                return Err(PyRuntimeError::new_err(format!(
-                    "the force on body {id} is not finite; is the time step too large?"
-                )));
-            }
+            let id = assembly.state.particles.id[p] as i32;
             // Safety: `this` is the host's object, and bodies with these ids exist (compared in `gather`).
             unsafe {
                 (host.add_force)(this, id, force.as_ptr());
                 (host.add_torque)(this, id, torque.as_ptr());
             }
         }
-        Ok(inner.count(&report))
+        Ok(broken)
     }
 
     /// Places and motion of the particles by body.
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let inner = self.lock()?;
-        let p = &inner.state.particles;
+        let p = &inner.assembly.state.particles;
         let dict = PyDict::new(py);
         dict.set_item("id", scalars(py, &p.id))?;
         dict.set_item("position", vectors(py, &p.position)?)?;
@@ -462,11 +301,11 @@ impl Hosted {
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let inner = self.lock()?;
         let dict = PyDict::new(py);
-        let ids = &inner.state.particles.id;
-        for block in &inner.state.bonds {
+        let ids = &inner.assembly.state.particles.id;
+        for block in &inner.assembly.state.bonds {
             dict.set_item(block.law(), contact_table(py, block.contacts(), ids, true)?)?;
         }
-        if let Some(block) = &inner.state.contacts {
+        if let Some(block) = &inner.assembly.state.contacts {
             dict.set_item("unbonded", contact_table(py, block.contacts(), ids, true)?)?;
         }
         Ok(dict)
@@ -475,7 +314,7 @@ impl Hosted {
     /// Contact forces at the present places as operators read them: pair (rows of `bodies`), branch, point, force, moment.
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let mut inner = self.lock()?;
-        let Inner { state, solver, .. } = &mut *inner;
+        let Assembly { state, solver, .. } = &mut inner.assembly;
         let forces = py.detach(|| solver.record(state)).or_raise()?;
         let c = &forces.contacts;
         let fields = (
@@ -491,7 +330,10 @@ impl Hosted {
     /// Net forces and torques of the last step by particle.
     fn net_forces<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let inner = self.lock()?;
-        Ok((vectors(py, inner.solver.forces())?.into_any(), vectors(py, inner.solver.torques())?.into_any()))
+        Ok((
+            vectors(py, inner.assembly.solver.forces())?.into_any(),
+            vectors(py, inner.assembly.solver.torques())?.into_any(),
+        ))
     }
 
     /// Edges of the periodic cell and its deformation gradient; None without one.
@@ -499,53 +341,53 @@ impl Hosted {
     fn cell<'py>(&self, py: Python<'py>) -> PyResult<Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>> {
         let both =
             |cell: Cell| Ok((tensor(py, &cell.matrix)?.into_any(), tensor(py, &cell.deformation_gradient)?.into_any()));
-        self.lock()?.state.cell.map(both).transpose()
+        self.lock()?.assembly.state.cell.map(both).transpose()
     }
 
     /// Bonds that have not broken.
     #[getter]
     fn bond_count(&self) -> PyResult<usize> {
-        Ok(self.lock()?.state.bond_count())
+        Ok(self.lock()?.assembly.state.bond_count())
     }
 
     /// Bonds that broke so far.
     #[getter]
     fn broken(&self) -> PyResult<u64> {
-        Ok(self.lock()?.broken)
+        Ok(self.lock()?.assembly.broken)
     }
 
     /// Bonds that each particle has lost so far, in the order of `bodies`.
     fn losses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(scalars(py, &self.lock()?.losses).into_any())
+        Ok(scalars(py, &self.lock()?.assembly.losses).into_any())
     }
 
     /// Steps taken.
     #[getter]
     fn steps(&self) -> PyResult<u64> {
-        Ok(self.lock()?.state.clock.step)
+        Ok(self.lock()?.assembly.state.clock.step)
     }
 
     /// Neighbour searches so far.
     #[getter]
     fn searches(&self) -> PyResult<u64> {
-        Ok(self.lock()?.solver.searches())
+        Ok(self.lock()?.assembly.solver.searches())
     }
 
     /// Hash of everything that changes.
     fn state_hash(&self) -> PyResult<String> {
-        hash::state_hash(&self.lock()?.state).or_raise()
+        hash::state_hash(&self.lock()?.assembly.state).or_raise()
     }
 
     /// Write everything that changes to a file, with a text of the caller's.
     fn save(&self, path: PathBuf, text: &str) -> PyResult<String> {
-        checkpoint::write(&path, &self.lock()?.state, text).or_raise()
+        checkpoint::write(&path, &self.lock()?.assembly.state, text).or_raise()
     }
 
     /// Replace everything that changes by what `save` wrote.
     fn restore(&self, path: PathBuf, losses: Indices<'_>) -> PyResult<()> {
         let mut checkpoint = checkpoint::read(&path).or_raise()?;
         let mut inner = self.lock()?;
-        let Inner { state, solver, broken, losses: lost, .. } = &mut *inner;
+        let Assembly { state, solver, broken, losses: lost, .. } = &mut inner.assembly;
         let ids = state.particles.id.clone();
         same_length("losses", losses.get()?.len(), ids.len())?;
         lost.copy_from_slice(losses.get()?);
@@ -570,40 +412,19 @@ fn hosted_text(path: PathBuf) -> PyResult<String> {
     Ok(checkpoint::read(&path).or_raise()?.provenance)
 }
 
-impl Inner {
-    /// Note the bonds that broke in a step; their number.
-    fn count(&mut self, report: &StepReport) -> usize {
-        let mut count = 0;
-        for (_, incident) in report.incidents.iter().filter(|(_, incident)| incident.broke) {
-            self.losses[incident.pair.a as usize] += 1;
-            self.losses[incident.pair.b as usize] += 1;
-            count += 1;
-        }
-        self.broken += count as u64;
-        count
-    }
-}
-
 impl Hosted {
-    fn new(mut state: State, model: Model, threads: Option<usize>) -> PyResult<Self> {
-        // Of the host's modes, only those of YADE read velocities in place of rotations.
-        let beams = state.bonds.iter().any(|block| block.law() == "cohesive_beam");
-        let needs_rotation = beams || !matches!(model.mode, Mode::Yade | Mode::YadeRatcheting);
-        let solver = Solver::new(model, &mut state).or_raise()?;
-        let losses = vec![0; state.particles.len()];
-        let inner = Inner { state, solver, host: None, broken: 0, losses, needs_rotation };
-        Ok(Self { inner: Mutex::new(inner), pool: pool(threads)? })
+    fn new(assembly: Assembly, threads: Option<usize>) -> PyResult<Self> {
+        Ok(Self { inner: Mutex::new(Inner { assembly, host: None }), pool: pool(threads)? })
     }
 }
 
 /// Places and motion from the host's bodies, which must be those that were there at first.
-fn gather(state: &mut State, host: &Host, rotation: bool, dt: f64) -> PyResult<()> {
+fn gather(assembly: &mut Assembly, host: &Host, dt: f64) -> PyResult<()> {
     // Safety: the container belongs to the scene, which the caller compared before.
     let (begin, end): (usize, usize) = unsafe { (peek(host.bodies), peek(host.bodies + 8)) };
     let count = (end - begin) / 16;
-    let p = &mut state.particles;
     for (k, &(body, object)) in host.seen.iter().enumerate() {
-        let id = p.id[k] as usize;
+        let id = assembly.state.particles.id[k] as usize;
         // Safety: within the vector; the body is looked into only if it is the one that was seen at first. (One erased
         // and another one made at the same address has another state at the same address at most: then it is a body.)
         let now = if id < count { unsafe { peek::<u64>(begin + 16 * id) } } else { 0 };
@@ -616,16 +437,10 @@ fn gather(state: &mut State, host: &Host, rotation: bool, dt: f64) -> PyResult<(
         let three =
             |offset: usize| unsafe { Vec3::new(peek(at + offset), peek(at + offset + 8), peek(at + offset + 16)) };
         let (x, v, w) = (three(host.fields[0]), three(host.fields[1]), three(host.fields[2]));
-        if !(x + v + w).iter().all(|c| c.is_finite()) {
-            return Err(PyRuntimeError::new_err(format!("place or motion of body {id} is not finite")));
-        }
-        p.position[k] = x;
-        p.velocity[k] = v;
-        p.angular_velocity[k] = w;
-        if rotation {
-            let q: [f64; 4] = unsafe { peek(at + host.fields[3]) };
-            p.orientation[k] = Quat::new(q[3], q[0], q[1], q[2]);
-            p.rotation_increment[k] = quaternion_of_rotation_vector(&(w * dt));
+        assembly.set_motion(k, x, v, w).map_err(PyRuntimeError::new_err)?;
+        if assembly.needs_rotation {
+            // Safety: as above.
+            assembly.set_rotation(k, unsafe { peek(at + host.fields[3]) }, dt);
         }
     }
     Ok(())

@@ -413,6 +413,52 @@ pub fn contact_area(radius_a: f64, radius_b: f64) -> f64 {
     std::f64::consts::PI * (radius * radius)
 }
 
+/// Parameters of one contact as YADE's `CpmPhys` and `Law2_ScGeom_CpmPhys_Cpm` have them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct YadeParameters {
+    /// `E`, Pa.
+    pub normal_modulus: f64,
+    /// `G`, Pa.
+    pub shear_modulus: f64,
+    /// `tanFrictionAngle`, 1.
+    pub tan_friction: f64,
+    /// `undamagedCohesion`, Pa.
+    pub cohesion: f64,
+    /// `epsCrackOnset`, 1.
+    pub limit_strain: f64,
+    /// `epsFracture`, 1.
+    pub softening_strain: f64,
+    /// `equivStrainShearContrib`, 1.
+    pub shear_contribution: f64,
+    /// `isoPrestress`, Pa.
+    pub isotropic_prestress: f64,
+    /// `damLaw`.
+    pub damage_law: DamageLaw,
+    /// `neverDamage`.
+    pub never_damage: bool,
+    /// `omegaThreshold`, 1.
+    pub omega_threshold: f64,
+    /// `epsSoft`, 1.
+    pub soft_strain: f64,
+    /// `relKnSoft`, 1.
+    pub relative_soft_stiffness: f64,
+}
+
+/// What YADE's law finds in a step: [`Cpm::answer_as_yade`].
+#[derive(Debug, Clone, Copy)]
+pub struct YadeAnswer {
+    /// History after the step, also of a contact that is lost.
+    pub state: CpmState,
+    /// `sigmaN`, Pa.
+    pub normal_stress: f64,
+    /// `sigmaT`, Pa.
+    pub shear_stress: Vec3,
+    /// Whether YADE deletes the contact.
+    pub lost: bool,
+    /// Energies of the contact, were it not deleted.
+    pub energy: EnergySplit,
+}
+
 /// The cohesive particle model: one row of the parameter table, with what follows from the parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cpm {
@@ -457,6 +503,45 @@ impl Cpm {
                 && parameters.damage_time == 0.0
                 && parameters.plastic_time == 0.0,
         })
+    }
+
+    /// The row of one contact of YADE, for [`Self::answer_as_yade`] alone. Nothing is checked: YADE has its own values.
+    #[inline(always)]
+    pub fn of_yade(contact: &YadeParameters) -> Self {
+        let c = contact;
+        let (young, softening_strain) = (c.normal_modulus, c.softening_strain);
+        Self {
+            parameters: CpmParameters {
+                mode: CpmMode::YadePublic,
+                normal_modulus: young,
+                shear_ratio: c.shear_modulus / young,
+                cohesion: c.cohesion,
+                friction_angle: f64::NAN,
+                limit_strain: c.limit_strain,
+                relative_ductility: softening_strain / c.limit_strain,
+                damage_law: c.damage_law,
+                omega_threshold: c.omega_threshold,
+                never_damage: c.never_damage,
+                shear_contribution: c.shear_contribution,
+                soft_strain: c.soft_strain,
+                relative_soft_stiffness: c.relative_soft_stiffness,
+                isotropic_prestress: c.isotropic_prestress,
+                yield_surface: YieldSurface::MohrCoulomb,
+                yield_log_speed: 0.1,
+                damage_time: 0.0,
+                damage_rate_exponent: 1.0,
+                plastic_time: 0.0,
+                plastic_rate_exponent: 1.0,
+            },
+            shear_modulus: c.shear_modulus,
+            softening_strain,
+            tan_friction: c.tan_friction,
+            prestress_strain: c.isotropic_prestress / young,
+            inverse_softening_strain: 1.0 / softening_strain,
+            inverse_shear_modulus: if c.shear_modulus > 0.0 { 1.0 / c.shear_modulus } else { 0.0 },
+            linear_factor: 1.0 / (1.0 - c.limit_strain / softening_strain),
+            plain: false,
+        }
     }
 
     /// The parameters.
@@ -749,9 +834,34 @@ impl Cpm {
         }
     }
 
-    /// Mode yade-public: the operations of `Law2_ScGeom_CpmPhys_Cpm::go` in their order.
+    /// Mode yade-public.
     #[inline(always)]
     fn respond_yade(&self, k: &PointKinematics, old: &CpmState) -> Response<CpmState> {
+        let answer = self.answer_as_yade::<true>(k, old);
+        let length = k.geometry.reference_length;
+        let area = k.geometry.area;
+        if answer.lost {
+            let strain_step = answer.state.normal_strain - strain_before(k, old, 1.0 / length);
+            let shear_step = k.shear_increment / length;
+            let YadeAnswer { normal_stress, shear_stress, energy, .. } = &answer;
+            return release(k, area * length, *normal_stress, shear_stress, strain_step, &shear_step, energy);
+        }
+        Response {
+            force: k.normal * (answer.normal_stress * area) + answer.shear_stress * area,
+            moment: Vec3::zeros(),
+            state: answer.state,
+            fate: Fate::Lives,
+            energy: answer.energy,
+        }
+    }
+
+    /// The operations of YADE's `Law2_ScGeom_CpmPhys_Cpm::go` in their order, whatever the mode of `self`.
+    ///
+    /// `CONSISTENT`: ω is known to be g(κ) where κ did not grow (our own histories); without, it is computed at every step,
+    /// as YADE does, whose users may set one of them (`setDamage`). A compiler leaves the energies out where nobody reads
+    /// them.
+    #[inline(always)]
+    pub fn answer_as_yade<const CONSISTENT: bool>(&self, k: &PointKinematics, old: &CpmState) -> YadeAnswer {
         use crate::math::yade_order::{dot, norm};
         let p = &self.parameters;
         let (young, shear_modulus) = (p.normal_modulus, self.shear_modulus);
@@ -771,7 +881,7 @@ impl Cpm {
         let kappa = if equivalent < old.kappa { old.kappa } else { equivalent };
         let omega = if !k.bonded {
             1.0
-        } else if kappa == old.kappa {
+        } else if CONSISTENT && kappa == old.kappa {
             old.omega
         } else {
             self.damage_function_yade(kappa)
@@ -841,16 +951,8 @@ impl Cpm {
             shear_strain,
             plastic_shear_strain: plastic_shear,
         };
-        if adjusted > 0.0 && (!k.bonded || omega > p.omega_threshold) {
-            return release(k, volume, applied, &shear_stress, strain - strain_old, &shear_step, &energy);
-        }
-        Response {
-            force: k.normal * (applied * area) + shear_stress * area,
-            moment: Vec3::zeros(),
-            state,
-            fate: Fate::Lives,
-            energy,
-        }
+        let lost = adjusted > 0.0 && (!k.bonded || omega > p.omega_threshold);
+        YadeAnswer { state, normal_stress: applied, shear_stress, lost, energy }
     }
 
     #[inline(always)]

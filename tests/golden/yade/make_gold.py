@@ -4,6 +4,7 @@ Run as
 
     GOLD_OUT=<folder> GOLD_PART=<law|specimen|all> yade -n -x -j1 make_gold.py
 
+With GOLD_LAW=Law2_ScGeom_CpmPhys_Rust the law of ConcorDEM's native plugin answers instead, which must give the same bytes.
 Made with Debian's YADE 2023.02a. One thread: with more, YADE sums forces in an order that changes from run to run.
 
 Written are files of named tables of reals. A file is the line `CONCORDEM-GOLD 1`, then for each table one line
@@ -23,12 +24,19 @@ import random
 import struct
 import sys
 
+import yade.wrapper
 from yade import *
 from yade import pack, utils
 
 HERE = os.path.dirname(os.path.abspath(sys.argv[0] if sys.argv[0].endswith(".py") else __file__))
 OUT = os.environ.get("GOLD_OUT", HERE)
 PART = os.environ.get("GOLD_PART", "all")
+LAW_CLASS = os.environ.get("GOLD_LAW", "Law2_ScGeom_CpmPhys_Cpm")
+if LAW_CLASS.endswith("_Rust"):
+    from concordem.yade import load_native
+
+    load_native()
+Law2 = getattr(yade.wrapper, LAW_CLASS)
 
 
 class Tables:
@@ -238,7 +246,7 @@ def two_spheres(tables, name, path, options, second, law, scene):
         InteractionLoop(
             [Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=reach, avoidGranularRatcheting=ratcheting)],
             [Ip2_CpmMat_CpmMat_CpmPhys(cohesiveThresholdIter=10 if cohesive else 0)],
-            [Law2_ScGeom_CpmPhys_Cpm(**law)],
+            [Law2(**law)],
         ),
         PyRunner(command="record_now()", iterPeriod=1, initRun=True),
         tester,
@@ -336,7 +344,7 @@ def specimen(rate, law):
         InteractionLoop(
             [Ig2_Sphere_Sphere_ScGeom(interactionDetectionFactor=INTERACTION_RATIO, label="ig2")],
             [Ip2_CpmMat_CpmMat_CpmPhys(cohesiveThresholdIter=1)],
-            [Law2_ScGeom_CpmPhys_Cpm(**law)],
+            [Law2(**law)],
         ),
         PyRunner(command="record_now()", iterPeriod=1, initRun=True),
         NewtonIntegrator(damping=DAMPING),

@@ -6,6 +6,7 @@ import os
 # Before YADE's names come in: __file__ is one of them.
 PACKING = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../tests/golden/yade/packing.txt")
 
+import yade.wrapper
 from yade import *
 from yade import utils
 from yade.minieigenHP import Vector3
@@ -19,8 +20,13 @@ def packing():
         return [[float(x) for x in line.split()] for line in file if not line.startswith("#")]
 
 
-def concrete(rate=3.0, spheres=None, verlet=1.5e-3, law=None, damping=0.3, material=None):
+#: YADE's own functors of concrete.
+STOCK = ("Ip2_CpmMat_CpmMat_CpmPhys", "Law2_ScGeom_CpmPhys_Cpm")
+
+
+def concrete(rate=3.0, spheres=None, verlet=1.5e-3, law=None, damping=0.3, material=None, functors=STOCK, before=None):
     """A prism in tension (rate > 0) or compression: both ends move along z, the rest starts with the linear field."""
+    make_physics, make_law = (getattr(yade.wrapper, name) for name in functors)
     O.reset()
     m = CpmMat(**(material or MATERIAL))
     O.materials.append(m)
@@ -46,11 +52,13 @@ def concrete(rate=3.0, spheres=None, verlet=1.5e-3, law=None, damping=0.3, mater
         InsertionSortCollider([bound], verletDist=verlet),
         InteractionLoop(
             [geometry],
-            [Ip2_CpmMat_CpmMat_CpmPhys(cohesiveThresholdIter=1)],
-            [Law2_ScGeom_CpmPhys_Cpm(**(law or {}))],
+            [make_physics(cohesiveThresholdIter=1)],
+            [make_law(**(law or {}))],
         ),
         NewtonIntegrator(damping=damping),
     ]
+    if before:
+        before()
     O.step()
     bound.aabbEnlargeFactor = geometry.interactionDetectionFactor = 1.0
     return ends

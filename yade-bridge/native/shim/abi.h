@@ -1,0 +1,92 @@
+/* The functions of the Rust library (../src) that the plugin calls.
+
+   SPDX-License-Identifier: GPL-2.0-or-later */
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+extern "C" {
+
+/* One contact of concrete and what it answers; field by field as `CpmContact` of src/concrete.rs. */
+struct ConcordemCpmContact {
+	double  young, shearModulus, tanFriction, cohesion, crackOnset, fracture, shearContribution, prestress;
+	double  referenceLength, referencePenetration, area;
+	double  omegaThreshold, softStrain, relativeSoftStiffness;
+	double  penetration, normal[3], shearIncrement[3], swing[3], twist[3];
+	double  strain, kappa, omega, plasticStrain, shearStrain[3], plasticShearStrain[3];
+	double  normalStress, shearStress[3], residualStrength;
+	double  damageEnergy, frictionEnergy, storedEnergy, integrationEnergy;
+	int32_t damageLaw, neverDamage, cohesive, fresh;
+};
+
+/* 0: lives; 1: YADE's law deletes it; -1: not a number; -2: damLaw; -3: internal error. */
+int32_t concordem_yade_cpm(ConcordemCpmContact*);
+int32_t concordem_yade_cpm_with_energy(ConcordemCpmContact*);
+size_t  concordem_yade_cpm_size();
+
+/* The bonded engine: structures as in src/bonds.rs. */
+struct ConcordemBonds;
+
+struct ConcordemMessage {
+	char*  text;
+	size_t capacity;
+};
+
+struct ConcordemBodies {
+	size_t          count;
+	const uint32_t* id;
+	const double *  position, *velocity, *orientation, *angularVelocity, *radius, *mass, *inertia;
+	const uint32_t *material, *constraint;
+};
+
+struct ConcordemContacts {
+	size_t          count;
+	const uint32_t* pair;
+	const int8_t*   image;
+	const uint8_t*  bonded;
+	const double *  length, *area, *normal, *distance, *history;
+};
+
+struct ConcordemRow {
+	uint32_t a, b;
+	double   young, shearRatio, cohesion, frictionAngle, crackOnset, ductility, shearContribution, prestress;
+	double   omegaThreshold, softStrain, relativeSoftStiffness;
+	int32_t  damageLaw, neverDamage;
+};
+
+struct ConcordemCell {
+	double edges[9], gradient[9], rate[9];
+};
+
+struct ConcordemFacts {
+	size_t   particles, bonds;
+	uint64_t broken, steps, searches;
+	double   dissipated[4], stored;
+	int32_t  needsRotation, threads;
+};
+
+ConcordemBonds* concordem_yade_bonds_concrete(
+        const ConcordemBodies*,
+        const ConcordemContacts*,
+        const ConcordemRow*,
+        size_t      rows,
+        size_t      materials,
+        const char* kinematics,
+        const char* mode,
+        const ConcordemCell*,
+        double  dt,
+        int32_t threads,
+        const ConcordemMessage*);
+ConcordemBonds* concordem_yade_bonds_scenario(const char* text, const ConcordemBodies*, double dt, int32_t threads, const ConcordemMessage*);
+ConcordemBonds* concordem_yade_bonds_load(const int32_t* words, size_t count, int32_t threads, const ConcordemMessage*);
+void            concordem_yade_bonds_delete(ConcordemBonds*);
+int64_t         concordem_yade_bonds_words(const ConcordemBonds*, void (*take)(void*, const int32_t*, size_t), void* context, const ConcordemMessage*);
+void            concordem_yade_bonds_facts(const ConcordemBonds*, ConcordemFacts*);
+const uint32_t* concordem_yade_bonds_ids(const ConcordemBonds*);
+void            concordem_yade_bonds_forces(const ConcordemBonds*, const double** force, const double** torque);
+int64_t         concordem_yade_bonds_step(
+                ConcordemBonds*, const double* const (*states)[4], double dt, const ConcordemCell*, int32_t sample, const ConcordemMessage*);
+int64_t concordem_yade_bonds_virial(ConcordemBonds*, double* virial, const ConcordemMessage*);
+int64_t concordem_yade_bonds_particles(
+        ConcordemBonds*, double crackOnset, double* damage, uint32_t* lost, double (*stress)[9], const ConcordemMessage*);
+}

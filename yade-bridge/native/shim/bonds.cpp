@@ -1,0 +1,483 @@
+/* The bonded engine.
+
+   SPDX-License-Identifier: GPL-2.0-or-later */
+#include "bonds.hpp"
+#include <core/EnergyTracker.hpp>
+#include <core/InteractionLoop.hpp>
+#include <core/Omega.hpp>
+#include <core/Scene.hpp>
+#include <lib/pyutil/gil.hpp>
+#include <pkg/common/InsertionSortCollider.hpp>
+#include <pkg/common/Sphere.hpp>
+#include <pkg/dem/ConcretePM.hpp>
+#include <pkg/dem/Ig2_Sphere_Sphere_ScGeom.hpp>
+#include <iomanip>
+#include <sstream>
+
+namespace yade {
+
+YADE_PLUGIN((BondedEngine_Rust));
+
+namespace {
+
+	/* A text that the library writes its reasons into. */
+	struct Reason {
+		char             text[2048] = { 0 };
+		ConcordemMessage message    = { text, sizeof(text) };
+		operator const ConcordemMessage*() const { return &message; }
+	};
+
+	[[noreturn]] void refuse(const string& why) { throw std::runtime_error("BondedEngine_Rust: " + why); }
+
+	void put(vector<Real>& to, const Vector3r& v)
+	{
+		for (int k = 0; k < 3; k++)
+			to.push_back(v[k]);
+	}
+	void put(double* to, const Matrix3r& m)
+	{
+		for (int i = 0; i < 3; i++)
+			for (int j = 0; j < 3; j++)
+				to[3 * i + j] = m(i, j);
+	}
+
+	/* The cell, or null. */
+	const ConcordemCell* cellOf(const Scene& scene, ConcordemCell& cell)
+	{
+		if (!scene.isPeriodic) return nullptr;
+		put(cell.edges, scene.cell->hSize);
+		put(cell.gradient, scene.cell->trsf);
+		put(cell.rate, scene.cell->velGrad);
+		return &cell;
+	}
+
+	/* Columns of bodies for the library. */
+	struct BodyColumns {
+		vector<uint32_t> id, material, constraint;
+		vector<Real>     position, velocity, orientation, spin, radius, mass, inertia;
+
+		void add(const Body& body, const Sphere& sphere, uint32_t number)
+		{
+			const State& s = *body.state;
+			if (s.inertia[0] != s.inertia[1] || s.inertia[0] != s.inertia[2])
+				refuse("body " + std::to_string(body.id) + " has different moments of inertia about its axes");
+			if (!body.isStandalone()) refuse("body " + std::to_string(body.id) + " belongs to a clump; members of clumps cannot be bonded");
+			id.push_back(body.id), material.push_back(number), constraint.push_back(s.blockedDOFs);
+			put(position, s.pos), put(velocity, s.vel), put(spin, s.angVel);
+			for (Real q : { s.ori.x(), s.ori.y(), s.ori.z(), s.ori.w() })
+				orientation.push_back(q);
+			radius.push_back(sphere.radius), mass.push_back(s.mass), inertia.push_back(s.inertia[0]);
+		}
+		ConcordemBodies view() const
+		{
+			return { id.size(), id.data(), position.data(), velocity.data(), orientation.data(), spin.data(), radius.data(), mass.data(),
+				 inertia.data(), material.data(), constraint.data() };
+		}
+	};
+
+	/* Engines that look for contacts in O.interactions, and what to do instead. */
+	const std::map<string, string> blind = {
+		{ "CpmStateUpdater", "set updateStates" },
+		{ "GlobalStiffnessTimeStepper", "set O.dt yourself" },
+		{ "PeriTriaxController", "drive the cell from a PyRunner with stress()" },
+		{ "Peri3dController", "drive the cell from a PyRunner with stress()" },
+		{ "PeriIsoCompressor", "drive the cell from a PyRunner with stress()" },
+		{ "KinemSimpleShearBox", "it reads contact forces" },
+		{ "TesselationWrapper", "use concordem.operators" },
+		{ "FlowEngine", "it reads contacts" },
+	};
+	const std::set<string> blindRecorders = { "all", "intr", "stress", "bstresses", "cpm", "force", "cracks", "moments", "coordNumber" };
+
+	Real mean(Real one, Real two) { return one == two ? one : 0.5 * (one + two); }
+
+	InsertionSortCollider& colliderOf(const Scene& scene)
+	{
+		for (const auto& engine : scene.engines)
+			if (auto* found = dynamic_cast<InsertionSortCollider*>(engine.get())) return *found;
+		refuse("O.engines has no InsertionSortCollider");
+	}
+
+	bool isBall(const shared_ptr<Body>& body) { return body && dynamic_cast<const Sphere*>(body->shape.get()); }
+
+} // namespace
+
+int BondedEngine_Rust::wantedThreads() const
+{
+#ifdef YADE_OPENMP
+	return threads > 0 ? threads : omp_get_max_threads();
+#else
+	return std::max(1, threads);
+#endif
+}
+
+void BondedEngine_Rust::refuseBlindEngines() const
+{
+	for (const auto& engine : scene->engines) {
+		if (engine->dead) continue;
+		const string name  = engine->getClassName();
+		const auto   found = blind.find(name);
+		if (found != blind.end())
+			refuse("O.engines has " + name + ", which looks for contacts in O.interactions and would find none: " + found->second
+			       + ". Take it out, or make it dead=True");
+		if (name == "VTKRecorder") {
+			const gilLock             lock;
+			const boost::python::dict attributes(engine->pyDict());
+			const boost::python::object recorders(attributes["recorders"]);
+			for (boost::python::ssize_t k = 0; k < boost::python::len(recorders); k++) {
+				const string recorder = boost::python::extract<string>(recorders[k]);
+				if (blindRecorders.count(recorder))
+					refuse("VTKRecorder records \"" + recorder + "\", which it would look for in O.interactions and not find");
+			}
+		}
+	}
+}
+
+/* Keep the bonded bodies apart in YADE's collider, and take their interactions out. */
+void BondedEngine_Rust::mask()
+{
+	InsertionSortCollider& collider = colliderOf(*scene);
+	int                    used     = collider.avoidSelfInteractionMask;
+	for (const auto& body : *scene->bodies)
+		if (body) used |= body->groupMask;
+	int bit = 0;
+	for (int k = 29; k >= 0 && !bit; k--)
+		if (!(used >> k & 1)) bit = 1 << k;
+	if (!bit) refuse("all bits of the masks of bodies are in use");
+	const int common = seen.empty() ? 0 : seen[0]->groupMask;
+	for (const auto& body : seen)
+		if (body->groupMask != common) refuse("the bodies have different masks; YADE can only keep bodies of one mask apart");
+	vector<bool> mine(scene->bodies->size(), false);
+	for (const auto& body : seen)
+		mine[body->id] = true;
+	vector<shared_ptr<Interaction>> inner;
+	for (const auto& I : *scene->interactions)
+		if (mine[I->id1] && mine[I->id2]) inner.push_back(I);
+	// From here on nothing fails.
+	for (const auto& body : seen)
+		body->groupMask |= bit;
+	collider.avoidSelfInteractionMask |= bit;
+	selfMask = bit;
+	for (const auto& I : inner)
+		scene->interactions->erase(I->id1, I->id2, I->linIx);
+}
+
+/* Bodies behind the particles of the assembly. */
+void BondedEngine_Rust::attach()
+{
+	ConcordemFacts now;
+	concordem_yade_bonds_facts(bonds.get(), &now);
+	const uint32_t* id = concordem_yade_bonds_ids(bonds.get());
+	seen.clear(), states.clear(), motion.clear();
+	for (size_t k = 0; k < now.particles; k++) {
+		const Body::id_t number = id[k];
+		if (!scene->bodies->exists(number)) refuse("the scene has no body " + std::to_string(number) + ", which has bonds here");
+		const shared_ptr<Body> body  = (*scene->bodies)[number];
+		State*                 state = body->state.get();
+		if (!isBall(body)) refuse("body " + std::to_string(number) + " is no sphere");
+		seen.push_back(body);
+		states.push_back(state);
+		motion.push_back({ state->pos.data(), state->vel.data(), state->angVel.data(), state->ori.coeffs().data() });
+	}
+}
+
+void BondedEngine_Rust::begin(ConcordemBonds* made, const char* message)
+{
+	if (!made) refuse(message);
+	bonds = shared_ptr<ConcordemBonds>(made, concordem_yade_bonds_delete);
+	try {
+		attach();
+		mask();
+	} catch (...) {
+		bonds.reset(), seen.clear(), states.clear(), motion.clear();
+		throw;
+	}
+}
+
+/* The concrete of the scene; false if its bonds are still being made. */
+bool BondedEngine_Rust::takeConcrete(bool now)
+{
+	const Law2_ScGeom_CpmPhys_Cpm*    law = nullptr;
+	const Ig2_Sphere_Sphere_ScGeom*   ig2 = nullptr;
+	const Ip2_CpmMat_CpmMat_CpmPhys*  ip2 = nullptr;
+	for (const auto& engine : scene->engines) {
+		const auto* loop = dynamic_cast<const InteractionLoop*>(engine.get());
+		if (!loop) continue;
+		for (const auto& f : loop->lawDispatcher->functors)
+			if (const auto* found = dynamic_cast<const Law2_ScGeom_CpmPhys_Cpm*>(f.get())) law = found;
+		for (const auto& f : loop->geomDispatcher->functors)
+			if (const auto* found = dynamic_cast<const Ig2_Sphere_Sphere_ScGeom*>(f.get())) ig2 = found;
+		for (const auto& f : loop->physDispatcher->functors)
+			if (const auto* found = dynamic_cast<const Ip2_CpmMat_CpmMat_CpmPhys*>(f.get())) ip2 = found;
+	}
+	if (!law || !ig2 || !ip2)
+		refuse("InteractionLoop needs Ig2_Sphere_Sphere_ScGeom, Ip2_CpmMat_CpmMat_CpmPhys, and a law of CpmPhys: this is no scene of concrete");
+	if (ip2->cohesiveThresholdIter < 0) refuse("cohesiveThresholdIter is negative: new contacts would be bonds for ever; give it the number of steps in which bonds are made");
+	if (scene->iter < ip2->cohesiveThresholdIter) {
+		if (now) refuse("until iteration " + std::to_string(ip2->cohesiveThresholdIter) + " (cohesiveThresholdIter) new contacts of YADE are bonds; take over after it");
+		return false;
+	}
+	if (ig2->interactionDetectionFactor != 1 && ig2->interactionDetectionFactor != -1)
+		refuse("Ig2_Sphere_Sphere_ScGeom.interactionDetectionFactor is not 1: new contacts would begin at a distance. Set it to 1 once the bonds are made");
+	refuseBlindEngines();
+
+	vector<const CpmMat*>          materials;
+	std::map<const CpmMat*, int>   numbers;
+	vector<int>                    row(scene->bodies->size(), -1);
+	BodyColumns                    columns;
+	for (const auto& body : *scene->bodies) {
+		if (!isBall(body)) continue;
+		const auto* material = dynamic_cast<const CpmMat*>(body->material.get());
+		if (!material) continue;
+		const auto found = numbers.emplace(material, int(materials.size()));
+		if (found.second) materials.push_back(material);
+		row[body->id] = int(columns.id.size());
+		columns.add(*body, static_cast<const Sphere&>(*body->shape), found.first->second);
+	}
+	if (columns.id.empty()) refuse("the scene has no spheres of CpmMat");
+
+	vector<ConcordemRow> rows;
+	for (size_t i = 0; i < materials.size(); i++)
+		for (size_t j = i; j < materials.size(); j++) {
+			const CpmMat &one = *materials[i], &two = *materials[j];
+			ConcordemRow  r;
+			r.a = i, r.b = j;
+			r.young = mean(one.young, two.young), r.shearRatio = mean(one.poisson, two.poisson), r.cohesion = mean(one.sigmaT, two.sigmaT);
+			r.frictionAngle = mean(one.frictionAngle, two.frictionAngle), r.crackOnset = mean(one.epsCrackOnset, two.epsCrackOnset);
+			r.ductility = mean(one.relDuctility, two.relDuctility);
+			r.shearContribution = mean(one.equivStrainShearContrib, two.equivStrainShearContrib);
+			r.prestress = mean(one.isoPrestress, two.isoPrestress), r.omegaThreshold = law->omegaThreshold;
+			r.softStrain = law->epsSoft, r.relativeSoftStiffness = law->relKnSoft;
+			r.damageLaw = one.damLaw, r.neverDamage = one.neverDamage || two.neverDamage;
+			rows.push_back(r);
+		}
+	const auto between = [&](int one, int two) -> const ConcordemRow& {
+		const size_t i = std::min(columns.material[one], columns.material[two]), j = std::max(columns.material[one], columns.material[two]);
+		for (const ConcordemRow& r : rows)
+			if (r.a == i && r.b == j) return r;
+		refuse("no parameters between two materials");
+	};
+
+	vector<uint32_t> pair;
+	vector<int8_t>   image;
+	vector<uint8_t>  bonded;
+	vector<Real>     length, area, normal, distance, history;
+	for (const auto& I : *scene->interactions) {
+		if (!I->isReal()) continue;
+		const int one = row[I->id1], two = row[I->id2];
+		if (one < 0 || two < 0) continue;
+		const string which = "the contact of bodies " + std::to_string(I->id1) + " and " + std::to_string(I->id2);
+		const auto * phys = dynamic_cast<const CpmPhys*>(I->phys.get());
+		const auto * geom = dynamic_cast<const ScGeom*>(I->geom.get());
+		if (!phys || !geom) refuse(which + " has another physics than CpmPhys, or another geometry than ScGeom");
+		if (!std::isfinite(phys->refLength)) refuse(which + " was made but never answered by its law: take one step first");
+		const ConcordemRow& r     = between(one, two);
+		const auto          check = [&](const char* name, Real found, Real wanted) {
+			if (std::abs(found - wanted) > 1e-12 * std::abs(wanted)) {
+				std::ostringstream text;
+				text << which << " has " << name << " = " << found << " where its materials make " << wanted
+				     << ": physics that was changed by hand cannot be taken over";
+				refuse(text.str());
+			}
+		};
+		check("E", phys->E, r.young), check("G", phys->G, r.young * r.shearRatio);
+		check("tanFrictionAngle", phys->tanFrictionAngle, std::tan(r.frictionAngle)), check("undamagedCohesion", phys->undamagedCohesion, r.cohesion);
+		check("epsCrackOnset", phys->epsCrackOnset, r.crackOnset), check("epsFracture", phys->epsFracture, r.crackOnset * r.ductility);
+		check("refR1 + refR2", geom->refR1 + geom->refR2, columns.radius[one] + columns.radius[two]);
+		for (int k = 0; k < 3; k++) {
+			if (std::abs(I->cellDist[k]) > 127) refuse(which + " reaches over more than 127 periodic cells");
+			image.push_back(I->cellDist[k]);
+		}
+		pair.push_back(one), pair.push_back(two), bonded.push_back(phys->isCohesive);
+		length.push_back(phys->refLength), area.push_back(phys->crossSection), put(normal, geom->normal);
+		distance.push_back(geom->refR1 + geom->refR2 - geom->penetrationDepth);
+		for (Real x : { phys->epsN - r.prestress / r.young, phys->kappaD, phys->omega, phys->epsNPl, 0.0 })
+			history.push_back(x);
+		put(history, phys->epsT), put(history, phys->epsTPl);
+	}
+	const ConcordemBodies   bodies   = columns.view();
+	const ConcordemContacts contacts = { length.size(), pair.data(), image.data(), bonded.data(), length.data(), area.data(), normal.data(), distance.data(), history.data() };
+	ConcordemCell           cell;
+	const string            measure = !kinematics.empty() ? kinematics : ig2->avoidGranularRatcheting ? "yade-ratcheting" : "yade";
+	Reason                  reason;
+	begin(concordem_yade_bonds_concrete(
+	              &bodies, &contacts, rows.data(), rows.size(), materials.size(), measure.c_str(), mode.c_str(), cellOf(*scene, cell), scene->dt,
+	              wantedThreads(), reason),
+	      reason.text);
+	crackOnset = rows[0].crackOnset;
+	return true;
+}
+
+/* Bonds by a scenario whose spheres are bodies of the scene. */
+void BondedEngine_Rust::bondScenario()
+{
+	if (scene->isPeriodic) refuse("a scenario bonds no periodic scenes; concrete can be taken over in them");
+	refuseBlindEngines();
+	BodyColumns        columns;
+	std::ostringstream text;
+	text << std::setprecision(17) << "version = 1\nkinematics = \"" << (kinematics.empty() ? "finite" : kinematics) << "\"\n"
+	     << scenario << "\n[packing]\nkind = \"spheres\"\nspheres = [\n";
+	const auto add = [&](const shared_ptr<Body>& body) {
+		const Sphere& sphere = static_cast<const Sphere&>(*body->shape);
+		columns.add(*body, sphere, 0);
+		const Vector3r& x = body->state->pos;
+		text << "[" << std::scientific << x[0] << ", " << x[1] << ", " << x[2] << ", " << sphere.radius << "],\n";
+	};
+	if (ids.empty()) {
+		for (const auto& body : *scene->bodies)
+			if (isBall(body)) add(body);
+	}
+	for (Body::id_t number : ids) {
+		if (!scene->bodies->exists(number)) refuse("ids has " + std::to_string(number) + ", but there is no such body");
+		if (!isBall((*scene->bodies)[number])) refuse("ids has " + std::to_string(number) + ", which is no sphere");
+		add((*scene->bodies)[number]);
+	}
+	if (columns.id.empty()) refuse("the scene has no spheres to bond");
+	text << "]\n[stop]\nsteps = 1\n";
+	const ConcordemBodies bodies = columns.view();
+	Reason                reason;
+	begin(concordem_yade_bonds_scenario(text.str().c_str(), &bodies, scene->dt, wantedThreads(), reason), reason.text);
+}
+
+void BondedEngine_Rust::load()
+{
+	Reason          reason;
+	ConcordemBonds* made = concordem_yade_bonds_load(memory.data(), memory.size(), wantedThreads(), reason);
+	if (!made) refuse(reason.text);
+	bonds = shared_ptr<ConcordemBonds>(made, concordem_yade_bonds_delete);
+	attach();
+	memory.clear();
+	memory.shrink_to_fit();
+}
+
+void BondedEngine_Rust::takeOver()
+{
+	scene = Omega::instance().getScene().get();
+	if (!bonds && !memory.empty()) load();
+	if (bonds) refuse("the bonds have been taken over already");
+	if (scenario.empty()) takeConcrete(true);
+	else
+		bondScenario();
+}
+
+void BondedEngine_Rust::action()
+{
+	if (!bonds) {
+		if (!memory.empty()) load();
+		else {
+			// YADE's own contacts have acted in this step; ours begin with the next one.
+			if (scenario.empty()) takeConcrete(false);
+			else
+				bondScenario();
+			return;
+		}
+	}
+	if (scene->iter % 256 == 0) refuseBlindEngines();
+	// Not by the bodies' own ids: one that was erased has none.
+	const uint32_t* id = concordem_yade_bonds_ids(bonds.get());
+	for (size_t k = 0; k < seen.size(); k++) {
+		const Body::id_t number = id[k];
+		if (!scene->bodies->exists(number) || (*scene->bodies)[number] != seen[k] || seen[k]->state.get() != states[k])
+			refuse("body " + std::to_string(number) + " is gone or was replaced; its bonds cannot go on. release() the engine first");
+	}
+	ConcordemCell cell;
+	Reason        reason;
+	const auto*   rows = reinterpret_cast<const double* const(*)[4]>(motion.data());
+	if (concordem_yade_bonds_step(bonds.get(), rows, scene->dt, cellOf(*scene, cell), scene->trackEnergy, reason) < 0)
+		refuse("at iteration " + std::to_string(scene->iter) + ": " + reason.text);
+	const double *force, *torque;
+	concordem_yade_bonds_forces(bonds.get(), &force, &torque);
+	for (size_t k = 0; k < seen.size(); k++) {
+		const Body::id_t number = seen[k]->id;
+		scene->forces.addForce(number, Vector3r(force[3 * k], force[3 * k + 1], force[3 * k + 2]));
+		scene->forces.addTorque(number, Vector3r(torque[3 * k], torque[3 * k + 1], torque[3 * k + 2]));
+	}
+	if (scene->trackEnergy) addEnergies();
+	if (updateStates > 0 && scene->iter % updateStates == 0) writeStates();
+}
+
+ConcordemFacts BondedEngine_Rust::facts()
+{
+	if (!bonds && !memory.empty()) {
+		scene = Omega::instance().getScene().get();
+		load();
+	}
+	ConcordemFacts found = ConcordemFacts();
+	if (bonds) concordem_yade_bonds_facts(bonds.get(), &found);
+	return found;
+}
+
+void BondedEngine_Rust::addEnergies()
+{
+	const ConcordemFacts now = facts();
+	EnergyTracker&       all = *scene->energy;
+	all.set(now.stored, "bondElastic", storedId), all.set(now.dissipated[0], "bondDamage", damageId);
+	all.set(now.dissipated[1], "bondFriction", frictionId), all.set(now.dissipated[2], "bondViscous", viscousId);
+	all.set(now.dissipated[3], "bondIntegration", integrationId);
+}
+
+void BondedEngine_Rust::writeStates()
+{
+	const size_t                  count = seen.size();
+	vector<double>                damage(count);
+	vector<uint32_t>              lost(count);
+	vector<std::array<double, 9>> stresses(count);
+	Reason                        reason;
+	auto*                         rows = reinterpret_cast<double(*)[9]>(stresses.data());
+	if (concordem_yade_bonds_particles(bonds.get(), crackOnset, damage.data(), lost.data(), rows, reason) < 0) refuse(reason.text);
+	for (size_t k = 0; k < count; k++) {
+		auto* state = dynamic_cast<CpmState*>(states[k]);
+		if (!state) refuse("updateStates writes into CpmState, which body " + std::to_string(seen[k]->id) + " does not have");
+		state->normDmg           = damage[k];
+		state->numBrokenCohesive = lost[k];
+		for (int i = 0; i < 3; i++)
+			for (int j = 0; j < 3; j++)
+				state->stress(i, j) = stresses[k][3 * i + j];
+	}
+}
+
+Matrix3r BondedEngine_Rust::stress(Real volume)
+{
+	scene = Omega::instance().getScene().get();
+	facts();
+	if (!bonds) refuse("no bonds have been taken over yet");
+	if (volume <= 0) {
+		if (!scene->isPeriodic) refuse("give the volume of the body: only a periodic cell has one of its own");
+		volume = std::abs(scene->cell->hSize.determinant());
+	}
+	double sum[9];
+	Reason reason;
+	if (concordem_yade_bonds_virial(bonds.get(), sum, reason) < 0) refuse(reason.text);
+	Matrix3r found;
+	for (int i = 0; i < 3; i++)
+		for (int j = 0; j < 3; j++)
+			found(i, j) = sum[3 * i + j] / volume;
+	return found;
+}
+
+void BondedEngine_Rust::release()
+{
+	scene = Omega::instance().getScene().get();
+	facts();
+	if (!bonds) return;
+	InsertionSortCollider& collider = colliderOf(*scene);
+	for (const auto& body : seen)
+		body->groupMask &= ~selfMask;
+	collider.avoidSelfInteractionMask &= ~selfMask;
+	selfMask = 0;
+	// Pairs that were kept apart are looked at again, in the next step.
+	collider.doSort = true;
+	scene->doSort   = true;
+	dead          = true;
+	bonds.reset(), seen.clear(), states.clear(), motion.clear();
+}
+
+void BondedEngine_Rust::preSave(BondedEngine_Rust&)
+{
+	if (!bonds) return;
+	Reason reason;
+	memory.clear();
+	const auto take = [](void* to, const int32_t* words, size_t count) { static_cast<vector<int>*>(to)->assign(words, words + count); };
+	if (concordem_yade_bonds_words(bonds.get(), take, &memory, reason) < 0) refuse(reason.text);
+}
+
+} // namespace yade

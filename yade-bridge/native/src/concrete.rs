@@ -1,0 +1,201 @@
+//! The concrete law on one contact of YADE (`CpmPhys` on `ScGeom`), in YADE's form bit for bit.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use concordem::kinematics::{PointKinematics, Transport};
+use concordem::law::ContactGeometry;
+use concordem::law::cpm::{Cpm, CpmState, DamageLaw, YadeAnswer, YadeParameters};
+use concordem::math::Vec3;
+
+/// One contact and what it answers. Names are those of YADE's classes; SI units.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+#[allow(missing_docs)]
+pub struct CpmContact {
+    // CpmPhys: parameters of the contact.
+    pub young: f64,
+    pub shear_modulus: f64,
+    pub tan_friction: f64,
+    pub cohesion: f64,
+    pub crack_onset: f64,
+    pub fracture: f64,
+    pub shear_contribution: f64,
+    pub prestress: f64,
+    pub reference_length: f64,
+    pub reference_penetration: f64,
+    pub area: f64,
+    // The law functor.
+    pub omega_threshold: f64,
+    pub soft_strain: f64,
+    pub relative_soft_stiffness: f64,
+    // ScGeom: motion of the step.
+    pub penetration: f64,
+    pub normal: [f64; 3],
+    pub shear_increment: [f64; 3],
+    /// `orthonormal_axis`.
+    pub swing: [f64; 3],
+    /// `twist_axis`.
+    pub twist: [f64; 3],
+    // CpmPhys: history, before and after.
+    pub strain: f64,
+    pub kappa: f64,
+    pub omega: f64,
+    pub plastic_strain: f64,
+    pub shear_strain: [f64; 3],
+    pub plastic_shear_strain: [f64; 3],
+    // The answer.
+    pub normal_stress: f64,
+    pub shear_stress: [f64; 3],
+    pub residual_strength: f64,
+    // Energies (J) where they are asked for: dissipated in the step by damage and by friction, stored, error of the work rule.
+    pub damage_energy: f64,
+    pub friction_energy: f64,
+    pub stored_energy: f64,
+    pub integration_energy: f64,
+    pub damage_law: i32,
+    pub never_damage: i32,
+    pub cohesive: i32,
+    /// Whether the contact was made in this step.
+    pub fresh: i32,
+}
+
+/// What became of a contact.
+#[repr(i32)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// It lives on.
+    Lives = 0,
+    /// YADE's law deletes it.
+    Lost = 1,
+    /// The strain is not a number.
+    NotANumber = -1,
+    /// `damLaw` is neither 0 nor 1.
+    DamageLaw = -2,
+    /// A panic was stopped.
+    Internal = -3,
+}
+
+#[inline(always)]
+fn vector(a: &[f64; 3]) -> Vec3 {
+    Vec3::new(a[0], a[1], a[2])
+}
+
+/// One step of one contact; the contact is changed only if the outcome is not an error.
+#[inline(always)]
+fn respond<const ENERGY: bool>(contact: &mut CpmContact) -> Outcome {
+    let c = contact;
+    let law = Cpm::of_yade(&YadeParameters {
+        normal_modulus: c.young,
+        shear_modulus: c.shear_modulus,
+        tan_friction: c.tan_friction,
+        cohesion: c.cohesion,
+        limit_strain: c.crack_onset,
+        softening_strain: c.fracture,
+        shear_contribution: c.shear_contribution,
+        isotropic_prestress: c.prestress,
+        damage_law: match c.damage_law {
+            0 => DamageLaw::Linear,
+            1 => DamageLaw::Exponential,
+            _ => return Outcome::DamageLaw,
+        },
+        never_damage: c.never_damage != 0,
+        omega_threshold: c.omega_threshold,
+        soft_strain: c.soft_strain,
+        relative_soft_stiffness: c.relative_soft_stiffness,
+    });
+    let elongation = c.reference_penetration - c.penetration;
+    let length = c.reference_length + elongation;
+    let strain_old = c.strain - law.prestress_strain();
+    let length_old = if c.fresh != 0 { length } else { c.reference_length * (1.0 + strain_old) };
+    let kinematics = PointKinematics {
+        geometry: ContactGeometry {
+            reference_length: c.reference_length,
+            area: c.area,
+            // Neither radii nor masses matter to the law.
+            radius_a: 0.0,
+            radius_b: 0.0,
+            mass_a: 0.0,
+            mass_b: 0.0,
+        },
+        length,
+        length_old,
+        elongation,
+        elongation_old: length_old - c.reference_length,
+        gap: -c.penetration,
+        normal: vector(&c.normal),
+        shear_increment: vector(&c.shear_increment),
+        arm_a: 0.0,
+        arm_b: 0.0,
+        bonded: c.cohesive != 0,
+        transport: Transport::FirstOrder { swing: vector(&c.swing), twist: vector(&c.twist) },
+    };
+    let old = CpmState {
+        normal_strain: if c.fresh != 0 { elongation / c.reference_length } else { strain_old },
+        kappa: c.kappa,
+        omega: c.omega,
+        plastic_normal_strain: c.plastic_strain,
+        damage_strain: 0.0,
+        shear_strain: vector(&c.shear_strain),
+        plastic_shear_strain: vector(&c.plastic_shear_strain),
+    };
+    let YadeAnswer { state, normal_stress, shear_stress, lost, energy } =
+        law.answer_as_yade::<false>(&kinematics, &old);
+    if state.normal_strain.is_nan() || state.shear_strain.iter().any(|x| x.is_nan()) {
+        return Outcome::NotANumber;
+    }
+    c.strain = state.normal_strain + law.prestress_strain();
+    c.kappa = state.kappa;
+    c.omega = state.omega;
+    c.plastic_strain = state.plastic_normal_strain;
+    c.shear_strain = state.shear_strain.into();
+    c.plastic_shear_strain = state.plastic_shear_strain.into();
+    c.normal_stress = normal_stress;
+    c.shear_stress = shear_stress.into();
+    c.residual_strength = if c.cohesive == 0 {
+        0.0
+    } else if c.kappa < c.crack_onset {
+        1.0
+    } else {
+        (1.0 - c.omega) * c.kappa / c.crack_onset
+    };
+    if ENERGY {
+        // A contact that is lost lets go of what it stored.
+        let let_go = if lost { energy.stored() } else { 0.0 };
+        c.damage_energy = energy.damage + if c.cohesive != 0 { let_go } else { 0.0 };
+        c.friction_energy = energy.friction + if c.cohesive != 0 { 0.0 } else { let_go };
+        c.stored_energy = energy.stored() - let_go;
+        c.integration_energy = energy.integration;
+    }
+    if lost { Outcome::Lost } else { Outcome::Lives }
+}
+
+/// One step of the concrete law; see [`Outcome`]. No energies.
+///
+/// # Safety
+/// `contact` must point to a contact.
+#[allow(unsafe_code)]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_yade_cpm(contact: *mut CpmContact) -> Outcome {
+    // SAFETY: the caller's promise.
+    let contact = unsafe { &mut *contact };
+    catch_unwind(AssertUnwindSafe(|| respond::<false>(contact))).unwrap_or(Outcome::Internal)
+}
+
+/// [`concordem_yade_cpm`] with energies.
+///
+/// # Safety
+/// `contact` must point to a contact.
+#[allow(unsafe_code)]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_yade_cpm_with_energy(contact: *mut CpmContact) -> Outcome {
+    // SAFETY: the caller's promise.
+    let contact = unsafe { &mut *contact };
+    catch_unwind(AssertUnwindSafe(|| respond::<true>(contact))).unwrap_or(Outcome::Internal)
+}
+
+/// Size of [`CpmContact`] in bytes, for the shim to compare with its own.
+#[allow(unsafe_code)]
+#[unsafe(no_mangle)]
+pub extern "C" fn concordem_yade_cpm_size() -> usize {
+    size_of::<CpmContact>()
+}

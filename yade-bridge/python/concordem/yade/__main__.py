@@ -1,0 +1,7 @@
+"""``python3 -m concordem.yade build``: the native plugin for the YADE of this machine."""
+
+import sys
+
+from ._build import main
+
+sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,205 @@
+"""The native plugin in the running YADE: found, compared, registered.
+
+The plugin is a library compiled against the headers of exactly this YADE (:mod:`concordem.yade._build`). Its name holds a hash
+of everything that its layout depends on; another YADE does not find it. Before its classes are registered, objects written
+by its layout are read through YADE's own Python, and it is refused if a number differs.
+"""
+
+from __future__ import annotations
+
+import builtins
+import ctypes
+import hashlib
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from .._errors import YadeError
+
+#: Classes of the plugin, bases first.
+CLASSES = ("CpmPhys_Rust", "Ip2_CpmMat_CpmMat_CpmPhys_Rust", "Law2_ScGeom_CpmPhys_Rust", "BondedEngine_Rust")
+#: Environment variable: where plugins are kept.
+FOLDER = "CONCORDEM_YADE_PLUGINS"
+
+_library: ctypes.PyDLL | None = None
+
+
+def facts() -> dict[str, Any]:
+    """What decides about the layout of the running YADE's classes."""
+    try:
+        import yade
+        from yade import config
+    except ImportError as error:
+        raise YadeError("the native plugin works inside YADE: run the script by `yade script.py`", "NotInYade") from error
+    try:
+        from yade import libVersions
+
+        versions = {name: value[-1] for name, value in libVersions.getAllVersionsCpp().items() if value}
+    except (ImportError, AttributeError):
+        versions = {}
+    assert yade is not None
+    libraries = {file.name: file.stat().st_size for file in sorted(Path(config.libDir).glob("*.so"))}
+    return {
+        "version": str(config.version),
+        "revision": str(config.revision),
+        "features": sorted(set(config.features)),
+        "bits": int(config.highPrecisionBits),
+        "python": "%d.%d" % sys.version_info[:2],
+        "compiler": versions.get("compiler", ""),
+        "boost": versions.get("boost", ""),
+        "eigen": versions.get("eigen", ""),
+        "libraries": libraries,
+    }
+
+
+def folder() -> Path:
+    """Where plugins are kept."""
+    given = os.environ.get(FOLDER)
+    if given:
+        return Path(given)
+    return Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local/share") / "concordem"
+
+
+def staged() -> Path:
+    """What the wheel carries to build from: the library, and the sources of the shim."""
+    return Path(__file__).parent / "native"
+
+
+def stamp() -> str:
+    """Hash of what the wheel carries."""
+    parts = staged()
+    found = hashlib.sha256()
+    for file in sorted(parts.glob("*")) if parts.is_dir() else []:
+        found.update(file.name.encode())
+        found.update(file.read_bytes())
+    return found.hexdigest()
+
+
+def place(of: dict[str, Any]) -> Path:
+    """Where the plugin for a YADE with these facts is, or would be."""
+    text = json.dumps([of, stamp()], sort_keys=True)
+    return folder() / f"yade-{of['version']}-{hashlib.sha256(text.encode()).hexdigest()[:16]}.so"
+
+
+def load(path: Path | None = None) -> None:
+    """Load the plugin built for this YADE; its classes then stand beside YADE's own, in scripts by their bare names."""
+    global _library
+    if _library is not None:
+        return
+    found = facts()
+    path = path or place(found)
+    if not path.exists():
+        raise YadeError(
+            f"there is no native plugin for this YADE ({found['version']}, {found['compiler']}) and this concordem; build it "
+            f"with `python3 -m concordem.yade build` (looked for {path})",
+            "NotBuilt",
+        )
+    try:
+        # As YADE's own plugins are loaded; a PyDLL keeps the interpreter's lock.
+        library = ctypes.PyDLL(str(path), mode=ctypes.RTLD_GLOBAL | os.RTLD_NOW)
+    except OSError as error:
+        raise YadeError(f"the native plugin cannot be loaded: {error}; build it again", "Layout") from error
+    library.concordem_yade_samples.restype = ctypes.py_object
+    library.concordem_yade_register.restype = ctypes.py_object
+    library.concordem_yade_register.argtypes = [ctypes.py_object]
+    library.concordem_yade_forget_laws.restype = ctypes.py_object
+    library.concordem_yade_difference.restype = ctypes.py_object
+    library.concordem_yade_difference.argtypes = [ctypes.py_object, ctypes.py_object]
+    compare(library.concordem_yade_samples())
+    library.concordem_yade_register(list(CLASSES))
+    import yade
+    import yade.wrapper
+
+    for name in CLASSES:
+        made = getattr(yade.wrapper, name, None)
+        if made is None:
+            raise YadeError(f"YADE did not take the class {name}", "Layout")
+        setattr(yade, name, made)
+        setattr(builtins, name, made)
+    _library = library
+
+
+def compare(samples: tuple[list[tuple[Any, dict[str, Any]]], dict[str, Any]]) -> None:
+    """Whether YADE reads in objects what the plugin wrote into them by its headers."""
+    import yade.wrapper
+
+    objects, scene = samples
+    omega = yade.wrapper.Omega()
+    seen = {
+        "dt": omega.dt,
+        "iter": omega.iter,
+        "time": omega.time,
+        "periodic": omega.periodic,
+        "bodies": len(omega.bodies),
+        "engines": len(omega.engines),
+    }
+    pairs = [(f"O.{name}", value, scene[name]) for name, value in seen.items()]
+    for instance, fields in objects:
+        name = type(instance).__name__
+        pairs += [(f"{name}.{field}", getattr(instance, field), value) for field, value in fields.items()]
+    for field, yades, ours in pairs:
+        if not _equal(yades, ours):
+            raise YadeError(
+                f"the plugin does not fit this YADE: {field} is {yades!r} where the plugin has {ours!r}; build it again with "
+                "headers of exactly this version",
+                "Layout",
+            )
+
+
+def _equal(one: Any, two: Any) -> bool:
+    return bool(one == two) or (one != one and two != two)
+
+
+def loaded() -> bool:
+    """Whether the plugin is in this process."""
+    return _library is not None
+
+
+def library() -> ctypes.PyDLL:
+    """The plugin, loaded if it is not."""
+    load()
+    assert _library is not None
+    return _library
+
+
+#: Laws of YADE and what stands in for them.
+_LAWS = {"Law2_ScGeom_CpmPhys_Cpm": "Law2_ScGeom_CpmPhys_Rust"}
+
+
+def use_rust_cpm(check: int = 0) -> Any:
+    """Put `Law2_ScGeom_CpmPhys_Rust` in the place of YADE's concrete law in O.engines, with the same settings; the functor.
+
+    `check`: every so many steps YADE's own law answers every contact as well, and the run stops with what differs if a bit
+    does (`functor.error`).
+    """
+    load()
+    import yade.wrapper
+
+    omega = yade.wrapper.Omega()
+    if omega.running:
+        raise YadeError("YADE is running in the background: O.pause() or O.wait() first", "Running")
+    found = []
+    for engine in omega.engines:
+        if type(engine).__name__ == "InteractionLoop":
+            dispatcher = engine.lawDispatcher
+        elif type(engine).__name__ == "LawDispatcher":
+            dispatcher = engine
+        else:
+            continue
+        functors = list(dispatcher.functors)
+        for k, law in enumerate(functors):
+            name = type(law).__name__
+            if name in _LAWS:
+                settings = law.dict()
+                functors[k] = getattr(yade.wrapper, _LAWS[name])(**settings)
+            if name in _LAWS or name in _LAWS.values():
+                functors[k].checkEvery = int(check)
+                found.append(functors[k])
+        dispatcher.functors = functors
+    if not found:
+        raise YadeError("O.engines has no Law2_ScGeom_CpmPhys_Cpm to put another law in the place of", "NotConcrete")
+    # Contacts remember the functor that answered them last.
+    library().concordem_yade_forget_laws()
+    return found[0]

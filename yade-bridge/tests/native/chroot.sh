@@ -1,0 +1,84 @@
+#!/usr/bin/env bash
+# Stock Debian 13 with its YADE (2025.2.0), g++, and what its headers need, for the tests of the native plugin.
+#   chroot.sh make                   make it, if it is not there: debootstrap from the mirror that apt is configured with
+#   chroot.sh run FOLDER COMMAND     run COMMAND in it, with FOLDER mounted on /mnt (needs root)
+#   chroot.sh path                   where it is: ${XDG_CACHE_HOME:-~/.cache}/concordem/debian-13
+# It is kept between runs; to be rid of it: rm -r --one-file-system "$(chroot.sh path)". All mounts live in a mount
+# namespace of the command's own and are gone with it.
+set -euo pipefail
+
+suite=trixie
+root=${XDG_CACHE_HOME:-$HOME/.cache}/concordem/debian-13
+# Libraries of Debian's YADE that its headers include, and the compiler they were made with.
+packages=(
+  yade g++ libboost-dev libboost-log-dev libboost-python-dev libboost-serialization-dev libboost-thread-dev
+  libboost-iostreams-dev libboost-filesystem-dev libboost-regex-dev libboost-date-time-dev libboost-chrono-dev libeigen3-dev
+  libopenmpi-dev libmpfr-dev libmpc-dev python3-dev python3-numpy
+)
+
+as_root() {
+  [ "$(id -u)" = 0 ] || { echo "chroot.sh needs root: debootstrap and mounts" >&2; exit 1; }
+}
+
+# In a mount namespace of its own: nothing stays mounted, however this ends.
+inside() {
+  local shared=$1
+  shift
+  unshare --mount --pid --fork --kill-child bash -c '
+    set -euo pipefail
+    root=$1 shared=$2
+    shift 2
+    mount --make-rprivate /
+    mount -t proc proc "$root/proc"
+    mount -t tmpfs -o mode=1777 tmpfs "$root/tmp"
+    mount -t tmpfs -o mode=1777 tmpfs "$root/dev/shm"
+    [ -z "$shared" ] || mount --bind "$shared" "$root/mnt"
+    exec env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
+      ${CI:+CI=$CI} ${CONCORDEM_TEST_FULL:+CONCORDEM_TEST_FULL=$CONCORDEM_TEST_FULL} chroot "$root" "$@"
+  ' bash "$root" "$shared" "$@"
+}
+
+make_it() {
+  [ -f "$root/complete" ] && return
+  as_root
+  # One at a time: make test begins with it in the background and waits for it here later.
+  mkdir -p "$(dirname "$root")"
+  exec 9>"$root.lock"
+  flock 9
+  [ -f "$root/complete" ] && return
+  command -v debootstrap >/dev/null || apt-get install -y -qq --no-install-recommends debootstrap >/dev/null
+  local mirror
+  mirror=$(apt-get indextargets --format '$(SITE)' 'Created-By: Packages' 'Origin: Debian' 'Label: Debian' | head -1)
+  [ -n "$mirror" ] || { echo "apt is not configured with a Debian mirror (apt-get indextargets names none)" >&2; exit 1; }
+  echo "making $root from $mirror (once; about 2.5 GB)"
+  rm -rf --one-file-system "$root"
+  mkdir -p "$root"
+  local log=$root.log
+  {
+    debootstrap --variant=minbase "$suite" "$root" "$mirror"
+    printf 'deb %s %s main\ndeb-src %s %s main\n' "$mirror" "$suite" "$mirror" "$suite" >"$root/etc/apt/sources.list"
+    printf '#!/bin/sh\nexit 101\n' >"$root/usr/sbin/policy-rc.d"
+    chmod 755 "$root/usr/sbin/policy-rc.d"
+    # Documentation is not needed, and a crash of the machine may cost this folder.
+    printf 'force-unsafe-io\npath-exclude=/usr/share/doc/*\npath-exclude=/usr/share/man/*\npath-exclude=/usr/share/locale/*\n' \
+      >"$root/etc/dpkg/dpkg.cfg.d/lean"
+    cp /etc/resolv.conf "$root/etc/resolv.conf"
+    inside '' apt-get update -qq
+    inside '' apt-get install -y -qq --no-install-recommends "${packages[@]}"
+    inside '' apt-get clean
+  } >"$log" 2>&1 || { echo "making $root failed; the end of $log:" >&2; tail -n 30 "$log" >&2; exit 1; }
+  touch "$root/complete"
+}
+
+case ${1:-} in
+  make) make_it ;;
+  path) echo "$root" ;;
+  run)
+    as_root
+    [ -f "$root/complete" ] || { echo "$root is not there: chroot.sh make" >&2; exit 1; }
+    shared=$2
+    shift 2
+    inside "$shared" "$@"
+    ;;
+  *) echo "usage: chroot.sh make | path | run FOLDER COMMAND..." >&2; exit 2 ;;
+esac

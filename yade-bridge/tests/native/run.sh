@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# The native plugin in stock Debian 13 YADE: built there from the wheel as a user would, and tested. Needs root, the wheel
+# (test.sh builds it), and, the first time, the network; see chroot.sh.
+#   run.sh           the tests
+#   run.sh speed     speeds beside YADE's own, one line of JSON per number of threads
+set -euo pipefail
+cd "$(dirname "$0")/../../.."
+here=yade-bridge/tests/native
+target=${CARGO_TARGET_DIR:-target}
+"$here/chroot.sh" make
+work=$(mktemp -d)
+trap 'rm -rf --one-file-system "$work"' EXIT
+mkdir -p "$work/repo/yade-bridge/tests" "$work/repo/tests/golden" "$work/lib"
+python3 -m zipfile -e "$(ls -t "$target"/wheels/concordem-*.whl | head -1)" "$work/site"
+cp -r "$here" "$work/repo/yade-bridge/tests/native"
+cp yade-bridge/tests/yade/harness.py yade-bridge/tests/yade/specimen.py "$work/repo/yade-bridge/tests/native/"
+cp -r tests/golden/yade "$work/repo/tests/golden/yade"
+# The wheel is made on Debian 12 and asks for its HDF5 (package libhdf5-103-1), which Debian 13 has in another version.
+cp -L "$(ldconfig -p | sed -n 's/.*libhdf5_serial\.so\.103 .*=> //p' | head -1)" "$work/lib/"
+"$here/chroot.sh" run "$work" bash /mnt/repo/yade-bridge/tests/native/inside.sh "${1:-tests}"
