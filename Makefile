@@ -4,11 +4,12 @@ CONCORDEM := target/release/concordem
 DEMO := demo
 SCENARIOS := rust-core/src/scenario/templates
 
-.PHONY: help demo liggghts test check bench docs validate validate-full clean-demo
+.PHONY: help demo liggghts lammps test check bench docs validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
 	@echo "make liggghts       the styles for LIGGGHTS and their launcher, into target/liggghts"
+	@echo "make lammps         LAMMPS and the plugin for it, into .venv-lammps and target/lammps"
 	@echo "make test           all tests, against the real YADE and LIGGGHTS too"
 	@echo "make check          formatting and lints"
 	@echo "make bench          speed of laws, neighbour search, and whole steps; ratio to YADE"
@@ -34,6 +35,10 @@ liggghts:
 	.ci/setup liggghts
 	liggghts-bridge/build
 
+lammps:
+	.ci/setup lammps
+	liggghts-bridge/lammps/build
+
 clean-demo:
 	rm -rf $(DEMO)
 
@@ -43,6 +48,7 @@ test:
 	(setsid nohup yade-bridge/tests/native/chroot.sh make >/dev/null 2>&1 &)
 	$(CARGO) build --release -p concordem
 	liggghts-bridge/build
+	liggghts-bridge/lammps/build
 	$(CARGO) test --release --workspace --exclude concordem-python
 	tests/golden/yade/check_gold.sh
 	tests/results_read_back.sh

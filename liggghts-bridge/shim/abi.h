@@ -43,6 +43,9 @@ void concordem_network_initial_memory(const ConcordemNetwork *, double *);
 int64_t concordem_network_rebuild(ConcordemNetwork *, const ConcordemAtoms *, double skin, double cutoff, double mean_radius,
                                   const ConcordemMessage *);
 void concordem_network_make_listed(ConcordemNetwork *);
+void concordem_network_make_given(ConcordemNetwork *, const int32_t (*pairs)[2], int64_t count);
+int64_t concordem_network_broken_now(const ConcordemNetwork *, const int32_t (**pairs)[2]);
+void concordem_network_virial(const ConcordemNetwork *, double *total, double *per_atom, int64_t count);
 int64_t concordem_network_listed_atoms(const ConcordemNetwork *, int32_t *);
 double concordem_network_longest_listed(const ConcordemNetwork *, const double *positions, const double *edges);
 int64_t concordem_network_make_near(ConcordemNetwork *, const ConcordemMessage *);
@@ -56,6 +59,10 @@ void concordem_network_sums(const ConcordemNetwork *, double *);
 void concordem_network_ends(const ConcordemNetwork *, double *);
 int64_t concordem_network_totals(const ConcordemNetwork *, double *);
 void concordem_network_resume(ConcordemNetwork *, const double *, int64_t found_at);
+int64_t concordem_network_stress(const ConcordemNetwork *, int64_t step, int32_t half_branch, double fraction, double *per_atom,
+                                 int64_t count, const ConcordemMessage *);
+int64_t concordem_network_couple_sums(const ConcordemNetwork *, int64_t step, double *sums, const ConcordemMessage *);
+void concordem_couple_of_sums(const double *sums, double volume, const double *centroid, double *result);
 double *concordem_network_rows(const ConcordemNetwork *, int64_t *count);
 void concordem_rows_delete(double *, int64_t count);
 
@@ -86,11 +93,20 @@ struct ConcordemPairForce {
   double force[3], torque[3], between[3];
 };
 
+struct ConcordemWallContact {
+  int32_t type, wall_type;
+  double radius, mass, distance;
+  double normal[3], position[3], velocity[3], spin[3], wall_velocity[3];
+  double dt;
+};
+
 ConcordemPairLaw *concordem_pair_new(int32_t model, const ConcordemPairProperties *, const ConcordemMessage *);
 void concordem_pair_delete(ConcordemPairLaw *);
 int32_t concordem_pair_history(int32_t model, int32_t *odd, int32_t capacity);
 int64_t concordem_pair_compute(const ConcordemPairLaw *, const ConcordemPairArrays *, ConcordemPairRecord *,
                                const ConcordemMessage *);
+int64_t concordem_pair_wall(const ConcordemPairLaw *, const ConcordemWallContact *, double *history, int32_t width, double *wrench,
+                            const ConcordemMessage *);
 ConcordemPairRecord *concordem_pair_record_new();
 const ConcordemPairForce *concordem_pair_recorded(const ConcordemPairRecord *);
 void concordem_pair_record_delete(ConcordemPairRecord *);

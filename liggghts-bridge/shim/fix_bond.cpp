@@ -3,11 +3,9 @@
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "fix_bond.h"
 
-#include <math.h>
 #include <string.h>
 
 #include <algorithm>
-#include <vector>
 
 #include "atom.h"
 #include "comm.h"
@@ -21,24 +19,9 @@
 #include "output.h"
 #include "update.h"
 
+#include "host.h"
+
 using namespace LAMMPS_NS;
-
-namespace {
-
-const double BIG = 1e300;
-
-// Version of what is written to restart files.
-const int RESTART_VERSION = 1;
-
-struct RestartHead {
-  int version;
-  int made;
-  char law[32];
-  int64_t found_at;
-  double totals[CONCORDEM_TOTALS];
-};
-
-}  // namespace
 
 FixConcordemBond::FixConcordemBond(LAMMPS *lmp, int narg, char **arg) :
     Fix(lmp, narg, arg), network_(NULL), memory_(NULL), original_(NULL), periodic_(false), made_(false), exchanged_(0),
@@ -70,6 +53,7 @@ FixConcordemBond::FixConcordemBond(LAMMPS *lmp, int narg, char **arg) :
   extscalar = 1;
   extvector = 1;
   time_depend = 1;
+  virial_flag = 1;
   periodic_ = domain->xperiodic || domain->yperiodic || domain->zperiodic;
   comm_forward = facts_.communicated + (periodic_ ? 3 : 0);
 
@@ -115,21 +99,9 @@ void FixConcordemBond::init()
     error->fix_error(FLERR, this, "must be defined after `boundary` or change_box have set the final boundaries");
 
   // Atoms must be known as far as the longest bond reaches. It may stretch by 5 % before lists are rebuilt with a check.
-  double bounds[3] = {0.0, 0.0, 0.0};   // largest radius, minus the smallest one, longest bond
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!(atom->mask[i] & groupbit)) continue;
-    bounds[0] = std::max(bounds[0], atom->radius[i]);
-    bounds[1] = bounds[1] < 0.0 ? std::max(bounds[1], -atom->radius[i]) : -atom->radius[i];
-  }
-  if (bounds[1] == 0.0) bounds[1] = -BIG;
-  double sums[CONCORDEM_SUMS], all[3];
-  concordem_network_sums(network_, sums);
-  bounds[2] = sums[CONCORDEM_SUMS - 1];
-  MPI_Allreduce(bounds, all, 3, MPI_DOUBLE, MPI_MAX, world);
-  const double largest = all[0], smallest = all[1] > -BIG ? -all[1] : 0.0;
-  double longest = std::max(all[2], facts_.contacts ? 2.0 * largest : 0.0);
-  if (!made_ && facts_.creation == 1) longest = std::max(longest, facts_.factor * 2.0 * largest);
-  if (!made_ && facts_.creation == 2) longest = std::max(longest, longest_listed());
+  double smallest = 0.0;
+  const double wanted = !made_ && facts_.creation == 2 ? longest_listed() : 0.0;
+  const double longest = concordem_longest(network_, facts_, made_, wanted, atom, groupbit, world, &smallest);
   reach_ = std::max(1.05 * longest + neighbor->skin, facts_.reach);
   // LIGGGHTS sends an atom to a neighbouring processor if its centre is nearer to the border than its own radius and half of
   // the cut-off: it thinks of surfaces that touch. Bonds join centres.
@@ -139,29 +111,13 @@ void FixConcordemBond::init()
 // Longest bond of the list at the present positions. Fails if a listed atom does not exist.
 double FixConcordemBond::longest_listed()
 {
-  const int64_t count = concordem_network_listed_atoms(network_, NULL);
-  std::vector<int32_t> listed(count);
-  if (count) concordem_network_listed_atoms(network_, &listed[0]);
-  // position and how often the atom was found
-  std::vector<double> mine(4 * count, 0.0), all(4 * count, 0.0);
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!(atom->mask[i] & groupbit)) continue;
-    std::vector<int32_t>::iterator at = std::lower_bound(listed.begin(), listed.end(), atom->tag[i]);
-    if (at == listed.end() || *at != atom->tag[i]) continue;
-    const int64_t k = at - listed.begin();
-    for (int axis = 0; axis < 3; axis++) mine[3 * k + axis] = atom->x[i][axis];
-    mine[3 * count + k] = 1.0;
+  int missing;
+  const double longest = concordem_longest_listed(network_, atom, domain, groupbit, world, &missing);
+  if (missing) {
+    snprintf(text_, sizeof(text_), "the list of bonds names atom %d, which is not in group %s", missing, group->names[igroup]);
+    error->fix_error(FLERR, this, text_);
   }
-  if (count) MPI_Allreduce(&mine[0], &all[0], 4 * count, MPI_DOUBLE, MPI_SUM, world);
-  for (int64_t k = 0; k < count; k++)
-    if (all[3 * count + k] != 1.0) {
-      snprintf(text_, sizeof(text_), "the list of bonds names atom %d, which is not in group %s", listed[k],
-               group->names[igroup]);
-      error->fix_error(FLERR, this, text_);
-    }
-  double edge[3];
-  for (int axis = 0; axis < 3; axis++) edge[axis] = domain->periodicity[axis] ? domain->prd[axis] : 0.0;
-  return count ? concordem_network_longest_listed(network_, &all[0], edge) : 0.0;
+  return longest;
 }
 
 void FixConcordemBond::setup_pre_exchange()
@@ -179,21 +135,21 @@ void FixConcordemBond::pre_exchange()
   }
 }
 
-void FixConcordemBond::setup_pre_force(int)
+void FixConcordemBond::setup_pre_force(int vflag)
 {
   communicate();
   rebuild();
   if (creation_is_due()) make_bonds();
-  find_forces(true);
+  find_forces(true, vflag);
 }
 
-void FixConcordemBond::pre_force(int)
+void FixConcordemBond::pre_force(int vflag)
 {
   ConcordemAtoms atoms = arrays();
   concordem_network_turn(network_, &atoms);
   communicate();
   if (neighbor->ago == 0) rebuild();
-  find_forces(false);
+  find_forces(false, vflag);
   // Bonds begin at the end of the step, unstressed, and are first asked in the next one.
   if (creation_is_due()) make_bonds();
 }
@@ -234,34 +190,14 @@ void FixConcordemBond::unpack_comm(int n, int first_atom, double *buf)
 
 ConcordemAtoms FixConcordemBond::arrays()
 {
-  ConcordemAtoms atoms;
-  const int count = atom->nlocal + atom->nghost;
-  atoms.owned = atom->nlocal;
-  atoms.count = count;
-  atoms.group = groupbit;
-  atoms.memory_width = facts_.atom_width;
-  atoms.tag = atom->tag;
-  atoms.type = atom->type;
-  atoms.mask = atom->mask;
-  atoms.position = count ? (periodic_ ? original_[0] : atom->x[0]) : NULL;
-  atoms.velocity = count ? atom->v[0] : NULL;
-  atoms.spin = count ? atom->omega[0] : NULL;
-  atoms.radius = atom->radius;
-  atoms.mass = atom->rmass;
-  atoms.force = count ? atom->f[0] : NULL;
-  atoms.torque = count ? atom->torque[0] : NULL;
-  atoms.memory = count ? memory_[0] : NULL;
-  for (int axis = 0; axis < 3; axis++) atoms.edge[axis] = domain->periodicity[axis] ? domain->prd[axis] : 0.0;
-  atoms.dt = update->dt;
-  atoms.step = update->ntimestep;
-  return atoms;
+  return concordem_arrays(atom, domain, update, groupbit, facts_.atom_width, memory_, periodic_ ? original_ : NULL);
 }
 
 void FixConcordemBond::rebuild()
 {
   ConcordemAtoms atoms = arrays();
   // The mean radius is of use to bonds that are measured for the first time.
-  const double mean = creation_is_due() || !made_ ? mean_radius() : 0.0;
+  const double mean = creation_is_due() || !made_ ? concordem_mean_radius(atom, groupbit, world) : 0.0;
   if (concordem_network_rebuild(network_, &atoms, neighbor->skin, reach_, mean, &message_) < 0)
     fail_on_this_processor(FLERR);
 }
@@ -272,14 +208,8 @@ void FixConcordemBond::make_bonds()
   if (facts_.creation == 2) concordem_network_make_listed(network_);
   if (facts_.creation) rebuild();
   made_ = true;
-  double sums[CONCORDEM_SUMS], total;
-  concordem_network_sums(network_, sums);
-  MPI_Allreduce(&sums[0], &total, 1, MPI_DOUBLE, MPI_SUM, world);
-  // Every bond is seen by the processors of both ends, or a copy was missing.
-  double ends[2], all[2];
-  concordem_network_ends(network_, ends);
-  MPI_Allreduce(ends, all, 2, MPI_DOUBLE, MPI_SUM, world);
-  if (all[0] != all[1])
+  double total;
+  if (!concordem_count(network_, world, &total))
     error->fix_error(FLERR, this, "neighbours on other processors are not known as far as bonds reach; add `reach LENGTH` with a larger length");
   if (comm->me == 0 && facts_.creation) {
     for (int k = 0; k < 2; k++) {
@@ -291,40 +221,18 @@ void FixConcordemBond::make_bonds()
     error->warning(FLERR, "fix concordem/bond made no bonds: is the factor too small, or the group empty?");
 }
 
-// Mean radius of the group. In whole numbers of a unit so small that nothing is lost, since the sum must not depend on how
-// the atoms are shared out.
-double FixConcordemBond::mean_radius()
-{
-  double mine = 0.0, largest = 0.0;
-  for (int i = 0; i < atom->nlocal; i++)
-    if (atom->mask[i] & groupbit) mine = std::max(mine, atom->radius[i]);
-  MPI_Allreduce(&mine, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
-  if (!(largest > 0.0)) return 0.0;
-  int exponent;
-  frexp(largest, &exponent);
-  const int shift = 53 - exponent;
-  // upper and lower 26 bits apart: 2^37 atoms fit
-  long long parts[3] = {0, 0, 0}, all[3];
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!(atom->mask[i] & groupbit)) continue;
-    const long long units = static_cast<long long>(ldexp(atom->radius[i], shift));
-    parts[0] += units >> 26;
-    parts[1] += units & ((1LL << 26) - 1);
-    parts[2] += 1;
-  }
-  MPI_Allreduce(parts, all, 3, MPI_LONG_LONG, MPI_SUM, world);
-  const __int128 sum = (static_cast<__int128>(all[0]) << 26) + all[1];
-  return ldexp(static_cast<double>(sum / all[2]), -shift);
-}
-
-void FixConcordemBond::find_forces(bool setup)
+void FixConcordemBond::find_forces(bool setup, int vflag)
 {
   ConcordemAtoms atoms = arrays();
+  if (vflag) v_setup(vflag);
+  else evflag = 0;
   const bool output_is_due = setup || update->ntimestep == output->next;
   const bool sample = output_is_due || facts_.sample_every_step;
-  if (concordem_network_forces(network_, &atoms, setup, sample, output_is_due, &message_) < 0)
-    fail_on_this_processor(FLERR);
+  const bool record = output_is_due || vflag || concordem_compute_is_due(modify, update);
+  if (concordem_network_forces(network_, &atoms, setup, sample, record, &message_) < 0) fail_on_this_processor(FLERR);
   if (sample) sampled_at_ = update->ntimestep;
+  if (vflag)
+    concordem_network_virial(network_, virial, vflag_atom ? vatom[0] : NULL, vflag_atom ? atom->nlocal : 0);
 }
 
 /* ------------------------------------------------------------------------------------------------- atoms come and go */
@@ -368,14 +276,7 @@ int FixConcordemBond::unpack_exchange(int nlocal, double *buf)
 
 void FixConcordemBond::write_restart(FILE *fp)
 {
-  RestartHead head;
-  memset(&head, 0, sizeof(head));
-  double mine[CONCORDEM_TOTALS];
-  head.version = RESTART_VERSION;
-  head.made = made_;
-  strncpy(head.law, law_.c_str(), sizeof(head.law) - 1);
-  head.found_at = concordem_network_totals(network_, mine);
-  MPI_Allreduce(mine, head.totals, CONCORDEM_TOTALS, MPI_DOUBLE, MPI_SUM, world);
+  const ConcordemRestartHead head = concordem_restart_head(network_, made_, law_.c_str(), world);
   if (comm->me == 0) {
     const int size = sizeof(head);
     fwrite(&size, sizeof(int), 1, fp);
@@ -385,9 +286,9 @@ void FixConcordemBond::write_restart(FILE *fp)
 
 void FixConcordemBond::restart(char *buf)
 {
-  RestartHead head;
+  ConcordemRestartHead head;
   memcpy(&head, buf, sizeof(head));
-  if (head.version != RESTART_VERSION)
+  if (head.version != CONCORDEM_RESTART_VERSION)
     error->fix_error(FLERR, this, "the restart file was written by another version of this library");
   if (law_ != head.law) {
     snprintf(text_, sizeof(text_), "the restart file holds bonds of law %s, not %s", head.law, law_.c_str());

@@ -1,4 +1,4 @@
-/* fix concordem/bond: bonds and contacts of ConcordDEM's laws between the atoms of a group.
+/* fix concordem/bond: bonds and contacts of ConcorDEM's laws between the atoms of a group.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #ifndef CONCORDEM_FIX_BOND_H
@@ -69,9 +69,8 @@ class FixConcordemBond : public Fix {
   ConcordemAtoms arrays();
   void rebuild();
   void make_bonds();
-  double mean_radius();
   double longest_listed();
-  void find_forces(bool setup);
+  void find_forces(bool setup, int vflag);
   void update_sums();
 };
 

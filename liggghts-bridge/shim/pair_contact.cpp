@@ -1,5 +1,5 @@
-/* pair_style gran model concordem/...: contacts by the library's laws, or by LIGGGHTS' own formulas, along LIGGGHTS'
-   neighbour lists and with its contact history. Registered in LIGGGHTS' public factories when this library is loaded.
+/* pair_style gran and fix wall/gran, model concordem/...: contacts by the library's laws, or by LIGGGHTS' own formulas, along
+   LIGGGHTS' neighbour lists and with its contact history. Registered in LIGGGHTS' public factories when this library is loaded.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include <math.h>
@@ -15,7 +15,9 @@
 #include "contact_models.h"
 #include "error.h"
 #include "fix_property_global.h"
+#include "fix_wall_gran.h"
 #include "granular_pair_style.h"
+#include "granular_wall.h"
 #include "modify.h"
 #include "neigh_list.h"
 #include "neighbor.h"
@@ -37,44 +39,36 @@ const char *const NAMES[MODELS] = {"concordem/hertz",           "concordem/hertz
 // LIGGGHTS' own numbers: 0 off, 1 no_history, 2 history.
 const int SHEARS = 3;
 
-class ConcordemPair : public PairStyles::IGranularPairStyle, protected Pointers {
- public:
-  ConcordemPair(LAMMPS *lmp, PairGran *, int64_t hash) :
-      Pointers(lmp), model_((hash & 63) - FIRST_MODEL), shear_((hash >> 6) & 63), hash_(hash), law_(NULL),
-      record_(concordem_pair_record_new())
+// A model with its parameters.
+class ConcordemModel : protected Pointers {
+ protected:
+  ConcordemModel(LAMMPS *lmp, int64_t hash) :
+      Pointers(lmp), model_((hash & 63) - FIRST_MODEL), shear_((hash >> 6) & 63), law_(NULL), width_(0), offset_(0)
   {
     message_.text = text_;
     message_.capacity = sizeof(text_);
+    text_[0] = 0;
   }
 
-  ~ConcordemPair()
+  ~ConcordemModel()
   {
     concordem_pair_delete(law_);
-    concordem_pair_record_delete(record_);
   }
 
-  int64_t hashcode() { return hash_; }
-  double stressStrainExponent() { return model_ == 0 || model_ == 1 || model_ == 4 ? 1.5 : 1.0; }
-  int get_history_offset(const std::string) { return -1; }
-  bool contact_match(const std::string type, const std::string model) { return type == "model" && model == NAMES[model_]; }
-  void write_restart_settings(FILE *fp) { fwrite(&hash_, sizeof(hash_), 1, fp); }
+  int model_, shear_;
+  ConcordemPairLaw *law_;
+  int width_, offset_;
+  char text_[1024];
+  ConcordemMessage message_;
 
-  void read_restart_settings(FILE *fp, int64_t hash)
-  {
-    if (comm_rank() != 0) return;
-    int64_t selected = -1;
-    if (fread(&selected, sizeof(selected), 1, fp) != 1 || (hash != -1 ? hash : selected) != hash_)
-      error->one(FLERR, "the restart file holds contacts of another pair style than the script's; use the same models");
-  }
-
-  void settings(int narg, char **arg, IContactHistorySetup *setup)
+  void set(int narg, char **arg, IContactHistorySetup *setup)
   {
     if (narg > 0) {
-      snprintf(text_, sizeof(text_), "pair_style gran model %s knows no setting `%s`; remove it", NAMES[model_], arg[0]);
+      snprintf(text_, sizeof(text_), "model %s knows no setting `%s`; remove it", NAMES[model_], arg[0]);
       error->all(FLERR, text_);
     }
     if (model_ >= 4 && shear_ != 0) {
-      snprintf(text_, sizeof(text_), "pair_style gran model %s has its own shear; remove `tangential ...`", NAMES[model_]);
+      snprintf(text_, sizeof(text_), "model %s has its own shear; remove `tangential ...`", NAMES[model_]);
       error->all(FLERR, text_);
     }
     int32_t odd[64];
@@ -87,7 +81,7 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, protected Pointers 
     }
   }
 
-  void init_granular()
+  void make_law()
   {
     const int n = atom->ntypes;
     ConcordemPairProperties properties;
@@ -119,9 +113,67 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, protected Pointers 
     concordem_pair_delete(law_);
     law_ = concordem_pair_new(model_, &properties, &message_);
     if (!law_) {
-      const std::string text = std::string("pair_style gran model ") + NAMES[model_] + ": " + text_;
+      const std::string text = std::string("model ") + NAMES[model_] + ": " + text_;
       error->all(FLERR, text.c_str());
     }
+  }
+
+  FixPropertyGlobal *property(const char *name, const char *kind, int len1, int len2)
+  {
+    return static_cast<FixPropertyGlobal *>(
+        modify->find_fix_property(name, "property/global", kind, len1, len2, NAMES[model_]));
+  }
+
+  std::vector<double> per_type(const char *name)
+  {
+    FixPropertyGlobal *fix = property(name, "peratomtype", atom->ntypes, 0);
+    std::vector<double> values(atom->ntypes);
+    for (int a = 0; a < atom->ntypes; a++) values[a] = fix->compute_vector(a);
+    return values;
+  }
+
+  std::vector<double> per_pair(const char *name)
+  {
+    const int n = atom->ntypes;
+    FixPropertyGlobal *fix = property(name, "peratomtypepair", n, n);
+    std::vector<double> values(n * n);
+    for (int a = 0; a < n; a++)
+      for (int b = 0; b < n; b++) values[a * n + b] = fix->compute_array(a, b);
+    return values;
+  }
+};
+
+class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemModel {
+ public:
+  ConcordemPair(LAMMPS *lmp, PairGran *, int64_t hash) : ConcordemModel(lmp, hash), hash_(hash), record_(concordem_pair_record_new()) {}
+
+  ~ConcordemPair()
+  {
+    concordem_pair_record_delete(record_);
+  }
+
+  int64_t hashcode() { return hash_; }
+  double stressStrainExponent() { return model_ == 0 || model_ == 1 || model_ == 4 ? 1.5 : 1.0; }
+  int get_history_offset(const std::string) { return -1; }
+  bool contact_match(const std::string type, const std::string model) { return type == "model" && model == NAMES[model_]; }
+  void write_restart_settings(FILE *fp) { fwrite(&hash_, sizeof(hash_), 1, fp); }
+
+  void read_restart_settings(FILE *fp, int64_t hash)
+  {
+    if (comm_rank() != 0) return;
+    int64_t selected = -1;
+    if (fread(&selected, sizeof(selected), 1, fp) != 1 || (hash != -1 ? hash : selected) != hash_)
+      error->one(FLERR, "the restart file holds contacts of another pair style than the script's; use the same models");
+  }
+
+  void settings(int narg, char **arg, IContactHistorySetup *setup)
+  {
+    set(narg, arg, setup);
+  }
+
+  void init_granular()
+  {
+    make_law();
   }
 
   void compute_force(PairGran *pair, int eflag, int vflag, int addflag)
@@ -183,13 +235,8 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, protected Pointers 
   }
 
  private:
-  int model_, shear_;
   int64_t hash_;
-  int width_, offset_;
-  ConcordemPairLaw *law_;
   ConcordemPairRecord *record_;
-  char text_[1024];
-  ConcordemMessage message_;
   std::vector<double *> shifted_;
 
   int comm_rank()
@@ -197,30 +244,6 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, protected Pointers 
     int rank;
     MPI_Comm_rank(world, &rank);
     return rank;
-  }
-
-  FixPropertyGlobal *property(const char *name, const char *kind, int len1, int len2)
-  {
-    return static_cast<FixPropertyGlobal *>(
-        modify->find_fix_property(name, "property/global", kind, len1, len2, NAMES[model_]));
-  }
-
-  std::vector<double> per_type(const char *name)
-  {
-    FixPropertyGlobal *fix = property(name, "peratomtype", atom->ntypes, 0);
-    std::vector<double> values(atom->ntypes);
-    for (int a = 0; a < atom->ntypes; a++) values[a] = fix->compute_vector(a);
-    return values;
-  }
-
-  std::vector<double> per_pair(const char *name)
-  {
-    const int n = atom->ntypes;
-    FixPropertyGlobal *fix = property(name, "peratomtypepair", n, n);
-    std::vector<double> values(n * n);
-    for (int a = 0; a < n; a++)
-      for (int b = 0; b < n; b++) values[a * n + b] = fix->compute_array(a, b);
-    return values;
   }
 
   // A row of compute pair/gran/local.
@@ -257,14 +280,93 @@ PairStyles::IGranularPairStyle *new_pair(LAMMPS *lmp, PairGran *parent, int64_t 
   return new ConcordemPair(lmp, parent, hash);
 }
 
+class ConcordemWall : public Walls::IGranularWall, private ConcordemModel {
+ public:
+  ConcordemWall(LAMMPS *lmp, FixWallGran *, int64_t hash) : ConcordemModel(lmp, hash) {}
+
+  void settings(int narg, char **arg, IContactHistorySetup *setup)
+  {
+    set(narg, arg, setup);
+  }
+
+  void init_granular()
+  {
+    make_law();
+  }
+
+  bool checkSurfaceIntersect(ContactModels::SurfacesIntersectData &) { return true; }
+  int get_history_offset(const std::string) { return -1; }
+  bool contact_match(const std::string type, const std::string model) { return type == "model" && model == NAMES[model_]; }
+
+  void compute_force(FixWallGran *wall, ContactModels::SurfacesIntersectData &data, bool overlaps, double *wall_velocity,
+                     FixMeshSurface *mesh_fix, int mesh_number, TriMesh *mesh, int triangle)
+  {
+    const int i = data.i;
+    double *history = width_ ? data.contact_history + offset_ : NULL;
+    data.has_force_update = overlaps;
+    if (!overlaps) {
+      for (int k = 0; k < width_; k++) history[k] = 0.0;
+      return;
+    }
+    if (wall->store_force_contact() || wall->store_force_contact_stress() || wall->store_sum_normal_force() ||
+        wall->heattransfer_flag())
+      error->all(FLERR, "fix wall/gran model concordem/... does not store forces of single contacts or sums of normal forces, "
+                        "and transfers no heat; remove that setting");
+    ConcordemWallContact contact;
+    contact.type = atom->type[i];
+    contact.wall_type = wall->atom_type_wall();
+    contact.radius = data.radi;
+    contact.mass = wall->fix_rigid() && wall->body(i) >= 0 ? wall->masstotal(wall->body(i)) : atom->rmass[i];
+    contact.distance = data.radi - data.deltan;
+    contact.dt = wall->shearupdate() && wall->computeflag() ? update->dt : 0.0;
+    for (int axis = 0; axis < 3; axis++) {
+      contact.normal[axis] = -data.delta[axis] / contact.distance;
+      contact.position[axis] = atom->x[i][axis];
+      contact.velocity[axis] = atom->v[i][axis];
+      contact.spin[axis] = atom->omega[i][axis];
+      contact.wall_velocity[axis] = wall_velocity[axis];
+    }
+    const bool local = wall->compute_wall_gran_local() && wall->addflag();
+    if (local) {
+      double point[3];
+      for (int axis = 0; axis < 3; axis++) point[axis] = atom->x[i][axis] - data.delta[axis];
+      wall->compute_wall_gran_local()->add_wall_1(mesh_number, mesh ? mesh->id(triangle) : 0, i, point, wall_velocity);
+    }
+    double wrench[6];
+    if (concordem_pair_wall(law_, &contact, history, width_, wrench, &message_) < 0) error->one(FLERR, text_);
+    if (wall->computeflag())
+      for (int axis = 0; axis < 3; axis++) {
+        atom->f[i][axis] += wrench[axis];
+        atom->torque[i][axis] += wrench[3 + axis];
+      }
+    if (local)
+      wall->compute_wall_gran_local()->add_wall_2(i, wrench[0], wrench[1], wrench[2], wrench[3], wrench[4], wrench[5],
+                                                  data.contact_history, contact.distance * contact.distance, contact.normal);
+    if (wall->store_force())
+      for (int axis = 0; axis < 3; axis++) wall->fix_wallforce()->array_atom[i][axis] += wrench[axis];
+    if (mesh_fix) {
+      double to_wall[3];
+      for (int axis = 0; axis < 3; axis++) to_wall[axis] = -data.delta[axis];
+      mesh_fix->add_particle_contribution(i, wrench, to_wall, triangle, wall_velocity);
+    }
+  }
+};
+
+Walls::IGranularWall *new_wall(LAMMPS *lmp, FixWallGran *parent, int64_t hash)
+{
+  return new ConcordemWall(lmp, parent, hash);
+}
+
 struct Registration {
   Registration()
   {
     for (int model = 0; model < MODELS; model++) {
       ContactModels::Factory::instance().addNormalModel(NAMES[model], FIRST_MODEL + model);
-      for (int shear = 0; shear < SHEARS; shear++)
-        PairStyles::Factory::instance().addStyle(
-            "gran", static_cast<int>(Utils::generate_gran_hashcode(FIRST_MODEL + model, shear, 0, 0, 0)), &new_pair);
+      for (int shear = 0; shear < SHEARS; shear++) {
+        const int hash = static_cast<int>(Utils::generate_gran_hashcode(FIRST_MODEL + model, shear, 0, 0, 0));
+        PairStyles::Factory::instance().addStyle("gran", hash, &new_pair);
+        Walls::Factory::instance().addStyle("gran", hash, &new_wall);
+      }
     }
   }
 } registration;

@@ -16,7 +16,7 @@
 #include "modify.h"
 #include "universe.h"
 
-#include "compute_bond_local.h"
+#include "computes.h"
 #include "fix_bond.h"
 
 using namespace LAMMPS_NS;
@@ -84,6 +84,8 @@ void Modify::add_compute(int narg, char **arg, char *suffix)
   if (!compute_map->count("concordem/bond/local")) {
     check_version(lmp);
     (*compute_map)["concordem/bond/local"] = &new_compute<ComputeConcordemBondLocal>;
+    (*compute_map)["concordem/stress/atom"] = &new_compute<ComputeConcordemStressAtom>;
+    (*compute_map)["concordem/couple"] = &new_compute<ComputeConcordemCouple>;
   }
   static void (*const next)(Modify *, int, char **, char *) =
       original<void (*)(Modify *, int, char **, char *)>("_ZN9LAMMPS_NS6Modify11add_computeEiPPcS1_");

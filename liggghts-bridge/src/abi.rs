@@ -8,11 +8,14 @@
 use std::ffi::{CStr, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use concordem::math::{Mat3, Vec3};
+use concordem::operator::stress::{ParticleVolume, Partition, axial};
+
 use crate::atoms::Atoms;
 use crate::host_laws::HostShear;
 use crate::network::{Network, TOTALS};
 use crate::options::{Creation, Options};
-use crate::pair::{self, Neighbours, PairForce, PairLaw, Pass, Properties};
+use crate::pair::{self, Neighbours, PairForce, PairLaw, Pass, Properties, WallContact};
 
 /// Arrays of LIGGGHTS, see [`Atoms`]; `count` atoms with the copies.
 #[repr(C)]
@@ -211,6 +214,103 @@ pub unsafe extern "C" fn concordem_network_rebuild(
 pub unsafe extern "C" fn concordem_network_make_listed(network: *mut Network) {
     // SAFETY: the shim's own.
     unsafe { (*network).make_listed() }
+}
+
+/// [`Network::make_given`]: `count` pairs of ids.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_make_given(network: *mut Network, pairs: *const [i32; 2], count: i64) {
+    // SAFETY: the shim's own, `count` pairs.
+    unsafe { (*network).make_given(slice(pairs, count as usize)) }
+}
+
+/// [`Network::broken_now`]: `pairs` is set to where they are, until forces are found again; their number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_broken_now(network: *const Network, pairs: *mut *const [i32; 2]) -> i64 {
+    // SAFETY: the shim's own.
+    unsafe {
+        let broken = (*network).broken_now();
+        *pairs = broken.as_ptr();
+        broken.len() as i64
+    }
+}
+
+/// [`Network::virial`] added to `total`, six reals, and to `per_atom`, six reals for each of `count` atoms (null: none).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_virial(
+    network: *const Network,
+    total: *mut f64,
+    per_atom: *mut f64,
+    count: i64,
+) {
+    // SAFETY: the shim's own, lengths as stated.
+    unsafe {
+        let virial = (*network).virial(slice_mut(per_atom, 6 * count as usize));
+        for (sum, more) in slice_mut(total, 6).iter_mut().zip(virial) {
+            *sum += more;
+        }
+    }
+}
+
+/// [`Network::stress`] for `count` atoms of the host: `half_branch` or at the contact points; `fraction` 0: the volume of the
+/// sphere, else that over this packing fraction.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_stress(
+    network: *const Network,
+    step: i64,
+    half_branch: i32,
+    fraction: f64,
+    per_atom: *mut f64,
+    count: i64,
+    message: *const Message,
+) -> i64 {
+    let partition = if half_branch != 0 { Partition::HalfBranch } else { Partition::ContactPoint };
+    let volume = if fraction == 0.0 { ParticleVolume::Sphere } else { ParticleVolume::Packing(fraction) };
+    // SAFETY: nine reals per atom.
+    unsafe {
+        guarded(&*message, || {
+            (*network).stress(step, partition, volume, slice_mut(per_atom, 9 * count as usize)).map(|()| 0)
+        })
+    }
+}
+
+/// [`Network::couple_sums`]: 18 reals.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_couple_sums(
+    network: *const Network,
+    step: i64,
+    sums: *mut f64,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: 18 reals.
+    unsafe {
+        guarded(&*message, || {
+            (*network).couple_sums(step).map(|found| {
+                slice_mut(sums, 18).copy_from_slice(&found);
+                0
+            })
+        })
+    }
+}
+
+/// Couple stress (N/m) about `centroid` (m), then stress (Pa), nine reals each, from the sums of all processors
+/// ([`Network::couple_sums`]): `μ = M/V + x⁰⊗(1×σ)` (Stránský 2018, (4.57)).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_couple_of_sums(
+    sums: *const f64,
+    volume: f64,
+    centroid: *const f64,
+    result: *mut f64,
+) {
+    // SAFETY: 18, 3, 18 reals.
+    unsafe {
+        let sums = slice(sums, 18);
+        let stress = Mat3::from_row_slice(&sums[..9]) / volume;
+        let couple = Mat3::from_row_slice(&sums[9..]) / volume;
+        let couple = couple + Vec3::from_column_slice(slice(centroid, 3)) * axial(&stress).transpose();
+        let result = slice_mut(result, 18);
+        result[..9].copy_from_slice(couple.transpose().as_slice());
+        result[9..].copy_from_slice(stress.transpose().as_slice());
+    }
 }
 
 /// Ids of atoms in the list of bonds, ascending, each once; their number. With a null pointer only the number.
@@ -561,6 +661,28 @@ pub unsafe extern "C" fn concordem_pair_compute(
                 (*law).0.compute(&pass, neighbours, force, torque, record.as_deref_mut());
             }
             Ok::<_, String>(record.map_or(0, |record| record.len() as i64))
+        })
+    }
+}
+
+/// Force of a wall: [`PairLaw::wall`] with `width` reals of history; three reals of force and three of torque.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_pair_wall(
+    law: *const BoxedPairLaw,
+    contact: *const WallContact,
+    history: *mut f64,
+    width: i32,
+    wrench: *mut f64,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: the shim's own, lengths as stated.
+    unsafe {
+        guarded(&*message, || {
+            let [force, torque] = (*law).0.wall(&*contact, slice_mut(history, width as usize));
+            let wrench = slice_mut(wrench, 6);
+            wrench[..3].copy_from_slice(force.as_slice());
+            wrench[3..].copy_from_slice(torque.as_slice());
+            Ok::<_, String>(0)
         })
     }
 }

@@ -75,8 +75,39 @@ impl Kinematics for InstantKinematics {
             tangential_velocity,
         }
     }
-    fn measure_wall(_: &Motion, _: &Foot, _: &Vec3, _: &ContactGeometry, _: &Frame, _: f64) -> Option<Self> {
-        None
+    /// The arm ends in the middle of the overlap, as between spheres.
+    fn measure_wall(
+        a: &Motion,
+        foot: &Foot,
+        wall_velocity: &Vec3,
+        geometry: &ContactGeometry,
+        frame: &Frame,
+        dt: f64,
+    ) -> Option<Self> {
+        let normal = foot.normal;
+        let gap = foot.distance - geometry.radius_a;
+        let arm_a = geometry.radius_a + 0.5 * gap;
+        let velocity = wall_velocity - a.velocity;
+        let normal_velocity = velocity.dot(&normal);
+        let tangential_velocity = velocity - normal * normal_velocity + normal.cross(&(a.angular_velocity * arm_a));
+        Some(Self {
+            point: PointKinematics {
+                geometry: *geometry,
+                length: foot.distance,
+                length_old: frame.length,
+                elongation: foot.distance - geometry.reference_length,
+                elongation_old: frame.length - geometry.reference_length,
+                gap,
+                normal,
+                shear_increment: tangential_velocity * dt,
+                arm_a,
+                arm_b: 0.0,
+                bonded: false,
+                transport: Transport::identity(normal),
+            },
+            normal_velocity,
+            tangential_velocity,
+        })
     }
     #[inline(always)]
     fn point(&self) -> &PointKinematics {

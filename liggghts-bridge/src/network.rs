@@ -15,6 +15,8 @@ use concordem::kinematics::sphere_sphere::fresh_frame;
 use concordem::law::{Elastic, EnergySplit, Reference};
 use concordem::math::{Mat3, Quat, Symmetric, Vec3, normalized, quaternion_of_rotation_vector};
 use concordem::neighbor::{NeighborError, candidate_pairs};
+use concordem::operator::stress::{ParticleVolume, Partition, particle_moments, region_stress};
+use concordem::operator::{ContactSet, LoadSet, OperatorError, Region, Truncation, couple_stress};
 use concordem::scenario::LawName;
 use concordem::solver::forces::EvaluatedContacts;
 use concordem::solver::record::ContactForces;
@@ -39,6 +41,21 @@ pub enum NetworkError {
     /// The forces could not be found.
     #[error("{0}")]
     Solver(#[from] SolverError),
+    /// An operator refused.
+    #[error("{0}")]
+    Operator(#[from] OperatorError),
+    /// The forces of contacts are not there.
+    #[error(
+        "the forces of bonds at step {step} were not kept: nothing had asked for them beforehand; ask by `thermo_style`, `dump`, \
+         or `fix ave/...`, which announce the steps they need"
+    )]
+    NotRecorded {
+        /// Step.
+        step: i64,
+    },
+    /// Couple stress depends on positions.
+    #[error("couple stress depends on positions and has no meaning in a periodic box; use `boundary f f f`")]
+    Periodic,
     /// An atom has a type without parameters.
     #[error(
         "bond of atoms {a} and {b}: no parameters of law {law} for atom types {types:?}; add them to the materials, or leave \
@@ -189,12 +206,16 @@ pub struct Network {
     /// For each particle of the state, its contacts: where they begin in the second.
     adjacency: Option<Adjacency>,
     recorded: ContactForces,
+    /// Step at which they were.
+    recorded_at: Option<i64>,
     /// Totals of what this processor counted.
     broken: f64,
     dissipated: EnergySplit,
     stored: EnergySplit,
     /// Step whose net forces the atoms' memory holds.
     found_at: Option<i64>,
+    /// Ids of the bonds that broke when forces were last found, whoever counts them.
+    broken_now: Vec<[i32; 2]>,
 }
 
 impl Network {
@@ -245,10 +266,12 @@ impl Network {
             dormant: Vec::new(),
             adjacency: None,
             recorded: ContactForces::default(),
+            recorded_at: None,
             broken: 0.0,
             dissipated: EnergySplit::default(),
             stored: EnergySplit::default(),
             found_at: None,
+            broken_now: Vec::new(),
         })
     }
 
@@ -289,6 +312,11 @@ impl Network {
                 self.fresh.push(Record::fresh(tags, length));
             }
         }
+    }
+
+    /// Bonds of the host's own lists are to be made: remember them, on whatever processor.
+    pub fn make_given(&mut self, bonds: &[[i32; 2]]) {
+        self.fresh.extend(bonds.iter().map(|&[a, b]| Record::fresh([a.min(b), a.max(b)], None)));
     }
 
     /// Take in what [`Self::pack`] wrote for atom `tag` elsewhere.
@@ -554,6 +582,7 @@ impl Network {
         sample: bool,
         record: bool,
     ) -> Result<(), NetworkError> {
+        self.broken_now.clear();
         let Some(solver) = &mut self.solver else { return Ok(()) };
         let Layout { others, orientation: oriented, dyads, end: width } = self.layout;
         let particles = &mut self.state.particles;
@@ -593,6 +622,7 @@ impl Network {
         self.state.clock.step = atoms.step as u64;
         if record {
             self.recorded = solver.record(&mut self.state)?.contacts;
+            self.recorded_at = Some(atoms.step);
         }
         if setup && self.found_at == Some(atoms.step) {
             for &i in self.atom.iter().filter(|&&i| (i as usize) < atoms.owned) {
@@ -610,8 +640,11 @@ impl Network {
         if sample {
             self.stored = report.energy;
         }
-        let broke = report.incidents.iter().filter(|(_, i)| i.broke && self.owned[i.pair.a as usize]);
-        self.broken += broke.count() as f64;
+        for (_, incident) in report.incidents.iter().filter(|(_, incident)| incident.broke) {
+            let Pair { a, b } = incident.pair;
+            self.broken += f64::from(u8::from(self.owned[a as usize]));
+            self.broken_now.push([self.tags[a as usize], self.tags[b as usize]]);
+        }
         for (p, &i) in self.atom.iter().enumerate() {
             let i = i as usize;
             if i >= atoms.owned {
@@ -724,6 +757,91 @@ impl Network {
     /// Forces of all contacts at the last step for which they were recorded.
     pub fn recorded(&self) -> &ContactForces {
         &self.recorded
+    }
+
+    /// Ids of the bonds with an end on this processor that broke when forces were last found.
+    pub fn broken_now(&self) -> &[[i32; 2]] {
+        &self.broken_now
+    }
+
+    /// Virial `−Σ l⊗f^A` (J) of the recorded contacts: xx, yy, zz, xy, xz, yz, branch first. Half of each contact belongs to
+    /// either end, so that sums over processors are complete; `per_atom` (six reals per atom of the host) gets the halves
+    /// of owned atoms added.
+    pub fn virial(&self, per_atom: &mut [f64]) -> [f64; 6] {
+        let mut total = [0.0; 6];
+        let r = &self.recorded;
+        for ((pair, l), f) in r.pair.iter().zip(&r.branch).zip(&r.force) {
+            let half = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|(i, j)| -0.5 * l[i] * f[j]);
+            for p in pair.map(|p| p as usize) {
+                if !self.owned[p] {
+                    continue;
+                }
+                for (sum, half) in total.iter_mut().zip(half) {
+                    *sum += half;
+                }
+                if let Some(of_atom) = per_atom.get_mut(6 * self.atom[p] as usize..).and_then(|rest| rest.get_mut(..6))
+                {
+                    for (sum, half) in of_atom.iter_mut().zip(half) {
+                        *sum += half;
+                    }
+                }
+            }
+        }
+        total
+    }
+
+    fn recorded_at(&self, step: i64) -> Result<&ContactForces, NetworkError> {
+        if self.recorded_at == Some(step) || self.solver.is_none() {
+            Ok(&self.recorded)
+        } else {
+            Err(NetworkError::NotRecorded { step })
+        }
+    }
+
+    /// Stress of owned atoms from the contacts recorded at `step`, Pa, by [`particle_moments`] and the volumes: nine reals per
+    /// atom of the host, xx, xy, xz, yx, …, position first. Every contact of an owned atom is known here, so that no other
+    /// processor has to add to it.
+    pub fn stress(
+        &self,
+        step: i64,
+        partition: Partition,
+        volume: ParticleVolume,
+        per_atom: &mut [f64],
+    ) -> Result<(), NetworkError> {
+        let particles = &self.state.particles;
+        let contacts = self.recorded_at(step)?.set(particles)?;
+        let moments = particle_moments(&contacts, &LoadSet::none(), partition);
+        let volumes = volume.of(&particles.radius)?;
+        for (p, (moment, volume)) in moments.iter().zip(&volumes).enumerate().filter(|(p, _)| self.owned[*p]) {
+            let stress = (moment / *volume).transpose();
+            per_atom[9 * self.atom[p] as usize..][..9].copy_from_slice(stress.as_slice());
+        }
+        Ok(())
+    }
+
+    /// Sums over the contacts recorded at `step` and counted here: `Σ l⊗f^A` (J) and the couple stress about the origin times
+    /// the volume, without its axial part (N·m²), nine reals each in the order of [`Self::stress`]. To be added up over processors.
+    pub fn couple_sums(&self, step: i64) -> Result<[f64; 18], NetworkError> {
+        if self.state.cell.is_some() {
+            return Err(NetworkError::Periodic);
+        }
+        let all = self.recorded_at(step)?;
+        let mut counted = ContactForces::default();
+        for k in (0..all.pair.len()).filter(|&k| self.owned[all.pair[k][0] as usize]) {
+            counted.pair.push(all.pair[k]);
+            counted.branch.push(all.branch[k]);
+            counted.point.push(all.point[k]);
+            counted.force.push(all.force[k]);
+            counted.moment.push(all.moment[k]);
+        }
+        let contacts: ContactSet<'_> = counted.set(&self.state.particles)?;
+        let stress = region_stress(&contacts, &Region::All { volume: 1.0 }, Truncation::BranchClipped, None)?.stress;
+        // About the origin the axial part drops out.
+        let couple = couple_stress::internal(&contacts, 1.0, &Vec3::zeros())?;
+        let mut sums = [0.0; 18];
+        sums[..9].copy_from_slice(stress.transpose().as_slice());
+        sums[9..].copy_from_slice(couple.transpose().as_slice());
+        Ok(sums)
     }
 
     /// Number of reals in a row of [`Self::rows`].

@@ -9,6 +9,7 @@ use concordem::law::{
 };
 use concordem::math::{Quat, Vec3, quaternion_of_rotation_vector};
 use concordem::solver::MaterialRows;
+use concordem::state::walls::Foot;
 
 use crate::host_laws::{HostContact, HostModel, HostShear};
 
@@ -68,6 +69,34 @@ pub struct Neighbours<'a> {
     pub stride: usize,
 }
 
+/// A particle and a wall.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct WallContact {
+    /// Type of the particle, from 1.
+    pub kind: i32,
+    /// Type of the wall.
+    pub wall_kind: i32,
+    /// Radius, m.
+    pub radius: f64,
+    /// Mass, kg.
+    pub mass: f64,
+    /// Distance of the centre from the wall, m.
+    pub distance: f64,
+    /// Unit vector from the centre to the wall.
+    pub normal: [f64; 3],
+    /// Centre, m.
+    pub position: [f64; 3],
+    /// Velocity, m/s.
+    pub velocity: [f64; 3],
+    /// Angular velocity, rad/s.
+    pub spin: [f64; 3],
+    /// Velocity of the wall at the contact, m/s.
+    pub wall_velocity: [f64; 3],
+    /// Time step, s; 0 while a run is set up.
+    pub dt: f64,
+}
+
 const NEIGHBOUR: i32 = 0x3FFF_FFFF;
 
 /// A contact law for all pairs of types.
@@ -83,6 +112,8 @@ pub trait PairLaw {
         torque: &mut [[f64; 3]],
         record: Option<&mut Vec<PairForce>>,
     );
+    /// Force (N) and torque (N·m) of a wall on a particle that overlaps it; `history` is all zeros if it did not before.
+    fn wall(&self, contact: &WallContact, history: &mut [f64]) -> [Vec3; 2];
 }
 
 /// A law with its rows. `FRAMED`: whether its kinematics needs the contact's frame of the last step.
@@ -229,6 +260,61 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for Rows<L, FRAMED> {
         for axis in 0..3 {
             force[i][axis] += sum[axis];
             torque[i][axis] += moment[axis];
+        }
+    }
+
+    fn wall(&self, contact: &WallContact, history: &mut [f64]) -> [Vec3; 2] {
+        let none = [Vec3::zeros(); 2];
+        let Some(row) = self.map.get((contact.kind - 1) as u16, (contact.wall_kind - 1) as u16) else { return none };
+        let (spin, dt) = (vec3(&contact.spin), contact.dt);
+        let motion = Motion {
+            position: vec3(&contact.position),
+            velocity: vec3(&contact.velocity),
+            angular_velocity: spin,
+            rotation_increment: if FRAMED { quaternion_of_rotation_vector(&(spin * dt)) } else { Quat::identity() },
+            orientation: Quat::identity(),
+        };
+        let foot = Foot { normal: vec3(&contact.normal), distance: contact.distance, interior: true };
+        let velocity = vec3(&contact.wall_velocity);
+        let reals = &mut history[..Self::WIDTH];
+        let mut frame = Frame { normal: foot.normal, length: foot.distance };
+        if FRAMED && dt > 0.0 {
+            if reals[3] == 0.0 {
+                frame.length += (motion.velocity - velocity).dot(&foot.normal) * dt;
+            } else {
+                frame = Frame { normal: Vec3::new(reals[0], reals[1], reals[2]), length: reals[3] };
+            }
+        }
+        let reference = L::unbonded_reference(contact.radius, contact.radius, 0.0);
+        let geometry = ContactGeometry {
+            reference_length: reference.length,
+            area: reference.area,
+            radius_a: contact.radius,
+            radius_b: 0.0,
+            mass_a: contact.mass,
+            mass_b: f64::INFINITY,
+        };
+        let mut old = L::State::default();
+        let state: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut old));
+        state.copy_from_slice(&reals[Self::HEAD..]);
+        let Some(k) = L::Kinematics::measure_wall(&motion, &foot, &velocity, &geometry, &frame, dt) else {
+            return none;
+        };
+        let answer = self.laws[row as usize].respond(&k, &old, dt);
+        if dt > 0.0 {
+            reals.fill(0.0);
+            if answer.fate == Fate::Lives {
+                if FRAMED {
+                    reals[..3].copy_from_slice(foot.normal.as_slice());
+                    reals[3] = foot.distance;
+                }
+                reals[Self::HEAD..].copy_from_slice(answer.state.as_reals());
+            }
+        }
+        if answer.fate == Fate::Lives {
+            [answer.force, foot.normal.cross(&answer.force) * k.point().arm_a + answer.moment]
+        } else {
+            none
         }
     }
 }

@@ -70,11 +70,20 @@ fn misuse_stops_all_processors_with_a_remedy() {
         ),
         (
             with("thermo 1\n", "thermo 1\ncompute rows all concordem/bond/local nobody\n"),
-            "wants the id of a fix concordem/bond; there is none of that id",
+            "there is no fix concordem/bond of id nobody",
         ),
         (
             with("thermo 1\n", "compute rows all concordem/bond/local\n"),
-            "wants the id of a fix concordem/bond and nothing else",
+            "wants the id of a fix concordem/bond first",
+        ),
+        (with("thermo 1\n", "compute s all concordem/stress/atom bonds volume cube\n"), "sphere, or packing FRACTION is wanted"),
+        (with("thermo 1\n", "compute c all concordem/couple bonds volume 0 centroid 0 0 0\n"), "it must be positive"),
+        (
+            with("boundary f f f", "boundary p p p").replace(
+                "thermo 1\n",
+                "compute c all concordem/couple bonds volume 1 centroid 0 0 0\nthermo_style custom step c_c[1]\nthermo 1\n",
+            ),
+            "has no meaning in a periodic box",
         ),
         (
             with(

@@ -5,7 +5,11 @@ mod harness;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use concordem::law::{Elastic, HertzMindlin};
 use concordem::math::Vec3;
+use concordem::solver::{MaterialRows, Model, Scheme, Solver};
+use concordem::state::contacts::ContactBlock;
+use concordem::state::{Particles, Sphere, State, Wall, WallShape};
 use harness::{Atom, Dice, Dumped, data_file, dump, frames, head, run};
 
 const STEPS: usize = 400;
@@ -90,6 +94,105 @@ fn liggghts_models_are_reproduced() {
             assert!(apart.iter().all(|d| *d < 1e-12), "{model} {shear}: {apart:?}");
         }
     }
+}
+
+#[test]
+fn liggghts_walls_are_reproduced() {
+    let folder = tempfile::tempdir().unwrap();
+    cloud(&folder.path().join("cloud.data"));
+    // A floor of two triangles in the way of the cloud, and a moving plane.
+    std::fs::write(
+        folder.path().join("floor.stl"),
+        "solid floor\nfacet normal 0 0 1\nouter loop\nvertex -0.02 -0.02 0.012\nvertex 0.1 -0.02 0.012\nvertex 0.1 0.1 0.012\n\
+         endloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex -0.02 -0.02 0.012\nvertex 0.1 0.1 0.012\nvertex -0.02 0.1 0.012\n\
+         endloop\nendfacet\nendsolid floor\n",
+    )
+    .unwrap();
+    for model in ["hertz", "hertz/stiffness", "hooke", "hooke/stiffness"] {
+        for shear in ["history", "no_history", "off"] {
+            let with = |prefix: &str| {
+                let model = format!("model {prefix}{model} tangential {shear}");
+                // The native pair style both times: only walls differ.
+                let native = model.replace("concordem/", "");
+                let pair = format!(
+                    "pair_style gran {native}\npair_coeff * *\nfix mesh all mesh/surface file floor.stl type 1\n\
+                     fix floor all wall/gran {model} mesh n_meshes 1 meshes mesh\n\
+                     fix side all wall/gran {model} primitive type 2 xplane 0.01"
+                );
+                result(folder.path(), &pair, 1, 2)
+            };
+            let (native, ours) = (with(""), with("concordem/"));
+            let apart = difference(&ours, &native);
+            println!("{model} {shear}: {apart:?}");
+            // Rounding, made larger by collisions: the window in which both are the same computation.
+            assert!(apart.iter().all(|d| *d < 1e-12), "{model} {shear}: {apart:?}");
+        }
+    }
+}
+
+#[test]
+fn the_librarys_law_at_a_wall_is_that_of_its_solver() {
+    const DT: f64 = 2e-6;
+    let folder = tempfile::tempdir().unwrap();
+    let mut sphere = Atom::resting(Vec3::new(0.0, 0.0, 0.0052), 0.005);
+    sphere.velocity = Vec3::new(0.5, 0.2, -1.0);
+    sphere.spin = Vec3::new(30.0, -80.0, 10.0);
+    data_file(&folder.path().join("one.data"), &[sphere], Vec3::repeat(-0.02), Vec3::repeat(0.05));
+    let model = "model concordem/hertz_mindlin";
+    let mut script = head("one.data", "f f f", 1e-3, DT);
+    writeln!(
+        script,
+        "pair_style gran {model}\npair_coeff * *\nfix p1 all property/global youngsModulus peratomtype 2e7\n\
+         fix p2 all property/global poissonsRatio peratomtype 0.25\n\
+         fix p3 all property/global coefficientRestitution peratomtypepair 1 0.7\n\
+         fix p4 all property/global coefficientFriction peratomtypepair 1 0.3\n\
+         fix integrate all nve/sphere\nfix floor all wall/gran {model} primitive type 1 zplane 0.0"
+    )
+    .unwrap();
+    script.push_str(&dump("out.dump", 50));
+    script.push_str("run 600\n");
+    run(folder.path(), &script, 1);
+
+    let elastic = Elastic { young: 2e7, poisson: 0.25 };
+    let law = HertzMindlin::new(elastic, elastic, 0.3, 0.7).unwrap();
+    let mut particles = Particles::default();
+    let r = sphere.radius;
+    let mass = 4.0 * std::f64::consts::PI / 3.0 * r * r * r * sphere.density;
+    particles.push(Sphere { position: sphere.position, radius: r }, 0, mass, 0.4 * mass * (r * r));
+    particles.velocity[0] = sphere.velocity;
+    particles.angular_velocity[0] = sphere.spin;
+    let floor = Wall {
+        name: "floor".into(),
+        shape: WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() },
+        material: 1,
+        displacement: Vec3::zeros(),
+        velocity: Vec3::zeros(),
+        force: Vec3::zeros(),
+        torque: Vec3::zeros(),
+    };
+    let mut state = State {
+        particles,
+        walls: vec![floor],
+        wall_contacts: Some(Box::new(ContactBlock::new(vec![law]))),
+        ..State::default()
+    };
+    state.clock.dt = DT;
+    let mut wall_rows = MaterialRows::new(2);
+    wall_rows.set(0, 1, 0);
+    let model = Model { wall_rows, scheme: Scheme::VelocityVerlet, ..Model::default() };
+    let mut solver = Solver::new(model, &mut state).unwrap();
+    let mut touched = false;
+    for (step, atoms) in frames(&folder.path().join("out.dump")) {
+        while state.clock.step < step {
+            touched |= solver.step(&mut state).unwrap().active[2] > 0;
+        }
+        let apart = (atoms[0].position - state.particles.position[0]).norm() / r;
+        println!("step {step}: {apart:.1e} radii apart");
+        // Rounding of some hundred steps.
+        assert!(apart < 1e-12, "step {step}: {apart:e}");
+    }
+    let end = state.particles.velocity[0];
+    assert!(touched && end.z > 0.5, "the sphere was meant to bounce: {end}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Two particles led along a path through LIGGGHTS, against direct calls of the same laws.
+//! Two particles led along a path through LIGGGHTS and LAMMPS, against direct calls of the same laws.
 
 mod harness;
 
@@ -11,7 +11,7 @@ use concordem::law::{
     Frictional, HertzMindlin, Kinematics, LinearBond, Section,
 };
 use concordem::math::{Quat, Vec3, normalized, quaternion_of_rotation_vector};
-use harness::{Atom, data_file, dump, frames, head, run};
+use harness::{Atom, Host, data_file_for, dump_for, frames, head_for, run_in};
 
 /// A leg of the path: steps, and velocities and spins of both particles.
 type Leg = (usize, [Vec3; 2], [Vec3; 2]);
@@ -137,35 +137,58 @@ fn direct<B: ContactLaw, C: ContactLaw>(
     out
 }
 
-/// LIGGGHTS along the same path; compared step by step.
+/// LIGGGHTS and LAMMPS along the same path; compared step by step.
 fn compare(law: &str, legs: &[Leg], expected: &[([Vec3; 2], [Vec3; 2])], breaks: bool) {
+    compare_in(Host::Liggghts, false, law, legs, expected, breaks);
+    compare_in(Host::Lammps, false, law, legs, expected, breaks);
+    if let Some((parameters, rest)) = law.split_once("bond distance ") {
+        // The same bond as the atoms' own, with the bond style.
+        let law = format!("{parameters} {}", rest.split_once(' ').map_or("", |(_, rest)| rest));
+        compare_in(Host::Lammps, true, &law, legs, expected, breaks);
+    }
+}
+
+fn compare_in(host: Host, style: bool, law: &str, legs: &[Leg], expected: &[([Vec3; 2], [Vec3; 2])], breaks: bool) {
     let folder = tempfile::tempdir().unwrap();
     let atoms: Vec<Atom> = start()
         .iter()
         .zip(RADIUS)
         .map(|(&position, radius)| Atom { density: DENSITY, ..Atom::resting(position, radius) })
         .collect();
-    data_file(&folder.path().join("two.data"), &atoms, Vec3::zeros(), Vec3::new(0.06, 0.06, 0.06));
+    let data = folder.path().join("two.data");
+    data_file_for(host, &data, &atoms, if style { &[[1, 2]] } else { &[] }, Vec3::zeros(), Vec3::new(0.06, 0.06, 0.06));
     // The middle of the box, where processors meet, lies between the particles.
-    let mut script = head("two.data", "f f f", 1e-3, DT);
-    writeln!(script, "group a id 1\ngroup b id 2\nfix integrate all nve/sphere\nfix bonds all concordem/bond {law}")
-        .unwrap();
-    writeln!(script, "thermo_style custom step f_bonds f_bonds[2]\nthermo 1").unwrap();
-    script.push_str(&dump("out.dump", 1));
+    let mut script = head_for(host, "two.data", "f f f", 1e-3, DT);
+    writeln!(script, "group a id 1\ngroup b id 2\nfix integrate all nve/sphere").unwrap();
+    let name = if style {
+        let (law, parameters) = law.split_once(' ').unwrap();
+        writeln!(script, "bond_style concordem/{law}\nbond_coeff * {parameters}").unwrap();
+        "f_concordem_bonds"
+    } else {
+        writeln!(script, "fix bonds all concordem/bond {law}").unwrap();
+        "f_bonds"
+    };
+    writeln!(script, "thermo_style custom step {name} {name}[2]\nthermo 1").unwrap();
+    script.push_str(&dump_for(host, "out.dump", 1));
     script.push_str("run 0\n");
     for (steps, velocity, spin) in legs {
         for (p, name) in ["a", "b"].iter().enumerate() {
             let (v, w) = (velocity[p], spin[p]);
             writeln!(script, "velocity {name} set {:e} {:e} {:e} units box", v.x, v.y, v.z).unwrap();
-            writeln!(script, "set group {name} omegax {:e} omegay {:e} omegaz {:e}", w.x, w.y, w.z).unwrap();
+            match host {
+                Host::Liggghts => {
+                    writeln!(script, "set group {name} omegax {:e} omegay {:e} omegaz {:e}", w.x, w.y, w.z).unwrap();
+                }
+                Host::Lammps => writeln!(script, "set group {name} omega {:e} {:e} {:e}", w.x, w.y, w.z).unwrap(),
+            }
         }
         writeln!(script, "run {steps}").unwrap();
     }
     for processors in [1, 2] {
-        let printed = run(folder.path(), &script, processors);
+        let printed = run_in(host, folder.path(), &script, processors);
         if breaks {
             let broken = harness::thermo(&printed).last().unwrap()[2];
-            assert_eq!(broken, 1.0, "{law}: the bond was meant to break");
+            assert_eq!(broken, 1.0, "{host:?}, {law}: the bond was meant to break");
         }
         let found = frames(&folder.path().join("out.dump"));
         assert!(expected.len() > 500);
@@ -176,7 +199,7 @@ fn compare(law: &str, legs: &[Leg], expected: &[([Vec3; 2], [Vec3; 2])], breaks:
                 let close = |a: &Vec3, b: &Vec3| (a - b).norm() <= 1e-14 * b.norm();
                 assert!(
                     close(&atoms[p].force, &force[p]) && close(&atoms[p].torque, &torque[p]),
-                    "{law}, {processors} processors, step {step}, particle {p}: {:?} instead of {:?} {:?}",
+                    "{host:?}, {law}, {processors} processors, step {step}, particle {p}: {:?} instead of {:?} {:?}",
                     atoms[p],
                     force[p],
                     torque[p]

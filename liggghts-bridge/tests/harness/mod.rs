@@ -1,4 +1,4 @@
-//! Runs the stock LIGGGHTS with our library and reads what it writes.
+//! Runs the stock LIGGGHTS, and LAMMPS, with our libraries and reads what they write.
 #![allow(dead_code)] // each test uses a part
 
 use std::fmt::Write as _;
@@ -10,24 +10,57 @@ use concordem::math::Vec3;
 /// Seconds after which a run counts as hanging.
 const LIMIT: &str = "300";
 
-/// The launcher; tests fail, not skip, without it.
-fn launcher() -> PathBuf {
-    let target = std::env::var_os("CARGO_TARGET_DIR")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target"), PathBuf::from);
-    let launcher = target.join("liggghts/concordem-liggghts");
-    assert!(launcher.exists(), "{} is missing: run liggghts-bridge/build first", launcher.display());
-    launcher
+/// The program that moves the atoms.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Host {
+    /// Debian's, through the launcher.
+    Liggghts,
+    /// The one of `.venv-lammps`, with our plugin and its own MPI.
+    Lammps,
 }
 
-/// Run a script in `folder` on `processors`; the output whatever the outcome. Fails on a hang.
+/// A file made by a build script; tests fail, not skip, without it.
+fn built(name: &str, script: &str) -> PathBuf {
+    let target = std::env::var_os("CARGO_TARGET_DIR")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target"), PathBuf::from);
+    let file = target.join(name);
+    assert!(file.exists(), "{} is missing: run {script} first", file.display());
+    file.canonicalize().unwrap()
+}
+
+/// Run a script for LIGGGHTS in `folder` on `processors`; the output whatever the outcome. Fails on a hang.
 pub fn attempt(folder: &Path, script: &str, processors: usize) -> Output {
+    attempt_in(Host::Liggghts, folder, script, processors)
+}
+
+/// Run a script for `host` in `folder` on `processors`; the output whatever the outcome. Fails on a hang.
+pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) -> Output {
     let path = folder.join(format!("script.{processors}.in"));
     std::fs::write(&path, script).unwrap();
-    let output = Command::new("timeout")
-        .args(["-k", "5", LIMIT, "mpirun", "--oversubscribe", "--mca", "mpi_yield_when_idle", "1", "-np"])
-        .arg(processors.to_string())
-        .arg(launcher())
-        .arg(&path)
+    let mut command = Command::new("timeout");
+    command.args(["-k", "5", LIMIT]);
+    match host {
+        Host::Liggghts => {
+            command
+                .args(["mpirun", "--oversubscribe", "--mca", "mpi_yield_when_idle", "1", "-np"])
+                .arg(processors.to_string())
+                .arg(built("liggghts/concordem-liggghts", "liggghts-bridge/build"))
+                .arg(&path);
+        }
+        Host::Lammps => {
+            let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.venv-lammps/bin");
+            assert!(venv.join("lmp").exists(), "{} has no lmp: run .ci/setup lammps first", venv.display());
+            let plugin = built("lammps/concordemplugin.so", "liggghts-bridge/lammps/build");
+            command
+                .arg(venv.join("mpirun"))
+                .args(["-np", &processors.to_string()])
+                .arg(venv.join("lmp"))
+                .arg("-in")
+                .arg(&path)
+                .env("LAMMPS_PLUGIN_PATH", plugin.parent().unwrap());
+        }
+    }
+    let output = command
         .args(["-log", "none"])
         .current_dir(folder)
         .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
@@ -43,9 +76,14 @@ pub fn text(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
 }
 
-/// Run a script that must succeed; what it printed.
+/// Run a script for LIGGGHTS that must succeed; what it printed.
 pub fn run(folder: &Path, script: &str, processors: usize) -> String {
-    let output = attempt(folder, script, processors);
+    run_in(Host::Liggghts, folder, script, processors)
+}
+
+/// Run a script for `host` that must succeed; what it printed.
+pub fn run_in(host: Host, folder: &Path, script: &str, processors: usize) -> String {
+    let output = attempt_in(host, folder, script, processors);
     let printed = text(&output);
     assert!(output.status.success() && !printed.contains("ERROR"), "on {processors} processors:\n{printed}\n{script}");
     printed
@@ -70,23 +108,52 @@ impl Atom {
 
 /// A LIGGGHTS data file; ids are 1, 2, … in order.
 pub fn data_file(path: &Path, atoms: &[Atom], low: Vec3, high: Vec3) {
+    data_file_for(Host::Liggghts, path, atoms, &[], low, high);
+}
+
+/// A data file for `host`; ids are 1, 2, … in order. With LAMMPS atoms are of style bpm/sphere and may have `bonds`.
+pub fn data_file_for(host: Host, path: &Path, atoms: &[Atom], bonds: &[[usize; 2]], low: Vec3, high: Vec3) {
     let kinds = atoms.iter().map(|a| a.kind).max().unwrap_or(1);
-    let mut out = format!("atoms\n\n{} atoms\n{kinds} atom types\n\n", atoms.len());
+    let mut out = format!("atoms\n\n{} atoms\n{kinds} atom types\n", atoms.len());
+    if host == Host::Lammps {
+        writeln!(out, "{} bonds\n1 bond types\n20 extra bond per atom", bonds.len()).unwrap();
+        writeln!(out, "20 extra special per atom").unwrap();
+    }
+    out.push('\n');
     for (axis, k) in ["x", "y", "z"].iter().zip(0..) {
         writeln!(out, "{:e} {:e} {axis}lo {axis}hi", low[k], high[k]).unwrap();
     }
     out.push_str("\nAtoms\n\n");
     for (i, a) in atoms.iter().enumerate() {
         let x = a.position;
-        writeln!(out, "{} {} {:e} {:e} {:e} {:e} {:e}", i + 1, a.kind, 2.0 * a.radius, a.density, x.x, x.y, x.z)
-            .unwrap();
+        let molecule = if host == Host::Lammps { "1 " } else { "" };
+        let (id, diameter) = (i + 1, 2.0 * a.radius);
+        writeln!(out, "{id} {molecule}{} {diameter:e} {:e} {:e} {:e} {:e}", a.kind, a.density, x.x, x.y, x.z).unwrap();
     }
     out.push_str("\nVelocities\n\n");
     for (i, a) in atoms.iter().enumerate() {
         let (v, w) = (a.velocity, a.spin);
         writeln!(out, "{} {:e} {:e} {:e} {:e} {:e} {:e}", i + 1, v.x, v.y, v.z, w.x, w.y, w.z).unwrap();
     }
+    if !bonds.is_empty() {
+        out.push_str("\nBonds\n\n");
+        for (k, [a, b]) in bonds.iter().enumerate() {
+            writeln!(out, "{} 1 {a} {b}", k + 1).unwrap();
+        }
+    }
     std::fs::write(path, out).unwrap();
+}
+
+/// [`head`] for `host`.
+pub fn head_for(host: Host, data: &str, boundary: &str, skin: f64, dt: f64) -> String {
+    match host {
+        Host::Liggghts => head(data, boundary, skin, dt),
+        Host::Lammps => format!(
+            "units si\natom_style bpm/sphere\natom_modify map array sort 0 0\nboundary {boundary}\nnewton off\n\
+             comm_modify vel yes\nread_data {data}\nneighbor {skin:e} bin\nneigh_modify every 1 delay 0\n\
+             timestep {dt:e}\n"
+        ),
+    }
 }
 
 /// The beginning of a script that reads `data`, up to the neighbour lists; `skin` in m.
@@ -99,10 +166,18 @@ pub fn head(data: &str, boundary: &str, skin: f64, dt: f64) -> String {
 
 /// A dump of positions, velocities, spins, forces, and torques with all digits, sorted by id, every `every` steps.
 pub fn dump(file: &str, every: usize) -> String {
+    dump_for(Host::Liggghts, file, every)
+}
+
+/// [`dump`] for `host`.
+pub fn dump_for(host: Host, file: &str, every: usize) -> String {
+    let format = match host {
+        Host::Liggghts => format!("format \"%d{}\"", " %.17g".repeat(15)),
+        Host::Lammps => "format float %.17g".to_owned(),
+    };
     format!(
         "dump d all custom {every} {file} id x y z vx vy vz omegax omegay omegaz fx fy fz tqx tqy tqz\n\
-         dump_modify d sort id format \"%d{}\"\n",
-        " %.17g".repeat(15)
+         dump_modify d sort id {format}\n"
     )
 }
 
@@ -137,6 +212,18 @@ pub fn frames(path: &Path) -> Vec<(u64, Vec<Dumped>)> {
         }
     }
     frames
+}
+
+/// The rows of any dump with all digits, step by step.
+pub fn tables(path: &Path) -> Vec<(u64, Vec<Vec<f64>>)> {
+    let content = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let is_header = |line: &&str| line.starts_with("ITEM: ATOMS") || line.starts_with("ITEM: ENTRIES");
+    let numbers = |row: &str| row.split_whitespace().map(|word| word.parse().unwrap()).collect();
+    let part = |part: &str| {
+        let step = part.lines().next().unwrap().trim().parse().unwrap();
+        (step, part.lines().skip_while(|line| !is_header(line)).skip(1).map(numbers).collect())
+    };
+    content.split("ITEM: TIMESTEP\n").skip(1).map(part).collect()
 }
 
 /// Rows of thermo output: numbers of all lines that begin with a step, in order.

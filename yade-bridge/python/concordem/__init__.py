@@ -21,7 +21,8 @@ A scenario says what is computed; a simulation computes it; the state is NumPy a
 ['linear_bond']
 
 Results of the command line program are read by :class:`Result`; operators on any arrays are in
-:mod:`concordem.operators`, packings in :mod:`concordem.packing`, the bridge to YADE in :mod:`concordem.yade`.
+:mod:`concordem.operators`, packings in :mod:`concordem.packing`, the bridge to YADE in :mod:`concordem.yade`, LIGGGHTS with our
+laws in :mod:`concordem.liggghts`.
 """
 
 from . import operators, packing

@@ -1,0 +1,143 @@
+#!/usr/bin/env python3
+"""Cost of a step in LAMMPS with `bond_style concordem/cohesive_beam` through that with `bpm/rotational`: the same spheres, the same
+bonds, both with a criterion of breakage that is asked at every step (and not met).
+
+Prints the median of several rounds; rounds alternate, so that a busy machine slows both alike. On one processor the time is that
+of the processor (LAMMPS' "CPU use"), on more the wall's, since MPICH waits busily. With --json the figures.
+  liggghts-bridge/lammps/compare_speed.py [--rounds 5] [--edge 22] [--processors 1 2] [--json FILE]
+"""
+import argparse
+import itertools
+import json
+import math
+import os
+import re
+import statistics
+import subprocess
+import tempfile
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.join(HERE, "../..")
+VENV = os.path.join(ROOT, ".venv-lammps/bin")
+PLUGINS = os.path.join(os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target")), "lammps")
+SPACING = 0.01
+RADIUS = 0.005
+YOUNG, POISSON, RATIO = 30e9, 0.2, 0.5
+STEPS = 100
+HEAD = """units si
+atom_style bpm/sphere
+atom_modify map array sort 0 0
+boundary {boundary}
+newton off
+comm_modify vel yes
+read_data {data}
+special_bonds lj 0 1 1 coul 1 1 1
+neighbor 0.001 bin
+neigh_modify delay 0
+comm_modify cutoff 0.018
+timestep 1e-7
+fix integrate all nve/bpm/sphere
+"""
+
+
+def rotational():
+    """Stiffnesses of the same Euler-Bernoulli beam, thresholds never met."""
+    radius = RATIO * RADIUS
+    area, bending = math.pi * radius**2, math.pi * radius**4 / 4
+    axial = YOUNG * area / SPACING
+    shear = 12 * YOUNG * bending / SPACING**3
+    torsion = YOUNG / (2 * (1 + POISSON)) * 2 * bending / SPACING
+    bend = YOUNG * bending / SPACING
+    return (f"bond_style bpm/rotational smooth no\n"
+            f"bond_coeff 1 {axial} {shear} {torsion} {bend} 1e6 1e6 1e6 1e6 0 0 0 0\n")
+
+
+STYLES = {
+    "bpm/rotational": rotational(),
+    "concordem/cohesive_beam": "bond_style concordem/cohesive_beam\n"
+    f"bond_coeff * young {YOUNG} poisson {POISSON} radius_ratio {RATIO} tensile_strength 1e12\n",
+    "concordem/cpm": "bond_style concordem/cpm\n"
+    "bond_coeff * young 30e9 shear_ratio 0.2 cohesion 4.5e6 friction_coefficient 0.8 crack_onset_strain 1 relative_ductility 10\n",
+    "concordem/linear_bond": "bond_style concordem/linear_bond\nbond_coeff * normal_stiffness 1e6 shear_stiffness 4e5\n",
+}
+
+
+def packing(path, edge, neighbours, periodic):
+    """A cubic lattice with bonds to 3 (faces) or 9 (and edges) neighbours per sphere."""
+    steps = [s for s in itertools.product((-1, 0, 1), repeat=3) if s > (0, 0, 0) and sum(map(abs, s)) <= (1 if neighbours == 3 else 2)]
+    assert len(steps) == neighbours
+    bonds = []
+    for x, y, z in itertools.product(range(edge), repeat=3):
+        for a, b, c in steps:
+            if not periodic and not all(0 <= v < edge for v in (x + a, y + b, z + c)):
+                continue
+            other = (x + a) % edge + ((y + b) % edge) * edge + ((z + c) % edge) * edge**2
+            bonds.append((x + y * edge + z * edge**2 + 1, other + 1))
+    with open(path, "w") as out:
+        out.write(f"packing\n\n{edge**3} atoms\n1 atom types\n{len(bonds)} bonds\n1 bond types\n20 extra bond per atom\n"
+                  "30 extra special per atom\n\n")
+        for axis in "xyz":
+            # Spheres are where cells are, room around them where the box is not periodic.
+            margin = 0.0 if periodic else SPACING
+            out.write(f"{-margin} {edge * SPACING + margin} {axis}lo {axis}hi\n")
+        out.write("\nAtoms\n\n")
+        for k in range(edge**3):
+            x, y, z = (k % edge, k // edge % edge, k // edge**2)
+            out.write(f"{k + 1} 1 1 {2 * RADIUS} 2500 {x * SPACING:.17g} {y * SPACING:.17g} {z * SPACING:.17g}\n")
+        out.write("\nVelocities\n\n")
+        for k in range(edge**3):
+            v = [((k * a) % 1009 / 1009 - 0.5) * 0.02 for a in (7919, 104729, 1299709)]
+            out.write(f"{k + 1} {v[0]:.17g} {v[1]:.17g} {v[2]:.17g} 0 0 0\n")
+        out.write("\nBonds\n\n")
+        for k, (a, b) in enumerate(bonds):
+            out.write(f"{k + 1} 1 {a} {b}\n")
+    return len(bonds)
+
+
+def run(folder, style, data, boundary, processors):
+    with open(os.path.join(folder, "in"), "w") as out:
+        out.write(HEAD.format(data=data, boundary=boundary) + STYLES[style] + f"thermo {STEPS}\nrun 20\nrun {STEPS}\n")
+    printed = subprocess.run(
+        [os.path.join(VENV, "mpirun"), "-np", str(processors), os.path.join(VENV, "lmp"), "-in", "in", "-log", "none"],
+        cwd=folder, env=dict(os.environ, LAMMPS_PLUGIN_PATH=PLUGINS), check=True, capture_output=True, text=True).stdout
+    seconds = float(re.findall(r"Loop time of (\S+)", printed)[-1])
+    if processors == 1:
+        seconds *= float(re.findall(r"([\d.]+)% CPU use", printed)[-1]) / 100
+    part = {name: float(share) for name, share in re.findall(r"^(\w+) +\| .*\| +([\d.]+)$", printed.split("Loop time")[-1], re.M)}
+    return seconds / STEPS, part.get("Comm", float("nan"))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--edge", type=int, default=22)
+    parser.add_argument("--processors", type=int, nargs="+", default=[1, 2])
+    parser.add_argument("--json")
+    arguments = parser.parse_args()
+    figures = []
+    with tempfile.TemporaryDirectory() as folder:
+        for boundary, neighbours in itertools.product(("f f f", "p p p"), (3, 9)):
+            bonds = packing(os.path.join(folder, "data"), arguments.edge, neighbours, boundary[0] == "p")
+            for processors in arguments.processors:
+                found = {style: [] for style in STYLES}
+                for _ in range(arguments.rounds):
+                    for style in STYLES:
+                        found[style].append(run(folder, style, "data", boundary, processors))
+                native = [step for step, _ in found["bpm/rotational"]]
+                for style, rounds in found.items():
+                    ratios = [step / other for (step, _), other in zip(rounds, native)]
+                    figures.append({
+                        "style": style, "boundary": boundary, "spheres": arguments.edge**3, "bonds": bonds, "processors": processors,
+                        "ns_per_bond_step": statistics.median(step for step, _ in rounds) / bonds * 1e9,
+                        "ratio": statistics.median(ratios), "ratios": ratios,
+                        "communication_percent": statistics.median(share for _, share in rounds)})
+                    f = figures[-1]
+                    print(f"{boundary}, {bonds} bonds on {processors}: {style:24} {f['ns_per_bond_step']:7.1f} ns per bond and step, "
+                          f"{f['ratio']:.2f} of bpm/rotational (rounds {min(ratios):.2f} to {max(ratios):.2f}), "
+                          f"communication {f['communication_percent']:.1f} %", flush=True)
+    if arguments.json:
+        with open(arguments.json, "w") as out:
+            json.dump({"load_average": os.getloadavg(), "figures": figures}, out, indent=1)
+
+
+main()

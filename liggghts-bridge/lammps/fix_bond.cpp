@@ -1,0 +1,480 @@
+/* fix concordem/bond in LAMMPS, see fix_bond.h. Differs from the one for LIGGGHTS where the hosts do: forces are added after those
+   of pair styles (which may take the virial from the sum of forces), virials are tallied, bonds may be the atoms' own.
+
+   SPDX-License-Identifier: GPL-2.0-or-later */
+#include "fix_bond.h"
+
+#include <array>
+#include <cstring>
+#include <vector>
+
+#include "atom.h"
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "force.h"
+#include "group.h"
+#include "memory.h"
+#include "modify.h"
+#include "neighbor.h"
+#include "output.h"
+#include "update.h"
+
+#include "host.h"
+
+using namespace LAMMPS_NS;
+
+FixConcordemBond::FixConcordemBond(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
+{
+  message_.text = text_;
+  message_.capacity = sizeof(text_);
+  text_[0] = 0;
+  if (!atom->radius_flag || !atom->rmass_flag || !atom->omega_flag || !atom->torque_flag)
+    fail("needs atoms with radius, mass, spin, and torque: use `atom_style bpm/sphere` or `atom_style sphere`");
+  if (!atom->tag_enable) fail("needs atom ids: remove `atom_modify id no`");
+  if (domain->triclinic) fail("needs an orthogonal box, not a triclinic one");
+  if (strcmp(update->unit_style, "si") != 0) fail("takes its parameters in SI units: use `units si`");
+
+  network_ = concordem_network_new(arg + 3, narg - 3, atom->ntypes, &facts_, &message_);
+  if (!network_) fail(text_);
+  law_ = arg[3];
+
+  restart_global = 1;
+  restart_peratom = 1;
+  create_attribute = 1;
+  scalar_flag = 1;
+  vector_flag = 1;
+  size_vector = CONCORDEM_SUMS;
+  global_freq = 1;
+  extscalar = 1;
+  extvector = 1;
+  time_depend = 1;
+  virial_global_flag = 1;
+  virial_peratom_flag = 1;
+  thermo_virial = 1;
+  maxexchange_dynamic = 1;
+  periodic_ = domain->xperiodic || domain->yperiodic || domain->zperiodic;
+  comm_forward = facts_.communicated + (periodic_ ? 3 : 0);
+
+  FixConcordemBond::grow_arrays(atom->nmax);
+  atom->add_callback(Atom::GROW);
+  atom->add_callback(Atom::RESTART);
+  for (int i = 0; i < atom->nlocal; i++) FixConcordemBond::set_arrays(i);
+}
+
+FixConcordemBond::~FixConcordemBond()
+{
+  if (network_) {
+    atom->delete_callback(id, Atom::GROW);
+    atom->delete_callback(id, Atom::RESTART);
+  }
+  memory->destroy(memory_);
+  memory->destroy(original_);
+  concordem_network_delete(network_);
+}
+
+int FixConcordemBond::setmask()
+{
+  return FixConst::PRE_EXCHANGE | FixConst::PRE_FORCE | FixConst::POST_FORCE;
+}
+
+void FixConcordemBond::fail(const std::string &text)
+{
+  error->all(FLERR, "Fix {} concordem/bond: {}", id, text);
+}
+
+// A message that may exist on one processor only: all are stopped.
+void FixConcordemBond::fail_on_this_processor()
+{
+  error->one(FLERR, "Fix {} concordem/bond: {}", id, text_);
+}
+
+void FixConcordemBond::serve_bond_style()
+{
+  serves_ = true;
+  // The bond style tallies.
+  virial_global_flag = virial_peratom_flag = thermo_virial = 0;
+}
+
+bool FixConcordemBond::creation_is_due() const
+{
+  return !made_ && update->ntimestep >= facts_.at;
+}
+
+void FixConcordemBond::init()
+{
+  if (!comm->ghost_velocity) fail("needs velocities of neighbours on other processors: add `comm_modify vel yes`");
+  if (domain->deform_flag) fail("does not follow boxes that deform: remove `fix deform`");
+  if (utils::strmatch(update->integrate_style, "^respa")) fail("does not work with run_style respa");
+  if (periodic_ != (domain->xperiodic || domain->yperiodic || domain->zperiodic))
+    fail("must be defined after `boundary` or change_box have set the final boundaries");
+
+  // Atoms must be known as far as the longest bond reaches. It may stretch by 5 % before lists are rebuilt with a check.
+  double wanted = 0.0, smallest = 0.0;
+  if (!made_ && serves_) wanted = longest_given();
+  if (!made_ && facts_.creation == 2) {
+    int missing;
+    wanted = concordem_longest_listed(network_, atom, domain, groupbit, world, &missing);
+    if (missing) fail(fmt::format("the list of bonds names atom {}, which is not in group {}", missing, group->names[igroup]));
+  }
+  const double longest = concordem_longest(network_, facts_, made_, wanted, atom, groupbit, world, &smallest);
+  reach_ = MAX(1.05 * longest + neighbor->skin, facts_.reach);
+  comm->cutghostuser = MAX(comm->cutghostuser, reach_);
+  if (made_ && serves_) compare_with_lists();
+}
+
+// Longest of the bonds in the atoms' own lists, by the positions of all atoms in them.
+double FixConcordemBond::longest_given()
+{
+  // Copies of neighbours need not be there yet: every processor gets the positions of partners it does not have.
+  std::vector<int> asked;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int m = 0; m < atom->num_bond[i]; m++) {
+      if (atom->bond_type[i][m] <= 0) continue;
+      const int j = atom->map(atom->bond_atom[i][m]);
+      if (j < 0 || j >= atom->nlocal) asked.push_back(atom->bond_atom[i][m]);
+    }
+  std::sort(asked.begin(), asked.end());
+  asked.erase(std::unique(asked.begin(), asked.end()), asked.end());
+  int count = asked.size(), total = 0;
+  std::vector<int> counts(comm->nprocs), starts(comm->nprocs);
+  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, world);
+  for (int p = 0; p < comm->nprocs; p++) starts[p] = total, total += counts[p];
+  std::vector<int> all(total);
+  MPI_Allgatherv(asked.data(), count, MPI_INT, all.data(), counts.data(), starts.data(), MPI_INT, world);
+  std::vector<double> mine(4 * total, 0.0), found(4 * total, 0.0);
+  for (int k = 0; k < total; k++) {
+    const int i = atom->map(all[k]);
+    if (i < 0 || i >= atom->nlocal) continue;
+    for (int axis = 0; axis < 3; axis++) mine[4 * k + axis] = atom->x[i][axis];
+    mine[4 * k + 3] = 1.0;
+  }
+  MPI_Allreduce(mine.data(), found.data(), 4 * total, MPI_DOUBLE, MPI_SUM, world);
+  double longest = 0.0;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int m = 0; m < atom->num_bond[i]; m++) {
+      if (atom->bond_type[i][m] <= 0) continue;
+      const int partner = atom->bond_atom[i][m];
+      const int j = atom->map(partner);
+      const double *x;
+      if (j >= 0 && j < atom->nlocal) {
+        x = atom->x[j];
+      } else {
+        const int k = starts[comm->me] + static_cast<int>(std::lower_bound(asked.begin(), asked.end(), partner) - asked.begin());
+        x = &found[4 * k];
+        if (found[4 * k + 3] == 0.0)
+          error->one(FLERR, "Fix {} concordem/bond: atom {} is bonded with atom {}, which does not exist", id, atom->tag[i], partner);
+      }
+      double d[3];
+      for (int axis = 0; axis < 3; axis++) d[axis] = x[axis] - atom->x[i][axis];
+      domain->minimum_image(FLERR, d[0], d[1], d[2]);
+      longest = MAX(longest, sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]));
+    }
+  return longest;
+}
+
+void FixConcordemBond::setup_pre_exchange()
+{
+  FixConcordemBond::pre_exchange();
+}
+
+// The buffer for an atom that migrates must hold all its bonds.
+void FixConcordemBond::pre_exchange()
+{
+  maxexchange = facts_.atom_width + 2 + static_cast<int>(concordem_network_largest_pack(network_));
+}
+
+void FixConcordemBond::setup_pre_force(int)
+{
+  setup_ = true;
+  communicate();
+  rebuild();
+  if (creation_is_due()) make_bonds();
+}
+
+void FixConcordemBond::pre_force(int)
+{
+  setup_ = false;
+  ConcordemAtoms atoms = arrays();
+  concordem_network_turn(network_, &atoms);
+  communicate();
+  if (neighbor->ago == 0) rebuild();
+}
+
+void FixConcordemBond::setup(int vflag)
+{
+  FixConcordemBond::post_force(vflag);
+}
+
+void FixConcordemBond::post_force(int vflag)
+{
+  if (!serves_) {
+    v_init(vflag);
+    find_forces(false, vflag_either);
+    if (vflag_global || vflag_atom) {
+      double total[6] = {0.0};
+      concordem_network_virial(network_, total, vflag_atom ? vatom[0] : nullptr, vflag_atom ? atom->nlocal : 0);
+      if (vflag_global)
+        for (int k = 0; k < 6; k++) virial[k] += total[k];
+    }
+  }
+  // Bonds begin at the end of the step, unstressed, and are first asked in the next one.
+  if (!setup_ && creation_is_due()) make_bonds();
+}
+
+void FixConcordemBond::find_forces(bool energies, bool virial_wanted)
+{
+  ConcordemAtoms atoms = arrays();
+  const bool output_is_due = setup_ || update->ntimestep == output->next;
+  const bool sample = output_is_due || energies || facts_.sample_every_step;
+  const bool record = output_is_due || virial_wanted || concordem_compute_is_due(modify, update);
+  if (concordem_network_forces(network_, &atoms, setup_, sample, record, &message_) < 0) fail_on_this_processor();
+  if (sample) sampled_at_ = update->ntimestep;
+  if (serves_) take_broken_off_lists();
+}
+
+double FixConcordemBond::stored_energy() const
+{
+  double sums[CONCORDEM_SUMS];
+  concordem_network_sums(network_, sums);
+  return sums[3] + sums[4] + sums[5] + sums[6];
+}
+
+// Copies get what the network must know of them. On steps with new lists LAMMPS itself sends positions of copies, moved to
+// their periodic image, which rounds; bonds need what their owner has.
+void FixConcordemBond::communicate()
+{
+  if (periodic_)
+    for (int i = 0; i < atom->nlocal; i++)
+      for (int axis = 0; axis < 3; axis++) original_[i][axis] = atom->x[i][axis];
+  if (comm_forward) comm->forward_comm(this);
+}
+
+int FixConcordemBond::pack_forward_comm(int n, int *list, double *buf, int, int *)
+{
+  const int first = facts_.atom_width - facts_.communicated;
+  int m = 0;
+  for (int k = 0; k < n; k++) {
+    const int i = list[k];
+    if (periodic_)
+      for (int axis = 0; axis < 3; axis++) buf[m++] = original_[i][axis];
+    for (int r = first; r < facts_.atom_width; r++) buf[m++] = memory_[i][r];
+  }
+  return m;
+}
+
+void FixConcordemBond::unpack_forward_comm(int n, int first_atom, double *buf)
+{
+  const int first = facts_.atom_width - facts_.communicated;
+  int m = 0;
+  for (int i = first_atom; i < first_atom + n; i++) {
+    if (periodic_)
+      for (int axis = 0; axis < 3; axis++) original_[i][axis] = buf[m++];
+    for (int r = first; r < facts_.atom_width; r++) memory_[i][r] = buf[m++];
+  }
+}
+
+ConcordemAtoms FixConcordemBond::arrays()
+{
+  return concordem_arrays(atom, domain, update, groupbit, facts_.atom_width, memory_, periodic_ ? original_ : nullptr);
+}
+
+void FixConcordemBond::rebuild()
+{
+  ConcordemAtoms atoms = arrays();
+  // The mean radius is of use to bonds that are measured for the first time.
+  const double mean = made_ ? 0.0 : concordem_mean_radius(atom, groupbit, world);
+  if (concordem_network_rebuild(network_, &atoms, neighbor->skin, reach_, mean, &message_) < 0) fail_on_this_processor();
+}
+
+void FixConcordemBond::make_bonds()
+{
+  if (facts_.creation == 1 && concordem_network_make_near(network_, &message_) < 0) fail_on_this_processor();
+  if (facts_.creation == 2) concordem_network_make_listed(network_);
+  if (serves_) {
+    std::vector<std::array<int32_t, 2>> pairs;
+    for (int i = 0; i < atom->nlocal; i++)
+      for (int m = 0; m < atom->num_bond[i]; m++)
+        if (atom->bond_type[i][m] > 0) pairs.push_back({atom->tag[i], atom->bond_atom[i][m]});
+    concordem_network_make_given(network_, reinterpret_cast<const int32_t(*)[2]>(pairs.data()), pairs.size());
+  }
+  if (facts_.creation || serves_) rebuild();
+  made_ = true;
+  double total;
+  if (!concordem_count(network_, world, &total))
+    fail("neighbours on other processors are not known as far as bonds reach; add `reach LENGTH` with a larger length");
+  if (!facts_.creation && !serves_) return;
+  if (comm->me == 0) {
+    utils::logmesg(lmp, "fix {} concordem/bond: {:.0f} bonds of law {}\n", id, total, law_);
+    if (total == 0.0)
+      error->warning(FLERR, "Fix {} concordem/bond made no bonds: {}", id,
+                     serves_ ? "the atoms have none" : "is the factor too small, or the group empty?");
+  }
+}
+
+// The atoms' own lists of bonds follow.
+void FixConcordemBond::take_broken_off_lists()
+{
+  const int32_t(*pairs)[2];
+  const int64_t count = concordem_network_broken_now(network_, &pairs);
+  for (int64_t k = 0; k < count; k++)
+    for (int end = 0; end < 2; end++) {
+      const int i = atom->map(pairs[k][end]);
+      if (i < 0 || i >= atom->nlocal) continue;
+      const int partner = pairs[k][1 - end], last = atom->num_bond[i] - 1;
+      for (int m = 0; m <= last; m++) {
+        if (atom->bond_atom[i][m] != partner) continue;
+        atom->bond_atom[i][m] = atom->bond_atom[i][last];
+        atom->bond_type[i][m] = atom->bond_type[i][last];
+        atom->num_bond[i] = last;
+        break;
+      }
+    }
+  // Until LAMMPS builds its list of bonds anew, others who read it see that these are off.
+  if (count)
+    for (int n = 0; n < neighbor->nbondlist; n++) {
+      int *bond = neighbor->bondlist[n];
+      const int a = MIN(atom->tag[bond[0]], atom->tag[bond[1]]), b = MAX(atom->tag[bond[0]], atom->tag[bond[1]]);
+      for (int64_t k = 0; k < count; k++)
+        if (pairs[k][0] == a && pairs[k][1] == b) bond[2] = 0;
+    }
+}
+
+// Another command may have changed the atoms' lists of bonds.
+void FixConcordemBond::compare_with_lists()
+{
+  double mine[3] = {0.0, 0.0, 0.0}, all[3];
+  concordem_network_ends(network_, mine);
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int m = 0; m < atom->num_bond[i]; m++)
+      if (atom->bond_type[i][m] > 0) mine[2] += 1.0;
+  MPI_Allreduce(mine, all, 3, MPI_DOUBLE, MPI_SUM, world);
+  // Right after a restart bonds are not in place yet.
+  if (all[0] == 0.0 && all[1] == 0.0) return;
+  if (all[0] + all[1] != all[2])
+    fail(fmt::format("the atoms' lists hold {:.0f} ends of bonds, but {:.0f} were left at the end of the last run: bonds cannot be "
+                     "added or removed after the first run",
+                     all[2], all[0] + all[1]));
+}
+
+/* ------------------------------------------------------------------------------------------------- atoms come and go */
+
+void FixConcordemBond::grow_arrays(int nmax)
+{
+  memory->grow(memory_, nmax, facts_.atom_width, "concordem/bond:memory");
+  if (periodic_) memory->grow(original_, nmax, 3, "concordem/bond:original");
+}
+
+void FixConcordemBond::copy_arrays(int i, int j, int)
+{
+  memcpy(memory_[j], memory_[i], sizeof(double) * facts_.atom_width);
+}
+
+void FixConcordemBond::set_arrays(int i)
+{
+  concordem_network_initial_memory(network_, memory_[i]);
+}
+
+int FixConcordemBond::pack_exchange(int i, double *buf)
+{
+  int m = 0;
+  for (int r = 0; r < facts_.atom_width; r++) buf[m++] = memory_[i][r];
+  const int64_t count = concordem_network_pack(network_, atom->tag[i], 1, buf + m + 1, maxexchange);
+  if (count > maxexchange) error->one(FLERR, "fix concordem/bond: buffer for migrating atoms too small (internal error)");
+  buf[m++] = static_cast<double>(count);
+  return m + static_cast<int>(count);
+}
+
+int FixConcordemBond::unpack_exchange(int nlocal, double *buf)
+{
+  int m = 0;
+  for (int r = 0; r < facts_.atom_width; r++) memory_[nlocal][r] = buf[m++];
+  const int count = static_cast<int>(buf[m++]);
+  if (concordem_network_unpack(network_, atom->tag[nlocal], buf + m, count, &message_) < 0) fail_on_this_processor();
+  return m + count;
+}
+
+/* --------------------------------------------------------------------------------------------------------- restart */
+
+void FixConcordemBond::write_restart(FILE *fp)
+{
+  const ConcordemRestartHead head = concordem_restart_head(network_, made_, law_.c_str(), world);
+  if (comm->me == 0) {
+    const int size = sizeof(head);
+    fwrite(&size, sizeof(int), 1, fp);
+    fwrite(&head, sizeof(head), 1, fp);
+  }
+}
+
+void FixConcordemBond::restart(char *buf)
+{
+  ConcordemRestartHead head;
+  memcpy(&head, buf, sizeof(head));
+  if (head.version != CONCORDEM_RESTART_VERSION) fail("the restart file was written by another version of this library");
+  if (law_ != head.law) fail(fmt::format("the restart file holds bonds of law {}, not {}", head.law, law_));
+  made_ = head.made;
+  const double none[CONCORDEM_TOTALS] = {0.0};
+  concordem_network_resume(network_, comm->me == 0 ? head.totals : none, head.found_at);
+}
+
+int FixConcordemBond::pack_restart(int i, double *buf)
+{
+  int m = 1;
+  for (int r = 0; r < facts_.atom_width; r++) buf[m++] = memory_[i][r];
+  m += static_cast<int>(concordem_network_pack(network_, atom->tag[i], 0, buf + m, maxsize_restart()));
+  buf[0] = m;
+  return m;
+}
+
+void FixConcordemBond::unpack_restart(int nlocal, int nth)
+{
+  double *extra = atom->extra[nlocal];
+  int m = 0;
+  for (int k = 0; k < nth; k++) m += static_cast<int>(extra[m]);
+  const int end = m + static_cast<int>(extra[m]);
+  m++;
+  for (int r = 0; r < facts_.atom_width; r++) memory_[nlocal][r] = extra[m++];
+  if (concordem_network_unpack(network_, atom->tag[nlocal], extra + m, end - m, &message_) < 0) fail_on_this_processor();
+}
+
+int FixConcordemBond::size_restart(int i)
+{
+  return 1 + facts_.atom_width + static_cast<int>(concordem_network_pack(network_, atom->tag[i], 0, nullptr, 0));
+}
+
+int FixConcordemBond::maxsize_restart()
+{
+  return 1 + facts_.atom_width + static_cast<int>(concordem_network_largest_pack(network_));
+}
+
+/* ---------------------------------------------------------------------------------------------------------- output */
+
+void FixConcordemBond::update_sums()
+{
+  if (summed_at_ == update->ntimestep && update->setupflag == 0) return;
+  double mine[CONCORDEM_SUMS];
+  concordem_network_sums(network_, mine);
+  MPI_Allreduce(mine, sums_, CONCORDEM_SUMS - 1, MPI_DOUBLE, MPI_SUM, world);
+  MPI_Allreduce(mine + CONCORDEM_SUMS - 1, sums_ + CONCORDEM_SUMS - 1, 1, MPI_DOUBLE, MPI_MAX, world);
+  summed_at_ = update->ntimestep;
+}
+
+double FixConcordemBond::compute_scalar()
+{
+  update_sums();
+  return sums_[0];
+}
+
+double FixConcordemBond::compute_vector(int n)
+{
+  if (n >= 3 && n <= 6 && sampled_at_ != update->ntimestep && update->whichflag == 1)
+    error->all(FLERR,
+               "Fix {} concordem/bond sums stored energies when output is due; add `energies every` to have them at every step", id);
+  update_sums();
+  return sums_[n];
+}
+
+double FixConcordemBond::memory_usage()
+{
+  return static_cast<double>(atom->nmax) * (facts_.atom_width + (periodic_ ? 3 : 0)) * sizeof(double);
+}

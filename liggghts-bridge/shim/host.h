@@ -1,0 +1,181 @@
+/* What the shims for LIGGGHTS and LAMMPS share, written against what both hosts' classes have in common.
+
+   SPDX-License-Identifier: GPL-2.0-or-later */
+#ifndef CONCORDEM_HOST_H
+#define CONCORDEM_HOST_H
+
+#include <math.h>
+#include <mpi.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "atom.h"
+#include "compute.h"
+#include "domain.h"
+#include "modify.h"
+#include "update.h"
+
+#include "abi.h"
+
+namespace LAMMPS_NS {
+
+// Version of what is written to restart files.
+const int CONCORDEM_RESTART_VERSION = 1;
+
+// What a restart file holds besides atoms.
+struct ConcordemRestartHead {
+  int version;
+  int made;
+  char law[32];
+  int64_t found_at;
+  double totals[CONCORDEM_TOTALS];
+};
+
+// The host's arrays. `original` (NULL: as the host has them) are positions of copies that no periodic border has shifted.
+inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, const Update *update, int groupbit, int width,
+                                       double **memory, double **original)
+{
+  ConcordemAtoms atoms;
+  const int count = atom->nlocal + atom->nghost;
+  atoms.owned = atom->nlocal;
+  atoms.count = count;
+  atoms.group = groupbit;
+  atoms.memory_width = width;
+  atoms.tag = atom->tag;
+  atoms.type = atom->type;
+  atoms.mask = atom->mask;
+  atoms.position = count ? (original ? original[0] : atom->x[0]) : NULL;
+  atoms.velocity = count ? atom->v[0] : NULL;
+  atoms.spin = count ? atom->omega[0] : NULL;
+  atoms.radius = atom->radius;
+  atoms.mass = atom->rmass;
+  atoms.force = count ? atom->f[0] : NULL;
+  atoms.torque = count ? atom->torque[0] : NULL;
+  atoms.memory = count ? memory[0] : NULL;
+  for (int axis = 0; axis < 3; axis++) atoms.edge[axis] = domain->periodicity[axis] ? domain->prd[axis] : 0.0;
+  atoms.dt = update->dt;
+  atoms.step = update->ntimestep;
+  return atoms;
+}
+
+// Whether a compute of ours is to be asked at this step.
+inline bool concordem_compute_is_due(const Modify *modify, const Update *update)
+{
+  for (int k = 0; k < modify->ncompute; k++) {
+    Compute *compute = modify->compute[k];
+    if (compute->timeflag && strncmp(compute->style, "concordem/", 10) == 0 && compute->matchstep(update->ntimestep)) return true;
+  }
+  return false;
+}
+
+// Longest bond of the list at the present positions. `missing` is set to a listed atom that is not in the group, or to 0.
+inline double concordem_longest_listed(const ConcordemNetwork *network, const Atom *atom, const Domain *domain, int groupbit,
+                                       MPI_Comm world, int *missing)
+{
+  *missing = 0;
+  const int64_t count = concordem_network_listed_atoms(network, NULL);
+  if (count == 0) return 0.0;
+  std::vector<int32_t> listed(count);
+  concordem_network_listed_atoms(network, &listed[0]);
+  // position and how often the atom was found
+  std::vector<double> mine(4 * count, 0.0), all(4 * count, 0.0);
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!(atom->mask[i] & groupbit)) continue;
+    std::vector<int32_t>::iterator at = std::lower_bound(listed.begin(), listed.end(), atom->tag[i]);
+    if (at == listed.end() || *at != atom->tag[i]) continue;
+    const int64_t k = at - listed.begin();
+    for (int axis = 0; axis < 3; axis++) mine[3 * k + axis] = atom->x[i][axis];
+    mine[3 * count + k] = 1.0;
+  }
+  MPI_Allreduce(&mine[0], &all[0], 4 * count, MPI_DOUBLE, MPI_SUM, world);
+  for (int64_t k = 0; k < count && !*missing; k++)
+    if (all[3 * count + k] != 1.0) *missing = listed[k];
+  if (*missing) return 0.0;
+  double edge[3];
+  for (int axis = 0; axis < 3; axis++) edge[axis] = domain->periodicity[axis] ? domain->prd[axis] : 0.0;
+  return concordem_network_longest_listed(network, &all[0], edge);
+}
+
+// Longest bond or contact to be reckoned with, given the longest of those that a list or the host wants made. `smallest` is
+// set to the smallest radius.
+inline double concordem_longest(const ConcordemNetwork *network, const ConcordemFacts &facts, bool made, double wanted,
+                                const Atom *atom, int groupbit, MPI_Comm world, double *smallest)
+{
+  const double none = -1e300;
+  double bounds[4] = {0.0, none, 0.0, wanted};   // largest radius, minus the smallest, longest bond, wanted
+  double all[4];
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!(atom->mask[i] & groupbit)) continue;
+    bounds[0] = std::max(bounds[0], atom->radius[i]);
+    bounds[1] = std::max(bounds[1], -atom->radius[i]);
+  }
+  double sums[CONCORDEM_SUMS];
+  concordem_network_sums(network, sums);
+  bounds[2] = sums[CONCORDEM_SUMS - 1];
+  MPI_Allreduce(bounds, all, 4, MPI_DOUBLE, MPI_MAX, world);
+  *smallest = all[1] > none ? -all[1] : 0.0;
+  double longest = std::max(all[2], facts.contacts ? 2.0 * all[0] : 0.0);
+  if (!made && facts.creation == 1) longest = std::max(longest, facts.factor * 2.0 * all[0]);
+  if (!made) longest = std::max(longest, all[3]);
+  return longest;
+}
+
+// Mean radius of the group. In whole numbers of a unit so small that nothing is lost, since the sum must not depend on how
+// the atoms are shared out.
+inline double concordem_mean_radius(const Atom *atom, int groupbit, MPI_Comm world)
+{
+  double mine = 0.0, largest = 0.0;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (atom->mask[i] & groupbit) mine = std::max(mine, atom->radius[i]);
+  MPI_Allreduce(&mine, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
+  if (!(largest > 0.0)) return 0.0;
+  int exponent;
+  frexp(largest, &exponent);
+  const int shift = 53 - exponent;
+  // upper and lower 26 bits apart: 2^37 atoms fit
+  long long parts[3] = {0, 0, 0}, all[3];
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (!(atom->mask[i] & groupbit)) continue;
+    const long long units = static_cast<long long>(ldexp(atom->radius[i], shift));
+    parts[0] += units >> 26;
+    parts[1] += units & ((1LL << 26) - 1);
+    parts[2] += 1;
+  }
+  MPI_Allreduce(parts, all, 3, MPI_LONG_LONG, MPI_SUM, world);
+  const __int128 sum = (static_cast<__int128>(all[0]) << 26) + all[1];
+  return ldexp(static_cast<double>(sum / all[2]), -shift);
+}
+
+// Bonds in all, and whether every one is seen by the processors of both of its ends, or a copy was missing.
+inline bool concordem_count(const ConcordemNetwork *network, MPI_Comm world, double *bonds)
+{
+  double sums[CONCORDEM_SUMS];
+  concordem_network_sums(network, sums);
+  double mine[3] = {sums[0], 0.0, 0.0}, all[3];
+  concordem_network_ends(network, mine + 1);
+  MPI_Allreduce(mine, all, 3, MPI_DOUBLE, MPI_SUM, world);
+  *bonds = all[0];
+  return all[1] == all[2];
+}
+
+// Head of a restart file; all processors take part.
+inline ConcordemRestartHead concordem_restart_head(const ConcordemNetwork *network, bool made, const char *law,
+                                                   MPI_Comm world)
+{
+  ConcordemRestartHead head;
+  memset(&head, 0, sizeof(head));
+  double mine[CONCORDEM_TOTALS];
+  head.version = CONCORDEM_RESTART_VERSION;
+  head.made = made;
+  strncpy(head.law, law, sizeof(head.law) - 1);
+  head.found_at = concordem_network_totals(network, mine);
+  MPI_Allreduce(mine, head.totals, CONCORDEM_TOTALS, MPI_DOUBLE, MPI_SUM, world);
+  return head;
+}
+
+}
+
+#endif

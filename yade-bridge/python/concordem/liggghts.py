@@ -1,0 +1,274 @@
+"""LIGGGHTS with ConcorDEM's laws, driven from Python through its C library interface.
+
+>>> from concordem.liggghts import Liggghts                                                     # doctest: +SKIP
+>>> with Liggghts(library="target/liggghts/libconcordem-liggghts.so") as host:                  # doctest: +SKIP
+...     host.commands(script)
+...     host.run(100)
+...     host.positions[:, 2].max(), host.fix("bonds"), host.bonds("bonds")["force"]
+
+`make liggghts` builds the library; its folder, or that of the launcher on PATH, is found by itself. Under MPI
+(``mpirun -np 4 python script.py``) every process opens LIGGGHTS, gives the same commands, and sees its own atoms.
+
+LIGGGHTS answers wrong commands by ending the process, with a message on the screen: where that must not happen, run it in a
+process of its own. One instance at a time.
+"""
+
+from __future__ import annotations
+
+import atexit
+import ctypes
+import os
+import shutil
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from ._errors import ConcordemError
+
+__all__ = ["Liggghts", "LiggghtsError"]
+
+#: A row of :meth:`Liggghts.bonds`.
+_ROW = np.dtype(
+    [
+        ("id_a", "f8"),
+        ("id_b", "f8"),
+        ("force", "f8", 3),
+        ("moment", "f8", 3),
+        ("point", "f8", 3),
+        ("length", "f8"),
+        ("area", "f8"),
+        ("damage", "f8"),
+        ("bonded", "f8"),
+        ("reserved", "f8"),
+    ]
+)
+
+_LIBRARY = "libconcordem-liggghts.so"
+
+
+class LiggghtsError(ConcordemError):
+    """LIGGGHTS cannot be loaded, is closed, or has nothing of that name."""
+
+
+def _find(library: str | os.PathLike[str] | None) -> Path:
+    """The library as given, in CONCORDEM_LIGGGHTS, or beside the launcher on PATH."""
+    given = library if library is not None else os.environ.get("CONCORDEM_LIGGGHTS")
+    if given is not None:
+        path = Path(given)
+    else:
+        launcher = shutil.which("concordem-liggghts")
+        path = Path(launcher).resolve().parent / _LIBRARY if launcher else Path(_LIBRARY)
+    if not path.is_file():
+        raise LiggghtsError(
+            f"{path} is missing: build it with `make liggghts` and name it by `library=`, by the environment variable "
+            "CONCORDEM_LIGGGHTS, or put its folder on PATH"
+        )
+    return path.resolve()
+
+
+class Liggghts:
+    """A LIGGGHTS of this process."""
+
+    _open: Liggghts | None = None
+
+    def __init__(
+        self,
+        library: str | os.PathLike[str] | None = None,
+        arguments: Sequence[str] = ("-screen", "/dev/null", "-log", "none"),
+    ) -> None:
+        """Open LIGGGHTS with our styles. `arguments` are those of its command line."""
+        self._handle: ctypes.c_void_p | None = None
+        if Liggghts._open is not None:
+            raise LiggghtsError("LIGGGHTS is open already; close it first")
+        try:
+            # Ours first: it stands in for functions of LIGGGHTS, which it loads.
+            self._library = ctypes.CDLL(str(_find(library)), mode=ctypes.RTLD_GLOBAL)
+        except OSError as error:
+            raise LiggghtsError(f"{error}: install Debian's packages liggghts and libopenmpi3") from error
+        self._declare()
+        words = [b"liggghts", *(word.encode() for word in arguments)]
+        argv = (ctypes.c_char_p * len(words))(*words)
+        handle = ctypes.c_void_p()
+        if not self._library.concordem_liggghts_mpi(0):
+            # LIGGGHTS starts MPI, which can be done once, and leaves it to us to end it.
+            atexit.register(self._library.concordem_liggghts_mpi, 1)
+        self._library.lammps_open_no_mpi(len(words), argv, ctypes.byref(handle))
+        self._handle = handle
+        Liggghts._open = self
+
+    def _declare(self) -> None:
+        pointer, text, integer = ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int
+        for name, result, arguments in [
+            ("lammps_open_no_mpi", None, [integer, ctypes.POINTER(text), ctypes.POINTER(pointer)]),
+            ("lammps_close", None, [pointer]),
+            ("lammps_file", None, [pointer, text]),
+            ("lammps_command", pointer, [pointer, text]),
+            ("lammps_extract_global", pointer, [pointer, text]),
+            ("lammps_extract_atom", pointer, [pointer, text]),
+            ("lammps_extract_fix", pointer, [pointer, text, integer, integer, integer, integer]),
+            ("lammps_extract_compute", pointer, [pointer, text, integer, integer]),
+            ("lammps_free", None, [pointer]),
+            ("lammps_get_natoms", integer, [pointer]),
+            ("concordem_liggghts_rows", ctypes.POINTER(ctypes.c_double), [pointer, text, ctypes.POINTER(ctypes.c_int64)]),
+            ("concordem_liggghts_mpi", integer, [integer]),
+            ("concordem_liggghts_rows_delete", None, [ctypes.POINTER(ctypes.c_double), ctypes.c_int64]),
+        ]:
+            function = getattr(self._library, name)
+            function.restype = result
+            function.argtypes = arguments
+
+    def __enter__(self) -> Liggghts:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End LIGGGHTS. Views must not be used any more."""
+        if self._handle is not None:
+            self._library.lammps_close(self._handle)
+            self._handle = None
+            Liggghts._open = None
+
+    @property
+    def _instance(self) -> ctypes.c_void_p:
+        if self._handle is None:
+            raise LiggghtsError("LIGGGHTS is closed")
+        return self._handle
+
+    def command(self, line: str) -> None:
+        """One command of a script."""
+        self._library.lammps_command(self._instance, line.encode())
+
+    def commands(self, text: str) -> None:
+        """The lines of a script; `&` at its end continues a line, `#` begins a comment."""
+        line = ""
+        for part in text.splitlines():
+            line += part.split("#", 1)[0].rstrip()
+            if line.endswith("&"):
+                line = line[:-1] + " "
+                continue
+            if line.strip():
+                self.command(line.strip())
+            line = ""
+        if line.strip():
+            raise LiggghtsError("the script ends in the middle of a line: its last line ends with `&`")
+
+    def file(self, path: str | os.PathLike[str]) -> None:
+        """The commands of a file."""
+        if not Path(path).is_file():
+            raise LiggghtsError(f"cannot read {path}")
+        self._library.lammps_file(self._instance, os.fsencode(path))
+
+    def run(self, steps: int) -> None:
+        """Compute `steps` steps."""
+        if steps < 0:
+            raise LiggghtsError(f"run {steps}: the number of steps must not be negative")
+        self.command(f"run {steps}")
+
+    def __len__(self) -> int:
+        """Number of atoms of all processes."""
+        return int(self._library.lammps_get_natoms(self._instance))
+
+    @property
+    def owned(self) -> int:
+        """Number of atoms of this process."""
+        return self._global_integer("nlocal")
+
+    def _global_integer(self, name: str) -> int:
+        address = self._library.lammps_extract_global(self._instance, name.encode())
+        if not address:
+            raise LiggghtsError(f"LIGGGHTS knows no global number `{name}`")
+        return ctypes.c_int.from_address(address).value
+
+    def _view(self, name: str, columns: int, kind: type[Any]) -> npt.NDArray[Any]:
+        """LIGGGHTS' own memory: valid until atoms move between processes, come, or go, so to be asked for anew after a run."""
+        rows = self.owned
+        address = self._library.lammps_extract_atom(self._instance, name.encode())
+        if not address:
+            raise LiggghtsError(f"atoms have no `{name}`: is there an atom_style sphere, and are there atoms?")
+        shape = (rows, columns) if columns else (rows,)
+        if rows == 0:
+            return np.empty(shape, dtype=kind)
+        if columns:
+            # An array of pointers to rows that lie one after the other.
+            address = ctypes.c_void_p.from_address(address).value
+        array = (kind * (rows * max(columns, 1))).from_address(address)
+        return np.ctypeslib.as_array(array).reshape(shape)
+
+    @property
+    def positions(self) -> npt.NDArray[np.float64]:
+        """Positions, m: a view, like the following ones. Ask for it anew after every run."""
+        return self._view("x", 3, ctypes.c_double)
+
+    @property
+    def velocities(self) -> npt.NDArray[np.float64]:
+        """Velocities, m/s."""
+        return self._view("v", 3, ctypes.c_double)
+
+    @property
+    def spins(self) -> npt.NDArray[np.float64]:
+        """Angular velocities, rad/s."""
+        return self._view("omega", 3, ctypes.c_double)
+
+    @property
+    def forces(self) -> npt.NDArray[np.float64]:
+        """Forces, N."""
+        return self._view("f", 3, ctypes.c_double)
+
+    @property
+    def torques(self) -> npt.NDArray[np.float64]:
+        """Torques, N·m."""
+        return self._view("torque", 3, ctypes.c_double)
+
+    @property
+    def radii(self) -> npt.NDArray[np.float64]:
+        """Radii, m."""
+        return self._view("radius", 0, ctypes.c_double)
+
+    @property
+    def masses(self) -> npt.NDArray[np.float64]:
+        """Masses, kg."""
+        return self._view("rmass", 0, ctypes.c_double)
+
+    @property
+    def ids(self) -> npt.NDArray[np.int32]:
+        """Ids."""
+        return self._view("id", 0, ctypes.c_int)
+
+    @property
+    def types(self) -> npt.NDArray[np.int32]:
+        """Types, from 1."""
+        return self._view("type", 0, ctypes.c_int)
+
+    def fix(self, name: str, index: int | None = None) -> float:
+        """What a fix tells of itself: its number, or number `index` (from 1) of its vector, over all processes."""
+        style, kind = (0, 0) if index is None else (0, 1)
+        address = self._library.lammps_extract_fix(self._instance, name.encode(), style, kind, (index or 1) - 1, 0)
+        if not address:
+            raise LiggghtsError(f"there is no fix `{name}` with that output")
+        value = ctypes.c_double.from_address(address).value
+        # A copy that is ours to free.
+        self._library.lammps_free(address)
+        return value
+
+    def bonds(self, fix: str) -> npt.NDArray[np.void]:
+        """Bonds and contacts of a fix concordem/bond that this process counts, a copy: ids of A and B, force on A (N), moment on A
+        about the contact point (N·m), the contact point (m), length (m), area (m²), damage, whether it is a bond. The forces
+        are those of the last step with output, as at the end of every run."""
+        count = ctypes.c_int64()
+        rows = self._library.concordem_liggghts_rows(self._instance, fix.encode(), ctypes.byref(count))
+        if not rows:
+            raise LiggghtsError(f"there is no fix concordem/bond of id `{fix}`")
+        try:
+            if count.value == 0:
+                return np.empty(0, dtype=_ROW)
+            length = count.value * (_ROW.itemsize // 8)
+            return np.ctypeslib.as_array(rows, shape=(length,)).copy().view(_ROW)
+        finally:
+            self._library.concordem_liggghts_rows_delete(rows, count)
