@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The rigid box of ERDC TR-14-6 Report 3, section 5.2: three sphere sizes in two boxes, sampled while its lid comes down.
 
-    validation/rigid_box_sampling.py [--full]
+    validation/rigid_box_sampling.py [--full] [--built]
 
 Each case is one run of `examples/rigid_box_sampling.rs`; its last state is then given to YADE's own operators
 (`yade_operators.py`), which must find the same (A8). Results go to validation/results/rigid_box_sampling.json, case by case,
@@ -82,9 +82,11 @@ def run(*arguments):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--full", action="store_true", help="all cases with the printed numbers of spheres; hours")
+    parser.add_argument("--built", action="store_true", help="the example is built already, as cargo test leaves it")
     arguments = parser.parse_args()
-    build = ["cargo", "build", "--release", "-p", "concordem", "--example", "rigid_box_sampling"]
-    subprocess.run(build, check=True, cwd=ROOT)
+    if not arguments.built:
+        build = ["cargo", "build", "--release", "-p", "concordem", "--example", "rigid_box_sampling"]
+        subprocess.run(build, check=True, cwd=ROOT)
     if not arguments.full:
         result = run(1, 1, 10)
         print(json.dumps({name: result[name] for name in ("A1", "A2", "A3", "A6", "A8")}, indent=1))

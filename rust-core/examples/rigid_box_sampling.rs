@@ -79,10 +79,10 @@ fn frozen_state(particles: &Particles, forces: &Forces, edge: f64, lid: &Vec3) -
         "found": {
             "stress": rows(&region_stress(&set, &whole, Truncation::BranchClipped, None).expect("a volume").stress),
             "kinetic_stress":
-                rows(&kinetic_stress(&particles.position, &particles.mass, &particles.velocity, &whole).expect("mass")),
+                rows(&kinetic_stress(&particles.position, &particles.mass, &particles.velocity, &whole, None).expect("mass")),
             "particle_stress": of_particles.iter().map(rows).collect::<Vec<_>>(),
             "fabric": rows(&fabric.tensor), "coordination": fabric.coordination,
-            "porosity": 1.0 - solid_fraction(&particles.position, &volumes, &whole).expect("a volume"),
+            "porosity": 1.0 - solid_fraction(&particles.position, &volumes, &whole, None).expect("a volume"),
             "cell_volume": diagram.volumes, "inner_cell": inner,
         },
     })
@@ -147,7 +147,7 @@ fn main() {
     let stress = |truncation| region_stress(&set, &region, truncation, None).expect("a region");
     let [internal, half, clipped] =
         [Truncation::InternalOnly, Truncation::HalfCrossing, Truncation::BranchClipped].map(stress);
-    let conjugate = couple_stress::conjugate(&set, &region, &centre).expect("contacts");
+    let conjugate = couple_stress::conjugate(&set, &region, &centre, None).expect("contacts");
     let inside = fabric::fabric(&set, &region, Truncation::InternalOnly, None).expect("contacts");
     let all = 2.0 * set.len() as f64 / before.len() as f64;
     let volumes: Vec<f64> = before.radius.iter().map(|r| 4.0 / 3.0 * std::f64::consts::PI * r.powi(3)).collect();
@@ -191,7 +191,7 @@ fn main() {
             "mean_radius_in": mean_radius / INCH,
             "rev": {
                 "spheres": inside.particles, "contacts": inside.contacts,
-                "porosity": 1.0 - solid_fraction(&before.position, &volumes, &region).expect("a region"),
+                "porosity": 1.0 - solid_fraction(&before.position, &volumes, &region, None).expect("a region"),
                 "coordination": inside.coordination, "coordination_of_all": all,
                 "coordination_ratio": inside.coordination / all,
                 "mean_branch_in": inside.branch_length / INCH,

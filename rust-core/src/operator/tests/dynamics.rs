@@ -100,7 +100,7 @@ fn all_state_identity_on_a_running_simulation() {
         at_walls += walls.len();
         // Internal contacts alone: rigid blocks are rounding, whatever the state (A3 of the test case).
         if set.len() > 3 {
-            let t = conjugate(&set, &Region::All { volume: 1.0 }, &Vec3::zeros()).unwrap();
+            let t = conjugate(&set, &Region::All { volume: 1.0 }, &Vec3::zeros(), None).unwrap();
             let all: f64 = forces.contacts.force.iter().map(Vec3::norm).sum();
             assert!(t.rigid_force.norm() < 1e-12 * all && t.rigid_moment.norm() < 1e-12 * all * 1e-2);
         }
