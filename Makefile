@@ -53,6 +53,7 @@ test:
 	tests/golden/yade/check_gold.sh
 	tests/results_read_back.sh
 	validation/specimens.py
+	validation/rigid_box_sampling.py --built
 	yade-bridge/test.sh
 	cd validation && ../.venv/bin/python -m pytest -q tests
 	CI=1 PYTHONPATH=validation .venv/bin/python -m concordem_validate run

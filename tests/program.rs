@@ -431,7 +431,18 @@ fn operators_are_measured_during_and_after_a_run() {
     // Any region, and a map.
     let region =
         "{ kind = \"box\", minimum = [\"-4 mm\", \"-4 mm\", \"-4 mm\"], maximum = [\"4 mm\", \"4 mm\", \"4 mm\"] }";
-    let all = ["region-stress", "couple-stress", "affine-strain", "fabric", "porosity", "damage-tensor"];
+    let all = [
+        "region-stress",
+        "particle-stress",
+        "couple-stress",
+        "affine-strain",
+        "affine-rate",
+        "cell-strain",
+        "cell-rate",
+        "fabric",
+        "porosity",
+        "damage-tensor",
+    ];
     for operator in all {
         let given = concordem(["measure", text(&shorter), "--operator", operator, "--region", region]);
         assert_eq!(given.code, exit::DONE, "{}", given.err);
@@ -439,8 +450,28 @@ fn operators_are_measured_during_and_after_a_run() {
     }
     let given = concordem(["measure", text(&shorter), "--operator", "fabric", "--region", region, "--grid", "2,3,1"]);
     assert_eq!((given.code, given.out.lines().count()), (exit::DONE, 7), "{}{}", given.out, given.err);
+    // Operators that have regions of their own; a run that is pulled at its ends.
+    let whole = "{ kind = \"all\", volume = \"1.296 cm^3\" }";
+    let sphere = "{ kind = \"sphere\", center = [0, 0, 0], radius = \"5 mm\" }";
+    for (operator, region) in [("boundary-stress", whole), ("power", whole), ("coarse-grain", sphere)] {
+        let given = concordem(["measure", text(&shorter), "--operator", operator, "--region", region]);
+        assert_eq!(given.code, exit::DONE, "{}", given.err);
+        assert!(given.out.starts_with(operator) && !given.out.contains("NaN"), "{}", given.out);
+    }
+    let table = result.table("particles").expect("particles");
+    let (_, id) = table.iter().find(|(column, _)| column == "id").expect("ids");
+    let concordem::state::columns::ColumnData::U32(ids) = &id.data else { panic!("no ids") };
+    let particles = ids.len();
+    let given = concordem(["measure", text(&shorter), "--operator", "particle-stress", "--region", whole, "--each"]);
+    assert_eq!((given.code, given.out.lines().count() - 1), (exit::DONE, particles));
     // What cannot be.
     for (arguments, words) in [
+        (vec!["--operator", "boundary-stress", "--region", region], "of the whole body"),
+        (vec!["--operator", "wall-traction"], "needs a wall"),
+        (vec!["--operator", "wall-traction", "--wall", "floor", "--area", "1 cm^2"], "no wall is called \"floor\""),
+        (vec!["--operator", "fabric", "--region", region, "--area", "1 cm"], "--area"),
+        (vec!["--operator", "fabric", "--region", region, "--each"], "--each is for"),
+        (vec!["--operator", "porosity", "--region", region, "--truncation", "internal-only"], "no use for it"),
         (vec!["--operator", "stress"], "choose one of"),
         (vec!["--operator", "fabric"], "no periodic cell"),
         (vec!["--operator", "fabric", "--region", "{ kind = \"ball\" }"], "no region of a scenario"),

@@ -1,9 +1,10 @@
 //! The test case of ERDC TR-14-6 Report 3, §5.2: grown spheres in a rigid cube, compressed by its lid, and sampled by a
 //! sphere in the middle. Prints one JSON object.
 //!
-//! `cargo run --release --example rigid_box_sampling -- CASE GEOMETRY [SCALE]`: case 1 to 3; geometry 1: the printed cube of
-//! 6 in with as many spheres of the printed sizes as fit; 2: a cube of 10.2 in with the printed number. `SCALE` divides the
-//! number of spheres (radii grow with it), for a quick look.
+//! `cargo run --release --example rigid_box_sampling -- CASE GEOMETRY [SCALE [STATE]]`: case 1 to 3; geometry 1: the printed
+//! cube of 6 in with as many spheres of the printed sizes as fit; 2: a cube of 10.2 in with the printed number. `SCALE`
+//! divides the number of spheres (radii grow with it), for a quick look. The last state, its forces, and what the operators
+//! make of them are written to the file `STATE` (JSON), for another program to evaluate the same (`validation/yade_operators.py`).
 //!
 //! Not printed by the report, chosen here: Hertz-Mindlin spheres of E = 200 MPa, ν = 0.25, ρ = 2650 kg/m³, friction 0.5, at
 //! the walls 0.51 (from its wall stresses), no gravity, local damping 0.3; radii between the printed bounds with the printed
@@ -13,9 +14,15 @@ use concordem::assembly::packing::{GrownBox, SizeDistribution, grown_box};
 use concordem::law::Elastic;
 use concordem::math::{Mat3, Vec3};
 use concordem::operator::strain::{Dimension, affine_fit};
-use concordem::operator::stress::{Partition, boundary_stress, particle_moments, region_stress, solid_fraction};
-use concordem::operator::{Region, Truncation, couple_stress, fabric};
+use concordem::operator::stress::{
+    ParticleVolume, Partition, boundary_stress, kinetic_stress, particle_moments, particle_stress, region_stress,
+    solid_fraction,
+};
+use concordem::operator::tessellation::{Domain, power_diagram};
+use concordem::operator::{LoadSet, Region, Truncation, couple_stress, fabric};
 use concordem::solver::Solver;
+use concordem::solver::record::Forces;
+use concordem::state::Particles;
 use serde_json::json;
 
 const INCH: f64 = 0.0254;
@@ -41,10 +48,52 @@ fn rows(m: &Mat3) -> Vec<Vec<f64>> {
     (0..3).map(|i| (0..3).map(|j| m[(i, j)]).collect()).collect()
 }
 
+fn list(vectors: &[Vec3]) -> Vec<[f64; 3]> {
+    vectors.iter().map(|v| [v.x, v.y, v.z]).collect()
+}
+
+/// The particles and their contacts with each other, and what the operators find in them: all that another program can be
+/// asked, too. Cells of the power diagram that touch the border depend on how a program closes its diagram and are left out.
+fn frozen_state(particles: &Particles, forces: &Forces, edge: f64, lid: &Vec3) -> serde_json::Value {
+    let set = forces.contacts.set(particles).expect("contacts");
+    let (low, high) = (Vec3::zeros(), Vec3::repeat(edge) + lid);
+    let volume = (high - low).product();
+    let whole = Region::All { volume };
+    let volumes = ParticleVolume::Sphere.of(&particles.radius).expect("radii");
+    let of_particles =
+        particle_stress(&set, &LoadSet::none(), Partition::ContactPoint, &volumes).expect("volumes above 0");
+    let fabric = fabric::fabric(&set, &whole, Truncation::BranchClipped, None).expect("contacts");
+    // YADE closes its diagram at the box around the spheres; a little inside of it no cell is inner that it could cut.
+    let mut domain = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
+    for (x, r) in particles.position.iter().zip(&particles.radius) {
+        domain = [domain[0].inf(&x.add_scalar(-0.9 * r)), domain[1].sup(&x.add_scalar(0.9 * r))];
+    }
+    let domain = Domain::Box { low: domain[0], high: domain[1] };
+    let diagram = power_diagram(&particles.position, &particles.radius, &domain, Dimension::Three).expect("cells");
+    let mut inner = vec![true; particles.len()];
+    diagram.border().for_each(|face| inner[face.point as usize] = false);
+    json!({
+        "volume": volume, "position": list(&particles.position), "radius": particles.radius, "mass": particles.mass,
+        "velocity": list(&particles.velocity), "pair": forces.contacts.pair, "point": list(&forces.contacts.point),
+        "force": list(&forces.contacts.force),
+        "found": {
+            "stress": rows(&region_stress(&set, &whole, Truncation::BranchClipped, None).expect("a volume").stress),
+            "kinetic_stress":
+                rows(&kinetic_stress(&particles.position, &particles.mass, &particles.velocity, &whole, None).expect("mass")),
+            "particle_stress": of_particles.iter().map(rows).collect::<Vec<_>>(),
+            "fabric": rows(&fabric.tensor), "coordination": fabric.coordination,
+            "porosity": 1.0 - solid_fraction(&particles.position, &volumes, &whole, None).expect("a volume"),
+            "cell_volume": diagram.volumes, "inner_cell": inner,
+        },
+    })
+}
+
 fn main() {
-    let arguments: Vec<usize> = std::env::args().skip(1).map(|a| a.parse().expect("a number")).collect();
-    let (case, geometry) = (arguments[0], arguments[1]);
-    let scale = arguments.get(2).copied().unwrap_or(1);
+    let begin = std::time::Instant::now();
+    let numbers: Vec<usize> = std::env::args().skip(1).take(3).map(|a| a.parse().expect("a number")).collect();
+    let (case, geometry) = (numbers[0], numbers[1]);
+    let scale = numbers.get(2).copied().unwrap_or(1);
+    let state_file = std::env::args().nth(4);
     let (low, high, mean, many, few) = CASES[case - 1];
     let (edge, count) = if geometry == 1 { (6.0 * INCH, few) } else { (10.2 * INCH, many) };
     let density = 2650.0;
@@ -98,7 +147,7 @@ fn main() {
     let stress = |truncation| region_stress(&set, &region, truncation, None).expect("a region");
     let [internal, half, clipped] =
         [Truncation::InternalOnly, Truncation::HalfCrossing, Truncation::BranchClipped].map(stress);
-    let conjugate = couple_stress::conjugate(&set, &region, &centre).expect("contacts");
+    let conjugate = couple_stress::conjugate(&set, &region, &centre, None).expect("contacts");
     let inside = fabric::fabric(&set, &region, Truncation::InternalOnly, None).expect("contacts");
     let all = 2.0 * set.len() as f64 / before.len() as f64;
     let volumes: Vec<f64> = before.radius.iter().map(|r| 4.0 / 3.0 * std::f64::consts::PI * r.powi(3)).collect();
@@ -106,6 +155,10 @@ fn main() {
         let q = length / (2.0 * INCH);
         1.0 - 0.75 * q + q * q * q / 16.0
     };
+    if let Some(file) = state_file {
+        let frozen = frozen_state(&before, &forces, edge, &walls_before[5].displacement);
+        std::fs::write(&file, frozen.to_string()).expect("a file that can be written");
+    }
     let mean_radius = before.radius.iter().sum::<f64>() / before.len() as f64;
     let force_sum: f64 = forces.contacts.force.iter().map(Vec3::norm).sum();
     let couple_values = conjugate.couple_stress.svd(false, false).singular_values;
@@ -129,6 +182,7 @@ fn main() {
         "{}",
         serde_json::to_string_pretty(&json!({
             "case": case, "geometry": geometry, "scale": scale, "spheres": before.len(), "edge_m": edge,
+            "duration_s": begin.elapsed().as_secs_f64(),
             "steps": { "growth": grown.steps, "lid": steps, "time_step_s": state.clock.dt },
             "inertial_number": rate * 2.0 * mean_radius * (density / 69e3).sqrt(),
             "growth": grown.growth, "start_pressure_Pa": grown.pressure,
@@ -137,7 +191,7 @@ fn main() {
             "mean_radius_in": mean_radius / INCH,
             "rev": {
                 "spheres": inside.particles, "contacts": inside.contacts,
-                "porosity": 1.0 - solid_fraction(&before.position, &volumes, &region).expect("a region"),
+                "porosity": 1.0 - solid_fraction(&before.position, &volumes, &region, None).expect("a region"),
                 "coordination": inside.coordination, "coordination_of_all": all,
                 "coordination_ratio": inside.coordination / all,
                 "mean_branch_in": inside.branch_length / INCH,

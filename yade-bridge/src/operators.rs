@@ -179,14 +179,17 @@ fn matrices(moments: &Bound<'_, PyAny>) -> PyResult<Vec<Mat3>> {
 
 /// Stress of a region as volume average over its particles.
 #[pyfunction]
+#[pyo3(signature = (position, moments, region, period=None))]
 fn region_stress_from_particles<'py>(
     py: Python<'py>,
     position: Vectors<'py>,
     moments: &Bound<'py, PyAny>,
     region: &Bound<'py, PyRegion>,
+    period: Option<Bound<'py, PyPeriod>>,
 ) -> Any<'py> {
-    let moments = matrices(moments)?;
-    let found = stress::region_stress_from_particles(position.get()?, &moments, &region.get().0).or_raise()?;
+    let (moments, period) = (matrices(moments)?, self::period(period.as_ref()));
+    let (x, region) = (position.get()?, &region.get().0);
+    let found = stress::region_stress_from_particles(x, &moments, region, period.as_ref()).or_raise()?;
     Ok(tensor(py, &found)?.into_any())
 }
 
@@ -205,21 +208,32 @@ fn wall_traction<'py>(py: Python<'py>, force: Vector, area: f64) -> Any<'py> {
 
 /// Kinetic part of the stress.
 #[pyfunction]
+#[pyo3(signature = (position, mass, velocity, region, period=None))]
 fn kinetic_stress<'py>(
     py: Python<'py>,
     position: Vectors<'py>,
     mass: Scalars<'py>,
     velocity: Vectors<'py>,
     region: &Bound<'py, PyRegion>,
+    period: Option<Bound<'py, PyPeriod>>,
 ) -> Any<'py> {
-    let found = stress::kinetic_stress(position.get()?, mass.get()?, velocity.get()?, &region.get().0).or_raise()?;
+    let (x, mass, velocity, period) =
+        (position.get()?, mass.get()?, velocity.get()?, self::period(period.as_ref()));
+    let found = stress::kinetic_stress(x, mass, velocity, &region.get().0, period.as_ref()).or_raise()?;
     Ok(tensor(py, &found)?.into_any())
 }
 
 /// Share of solid in a region.
 #[pyfunction]
-fn solid_fraction(position: Vectors<'_>, volumes: Scalars<'_>, region: &Bound<'_, PyRegion>) -> PyResult<f64> {
-    stress::solid_fraction(position.get()?, volumes.get()?, &region.get().0).or_raise()
+#[pyo3(signature = (position, volumes, region, period=None))]
+fn solid_fraction(
+    position: Vectors<'_>,
+    volumes: Scalars<'_>,
+    region: &Bound<'_, PyRegion>,
+    period: Option<Bound<'_, PyPeriod>>,
+) -> PyResult<f64> {
+    let period = self::period(period.as_ref());
+    stress::solid_fraction(position.get()?, volumes.get()?, &region.get().0, period.as_ref()).or_raise()
 }
 
 /// Axial part of a tensor.
@@ -294,17 +308,18 @@ fn couple_stress_from_resultants<'py>(
 
 /// Stress and couple stress conjugate to the affine modes of motion of a region.
 #[pyfunction]
-#[pyo3(signature = (position, contacts, region, reference=None))]
+#[pyo3(signature = (position, contacts, region, reference=None, period=None))]
 fn conjugate_stress<'py>(
     py: Python<'py>,
     position: Vectors<'py>,
     contacts: Contacts<'py>,
     region: &Bound<'py, PyRegion>,
     reference: Option<Vector>,
+    period: Option<Bound<'py, PyPeriod>>,
 ) -> Any<'py> {
     let set = contacts.set(&position)?;
-    let (region, reference) = (&region.get().0, or_zero(reference));
-    let c = py.detach(|| couple_stress::conjugate(&set, region, &reference)).or_raise()?;
+    let (region, reference, period) = (&region.get().0, or_zero(reference), self::period(period.as_ref()));
+    let c = py.detach(|| couple_stress::conjugate(&set, region, &reference, period.as_ref())).or_raise()?;
     let fields = (
         tensor(py, &c.stress)?,
         tensor(py, &c.couple_stress)?,

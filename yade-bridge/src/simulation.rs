@@ -366,13 +366,17 @@ impl Simulation {
             ];
             let mut first = 0;
             for quantity in operator.operator.quantities() {
-                let last = first + quantity.components;
+                let cells = operator.cells();
+                let last = first + quantity.components * cells;
                 let values: Vec<f64> = entries.iter().flat_map(|row| row.values[first..last].iter().copied()).collect();
                 let flat = scalars(py, &values).into_any();
-                let values = match quantity.components {
-                    1 => flat,
-                    9 => flat.call_method1("reshape", (entries.len(), 3, 3))?,
-                    n => flat.call_method1("reshape", (entries.len(), n))?,
+                let values = match (cells, quantity.components) {
+                    (1, 1) => flat,
+                    (1, 9) => flat.call_method1("reshape", (entries.len(), 3, 3))?,
+                    (1, n) => flat.call_method1("reshape", (entries.len(), n))?,
+                    (_, 1) => flat.call_method1("reshape", (entries.len(), cells))?,
+                    (_, 9) => flat.call_method1("reshape", (entries.len(), cells, 3, 3))?,
+                    (_, n) => flat.call_method1("reshape", (entries.len(), cells, n))?,
                 };
                 columns.push(TableColumn { name: quantity.name.into(), unit: quantity.unit.into(), values });
                 first = last;

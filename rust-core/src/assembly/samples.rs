@@ -2,11 +2,11 @@
 
 use super::{AssemblyError, material_index, set_index, unfit};
 use crate::math::{Mat3, Vec3};
-use crate::operator::Region;
-use crate::plan::OperatorSample;
-use crate::plan::samples::SampledRegion;
+use crate::operator::{HalfSpace, Region, Truncation};
+use crate::plan::samples::{SampledRegion, SampledWall};
+use crate::plan::{Operator, OperatorSample};
 use crate::scenario::quantity::vector;
-use crate::scenario::{SampleRegion, Scenario};
+use crate::scenario::{self, SampleRegion, Scenario};
 use crate::state::{Particles, State};
 
 /// The samples of the plan, for these particles.
@@ -15,29 +15,52 @@ pub(crate) fn of(
     particles: &Particles,
     periodic: bool,
 ) -> Result<Vec<OperatorSample>, AssemblyError> {
-    let each = scenario.samples.iter().enumerate().map(|(k, sample)| {
-        let key = format!("sample[{k}].region");
-        let region = region(scenario, particles, periodic, &key, sample.region.as_ref())?;
-        let is_list = sample.region.as_ref().is_some_and(SampleRegion::is_list);
-        let default =
-            if is_list { crate::operator::Truncation::HalfCrossing } else { crate::operator::Truncation::default() };
-        let truncation = sample.truncation.unwrap_or(default);
-        Ok(OperatorSample {
-            name: sample.name().to_owned(),
-            operator: sample.operator,
-            region: match region {
-                Some(region) => SampledRegion::Moving { region, velocity: vector(&sample.velocity) },
-                None => SampledRegion::Cell,
-            },
-            truncation,
-            interval: sample.interval.unwrap_or(scenario.output.sample_interval),
-        })
-    });
+    let each = scenario
+        .samples
+        .iter()
+        .enumerate()
+        .map(|(k, sample)| one(scenario, particles, periodic, &format!("sample[{k}].region"), sample));
     each.collect()
 }
 
+/// A sample, whose region messages call `key`.
+pub(crate) fn one(
+    scenario: &Scenario,
+    particles: &Particles,
+    periodic: bool,
+    key: &str,
+    sample: &scenario::OperatorSample,
+) -> Result<OperatorSample, AssemblyError> {
+    let region = match sample.operator {
+        // The wall is where it is.
+        Operator::WallTraction => Some(Region::All { volume: 1.0 }),
+        _ => region(scenario, particles, periodic, key, sample.region.as_ref())?,
+    };
+    let is_list = sample.region.as_ref().is_some_and(SampleRegion::is_list);
+    let default = if is_list { Truncation::HalfCrossing } else { Truncation::default() };
+    let wall = sample.wall.as_ref().zip(sample.area).and_then(|(name, area)| {
+        let wall = scenario.wall_names().iter().position(|wall| wall == name)?;
+        Some(SampledWall { wall: wall as u32, area: area.si() })
+    });
+    let gradient = Mat3::from_fn(|i, j| sample.velocity_gradient[i][j].si());
+    Ok(OperatorSample {
+        name: sample.name().to_owned(),
+        operator: sample.operator,
+        region: region.map_or(SampledRegion::Cell, |region| SampledRegion::Moving {
+            region,
+            velocity: vector(&sample.velocity),
+            gradient,
+        }),
+        grid: sample.grid,
+        truncation: sample.truncation.unwrap_or(default),
+        partition: sample.partition.unwrap_or_default(),
+        wall,
+        interval: sample.interval.unwrap_or(scenario.output.sample_interval),
+    })
+}
+
 /// The region; nothing for the periodic cell.
-pub(crate) fn region(
+fn region(
     scenario: &Scenario,
     particles: &Particles,
     periodic: bool,
@@ -71,6 +94,13 @@ pub(crate) fn region(
         Some(SampleRegion::Ellipsoid { center, half_axes }) => {
             Region::Ellipsoid { centre: vector(center), axes: Mat3::from_diagonal(&vector(half_axes)) }
         }
+        Some(SampleRegion::HalfSpaces { planes, volume }) => {
+            let half_space = |plane: &scenario::SamplePlane| HalfSpace {
+                point: vector(&plane.point),
+                normal: vector(&plane.normal).normalize(),
+            };
+            Region::HalfSpaces { planes: planes.iter().map(half_space).collect(), volume: volume.si() }
+        }
         Some(SampleRegion::Set { set, volume }) => {
             let bit = 1_u64 << set_index(scenario, set);
             let member = particles.tags.iter().map(|tags| tags & bit != 0).collect();
@@ -91,6 +121,6 @@ pub(crate) fn region(
 
 /// Places of all particles, if an operator needs those of the start.
 pub(super) fn places(samples: &[OperatorSample], state: &State) -> Vec<Vec3> {
-    let needed = samples.iter().any(|sample| sample.operator == crate::plan::Operator::AffineStrain);
+    let needed = samples.iter().any(|sample| sample.operator.needs_places());
     if needed { state.particles.position.clone() } else { Vec::new() }
 }

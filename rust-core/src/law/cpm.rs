@@ -1112,6 +1112,11 @@ impl ContactLaw for Cpm {
     fn damage(state: &CpmState) -> f64 {
         if state.kappa > 0.0 { state.omega } else { 0.0 }
     }
+
+    /// `1 − (1−ω)κ/ε₀` (Stránský 2018, (6.5)–(6.6)).
+    fn lost_strength(&self, state: &CpmState) -> f64 {
+        self.strength_damage(state.kappa)
+    }
 }
 
 #[cfg(test)]

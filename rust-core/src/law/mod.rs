@@ -99,6 +99,11 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     fn damage(_state: &Self::State) -> f64 {
         0.0
     }
+
+    /// Share of its strength that a contact has lost, 0 to 1, where that is another thing than [`Self::damage`].
+    fn lost_strength(&self, state: &Self::State) -> f64 {
+        Self::damage(state)
+    }
 }
 
 /// Kinematic input of a law, as a class: which measuring function the solver runs for it.

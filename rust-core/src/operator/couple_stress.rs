@@ -2,9 +2,9 @@
 
 use super::contact_set::{ContactSet, LoadSet};
 use super::error::{OperatorError, check_length, check_volume};
-use super::region::{Region, Truncation};
+use super::region::{Period, Region, Truncation};
 use super::stress::{axial, particle_sums, region_stress};
-use super::sum::sum_tiles;
+use super::sum::{sum_tiles, sums};
 use crate::math::{Mat3, Vec3};
 
 /// Couple stress from external loads about a body's centroid `x⁰`, N/m (operator O9; Stránský 2018, (4.31), (4.59)):
@@ -79,7 +79,8 @@ impl std::ops::AddAssign for Resultant {
 /// O11; ERDC 2019, (33), (44), (45) in house form): with the net wrenches `F`, `M` of the contacts that are internal to
 /// the region, `σ = −(1/V) Σ_p x⊗F = (1/V) Σ_c l⊗f^A`, `μ = −(1/V) Σ_p (x−x⁰)⊗M`.
 ///
-/// In equilibrium only particles at the region's border keep a net wrench.
+/// In equilibrium only particles at the region's border keep a net wrench. A contact across the border of a periodic cell
+/// counts with the image of B that it reaches: in equilibrium it does not matter which of its images it is taken for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conjugate {
     /// Stress, Pa.
@@ -98,40 +99,47 @@ pub struct Conjugate {
     pub contacts: usize,
 }
 
-/// See [`Conjugate`]. `reference` is the region's reference point, usually its centre (m).
-pub fn conjugate(contacts: &ContactSet<'_>, region: &Region, reference: &Vec3) -> Result<Conjugate, OperatorError> {
+/// See [`Conjugate`]. `reference` is the region's reference point, usually its centre (m). With `period`, all periodic
+/// images that lie in the region count.
+pub fn conjugate(
+    contacts: &ContactSet<'_>,
+    region: &Region,
+    reference: &Vec3,
+    period: Option<&Period>,
+) -> Result<Conjugate, OperatorError> {
     let position = contacts.position();
     let volume = super::region::check(region, Truncation::InternalOnly, position.len())?;
-    let mut kept = 0;
-    let mut net = vec![Resultant::default(); position.len()];
-    for k in 0..contacts.len() {
-        let c = contacts.get(k);
-        // A branch through the border of a periodic cell ends at an image, which is no particle of the region.
-        if !(region.contains(c.a, &c.position_a) && region.contains(c.b, &(c.position_a + c.branch))) {
-            continue;
+    sums!(Sums { xf: Mat3, xm: Mat3, force: Vec3, total: Vec3, moment: Vec3, contacts: f64 });
+    let sums: Sums = sum_tiles(contacts.len(), |range| {
+        let mut sums = Sums::default();
+        for k in range {
+            let c = contacts.get(k);
+            // Wrenches on the two particles.
+            let ends = [
+                (Vec3::zeros(), c.force, c.arm_a.cross(&c.force) + c.moment),
+                (c.branch, -c.force, -(c.arm_b.cross(&c.force) + c.moment)),
+            ];
+            for image in region.images(period, &c.position_a, &c.branch) {
+                let x = c.position_a + period.map_or_else(Vec3::zeros, |period| period.edges * image);
+                if !(region.contains(c.a, &x) && region.contains(c.b, &(x + c.branch))) {
+                    continue;
+                }
+                sums.contacts += 1.0;
+                for (from_a, force, moment) in &ends {
+                    let x = x + from_a - reference;
+                    sums.xf += x * force.transpose();
+                    sums.xm += x * moment.transpose();
+                    sums.force += force;
+                    sums.total += x.cross(force) + moment;
+                    sums.moment += moment;
+                }
+            }
         }
-        kept += 1;
-        net[c.a] += Resultant { force: c.force, moment: c.arm_a.cross(&c.force) + c.moment };
-        net[c.b] += Resultant { force: -c.force, moment: -(c.arm_b.cross(&c.force) + c.moment) };
-    }
-    if kept == 0 {
+        sums
+    });
+    if sums.contacts == 0.0 {
         return Err(OperatorError::EmptyRegion { what: "contact" });
     }
-    super::sum::sums!(Sums { xf: Mat3, xm: Mat3, force: Vec3, total: Vec3, moment: Vec3 });
-    let sums: Sums = sum_tiles(position.len(), |range| {
-        let mut s = Sums::default();
-        for p in range {
-            let (x, w) = (position[p] - reference, &net[p]);
-            s += Sums {
-                xf: x * w.force.transpose(),
-                xm: x * w.moment.transpose(),
-                force: w.force,
-                total: x.cross(&w.force) + w.moment,
-                moment: w.moment,
-            };
-        }
-        s
-    });
     Ok(Conjugate {
         stress: -sums.xf / volume,
         couple_stress: -sums.xm / volume,
@@ -139,7 +147,7 @@ pub fn conjugate(contacts: &ContactSet<'_>, region: &Region, reference: &Vec3) -
         rigid_moment: sums.total / volume,
         rotation: sums.moment / volume,
         volume,
-        contacts: kept,
+        contacts: sums.contacts as usize,
     })
 }
 

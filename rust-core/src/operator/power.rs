@@ -1,7 +1,7 @@
 //! Power: what of the contacts' work the affine part of the motion explains (operator O21).
 
 use super::contact_set::ContactSet;
-use super::couple_stress::{Resultant, resultants};
+use super::couple_stress::resultants;
 use super::error::{OperatorError, check_length, check_volume};
 use super::strain::AffineFit;
 use super::stress::region_stress;
@@ -20,7 +20,8 @@ pub struct PowerReport {
     pub stress: f64,
     /// `V μ:κ̇`.
     pub couple: f64,
-    /// `−Σ_p (F_p·v'_p + M_p·ω'_p)` with the motion that is not affine: what stress and strain miss.
+    /// The power of the contacts under the motion that is not affine, `−Σ_p (F_p·v'_p + M_p·ω'_p)`: what stress and strain
+    /// miss.
     pub gap: f64,
     /// Stress, Pa.
     pub stress_tensor: Mat3,
@@ -32,8 +33,8 @@ pub struct PowerReport {
 /// same motion (operators P13, P14): `contacts = stress + couple + gap`, whatever the motion.
 ///
 /// `image_velocity` (m/s) is the velocity by which the image of B in each contact differs from B itself (periodic:
-/// `Ḣ·image`; empty: none). In a periodic cell net wrenches know nothing of the cell's motion; `particles`, `gap`, and
-/// the couple stress are then as seen by particles, and the balance is that of the contacts with the stress alone.
+/// `Ḣ·image`; empty: none). The balance holds in a periodic cell, too; only `particles` is as seen by the particles then,
+/// whose net wrenches know nothing of the cell's motion.
 pub fn power(
     contacts: &ContactSet<'_>,
     velocity: &[Vec3],
@@ -49,37 +50,38 @@ pub fn power(
         check_length("image_velocity", image_velocity.len(), contacts.len(), "contact")?;
     }
     let volume = check_volume("the body", volume)?;
-    let of_contacts: f64 = sum_tiles(contacts.len(), |range| {
-        let mut sum = 0.0;
+    sums!(Sums { contacts: f64, gap: f64, couple: Mat3 });
+    let sums: Sums = sum_tiles(contacts.len(), |range| {
+        let mut sums = Sums::default();
         for k in range {
             let c = contacts.get(k);
             let carried = image_velocity.get(k).copied().unwrap_or_default();
-            let relative =
-                (velocity[c.a] + spin[c.a].cross(&c.arm_a)) - (velocity[c.b] + carried + spin[c.b].cross(&c.arm_b));
-            sum -= relative.dot(&c.force) + (spin[c.a] - spin[c.b]).dot(&c.moment);
-        }
-        sum
-    });
-    let net = resultants(contacts);
-    sums!(Sums { particles: f64, gap: f64, couple: Mat3 });
-    let sums: Sums = sum_tiles(position.len(), |range| {
-        let mut sum = Sums::default();
-        for p in range {
-            let Resultant { force, moment } = net[p];
-            let x = &position[p];
-            sum += Sums {
-                particles: -(force.dot(&velocity[p]) + moment.dot(&spin[p])),
-                gap: -(force.dot(&(velocity[p] - fit.displacement(x))) + moment.dot(&(spin[p] - fit.rotation_at(x)))),
-                couple: (x - fit.centre) * moment.transpose(),
+            let (xa, xb) = (c.position_a, c.position_a + c.branch);
+            let power = |[va, wa, vb, wb]: [Vec3; 4]| {
+                let relative = (va + wa.cross(&c.arm_a)) - (vb + wb.cross(&c.arm_b));
+                -(relative.dot(&c.force) + (wa - wb).dot(&c.moment))
+            };
+            let motion = [velocity[c.a], spin[c.a], velocity[c.b] + carried, spin[c.b]];
+            let affine = [fit.displacement(&xa), fit.rotation_at(&xa), fit.displacement(&xb), fit.rotation_at(&xb)];
+            let on_a = c.arm_a.cross(&c.force) + c.moment;
+            let on_b = -(c.arm_b.cross(&c.force) + c.moment);
+            sums += Sums {
+                contacts: power(motion),
+                gap: power(std::array::from_fn(|i| motion[i] - affine[i])),
+                couple: (xa - fit.centre) * on_a.transpose() + (xb - fit.centre) * on_b.transpose(),
             };
         }
-        sum
+        sums
+    });
+    let net = resultants(contacts);
+    let particles: f64 = sum_tiles(position.len(), |range| {
+        range.map(|p| -(net[p].force.dot(&velocity[p]) + net[p].moment.dot(&spin[p]))).sum()
     });
     let stress = region_stress(contacts, &Region::All { volume }, Truncation::BranchClipped, None)?.stress;
     let couple_stress = -sums.couple / volume;
     Ok(PowerReport {
-        contacts: of_contacts,
-        particles: sums.particles,
+        contacts: sums.contacts,
+        particles,
         stress: volume * stress.dot(&fit.cosserat_strain()),
         couple: volume * couple_stress.dot(&fit.curvature),
         gap: sums.gap,

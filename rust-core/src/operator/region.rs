@@ -131,9 +131,14 @@ impl Region {
         }
     }
 
+    /// The particles, of `count`, that meet a condition on their index, standing for the volume `volume` (m³).
+    pub fn of_particles(count: usize, condition: impl FnMut(usize) -> bool, volume: f64) -> Self {
+        Self::Particles { member: (0..count).map(condition).collect(), volume }
+    }
+
     /// All particles of a material, standing for the volume `volume` (m³).
     pub fn of_material(material: &[u16], wanted: u16, volume: f64) -> Self {
-        Self::Particles { member: material.iter().map(|&m| m == wanted).collect(), volume }
+        Self::of_particles(material.len(), |p| material[p] == wanted, volume)
     }
 
     /// Boxes that fill `low … high` in `count` steps along each axis: the cells of a field map, x fastest.
@@ -396,6 +401,17 @@ impl Region {
         }
         Images { range, next: [range[0][0], range[1][0], range[2][0]], done: (0..3).any(|k| range[k][0] > range[k][1]) }
     }
+
+    /// Images (numbers of edges) of particle `p` at `x` whose centres lie inside; without a period itself, if it does.
+    pub(super) fn images_inside<'a>(
+        &'a self,
+        period: Option<&'a Period>,
+        p: usize,
+        x: &'a Vec3,
+    ) -> impl Iterator<Item = Vec3> + 'a {
+        let images = self.images(period, x, &Vec3::zeros());
+        images.filter(move |image| self.contains(p, &period.map_or(*x, |period| x + period.edges * image)))
+    }
 }
 
 /// The part of `range` (in units of `l`) for which `low ≤ x + s l < high`.
@@ -466,8 +482,12 @@ impl Iterator for Images {
 /// Whether a segment lies on the far side of one face of a box.
 #[inline]
 pub(super) fn is_beside((low, high): &(Vec3, Vec3), x: &Vec3, l: &Vec3) -> bool {
-    let to = x + l;
-    (0..3).any(|k| (x[k] < low[k] && to[k] < low[k]) || (x[k] > high[k] && to[k] > high[k]))
+    // Distance from the box along each axis, without branches: which side decides changes from contact to contact.
+    let gap = |k: usize| {
+        let to = x[k] + l[k];
+        (low[k] - x[k].max(to)).max(x[k].min(to) - high[k])
+    };
+    gap(0).max(gap(1)).max(gap(2)) > 0.0
 }
 
 /// What a contact from particle `a` at `x` along `l` to particle `b` counts for in a region.

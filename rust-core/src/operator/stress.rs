@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::contact_set::{ContactSet, LoadSet};
 use super::error::{OperatorError, check_length, check_volume};
 use super::region::{self, Period, Region, Truncation};
-use super::sum::{TILE, sum_tiles, sums};
+use super::sum::{sum_tiles, sums};
 use crate::math::{Mat3, Vec3};
 
 /// How the branch of a contact is divided between its two particles.
@@ -91,6 +91,9 @@ pub fn particle_stress(
 const PIECES: usize = 16;
 
 /// Sums per particle of what `of` gives A and B of every contact, in an order that depends on the contacts alone.
+///
+/// Each piece of the list adds to its own particles in place, and to those that a later piece owns in a halo, as the
+/// solver's tiles do. That needs contacts that are sorted by particle, at least roughly; others are added in one piece.
 pub(super) fn particle_sums<T, F>(contacts: &ContactSet<'_>, of: F) -> Vec<T>
 where
     T: Default + Clone + Send + Sync + std::ops::AddAssign,
@@ -98,50 +101,56 @@ where
 {
     let n = contacts.position().len();
     let count = contacts.len();
+    let pair = contacts.pair();
     let bounds = |k: usize| k * count / PIECES..(k + 1) * count / PIECES;
-    // Particles that each piece touches: short ranges when contacts are sorted by particle.
-    let ranges: Vec<(usize, usize)> = (0..PIECES)
-        .into_par_iter()
-        .map(|k| {
-            let of_piece = &contacts.pair()[bounds(k)];
-            let low = of_piece.iter().flatten().min().map_or(0, |&p| p as usize);
-            let high = of_piece.iter().flatten().max().map_or(0, |&p| p as usize + 1);
-            (low, high)
-        })
-        .collect();
-    let scatter = |piece: std::ops::Range<usize>, low: usize, sums: &mut [T]| {
-        for k in piece {
-            let contact = contacts.get(k);
-            let (a, b) = of(&contact);
-            sums[contact.a - low] += a;
-            sums[contact.b - low] += b;
+    // Sums of the contacts of a piece: those of particles from `low` on, split where the next piece's begin.
+    let add = |piece: std::ops::Range<usize>, low: usize, own: &mut [T], halo: &mut [T]| {
+        let split = low + own.len();
+        let mut put = |p: usize, value: T| {
+            *(if p < split { &mut own[p - low] } else { &mut halo[p - split] }) += value;
+        };
+        let mut k = piece.start;
+        while k < piece.end {
+            // Contacts that follow each other with the same A add to a local sum, in the same order.
+            let a = pair[k][0];
+            let mut sum = T::default();
+            while k < piece.end && pair[k][0] == a {
+                let contact = contacts.get(k);
+                let (to_a, to_b) = of(&contact);
+                sum += to_a;
+                put(contact.b, to_b);
+                k += 1;
+            }
+            put(a as usize, sum);
         }
     };
-    // Unsorted contacts would need a copy of everything for each piece.
-    if count < 4096 || ranges.iter().map(|(low, high)| high - low).sum::<usize>() > 4 * n {
-        let mut sums = vec![T::default(); n];
-        scatter(0..count, 0, &mut sums);
-        return sums;
-    }
-    let pieces: Vec<(usize, Vec<T>)> = ranges
-        .par_iter()
-        .enumerate()
-        .map(|(k, &(low, high))| {
-            let mut sums = vec![T::default(); high - low];
-            scatter(bounds(k), low, &mut sums);
-            (low, sums)
+    let mut sums = vec![T::default(); n];
+    let mut range: Vec<(usize, usize)> = (0..PIECES)
+        .into_par_iter()
+        .map(|k| {
+            let flat = || pair[bounds(k)].iter().flatten().map(|&p| p as usize);
+            (flat().min().unwrap_or(n), flat().max().map_or(0, |p| p + 1))
         })
         .collect();
-    let mut sums = vec![T::default(); n];
-    sums.par_chunks_mut(TILE).enumerate().for_each(|(tile, sums)| {
-        let first = tile * TILE;
-        for (low, piece) in &pieces {
-            let (from, to) = ((*low).max(first), (low + piece.len()).min(first + sums.len()));
-            for p in from..to {
-                sums[p - first] += piece[p - low].clone();
-            }
-        }
-    });
+    range.push((n, n));
+    let halo = |k: usize| range[k].1.saturating_sub(range[k + 1].0);
+    let is_sorted = range.windows(2).all(|w| w[0].0 <= w[1].0);
+    if count < 4096 || !is_sorted || (0..PIECES).map(halo).sum::<usize>() > n {
+        add(0..count, 0, &mut sums, &mut []);
+        return sums;
+    }
+    let mut rest = &mut sums[range[0].0..];
+    let mut pieces = Vec::with_capacity(PIECES);
+    for k in 0..PIECES {
+        let (own, others) = rest.split_at_mut(range[k + 1].0 - range[k].0);
+        pieces.push((k, own, vec![T::default(); halo(k)]));
+        rest = others;
+    }
+    pieces.par_iter_mut().for_each(|(k, own, halo)| add(bounds(*k), range[*k].0, own, halo));
+    let halos: Vec<(usize, Vec<T>)> = pieces.into_iter().map(|(k, _, halo)| (range[k + 1].0, halo)).collect();
+    for (first, halo) in halos {
+        sums[first..].iter_mut().zip(halo).for_each(|(sum, value)| *sum += value);
+    }
     sums
 }
 
@@ -215,7 +224,8 @@ pub fn region_stress(
 }
 
 /// Stress of a region as volume average over the particles whose centres lie inside: `σ = (1/V) Σ_p V_p σ_p`
-/// (operator O4; ERDC 2019, (9)). `moments` (J) are those of [`particle_moments`].
+/// (operator O4; ERDC 2019, (9)). `moments` (J) are those of [`particle_moments`]. With `period`, images that lie inside
+/// count.
 ///
 /// Equal to the branch sum over the same contacts if all of them are internal (P3). The second form of (9), solid
 /// fraction times mean particle stress, is [`solid_fraction`] times the volume-weighted mean.
@@ -223,11 +233,16 @@ pub fn region_stress_from_particles(
     position: &[Vec3],
     moments: &[Mat3],
     region: &Region,
+    period: Option<&Period>,
 ) -> Result<Mat3, OperatorError> {
     check_length("moments", moments.len(), position.len(), "particle")?;
     let volume = region::check(region, Truncation::InternalOnly, position.len())?;
     let total: Mat3 = sum_tiles(position.len(), |range| {
-        range.filter(|&p| region.contains(p, &position[p])).map(|p| moments[p]).sum()
+        let mut sum = Mat3::zeros();
+        for p in range {
+            region.images_inside(period, p, &position[p]).for_each(|_| sum += moments[p]);
+        }
+        sum
     });
     Ok(total / volume)
 }
@@ -259,21 +274,26 @@ pub fn wall_traction(force: &Vec3, area: f64) -> Result<Vec3, OperatorError> {
 /// Jebahi et al. 2015, (1.6) with the mean velocity taken out).
 ///
 /// To be added to the contact stress where momentum is carried by motion (granular flow). In a solid it is small, and
-/// some say it does not belong there: it is an option, not a default.
+/// some say it does not belong there: it is an option, not a default. With `period`, images that lie inside count, with the
+/// velocities that its rate gives them.
 pub fn kinetic_stress(
     position: &[Vec3],
     mass: &[f64],
     velocity: &[Vec3],
     region: &Region,
+    period: Option<&Period>,
 ) -> Result<Mat3, OperatorError> {
     check_length("mass", mass.len(), position.len(), "particle")?;
     check_length("velocity", velocity.len(), position.len(), "particle")?;
     let volume = region::check(region, Truncation::InternalOnly, position.len())?;
     sums!(Momentum { mass: f64, momentum: Vec3 });
+    let carried = |image: &Vec3| period.map_or_else(Vec3::zeros, |period| period.change * image);
     let total: Momentum = sum_tiles(position.len(), |range| {
         let mut sum = Momentum::default();
-        for p in range.filter(|&p| region.contains(p, &position[p])) {
-            sum += Momentum { mass: mass[p], momentum: velocity[p] * mass[p] };
+        for p in range {
+            for image in region.images_inside(period, p, &position[p]) {
+                sum += Momentum { mass: mass[p], momentum: (velocity[p] + carried(&image)) * mass[p] };
+            }
         }
         sum
     });
@@ -283,9 +303,11 @@ pub fn kinetic_stress(
     let mean = total.momentum / total.mass;
     let flow: Mat3 = sum_tiles(position.len(), |range| {
         let mut sum = Mat3::zeros();
-        for p in range.filter(|&p| region.contains(p, &position[p])) {
-            let v = velocity[p] - mean;
-            sum += (v * mass[p]) * v.transpose();
+        for p in range {
+            for image in region.images_inside(period, p, &position[p]) {
+                let v = velocity[p] + carried(&image) - mean;
+                sum += (v * mass[p]) * v.transpose();
+            }
         }
         sum
     });
@@ -293,12 +315,21 @@ pub fn kinetic_stress(
 }
 
 /// Solid fraction `n_s = (1/V) Σ V_p` of the particles whose centres lie in a region (ERDC 2019, (9)); porosity is
-/// `1 − n_s`.
-pub fn solid_fraction(position: &[Vec3], volumes: &[f64], region: &Region) -> Result<f64, OperatorError> {
+/// `1 − n_s`. With `period`, images that lie inside count.
+pub fn solid_fraction(
+    position: &[Vec3],
+    volumes: &[f64],
+    region: &Region,
+    period: Option<&Period>,
+) -> Result<f64, OperatorError> {
     check_length("volumes", volumes.len(), position.len(), "particle")?;
     let volume = region::check(region, Truncation::InternalOnly, position.len())?;
     let solid: f64 = sum_tiles(position.len(), |range| {
-        range.filter(|&p| region.contains(p, &position[p])).map(|p| volumes[p]).sum()
+        let mut sum = 0.0;
+        for p in range {
+            region.images_inside(period, p, &position[p]).for_each(|_| sum += volumes[p]);
+        }
+        sum
     });
     Ok(solid / volume)
 }

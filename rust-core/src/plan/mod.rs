@@ -2,6 +2,8 @@
 
 pub mod loading;
 pub mod samples;
+#[cfg(test)]
+mod samples_tests;
 pub mod simulation;
 pub mod stop;
 

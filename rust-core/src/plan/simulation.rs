@@ -1,9 +1,12 @@
 //! A run: state, solver, and plan, advanced sample by sample.
 
+use std::sync::OnceLock;
+
 use super::samples::{Bonds, Operator, Sampled};
 use super::{Plan, StopReason, stop};
 use crate::fracture::Event;
 use crate::operator::OperatorError;
+use crate::operator::tessellation::Mesh;
 use crate::solver::{Model, Solver, SolverError, StepReport};
 use crate::state::State;
 use crate::state::contacts::Link;
@@ -157,6 +160,8 @@ pub struct Simulation {
     /// The plan.
     pub plan: Plan,
     last: StepReport,
+    /// Delaunay cells of the particles at the start, when an operator needs them.
+    mesh: OnceLock<Result<Mesh, OperatorError>>,
 }
 
 impl Simulation {
@@ -166,7 +171,7 @@ impl Simulation {
         let solver = Solver::new(model, &mut state)?;
         let mut last = StepReport::default();
         last.virial.copy_from_slice(&state.plan_memory[memory::VIRIAL..memory::STOPPED]);
-        Ok(Self { state, solver, plan, last })
+        Ok(Self { state, solver, plan, last, mesh: OnceLock::new() })
     }
 
     /// The report of the last step.
@@ -195,6 +200,8 @@ impl Simulation {
             bonds: &if damage { Bonds::of(&self.state) } else { Bonds::default() },
             forces: &forces,
             places: &self.plan.places,
+            mesh: &self.mesh,
+            gravity: self.solver.model().gravity,
             plane: self.plan.plane,
         };
         due()

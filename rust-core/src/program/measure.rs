@@ -3,26 +3,31 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
 use super::tables::{UNBONDED, WALLS};
 use super::{Console, Failure};
-use crate::assembly::samples::region;
+use crate::assembly::samples;
 use crate::math::{Mat3, Vec3};
-use crate::operator::{Region, Truncation};
+use crate::operator::stress::{ParticleVolume, Partition, particle_stress};
+use crate::operator::tessellation::Mesh;
+use crate::operator::{OperatorError, Truncation};
 use crate::output::ResultFile;
-use crate::plan::samples::{Bonds, Operator, OperatorSample, Quantity, Sampled, SampledRegion};
-use crate::scenario::{SampleRegion, Scenario};
+use crate::plan::samples::{Bonds, Operator, OperatorSample, Quantity, Sampled};
+use crate::scenario::quantity::{Area, StrainRate, Velocity, vector};
+use crate::scenario::{self, SampleRegion, Scenario};
 use crate::solver::record::Forces;
 use crate::state::columns::{ColumnData, StoredColumn};
-use crate::state::{Cell, Particles, Sphere};
+use crate::state::{Cell, Constraint, Particles, Sphere};
 
 /// Arguments of `concordem measure`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Result file
     file: PathBuf,
-    /// What to evaluate: region-stress, couple-stress, affine-strain, fabric, porosity, damage-tensor; may be repeated. By
-    /// default what the scenario's [[sample]] tables say
+    /// What to evaluate: region-stress, particle-stress, boundary-stress, wall-traction, couple-stress, affine-strain,
+    /// affine-rate, cell-strain, cell-rate, contact-cell-strain, contact-cell-rate, fabric, porosity, damage-tensor, power,
+    /// coarse-grain; may be repeated. By default what the scenario's [[sample]] tables say
     #[arg(long, value_name = "NAME", value_parser = operator)]
     operator: Vec<Operator>,
     /// Where, as in a scenario: '{ kind = "sphere", center = [0, 0, 0], radius = "5 mm" }'; by default the periodic cell
@@ -31,9 +36,22 @@ pub(super) struct Arguments {
     /// How contacts across the border count: internal-only, half-crossing, or branch-clipped
     #[arg(long, value_name = "NAME", value_parser = truncation, requires = "operator")]
     truncation: Option<Truncation>,
+    /// How branches are divided between particles, for particle-stress: contact-point or half-branch
+    #[arg(long, value_name = "NAME", value_parser = partition, requires = "operator")]
+    partition: Option<Partition>,
+    /// Name of the wall, for wall-traction
+    #[arg(long, value_name = "NAME", requires = "operator")]
+    wall: Option<String>,
+    /// Area that the traction refers to, for wall-traction: "36 mm^2"
+    #[arg(long, value_name = "AREA", requires = "operator")]
+    area: Option<String>,
     /// Divide a box into this many cells along x, y, z: a map of the field, a row per cell
     #[arg(long, value_name = "NX,NY,NZ", value_parser = grid, requires = "region")]
     grid: Option<[usize; 3]>,
+    /// The stress of every particle instead of their mean, for particle-stress: a row per particle, for the volume of its
+    /// sphere (or disc)
+    #[arg(long, requires = "operator")]
+    each: bool,
     /// Print comma-separated values
     #[arg(long)]
     csv: bool,
@@ -54,6 +72,14 @@ fn truncation(text: &str) -> Result<Truncation, String> {
     }
 }
 
+fn partition(text: &str) -> Result<Partition, String> {
+    match text {
+        "contact-point" => Ok(Partition::ContactPoint),
+        "half-branch" => Ok(Partition::HalfBranch),
+        _ => Err("choose contact-point or half-branch".into()),
+    }
+}
+
 fn grid(text: &str) -> Result<[usize; 3], String> {
     let counts: Option<Vec<usize>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
     match counts.as_deref() {
@@ -65,56 +91,60 @@ fn grid(text: &str) -> Result<[usize; 3], String> {
 pub(super) fn measure(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let result = ResultFile::open(&arguments.file)?;
     let scenario = Scenario::parse(&arguments.file.display().to_string(), &result.scenario()?)?;
-    let moment = Moment::read(&result, scenario.dimension == 2)?;
+    let moment = Moment::read(&result, &scenario)?;
     let text = if arguments.operator.is_empty() {
-        let samples = crate::assembly::samples::of(&scenario, &moment.particles, moment.cell.is_some())
+        let samples = samples::of(&scenario, &moment.particles, moment.cell.is_some())
             .map_err(|error| Failure::of_assembly(&scenario, error))?;
         if samples.is_empty() {
             let message = "the run's scenario has no [[sample]]: say what to measure, with --operator and --region";
             return Err(Failure::Usage(message.into()));
         }
         // Regions move on with the run's time.
-        samples.iter().map(|sample| moment.show(sample, None, arguments.csv)).collect::<Result<String, _>>()?
+        samples.iter().map(|sample| moment.show(sample, arguments.csv)).collect::<Result<String, _>>()?
     } else {
         let wanted = arguments.region.as_deref().map(read_region).transpose()?;
-        let where_ = region(&scenario, &moment.particles, moment.cell.is_some(), "--region", wanted.as_ref())
-            .map_err(|error| Failure::Usage(error.to_string()))?;
+        let area = arguments.area.as_deref().map(read_area).transpose()?;
         let mut text = String::new();
         for &operator in &arguments.operator {
-            for (cell, sampled) in cells(where_.as_ref(), arguments.grid)? {
-                let list = matches!(&sampled, SampledRegion::Moving { region: Region::Particles { .. }, .. });
-                let default = if list { Truncation::HalfCrossing } else { Truncation::default() };
-                let sample = OperatorSample {
-                    name: operator.name().to_owned(),
-                    operator,
-                    region: sampled,
-                    truncation: arguments.truncation.unwrap_or(default),
-                    interval: 1,
-                };
-                let first = text.is_empty() || cell.is_none_or(|cell| cell == [0; 3]);
-                text += &moment.show(&sample, cell.map(|cell| (cell, first)), arguments.csv)?;
+            let sample = scenario::OperatorSample {
+                operator,
+                name: None,
+                region: wanted.clone(),
+                grid: arguments.grid,
+                truncation: arguments.truncation,
+                partition: arguments.partition,
+                wall: arguments.wall.clone(),
+                area,
+                velocity: [Velocity::new(0.0); 3],
+                velocity_gradient: [[StrainRate::new(0.0); 3]; 3],
+                interval: None,
+            };
+            if let Some(misuse) = sample.misuse(scenario.dimension) {
+                let key = misuse.key.replace('_', "-");
+                return Err(Failure::Usage(format!("--{key}: {}; {}", misuse.message, misuse.help)));
             }
+            if let Some(wall) = sample.wall.as_ref().filter(|wall| !scenario.wall_names().contains(wall)) {
+                let names = scenario.wall_names().join(", ");
+                return Err(Failure::Usage(format!("--wall: no wall is called \"{wall}\"; there are: {names}")));
+            }
+            let sample = samples::one(&scenario, &moment.particles, moment.cell.is_some(), "--region", &sample)
+                .map_err(|error| Failure::Usage(error.to_string()))?;
+            text += &if arguments.each {
+                if operator != Operator::ParticleStress {
+                    return Err(Failure::Usage("--each is for --operator particle-stress".into()));
+                }
+                moment.each(sample.partition)?
+            } else {
+                moment.show(&sample, arguments.csv)?
+            };
         }
         text
     };
     console.print(&text)
 }
 
-/// A cell of a grid, if there is one, and its region.
-type PlacedRegion = (Option<[usize; 3]>, SampledRegion);
-
-/// The regions to be measured, with their places in the grid if there is one.
-fn cells(region: Option<&Region>, grid: Option<[usize; 3]>) -> Result<Vec<PlacedRegion>, Failure> {
-    let still = |region: Region| SampledRegion::Moving { region, velocity: Vec3::zeros() };
-    let Some(count) = grid else {
-        return Ok(vec![(None, region.map_or(SampledRegion::Cell, |region| still(region.clone())))]);
-    };
-    let Some(Region::Box { low, high }) = region else {
-        return Err(Failure::Usage("--grid divides a box: --region '{ kind = \"box\", ... }'".into()));
-    };
-    let place = |k: usize| [k % count[0], k / count[0] % count[1], k / (count[0] * count[1])];
-    let cells = Region::grid(*low, *high, count).into_iter().enumerate();
-    Ok(cells.map(|(k, cell)| (Some(place(k)), still(cell))).collect())
+fn read_area(text: &str) -> Result<Area, Failure> {
+    Area::parse(text).map_err(|error| Failure::Usage(format!("--area: {error}")))
 }
 
 fn read_region(text: &str) -> Result<SampleRegion, Failure> {
@@ -135,6 +165,8 @@ struct Moment {
     bonds: Bonds,
     forces: Forces,
     places: Vec<Vec3>,
+    mesh: OnceLock<Result<Mesh, OperatorError>>,
+    gravity: Vec3,
     plane: bool,
 }
 
@@ -179,7 +211,7 @@ impl Table {
 }
 
 impl Moment {
-    fn read(result: &ResultFile, plane: bool) -> Result<Self, Failure> {
+    fn read(result: &ResultFile, scenario: &Scenario) -> Result<Self, Failure> {
         let table = Table::read(result, "particles")?;
         let mut particles = Particles::default();
         let (position, radius, mass) = (table.vectors("position")?, table.reals("radius")?, table.reals("mass")?);
@@ -187,6 +219,11 @@ impl Moment {
             particles.push(Sphere { position: *x, radius: radius[p] }, 0, mass[p], 0.0);
         }
         particles.velocity = table.vectors("velocity")?;
+        particles.angular_velocity = table.vectors("angular_velocity")?;
+        let Some(ColumnData::U8(prescribed)) = table.columns.get("prescribed").map(|column| &column.data) else {
+            return Err(table.missing("prescribed"));
+        };
+        particles.constraint = prescribed.iter().map(|&bits| Constraint(bits)).collect();
         for (q, angle) in particles.orientation.iter_mut().zip(table.vectors("rotation")?) {
             *q = crate::math::quaternion_of_rotation_vector(&angle);
         }
@@ -205,6 +242,7 @@ impl Moment {
                 let matrix = |name| -> Result<Mat3, Failure> { Ok(Mat3::from_row_slice(table.reals(name)?)) };
                 let mut cell = Cell::new(matrix("edges")?);
                 cell.deformation_gradient = matrix("deformation_gradient")?;
+                cell.velocity_gradient = matrix("velocity_gradient")?;
                 Some(cell)
             }
             Err(_) => None,
@@ -236,15 +274,39 @@ impl Moment {
                     bonds.normal.push(contacts.branch[k].normalize());
                 }
                 bonds.damage.extend(table.reals("damage")?);
+                bonds.lost_strength.extend(table.reals("lost_strength")?);
             }
         }
         // A run ends with a snapshot.
         let time = result.snapshot_times()?.last().copied().unwrap_or_default();
-        Ok(Self { particles, cell, time, bonds, forces, places, plane })
+        let gravity = vector(&scenario.integration.gravity);
+        let plane = scenario.dimension == 2;
+        Ok(Self { particles, cell, time, bonds, forces, places, mesh: OnceLock::new(), gravity, plane })
     }
 
-    /// The values of an operator as text; `cell` is the place in a grid, and whether the names must be said.
-    fn show(&self, sample: &OperatorSample, cell: Option<([usize; 3], bool)>, csv: bool) -> Result<String, Failure> {
+    /// The stress of every particle, as comma-separated values.
+    fn each(&self, partition: Partition) -> Result<String, Failure> {
+        let volume = if self.plane { ParticleVolume::Disc } else { ParticleVolume::Sphere };
+        let volumes = volume.of(&self.particles.radius)?;
+        let contacts = self.forces.contacts.set(&self.particles)?;
+        let stress = particle_stress(&contacts, &self.forces.walls.set(&self.particles)?, partition, &volumes)?;
+        let mut text = String::from("id,volume [m^3]");
+        for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
+            let _ = write!(text, ",stress_{}{} [Pa]", AXES[i], AXES[j]);
+        }
+        text.push('\n');
+        for (p, stress) in stress.iter().enumerate() {
+            let _ = write!(text, "{},{:e}", self.particles.id[p], volumes[p]);
+            for s in stress.transpose().iter() {
+                let _ = write!(text, ",{s:e}");
+            }
+            text.push('\n');
+        }
+        Ok(text)
+    }
+
+    /// The values of an operator as text.
+    fn show(&self, sample: &OperatorSample, csv: bool) -> Result<String, Failure> {
         let at = Sampled {
             particles: &self.particles,
             cell: self.cell,
@@ -252,20 +314,30 @@ impl Moment {
             bonds: &self.bonds,
             forces: &self.forces,
             places: &self.places,
+            mesh: &self.mesh,
+            gravity: self.gravity,
             plane: self.plane,
         };
         let values = sample.evaluate(&at)?;
         let quantities = sample.operator.quantities();
         let mut text = String::new();
-        if csv || cell.is_some() {
-            if cell.is_none_or(|(_, first)| first) {
-                let grid = if cell.is_some() { "i,j,k," } else { "" };
-                let _ = writeln!(text, "{grid}{}", quantities.iter().flat_map(heads).collect::<Vec<_>>().join(","));
+        if csv || sample.grid.is_some() {
+            let grid = if sample.grid.is_some() { "i,j,k," } else { "" };
+            let _ = writeln!(text, "{grid}{}", quantities.iter().flat_map(heads).collect::<Vec<_>>().join(","));
+            for cell in 0..sample.cells() {
+                if let Some([nx, ny, _]) = sample.grid {
+                    let _ = write!(text, "{},{},{},", cell % nx, cell / nx % ny, cell / (nx * ny));
+                }
+                let mut rest = &values[..];
+                let mut line = Vec::new();
+                for quantity in quantities {
+                    let (mine, others) = rest.split_at(quantity.components * sample.cells());
+                    rest = others;
+                    let mine = &mine[cell * quantity.components..][..quantity.components];
+                    line.extend(mine.iter().map(|v| format!("{v:e}")));
+                }
+                let _ = writeln!(text, "{}", line.join(","));
             }
-            if let Some(([i, j, k], _)) = cell {
-                let _ = write!(text, "{i},{j},{k},");
-            }
-            let _ = writeln!(text, "{}", values.iter().map(|v| format!("{v:e}")).collect::<Vec<_>>().join(","));
             return Ok(text);
         }
         let _ = writeln!(text, "{}", sample.name);
@@ -276,7 +348,7 @@ impl Moment {
             let unit = if quantity.unit == "1" { String::new() } else { format!(" {}", quantity.unit) };
             for (line, row) in mine.chunks(3).enumerate() {
                 let name = if line == 0 { quantity.name } else { "" };
-                let _ = write!(text, "  {name:16}");
+                let _ = write!(text, "  {name:22}");
                 for value in row {
                     let _ = write!(text, "{value:>15.6e}");
                 }
@@ -287,9 +359,10 @@ impl Moment {
     }
 }
 
+const AXES: [&str; 3] = ["x", "y", "z"];
+
 /// Heads of the columns of a quantity.
 fn heads(quantity: &Quantity) -> Vec<String> {
-    const AXES: [&str; 3] = ["x", "y", "z"];
     let unit = quantity.unit;
     let name = quantity.name;
     match quantity.components {

@@ -7,6 +7,7 @@ use super::{Console, Failure, Work};
 use crate::output::hash::StateHasher;
 use crate::output::run_files::parts_folder;
 use crate::output::{OperatorTable, OutputError, RunFiles, RunHeader, SeriesColumn};
+use crate::plan::samples::Quantity;
 use crate::plan::{OperatorSample, Sample, Simulation};
 use crate::scenario::Scenario;
 use crate::state::State;
@@ -110,9 +111,9 @@ fn header(
 
 fn operator_table(sample: &OperatorSample) -> OperatorTable {
     let quantities = sample.operator.quantities().iter();
-    OperatorTable {
-        name: sample.name.clone(),
-        description: format!("{}, every {} steps", sample.operator.name(), sample.interval),
-        quantities: quantities.map(|q| (SeriesColumn::new(q.name, q.unit, q.description), q.components)).collect(),
-    }
+    let grid =
+        sample.grid.map_or_else(String::new, |[x, y, z]| format!(", in each of {x} x {y} x {z} cells, x fastest"));
+    let description = format!("{}, every {} steps{grid}", sample.operator.name(), sample.interval);
+    let column = |q: &Quantity| (SeriesColumn::new(q.name, q.unit, q.description), q.components * sample.cells());
+    OperatorTable { name: sample.name.clone(), description, quantities: quantities.map(column).collect() }
 }

@@ -50,10 +50,14 @@ impl WriteColumns for Tables<'_> {
         let rotation: Vec<f64> =
             order.iter().flat_map(|&p| rotation_vector(&particles.orientation[p]).data.0[0]).collect();
         sink.column("particles/rotation", Column::f64(&rotation, 3, "rad"))?;
+        let prescribed: Vec<u8> = order.iter().map(|&p| particles.constraint[p].0).collect();
+        sink.column("particles/prescribed", Column::u8(&prescribed))?;
         if let Some(cell) = &self.state.cell {
-            for (name, matrix, unit) in
-                [("edges", &cell.matrix, "m"), ("deformation_gradient", &cell.deformation_gradient, "1")]
-            {
+            for (name, matrix, unit) in [
+                ("edges", &cell.matrix, "m"),
+                ("deformation_gradient", &cell.deformation_gradient, "1"),
+                ("velocity_gradient", &cell.velocity_gradient, "1/s"),
+            ] {
                 let rows = matrix.transpose();
                 sink.column(&format!("cell/{name}"), Column::f64(rows.as_slice(), 3, unit))?;
             }
@@ -124,7 +128,7 @@ fn contacts(
     let mut ids = Vec::with_capacity(2 * count);
     let (mut position, mut normal) = (Vec::with_capacity(3 * count), Vec::with_capacity(3 * count));
     let (mut length, mut reference, mut area) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut damage, mut broken) = (Vec::new(), Vec::new());
+    let (mut damage, mut lost_strength, mut broken) = (Vec::new(), Vec::new(), Vec::new());
     for &k in &shown {
         let view = block.view(k);
         let (a, b) = (view.pair.a as usize, view.pair.b as usize);
@@ -148,6 +152,7 @@ fn contacts(
         reference.push(view.reference.length);
         area.push(view.reference.area);
         damage.push(if broke { 1.0 } else { block.damage(k) });
+        lost_strength.push(if broke { 1.0 } else { block.lost_strength(k) });
         broken.push(u8::from(broke));
     }
     let path = |column: &str| format!("contacts/{name}/{column}");
@@ -161,6 +166,7 @@ fn contacts(
     sink.column(&path("reference_length"), Column::f64(&reference, 1, "m"))?;
     sink.column(&path("area"), Column::f64(&area, 1, "m^2"))?;
     sink.column(&path("damage"), Column::f64(&damage, 1, "1"))?;
+    sink.column(&path("lost_strength"), Column::f64(&lost_strength, 1, "1"))?;
     sink.column(&path("broken"), Column::u8(&broken))?;
     let (fields, reals) = block.history_reals();
     let width: usize = fields.iter().map(|field| field.components).sum();

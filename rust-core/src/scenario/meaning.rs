@@ -7,8 +7,8 @@ use super::error::{Problem, ProblemKind};
 use super::quantity::{Component, Dimension, Length, Quantity, vector};
 use super::structure::{listing, nearest};
 use super::{
-    Axis, BeamModel, CohesiveBeam, Cpm, CpmMode, DamageLaw, DeformableUpdate, Frictional, LawName, Loading, Packing,
-    Radii, SampleRegion, Scenario, Selection, Shape, WallShape, YieldSurface,
+    Axis, BeamModel, CohesiveBeam, Cpm, CpmMode, DamageLaw, DeformableUpdate, Frictional, LawName, Loading, Misuse,
+    Packing, Radii, SampleRegion, Scenario, Selection, Shape, WallShape, YieldSurface,
 };
 use crate::math::Vec3;
 
@@ -916,9 +916,19 @@ impl Checker<'_> {
                 let help = format!("choose another, like \"{name} in the core\"");
                 self.conflict(&key, "the result has a series of this name already", help);
             }
+            let misuse = sample.misuse(scenario.dimension);
+            let misused = misuse.is_some();
+            if let Some(Misuse { key, message, help }) = misuse {
+                self.conflict(&format!("{path}.{key}"), message, help);
+            } else if let Some(wall) = &sample.wall {
+                let names = scenario.wall_names();
+                let names: Vec<&str> = names.iter().map(String::as_str).collect();
+                self.known(&format!("{path}.wall"), "wall", wall, &names);
+            }
             let region = format!("{path}.region");
+            let needs_region = sample.operator != crate::plan::Operator::WallTraction;
             match &sample.region {
-                None | Some(SampleRegion::Cell) if !scenario.packing.is_periodic() => {
+                None | Some(SampleRegion::Cell) if needs_region && !misused && !scenario.packing.is_periodic() => {
                     let key = if sample.region.is_some() { &region } else { &path };
                     let help = "give region = { kind = \"box\", minimum = [...], maximum = [...] }, or another kind";
                     self.conflict(key, "the packing is not periodic: there is no cell to sample", help);
@@ -931,13 +941,19 @@ impl Checker<'_> {
                 Some(SampleRegion::Material { material, .. }) => {
                     self.known_material(&format!("{region}.material"), material);
                 }
+                Some(SampleRegion::HalfSpaces { planes, .. }) => {
+                    if planes.is_empty() {
+                        let help = "planes = [{ point = [0, 0, 0], normal = [0, 0, 1] }] is all below z = 0";
+                        self.range(&format!("{region}.planes"), "no plane", help);
+                    }
+                    for (k, plane) in planes.iter().enumerate() {
+                        if vector(&plane.normal).norm() == 0.0 {
+                            let help = "it points out of the region: normal = [0, 0, 1] bounds it above";
+                            self.range(&format!("{region}.planes[{k}].normal"), "must not be zero", help);
+                        }
+                    }
+                }
                 _ => {}
-            }
-            if sample.region.as_ref().is_some_and(SampleRegion::is_list)
-                && sample.truncation == Some(crate::operator::Truncation::BranchClipped)
-            {
-                let help = "use \"half-crossing\" or \"internal-only\"";
-                self.conflict(&format!("{path}.truncation"), "a list of particles has no border to clip at", help);
             }
         }
     }

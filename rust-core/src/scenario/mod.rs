@@ -49,7 +49,8 @@ pub use material::{
 pub use motion::{Damping, DampingForm, Integration, Lateral, Loading, Output, Safety, Scheme, Stop};
 pub use packing::{Axis, Lattice, Packing, Radii, Shape};
 pub use quantity::{Component, Quantity, TimeStep};
-pub use sample::{OperatorSample, SampleRegion};
+pub(crate) use sample::Misuse;
+pub use sample::{OperatorSample, SamplePlane, SampleRegion};
 pub use templates::{TEMPLATES, Template, template};
 
 use document::Document;
@@ -131,6 +132,25 @@ fn three() -> u8 {
 }
 
 impl Scenario {
+    /// Names of the walls in the order of a state's: those of `[[wall]]`, a box with six faces, and platens.
+    pub fn wall_names(&self) -> Vec<String> {
+        let mut names = Vec::new();
+        for (number, wall) in self.walls.iter().enumerate() {
+            let name = wall.name.clone().unwrap_or_else(|| format!("wall {number}"));
+            if let WallShape::Box { .. } = wall.shape {
+                for axis in ["x", "y", "z"] {
+                    names.extend(["minimum", "maximum"].map(|end| format!("{name} {axis} {end}")));
+                }
+            } else {
+                names.push(name);
+            }
+        }
+        if let Loading::Platens { .. } = self.loading {
+            names.extend(["lower platen", "upper platen"].map(str::to_owned));
+        }
+        names
+    }
+
     /// Read a scenario; `source_name` is for messages. Touches no file.
     pub fn parse(source_name: &str, text: &str) -> Result<Self, ScenarioError> {
         Self::parse_with(source_name, text, None)

@@ -176,6 +176,8 @@ pub trait Contacts: Send + Sync {
     fn stiffness(&self, k: usize, particles: &Particles, with_wall: bool) -> Stiffness;
     /// Damage of contact `k`, 0 to 1.
     fn damage(&self, k: usize) -> f64;
+    /// Share of its strength that contact `k` has lost, 0 to 1.
+    fn lost_strength(&self, k: usize) -> f64;
     /// Add a contact without history; [`Self::sort`] must follow.
     fn push(&mut self, pair: Pair, link: Link, reference: Reference, frame: Frame);
     /// Add a contact whose history is `history`, in the order of [`Self::history_reals`]; [`Self::sort`] must follow.
@@ -265,6 +267,9 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     }
     fn damage(&self, k: usize) -> f64 {
         L::damage(&self.history[k])
+    }
+    fn lost_strength(&self, k: usize) -> f64 {
+        self.rows[self.link[k].row as usize].lost_strength(&self.history[k])
     }
     fn push(&mut self, pair: Pair, link: Link, reference: Reference, frame: Frame) {
         Self::push(self, pair, link, reference, frame);

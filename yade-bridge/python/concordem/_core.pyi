@@ -392,11 +392,27 @@ def region_stress(
     truncation: _Truncation = "branch-clipped",
     period: Period | None = None,
 ) -> _types.RegionStress: ...
-def region_stress_from_particles(position: ArrayLike, moments: _Reals, region: Region) -> _Reals: ...
+def region_stress_from_particles(
+    position: ArrayLike,
+    moments: _Reals,
+    region: Region,
+    period: Period | None = None,
+) -> _Reals: ...
 def boundary_stress(count: int, loads: _LoadsLike, volume: float) -> _Reals: ...
 def wall_traction(force: ArrayLike, area: float) -> _Reals: ...
-def kinetic_stress(position: ArrayLike, mass: ArrayLike, velocity: ArrayLike, region: Region) -> _Reals: ...
-def solid_fraction(position: ArrayLike, volumes: ArrayLike, region: Region) -> float: ...
+def kinetic_stress(
+    position: ArrayLike,
+    mass: ArrayLike,
+    velocity: ArrayLike,
+    region: Region,
+    period: Period | None = None,
+) -> _Reals: ...
+def solid_fraction(
+    position: ArrayLike,
+    volumes: ArrayLike,
+    region: Region,
+    period: Period | None = None,
+) -> float: ...
 def axial(tensor: ArrayLike) -> _Reals: ...
 def couple_stress_external(
     position: ArrayLike,
@@ -423,6 +439,7 @@ def conjugate_stress(
     contacts: _ContactsLike,
     region: Region,
     reference: ArrayLike | None = None,
+    period: Period | None = None,
 ) -> _types.ConjugateStress: ...
 def fabric(
     position: ArrayLike,

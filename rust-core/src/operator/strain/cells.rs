@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::math::{Mat3, Vec3};
 use crate::operator::error::{OperatorError, check_length, check_volume};
-use crate::operator::region::Period;
+use crate::operator::region::{self, Period, Region, Truncation};
 use crate::operator::strain::Dimension;
 use crate::operator::sum::{sum_tiles, sums};
 use crate::operator::tessellation::Mesh;
@@ -34,6 +34,38 @@ pub struct MeshStrain {
     pub volume: f64,
     /// The cells.
     pub cells: Vec<CellStrain>,
+}
+
+impl MeshStrain {
+    /// The cells whose middles lie in a region, and their mean; of periodic cells, images that do count. Arguments as those
+    /// given to [`cell_strain`], whose answer this is.
+    pub fn within(
+        &self,
+        mesh: &Mesh,
+        position: &[Vec3],
+        region: &Region,
+        period: Option<&Period>,
+    ) -> Result<Self, OperatorError> {
+        check(mesh, position, position, period)?;
+        check_length("cells", self.cells.len(), mesh.len(), "cell of the mesh")?;
+        region::check(region, Truncation::BranchClipped, mesh.points())?;
+        let mut inside = Vec::new();
+        for (k, cell) in self.cells.iter().enumerate() {
+            let corners = mesh.cell(k);
+            let middle = corners.iter().map(|c| c.place(position, period)).sum::<Vec3>() / corners.len() as f64;
+            region.images_inside(period, 0, &middle).for_each(|_| inside.push(*cell));
+        }
+        if inside.is_empty() {
+            return Err(OperatorError::EmptyRegion { what: "cell" });
+        }
+        let (mut volume, mut moment) = (0.0, Mat3::zeros());
+        for cell in &inside {
+            volume += cell.volume;
+            moment += cell.moment;
+        }
+        let volume = check_volume("the cells in the region", volume)?;
+        Ok(Self { gradient: moment / volume, volume, cells: inside })
+    }
 }
 
 /// Displacement gradient of every cell of a triangulation, and its mean (operator O15; Jebahi et al. 2015, (1.14)–(1.15);

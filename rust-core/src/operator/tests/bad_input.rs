@@ -33,9 +33,9 @@ fn empty_regions_and_volumes() {
     let far = Region::Sphere { centre: Vec3::repeat(100.0), radius: 1.0 };
     let fit = affine_fit(&c.position, &c.velocity, &[], &far, None, Dimension::Three);
     assert_eq!(fit, Err(OperatorError::EmptyRegion { what: "particle" }));
-    assert_eq!(conjugate(&c.set(), &far, &Vec3::zeros()), Err(OperatorError::EmptyRegion { what: "contact" }));
+    assert_eq!(conjugate(&c.set(), &far, &Vec3::zeros(), None), Err(OperatorError::EmptyRegion { what: "contact" }));
     let mass = vec![1.0; c.position.len()];
-    assert!(kinetic_stress(&c.position, &mass, &c.velocity, &far).is_err());
+    assert!(kinetic_stress(&c.position, &mass, &c.velocity, &far, None).is_err());
     // No contact in a region is no stress, not an error: a void carries none.
     let void = region_stress(&c.set(), &far, Truncation::BranchClipped, None).unwrap();
     assert_eq!((void.stress, void.full, void.partial), (Mat3::zeros(), 0.0, 0.0));

@@ -265,6 +265,46 @@ fn power_cells_by_counting() {
     }
 }
 
+/// Cells by region: a grid of boxes takes each cell once, and an affine field is exact in each part, periodic or not.
+#[test]
+fn cells_of_regions() {
+    for dimension in [Dimension::Two, Dimension::Three] {
+        let mut r = Random::new(17);
+        let plane = dimension == Dimension::Two;
+        let (position, _) = packing(if plane { 9 } else { 5 }, 0.45, plane, 3);
+        let u: Vec<Vec3> = position.iter().map(|_| spin(&mut r, Dimension::Three)).collect();
+        let mesh = delaunay(&position, dimension, None).unwrap();
+        let all = cell_strain(&mesh, &position, &u, None).unwrap();
+        let parts: Vec<_> = Region::grid(Vec3::repeat(-0.01), Vec3::repeat(1.01), [3, 2, if plane { 1 } else { 2 }])
+            .iter()
+            .map(|cell| all.within(&mesh, &position, cell, None).unwrap())
+            .collect();
+        assert_eq!(parts.iter().map(|part| part.cells.len()).sum::<usize>(), mesh.len());
+        let mean: Mat3 = parts.iter().map(|part| part.gradient * part.volume).sum::<Mat3>() / all.volume;
+        // Random displacements of size 1 over spacings of 0.1.
+        assert!((mean - all.gradient).abs().max() < 10.0 * EXACT);
+        let far = Region::Sphere { centre: Vec3::repeat(9.0), radius: 1.0 };
+        assert!(all.within(&mesh, &position, &far, None).is_err());
+        let list = Region::of_particles(position.len(), |p| p % 2 == 0, 1.0);
+        assert_eq!(all.within(&mesh, &position, &list, None), Err(OperatorError::NoSurface));
+        // A sphere across the border of a periodic cell.
+        let (position, _, cell) = periodic_packing(if plane { 7 } else { 4 }, dimension, 5);
+        let mut edges = cell;
+        if plane {
+            edges[(2, 2)] = 1.0;
+        }
+        let g = gradient(&mut r, dimension);
+        let period = Period { edges, change: g * edges };
+        let u: Vec<Vec3> = position.iter().map(|x| g * x).collect();
+        let mesh = delaunay(&position, dimension, Some(&cell)).unwrap();
+        let all = cell_strain(&mesh, &position, &u, Some(&period)).unwrap();
+        let ball = Region::Cylinder { centre: Vec3::zeros(), axis: Vec3::z(), radius: 0.4, half_length: 0.6 };
+        let part = all.within(&mesh, &position, &ball, Some(&period)).unwrap();
+        exact(&part.gradient, &g);
+        assert!(part.cells.len() > 10 && part.cells.len() < mesh.len());
+    }
+}
+
 /// Thread counts do not change a bit.
 #[test]
 fn same_bits_for_any_number_of_threads() {
@@ -290,6 +330,16 @@ fn same_bits_for_any_number_of_threads() {
     };
     let on = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(work);
     let one = on(1);
+    // Sums in pieces with halos are the sums.
+    let mut plain = vec![Mat3::zeros(); n];
+    for k in 0..c.pair.len() {
+        let (contact, [a, b]) = (c.set().get(k), c.pair[k].map(|p| p as usize));
+        plain[a] += contact.arm_a * contact.force.transpose();
+        plain[b] -= contact.arm_b * contact.force.transpose();
+    }
+    for (found, expected) in one.1.iter().zip(&plain) {
+        close(found, expected, 100.0);
+    }
     assert_eq!(one, on(2));
     assert_eq!(one, on(7));
 }

@@ -1,9 +1,12 @@
 //! Regions: truncation, images, maps of fields, coarse-graining.
 
 use super::super::coarse_grain::{Kernel, coarse_grain};
+use super::super::couple_stress::conjugate;
 use super::super::fabric::fabric;
 use super::super::strain::Dimension;
-use super::super::stress::region_stress;
+use super::super::stress::{
+    Partition, kinetic_stress, particle_moments, region_stress, region_stress_from_particles, solid_fraction,
+};
 use super::*;
 
 /// Contacts with branch length `length` spread evenly over a cube of side 2 around the origin, unit tension each.
@@ -148,6 +151,9 @@ fn regions_across_the_periodic_border() {
         let last = c.branch.len() - 1;
         c.branch[last] = r.direction() * 0.3;
     }
+    c.velocity = c.position.iter().map(|_| r.vector()).collect();
+    let mass: Vec<f64> = c.position.iter().map(|_| 0.5 + r.share()).collect();
+    let many_masses = mass.repeat(7 * 7 * 7);
     let set = c.set();
     let period = Period::of(cell);
     // Copies: all contacts repeated around.
@@ -163,6 +169,7 @@ fn regions_across_the_periodic_border() {
                 copies.point.extend(c.point.iter().map(|p| p + shift));
                 copies.force.extend(&c.force);
                 copies.moment.extend(&c.moment);
+                copies.velocity.extend(&c.velocity);
             }
         }
     }
@@ -183,7 +190,33 @@ fn regions_across_the_periodic_border() {
         close(&inside.stress, &around.stress, 300.0 / inside.volume);
         assert_eq!(inside.full, around.full);
         assert_eq!(inside.partial, around.partial);
+        // What counts particles, and what counts contacts with both ends inside.
+        let kinetic = |c: &Cluster, m: &[f64], period| kinetic_stress(&c.position, m, &c.velocity, &region, period);
+        let (one, many) = (kinetic(&c, &mass, Some(&period)).unwrap(), kinetic(&copies, &many_masses, None).unwrap());
+        close(&one, &many, 300.0 / inside.volume);
+        let solid = |c: &Cluster, m: &[f64], period| solid_fraction(&c.position, m, &region, period).unwrap();
+        assert!((solid(&c, &mass, Some(&period)) / solid(&copies, &many_masses, None) - 1.0).abs() < 1e-13);
+        let average = |c: &Cluster, period| {
+            let moments = particle_moments(&c.set(), &LoadSet::none(), Partition::ContactPoint);
+            region_stress_from_particles(&c.position, &moments, &region, period).unwrap()
+        };
+        // Moments at the ends of a branch through the border belong to its image; all images have the same.
+        close(&average(&c, Some(&period)), &average_of_copies(&c, &copies, &region), 300.0 / inside.volume);
+        let centre = region.centre().unwrap();
+        let one = conjugate(&set, &region, &centre, Some(&period)).unwrap();
+        let many = conjugate(&copies.set(), &region, &centre, None).unwrap();
+        assert_eq!(one.contacts, many.contacts);
+        close(&one.stress, &many.stress, 300.0 / inside.volume);
+        close(&one.couple_stress, &many.couple_stress, 300.0 / inside.volume);
+        close_vector(&one.rigid_moment, &Vec3::zeros(), 300.0 / inside.volume);
     }
+}
+
+/// The particle average over copies, each with the moment of its original.
+fn average_of_copies(c: &Cluster, copies: &Cluster, region: &Region) -> Mat3 {
+    let moments = particle_moments(&c.set(), &LoadSet::none(), Partition::ContactPoint);
+    let all: Vec<Mat3> = (0..copies.position.len()).map(|p| moments[p % c.position.len()]).collect();
+    region_stress_from_particles(&copies.position, &all, region, None).unwrap()
 }
 
 /// The kernel has unit integral, along branches too, and the field of stress adds up to the branch sum: by a grid of points,

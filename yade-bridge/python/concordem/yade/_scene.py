@@ -365,7 +365,7 @@ class Snapshot:
 
     def couple_stress(self, region: operators.Region, reference: Any = None) -> Any:
         """Stress and couple stress conjugate to the affine modes of motion of a region."""
-        return operators.conjugate_stress(self.positions, self.contacts, region, reference)
+        return operators.conjugate_stress(self.positions, self.contacts, region, reference, self.period)
 
     def fabric(
         self, region: operators.Region | None = None, volume: float | None = None, truncation: Truncation = "branch-clipped"
