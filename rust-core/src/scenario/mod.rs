@@ -50,9 +50,9 @@ pub use motion::{Damping, DampingForm, Integration, Lateral, Loading, Output, Sa
 pub use packing::{Axis, Lattice, Packing, Radii, Shape};
 pub use quantity::{Component, Quantity, TimeStep};
 pub use sample::{OperatorSample, SampleRegion};
-pub use templates::{TEMPLATES, Template, template};
+pub use templates::{SWEEP, SWEPT, TEMPLATES, Template, template};
 
-use document::Document;
+pub(crate) use document::Document;
 
 use crate::kinematics::Mode;
 
