@@ -54,6 +54,7 @@ test:
 	tests/results_read_back.sh
 	validation/specimens.py
 	validation/rigid_box_sampling.py --built
+	validation/elastic.py
 	yade-bridge/test.sh
 	cd validation && ../.venv/bin/python -m pytest -q tests
 	CI=1 PYTHONPATH=validation .venv/bin/python -m concordem_validate run
@@ -85,5 +86,6 @@ validate-full: $(CONCORDEM)
 	PYTHONPATH=validation .venv/bin/python -m concordem_validate run --full --strict
 	validation/specimens.py --full
 	validation/deformable.py --full
+	validation/elastic.py --full
 	$(CARGO) run --release -p concordem --example beam_study --no-default-features -- validation/results/beams.json
 	validation/rigid_box_sampling.py --full

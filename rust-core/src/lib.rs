@@ -21,3 +21,5 @@ pub mod scenario;
 pub mod solver;
 pub mod state;
 pub mod statics;
+#[cfg(feature = "program")]
+pub mod sweep;

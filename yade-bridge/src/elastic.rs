@@ -6,10 +6,9 @@ use concordem::calibration::cohesive_beam::{
 };
 use concordem::calibration::elastic::{ElasticCalibrationError, fit};
 use concordem::law::{BendingTerm, Section};
-use concordem::operator::affine_stiffness::isotropic_moduli;
 use concordem::scenario::LawName;
 use concordem::statics::relaxed::{Relaxation, relaxed_stiffness};
-use concordem::statics::{Accuracy, ElasticConstants, LinkNetwork, StaticsError, cell_stiffness};
+use concordem::statics::{Accuracy, ElasticConstants, LinkNetwork, StaticsError, cell_stiffness, closed_form};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -55,19 +54,16 @@ fn elastic_constants<'py>(
     let found = guarded(py, threads, progress.as_ref(), |progress| {
         let Assembly { state, model, .. } = assemble(inner, folder, progress)?;
         let answers = || {
-            let network = LinkNetwork::of_state(&state)?;
+            let network = LinkNetwork::of_model(&state, &model)?;
             let cell = cell_stiffness(&network, accuracy)?;
-            let (normal, shear) = network.moduli_sums();
-            let volume = network.volume.ok_or(StaticsError::NoCell)?;
-            let point_links = network.links.iter().all(|l| l.stiffness.bending == 0.0 && l.stiffness.twist == 0.0);
-            let closed = if point_links { isotropic_moduli(normal, volume, 1.0, shear / normal).ok() } else { None };
+            let closed = closed_form(&network).map(|closed| (closed.young, closed.poisson));
             let relaxed = if dynamics {
                 let (stiffness, _) = relaxed_stiffness(&state, &model, Relaxation::default())?;
-                Some(ElasticConstants::of(&stiffness)?)
+                Some(cell.constants_of(&stiffness)?)
             } else {
                 None
             };
-            let (affine, statics) = (ElasticConstants::of(&cell.affine)?, ElasticConstants::of(&cell.relaxed)?);
+            let (affine, statics) = (cell.affine_constants()?, cell.constants()?);
             Ok((closed, affine, statics, relaxed, cell))
         };
         Ok(answers())
@@ -107,7 +103,7 @@ fn calibrate_elastic<'py>(
     };
     let found = guarded(py, threads, progress.as_ref(), |progress| {
         let assembly = assemble(inner, folder, progress)?;
-        Ok(LinkNetwork::of_state(&assembly.state).map_err(ElasticCalibrationError::from).and_then(|network| {
+        Ok(LinkNetwork::of_model(&assembly.state, &assembly.model).map_err(ElasticCalibrationError::from).and_then(|network| {
             fit(&network, young, poisson, Accuracy::default(), &mut |solutions| {
                 progress("statics", (solutions as f64 / 14.0).min(0.99));
             })

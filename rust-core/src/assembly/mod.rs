@@ -24,6 +24,7 @@ use crate::solver::{Model, Scheme};
 use crate::state::contacts::ContactBlock;
 use crate::state::{Clump, Constraint, Particles, Sphere, State, Wall, WallShape};
 use packing::PackingError;
+pub(crate) use place::{Placed, place};
 
 /// Why a scenario cannot be built.
 #[derive(Debug, thiserror::Error)]
@@ -148,12 +149,22 @@ pub type Progress<'a> = &'a mut dyn FnMut(&str, f64);
 
 /// Make only the packing of a scenario. Paths in it are relative to `folder`.
 pub fn pack(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<packing::Packing, AssemblyError> {
-    Ok(place::place(scenario, folder, progress)?.packing)
+    Ok(place(scenario, folder, progress)?.packing)
 }
 
 /// Build a scenario. Paths in it are relative to `folder`.
 pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Assembly, AssemblyError> {
-    let placed = place::place(scenario, folder, progress)?;
+    let placed = place(scenario, folder, progress)?;
+    assemble_placed(scenario, folder, &placed, progress)
+}
+
+/// Build a scenario on a packing that was made for it, or for another one with the same `packing` and `dimension`.
+pub(crate) fn assemble_placed(
+    scenario: &Scenario,
+    folder: &Path,
+    placed: &Placed,
+    progress: Progress<'_>,
+) -> Result<Assembly, AssemblyError> {
     let planar = scenario.dimension == 2;
     let mut particles = Particles::default();
     let densities: Vec<f64> = scenario.materials.iter().map(|m| m.density.si()).collect();
@@ -287,7 +298,7 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
     }
 
     // Loading, which also sets velocities and constraints.
-    let loading = loading::build(scenario, &placed, &mut state)?;
+    let loading = loading::build(scenario, placed, &mut state)?;
     let operators = samples::of(scenario, &state.particles, state.cell.is_some())?;
     let plan = Plan {
         loading,

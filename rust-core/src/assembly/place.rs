@@ -13,7 +13,7 @@ use crate::scenario::{self, Axis, Scenario};
 use crate::state::{Cell, Sphere};
 
 /// A packing, and what is known of the shape that was cut out of it.
-pub(super) struct Placed {
+pub(crate) struct Placed {
     pub packing: Packing,
     /// Solid volume per volume, of the periodic cell or of the packing that was cut.
     pub packing_fraction: Option<f64>,
@@ -23,7 +23,7 @@ pub(super) struct Placed {
     pub unit: Option<Packing>,
 }
 
-pub(super) fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Placed, AssemblyError> {
+pub(crate) fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Placed, AssemblyError> {
     let whole = |packing: Packing| Placed {
         packing_fraction: packing.packing_fraction().filter(|_| scenario.dimension == 3),
         packing,

@@ -141,6 +141,17 @@ impl Compliance {
         Symmetric([a * xx - b, a * yy - b, across, a * yz, a * xz, a * xy])
     }
 
+    /// That of a particle whose modulus is `factor` times as large.
+    #[must_use]
+    pub fn stiffened(&self, factor: f64) -> Self {
+        Self { direct: self.direct / factor, volumetric: self.volumetric / factor, planar: self.planar }
+    }
+
+    /// Whether it is a disc's.
+    pub fn is_planar(&self) -> bool {
+        self.planar
+    }
+
     /// Factors of the trace-free part of a dyad and of its isotropic part (in the plane, or in space), m/N.
     pub fn principal(&self) -> (f64, f64) {
         let dimension = if self.planar { 2.0 } else { 3.0 };

@@ -18,6 +18,7 @@ pub(crate) mod kind {
     pub const HEADER: &str = "run header";
     pub const SEGMENT: &str = "result segment";
     pub const RESULT: &str = "result";
+    pub const SWEEP: &str = "sweep";
 }
 
 /// How we open HDF5 files: closing a file closes all that belongs to it. The library's locks are off: an unfinished

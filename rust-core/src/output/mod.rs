@@ -6,6 +6,7 @@
 //! * [`result`]: reading a finished result.
 //! * [`sealed`]: how every file is written (whole or not at all) and checked before it is read.
 //! * [`csv`]: series as comma-separated text. [`report`]: the HTML page.
+//! * [`mod@sweep`]: the files of a sweep.
 
 pub mod checkpoint;
 pub mod csv;
@@ -20,6 +21,8 @@ pub mod result;
 pub mod run_files;
 pub mod sealed;
 pub mod sphere_pack;
+#[cfg(feature = "program")]
+pub mod sweep;
 
 pub use error::OutputError;
 pub use result::ResultFile;

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use super::drive::{Meter, build};
 use super::elastic;
 use super::{Console, Facts, Failure, Work};
+use crate::assembly::Assembly;
 use crate::calibration::cohesive_beam::{
     CalibrationError, Criterion, Load, Sample, SampleRecipe, elastic as elastic_response, match_elastic, scenario_text,
     strength,
@@ -15,7 +16,7 @@ use crate::calibration::elastic::{ElasticCalibrationError, fit};
 use crate::law::{BendingTerm, Section};
 use crate::output::OutputError;
 use crate::scenario::quantity::{Density, Quantity, Stress};
-use crate::scenario::{LawName, ProblemKind, Scenario};
+use crate::scenario::{BeamModel, LawName, ProblemKind, Scenario};
 use crate::statics::{Accuracy, LinkNetwork};
 
 /// Arguments of `concordem calibrate`.
@@ -30,7 +31,8 @@ enum Target {
     /// Young's modulus, Poisson's ratio, and strength of cohesive beams, by the procedure of Jebahi et al. 2015
     #[command(name = "cohesive_beam")]
     CohesiveBeam(BeamArguments),
-    /// Young's modulus and Poisson's ratio of cpm or linear_bond links, on the packing of a scenario
+    /// Young's modulus and Poisson's ratio of cpm, linear_bond, or cohesive_beam bonds, on the packing of a scenario, with
+    /// deformable particles too
     Elastic(ElasticArguments),
     /// Moduli, strengths, and fracture energy of cpm concrete, on the specimen of a scenario and packings like it
     Concrete(concrete::Arguments),
@@ -126,19 +128,25 @@ fn calibrate_elastic(arguments: &ElasticArguments, console: &mut Console<'_>) ->
         Failure::Scenario(scenario.problem(ProblemKind::Conflict, key, message.to_owned(), help))
     };
     let law = scenario.bonds.as_ref().map(|bonds| bonds.law);
-    if !matches!(law, Some(LawName::Cpm | LawName::LinearBond)) {
-        let message = "elastic constants are calibrated for bonds of cpm or linear_bond";
-        return Err(problem("bonds", message, "for beams there is `concordem calibrate cohesive_beam`"));
+    if !matches!(law, Some(LawName::Cpm | LawName::LinearBond | LawName::CohesiveBeam)) {
+        let message = "elastic constants are calibrated for bonds of cpm, linear_bond, or cohesive_beam";
+        return Err(problem("bonds", message, "write one of them as law under [bonds]"));
     }
     let [material] = &scenario.materials[..] else {
         let message = "one material is calibrated at a time; the scenario has several";
         return Err(problem("material", message, "leave one [[material]] and calibrate each phase by itself"));
     };
+    if material.cohesive_beam.as_ref().is_some_and(|beam| beam.model != BeamModel::EulerBernoulli)
+        && law == Some(LawName::CohesiveBeam)
+    {
+        let message = "only the radius of Euler-Bernoulli beams is sought: of others the stiffnesses have other powers of it";
+        return Err(problem("material[0].cohesive_beam.model", message, "write model = \"euler-bernoulli\""));
+    }
     let visible = console.interactive && !arguments.work.quiet;
     let found = arguments.work.install(|| {
         let meter = Meter::new(visible);
-        let assembly = build(&scenario, &meter)?;
-        let found = LinkNetwork::of_state(&assembly.state).map_err(ElasticCalibrationError::from).and_then(|network| {
+        let Assembly { state, model, .. } = build(&scenario, &meter)?;
+        let found = LinkNetwork::of_model(&state, &model).map_err(ElasticCalibrationError::from).and_then(|network| {
             fit(&network, arguments.young, arguments.poisson, Accuracy::default(), &mut |solutions| {
                 meter.stage("statics", (solutions as f64 / 14.0).min(0.99));
             })
@@ -160,6 +168,24 @@ fn calibrate_elastic(arguments: &ElasticArguments, console: &mut Console<'_>) ->
         facts.add("shear_stiffness", format!("{:.8e} N/m", normal * found.shear_ratio));
         keys.push(("linear_bond", "normal_stiffness", normal.into()));
         keys.push(("linear_bond", "shear_stiffness", (normal * found.shear_ratio).into()));
+        if let Some(particles) = &material.deformable {
+            let young = particles.young.si() * found.normal_factor;
+            facts.add("young of the particles", format!("{young:.8e} Pa, in proportion to normal_stiffness"));
+            keys.push(("deformable", "young", young.into()));
+        }
+    } else if let (Some(beam), Some((radius_factor, young_factor))) = (&material.cohesive_beam, found.beam_factors) {
+        let young = beam.young.si() * young_factor;
+        facts.add("young of the beams", format!("{young:.8e} Pa"));
+        keys.push(("cohesive_beam", "young", young.into()));
+        if let Some(ratio) = beam.radius_ratio {
+            let ratio = ratio.si() * radius_factor;
+            facts.add("radius_ratio", format!("{ratio:.8}"));
+            keys.push(("cohesive_beam", "radius_ratio", ratio.into()));
+        } else if let Some(radius) = beam.radius {
+            let radius = radius.si() * radius_factor;
+            facts.add("radius of the beams", format!("{radius:.8e} m"));
+            keys.push(("cohesive_beam", "radius", radius.into()));
+        }
     }
     let achieved = &found.achieved;
     facts.add(

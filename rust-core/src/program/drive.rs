@@ -75,6 +75,39 @@ pub(super) fn build(scenario: &Scenario, meter: &Meter) -> Result<Assembly, Fail
     })
 }
 
+/// Whether SIGINT or SIGTERM came. A second one ends the process at once.
+pub(super) struct Interruption {
+    /// Set by the first signal.
+    pub asked: Arc<AtomicBool>,
+    registered: Vec<signal_hook::SigId>,
+}
+
+impl Interruption {
+    /// Listen from now on, until this is dropped.
+    pub(super) fn listen() -> Self {
+        let asked = Arc::new(AtomicBool::new(false));
+        let mut registered = Vec::new();
+        for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+            let hard = signal_hook::flag::register_conditional_shutdown(
+                signal,
+                i32::from(super::exit::INTERRUPTED),
+                Arc::clone(&asked),
+            );
+            let soft = signal_hook::flag::register(signal, Arc::clone(&asked));
+            registered.extend(hard.into_iter().chain(soft));
+        }
+        Self { asked, registered }
+    }
+}
+
+impl Drop for Interruption {
+    fn drop(&mut self) {
+        for id in self.registered.drain(..) {
+            signal_hook::low_level::unregister(id);
+        }
+    }
+}
+
 /// How a run ended.
 pub(super) enum Outcome {
     /// The result is in place.
@@ -110,23 +143,9 @@ impl Run {
 
     /// Run to the end. `fresh` runs begin with a checkpoint of their first state.
     pub(super) fn drive(mut self, meter: &Meter, fresh: bool) -> Result<Outcome, Failure> {
-        let interrupted = Arc::new(AtomicBool::new(false));
-        let signals = [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM];
-        let mut registered = Vec::new();
-        for signal in signals {
-            // The first signal asks for a checkpoint; a second one ends the process at once.
-            let hard = signal_hook::flag::register_conditional_shutdown(
-                signal,
-                i32::from(super::exit::INTERRUPTED),
-                Arc::clone(&interrupted),
-            );
-            let soft = signal_hook::flag::register(signal, Arc::clone(&interrupted));
-            registered.extend(hard.into_iter().chain(soft));
-        }
-        let outcome = self.steps(meter, fresh, &interrupted);
-        for id in registered {
-            signal_hook::low_level::unregister(id);
-        }
+        let interruption = Interruption::listen();
+        let outcome = self.steps(meter, fresh, &interruption.asked);
+        drop(interruption);
         meter.finish();
         let Some((steps, time)) = outcome? else {
             let step = self.simulation.state.clock.step;

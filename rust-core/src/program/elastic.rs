@@ -2,16 +2,18 @@
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use nalgebra::Matrix6;
 
 use super::drive::{Meter, build};
 use super::{Console, Failure, Work};
 use crate::assembly::Assembly;
-use crate::operator::affine_stiffness::isotropic_moduli;
 use crate::scenario::{ProblemKind, Scenario};
 use crate::statics::relaxed::{Relaxation, relaxed_stiffness};
-use crate::statics::{Accuracy, CellStiffness, ElasticConstants, LinkNetwork, StaticsError, cell_stiffness};
+use crate::statics::{
+    Accuracy, CellStiffness, ClosedForm, ElasticConstants, LinkNetwork, Method, StaticsError, cell_stiffness, closed_form,
+};
 
 /// Arguments of `concordem elastic`.
 #[derive(Debug, clap::Args)]
@@ -24,6 +26,9 @@ pub(super) struct Arguments {
     /// Print JSON instead of a table
     #[arg(long)]
     json: bool,
+    /// How the static network is solved: without a matrix, or by a sparse factor (up to some 10,000 particles)
+    #[arg(long, value_enum, default_value_t = Solver::Iterative)]
+    solver: Solver,
     /// Relative residual at which the static solution stops
     #[arg(long, value_name = "SHARE", default_value_t = Accuracy::default().residual)]
     residual: f64,
@@ -31,9 +36,18 @@ pub(super) struct Arguments {
     work: Work,
 }
 
+/// How the static network is solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Solver {
+    /// Preconditioned conjugate gradients
+    Iterative,
+    /// Sparse Cholesky factor
+    Direct,
+}
+
 /// What was found.
 struct Answers {
-    closed: Option<(f64, f64)>,
+    closed: Option<ClosedForm>,
     affine: ElasticConstants,
     cell: CellStiffness,
     network: ElasticConstants,
@@ -42,6 +56,9 @@ struct Answers {
     stiffness_sum: f64,
     shear_ratio: f64,
     particles: usize,
+    deformable: bool,
+    /// Of the static solution, s.
+    time: f64,
 }
 
 pub(super) fn elastic(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
@@ -79,30 +96,37 @@ pub(super) fn failed(scenario: &Scenario, error: StaticsError) -> Failure {
 
 fn find(arguments: &Arguments, assembly: Assembly, meter: &Meter) -> Result<Answers, StaticsError> {
     let Assembly { state, model, .. } = assembly;
-    let network = LinkNetwork::of_state(&state)?;
-    let accuracy = Accuracy { residual: arguments.residual, ..Accuracy::default() };
+    let network = LinkNetwork::of_model(&state, &model)?;
+    let method = match arguments.solver {
+        Solver::Iterative => Method::Iterative,
+        Solver::Direct => Method::Direct,
+    };
+    let accuracy = Accuracy { residual: arguments.residual, method, ..Accuracy::default() };
     meter.stage("statics", 0.0);
+    let start = Instant::now();
     let cell = cell_stiffness(&network, accuracy)?;
-    let constants = ElasticConstants::of(&cell.relaxed)?;
+    let time = start.elapsed().as_secs_f64();
+    let constants = cell.constants()?;
     let (normal, shear) = network.moduli_sums();
     let volume = network.volume.ok_or(StaticsError::NoCell)?;
     let (stiffness_sum, shear_ratio) = (normal / (3.0 * volume), shear / normal);
-    let point_links = network.links.iter().all(|l| l.stiffness.bending == 0.0 && l.stiffness.twist == 0.0);
     let dynamics = if arguments.no_dynamics {
         None
     } else {
         meter.stage("dynamics", 0.0);
         let (stiffness, steps) = relaxed_stiffness(&state, &model, Relaxation::default())?;
-        Some((ElasticConstants::of(&stiffness)?, steps))
+        Some((cell.constants_of(&stiffness)?, steps))
     };
     Ok(Answers {
-        closed: if point_links { isotropic_moduli(normal, volume, 1.0, shear_ratio).ok() } else { None },
-        affine: ElasticConstants::of(&cell.affine)?,
+        closed: closed_form(&network),
+        affine: cell.affine_constants()?,
         network: constants,
         dynamics,
         stiffness_sum,
         shear_ratio,
         particles: state.particles.len(),
+        deformable: !network.compliance.is_empty(),
+        time,
         cell,
     })
 }
@@ -131,8 +155,9 @@ fn table(answers: &Answers) -> String {
         let (e, k, g) = (e * 1e-9, k * 1e-9, g * 1e-9);
         let _ = writeln!(text, "  {name:<36}{e:>13.6}{nu:>11.6}{k:>13.6}{g:>13.6}{gap:>+10.3}%");
     };
-    if let Some((e, nu)) = answers.closed {
-        row("closed form, all directions alike", e, nu, e / (3.0 * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)));
+    if let Some(c) = answers.closed {
+        let name = if answers.deformable { "closed form, mean field" } else { "closed form, all directions alike" };
+        row(name, c.young, c.poisson, c.bulk, c.shear);
     }
     let mut of = |name: &str, c: &ElasticConstants| row(name, c.mean_young, c.mean_poisson, c.bulk, c.mean_shear);
     of("affine sum over the links", &answers.affine);
@@ -141,33 +166,40 @@ fn table(answers: &Answers) -> String {
         of("relaxed dynamics", dynamics);
     }
     let a = network.anisotropy();
+    let n = network.dimension;
     let _ = write!(
         text,
         "\nAnisotropy of the network: ΔE/E {:.4}, Δν {:.4}, ΔG/G {:.4}, coupling/E {:.4}\n\
-         Directions 1, 2, 3: E {} GPa; G23, G31, G12 {} GPa\n",
+         Directions {}: E {} GPa; {} {} GPa\n",
         a.young,
         a.poisson,
         a.shear,
         a.coupling,
-        list(&network.young, 1e-9),
-        list(&network.shear, 1e-9),
+        if n == 2 { "1, 2" } else { "1, 2, 3" },
+        list(&network.young[..n], 1e-9),
+        if n == 2 { "G12" } else { "G23, G31, G12" },
+        list(if n == 2 { &network.shear[2..] } else { &network.shear }, 1e-9),
     );
-    text += "\nSensitivities of the network (exact): change per relative change of a stiffness\n";
-    for (name, share) in ["normal", "shear", "bending", "twist"].iter().zip(&cell.share) {
-        if share.abs().max() > 0.0 {
-            let (e, nu) = network.derivatives(share);
-            let _ = writeln!(text, "  {name:<10} dE/E {:>+10.6}   dν {nu:>+10.6}", e / network.mean_young);
+    if let Some(shares) = &cell.share {
+        text += "\nSensitivities of the network (exact): change per relative change of a stiffness\n";
+        for (name, share) in ["normal", "shear", "bending", "twist"].iter().zip(shares) {
+            if share.abs().max() > 0.0 {
+                let (e, nu) = network.derivatives(share);
+                let _ = writeln!(text, "  {name:<10} dE/E {:>+10.6}   dν {nu:>+10.6}", e / network.mean_young);
+            }
         }
     }
-    text += "\nStiffness of the network, GPa (11, 22, 33, 23, 31, 12; engineering shear strains)\n";
-    for i in 0..6 {
+    let (places, names): (&[usize], _) =
+        if n == 2 { (&[0, 1, 5], "11, 22, 12") } else { (&[0, 1, 2, 3, 4, 5], "11, 22, 33, 23, 31, 12") };
+    let _ = writeln!(text, "\nStiffness of the network, GPa ({names}; engineering shear strains)");
+    for &i in places {
         text += " ";
-        for j in 0..6 {
+        for &j in places {
             let _ = write!(text, "{:>13.6}", network.stiffness[(i, j)] * 1e-9);
         }
         text += "\n";
     }
-    let _ = writeln!(text, "\nStatic solution: {} iterations at most", cell.iterations);
+    let _ = writeln!(text, "\nStatic solution: {} iterations at most, {:.2} s", cell.iterations, answers.time);
     if let Some((_, steps)) = &answers.dynamics {
         let _ = writeln!(text, "Relaxed dynamics: {steps} steps at most");
     }
@@ -183,20 +215,20 @@ fn json(answers: &Answers) -> String {
         |m: &Matrix6<f64>| -> Vec<Vec<f64>> { m.row_iter().map(|row| row.iter().copied().collect()).collect() };
     let constants = |c: &ElasticConstants| {
         serde_json::json!({
-            "young_pa": c.mean_young, "poisson": c.mean_poisson, "bulk_pa": c.bulk, "shear_pa": c.mean_shear,
+            "dimension": c.dimension, "young_pa": c.mean_young, "poisson": c.mean_poisson, "bulk_pa": c.bulk, "shear_pa": c.mean_shear,
             "young_by_direction_pa": c.young, "shear_23_31_12_pa": c.shear, "poisson_by_directions": c.poisson,
             "stiffness_pa": matrix(&c.stiffness), "compliance_per_pa": matrix(&c.compliance),
             "anisotropy": c.anisotropy(),
         })
     };
-    let derivatives: serde_json::Map<String, serde_json::Value> = ["normal", "shear", "bending", "twist"]
-        .iter()
-        .zip(&answers.cell.share)
-        .map(|(name, share)| {
+    let derivatives = answers.cell.share.as_ref().map(|shares| {
+        let of = |share: &Matrix6<f64>| {
             let (e, nu) = answers.network.derivatives(share);
-            ((*name).to_owned(), serde_json::json!({ "young_pa": e, "poisson": nu }))
-        })
-        .collect();
+            serde_json::json!({ "young_pa": e, "poisson": nu })
+        };
+        let names = ["normal", "shear", "bending", "twist"].iter().map(|name| (*name).to_owned());
+        names.zip(shares.iter().map(of)).collect::<serde_json::Map<_, _>>()
+    });
     let value = serde_json::json!({
         "particles": answers.particles,
         "links": answers.cell.links,
@@ -204,7 +236,11 @@ fn json(answers: &Answers) -> String {
         "mechanisms": answers.cell.loose.mechanisms,
         "stiffness_sum_pa": answers.stiffness_sum,
         "shear_ratio": answers.shear_ratio,
-        "closed_form": answers.closed.map(|(e, nu)| serde_json::json!({ "young_pa": e, "poisson": nu })),
+        "iterations": answers.cell.iterations,
+        "static_seconds": answers.time,
+        "closed_form": answers.closed.map(|c| {
+            serde_json::json!({ "young_pa": c.young, "poisson": c.poisson, "bulk_pa": c.bulk, "shear_pa": c.shear })
+        }),
         "affine": constants(&answers.affine),
         "static": constants(&answers.network),
         "static_derivatives_by_log_stiffness": derivatives,

@@ -12,6 +12,7 @@ use crate::plan::simulation::RunError;
 use crate::scenario::{ProblemKind, ReadError, Scenario, ScenarioError};
 use crate::solver::SolverError;
 use crate::statics::StaticsError;
+use crate::sweep::journal::JournalError;
 
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
@@ -51,6 +52,9 @@ pub enum Failure {
     /// A static problem has no answer.
     #[error("{0}")]
     Statics(#[from] StaticsError),
+    /// The points of a sweep cannot be kept.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
     /// The run cannot go on.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -130,7 +134,7 @@ impl Failure {
     /// Exit code.
     pub fn code(&self) -> u8 {
         match self {
-            Self::Assembly(AssemblyError::File { .. }) | Self::File { .. } | Self::NotText(_) | Self::Output(_) => {
+            Self::Assembly(AssemblyError::File { .. }) | Self::File { .. } | Self::NotText(_) | Self::Output(_) | Self::Journal(_) => {
                 exit::FILE
             }
             Self::Usage(_) | Self::Scenario(_) | Self::Assembly(_) => exit::USAGE,

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::{Console, Facts, Failure};
 use crate::output::OutputError;
-use crate::scenario::{TEMPLATES, template};
+use crate::scenario::{SWEEP, SWEPT, TEMPLATES, Template, template};
 
 /// Arguments of `concordem init`.
 #[derive(Debug, clap::Args)]
@@ -20,34 +20,51 @@ pub(super) struct Arguments {
     force: bool,
 }
 
+fn all() -> impl Iterator<Item = &'static Template> {
+    TEMPLATES.iter().chain([&SWEEP])
+}
+
 fn names() -> clap::builder::PossibleValuesParser {
     clap::builder::PossibleValuesParser::new(
-        TEMPLATES.iter().map(|template| clap::builder::PossibleValue::new(template.name).help(template.description)),
+        all().map(|template| clap::builder::PossibleValue::new(template.name).help(template.description)),
     )
 }
 
 pub(super) fn init(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let Some(template) = arguments.template.as_deref().and_then(template) else {
         let mut templates = Facts::default();
-        for template in TEMPLATES {
+        for template in all() {
             templates.add(template.name, template.description);
         }
         return console.print(&format!("Templates, to be written by `concordem init --template NAME`:\n{templates}"));
     };
     let path = target(arguments.path.as_deref(), template.name);
-    let failed = |error| Failure::File { path: path.clone(), action: "write", error };
+    write(&path, template, arguments.force)?;
+    if template.name == SWEEP.name {
+        // The scenario that the sweep names stands beside it; one that is there already stays.
+        let beside = path.with_file_name(format!("{SWEPT}.toml"));
+        if let Some(scenario) = TEMPLATES.iter().find(|template| template.name == SWEPT).filter(|_| !beside.exists()) {
+            write(&beside, scenario, false)?;
+        }
+        console.tell(&format!("wrote {0} and {1}; next: concordem sweep {0}", path.display(), beside.display()));
+    } else {
+        console.tell(&format!("wrote {0}; next: concordem check {0}", path.display()));
+    }
+    Ok(())
+}
+
+fn write(path: &Path, template: &Template, force: bool) -> Result<(), Failure> {
+    let failed = |error| Failure::File { path: path.to_owned(), action: "write", error };
     let mut options = std::fs::OpenOptions::new();
     options.write(true).truncate(true).create(true);
-    if !arguments.force {
+    if !force {
         options.create_new(true);
     }
-    let mut file = options.open(&path).map_err(|error| match error.kind() {
-        std::io::ErrorKind::AlreadyExists => OutputError::Exists { path: path.clone() }.into(),
+    let mut file = options.open(path).map_err(|error| match error.kind() {
+        std::io::ErrorKind::AlreadyExists => OutputError::Exists { path: path.to_owned() }.into(),
         _ => failed(error),
     })?;
-    std::io::Write::write_all(&mut file, template.text.as_bytes()).map_err(failed)?;
-    console.tell(&format!("wrote {0}; next: concordem check {0}", path.display()));
-    Ok(())
+    std::io::Write::write_all(&mut file, template.text.as_bytes()).map_err(failed)
 }
 
 /// Where to write: a file as named, in a folder under the template's name.

@@ -16,6 +16,7 @@ mod report;
 mod resume;
 mod run;
 mod schema;
+mod sweep;
 mod tables;
 
 use std::ffi::OsString;
@@ -52,6 +53,7 @@ Examples:
   concordem report cpm-small.h5                curves and figures as a web page, cpm-small.html
   concordem measure cpm-small.h5 --operator region-stress \\
     --region '{ kind = \"sphere\", center = [0, 0, 0], radius = \"5 mm\" }'
+  concordem sweep elastic-sweep.toml           constants over a range of parameters; elastic-sweep.h5 and .html
   concordem info cpm-small.h5 --hash           hash of the final state, to compare runs
 
 A scenario is a TOML file in SI units; quantities may carry units: young = \"30 GPa\". Tension is positive.
@@ -98,6 +100,8 @@ enum Command {
     Report(report::Arguments),
     /// Young's modulus, Poisson's ratio, and all elastic constants of a bonded periodic packing, four ways
     Elastic(elastic::Arguments),
+    /// The elastic constants at all combinations of values of a scenario's keys: one file, one page of figures
+    Sweep(sweep::Arguments),
     /// Make only the packing of a scenario and write it as a text file
     Pack(pack::Arguments),
     /// Find parameters of bonds for wanted properties of a material, and write a scenario with them
@@ -199,6 +203,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
         Command::Info(arguments) => info::info(arguments, console),
         Command::Report(arguments) => report::report(arguments, console),
         Command::Elastic(arguments) => elastic::elastic(arguments, console),
+        Command::Sweep(arguments) => sweep::sweep(arguments, console),
         Command::Pack(arguments) => pack::pack(arguments, console),
         Command::Calibrate(arguments) => calibrate::calibrate(arguments, console),
         Command::Schema(arguments) => schema::schema(arguments, console),

@@ -8,14 +8,14 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{Problem, ProblemKind, Source};
 
-pub(super) struct Document<'a> {
+pub(crate) struct Document<'a> {
     pub(super) source: &'a Source,
     pub(super) root: Spanned<DeTable<'a>>,
 }
 
 impl<'a> Document<'a> {
     /// Read the text; on errors of syntax, all of them.
-    pub(super) fn parse(source: &'a Source) -> Result<Self, Vec<Problem>> {
+    pub(crate) fn parse(source: &'a Source) -> Result<Self, Vec<Problem>> {
         let (root, errors) = DeTable::parse_recoverable(&source.text);
         let document = Self { source, root };
         if errors.is_empty() {
@@ -34,7 +34,7 @@ impl<'a> Document<'a> {
     }
 
     /// The scenario, by serde.
-    pub(super) fn deserialize<T: serde::de::DeserializeOwned>(&self) -> Result<T, Problem> {
+    pub(crate) fn deserialize<T: serde::de::DeserializeOwned>(&self) -> Result<T, Problem> {
         T::deserialize(self.root.clone().into_deserializer()).map_err(|error| {
             let span = error.span().unwrap_or(0..0);
             Problem {
@@ -50,7 +50,7 @@ impl<'a> Document<'a> {
 
     /// Place and text of the value at a key path such as `material[0].cpm.young`. Where there is no such value, the
     /// place of the innermost table that is there, and no text.
-    pub(super) fn locate(&self, path: &str) -> (Range<usize>, Option<String>) {
+    pub(crate) fn locate(&self, path: &str) -> (Range<usize>, Option<String>) {
         let mut place = 0..0;
         let mut table: Option<&DeTable<'_>> = Some(self.root.get_ref());
         let mut value: Option<&Spanned<DeValue<'_>>> = None;

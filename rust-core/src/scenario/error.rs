@@ -94,7 +94,7 @@ pub struct ScenarioError {
 }
 
 impl ScenarioError {
-    pub(super) fn new(source: &Source, mut problems: Vec<Problem>) -> Self {
+    pub(crate) fn new(source: &Source, mut problems: Vec<Problem>) -> Self {
         problems.sort_by(|a, b| (a.span.start, a.span.end, &a.key).cmp(&(b.span.start, b.span.end, &b.key)));
         problems.dedup();
         Self { source_text: source.clone(), problems }

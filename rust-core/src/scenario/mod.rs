@@ -51,9 +51,9 @@ pub use packing::{Axis, Lattice, Packing, Radii, Shape};
 pub use quantity::{Component, Quantity, TimeStep};
 pub(crate) use sample::Misuse;
 pub use sample::{OperatorSample, SamplePlane, SampleRegion};
-pub use templates::{TEMPLATES, Template, template};
+pub use templates::{SWEEP, SWEPT, TEMPLATES, Template, template};
 
-use document::Document;
+pub(crate) use document::Document;
 
 use crate::kinematics::Mode;
 

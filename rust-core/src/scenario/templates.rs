@@ -39,5 +39,15 @@ templates! {
 
 /// The template of this name.
 pub fn template(name: &str) -> Option<&'static Template> {
-    TEMPLATES.iter().find(|template| template.name == name)
+    TEMPLATES.iter().chain([&SWEEP]).find(|template| template.name == name)
 }
+
+/// A commented sweep to start from; its scenario is a template, too.
+pub const SWEEP: Template = Template {
+    name: "elastic-sweep",
+    description: "elastic constants over interaction ratio and stiffness ratio, mean of three packings; for `sweep`",
+    text: include_str!("templates/elastic-sweep.toml"),
+};
+
+/// The template of the scenario that [`SWEEP`] names.
+pub const SWEPT: &str = "cpm-periodic";

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 
 use super::deformation::reaction_lever;
 use super::lanczos::{self, Interval};
-use crate::kinematics::deformable::Deformable;
+use crate::kinematics::deformable::{Compliance, Deformable};
 use crate::kinematics::sphere_sphere::fresh_frame;
 use crate::math::{Symmetric, Vec3};
 use crate::state::contacts::{Contacts, Link};
@@ -66,6 +66,12 @@ fn vector(s: &Symmetric) -> Vector6<f64> {
     let root = std::f64::consts::SQRT_2;
     let [xx, yy, zz, yz, xz, xy] = s.0;
     Vector6::new(xx, yy, zz, root * yz, root * xz, root * xy)
+}
+
+/// The two factors of `C^½`.
+fn root_of(compliance: &Compliance) -> (f64, f64) {
+    let (direct, isotropic) = compliance.principal();
+    (direct.sqrt(), isotropic.max(0.0).sqrt())
 }
 
 /// The springs of a state that carry at its positions, and the compliances of its particles.
@@ -126,10 +132,7 @@ impl Coupling {
             .material
             .iter()
             .zip(&particles.radius)
-            .map(|(&material, &radius)| {
-                let (direct, isotropic) = deformable.compliance(material, radius).principal();
-                (direct.sqrt(), isotropic.max(0.0).sqrt())
-            })
+            .map(|(&material, &radius)| root_of(&deformable.compliance(material, radius)))
             .collect();
         let held_by = |p: usize| particles.constraint[p].0 & deformable.reacting().0;
         let mut normals = vec![Vec3::zeros(); particles.len()];
@@ -144,6 +147,33 @@ impl Coupling {
             .map(|p| (p, held_by(p), reaction_lever(&normals[p])))
             .collect();
         Self { springs, roots, planar, held }
+    }
+
+    /// Coupling of springs between free particles of these compliances: particles A and B, direction from A to B, stiffness
+    /// (N/m).
+    pub(crate) fn between(
+        springs: impl Iterator<Item = (u32, u32, Vec3, f64)>,
+        compliances: &[Compliance],
+    ) -> Self {
+        Self {
+            springs: springs.map(|(a, b, normal, stiffness)| Spring { a, b, normal, stiffness }).collect(),
+            roots: compliances.iter().map(root_of).collect(),
+            planar: compliances.first().is_some_and(Compliance::is_planar),
+            held: Vec::new(),
+        }
+    }
+
+    /// Forces (N) that the particles' strains take from the springs in equilibrium, if with rigid particles the forces'
+    /// dyads were `rigid` (N): `k Nᵀ C^½ (1+P)⁻¹ C^½ T`, by spring; the rest is `(1−B)⁻¹` of the rigid forces.
+    pub(crate) fn relief(&self, rigid: &[Symmetric]) -> Vec<f64> {
+        let right = rigid.iter().enumerate().map(|(p, dyad)| self.root(p, &vector(dyad))).collect();
+        let mut solution = self.solve(right, 1.0, 1e-15);
+        for (p, solution) in solution.iter_mut().enumerate() {
+            *solution = self.root(p, solution);
+        }
+        let elongation =
+            |spring: &Spring| spring.ends().map(|p| spring.dyad().dot(&solution[p])).sum::<f64>();
+        self.springs.iter().map(|spring| spring.stiffness * elongation(spring)).collect()
     }
 
     /// `C^½ x` of particle `p`.
@@ -278,7 +308,8 @@ impl Coupling {
         for (p, right) in right.iter_mut().enumerate() {
             *right = self.root(p, right);
         }
-        let mut solution = self.solve(right);
+        // A relative error of 1e-10 in the added force is far below the tolerance of the Lanczos iteration.
+        let mut solution = self.solve(right, -1.0, 1e-10);
         for (p, solution) in solution.iter_mut().enumerate() {
             *solution = self.root(p, solution);
         }
@@ -291,8 +322,8 @@ impl Coupling {
         }
     }
 
-    /// `(1 − P)⁻¹ r` by conjugate gradients, for `ρ < 1`.
-    fn solve(&self, right: Vec<Vector6<f64>>) -> Vec<Vector6<f64>> {
+    /// `(1 + sign P)⁻¹ r` by conjugate gradients up to a relative residual; with the sign −1 for `ρ < 1`.
+    fn solve(&self, right: Vec<Vector6<f64>>, sign: f64, accuracy: f64) -> Vec<Vector6<f64>> {
         const STEPS: usize = 1000;
         let n = right.len();
         let dot = |a: &[Vector6<f64>], b: &[Vector6<f64>]| a.iter().zip(b).map(|(x, y)| x.dot(y)).sum::<f64>();
@@ -301,15 +332,14 @@ impl Coupling {
         let mut direction = residual.clone();
         let mut image = vec![Vector6::zeros(); n];
         let mut square = dot(&residual, &residual);
-        // A relative error of 1e-10 in the added force is far below the tolerance of the Lanczos iteration.
-        let target = 1e-20 * square;
+        let target = accuracy * accuracy * square;
         for _ in 0..STEPS {
             if square <= target {
                 break;
             }
             self.apply(&direction, &mut image);
             for (image, direction) in image.iter_mut().zip(&direction) {
-                *image = direction - *image;
+                *image = direction + *image * sign;
             }
             let step = square / dot(&direction, &image);
             for ((solution, residual), (direction, image)) in

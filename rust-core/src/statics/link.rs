@@ -114,6 +114,16 @@ impl Link {
         matrix
     }
 
+    /// [`Link::matrix`] with rotations multiplied by `scale` (m) so that all entries are N/m.
+    pub(super) fn scaled_matrix(&self, scale: f64) -> SMatrix<f64, 12, 12> {
+        let mut matrix = self.matrix();
+        for first in [3, 9] {
+            matrix.fixed_rows_mut::<3>(first).scale_mut(1.0 / scale);
+            matrix.fixed_columns_mut::<3>(first).scale_mut(1.0 / scale);
+        }
+        matrix
+    }
+
     /// The 6×6 block of end A (`end` 0) or B (1), with rotations multiplied by `scale` (m) so that all entries are N/m.
     pub(super) fn block(&self, end: usize, scale: f64) -> nalgebra::Matrix6<f64> {
         let n = &self.normal;

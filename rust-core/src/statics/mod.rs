@@ -7,11 +7,14 @@
 //!
 //! * [`link`]: a link's 12 degrees of freedom (3.39)–(3.57);
 //! * [`network`]: all links of a state, particles that nothing holds;
-//! * [`solve`]: conjugate gradients, prescribed displacements, loads;
+//! * [`mod@closed_form`]: links in all directions alike, rigid or deformable particles;
+//! * [`solve`]: conjugate gradients, prescribed displacements, loads; [`direct`]: a sparse factor for cells;
 //! * [`mod@cell_stiffness`]: periodic cell under six unit strains (3.58)–(3.63), exact derivatives;
 //! * [`moduli`]: constants and measures of isotropy (3.64)–(3.68).
 
 pub mod cell_stiffness;
+pub mod closed_form;
+pub mod direct;
 pub mod link;
 pub mod moduli;
 pub mod network;
@@ -19,10 +22,11 @@ pub mod relaxed;
 pub mod solve;
 
 pub use cell_stiffness::{CellStiffness, cell_stiffness};
+pub use closed_form::{ClosedForm, closed_form};
 pub use link::Link;
 pub use moduli::ElasticConstants;
 pub use network::LinkNetwork;
-pub use solve::{Accuracy, Support, solve_supported};
+pub use solve::{Accuracy, Method, Support, solve_supported};
 
 /// Order of the components of strain and stress: 11, 22, 33, 23, 31, 12; shear strains are engineering strains.
 pub const COMPONENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1)];
@@ -55,6 +59,15 @@ pub enum StaticsError {
     Unsupported {
         /// Which system.
         what: String,
+    },
+    /// The sparse factor does not know deformable particles.
+    #[error("the direct solver is for rigid particles; deformable ones take the iterative solver")]
+    DirectDeformable,
+    /// The sparse factor could not be made, or is not good enough.
+    #[error("the direct solver failed ({problem}); the iterative solver needs little memory and stands mechanisms")]
+    Factor {
+        /// What happened.
+        problem: String,
     },
     /// A support that does not exist.
     #[error(

@@ -1,29 +1,33 @@
 //! Elastic constants of a stiffness matrix, and how far it is from isotropic.
 
-use nalgebra::Matrix6;
+use nalgebra::{Matrix3, Matrix6};
 
 use super::StaticsError;
 
 /// Constants of a stiffness matrix (components 11, 22, 33, 23, 31, 12, engineering shear strains).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ElasticConstants {
+    /// 3, or 2: those of the plane 1, 2; entries with direction 3 are zero then.
+    pub dimension: usize,
     /// Stiffness D, Pa.
     pub stiffness: Matrix6<f64>,
     /// Compliance C = D⁻¹, 1/Pa.
     pub compliance: Matrix6<f64>,
-    /// Young's moduli `E_i = 1/C_ii`, Pa.
+    /// Young's moduli `E_i = 1/C_ii`, Pa. In the plane, these and all else are what two-dimensional measurement gives
+    /// (plane strain or plane stress, as the discs have it), without conversion to a body.
     pub young: [f64; 3],
     /// Poisson's ratios `ν_ij = −C_ji E_i`: contraction along j under tension along i; the diagonal is empty (0).
     pub poisson: [[f64; 3]; 3],
     /// Shear moduli `1/C_44`, `1/C_55`, `1/C_66` (23, 31, 12), Pa.
     pub shear: [f64; 3],
-    /// Mean of the three Young's moduli, Pa.
+    /// Mean of the Young's moduli, Pa.
     pub mean_young: f64,
-    /// Mean of the six Poisson's ratios.
+    /// Mean of the Poisson's ratios.
     pub mean_poisson: f64,
-    /// Mean of the three shear moduli, Pa.
+    /// Mean of the shear moduli, Pa.
     pub mean_shear: f64,
-    /// Bulk modulus: mean stress over volume strain under uniform expansion, Pa.
+    /// Bulk modulus: mean stress over volume strain under uniform expansion, Pa; in the plane `½(σ₁₁+σ₂₂)` over the strain of
+    /// the area, `E/2(1−ν)` if isotropic.
     pub bulk: f64,
 }
 
@@ -52,40 +56,78 @@ impl ElasticConstants {
             return Err(StaticsError::Soft);
         }
         let compliance = (stiffness / size).try_inverse().ok_or(StaticsError::Soft)? / size;
-        let young: [f64; 3] = std::array::from_fn(|i| 1.0 / compliance[(i, i)]);
-        let mut poisson = [[0.0; 3]; 3];
-        for (i, row) in poisson.iter_mut().enumerate() {
-            for (j, value) in row.iter_mut().enumerate() {
-                if i != j {
-                    *value = -compliance[(j, i)] * young[i];
+        Ok(Self::of_both(stiffness, compliance, 3))
+    }
+
+    /// Constants of the plane 1, 2, from the components 11, 22, 12 of the stiffness `D`, Pa.
+    ///
+    /// # Errors
+    /// [`StaticsError::Soft`] when that part of D has no inverse.
+    pub fn of_plane(stiffness: &Matrix6<f64>) -> Result<Self, StaticsError> {
+        const PLACES: [usize; 3] = [0, 1, 5];
+        let part = Matrix3::from_fn(|i, j| {
+            0.5 * (stiffness[(PLACES[i], PLACES[j])] + stiffness[(PLACES[j], PLACES[i])])
+        });
+        let size = part.abs().max();
+        if size.is_nan() || size <= 0.0 || (part / size).symmetric_eigenvalues().min() < 1e-12 {
+            return Err(StaticsError::Soft);
+        }
+        let inverse = (part / size).try_inverse().ok_or(StaticsError::Soft)? / size;
+        let spread = |part: &Matrix3<f64>| {
+            let mut whole = Matrix6::zeros();
+            for (i, row) in PLACES.into_iter().enumerate() {
+                for (j, column) in PLACES.into_iter().enumerate() {
+                    whole[(row, column)] = part[(i, j)];
                 }
             }
+            whole
+        };
+        Ok(Self::of_both(spread(&part), spread(&inverse), 2))
+    }
+
+    fn of_both(stiffness: Matrix6<f64>, compliance: Matrix6<f64>, dimension: usize) -> Self {
+        let (mut young, mut poisson) = ([0.0; 3], [[0.0; 3]; 3]);
+        for i in 0..dimension {
+            young[i] = 1.0 / compliance[(i, i)];
+            for j in (0..dimension).filter(|&j| j != i) {
+                poisson[i][j] = -compliance[(j, i)] * young[i];
+            }
         }
-        let shear: [f64; 3] = std::array::from_fn(|i| 1.0 / compliance[(i + 3, i + 3)]);
-        Ok(Self {
+        let mut shear = [0.0; 3];
+        for k in Self::shears(dimension) {
+            shear[k - 3] = 1.0 / compliance[(k, k)];
+        }
+        let n = dimension as f64;
+        Self {
+            dimension,
             stiffness,
             compliance,
             young,
             poisson,
             shear,
-            mean_young: young.iter().sum::<f64>() / 3.0,
-            mean_poisson: poisson.iter().flatten().sum::<f64>() / 6.0,
-            mean_shear: shear.iter().sum::<f64>() / 3.0,
-            bulk: stiffness.fixed_view::<3, 3>(0, 0).sum() / 9.0,
-        })
+            mean_young: young.iter().sum::<f64>() / n,
+            mean_poisson: poisson.iter().flatten().sum::<f64>() / (n * (n - 1.0)),
+            mean_shear: shear.iter().sum::<f64>() / Self::shears(dimension).count() as f64,
+            bulk: stiffness.fixed_view::<3, 3>(0, 0).sum() / (n * n),
+        }
+    }
+
+    /// Components of shear: 23, 31, 12, or 12 alone.
+    fn shears(dimension: usize) -> std::ops::Range<usize> {
+        if dimension == 2 { 5..6 } else { 3..6 }
     }
 
     /// The four measures.
     pub fn anisotropy(&self) -> Anisotropy {
         let largest = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(0.0, f64::max);
-        let (e, nu) = (self.mean_young, self.mean_poisson);
+        let (e, nu, n) = (self.mean_young, self.mean_poisson, self.dimension);
         let g = e / (2.0 * (1.0 + nu));
         let ratios = |i: usize, j: usize| if i == j { 0.0 } else { self.poisson[i][j] - nu };
         let vanishing = |i: usize, j: usize| i != j && (i >= 3 || j >= 3);
         Anisotropy {
-            young: largest(&mut self.young.iter().map(|x| x - e)) / e,
-            poisson: largest(&mut (0..9).map(|k| ratios(k / 3, k % 3))),
-            shear: largest(&mut self.shear.iter().map(|x| x - g)) / g,
+            young: largest(&mut self.young[..n].iter().map(|x| x - e)) / e,
+            poisson: largest(&mut (0..n * n).map(|k| ratios(k / n, k % n))),
+            shear: largest(&mut Self::shears(n).map(|k| self.shear[k - 3] - g)) / g,
             coupling: largest(&mut (0..36).filter(|k| vanishing(k / 6, k % 6)).map(|k| self.stiffness[(k / 6, k % 6)]))
                 / e,
         }
@@ -95,13 +137,14 @@ impl ElasticConstants {
     /// (Pa per unit): `dC = −C dD C`.
     pub fn derivatives(&self, change: &Matrix6<f64>) -> (f64, f64) {
         let dc = -self.compliance * change * self.compliance;
+        let n = self.dimension;
         let (mut young, mut poisson) = (0.0, 0.0);
-        for i in 0..3 {
+        for i in 0..n {
             let e = self.young[i];
             let de = -dc[(i, i)] * e * e;
-            young += de / 3.0;
-            for j in (0..3).filter(|&j| j != i) {
-                poisson -= (dc[(j, i)] * e + self.compliance[(j, i)] * de) / 6.0;
+            young += de / n as f64;
+            for j in (0..n).filter(|&j| j != i) {
+                poisson -= (dc[(j, i)] * e + self.compliance[(j, i)] * de) / (n * (n - 1)) as f64;
             }
         }
         (young, poisson)
@@ -132,6 +175,26 @@ mod tests {
         let zero = found.anisotropy();
         assert!(zero.young + zero.poisson + zero.shear + zero.coupling < 1e-13, "{zero:?}");
         assert_eq!(ElasticConstants::of(&Matrix6::zeros()), Err(StaticsError::Soft));
+    }
+
+    /// In the plane: E and ν of `D11 = E/(1−ν²)`, `D12 = νD11`; what stands in the rows of direction 3 does not matter.
+    #[test]
+    fn constants_of_the_plane() {
+        let (e, nu) = (70e9, 0.35);
+        let d11 = e / (1.0 - nu * nu);
+        let mut matrix = Matrix6::zeros();
+        (matrix[(0, 0)], matrix[(1, 1)], matrix[(0, 1)], matrix[(1, 0)]) = (d11, d11, nu * d11, nu * d11);
+        (matrix[(5, 5)], matrix[(3, 3)]) = (e / (2.0 * (1.0 + nu)), 3e9);
+        let found = ElasticConstants::of_plane(&matrix).unwrap();
+        assert!((found.mean_young / e - 1.0).abs() < 1e-14 && (found.mean_poisson - nu).abs() < 1e-14, "{found:?}");
+        assert!((found.bulk / (e / (2.0 * (1.0 - nu))) - 1.0).abs() < 1e-14, "{found:?}");
+        assert!((found.mean_shear / (e / (2.0 * (1.0 + nu))) - 1.0).abs() < 1e-14, "{found:?}");
+        let zero = found.anisotropy();
+        assert!(zero.young + zero.poisson + zero.shear + zero.coupling < 1e-13, "{zero:?}");
+        // E is in proportion to D, ν does not change.
+        let (young, poisson) = found.derivatives(&found.stiffness);
+        assert!((young / e - 1.0).abs() < 1e-14 && poisson.abs() < 1e-14);
+        assert_eq!(ElasticConstants::of_plane(&Matrix6::zeros()), Err(StaticsError::Soft));
     }
 
     /// Against central differences: their own error is h² and rounding/h, 1e-9 at h = 1e-5.

@@ -1,7 +1,9 @@
 //! All links of an assembly.
 
 use super::{Link, StaticsError};
-use crate::state::State;
+use crate::kinematics::deformable::Compliance;
+use crate::solver::Model;
+use crate::state::{Constraint, State};
 use crate::state::contacts::Link as LinkFlags;
 
 /// The links of an assembly of `particles` particles.
@@ -15,6 +17,10 @@ pub struct LinkNetwork {
     pub volume: Option<f64>,
     /// Typical arm, m: rotations are multiplied by it where they stand beside displacements.
     pub scale: f64,
+    /// Particles are discs in the plane z = 0: strains along and across z mean nothing.
+    pub planar: bool,
+    /// What particles give way to the forces on them, by particle; empty if all are rigid.
+    pub compliance: Vec<Compliance>,
 }
 
 /// Particles that links do not hold.
@@ -29,7 +35,20 @@ pub struct Loose {
 }
 
 impl LinkNetwork {
-    /// The intact bonds of a state, elastic and in its present geometry.
+    /// The intact bonds of a state between particles that deform as the model says ([`Model::deformable`]).
+    ///
+    /// # Errors
+    /// [`StaticsError::NoLinks`].
+    pub fn of_model(state: &State, model: &Model) -> Result<Self, StaticsError> {
+        let mut network = Self::of_state(state)?;
+        if let Some(deformable) = &model.deformable {
+            let bodies = state.particles.material.iter().zip(&state.particles.radius);
+            network.compliance = bodies.map(|(&material, &radius)| deformable.compliance(material, radius)).collect();
+        }
+        Ok(network)
+    }
+
+    /// The intact bonds of a state, elastic and in its present geometry, between rigid particles.
     pub fn of_state(state: &State) -> Result<Self, StaticsError> {
         let mut links = Vec::new();
         for block in &state.bonds {
@@ -60,13 +79,14 @@ impl LinkNetwork {
             return Err(StaticsError::NoLinks);
         }
         let volume = state.cell.as_ref().map(crate::state::Cell::volume);
-        Ok(Self::new(state.particles.len(), links, volume))
+        let planar = is_planar(state);
+        Ok(Self { planar, ..Self::new(state.particles.len(), links, volume) })
     }
 
-    /// A network of given links.
+    /// A network of given links between rigid particles in space.
     pub fn new(particles: usize, links: Vec<Link>, volume: Option<f64>) -> Self {
         let scale = links.iter().map(|l| 0.5 * (l.arm_a + l.arm_b)).sum::<f64>() / links.len().max(1) as f64;
-        Self { particles, links, volume, scale }
+        Self { particles, links, volume, scale, planar: false, compliance: Vec::new() }
     }
 
     /// Take away the links of rattlers: a particle with one link to the rest feels no force in it. Returns their number.
@@ -116,7 +136,8 @@ impl LinkNetwork {
         })
     }
 
-    /// The network with shear stiffnesses multiplied by `shear` and all of them by `all`.
+    /// The network with shear stiffnesses multiplied by `shear` and all of them, and the moduli of deformable particles, by
+    /// `all`.
     pub fn scaled(&self, all: f64, shear: f64) -> Self {
         let mut network = self.clone();
         for link in &mut network.links {
@@ -126,6 +147,16 @@ impl LinkNetwork {
             k.bending *= all;
             k.twist *= all;
         }
+        for compliance in &mut network.compliance {
+            *compliance = compliance.stiffened(all);
+        }
         network
     }
+}
+
+/// Whether all particles are discs that stay in the plane z = 0.
+pub(super) fn is_planar(state: &State) -> bool {
+    let across = Constraint(0b011_100).0;
+    let held = &state.particles.constraint;
+    !held.is_empty() && held.iter().all(|constraint| constraint.0 & across == across)
 }

@@ -29,7 +29,7 @@ impl Default for Relaxation {
     }
 }
 
-/// Stiffness (Pa; components 11, 22, 33, 23, 31, 12, engineering shear strains) of the cell of `state`, whose links must be
+/// Stiffness (Pa; components 11, 22, 33, 23, 31, 12, engineering shear strains; in the plane 11, 22, 12) of the cell of `state`, whose links must be
 /// free of stress, and the steps of the longest mode.
 ///
 /// # Errors
@@ -43,7 +43,14 @@ pub fn relaxed_stiffness(
     let failed = |error: String| StaticsError::Relaxation(error);
     let mut stiffness = Matrix6::zeros();
     let mut longest = 0;
-    for (column, &(i, j)) in COMPONENTS.iter().enumerate() {
+    // Strains that lag behind the forces settle with the power ρ of each step, whatever the net forces are.
+    let settled = model.deformable.as_ref().map_or(0.0, |deformable| {
+        let radius = crate::solver::coupling::convergence(state, deformable).spectral_radius;
+        if radius > 0.0 && radius < 1.0 { 1e-9_f64.ln() / radius.ln() } else { 0.0 }
+    });
+    let planar = super::network::is_planar(state);
+    for column in super::cell_stiffness::strains(planar) {
+        let (i, j) = COMPONENTS[column];
         let mut state = state.clone();
         let damping = Damping::Local { translation: relaxation.damping, rotation: relaxation.damping };
         let mut solver =
@@ -73,7 +80,7 @@ pub fn relaxed_stiffness(
             let net = kick.net_force_squared / kick.free_particles.max(1) as f64;
             let carried = report.force_squared / contacts.max(1) as f64;
             let limit = relaxation.unbalanced * relaxation.unbalanced;
-            if net <= limit * carried {
+            if net <= limit * carried && steps as f64 > settled {
                 break report;
             }
             if steps > relaxation.steps {
@@ -90,7 +97,8 @@ pub fn relaxed_stiffness(
         let stress = report.virial / cell.volume();
         let strained =
             (cell.deformation_gradient - before.deformation_gradient)[(i, j)] * if i == j { 1.0 } else { 2.0 };
-        for (row, &(k, l)) in COMPONENTS.iter().enumerate() {
+        for row in super::cell_stiffness::strains(planar) {
+            let (k, l) = COMPONENTS[row];
             stiffness[(row, column)] = 0.5 * (stress[(k, l)] + stress[(l, k)]) / strained;
         }
     }

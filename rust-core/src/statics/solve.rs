@@ -1,36 +1,57 @@
-//! Solution of `K u = f` by conjugate gradients.
+//! Solution of `K u = f` by conjugate gradients (or, for cells, [directly](super::direct)).
 //!
 //! The matrix is never assembled: a link's answer costs some sixty operations, its share of an assembled matrix more
 //! memory traffic than that. The iteration is [`faer`]'s, preconditioned with the inverse of each particle's own 6×6
 //! block; motions that no link of a particle resists have no load either and are left out by the pseudo-inverse, so that
 //! mechanisms need no artificial stiffness. Everything sequential inside one right-hand side: the bits do not depend on
 //! the number of threads (they may depend on the processor, whose instructions faer chooses among).
+//!
+//! **Deformable particles** couple all contacts of a particle: with the matrix `B` of the iteration between forces and
+//! strains ([`coupling`](crate::solver::coupling)), normal forces are `(1−B)⁻¹ k_n (G u − …)`, where shear forces, which
+//! strain the particles as well, are on the right. `1−B` is solved by conjugate gradients inside each product; it is
+//! symmetric and never singular, whether or not the iteration itself converges. With shear forces the whole is not
+//! symmetric, and faer's stabilised biconjugate gradients take the place of conjugate gradients.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::matrix_free::bicgstab::{BicgError, BicgParams, bicgstab, bicgstab_scratch};
 use faer::matrix_free::conjugate_gradient::{CgError, CgParams, conjugate_gradient, conjugate_gradient_scratch};
-use faer::matrix_free::{LinOp, Precond};
+use faer::matrix_free::{IdentityPrecond, LinOp, Precond};
 use faer::{MatMut, MatRef, Par};
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use rayon::prelude::*;
 
+use super::cell_stiffness::uniform;
 use super::link::NodeMotion;
 use super::{LinkNetwork, StaticsError};
-use crate::math::Vec3;
+use crate::math::{Symmetric, Vec3};
+use crate::solver::coupling::Coupling;
 
-/// When the iteration stops.
+/// How the system is solved.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Preconditioned conjugate gradients without a matrix.
+    #[default]
+    Iterative,
+    /// Sparse Cholesky factor; for rigid particles in a periodic cell.
+    Direct,
+}
+
+/// How the system is solved and when the iteration stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Accuracy {
     /// Norm of the residual over norm of the right-hand side (rotational parts divided by [`LinkNetwork::scale`]).
     pub residual: f64,
     /// Most iterations.
     pub iterations: usize,
+    /// How.
+    pub method: Method,
 }
 
 impl Default for Accuracy {
     /// 1e-11, 20 000: the stiffness of a cell, being a minimum, is exact to the square of the residual and is limited by
     /// rounding.
     fn default() -> Self {
-        Self { residual: 1e-11, iterations: 20_000 }
+        Self { residual: 1e-11, iterations: 20_000, method: Method::Iterative }
     }
 }
 
@@ -57,11 +78,18 @@ pub struct StaticState {
 }
 
 /// The network's stiffness with rotations scaled to lengths, acting on free degrees of freedom.
-#[derive(Debug)]
 pub(super) struct Operator<'a> {
     pub network: &'a LinkNetwork,
     /// False for prescribed degrees of freedom; empty: all are free.
-    pub free: Vec<bool>,
+    free: Vec<bool>,
+    /// Of deformable particles.
+    coupling: Option<Coupling>,
+}
+
+impl std::fmt::Debug for Operator<'_> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.debug_struct("Operator").field("particles", &self.network.particles).finish_non_exhaustive()
+    }
 }
 
 /// Motion of particle `p` in the vector `x`.
@@ -81,21 +109,69 @@ pub(super) fn add(y: &mut [f64], p: usize, part: &NodeMotion, scale: f64) {
     }
 }
 
-impl Operator<'_> {
-    fn size(&self) -> usize {
+impl<'a> Operator<'a> {
+    /// The operator of a network; `free` is false for prescribed degrees of freedom, or empty.
+    pub fn new(network: &'a LinkNetwork, free: Vec<bool>) -> Self {
+        let springs = network.links.iter().map(|link| (link.a, link.b, link.normal, link.stiffness.normal));
+        let coupling = (!network.compliance.is_empty()).then(|| Coupling::between(springs, &network.compliance));
+        Self { network, free, coupling }
+    }
+
+    pub fn size(&self) -> usize {
         6 * self.network.particles
+    }
+
+    /// Forces (N) on A and moments (N·m) about the contact points of all links in the state `x` on top of a uniform strain.
+    pub fn answers(&self, x: &[f64], strain: Option<usize>) -> Vec<(Vec3, Vec3)> {
+        let LinkNetwork { links, scale, particles, .. } = self.network;
+        let of_link = |link: &super::Link| {
+            let mut felt = link.strain(&motion(x, link.a as usize, *scale), &motion(x, link.b as usize, *scale));
+            if let Some(component) = strain {
+                felt.displacement += uniform(&link.branch, component);
+            }
+            link.answer(&felt)
+        };
+        let mut answers: Vec<(Vec3, Vec3)> = links.iter().map(of_link).collect();
+        if let Some(coupling) = &self.coupling {
+            let mut dyads = vec![Symmetric::default(); *particles];
+            for (link, (force, _)) in links.iter().zip(&answers) {
+                let dyad = Symmetric::product(&link.normal, force);
+                dyads[link.a as usize] += dyad;
+                dyads[link.b as usize] += dyad;
+            }
+            for ((link, (force, _)), relief) in links.iter().zip(&mut answers).zip(coupling.relief(&dyads)) {
+                *force -= link.normal * relief;
+            }
+        }
+        answers
+    }
+
+    /// The operator of a cell: in a plane network what moves across the plane is held.
+    pub fn of_cell(network: &'a LinkNetwork) -> Self {
+        let in_plane = [true, true, false, false, false, true];
+        let free = if network.planar { in_plane.repeat(network.particles) } else { Vec::new() };
+        Self::new(network, free)
     }
 
     /// `y = K x` on the free degrees of freedom.
     pub fn multiply(&self, y: &mut [f64], x: &[f64]) {
         y.fill(0.0);
         let scale = self.network.scale;
-        for link in &self.network.links {
-            let (a, b) = (link.a as usize, link.b as usize);
-            let (force, moment) = link.answer(&link.strain(&motion(x, a, scale), &motion(x, b, scale)));
-            let [on_a, on_b] = link.holding(&force, &moment);
-            add(y, a, &on_a, scale);
-            add(y, b, &on_b, scale);
+        let mut hold = |link: &super::Link, force: &Vec3, moment: &Vec3| {
+            let [on_a, on_b] = link.holding(force, moment);
+            add(y, link.a as usize, &on_a, scale);
+            add(y, link.b as usize, &on_b, scale);
+        };
+        if self.coupling.is_some() {
+            for (link, (force, moment)) in self.network.links.iter().zip(self.answers(x, None)) {
+                hold(link, &force, &moment);
+            }
+        } else {
+            for link in &self.network.links {
+                let (a, b) = (link.a as usize, link.b as usize);
+                let (force, moment) = link.answer(&link.strain(&motion(x, a, scale), &motion(x, b, scale)));
+                hold(link, &force, &moment);
+            }
         }
         for (y, free) in y.iter_mut().zip(&self.free) {
             if !free {
@@ -104,9 +180,8 @@ impl Operator<'_> {
         }
     }
 
-    /// Pseudo-inverses of the particles' own blocks, and the number of motions of single particles that nothing resists.
-    /// Eigenvalues below 1e-12 of the block's largest count as none: rounding of the sums leaves 1e-15.
-    pub fn blocks(&self) -> (Vec<Matrix6<f64>>, usize) {
+    /// The particles' own blocks of rigid particles, with zeros where a degree of freedom is prescribed.
+    pub fn own_blocks(&self) -> Vec<Matrix6<f64>> {
         let network = self.network;
         let mut blocks = vec![Matrix6::zeros(); network.particles];
         for link in &network.links {
@@ -114,26 +189,33 @@ impl Operator<'_> {
             blocks[link.b as usize] += link.block(1, network.scale);
             if link.a == link.b {
                 // a particle and its own image: the coupling of both ends is in the particle's own block as well
-                let scaled = {
-                    let mut matrix = link.matrix().fixed_view::<6, 6>(0, 6).into_owned();
-                    matrix.fixed_rows_mut::<3>(3).scale_mut(1.0 / network.scale);
-                    matrix.fixed_columns_mut::<3>(3).scale_mut(1.0 / network.scale);
-                    matrix
-                };
-                blocks[link.a as usize] += scaled + scaled.transpose();
+                let mixed = link.scaled_matrix(network.scale).fixed_view::<6, 6>(0, 6).into_owned();
+                blocks[link.a as usize] += mixed + mixed.transpose();
             }
         }
+        for (p, block) in blocks.iter_mut().enumerate() {
+            for i in (0..6).filter(|&i| !self.is_free(p, i)) {
+                block.fill_row(i, 0.0);
+                block.fill_column(i, 0.0);
+            }
+        }
+        blocks
+    }
+
+    pub fn is_free(&self, p: usize, i: usize) -> bool {
+        self.free.is_empty() || self.free[6 * p + i]
+    }
+
+    /// Pseudo-inverses of the particles' own blocks, and the number of motions of single particles that nothing resists.
+    /// Eigenvalues below 1e-12 of the block's largest count as none: rounding of the sums leaves 1e-15.
+    pub fn blocks(&self) -> (Vec<Matrix6<f64>>, usize) {
+        let blocks = self.own_blocks();
         let largest = blocks.iter().map(|block| block.abs().max()).fold(0.0, f64::max);
-        let free = |p: usize, i: usize| self.free.is_empty() || self.free[6 * p + i];
         let found: Vec<(Matrix6<f64>, usize)> = blocks
             .into_par_iter()
             .enumerate()
-            .map(|(p, mut block)| {
-                let held = (0..6).filter(|&i| !free(p, i)).count();
-                for i in (0..6).filter(|&i| !free(p, i)) {
-                    block.fill_row(i, 0.0);
-                    block.fill_column(i, 0.0);
-                }
+            .map(|(p, block)| {
+                let held = (0..6).filter(|&i| !self.is_free(p, i)).count();
                 if block.abs().max() <= 1e-12 * largest {
                     return (Matrix6::zeros(), 6 - held);
                 }
@@ -227,45 +309,75 @@ pub(super) fn solve(
             if norm == 0.0 {
                 return Ok((solution, 0));
             }
-            let blocks = Blocks(inverses);
-            let mut memory = MemBuffer::new(conjugate_gradient_scratch(Blocks(inverses), operator, 1, Par::Seq));
-            // its fields cannot be named in a literal outside faer
-            #[allow(clippy::field_reassign_with_default)]
-            let parameters = {
-                let mut parameters = CgParams::default();
-                parameters.rel_tolerance = accuracy.residual;
-                parameters.abs_tolerance = 0.0;
-                parameters.max_iters = accuracy.iterations;
-                parameters
-            };
-            let outcome = conjugate_gradient(
-                MatMut::from_column_major_slice_mut(&mut solution, rows, 1),
-                blocks,
-                operator,
-                MatRef::from_column_major_slice(load, rows, 1),
-                parameters,
-                |_| {},
-                Par::Seq,
-                MemStack::new(&mut memory),
-            );
             let what = (*name).to_owned();
-            match outcome {
-                Ok(info) => Ok((solution, info.iter_count)),
-                Err(CgError::NoConvergence { rel_residual, .. }) => Err(StaticsError::NotConverged {
-                    what,
-                    residual: rel_residual,
-                    wanted: accuracy.residual,
-                    iterations: accuracy.iterations,
-                }),
-                Err(CgError::NonPositiveDefiniteOperator | CgError::NonPositiveDefinitePreconditioner) => {
-                    Err(StaticsError::Unsupported { what })
+            let not_converged = |residual| StaticsError::NotConverged {
+                what: what.clone(),
+                residual,
+                wanted: accuracy.residual,
+                iterations: accuracy.iterations,
+            };
+            let place = MatMut::from_column_major_slice_mut(&mut solution, rows, 1);
+            let right = MatRef::from_column_major_slice(load, rows, 1);
+            let iterations = if operator.coupling.is_some() {
+                let without = IdentityPrecond { dim: rows };
+                let mut memory = MemBuffer::new(bicgstab_scratch(Blocks(inverses), without, operator, 1, Par::Seq));
+                // its fields cannot be named in a literal outside faer
+                #[allow(clippy::field_reassign_with_default)]
+                let parameters = {
+                    let mut parameters = BicgParams::default();
+                    parameters.rel_tolerance = accuracy.residual;
+                    parameters.abs_tolerance = 0.0;
+                    parameters.max_iters = accuracy.iterations;
+                    parameters
+                };
+                let stack = MemStack::new(&mut memory);
+                match bicgstab(place, Blocks(inverses), without, operator, right, parameters, |_| {}, Par::Seq, stack) {
+                    Ok(info) => info.iter_count,
+                    Err(BicgError::NoConvergence { rel_residual, .. }) => return Err(not_converged(rel_residual)),
+                }
+            } else {
+                let blocks = Blocks(inverses);
+                let mut memory =
+                    MemBuffer::new(conjugate_gradient_scratch(Blocks(inverses), operator, 1, Par::Seq));
+                #[allow(clippy::field_reassign_with_default)]
+                let parameters = {
+                    let mut parameters = CgParams::default();
+                    parameters.rel_tolerance = accuracy.residual;
+                    parameters.abs_tolerance = 0.0;
+                    parameters.max_iters = accuracy.iterations;
+                    parameters
+                };
+                let stack = MemStack::new(&mut memory);
+                match conjugate_gradient(place, blocks, operator, right, parameters, |_| {}, Par::Seq, stack) {
+                    Ok(info) => info.iter_count,
+                    Err(CgError::NoConvergence { rel_residual, .. }) => return Err(not_converged(rel_residual)),
+                    Err(CgError::NonPositiveDefiniteOperator | CgError::NonPositiveDefinitePreconditioner) => {
+                        return Err(StaticsError::Unsupported { what });
+                    }
+                }
+            };
+            if operator.coupling.is_some() {
+                // Biconjugate gradients may break down without saying so.
+                let residual = residual(operator, &solution, load);
+                if !(residual <= 10.0 * accuracy.residual) {
+                    return Err(not_converged(residual));
                 }
             }
+            Ok((solution, iterations))
         })
         .collect();
     let solved = solved?;
     let iterations = solved.iter().map(|s| s.1).max().unwrap_or(0);
     Ok((solved.into_iter().map(|s| s.0).collect(), iterations))
+}
+
+/// Norm of `f − K u` over that of `f`.
+pub(super) fn residual(operator: &Operator<'_>, solution: &[f64], load: &[f64]) -> f64 {
+    let mut image = vec![0.0; solution.len()];
+    operator.multiply(&mut image, solution);
+    let square = |values: &mut dyn Iterator<Item = f64>| values.map(|x| x * x).sum::<f64>();
+    let left = square(&mut image.iter().zip(load).map(|(y, f)| f - y));
+    (left / square(&mut load.iter().copied())).sqrt()
 }
 
 /// Equilibrium under prescribed motions and loads (forces in N, moments in N·m, by particle).
@@ -297,13 +409,13 @@ pub fn solve_supported(
         }
         add(&mut load, *particle, wrench, scale);
     }
-    let whole = Operator { network, free: Vec::new() };
+    let whole = Operator::new(network, Vec::new());
     let mut held = vec![0.0; 6 * particles];
     whole.multiply(&mut held, &given);
     for ((load, held), free) in load.iter_mut().zip(&held).zip(&free) {
         *load = if *free { *load - held } else { 0.0 };
     }
-    let operator = Operator { network, free };
+    let operator = Operator::new(network, free.clone());
     let (inverses, _) = operator.blocks();
     // A load along a motion that nothing resists has no equilibrium.
     let size = load.iter().fold(0.0_f64, |s, x| s.max(x.abs()));
@@ -371,7 +483,7 @@ mod tests {
         let (n, length, ei, load) = (20, 2.0, 3.0, 0.7);
         let network = cantilever(n, length, ei);
         let wrench = NodeMotion { displacement: Vec3::new(0.0, load, 0.0), rotation: Vec3::zeros() };
-        let accuracy = Accuracy { residual: 1e-13, iterations: 10_000 };
+        let accuracy = Accuracy { residual: 1e-13, iterations: 10_000, ..Accuracy::default() };
         let state = solve_supported(&network, &clamp(0), &[(n, wrench)], accuracy).unwrap();
         let end = state.motion[n];
         assert!((end.displacement.y / (load * length.powi(3) / (3.0 * ei)) - 1.0).abs() < 1e-9, "{end:?}");

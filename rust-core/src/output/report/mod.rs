@@ -4,6 +4,7 @@
 //! the energy went, and where the numbers come from.
 
 pub mod figures;
+pub mod sweep;
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -61,15 +62,20 @@ pub fn page(inputs: &[ResultFile], reference: &ReferenceFigures) -> Result<Strin
         provenance_section(&runs)?,
     ]
     .concat();
+    Ok(frame(&page_title(&runs), &body))
+}
+
+/// A whole page with what it needs to draw.
+fn frame(title: &str, body: &str) -> String {
     let plotly = plotly_script();
-    Ok(format!(
+    format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n\
          <style>\n{}</style>\n{plotly}\n<script>\n{}</script>\n</head>\n<body>\n{body}</body>\n</html>\n",
-        escape(&page_title(&runs)),
+        escape(title),
         include_str!("style.css"),
         include_str!("cracks.js"),
-    ))
+    )
 }
 
 /// The script that draws plots. The first of the crate's sources is plotly; the second sets formulas, and we have none.
@@ -229,14 +235,20 @@ fn axis(title: &str) -> Axis {
 // The plotting crate makes and takes boxes.
 #[allow(clippy::vec_box)]
 fn plot(traces: Vec<Box<Scatter<f64, f64>>>, x: &str, y: &str, id: &str, legend: bool) -> String {
+    plot_between(traces, axis(x), axis(y), id, legend)
+}
+
+// The plotting crate makes and takes boxes.
+#[allow(clippy::vec_box)]
+fn plot_between(traces: Vec<Box<Scatter<f64, f64>>>, x: Axis, y: Axis, id: &str, legend: bool) -> String {
     let mut plot = Plot::new();
     for trace in traces {
         plot.add_trace(trace);
     }
     plot.set_layout(
         Layout::new()
-            .x_axis(axis(x))
-            .y_axis(axis(y))
+            .x_axis(x)
+            .y_axis(y)
             .margin(Margin::new().left(60).right(12).top(12).bottom(52))
             .font(Font::new().family("system-ui, DejaVu Sans, sans-serif").size(13).color(INK))
             .paper_background_color("#ffffff")

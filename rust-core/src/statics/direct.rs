@@ -1,0 +1,147 @@
+//! Solution of `K u = f` for a periodic cell by a sparse Cholesky factor (`faer`, approximate minimum degree).
+//!
+//! `K` is singular where nothing resists: the translation of each connected part, and motions of single particles that no
+//! link of theirs resists. Neither has a load, so a stiffness on one translation of each part and on those motions alone
+//! changes nothing but that they become zero; its size does not enter the solution. In space the factor fills in with the
+//! four-thirds power of the number of particles: beyond some 10⁴ the iteration is the better way ([`super::solve`]).
+
+use faer::linalg::solvers::SolveCore;
+use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, SymmetricOrdering, factorize_symbolic_cholesky};
+use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
+use faer::sparse::{SparseColMat, Triplet};
+use faer::{Conj, MatMut, Side};
+use nalgebra::Matrix6;
+
+use super::solve::{Accuracy, Operator, residual};
+use super::{LinkNetwork, StaticsError};
+
+/// Refinements of a solution by the residual it leaves.
+const REFINEMENTS: usize = 4;
+
+/// A larger factor is refused: the iteration is faster than it long before.
+const MOST_GIGABYTES: f64 = 12.0;
+
+/// Memory of the Cholesky factor's numbers.
+fn bytes(matrix: &SparseColMat<usize, f64>) -> Result<usize, StaticsError> {
+    let parameters = CholeskySymbolicParams::default();
+    factorize_symbolic_cholesky(matrix.symbolic(), Side::Lower, SymmetricOrdering::Amd, parameters)
+        .map(|symbolic| symbolic.len_val() * size_of::<f64>())
+        .map_err(|error| StaticsError::Factor { problem: format!("{error:?}") })
+}
+
+/// Solve for each right-hand side; the refinements taken.
+pub(super) fn solve(
+    operator: &Operator<'_>,
+    loads: &[Vec<f64>],
+    names: &[&str],
+    accuracy: Accuracy,
+) -> Result<(Vec<Vec<f64>>, usize), StaticsError> {
+    let unfit = |problem: String| StaticsError::Factor { problem };
+    let matrix = assemble(operator)?;
+    let symbolic = SymbolicLlt::try_new(matrix.symbolic(), Side::Lower).map_err(|e| unfit(format!("{e:?}")))?;
+    let gigabytes = bytes(&matrix)? as f64 * 1e-9;
+    if gigabytes > MOST_GIGABYTES {
+        return Err(unfit(format!("the factor would take {gigabytes:.1} GB; at most {MOST_GIGABYTES} are taken")));
+    }
+    let factor =
+        Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), Side::Lower).map_err(|e| unfit(format!("{e:?}")))?;
+    let rows = operator.size();
+    let mut solutions = Vec::with_capacity(loads.len());
+    let mut most = 0;
+    for (load, name) in loads.iter().zip(names) {
+        let mut solution = vec![0.0; rows];
+        if load.iter().all(|x| *x == 0.0) {
+            solutions.push(solution);
+            continue;
+        }
+        let mut left = 1.0;
+        let mut rest = load.clone();
+        for round in 0..=REFINEMENTS {
+            factor.solve_in_place_with_conj(Conj::No, MatMut::from_column_major_slice_mut(&mut rest, rows, 1));
+            for (x, change) in solution.iter_mut().zip(&rest) {
+                *x += change;
+            }
+            most = most.max(round);
+            left = residual(operator, &solution, load);
+            if left <= accuracy.residual || left.is_nan() {
+                break;
+            }
+            operator.multiply(&mut rest, &solution);
+            for (rest, load) in rest.iter_mut().zip(load) {
+                *rest = load - *rest;
+            }
+        }
+        // NaN must not pass.
+        if !(left <= accuracy.residual) {
+            return Err(unfit(format!(
+                "{name}: a relative residual of {left:.1e} is left after {REFINEMENTS} refinements, {:.1e} was wanted; part \
+                 of the packing may be a mechanism",
+                accuracy.residual
+            )));
+        }
+        solutions.push(solution);
+    }
+    Ok((solutions, most))
+}
+
+/// Lower triangle of the stiffness, made positive definite where nothing resists and nothing loads.
+fn assemble(operator: &Operator<'_>) -> Result<SparseColMat<usize, f64>, StaticsError> {
+    let network = operator.network;
+    let blocks = operator.own_blocks();
+    let (inverses, _) = operator.blocks();
+    let size = blocks.iter().map(|block| block.abs().max()).fold(0.0, f64::max);
+    let mut entries = Vec::with_capacity(36 * network.links.len() + 21 * network.particles);
+    let mut lower = |row: usize, column: usize, value: f64| {
+        if row >= column && value != 0.0 {
+            entries.push(Triplet::new(row, column, value));
+        }
+    };
+    for (p, (block, inverse)) in blocks.iter().zip(&inverses).enumerate() {
+        let own = block.abs().max();
+        let filler = if own > 0.0 { own } else { size };
+        let filled = block + (Matrix6::identity() - block * inverse) * filler;
+        for i in 0..6 {
+            for j in 0..=i {
+                lower(6 * p + i, 6 * p + j, 0.5 * (filled[(i, j)] + filled[(j, i)]));
+            }
+        }
+    }
+    for link in network.links.iter().filter(|link| link.a != link.b) {
+        let matrix = link.scaled_matrix(network.scale);
+        let (a, b) = (6 * link.a as usize, 6 * link.b as usize);
+        for i in 0..6 {
+            for j in 0..6 {
+                if operator.is_free(link.a as usize, i) && operator.is_free(link.b as usize, j) {
+                    lower((a + i).max(b + j), (a + i).min(b + j), matrix[(i, 6 + j)]);
+                }
+            }
+        }
+    }
+    for p in one_of_each_part(network) {
+        for i in 0..3 {
+            lower(6 * p + i, 6 * p + i, size);
+        }
+    }
+    let rows = operator.size();
+    SparseColMat::try_new_from_triplets(rows, rows, &entries)
+        .map_err(|error| StaticsError::Factor { problem: format!("{error:?}") })
+}
+
+/// One particle of each connected part of the network, particles without links left out.
+fn one_of_each_part(network: &LinkNetwork) -> Vec<usize> {
+    fn root(parent: &mut [u32], mut p: u32) -> u32 {
+        while parent[p as usize] != p {
+            parent[p as usize] = parent[parent[p as usize] as usize];
+            p = parent[p as usize];
+        }
+        p
+    }
+    let mut parent: Vec<u32> = (0..network.particles as u32).collect();
+    let mut linked = vec![false; network.particles];
+    for link in &network.links {
+        let (a, b) = (root(&mut parent, link.a), root(&mut parent, link.b));
+        parent[a.max(b) as usize] = a.min(b);
+        (linked[link.a as usize], linked[link.b as usize]) = (true, true);
+    }
+    (0..network.particles).filter(|&p| linked[p] && parent[p] == p as u32).collect()
+}
