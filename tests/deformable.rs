@@ -7,12 +7,12 @@ use concordem::assembly::bonding::{self, bond};
 use concordem::assembly::mass_of;
 use concordem::assembly::packing::{Packing, Random, random_discs};
 use concordem::kinematics::deformable::{Condition, Deformable, Update};
-use concordem::law::{ContactStiffness, Elastic, Frictional, LinearBond};
+use concordem::law::{Elastic, LinearBond};
 use concordem::math::{Mat3, Vec3};
 use concordem::solver::integrate::Damping;
 use concordem::solver::{Model, Solver, time_step};
 use concordem::state::contacts::{ContactBlock, Link};
-use concordem::state::{Cell, Constraint, Particles, Sphere, State};
+use concordem::state::{Constraint, Particles, State};
 
 use crate::one_material;
 
@@ -45,7 +45,6 @@ pub fn bodies(packing: &Packing, planar: bool) -> Particles {
 pub fn disc_packing(count: usize, radii: [f64; 3], spread: f64, fraction: f64, aspect: f64, seed: u64) -> Packing {
     let [low, median, high] = radii;
     let mut random = Random::new(seed);
-    let mut packing = Packing::default();
     let mut sizes = Vec::with_capacity(count);
     while sizes.len() < count {
         // Box and Muller (1958).
