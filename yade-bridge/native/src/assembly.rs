@@ -147,7 +147,7 @@ impl Bodies<'_> {
                 .iter()
                 .all(|v| v.iter().all(|x| x.is_finite()));
             let (radius, mass, inertia) = (self.radius[p], self.mass[p], self.inertia[p]);
-            if !finite || !(radius > 0.0 && mass > 0.0 && inertia > 0.0) {
+            if !(finite && radius > 0.0 && mass > 0.0 && inertia > 0.0) {
                 return Err(format!(
                     "body {} has a place or motion that is not finite, or no positive radius, mass, and inertia",
                     self.id[p]
@@ -325,7 +325,7 @@ impl Assembly {
             same_length(name, found, n)?;
         }
         let limit = assembly.summary.bounds.spectral.max(assembly.summary.bounds.per_particle);
-        if !(dt > 0.0 && dt < limit) && !allow_unstable {
+        if !(allow_unstable || dt > 0.0 && dt < limit) {
             return Err(format!(
                 "the host's time step is {dt:.4e} s, but the bonds are stable only below {limit:.4e} s (with the masses of \
                  the scenario's density); set O.dt, or integration.allow_unstable"

@@ -46,7 +46,7 @@ make_it() {
   exec 9>"$root.lock"
   flock 9
   [ -f "$root/complete" ] && return
-  command -v debootstrap >/dev/null || apt-get install -y -qq --no-install-recommends debootstrap >/dev/null
+  command -v debootstrap >/dev/null || { echo "debootstrap is missing: .ci/setup test" >&2; exit 1; }
   local mirror
   mirror=$(apt-get indextargets --format '$(SITE)' 'Created-By: Packages' 'Origin: Debian' 'Label: Debian' | head -1)
   [ -n "$mirror" ] || { echo "apt is not configured with a Debian mirror (apt-get indextargets names none)" >&2; exit 1; }

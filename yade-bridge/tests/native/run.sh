@@ -7,6 +7,10 @@ set -euo pipefail
 cd "$(dirname "$0")/../../.."
 here=yade-bridge/tests/native
 target=${CARGO_TARGET_DIR:-target}
+if [ "$(id -u)" != 0 ] && [ -z "${CI:-}" ]; then
+  echo "the native plugin of YADE was NOT tested: its Debian 13 needs root (debootstrap, mounts); run $here/run.sh as root" >&2
+  exit 0
+fi
 "$here/chroot.sh" make
 work=$(mktemp -d)
 trap 'rm -rf --one-file-system "$work"' EXIT
