@@ -1,4 +1,4 @@
-//! Deformable particles in LIGGGHTS: the same bits on any number of processors, and the library's own trajectory.
+//! Deformable particles in LIGGGHTS and LAMMPS: the same bits on any number of processors, and the library's own trajectory.
 
 mod harness;
 
@@ -11,10 +11,19 @@ use concordem::math::Vec3;
 use concordem::solver::{MaterialRows, Model, Scheme, Solver};
 use concordem::state::contacts::ContactBlock;
 use concordem::state::{Particles, Sphere, State};
-use harness::{Atom, Dice, data_file, dump, frames, head, run};
+use harness::{Atom, Dice, Host, data_file_for, dump_for, frames, head_for, run_in};
 
 #[test]
 fn a_lattice_of_deformable_particles_moves_as_in_the_librarys_own_solver() {
+    compare(Host::Liggghts, &[1, 2, 4]);
+}
+
+#[test]
+fn a_lattice_of_deformable_particles_moves_so_in_lammps_too() {
+    compare(Host::Lammps, &[1, 2]);
+}
+
+fn compare(host: Host, numbers: &[usize]) {
     const DT: f64 = 1e-6;
     let folder = tempfile::tempdir().unwrap();
     let mut dice = Dice(3);
@@ -27,10 +36,11 @@ fn a_lattice_of_deformable_particles_moves_as_in_the_librarys_own_solver() {
             atom
         })
         .collect();
-    data_file(&folder.path().join("lattice.data"), &atoms, Vec3::repeat(-0.02), Vec3::repeat(0.09));
+    let (low, high) = (Vec3::repeat(-0.02), Vec3::repeat(0.09));
+    data_file_for(host, &folder.path().join("lattice.data"), &atoms, &[], low, high);
     let mut dumps = Vec::new();
-    for (deformable, processors) in [(true, 1), (true, 2), (true, 4), (false, 1)] {
-        let mut script = head("lattice.data", "f f f", 5e-4, DT);
+    for (deformable, processors) in numbers.iter().map(|&n| (true, n)).chain([(false, 1)]) {
+        let mut script = head_for(host, "lattice.data", "f f f", 5e-4, DT);
         let pass = if deformable { "deformable solid deformable.young 4e9 deformable.poisson 0.3" } else { "" };
         writeln!(
             script,
@@ -38,17 +48,18 @@ fn a_lattice_of_deformable_particles_moves_as_in_the_librarys_own_solver() {
              bond distance 1.1 {pass}\nthermo 100"
         )
         .unwrap();
-        script.push_str(&dump("out.dump", 50));
+        script.push_str(&dump_for(host, "out.dump", 50));
         // In two runs: what strains the particles is remembered between them.
         script.push_str("run 150\nrun 50\n");
-        run(folder.path(), &script, processors);
+        run_in(host, folder.path(), &script, processors);
         dumps.push(std::fs::read(folder.path().join("out.dump")).unwrap());
-        if processors == 4 {
+        if deformable {
             std::fs::copy(folder.path().join("out.dump"), folder.path().join("deformable.dump")).unwrap();
         }
     }
-    assert!(dumps[0] == dumps[1] && dumps[0] == dumps[2], "processors matter");
-    assert!(dumps[0] != dumps[3], "the particles do not deform");
+    let rigid = dumps.pop().unwrap();
+    assert!(dumps.iter().all(|dump| *dump == dumps[0]), "processors matter");
+    assert!(dumps[0] != rigid, "the particles do not deform");
 
     let mut particles = Particles::default();
     for atom in &atoms {

@@ -4,16 +4,36 @@ mod harness;
 
 use std::path::Path;
 
-use harness::{run, thermo};
+use harness::{Host, run_in, thermo};
+
+/// The output of the script that a chapter shows, on two processors.
+fn printed(host: Host, script: &str, chapter: &str, folder: &Path) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(root.join("examples").join(script)).unwrap();
+    let shown = std::fs::read_to_string(root.join("../docs").join(chapter)).unwrap();
+    assert!(shown.contains(&text), "docs/{chapter} shows another script than examples/{script}");
+    run_in(host, folder, &text, 2)
+}
+
+#[test]
+fn the_script_for_lammps_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = printed(Host::Lammps, "tension-lammps.in", "lammps.md", folder.path());
+    let rows = thermo(&printed);
+    let (first, last) = (&rows[0], rows.last().unwrap());
+    assert!(first[3] > 1000.0 && last[4] > 10.0, "{first:?} {last:?}");
+    assert_eq!(first[3], last[3] + last[4]);
+    // Tension is a negative pressure; the energy of broken bonds is booked.
+    assert!(rows.iter().any(|row| row[2] < -1e5) && last[5] > 0.0, "{rows:?}");
+    let bonds = std::fs::read_to_string(folder.path().join("bonds.0.txt")).unwrap();
+    let rows = bonds.lines().skip_while(|line| !line.starts_with("ITEM: ENTRIES")).skip(1).count();
+    assert_eq!(rows, first[3] as usize, "rows of dump local");
+}
 
 #[test]
 fn the_script_of_the_documentation_runs() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let script = std::fs::read_to_string(root.join("examples/tension.in")).unwrap();
-    let chapter = std::fs::read_to_string(root.join("../docs/liggghts.md")).unwrap();
-    assert!(chapter.contains(&script), "docs/liggghts.md shows another script than examples/tension.in");
     let folder = tempfile::tempdir().unwrap();
-    let printed = run(folder.path(), &script, 2);
+    let printed = printed(Host::Liggghts, "tension.in", "liggghts.md", folder.path());
     let rows = thermo(&printed);
     let (first, last) = (&rows[0], rows.last().unwrap());
     assert!(first[1] > 1000.0 && last[2] > 10.0, "{first:?} {last:?}");

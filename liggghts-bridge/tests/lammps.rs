@@ -114,6 +114,51 @@ fn bond_style_and_fix_make_the_same_run_on_one_and_two_processors() {
 }
 
 #[test]
+fn load_balancing_loses_no_bond() {
+    let folder = tempfile::tempdir().unwrap();
+    let (atoms, bonds) = bar();
+    let count = bonds.len() as f64;
+    // A long box, of which the bar fills one end.
+    let (low, high) = (Vec3::repeat(-0.03), Vec3::new(0.08, 0.08, 0.6));
+    data_file_for(Host::Lammps, &folder.path().join("bonded.data"), &atoms, &bonds, low, high);
+    let (bonds, _) = bonds_by(true, BEAM);
+    let mut dumps = Vec::new();
+    for (balance, processors) in [
+        ("", 1),
+        ("fix balance all balance 10 1.0 shift z 20 1.01", 2),
+        ("comm_style tiled\nfix balance all balance 20 1.0 rcb", 2),
+    ] {
+        let mut script = head_for(Host::Lammps, "bonded.data", "f f f", 5e-4, DT);
+        script.push_str(&bonds);
+        writeln!(script, "{balance}\nfix integrate all nve/bpm/sphere\nthermo 100").unwrap();
+        if !balance.is_empty() {
+            // Largest number of atoms of a processor.
+            script.push_str("thermo_style custom step f_balance[1] f_concordem_bonds f_concordem_bonds[2]\n");
+        }
+        script.push_str(&dump_for(Host::Lammps, "out.dump", 100));
+        script.push_str("run 300\n");
+        let rows = thermo(&run_in(Host::Lammps, folder.path(), &script, processors));
+        if !balance.is_empty() {
+            let end = rows.last().unwrap();
+            assert!(end[1] < 0.6 * atoms.len() as f64, "{balance}: a processor has {} atoms", end[1]);
+            assert!(
+                end[3] > 50.0 && rows.iter().all(|row| row[2] + row[3] == count),
+                "bonds lost or doubled: {rows:?}"
+            );
+        }
+        dumps.push(frames(&folder.path().join("out.dump")));
+    }
+    for dump in &dumps[1..] {
+        for ((step, atoms), (_, same)) in dump.iter().zip(&dumps[0]) {
+            let apart = atoms.iter().zip(same).map(|(a, b)| (a.position - b.position).norm()).fold(0.0, f64::max);
+            // LAMMPS rounds the coordinates (below 0.2 m, to 3e-17) whenever borders move, thirty times here; the network does
+            // not make much more of it (measured 6e-16).
+            assert!(apart < 1e-14, "step {step}: {apart:e} m");
+        }
+    }
+}
+
+#[test]
 fn virials_are_those_of_the_bond_forces() {
     let folder = tempfile::tempdir().unwrap();
     write_bar(folder.path());

@@ -44,7 +44,7 @@ fn stress_and_couple_stress_are_those_of_the_operators() {
         );
         let mut script = head_for(host, "block.data", "f f f", 5e-4, 1e-6);
         let columns = |name: &str, range: std::ops::RangeInclusive<usize>| {
-            range.map(|k| format!(" {name}[{k}]")).collect::<String>()
+            " ".to_owned() + &range.map(|k| format!("{name}[{k}]")).collect::<Vec<_>>().join(" ")
         };
         let format = |columns: usize, first: &str| match host {
             Host::Liggghts => format!("format \"{first}{}\"", " %.17g".repeat(columns)),
