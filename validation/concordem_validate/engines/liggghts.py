@@ -213,6 +213,12 @@ def deck(task, ranks):
     # nothing may fall out of the box
     fall = 0.5 * np.array(gravity) * duration**2 * np.array([not any(w[0] == k for w in translate.planes(document)) for k in range(3)])
     low, high = low + np.minimum(fall, 0), high + np.maximum(fall, 0)
+    # what rolls away across gravity has at most the speed of its fall through the start state
+    for axis in range(3):
+        if size and not gravity[axis] and not sum(w[0] == axis for w in translate.planes(document)) > 1:
+            along = int(np.argmax(np.abs(gravity)))
+            away = math.sqrt(2 * size * (np.ptp(start.position[:, along]) + extent)) * duration
+            low[axis], high[axis] = low[axis] - away, high[axis] + away
     data = ["LIGGGHTS data file of a start state", "", f"{len(start.radius)} atoms", "",
             f"{len(document['material'])} atom types", ""]
     data += [f"{_number(low[k])} {_number(high[k])} {c}lo {c}hi" for k, c in enumerate("xyz")]
@@ -292,6 +298,10 @@ def _dump(path, count):
         for line in file:
             if line.startswith("ITEM: TIMESTEP"):
                 steps.append(int(next(file)))
+            elif line.startswith("ITEM: NUMBER"):
+                there = int(next(file))
+                if there != count:
+                    raise Crashed(f"LIGGGHTS has lost {count - there} of {count} particles by step {steps[-1]}: they left the box of the deck")
             elif line.startswith("ITEM: ATOMS"):
                 rows = np.array([[float(v) for v in next(file).split()] for _ in range(count)])
                 frames.append(rows[np.argsort(rows[:, 0]), 1:])
