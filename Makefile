@@ -78,11 +78,13 @@ docs:
 # A missing peer fails where CI is set, and is said otherwise. PYTHONPATH: no installation is needed.
 validate: $(CONCORDEM)
 	.ci/setup test
+	liggghts-bridge/build
 	cd validation && ../.venv/bin/python -m pytest -q tests
 	PYTHONPATH=validation .venv/bin/python -m concordem_validate run
 
 validate-full: $(CONCORDEM)
 	.ci/setup test
+	liggghts-bridge/build
 	PYTHONPATH=validation .venv/bin/python -m concordem_validate run --full --strict
 	validation/specimens.py --full
 	validation/deformable.py --full

@@ -120,6 +120,9 @@ def load(name, root=ROOT):
         _refuse(f"{path}: variant {variant.get('name')}", variant, _VARIANT)
         document = scenario.load(folder / variant.get("scenario", data.get("scenario", "scenario.toml")))
         document = scenario.changed(document, variant.get("changes", {}))
+        if hasattr(module, "scenario"):
+            # what is too long to be written down: clouds of spheres from a seed
+            document = module.scenario(document)
         command = variant.get("command", "run")
         if command not in ("run", "elastic"):
             raise HarnessError(f"{path}: `command` is run or elastic")

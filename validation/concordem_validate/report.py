@@ -95,7 +95,8 @@ def curves_plot(verdict, ours, theirs):
 def picture(results, task):
     """Specimens side by side at the last common picture, seen from the side, coloured by damage or by displacement."""
     shown = [(name, r) for name, r in results if "position" in r.series and r.series["position"].values.shape[1] >= 20]
-    if len(shown) < 2:
+    # a row of particles shows nothing
+    if len(shown) < 2 or np.ptp(shown[0][1].series["position"].values[0][:, 2]) == 0:
         return None
     figure, all_axes = plt.subplots(1, len(shown), figsize=(2.6 * len(shown) + 1, 3.6), sharey=True)
     step = min(int(r.series["position"].steps[-1]) for _, r in shown)

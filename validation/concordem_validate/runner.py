@@ -92,7 +92,8 @@ class Runner:
         plant = [f.__name__ for name in ("concordem", engine) for f in task.plant.get(name, [])]
         if plant:
             plant.append(str(task.plant.get("label")))
-        text = json.dumps([engine, version, concordem.version(), _sources(), _inputs(task), plant, task.check_threads, task.command])
+        also = getattr(ENGINES[engine], "also", lambda _: "")(task)
+        text = json.dumps([engine, version, concordem.version(), _sources(), _inputs(task), plant, task.check_threads, task.command, also])
         return hashlib.sha256(text.encode()).hexdigest()[:24]
 
     def start_of(self, task):

@@ -79,7 +79,32 @@ def test_what_cannot_be_translated_is_refused(tmp_path):
     periodic = scenario.changed(task.scenario, {"packing.cell": [1, 1, 1]})
     with pytest.raises(Unsupported, match="periodic"):
         liggghts.deck(cases.Task("a", "b", task.folder, periodic, None, start=start), 1)
+    for changes, message in (
+        ({"integration.damping": {"kind": "local", "coefficient": 0.1}}, "local damping"),
+        ({"force": [{"set": "moved", "moment": [0, 0, 1.0]}]}, "moments"),
+        ({"wall": [{"name": "floor", "material": "concrete", "shape": {"kind": "plane"}}]}, "walls"),
+        ({"prescribe": [{"set": "held", "angular_velocity": [0, "free", 0]}]}, "all axes or none"),
+        ({"contacts.law": "none", "bonds": "__remove__"}, "no native model"),
+    ):
+        other = cases.Task("a", "b", task.folder, scenario.changed(task.scenario, changes), None, start=start)
+        with pytest.raises(Unsupported, match=message):
+            liggghts.deck(other, 1)
+    files, steps = liggghts.deck(cases.Task("a", "b", task.folder, task.scenario, None, start=start), 1)
+    assert files["bonds.txt"] == "1 2 2.0\n" and steps == task.scenario["stop"]["steps"]
+    deck = files["in.txt"]
+    # reactions are summed after our fix has added its forces, and spins are held by an integrator without them
+    assert deck.index("concordem/bond cpm") < deck.index("fix held0 held0 setforce 0.0 0.0 0.0") < deck.index("nve/sphere")
+    assert "fix integrate_still still nve\n" in deck and "pair_style" not in deck
     assert translate.steps_of({"stop": {"time": "1 ms"}}, 1e-5) == 100
+
+
+def test_a_missing_library_is_said_with_its_remedy(tmp_path, monkeypatch):
+    need("concordem", "liggghts")
+    monkeypatch.setenv(liggghts.VARIABLE, str(tmp_path / "none"))
+    case = cases.load("cpm-bond").only(["compression"], ["liggghts"])
+    round_ = runner.Runner(tmp_path, quiet=True).run([case])
+    outcome = round_.outcomes["cpm-bond", "compression", "liggghts"]
+    assert outcome.status == "missing" and "make liggghts" in outcome.message and round_.failed(strict=True)
 
 
 def test_command_line(tmp_path, capsys):

@@ -50,6 +50,35 @@ def times(name, factor):
     return change
 
 
+def without(word):
+    """Leave out the lines of LIGGGHTS' deck that begin with these words."""
+    return lambda deck: "\n".join(line for line in deck.splitlines() if not line.startswith(word)) + "\n"
+
+
+def other(a, b):
+    """Another word in LIGGGHTS' deck."""
+    def change(deck):
+        assert a in deck, a
+        return deck.replace(a, b)
+
+    return change
+
+
+def no_own_inertia(module):
+    """The fragment as points: without the spheres' own moments of inertia."""
+    rigid = module._rigid
+
+    def changed(task):
+        radius = task.start.radius
+        task.start.radius = 0 * radius
+        try:
+            return rigid(task)
+        finally:
+            task.start.radius = radius
+
+    module._rigid = changed
+
+
 def friction_not_its_angle(data):
     for m in data["materials"]:
         m["frictionAngle"] = np.tan(m["frictionAngle"])
@@ -86,6 +115,20 @@ DEFECTS = {
     "Young's modulus divided by 1 - ν²": ("hertz-normal", "spheres", "analytic",
                                           dict(concordem=[ours(material__0__hertz_mindlin__poisson=0.0)])),
     "damping twice": ("cpm-uniaxial", "tension", "yade", dict(yade=[times("damping", 2.0)])),
+    "arm of friction at walls half way through the overlap": ("slip-to-roll", "yade-kinematics", "yade", dict(
+        yade=[lambda data: data.update(spherical_bodies=True)])),
+    "strength of a bond 1 % too high": ("bar-fracture", "main", "analytic", dict(
+        concordem=[ours(material__0__linear_bond__normal_strength="2.02 N")])),
+    "stiffness of a bond 0.01 % too high": ("chain-waves", "short-wave", "analytic", dict(
+        concordem=[ours(material__0__linear_bond__normal_stiffness=1.0001e5)])),
+    "density 0.1 % too high beyond the critical step": ("chain-waves", "beyond-critical", "analytic", dict(
+        concordem=[ours(material__0__density=2502.5)])),
+    "spheres without inertia of their own": ("conservation", "one-fragment", "analytic", dict(module=[no_own_inertia])),
+    "bonds of the wrong law in LIGGGHTS": ("beam-cantilever", "kick", "liggghts", dict(
+        concordem=[ours(material__0__cohesive_beam__model="timoshenko")])),
+    "the held end let go in LIGGGHTS": ("beam-cantilever", "kick", "liggghts", dict(liggghts=[without("fix held")])),
+    "YADE's kinematics for ours in LIGGGHTS": ("cpm-bond", "thesis-cyclic-shear", "liggghts", dict(
+        liggghts=[other("kinematics finite", "kinematics yade")])),
     "stress with the other sign": ("cpm-uniaxial", "tension", "yade",
                                    {"result:concordem": [result("stress", np.negative)]}),
 }

@@ -42,6 +42,7 @@ def _elements(task):
     load = np.zeros(3 * n)
     load[0::3], load[1::3], load[2::3] = force[:, 2], moment[:, 1], moment[:, 0]
     u, v = np.zeros(3 * n), np.zeros(3 * n)
+    v[0::3], v[1::3], v[2::3] = start.velocity[:, 2], start.angular_velocity[:, 1], start.angular_velocity[:, 0]
     steps, interval = translate.steps_of(document, start.dt), document["output"]["snapshot_interval"]
     at, places = [], []
     for step in range(steps + 1):

@@ -1,18 +1,21 @@
 """LIGGGHTS 3.8.0 as Debian ships it: scenario and start state become a data file and a deck.
 
-Native models only: `hertz_mindlin` → `hertz tangential history`, `frictional` with stiffnesses → `hooke/stiffness
-tangential history`. Bonded laws have none in the public build; they will come by our plugin, as a further entry of
-`_MODELS` that loads it (`pair_style gran model ...`) and fixes the bonds of the start state.
+Native models: `hertz_mindlin` → `hertz tangential history`, `frictional` with stiffnesses → `hooke/stiffness tangential
+history`. The public build has no bonds: bonded laws come by our library (docs/liggghts.md), `fix concordem/bond` with the
+bonds of the start state. There the law is ours, and the host's are motion, lists, and processors.
 """
+import hashlib
 import math
+import os
 import re
 import shutil
 import subprocess
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
-from .. import process
+from .. import process, scenario
 from ..errors import Crashed, NotInstalled, Unsupported
 from ..quantity import si, vector
 from ..result import Result
@@ -27,6 +30,30 @@ def version():
         raise NotInstalled("LIGGGHTS is not installed: apt install liggghts")
     package = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "liggghts"], capture_output=True, text=True)
     return f"liggghts {package.stdout.strip() or 'of unknown version'}"
+
+
+VARIABLE = "CONCORDEM_LIGGGHTS"
+_LAUNCHER = Path(__file__).parents[3] / "target" / "liggghts" / "concordem-liggghts"
+
+
+def launcher():
+    """Starts LIGGGHTS with our library."""
+    path = Path(os.environ.get(VARIABLE, _LAUNCHER))
+    if not path.is_file():
+        raise NotInstalled(f"{path} is missing: make liggghts, or set {VARIABLE} to the launcher")
+    return path.resolve()
+
+
+def _bonded(task):
+    return "bonds" in task.scenario
+
+
+def also(task):
+    """What else a run depends on: the library's bytes, where it is used."""
+    if not _bonded(task):
+        return ""
+    with open(launcher().with_name("libconcordem-liggghts.so"), "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()[:16]
 
 
 def _number(value):
@@ -81,25 +108,117 @@ def _frictional(document):
 _MODELS = {"hertz_mindlin": _hertz_mindlin, "frictional": _frictional}
 
 
+def _materials(document):
+    """Tables of parameters, as the library reads them."""
+    return scenario.dumps({"material": document["material"]})
+
+
+def _bond_fix(document):
+    """The line of our fix; parameters and bonds are in files beside the deck."""
+    line = f"fix bonds all concordem/bond {document['bonds']['law']} bond list bonds.txt materials materials.toml"
+    line += f" kinematics {document.get('kinematics', 'finite')} contact {document['contacts']['law']}"
+    if "deformable" in document:
+        translate.law_keys("liggghts", document["deformable"], {"condition"})
+        line += f" deformable {document['deformable'].get('condition', 'solid')}"
+    return line
+
+
+def _groups(fixed):
+    """Names and ids of particles with the same fixed components."""
+    found = {}
+    for p, letters in enumerate(fixed):
+        if letters:
+            found.setdefault("".join(sorted(letters)), []).append(p)
+    return found
+
+
+def _group_lines(name, members):
+    """Lines of a script have a limit; a group named again grows."""
+    ids = [str(p + 1) for p in members]
+    return [f"group {name} id " + " ".join(ids[k:k + 50]) for k in range(0, len(ids), 50)]
+
+
+def _held(fixed, loading):
+    """Groups whose motion is prescribed: forces along fixed components are set to zero, so that velocities stay.
+
+    `fix setforce` sums what it takes away, which is the reaction. Spins are held by `fix nve`, which leaves them alone.
+    """
+    lines, still = [], []
+    groups = {}
+    if loading:
+        axis, low, high, _ = loading
+        ends = {int(p): name for name, members in (("low", low), ("high", high)) for p in members}
+        for letters, members in _groups(fixed).items():
+            for p in members:
+                groups.setdefault((ends.get(p, ""), letters), []).append(p)
+    else:
+        for letters, members in _groups(fixed).items():
+            for p in members:
+                # reactions of a pair are wanted one by one
+                groups.setdefault((str(p) if len(fixed) == 2 else "", letters), []).append(p)
+    for k, ((name, letters), members) in enumerate(groups.items()):
+        if 0 < sum(c in letters for c in "XYZ") < 3:
+            raise Unsupported("liggghts: spins are held about all axes or none")
+        group = name if name in ("low", "high") else f"held{name or k}"
+        lines += _group_lines(group, members)
+        force = " ".join("0.0" if c in letters else "NULL" for c in "xyz")
+        lines.append(f"fix {group} {group} setforce {force}")
+        if "X" in letters:
+            still += members
+    free = "all"
+    if still:
+        lines += [*_group_lines("still", still), "group turning subtract all still"]
+        free = "turning"
+    # groups first, and all of them after the fix that makes the forces
+    return lines, [f"fix integrate {free} nve/sphere"] + (["fix integrate_still still nve"] if still else [])
+
+
 def deck(task, ranks):
-    """Data file and deck."""
+    """Files of the run by name, and the number of steps."""
     document, start = task.scenario, task.start
-    translate.check_keys(document, "liggghts")
-    if document.get("bonds") or document.get("loading", {}).get("kind", "none") != "none":
-        raise Unsupported("liggghts: no native model of bonds, no translation of loading")
-    if document.get("prescribe") or document.get("force"):
-        raise Unsupported("liggghts: no translation of prescribed motions and forces")
+    bonded = _bonded(task)
+    translate.check_keys({k: v for k, v in document.items() if not (bonded and k == "deformable")}, "liggghts")
     if translate.local_damping(document):
         raise Unsupported("liggghts: local damping is none of its schemes")
     law = document["contacts"]["law"]
-    if law not in _MODELS:
+    loading = None
+    fixed, velocity, spin = translate.prescribed(document, start)
+    if document.get("loading", {}).get("kind", "none") == "uniaxial":
+        loading = translate.end_layers(document, start)
+        letters = "xyz"[loading[0]] if document["loading"].get("lateral", "free") == "free" else "xyzXYZ"
+        for p in (*loading[1], *loading[2]):
+            fixed[p] |= set(letters)
+    elif document.get("loading", {}).get("kind", "none") != "none":
+        raise Unsupported(f"liggghts: no translation of loading {document['loading']['kind']}")
+    force, moment = translate.forces(document, start)
+    if moment.any():
+        raise Unsupported("liggghts: no translation of moments on particles")
+    if bonded:
+        if document.get("wall"):
+            raise Unsupported("liggghts: our bonds know no walls there")
+        head, properties, style = [], [], None
+    elif law in _MODELS:
+        head, properties, style = _MODELS[law](document)
+    else:
         raise Unsupported(f"liggghts: no native model of `{law}`")
-    head, properties, style = _MODELS[law](document)
     steps = translate.steps_of(document, start.dt)
-    interval = document.get("output", {}).get("snapshot_interval") or steps
+    output = document.get("output", {})
+    interval = output.get("snapshot_interval") or steps
     extent = 20 * start.radius.max()
-    travel = np.abs(start.velocity).max() * steps * start.dt
+    gravity = vector(document.get("integration", {}).get("gravity", [0, 0, 0]))
+    size = math.sqrt(sum(g * g for g in gravity))
+    duration = steps * start.dt
+    travel = np.abs(velocity).max() * duration
     low, high = start.position.min(axis=0) - extent - travel, start.position.max(axis=0) + extent + travel
+    # nothing may fall out of the box
+    fall = 0.5 * np.array(gravity) * duration**2 * np.array([not any(w[0] == k for w in translate.planes(document)) for k in range(3)])
+    low, high = low + np.minimum(fall, 0), high + np.maximum(fall, 0)
+    # what rolls away across gravity has at most the speed of its fall through the start state
+    for axis in range(3):
+        if size and not gravity[axis] and not sum(w[0] == axis for w in translate.planes(document)) > 1:
+            along = int(np.argmax(np.abs(gravity)))
+            away = math.sqrt(2 * size * (np.ptp(start.position[:, along]) + extent)) * duration
+            low[axis], high[axis] = low[axis] - away, high[axis] + away
     data = ["LIGGGHTS data file of a start state", "", f"{len(start.radius)} atoms", "",
             f"{len(document['material'])} atom types", ""]
     data += [f"{_number(low[k])} {_number(high[k])} {c}lo {c}hi" for k, c in enumerate("xyz")]
@@ -109,29 +228,67 @@ def deck(task, ranks):
         data.append(" ".join([str(p + 1), str(start.material[p] + 1), _number(2 * r), _number(density), *map(_number, x)]))
     data += ["", "Velocities", ""]
     for p in range(len(start.radius)):
-        data.append(" ".join([str(p + 1), *map(_number, start.velocity[p]), *map(_number, start.angular_velocity[p])]))
+        data.append(" ".join([str(p + 1), *map(_number, velocity[p]), *map(_number, spin[p])]))
     skin = start.radius.min() * 0.5
     lines = [
-        "atom_style granular", "atom_modify map array sort 0 0.0", "boundary f f f", "newton off",
-        "communicate single vel yes", "units si", *filter(None, head),
+        f"atom_style {'sphere' if bonded else 'granular'}", "atom_modify map array sort 0 0.0", "boundary f f f",
+        "newton off", "communicate single vel yes", "units si", *filter(None, head),
         "read_data data.txt", f"neighbor {_number(skin)} bin", "neigh_modify delay 0",
         *[f"fix property{k} all property/global {p}" for k, p in enumerate(properties)],
-        f"pair_style gran {style} tangential_damping off", "pair_coeff * *", f"timestep {_number(start.dt)}",
+        f"timestep {_number(start.dt)}",
     ]
-    for k, (axis, position, _, velocity, material) in enumerate(translate.planes(document)):
-        if any(velocity):
+    if style:
+        lines += [f"pair_style gran {style} tangential_damping off", "pair_coeff * *"]
+    for k, (axis, position, _, speed, material) in enumerate(translate.planes(document)):
+        if any(speed):
             raise Unsupported("liggghts: no translation of moving walls")
         lines.append(f"fix wall{k} all wall/gran {style} primitive type {material + 1} "
                      f"{'xyz'[axis]}plane {_number(position)} tangential_damping off")
-    gravity = vector(document.get("integration", {}).get("gravity", [0, 0, 0]))
-    size = math.sqrt(sum(g * g for g in gravity))
     if size:
         lines.append(f"fix gravity all gravity {_number(size)} vector " + " ".join(map(_number, gravity)))
+    if bonded:
+        lines.append(_bond_fix(document))
+    for p in np.flatnonzero(force.any(axis=1)):
+        lines += [f"group loaded{p} id {p + 1}", f"fix load{p} loaded{p} addforce " + " ".join(map(_number, force[p]))]
+    held, integrators = _held(fixed, loading)
     columns = "id x y z vx vy vz omegax omegay omegaz fx fy fz"
     lines += [
-        "fix integrate all nve/sphere", f"dump all all custom {interval} dump.txt {columns}",
-        'dump_modify all sort id format "%d' + " %.17g" * 12 + '"', "thermo 1000000", f"run {steps}"]
-    return "\n".join(data) + "\n", "\n".join(lines) + "\n", steps
+        *held, *integrators, f"dump all all custom {interval} dump.txt {columns}",
+        'dump_modify all sort id format "%d' + " %.17g" * 12 + '"']
+    reactions = []
+    if loading:
+        reactions = [f"f_{end}[{loading[0] + 1}]" for end in ("low", "high")]
+    elif len(start.radius) == 2 and fixed[0]:
+        reactions = [f"f_held0[{k}]" for k in (1, 2, 3)]
+    if reactions:
+        lines += ["thermo_style custom step " + " ".join(reactions), "thermo_modify format float %.17g lost error",
+                  f"thermo {output.get('sample_interval', 10)}"]
+    else:
+        lines.append("thermo 1000000")
+    lines.append(f"run {steps}")
+    files = {"data.txt": "\n".join(data) + "\n", "in.txt": "\n".join(lines) + "\n"}
+    if bonded:
+        files["materials.toml"] = _materials(document)
+        files["bonds.txt"] = "".join(
+            f"{a + 1} {b + 1} {_number(length)}\n" for (a, b), length in zip(start.bonds, start.reference_length))
+    return files, steps
+
+
+def _thermo(text, columns):
+    """Steps and numbers of the lines that `thermo` writes."""
+    rows = []
+    inside = False
+    for line in text.splitlines():
+        words = line.split()
+        if words[:1] == ["Step"]:
+            inside = True
+        elif inside and len(words) == columns + 1 and words[0].isdigit():
+            rows.append([float(word) for word in words])
+        elif words[:2] == ["Loop", "time"]:
+            inside = False
+    # the last step stands twice where it is no multiple of the interval
+    table = np.array(rows).reshape(-1, columns + 1)
+    return table[:, 0].astype(int), table[:, 1:]
 
 
 def _dump(path, count):
@@ -141,6 +298,10 @@ def _dump(path, count):
         for line in file:
             if line.startswith("ITEM: TIMESTEP"):
                 steps.append(int(next(file)))
+            elif line.startswith("ITEM: NUMBER"):
+                there = int(next(file))
+                if there != count:
+                    raise Crashed(f"LIGGGHTS has lost {count - there} of {count} particles by step {steps[-1]}: they left the box of the deck")
             elif line.startswith("ITEM: ATOMS"):
                 rows = np.array([[float(v) for v in next(file).split()] for _ in range(count)])
                 frames.append(rows[np.argsort(rows[:, 0]), 1:])
@@ -155,14 +316,17 @@ class Liggghts:
 
     version = staticmethod(version)
 
+    also = staticmethod(also)
+
     def run(self, task, folder, limit):
-        data, script, steps = deck(task, self.ranks)
+        files, steps = deck(task, self.ranks)
         for change in task.plant.get("liggghts", []):
-            script = change(script)
-        (folder / "data.txt").write_text(data)
-        (folder / "in.txt").write_text(script)
+            files["in.txt"] = change(files["in.txt"])
+        for name, text in files.items():
+            (folder / name).write_text(text)
         # `-screen none` crashes this version (quirk liggghts-screen-none); waiting ranks yield to whoever works
-        command = ["liggghts", "-in", "in.txt", "-log", "log.liggghts"]
+        program = [launcher(), "in.txt"] if _bonded(task) else ["liggghts", "-in", "in.txt"]
+        command = [*map(str, program), "-log", "log.liggghts"]
         if self.ranks > 1:
             command = ["mpirun", "-np", str(self.ranks), "--oversubscribe", "--mca", "mpi_yield_when_idle", "1", *command]
         text, wall = process.run(command, folder, limit, {**process.ONE_THREAD, **_MPI})
@@ -176,7 +340,15 @@ class Liggghts:
         for name, unit, columns in (("position", "m", slice(0, 3)), ("velocity", "m/s", slice(3, 6)),
                                     ("angular_velocity", "rad/s", slice(6, 9))):
             result.add(name, at, frames[:, :, columns], unit, "All particles")
-        if count == 2 and not task.scenario.get("wall") and not task.scenario.get("integration", {}).get("gravity"):
+        fixed = translate.prescribed(task.scenario, task.start)[0]
+        if task.scenario.get("loading", {}).get("kind", "none") == "uniaxial":
+            samples, reaction = _thermo(text, 2)
+            area = si(task.scenario["loading"]["area"])
+            result.add("stress", samples, 0.5 * (reaction[:, 0] - reaction[:, 1]) / area, "Pa")
+        if count == 2 and fixed[0]:
+            samples, reaction = _thermo(text, 3)
+            result.add("contact_force", samples, reaction, "N", "Force of the contact on particle 0")
+        elif count == 2 and not task.scenario.get("wall") and not task.scenario.get("integration", {}).get("gravity"):
             result.add("contact_force", at, frames[:, 0, 9:12], "N", "Force of the contact on particle 0")
         result.fields["radius"] = (task.start.radius, "m")
         result.fields["mass"] = (task.start.mass, "kg")
@@ -184,7 +356,8 @@ class Liggghts:
         wall = float(loop[1]) if loop else wall
         result.numbers.update(wall_s=wall, particles=count, steps=steps,
                               particle_steps_per_s=count * steps / wall if wall else None)
-        result.provenance.update(version=version(), command=" ".join(command), velocity_at="full steps",
+        result.provenance.update(version=version(), command=" ".join(command).replace(str(launcher().parent) + "/", "") if _bonded(task) else " ".join(command),
+                                 velocity_at="full steps",
                                  ranks=str(self.ranks))
         return result
 

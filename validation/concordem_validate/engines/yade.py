@@ -89,7 +89,29 @@ def _cohesive_beam(material, document, start):
                 beam_radius=si(law["radius"]), density=si(material["density"]))
 
 
-_LAWS = {"cpm": _cpm, "frictional": _frictional, "hertz_mindlin": _hertz_mindlin, "cohesive_beam": _cohesive_beam}
+def _linear_bond(material, document, start):
+    """YADE's cohesive contact without moments: k_n = E' r, k_s = P k_n of equal spheres, strength r² times the cohesion."""
+    law = material["linear_bond"]
+    translate.law_keys("yade", law, {"normal_stiffness", "shear_stiffness", "normal_strength"})
+    if np.ptp(start.radius) > 0 or len(document["material"]) > 1:
+        raise Unsupported("yade: linear bonds only between equal spheres of one material")
+    normal, shear = si(law["normal_stiffness"]), si(law["shear_stiffness"])
+    if np.any(np.abs(start.reference_length - 2 * start.radius[0]) > 1e-9 * start.radius[0]):
+        raise Unsupported("yade: linear bonds only between spheres that touch")
+    friction = 0.0
+    if document["contacts"]["law"] == "frictional":
+        contact = material["frictional"]
+        translate.law_keys("yade", contact, {"normal_stiffness", "shear_stiffness", "friction_coefficient"})
+        if (si(contact["normal_stiffness"]), si(contact["shear_stiffness"])) != (normal, shear):
+            raise Unsupported("yade: contacts with the stiffnesses of the bonds only")
+        friction = translate.friction(contact)
+    return dict(kind="linear_bond", young=normal / float(start.radius[0]), poisson=shear / normal,
+                normalCohesion=si(law["normal_strength"]) / float(start.radius[0]) ** 2 if "normal_strength" in law else 1e30,
+                frictionAngle=math.atan(friction), density=si(material["density"]))
+
+
+_LAWS = {"cpm": _cpm, "frictional": _frictional, "hertz_mindlin": _hertz_mindlin, "cohesive_beam": _cohesive_beam,
+         "linear_bond": _linear_bond}
 
 
 def translation(task):
@@ -97,6 +119,8 @@ def translation(task):
     document, start = task.scenario, task.start
     translate.check_keys(document, NAME, periodic=True)
     laws = {document["contacts"]["law"], document.get("bonds", {}).get("law", "none")} - {"none"}
+    if laws == {"linear_bond", "frictional"}:
+        laws = {"linear_bond"}
     if len(laws) != 1 or not laws <= _LAWS.keys():
         raise Unsupported(f"yade: no translation of laws {', '.join(sorted(laws))} together")
     law = laws.pop()
@@ -141,6 +165,7 @@ def translation(task):
         ratio=si(document.get("bonds", {}).get("interaction_ratio", 1)),
         # Only YADE's own kinematics have the correction of the arms; all others touch at the common contact point.
         ratcheting_correction=document.get("kinematics", "finite") == "yade-ratcheting",
+        spherical_bodies=not document.get("wall"),
         dt=start.dt, damping=translate.local_damping(document), gravity=gravity, loading=loading,
         stress_volume=whole[0] if whole else None, cell=start.cell.tolist(), steps=translate.steps_of(document, start.dt), sample_interval=output.get("sample_interval", 10),
         snapshot_interval=output.get("snapshot_interval") or 10**9)
