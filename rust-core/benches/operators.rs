@@ -1,7 +1,10 @@
 //! Speed of the operators against one pass over the same data, and of the triangulated strain.
 //!
-//! The first two are to cost no more than twice the pass (memory-bound work); read the ratio of times from one run.
+//! The first two are to cost no more than twice the pass (memory-bound work); read the ratio of times from one run. Times are
+//! those of the processors, summed over threads, so that other work on the machine disturbs them little: run it with
+//! `RAYON_NUM_THREADS=1`.
 
+use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rayon::prelude::*;
 use std::hint::black_box;
@@ -11,6 +14,42 @@ use concordem::operator::strain::{Dimension, cell_strain};
 use concordem::operator::stress::{Partition, particle_moments, region_stress};
 use concordem::operator::tessellation::{Domain, delaunay, power_diagram};
 use concordem::operator::{ContactSet, LoadSet, Region, Truncation};
+
+/// Time that the threads of this process were on a processor, ns (Linux).
+struct ProcessorTime;
+
+impl ProcessorTime {
+    fn now() -> u64 {
+        let tasks = std::fs::read_dir("/proc/self/task").expect("Linux");
+        tasks
+            .filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("schedstat")).ok())
+            .filter_map(|text| text.split(' ').next()?.parse::<u64>().ok())
+            .sum()
+    }
+}
+
+impl Measurement for ProcessorTime {
+    type Intermediate = u64;
+    type Value = u64;
+    fn start(&self) -> u64 {
+        Self::now()
+    }
+    fn end(&self, start: u64) -> u64 {
+        Self::now() - start
+    }
+    fn add(&self, a: &u64, b: &u64) -> u64 {
+        a + b
+    }
+    fn zero(&self) -> u64 {
+        0
+    }
+    fn to_f64(&self, value: &u64) -> f64 {
+        *value as f64
+    }
+    fn formatter(&self) -> &dyn ValueFormatter {
+        WallTime.formatter()
+    }
+}
 
 /// A jittered cubic block of `n³` particles, numbered along x; spacing 1.
 fn block(n: usize) -> Vec<Vec3> {
@@ -51,7 +90,7 @@ fn contacts(n: usize, most: usize) -> Data {
     Data { position, pair, branch, point, force }
 }
 
-fn stress(c: &mut Criterion) {
+fn stress(c: &mut Criterion<ProcessorTime>) {
     let data = contacts(62, 1_000_000);
     let set = ContactSet::new(&data.position, &data.pair, &data.branch, &data.point, &data.force, None).expect("fits");
     assert_eq!(set.len(), 1_000_000);
@@ -98,7 +137,7 @@ fn stress(c: &mut Criterion) {
     group.finish();
 }
 
-fn tessellation(c: &mut Criterion) {
+fn tessellation(c: &mut Criterion<ProcessorTime>) {
     let position = block(46);
     let radius = vec![0.4; position.len()];
     let displacement: Vec<Vec3> = position.iter().map(|x| x * 0.01).collect();
@@ -109,7 +148,9 @@ fn tessellation(c: &mut Criterion) {
         bench.iter(|| delaunay(black_box(&position), Dimension::Three, None));
     });
     let mesh = delaunay(&position, Dimension::Three, None).expect("points in space");
-    println!("{} cells, {:.1} MB", mesh.len(), mesh.bytes() as f64 * 1e-6);
+    let peak = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = peak.lines().find(|line| line.starts_with("VmHWM")).unwrap_or("").to_owned();
+    println!("{} cells, {:.1} MB; peak of the process so far, {peak}", mesh.len(), mesh.bytes() as f64 * 1e-6);
     group.bench_function("strain of its cells", |bench| {
         bench.iter(|| cell_strain(black_box(&mesh), &position, &displacement, None));
     });
@@ -120,5 +161,9 @@ fn tessellation(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(operators, stress, tessellation);
+criterion_group! {
+    name = operators;
+    config = Criterion::default().with_measurement(ProcessorTime);
+    targets = stress, tessellation
+}
 criterion_main!(operators);

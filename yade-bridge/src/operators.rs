@@ -217,8 +217,7 @@ fn kinetic_stress<'py>(
     region: &Bound<'py, PyRegion>,
     period: Option<Bound<'py, PyPeriod>>,
 ) -> Any<'py> {
-    let (x, mass, velocity, period) =
-        (position.get()?, mass.get()?, velocity.get()?, self::period(period.as_ref()));
+    let (x, mass, velocity, period) = (position.get()?, mass.get()?, velocity.get()?, self::period(period.as_ref()));
     let found = stress::kinetic_stress(x, mass, velocity, &region.get().0, period.as_ref()).or_raise()?;
     Ok(tensor(py, &found)?.into_any())
 }

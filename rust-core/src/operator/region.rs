@@ -378,6 +378,40 @@ impl Region {
         }
     }
 
+    /// How far the border is from `x` at least, m: positive inside, negative outside. Zero where nothing is known.
+    #[inline]
+    pub(super) fn depth(&self, x: &Vec3) -> f64 {
+        match self {
+            Self::All { .. } => f64::INFINITY,
+            Self::Particles { .. } => 0.0,
+            Self::Box { low, high } => {
+                let side = |k: usize| (x[k] - low[k]).min(high[k] - x[k]);
+                side(0).min(side(1)).min(side(2))
+            }
+            Self::Sphere { centre, radius } => radius - (x - centre).norm(),
+            Self::Cylinder { centre, axis, radius, half_length } => {
+                let r = x - centre;
+                let along = r.dot(axis);
+                (radius - (r - axis * along).norm()).min(half_length - along.abs())
+            }
+            Self::Ellipsoid { centre, axes } => {
+                // Lengths shrink under the inverse by no more than its norm.
+                let inverse = axes.try_inverse().unwrap_or_else(Mat3::zeros);
+                (1.0 - (inverse * (x - centre)).norm()) / inverse.norm()
+            }
+            Self::Parallelepiped { corner, edges } => {
+                let inverse = edges.try_inverse().unwrap_or_else(Mat3::zeros);
+                let s = inverse * (x - corner);
+                let side = |k: usize| s[k].min(1.0 - s[k]) / inverse.row(k).norm();
+                side(0).min(side(1)).min(side(2))
+            }
+            Self::HalfSpaces { planes, .. } => planes
+                .iter()
+                .map(|plane| (plane.point - x).dot(&plane.normal) / plane.normal.norm())
+                .fold(f64::INFINITY, f64::min),
+        }
+    }
+
     /// Images by whose shift (number of edges) a segment from `x` may reach into the region.
     pub(super) fn images(&self, period: Option<&Period>, x: &Vec3, l: &Vec3) -> Images {
         let (Some(period), Some((low, high))) = (period, self.bounds()) else { return Images::NONE };
@@ -477,17 +511,6 @@ impl Iterator for Images {
         }
         Some(shift)
     }
-}
-
-/// Whether a segment lies on the far side of one face of a box.
-#[inline]
-pub(super) fn is_beside((low, high): &(Vec3, Vec3), x: &Vec3, l: &Vec3) -> bool {
-    // Distance from the box along each axis, without branches: which side decides changes from contact to contact.
-    let gap = |k: usize| {
-        let to = x[k] + l[k];
-        (low[k] - x[k].max(to)).max(x[k].min(to) - high[k])
-    };
-    gap(0).max(gap(1)).max(gap(2)) > 0.0
 }
 
 /// What a contact from particle `a` at `x` along `l` to particle `b` counts for in a region.

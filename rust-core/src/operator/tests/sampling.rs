@@ -100,6 +100,43 @@ fn clipping_by_counting() {
     }
 }
 
+/// The depth is a lower bound of the distance to the border with the sign of the side: no point of the ball around is on the
+/// other side.
+#[test]
+fn depth_is_a_bound() {
+    let mut r = Random::new(18);
+    let skew = Mat3::identity() + r.matrix() * 0.3;
+    let half = |point: f64, normal: Vec3| HalfSpace { point: Vec3::repeat(point), normal };
+    for region in [
+        Region::Box { low: Vec3::repeat(-0.5), high: Vec3::new(0.4, 0.5, 0.6) },
+        Region::Sphere { centre: Vec3::new(0.1, 0.0, 0.0), radius: 0.6 },
+        Region::Cylinder { centre: Vec3::zeros(), axis: Vec3::new(0.6, 0.0, 0.8), radius: 0.4, half_length: 0.5 },
+        Region::Ellipsoid { centre: Vec3::zeros(), axes: skew * 0.6 },
+        Region::Parallelepiped { corner: Vec3::repeat(-0.4), edges: skew * 0.8 },
+        Region::HalfSpaces {
+            planes: vec![half(0.2, Vec3::new(1.0, 1.0, 0.5)), half(-0.4, Vec3::new(-1.0, 0.3, -0.5))],
+            volume: 1.0,
+        },
+        Region::rectangle([-0.5, -0.4], [0.5, 0.4]),
+        Region::disc(Vec3::zeros(), 0.5),
+    ] {
+        let (mut inside, mut largest) = (0, 0.0_f64);
+        for _ in 0..300 {
+            let x = r.vector();
+            let depth = region.depth(&x);
+            assert_eq!(depth > 0.0, region.contains(0, &x), "{region:?} {x}");
+            inside += i32::from(depth > 0.0);
+            largest = largest.max(depth);
+            for _ in 0..30 {
+                let near = x + r.direction() * (depth.abs() * 0.999_999 * r.share());
+                assert_eq!(region.contains(0, &near), depth > 0.0, "{region:?} {x} {near}");
+            }
+        }
+        assert!(inside > 10 && inside < 290 && largest > 0.1, "{region:?} {inside} {largest}");
+    }
+    assert_eq!(Region::All { volume: 1.0 }.depth(&Vec3::zeros()), f64::INFINITY);
+}
+
 /// Volumes by counting points, and regions that move with a deformation keep their particles.
 #[test]
 fn moving_regions() {
