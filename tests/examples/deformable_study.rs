@@ -2,6 +2,7 @@
 //!
 //! ```sh
 //! deformable_study plane 4979 1 0.5 0.35 0.25        # count, seed, k_t/k_n, k_n/E_p, ν_p
+//! deformable_study static 4979 1 0.5 0.35 0.25       # the same by the static network
 //! deformable_study stability 4979 1 0.35             # count, seed, ν_p
 //! deformable_study solid fcc 1 0 0.35 0.25           # packing, seed, k_t/k_n, k_n/(R E_p), ν_p
 //! deformable_study wave 4 1 0.5 0.18 0.45            # size, seed, k_t/k_n, k_n/E_p, ν_p
@@ -11,7 +12,9 @@
 use concordem::assembly::packing::lattice::Lattice;
 use concordem::assembly::packing::random_dense::{RandomDense, random_dense};
 use concordem::kinematics::deformable::Condition;
+use concordem::solver::Model;
 use concordem::solver::coupling::convergence;
+use concordem::statics::{Accuracy, LinkNetwork, cell_stiffness, closed_form};
 use concordem_tests::deformable::{
     DENSITY, NORMAL, Sample, disc_packing, elastic, growth, mean_field, mean_field_solid, ratio_for_coordination,
     wave_speed,
@@ -37,6 +40,28 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 c.poisson,
                 c.c44 / NORMAL,
                 young * modulus / NORMAL
+            );
+        }
+        "static" => {
+            let sample = plane(text(1)?.parse()?, text(2)?.parse()?);
+            let (kappa, softness, poisson) = (real(3)?, real(4)?, real(5)?);
+            let deformable = (softness > 0.0).then(|| elastic(NORMAL / softness, poisson, Condition::PlaneStrain));
+            let model = Model { deformable, ..Model::default() };
+            let network = LinkNetwork::of_model(&sample.state(kappa), &model)?;
+            let cell = cell_stiffness(&network, Accuracy::default())?;
+            let (found, closed) = (cell.constants()?, closed_form(&network).ok_or("no closed form")?);
+            println!(
+                "{{\"coordination\": {:.4}, \"young\": {:.5}, \"poisson\": {:.5}, \"bulk\": {:.5}, \"shear\": {:.5}, \
+                 \"young_mean_field\": {:.5}, \"poisson_mean_field\": {:.5}, \"rattlers\": {}, \"iterations\": {}}}",
+                sample.voigt_modulus().1,
+                found.mean_young / NORMAL,
+                found.mean_poisson,
+                found.bulk / NORMAL,
+                found.mean_shear / NORMAL,
+                closed.young / NORMAL,
+                closed.poisson,
+                cell.loose.rattlers,
+                cell.iterations
             );
         }
         "stability" => {

@@ -228,10 +228,8 @@ fn deformable_lattices_have_their_closed_forms() {
         // For discs with six contacts the mean field is exact without shear springs.
         let (network, cell) = deformed(&triangular, 0.0, Some(&discs));
         assert!(cell.share.is_none());
-        let (isotropic, deviatoric) = (
-            6.0 * softness * (1.0 + poisson) * (1.0 - 2.0 * poisson) / PI,
-            3.0 * softness * (1.0 + poisson) / PI,
-        );
+        let (isotropic, deviatoric) =
+            (6.0 * softness * (1.0 + poisson) * (1.0 - 2.0 * poisson) / PI, 3.0 * softness * (1.0 + poisson) / PI);
         let bulk = 0.75_f64.sqrt() * NORMAL / (1.0 + isotropic);
         let shear = 0.1875_f64.sqrt() * NORMAL / (1.0 + deviatoric);
         let (closed, statics) = (closed_form(&network).unwrap(), cell.constants().unwrap());
@@ -291,11 +289,11 @@ fn irregular_deformable_discs_by_statics_and_dynamics() {
             assert!(statics.mean_poisson > last);
             last = statics.mean_poisson;
             if poisson == 0.45 {
-                // Net forces enter to first order, magnified by soft modes: at 1e-5 the gap is 6e-4 (κ = 0).
+                // Found 1.1e-7 and 1.8e-8; strains of 1e-7 change the geometry by as much, net forces of 3e-7 are left.
                 let dynamics = dynamic(&sample, kappa, Some(&discs), &cell, 3e-7);
                 let gap = dynamics.mean_young / statics.mean_young - 1.0;
                 println!("dynamics {gap:+.1e}");
-                assert!(gap.abs() < 1e-4 && (dynamics.mean_poisson - statics.mean_poisson).abs() < 1e-4);
+                assert!(gap.abs() < 2e-6 && (dynamics.mean_poisson - statics.mean_poisson).abs() < 2e-6);
             }
         }
     }
@@ -354,7 +352,10 @@ fn calibration_recovers_planted_stiffnesses() {
     let other = Sample { normal: 3e6, ..sample };
     let network = deformed(&other, 0.8, Some(&spheres(3e6))).0;
     let found = fit(&network, wanted.mean_young, wanted.mean_poisson, Accuracy::default(), &mut |_| {}).unwrap();
-    println!("deformable: P {:.9}, factor {:.9}; {} solutions", found.shear_ratio, found.normal_factor, found.solutions);
+    println!(
+        "deformable: P {:.9}, factor {:.9}; {} solutions",
+        found.shear_ratio, found.normal_factor, found.solutions
+    );
     assert!((found.shear_ratio / 0.3 - 1.0).abs() < 1e-6 && (found.normal_factor * 0.3 - 1.0).abs() < 1e-6);
 }
 

@@ -103,11 +103,13 @@ fn calibrate_elastic<'py>(
     };
     let found = guarded(py, threads, progress.as_ref(), |progress| {
         let assembly = assemble(inner, folder, progress)?;
-        Ok(LinkNetwork::of_model(&assembly.state, &assembly.model).map_err(ElasticCalibrationError::from).and_then(|network| {
-            fit(&network, young, poisson, Accuracy::default(), &mut |solutions| {
-                progress("statics", (solutions as f64 / 14.0).min(0.99));
-            })
-        }))
+        Ok(LinkNetwork::of_model(&assembly.state, &assembly.model).map_err(ElasticCalibrationError::from).and_then(
+            |network| {
+                fit(&network, young, poisson, Accuracy::default(), &mut |solutions| {
+                    progress("statics", (solutions as f64 / 14.0).min(0.99));
+                })
+            },
+        ))
     })?;
     let fit = found.map_err(|error| of_assembly(inner, error))?.or_raise()?;
     let achieved = constants_of(py, &fit.achieved)?;

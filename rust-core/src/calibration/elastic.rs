@@ -8,7 +8,9 @@
 //! static network ([`CellStiffness::share`]), kept inside a bracket; without that derivative (deformable particles) false
 //! position (Illinois).
 
-use crate::statics::{Accuracy, CellStiffness, ElasticConstants, LinkNetwork, StaticsError, cell_stiffness, closed_form};
+use crate::statics::{
+    Accuracy, CellStiffness, ElasticConstants, LinkNetwork, StaticsError, cell_stiffness, closed_form,
+};
 
 /// Smallest and largest ratio k_T/k_N looked at: beyond, ν changes in the fourth digit only.
 pub const SHEAR_RATIOS: (f64, f64) = (1e-4, 1e3);
@@ -91,7 +93,7 @@ pub fn fit(
         let (normal, shear) = network.moduli_sums();
         shear / normal
     };
-    if beams && !(given > 0.0) {
+    if beams && (given.is_nan() || given <= 0.0) {
         return Err(ElasticCalibrationError::Moments);
     }
     let with_ratio = |ratio: f64| {
@@ -128,7 +130,8 @@ pub fn fit(
         return Err(StaticsError::Soft.into());
     };
     let bracket = scan.windows(2).rfind(|pair| pair[0].1 >= poisson && pair[1].1 <= poisson);
-    let Some(&[(mut left, above), (mut right, below)]) = bracket.and_then(|pair| <&[(f64, f64); 2]>::try_from(pair).ok())
+    let Some(&[(mut left, above), (mut right, below)]) =
+        bracket.and_then(|pair| <&[(f64, f64); 2]>::try_from(pair).ok())
     else {
         return Err(ElasticCalibrationError::OutOfReach {
             wanted: poisson,

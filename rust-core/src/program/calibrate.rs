@@ -139,7 +139,8 @@ fn calibrate_elastic(arguments: &ElasticArguments, console: &mut Console<'_>) ->
     if material.cohesive_beam.as_ref().is_some_and(|beam| beam.model != BeamModel::EulerBernoulli)
         && law == Some(LawName::CohesiveBeam)
     {
-        let message = "only the radius of Euler-Bernoulli beams is sought: of others the stiffnesses have other powers of it";
+        let message =
+            "only the radius of Euler-Bernoulli beams is sought: of others the stiffnesses have other powers of it";
         return Err(problem("material[0].cohesive_beam.model", message, "write model = \"euler-bernoulli\""));
     }
     let visible = console.interactive && !arguments.work.quiet;

@@ -12,7 +12,8 @@ use crate::assembly::Assembly;
 use crate::scenario::{ProblemKind, Scenario};
 use crate::statics::relaxed::{Relaxation, relaxed_stiffness};
 use crate::statics::{
-    Accuracy, CellStiffness, ClosedForm, ElasticConstants, LinkNetwork, Method, StaticsError, cell_stiffness, closed_form,
+    Accuracy, CellStiffness, ClosedForm, ElasticConstants, LinkNetwork, Method, StaticsError, cell_stiffness,
+    closed_form,
 };
 
 /// Arguments of `concordem elastic`.

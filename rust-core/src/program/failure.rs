@@ -134,9 +134,11 @@ impl Failure {
     /// Exit code.
     pub fn code(&self) -> u8 {
         match self {
-            Self::Assembly(AssemblyError::File { .. }) | Self::File { .. } | Self::NotText(_) | Self::Output(_) | Self::Journal(_) => {
-                exit::FILE
-            }
+            Self::Assembly(AssemblyError::File { .. })
+            | Self::File { .. }
+            | Self::NotText(_)
+            | Self::Output(_)
+            | Self::Journal(_) => exit::FILE,
             Self::Usage(_) | Self::Scenario(_) | Self::Assembly(_) => exit::USAGE,
             Self::Unstable(_)
             | Self::Solver(_)

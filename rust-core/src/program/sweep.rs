@@ -84,7 +84,11 @@ pub(super) fn sweep(arguments: &Arguments, console: &mut Console<'_>) -> Result<
             // Checked when the sweep was read.
             let Ok(first) = sweep.scenario(group[0]) else { return };
             match place(&first, &first.directory(), &mut |_, _| {}) {
-                Err(error) => group.iter().for_each(|&point| note(point, Outcome::failed(error.to_string()))),
+                Err(error) => {
+                    for &point in group {
+                        note(point, Outcome::failed(error.to_string()));
+                    }
+                }
                 Ok(placed) => group.par_iter().for_each(|&point| {
                     if let (false, Ok(scenario)) = (stopped(), sweep.scenario(point)) {
                         note(point, evaluate(&scenario, &placed, accuracy, sweep.dynamics));

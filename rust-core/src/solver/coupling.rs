@@ -151,10 +151,7 @@ impl Coupling {
 
     /// Coupling of springs between free particles of these compliances: particles A and B, direction from A to B, stiffness
     /// (N/m).
-    pub(crate) fn between(
-        springs: impl Iterator<Item = (u32, u32, Vec3, f64)>,
-        compliances: &[Compliance],
-    ) -> Self {
+    pub(crate) fn between(springs: impl Iterator<Item = (u32, u32, Vec3, f64)>, compliances: &[Compliance]) -> Self {
         Self {
             springs: springs.map(|(a, b, normal, stiffness)| Spring { a, b, normal, stiffness }).collect(),
             roots: compliances.iter().map(root_of).collect(),
@@ -171,8 +168,7 @@ impl Coupling {
         for (p, solution) in solution.iter_mut().enumerate() {
             *solution = self.root(p, solution);
         }
-        let elongation =
-            |spring: &Spring| spring.ends().map(|p| spring.dyad().dot(&solution[p])).sum::<f64>();
+        let elongation = |spring: &Spring| spring.ends().map(|p| spring.dyad().dot(&solution[p])).sum::<f64>();
         self.springs.iter().map(|spring| spring.stiffness * elongation(spring)).collect()
     }
 

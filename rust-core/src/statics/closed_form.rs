@@ -55,10 +55,7 @@ pub fn closed_form(network: &LinkNetwork) -> Option<ClosedForm> {
     let (young, poisson) = if network.planar {
         (4.0 * bulk * shear / (bulk + shear), (bulk - shear) / (bulk + shear))
     } else {
-        (
-            9.0 * bulk * shear / (3.0 * bulk + shear),
-            (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear),
-        )
+        (9.0 * bulk * shear / (3.0 * bulk + shear), (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear))
     };
     Some(ClosedForm { young, poisson, bulk, shear })
 }

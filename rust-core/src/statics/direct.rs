@@ -71,8 +71,7 @@ pub(super) fn solve(
                 *rest = load - *rest;
             }
         }
-        // NaN must not pass.
-        if !(left <= accuracy.residual) {
+        if left.is_nan() || left > accuracy.residual {
             return Err(unfit(format!(
                 "{name}: a relative residual of {left:.1e} is left after {REFINEMENTS} refinements, {:.1e} was wanted; part \
                  of the packing may be a mechanism",

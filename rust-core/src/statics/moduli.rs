@@ -65,9 +65,8 @@ impl ElasticConstants {
     /// [`StaticsError::Soft`] when that part of D has no inverse.
     pub fn of_plane(stiffness: &Matrix6<f64>) -> Result<Self, StaticsError> {
         const PLACES: [usize; 3] = [0, 1, 5];
-        let part = Matrix3::from_fn(|i, j| {
-            0.5 * (stiffness[(PLACES[i], PLACES[j])] + stiffness[(PLACES[j], PLACES[i])])
-        });
+        let part =
+            Matrix3::from_fn(|i, j| 0.5 * (stiffness[(PLACES[i], PLACES[j])] + stiffness[(PLACES[j], PLACES[i])]));
         let size = part.abs().max();
         if size.is_nan() || size <= 0.0 || (part / size).symmetric_eigenvalues().min() < 1e-12 {
             return Err(StaticsError::Soft);
@@ -87,10 +86,10 @@ impl ElasticConstants {
 
     fn of_both(stiffness: Matrix6<f64>, compliance: Matrix6<f64>, dimension: usize) -> Self {
         let (mut young, mut poisson) = ([0.0; 3], [[0.0; 3]; 3]);
-        for i in 0..dimension {
-            young[i] = 1.0 / compliance[(i, i)];
-            for j in (0..dimension).filter(|&j| j != i) {
-                poisson[i][j] = -compliance[(j, i)] * young[i];
+        for (i, (young, poisson)) in young.iter_mut().zip(&mut poisson).enumerate().take(dimension) {
+            *young = 1.0 / compliance[(i, i)];
+            for (j, poisson) in poisson.iter_mut().enumerate().take(dimension).filter(|(j, _)| *j != i) {
+                *poisson = -compliance[(j, i)] * *young;
             }
         }
         let mut shear = [0.0; 3];

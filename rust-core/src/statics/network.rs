@@ -3,8 +3,8 @@
 use super::{Link, StaticsError};
 use crate::kinematics::deformable::Compliance;
 use crate::solver::Model;
-use crate::state::{Constraint, State};
 use crate::state::contacts::Link as LinkFlags;
+use crate::state::{Constraint, State};
 
 /// The links of an assembly of `particles` particles.
 #[derive(Debug, Clone, PartialEq)]

@@ -337,8 +337,7 @@ pub(super) fn solve(
                 }
             } else {
                 let blocks = Blocks(inverses);
-                let mut memory =
-                    MemBuffer::new(conjugate_gradient_scratch(Blocks(inverses), operator, 1, Par::Seq));
+                let mut memory = MemBuffer::new(conjugate_gradient_scratch(Blocks(inverses), operator, 1, Par::Seq));
                 #[allow(clippy::field_reassign_with_default)]
                 let parameters = {
                     let mut parameters = CgParams::default();
@@ -359,7 +358,7 @@ pub(super) fn solve(
             if operator.coupling.is_some() {
                 // Biconjugate gradients may break down without saying so.
                 let residual = residual(operator, &solution, load);
-                if !(residual <= 10.0 * accuracy.residual) {
+                if residual.is_nan() || residual > 10.0 * accuracy.residual {
                     return Err(not_converged(residual));
                 }
             }

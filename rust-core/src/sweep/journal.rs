@@ -113,7 +113,7 @@ fn read_line(line: &str) -> Option<(usize, Outcome)> {
     let mut parts = line.splitn(values + 2, ' ');
     let point = parts.next()?.parse().ok()?;
     let mut outcome = Outcome::default();
-    for value in outcome.values.iter_mut() {
+    for value in &mut outcome.values {
         *value = f64::from_bits(u64::from_str_radix(parts.next()?, 16).ok()?);
     }
     outcome.problem = serde_json::from_str(parts.next()?).ok()?;

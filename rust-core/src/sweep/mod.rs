@@ -133,10 +133,7 @@ impl Sweep {
         Ok(sweep)
     }
 
-    fn parse(
-        source: Source,
-        read: &dyn Fn(&str) -> Result<(PathBuf, String), ReadError>,
-    ) -> Result<Self, ReadError> {
+    fn parse(source: Source, read: &dyn Fn(&str) -> Result<(PathBuf, String), ReadError>) -> Result<Self, ReadError> {
         let wrong = |problems: Vec<Problem>| ReadError::Scenario(ScenarioError::new(&source, problems));
         let document = Document::parse(&source).map_err(wrong)?;
         let written: Written = document.deserialize().map_err(|problem| {
@@ -174,9 +171,8 @@ impl Sweep {
         };
         // What is wrong with the scenario itself is said of the scenario.
         Scenario::parse(&scenario.display().to_string(), &scenario_text)?;
-        let base: toml::Table = toml::from_str(&scenario_text).map_err(|error| {
-            wrong(vec![problem(ProblemKind::Syntax, "scenario".into(), error.to_string(), "")])
-        })?;
+        let base: toml::Table = toml::from_str(&scenario_text)
+            .map_err(|error| wrong(vec![problem(ProblemKind::Syntax, "scenario".into(), error.to_string(), "")]))?;
         let mut axes: Vec<Axis> = Vec::new();
         let mut points = 1_usize;
         for (k, axis) in written.axes.into_iter().enumerate() {
@@ -305,7 +301,8 @@ impl Sweep {
         add(self.scenario_text.as_bytes());
         add(crate::output::provenance::PROGRAM.as_bytes());
         add(crate::output::provenance::COMMIT.as_bytes());
-        if let Some(file) = self.base.get("packing").and_then(|packing| packing.get("path")).and_then(toml::Value::as_str)
+        if let Some(file) =
+            self.base.get("packing").and_then(|packing| packing.get("path")).and_then(toml::Value::as_str)
         {
             let path = self.scenario.parent().unwrap_or(Path::new("")).join(file);
             add(&std::fs::read(&path).map_err(|error| ReadError::Io { path, error })?);
@@ -339,7 +336,9 @@ impl WrittenAxis {
                 }
                 rows
             }
-            (None, Some(range), None) => range.numbers("linear", &|share| range.from + (range.to - range.from) * share)?,
+            (None, Some(range), None) => {
+                range.numbers("linear", &|share| range.from + (range.to - range.from) * share)?
+            }
             (None, None, Some(range)) => {
                 if !(range.from > 0.0 && range.to > 0.0) {
                     let message = format!("from {} to {} has no logarithms", range.from, range.to);
@@ -462,10 +461,9 @@ mod tests {
 
     #[test]
     fn ranges_keep_their_ends() {
-        let sweep = sweep(
-            "[[axis]]\nkey = \"bonds.interaction_ratio\"\nlogarithmic = { from = 1.1, to = 1.9, count = 3 }\n",
-        )
-        .unwrap();
+        let sweep =
+            sweep("[[axis]]\nkey = \"bonds.interaction_ratio\"\nlogarithmic = { from = 1.1, to = 1.9, count = 3 }\n")
+                .unwrap();
         let numbers: Vec<f64> = (0..3).filter_map(|k| sweep.axes[0].number(k)).collect();
         assert_eq!((numbers[0], numbers[2]), (1.1, 1.9));
         assert!((numbers[1] - (1.1_f64 * 1.9).sqrt()).abs() < 1e-11);
@@ -482,7 +480,11 @@ mod tests {
             ("[[axis]]\nkey = \"material[0].linear_bond.stiffness\"\nvalues = [1]\n", 3, "stiffness"),
             ("[[axis]]\nkey = \"packing.shape.kind\"\nvalues = [\"cube\"]\n", 3, "cube"),
             ("[[axis]]\nkeys = [\"a\", \"b\"]\nvalues = [[1]]\n", 5, "2 keys, but a value of 1"),
-            ("[[axis]]\nkey = \"bonds.interaction_ratio\"\nlogarithmic = { from = 0, to = 1, count = 3 }\n", 5, "logarithms"),
+            (
+                "[[axis]]\nkey = \"bonds.interaction_ratio\"\nlogarithmic = { from = 0, to = 1, count = 3 }\n",
+                5,
+                "logarithms",
+            ),
             ("[[axis]]\nkey = \"bonds.interaction_ratio\"\nvalue = [1]\n", 5, "unknown field"),
         ] {
             let ReadError::Scenario(error) = sweep(axes).unwrap_err() else { panic!("{axes}: another error") };

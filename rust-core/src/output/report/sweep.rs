@@ -2,17 +2,16 @@
 
 use std::fmt::Write as _;
 
+use plotly::Scatter;
 use plotly::common::{DashType, Line, Marker, MarkerSymbol, Mode};
 use plotly::layout::AxisType;
-use plotly::Scatter;
 
 use super::{axis, escape, frame, number, plot_between};
 use crate::sweep::Sweep;
 use crate::sweep::point::Outcome;
 
 /// Colours of the curves.
-const COLOURS: [&str; 8] =
-    ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00", "#4a5560", "#0d8f8f", "#b03a6f"];
+const COLOURS: [&str; 8] = ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00", "#4a5560", "#0d8f8f", "#b03a6f"];
 /// More curves than this are not told apart.
 const MOST_CURVES: usize = 8;
 /// A table longer than this is not read; the files have all.
