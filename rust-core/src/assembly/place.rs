@@ -6,7 +6,9 @@ use std::path::Path;
 
 use super::packing::random_dense::{self, Protocol, RandomDense};
 use super::packing::shape::Mesh;
-use super::packing::{Crop, Lattice, Packing, Random, Shape, SizeDistribution, import_text, random_discs, tile, tile_and_crop};
+use super::packing::{
+    Crop, Lattice, Packing, Random, Shape, SizeDistribution, import_text, random_discs, tile, tile_and_crop,
+};
 use super::{AssemblyError, Progress, unfit};
 use crate::math::{Mat3, Vec3};
 use crate::scenario::{self, Axis, Scenario};

@@ -25,8 +25,8 @@ use super::lanczos::{self, Interval};
 use crate::kinematics::deformable::{Compliance, Deformable};
 use crate::kinematics::sphere_sphere::fresh_frame;
 use crate::math::{Symmetric, Vec3};
-use crate::state::contacts::{Contacts, Link};
 use crate::state::State;
+use crate::state::contacts::{Contacts, Link};
 
 /// Whether strains and forces find each other.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -108,10 +108,6 @@ pub struct KickSums {
     pub net_force_squared: f64,
     /// Number of particles with such a component.
     pub free_particles: u64,
-    /// `Σ|F|²` of the net force over discs that are free in the plane z = 0, N².
-    pub plane_net_force_squared: f64,
-    /// Number of discs in that sum.
-    pub plane_particles: u64,
     /// Largest `|v|²` after the kick, m²/s².
     pub max_speed_squared: f64,
 }
@@ -126,8 +122,6 @@ impl KickSums {
         }
         self.net_force_squared += other.net_force_squared;
         self.free_particles += other.free_particles;
-        self.plane_net_force_squared += other.plane_net_force_squared;
-        self.plane_particles += other.plane_particles;
         self.max_speed_squared = self.max_speed_squared.max(other.max_speed_squared);
     }
 }
@@ -352,9 +346,6 @@ pub fn kick_and_drift(
                     let free = |axis: usize| if constrained >> axis & 1 == 0 { net[axis] * net[axis] } else { 0.0 };
                     sums.net_force_squared += free(0) + free(1) + free(2);
                     sums.free_particles += 1;
-                } else if constrained & 0b011_111 == 0b011_100 {
-                    sums.plane_net_force_squared += net.x * net.x + net.y * net.y;
-                    sums.plane_particles += 1;
                 }
                 sums.max_speed_squared = sums.max_speed_squared.max(v_new.norm_squared());
                 chunk.velocity[i] = v_new;

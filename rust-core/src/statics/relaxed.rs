@@ -77,8 +77,7 @@ pub fn relaxed_stiffness(
             }
             let kick = &report.kick;
             let contacts: u64 = report.active.iter().sum();
-            let moving = kick.free_particles + kick.plane_particles;
-            let net = (kick.net_force_squared + kick.plane_net_force_squared) / moving.max(1) as f64;
+            let net = kick.net_force_squared / kick.free_particles.max(1) as f64;
             let carried = report.force_squared / contacts.max(1) as f64;
             let limit = relaxation.unbalanced * relaxation.unbalanced;
             if net <= limit * carried && steps as f64 > settled {
