@@ -26,7 +26,7 @@ FILES = ROOT / "target/sweeps"
 RESULTS = ROOT / "validation/results/elastic.json"
 
 MODULUS = 25e9  # of the links in sweeps/cell.toml
-LONG = ["ratios", "counts", "dynamics", "beam-radius", "beam-coordination", "beam-material", "solid"]
+LONG = ["ratios", "counts", "dynamics", "beam-radius", "beam-coordination", "beam-material", "solid", "plane"]
 
 # Stránský 2018, section 3.4, N = 1000 (values of the author's files): E/Ē and ν of the static network, of the relaxed DEM, and
 # E/Ē of (3.31) on the same links, by interaction ratio and Ḡ/Ē.
@@ -117,6 +117,7 @@ def condensed(rows, unit):
             ("closed_by_affine", ratio("closed_young", "affine_young")),
             ("closed_by_young", ratio("closed_young", "young")),
             ("stiffness_sum", mean([v / unit if v is not None else None for v in of("stiffness_sum")])),
+            ("spectral_radius", mean(of("spectral_radius"))),
             ("coordination", mean(of("coordination"))),
             ("packing_fraction", mean(of("packing_fraction"))),
             ("rattlers", mean(of("rattlers"))),
@@ -205,6 +206,8 @@ def main():
         unit = MODULUS if name in ("ratios", "counts", "dynamics") else 1e9
         if name == "solid":
             unit = 1e7 / 1e-3
+        if name == "plane":
+            unit = 7e10
         rows, seconds = run(name, arguments.jobs)
         points = condensed(rows, unit)
         verdicts = checks(name, points)
