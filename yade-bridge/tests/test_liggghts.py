@@ -1,6 +1,7 @@
 """LIGGGHTS driven from Python, in processes of its own, since it ends them on errors."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -96,14 +97,16 @@ print("done")
 def test_two_processes_share_the_atoms():
     done = run("""
 host.run(10)
-print("rank", len(host), host.owned, host.fix("bonds"), len(host.bonds("bonds")))
+sys.stdout.write(f"rank {len(host)} {host.owned} {host.fix('bonds'):g} {len(host.bonds('bonds'))};")
+sys.stdout.flush()
 host.close()
 """, processes=2)
     assert done.returncode == 0, done.stdout + done.stderr
-    lines = sorted(line.split() for line in done.stdout.splitlines() if line.startswith("rank"))
-    assert [line[1:2] + line[3:4] for line in lines] == [["64", "144.0"]] * 2
-    assert sum(int(line[2]) for line in lines) == 64 and sum(int(line[4]) for line in lines) == 144
-    assert all(int(line[2]) > 0 for line in lines)
+    # Both write to one stream, so that their lines may follow each other without a break.
+    ranks = [[int(word) for word in words] for words in re.findall(r"rank (\d+) (\d+) (\d+) (\d+);", done.stdout)]
+    assert [rank[0::2] for rank in ranks] == [[64, 144]] * 2, done.stdout
+    assert sum(rank[1] for rank in ranks) == 64 and sum(rank[3] for rank in ranks) == 144
+    assert all(rank[1] > 0 for rank in ranks)
 
 
 def test_a_missing_library_is_named():
