@@ -1,8 +1,6 @@
 //! One case of the study of deformable particles; see `validation/deformable.py`.
 //!
 //! ```sh
-//! deformable_study plane 4979 1 0.5 0.35 0.25        # count, seed, k_t/k_n, k_n/E_p, ν_p
-//! deformable_study static 4979 1 0.5 0.35 0.25       # the same by the static network
 //! deformable_study stability 4979 1 0.35             # count, seed, ν_p
 //! deformable_study solid fcc 1 0 0.35 0.25           # packing, seed, k_t/k_n, k_n/(R E_p), ν_p
 //! deformable_study wave 4 1 0.5 0.18 0.45            # size, seed, k_t/k_n, k_n/E_p, ν_p
@@ -12,12 +10,9 @@
 use concordem::assembly::packing::lattice::Lattice;
 use concordem::assembly::packing::random_dense::{RandomDense, random_dense};
 use concordem::kinematics::deformable::Condition;
-use concordem::solver::Model;
 use concordem::solver::coupling::convergence;
-use concordem::statics::{Accuracy, LinkNetwork, cell_stiffness, closed_form};
 use concordem_tests::deformable::{
-    DENSITY, NORMAL, Sample, disc_packing, elastic, growth, mean_field, mean_field_solid, ratio_for_coordination,
-    wave_speed,
+    DENSITY, NORMAL, Sample, disc_packing, elastic, growth, mean_field_solid, ratio_for_coordination, wave_speed,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -25,45 +20,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let text = |k: usize| arguments.get(k).map(String::as_str).ok_or("an argument is missing; see the source");
     let real = |k: usize| -> Result<f64, Box<dyn std::error::Error>> { Ok(text(k)?.parse()?) };
     match text(0)? {
-        "plane" => {
-            let sample = plane(text(1)?.parse()?, text(2)?.parse()?);
-            let (kappa, softness, poisson) = (real(3)?, real(4)?, real(5)?);
-            let (modulus, z) = sample.voigt_modulus();
-            let deformable = (softness > 0.0).then(|| elastic(NORMAL / softness, poisson, Condition::PlaneStrain));
-            let c = sample.constants(kappa, deformable.as_ref());
-            let (young, ratio) = mean_field(z, kappa, softness, poisson);
-            println!(
-                "{{\"coordination\": {z:.4}, \"voigt_modulus\": {:.5}, \"young\": {:.5}, \"poisson\": {:.5}, \
-                 \"shear\": {:.5}, \"young_mean_field\": {:.5}, \"poisson_mean_field\": {ratio:.5}}}",
-                modulus / NORMAL,
-                c.young / NORMAL,
-                c.poisson,
-                c.c44 / NORMAL,
-                young * modulus / NORMAL
-            );
-        }
-        "static" => {
-            let sample = plane(text(1)?.parse()?, text(2)?.parse()?);
-            let (kappa, softness, poisson) = (real(3)?, real(4)?, real(5)?);
-            let deformable = (softness > 0.0).then(|| elastic(NORMAL / softness, poisson, Condition::PlaneStrain));
-            let model = Model { deformable, ..Model::default() };
-            let network = LinkNetwork::of_model(&sample.state(kappa), &model)?;
-            let cell = cell_stiffness(&network, Accuracy::default())?;
-            let (found, closed) = (cell.constants()?, closed_form(&network).ok_or("no closed form")?);
-            println!(
-                "{{\"coordination\": {:.4}, \"young\": {:.5}, \"poisson\": {:.5}, \"bulk\": {:.5}, \"shear\": {:.5}, \
-                 \"young_mean_field\": {:.5}, \"poisson_mean_field\": {:.5}, \"rattlers\": {}, \"iterations\": {}}}",
-                sample.voigt_modulus().1,
-                found.mean_young / NORMAL,
-                found.mean_poisson,
-                found.bulk / NORMAL,
-                found.mean_shear / NORMAL,
-                closed.young / NORMAL,
-                closed.poisson,
-                cell.loose.rattlers,
-                cell.iterations
-            );
-        }
         "stability" => {
             let sample = plane(text(1)?.parse()?, text(2)?.parse()?);
             let poisson = real(3)?;
