@@ -5,8 +5,8 @@
 
 // Views on the solver's memory and the bridge into a running YADE need raw pointers; each use says why it is sound.
 #![allow(unsafe_code)]
-// Arguments of Python functions are taken by value.
-#![allow(clippy::needless_pass_by_value)]
+// Arguments of Python functions are taken by value, all functions of a module return alike, and 'py is written out.
+#![allow(clippy::needless_pass_by_value, clippy::unnecessary_wraps, clippy::elidable_lifetime_names)]
 
 mod arrays;
 mod elastic;

@@ -165,16 +165,13 @@ pub fn fit(
             }
         }
         last_side = side;
-        let next = match &found.1.share {
+        let next = if let Some([_, shear, bending, twist]) = &found.1.share {
             // dν/d ln P is the share of all that is in proportion to P.
-            Some([_, shear, bending, twist]) => {
-                let slope = found.0.derivatives(&(shear + bending + twist)).1;
-                ratio * (-error / slope).exp()
-            }
-            None => {
-                let (low, high) = (left.ln(), right.ln());
-                ((low * error_right - high * error_left) / (error_right - error_left)).exp()
-            }
+            let slope = found.0.derivatives(&(shear + bending + twist)).1;
+            ratio * (-error / slope).exp()
+        } else {
+            let (low, high) = (left.ln(), right.ln());
+            ((low * error_right - high * error_left) / (error_right - error_left)).exp()
         };
         ratio = if next > left && next < right { next } else { (left * right).sqrt() };
         found = at(ratio)?;

@@ -56,7 +56,7 @@ impl ElasticConstants {
             return Err(StaticsError::Soft);
         }
         let compliance = (stiffness / size).try_inverse().ok_or(StaticsError::Soft)? / size;
-        Ok(Self::of_both(stiffness, compliance, 3))
+        Ok(Self::of_both(&stiffness, &compliance, 3))
     }
 
     /// Constants of the plane 1, 2, from the components 11, 22, 12 of the stiffness `D`, Pa.
@@ -81,10 +81,10 @@ impl ElasticConstants {
             }
             whole
         };
-        Ok(Self::of_both(spread(&part), spread(&inverse), 2))
+        Ok(Self::of_both(&spread(&part), &spread(&inverse), 2))
     }
 
-    fn of_both(stiffness: Matrix6<f64>, compliance: Matrix6<f64>, dimension: usize) -> Self {
+    fn of_both(stiffness: &Matrix6<f64>, compliance: &Matrix6<f64>, dimension: usize) -> Self {
         let (mut young, mut poisson) = ([0.0; 3], [[0.0; 3]; 3]);
         for (i, (young, poisson)) in young.iter_mut().zip(&mut poisson).enumerate().take(dimension) {
             *young = 1.0 / compliance[(i, i)];
@@ -99,8 +99,8 @@ impl ElasticConstants {
         let n = dimension as f64;
         Self {
             dimension,
-            stiffness,
-            compliance,
+            stiffness: *stiffness,
+            compliance: *compliance,
             young,
             poisson,
             shear,

@@ -117,6 +117,9 @@ struct Range {
     count: usize,
 }
 
+/// Finds the text of the scenario that a sweep names, with its path.
+type ReadScenario<'a> = dyn Fn(&str) -> Result<(PathBuf, String), ReadError> + 'a;
+
 impl Sweep {
     /// Read a sweep and its scenario, and check every point.
     ///
@@ -133,7 +136,7 @@ impl Sweep {
         Ok(sweep)
     }
 
-    fn parse(source: Source, read: &dyn Fn(&str) -> Result<(PathBuf, String), ReadError>) -> Result<Self, ReadError> {
+    fn parse(source: Source, read: &ReadScenario<'_>) -> Result<Self, ReadError> {
         let wrong = |problems: Vec<Problem>| ReadError::Scenario(ScenarioError::new(&source, problems));
         let document = Document::parse(&source).map_err(wrong)?;
         let written: Written = document.deserialize().map_err(|problem| {
@@ -370,7 +373,7 @@ impl Range {
         name: &'static str,
         at: &dyn Fn(f64) -> f64,
     ) -> Result<Vec<Vec<toml::Value>>, (&'static str, String, &'static str)> {
-        if !(2..=10_000).contains(&self.count) || !(self.from.is_finite() && self.to.is_finite()) {
+        if !((2..=10_000).contains(&self.count) && self.from.is_finite() && self.to.is_finite()) {
             let message = format!("{} values from {} to {}", self.count, self.from, self.to);
             return Err((name, message, "give finite ends and a count from 2 to 10000"));
         }

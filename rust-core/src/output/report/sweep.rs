@@ -96,9 +96,9 @@ pub fn page(sweep: &Sweep, outcomes: &[Outcome]) -> String {
         super::super::provenance::PROGRAM
     );
     if bad > 0 {
-        let _ = write!(
+        let _ = writeln!(
             body,
-            "<details><summary>{bad} points have a problem</summary><pre>{}</pre></details>\n",
+            "<details><summary>{bad} points have a problem</summary><pre>{}</pre></details>",
             escape(&super::super::sweep::problems(outcomes))
         );
     }
@@ -228,6 +228,9 @@ fn over(sweep: &Sweep, outcomes: &[Outcome], x: usize, shown: &[usize]) -> Strin
     html + "</div>\n"
 }
 
+/// A column of the table, and its figure.
+type Head = (&'static str, fn(&Outcome) -> f64);
+
 fn table(sweep: &Sweep, outcomes: &[Outcome], shown: &[usize]) -> String {
     let rows = combinations(sweep, shown);
     let mut html = String::from("<h2>All</h2>\n");
@@ -238,7 +241,7 @@ fn table(sweep: &Sweep, outcomes: &[Outcome], shown: &[usize]) -> String {
     for &axis in shown {
         let _ = write!(html, "<th>{}</th>", escape(&sweep.axes[axis].name));
     }
-    let heads: [(&str, fn(&Outcome) -> f64); 11] = [
+    let heads: [Head; 11] = [
         ("E, GPa", |o| o.get("young") * 1e-9),
         ("ν", |o| o.get("poisson")),
         ("E / affine", |o| o.get("young") / o.get("affine_young")),
