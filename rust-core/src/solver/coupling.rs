@@ -3,7 +3,7 @@
 //!
 //! At fixed positions a change of the forces of normal springs gives, through the strains, the next one: `f ← B f`,
 //! `B = −k Nᵀ C N`, where `N` collects forces to dyads (`T_p = Σ_c (n⊗n)_c f_c` over both particles of each contact), `C` is
-//! the compliance of the particles ([`Compliance`](crate::kinematics::deformable::Compliance)) and `k` the stiffnesses. `B` is similar to the symmetric
+//! the compliance of the particles ([`Compliance`]) and `k` the stiffnesses. `B` is similar to the symmetric
 //! `−P`, `P = C^½ N k Nᵀ C^½ ≥ 0`, in the space of particles' dyads. The iteration and, with it, the lagged scheme
 //! converge for `ρ(B) = λ_max(P) < 1`; shear forces do not enter, since they do not depend on strains.
 //! * Spectral: `λ_max(P)` by Lanczos iteration, matrix-free.
