@@ -598,6 +598,7 @@ fn killed_sweeps_give_the_file_of_an_undisturbed_one() {
     let expected = std::fs::read(&whole).expect("the result");
     let (mut kills, mut delay) = (0, duration / 4);
     let points = folder.path().join("broken.h5.points");
+    let mut finished = String::new();
     loop {
         let mut process = spawn(&["sweep", "-q", "-j", ["1", "2", "3"][kills % 3], "-o", text(&broken), text(&sweep)]);
         std::thread::sleep(delay);
@@ -607,6 +608,9 @@ fn killed_sweeps_give_the_file_of_an_undisturbed_one() {
         }
         process.kill().expect("a child process can be killed");
         process.wait().expect("a child process");
+        if let Ok(text) = std::fs::read_to_string(&points) {
+            finished = text;
+        }
         kills += 1;
         assert!(kills < 100, "the sweep makes no progress");
         delay += duration / 8;
@@ -614,6 +618,12 @@ fn killed_sweeps_give_the_file_of_an_undisturbed_one() {
     assert!(kills >= 1, "no kill");
     assert!(std::fs::read(&broken).expect("the result") == expected, "after {kills} kills the file is another one");
     assert!(!points.exists(), "the finished points are in the result");
+    // Killed after the result was written and before its points were removed: the same command comes to the same end.
+    let fingerprint = finished.lines().next().expect("points of a killed sweep").to_owned() + "\n";
+    std::fs::write(&points, fingerprint).expect("a file");
+    let given = concordem(["sweep", "-q", "-o", text(&broken), text(&sweep)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    assert!(std::fs::read(&broken).expect("the result") == expected && !points.exists());
     // A finished sweep is kept, points of another one are not taken.
     assert_eq!(concordem(["sweep", "-q", "-o", text(&broken), text(&sweep)]).code, exit::FILE);
     std::fs::write(&points, "concordem sweep 1 other\n").expect("a file");

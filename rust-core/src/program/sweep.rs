@@ -49,13 +49,15 @@ pub(super) fn sweep(arguments: &Arguments, console: &mut Console<'_>) -> Result<
     let path = arguments.output.clone().unwrap_or_else(|| arguments.sweep.with_extension("h5"));
     let page = path.with_extension("html");
     let table = path.with_extension("csv");
+    let journal_path = path_of(&path);
+    // A sweep that was killed while it wrote its files still has its points: the same command writes the files again.
+    let unfinished = journal_path.exists();
     for path in [Some(&path), Some(&page), arguments.csv.then_some(&table)].into_iter().flatten() {
-        if path.exists() && !arguments.force {
+        if path.exists() && !arguments.force && !unfinished {
             return Err(OutputError::Exists { path: path.clone() }.into());
         }
     }
-    let journal_path = path_of(&path);
-    if arguments.force && journal_path.exists() {
+    if arguments.force && unfinished {
         std::fs::remove_file(&journal_path).map_err(|error| Failure::File {
             path: journal_path.clone(),
             action: "remove",
