@@ -166,26 +166,15 @@ void FixConcordemBond::communicate()
 
 int FixConcordemBond::pack_comm(int n, int *list, double *buf, int, int *)
 {
-  const int first = facts_.atom_width - facts_.communicated;
-  int m = 0;
-  for (int k = 0; k < n; k++) {
-    const int i = list[k];
-    if (periodic_)
-      for (int axis = 0; axis < 3; axis++) buf[m++] = original_[i][axis];
-    for (int r = first; r < facts_.atom_width; r++) buf[m++] = memory_[i][r];
-  }
+  concordem_pack_copies(n, list, buf, facts_.atom_width - facts_.communicated, facts_.atom_width, memory_,
+                        periodic_ ? original_ : NULL);
   return comm_forward;
 }
 
 void FixConcordemBond::unpack_comm(int n, int first_atom, double *buf)
 {
-  const int first = facts_.atom_width - facts_.communicated;
-  int m = 0;
-  for (int i = first_atom; i < first_atom + n; i++) {
-    if (periodic_)
-      for (int axis = 0; axis < 3; axis++) original_[i][axis] = buf[m++];
-    for (int r = first; r < facts_.atom_width; r++) memory_[i][r] = buf[m++];
-  }
+  concordem_unpack_copies(n, first_atom, buf, facts_.atom_width - facts_.communicated, facts_.atom_width, memory_,
+                          periodic_ ? original_ : NULL);
 }
 
 ConcordemAtoms FixConcordemBond::arrays()

@@ -61,6 +61,32 @@ inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, c
   return atoms;
 }
 
+// What copies get beside what the host sends: memory from `first` on, and positions that no periodic border has shifted
+// (`original`, NULL: not needed). Returns the reals written.
+inline int concordem_pack_copies(int count, const int *list, double *buffer, int first, int width, double **memory,
+                                 double **original)
+{
+  int m = 0;
+  for (int k = 0; k < count; k++) {
+    const int i = list[k];
+    if (original)
+      for (int axis = 0; axis < 3; axis++) buffer[m++] = original[i][axis];
+    for (int r = first; r < width; r++) buffer[m++] = memory[i][r];
+  }
+  return m;
+}
+
+inline void concordem_unpack_copies(int count, int first_atom, const double *buffer, int first, int width, double **memory,
+                                    double **original)
+{
+  int m = 0;
+  for (int i = first_atom; i < first_atom + count; i++) {
+    if (original)
+      for (int axis = 0; axis < 3; axis++) original[i][axis] = buffer[m++];
+    for (int r = first; r < width; r++) memory[i][r] = buffer[m++];
+  }
+}
+
 // Whether a compute of ours is to be asked at this step.
 inline bool concordem_compute_is_due(const Modify *modify, const Update *update)
 {
