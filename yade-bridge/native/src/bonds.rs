@@ -8,6 +8,8 @@ use std::ffi::{CStr, c_char};
 
 use concordem::law::cpm::{CpmMode, CpmParameters, DamageLaw};
 use concordem::math::{Mat3, Vec3};
+use concordem::operator::stress::{ParticleVolume, Partition, particle_stress, region_stress};
+use concordem::operator::{LoadSet, Region, Truncation};
 use concordem::solver::forces::EvaluatedContacts;
 use concordem::state::Cell;
 use concordem::state::contacts::Link;
@@ -375,19 +377,19 @@ pub unsafe extern "C" fn concordem_yade_bonds_virial(
             let Bonds { assembly, pool } = &mut *bonds;
             let forces =
                 pool.install(|| assembly.solver.record(&mut assembly.state)).map_err(|error| error.to_string())?;
-            let c = &forces.contacts;
-            let mut sum = [0.0; 9];
-            for (l, f) in c.branch.iter().zip(&c.force) {
-                for i in 0..3 {
-                    for j in 0..3 {
-                        sum[3 * i + j] += l[i] * f[j];
-                    }
-                }
-            }
-            *virial = sum;
+            let contacts = forces.contacts.set(&assembly.state.particles).map_err(|error| error.to_string())?;
+            // Over a volume of 1 the stress is the sum.
+            let all = Region::All { volume: 1.0 };
+            let sum =
+                region_stress(&contacts, &all, Truncation::BranchClipped, None).map_err(|error| error.to_string())?;
+            *virial = row_by_row(&sum.stress);
             Ok::<_, String>(0)
         })
     }
+}
+
+fn row_by_row(tensor: &Mat3) -> [f64; 9] {
+    std::array::from_fn(|k| tensor[(k / 3, k % 3)])
 }
 
 /// Share of its strength that a bond has lost: `1 − (1−ω)κ/ε₀` of concrete as YADE has it, the damage of other laws.
@@ -437,27 +439,17 @@ pub unsafe extern "C" fn concordem_yade_bonds_particles(
                     }
                 }
             }
-            let mut moments = vec![Mat3::zeros(); count];
-            let c = &forces.contacts;
-            for ((pair, l), f) in c.pair.iter().zip(&c.branch).zip(&c.force) {
-                let half = l * f.transpose() * 0.5;
-                for &p in pair {
-                    moments[p as usize] += half;
-                }
-            }
+            let contacts = forces.contacts.set(&state.particles).map_err(|error| error.to_string())?;
+            let stress = ParticleVolume::Packing(0.62)
+                .of(&state.particles.radius)
+                .and_then(|volumes| particle_stress(&contacts, &LoadSet::none(), Partition::HalfBranch, &volumes))
+                .map_err(|error| error.to_string())?;
             for p in 0..count {
                 let broken = assembly.losses[p];
                 let total = links[p] + broken;
                 *damage.add(p) = if total > 0 { (sums[p] + f64::from(broken)) / f64::from(total) } else { 0.0 };
                 *lost.add(p) = broken;
-                let radius = state.particles.radius[p];
-                let volume = 4.0 / 3.0 * std::f64::consts::PI * (radius * radius * radius) / 0.62;
-                let mean = (moments[p] + moments[p].transpose()) * (0.5 / volume);
-                for i in 0..3 {
-                    for j in 0..3 {
-                        (*stress_of.add(p))[3 * i + j] = mean[(i, j)];
-                    }
-                }
+                *stress_of.add(p) = row_by_row(&((stress[p] + stress[p].transpose()) * 0.5));
             }
             Ok::<_, String>(0)
         })
