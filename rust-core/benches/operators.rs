@@ -4,7 +4,8 @@
 //! those of the processors, summed over threads, so that other work on the machine disturbs them little: run it with
 //! `RAYON_NUM_THREADS=1`.
 
-use criterion::measurement::{Measurement, ValueFormatter, WallTime};
+mod measurement;
+
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use rayon::prelude::*;
 use std::hint::black_box;
@@ -14,42 +15,7 @@ use concordem::operator::strain::{Dimension, cell_strain};
 use concordem::operator::stress::{Partition, particle_moments, region_stress};
 use concordem::operator::tessellation::{Domain, delaunay, power_diagram};
 use concordem::operator::{ContactSet, LoadSet, Region, Truncation};
-
-/// Time that the threads of this process were on a processor, ns (Linux).
-struct ProcessorTime;
-
-impl ProcessorTime {
-    fn now() -> u64 {
-        let tasks = std::fs::read_dir("/proc/self/task").expect("Linux");
-        tasks
-            .filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("schedstat")).ok())
-            .filter_map(|text| text.split(' ').next()?.parse::<u64>().ok())
-            .sum()
-    }
-}
-
-impl Measurement for ProcessorTime {
-    type Intermediate = u64;
-    type Value = u64;
-    fn start(&self) -> u64 {
-        Self::now()
-    }
-    fn end(&self, start: u64) -> u64 {
-        Self::now() - start
-    }
-    fn add(&self, a: &u64, b: &u64) -> u64 {
-        a + b
-    }
-    fn zero(&self) -> u64 {
-        0
-    }
-    fn to_f64(&self, value: &u64) -> f64 {
-        *value as f64
-    }
-    fn formatter(&self) -> &dyn ValueFormatter {
-        WallTime.formatter()
-    }
-}
+use measurement::ProcessorTime;
 
 /// A jittered cubic block of `n³` particles, numbered along x; spacing 1.
 fn block(n: usize) -> Vec<Vec3> {

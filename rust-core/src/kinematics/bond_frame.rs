@@ -69,10 +69,49 @@ pub struct EndRotations {
 /// Below this sine squared (5.7°), series take the place of the arc tangent: eight terms leave 1e-17.
 const SERIES: f64 = 1.0e-2;
 
-/// `α/sin α` and `(1 − α cot α)/sin² α` from `sin² α` and `cos α`.
-#[inline(always)]
-fn arc_factors(sine_squared: f64, cosine: f64) -> [f64; 2] {
-    if sine_squared < SERIES && cosine > 0.0 {
+/// How angles are found from sines and cosines.
+trait Arcs {
+    /// `α/sin α` and `(1 − α cot α)/sin² α` from `sin² α` and `cos α`.
+    fn factors(sine_squared: f64, cosine: f64) -> [f64; 2];
+    /// Angle whose half has the tangent `imaginary/real`, in (−π, π].
+    fn twice(imaginary: f64, real: f64) -> f64;
+}
+
+/// Angles of any size.
+struct AnyAngles;
+
+/// Small angles by their series alone, without branches; see [`RotationSines::are_small`].
+struct SmallAngles;
+
+impl Arcs for AnyAngles {
+    #[inline(always)]
+    fn factors(sine_squared: f64, cosine: f64) -> [f64; 2] {
+        if sine_squared < SERIES && cosine > 0.0 {
+            return SmallAngles::factors(sine_squared, cosine);
+        }
+        let sine = sine_squared.sqrt();
+        if sine == 0.0 {
+            // Turned by half a turn: the direction of the rotation is undefined.
+            return [1.0, 0.0];
+        }
+        let arc = atan2(sine, cosine) / sine;
+        [arc, (1.0 - arc * cosine) / sine_squared]
+    }
+
+    #[inline(always)]
+    fn twice(imaginary: f64, real: f64) -> f64 {
+        if imaginary * imaginary < SERIES * (real * real) {
+            return SmallAngles::twice(imaginary, real);
+        }
+        // The quaternion −D is the same rotation.
+        let (i, r) = if real < 0.0 { (-imaginary, -real) } else { (imaginary, real) };
+        2.0 * atan2(i, r)
+    }
+}
+
+impl Arcs for SmallAngles {
+    #[inline(always)]
+    fn factors(sine_squared: f64, _cosine: f64) -> [f64; 2] {
         let y = sine_squared;
         let arc = 1.0
             + y * (1.0 / 6.0
@@ -86,31 +125,18 @@ fn arc_factors(sine_squared: f64, cosine: f64) -> [f64; 2] {
                     + y * (16.0 / 315.0
                         + y * (128.0 / 3465.0
                             + y * (256.0 / 9009.0 + y * (1024.0 / 45_045.0 + y * (2048.0 / 109_395.0)))))));
-        return [arc, rest];
+        [arc, rest]
     }
-    let sine = sine_squared.sqrt();
-    if sine == 0.0 {
-        // Turned by half a turn: the direction of the rotation is undefined.
-        return [1.0, 0.0];
-    }
-    let arc = atan2(sine, cosine) / sine;
-    [arc, (1.0 - arc * cosine) / sine_squared]
-}
 
-/// Angle whose half has the tangent `imaginary/real`, in (−π, π].
-#[inline(always)]
-fn twice_arc(imaginary: f64, real: f64) -> f64 {
-    // The quaternion −D is the same rotation.
-    let (i, r) = if real < 0.0 { (-imaginary, -real) } else { (imaginary, real) };
-    if i * i < SERIES * (r * r) {
-        let ratio = i / r;
+    #[inline(always)]
+    fn twice(imaginary: f64, real: f64) -> f64 {
+        let ratio = imaginary / real;
         let y = ratio * ratio;
         let series = 1.0
             - y * (1.0 / 3.0
                 - y * (1.0 / 5.0 - y * (1.0 / 7.0 - y * (1.0 / 9.0 - y * (1.0 / 11.0 - y * (1.0 / 13.0 - y / 15.0))))));
-        return 2.0 * ratio * series;
+        2.0 * ratio * series
     }
-    2.0 * atan2(i, r)
 }
 
 impl RestFrame {
@@ -126,6 +152,146 @@ impl RestFrame {
     }
 }
 
+impl RestFrame {
+    /// Orientations of A and B, each carried to the axes half way between them at bonding.
+    #[inline(always)]
+    fn halved(&self, [qa, qb]: [Quat; 2]) -> [Quat; 2] {
+        let half = Quat::from_parts((1.0 - self.rotation.norm_squared()).max(0.0).sqrt(), self.rotation);
+        [qa * half.conjugate(), qb * half]
+    }
+}
+
+/// The line from the centre of A to that of B.
+#[derive(Debug, Clone, Copy)]
+pub struct Chord {
+    /// Its length, m.
+    pub length: f64,
+    /// Its direction.
+    pub normal: Vec3,
+}
+
+impl Chord {
+    /// Of two particles whose centres are `branch` apart, m.
+    #[inline(always)]
+    pub fn of(branch: &Vec3) -> Self {
+        let length = branch.norm();
+        Self { length, normal: branch * (1.0 / length) }
+    }
+
+    /// Rotations of the ends since the state `rest` if all are small, without branches on their size and with the bits of
+    /// [`FrameKinematics::rotations`]; and whether they are small. `TURNED`: whether the bodies may have been turned against
+    /// each other at bonding.
+    #[inline(always)]
+    pub fn small_rotations<const TURNED: bool>(
+        &self,
+        orientations: [Quat; 2],
+        rest: &RestFrame,
+    ) -> (EndRotations, bool) {
+        let orientations = if TURNED {
+            // Not short-circuited, so that it is no branch.
+            let r = rest.rotation;
+            let as_they_are = (r.x == 0.0) & (r.y == 0.0) & (r.z == 0.0);
+            let halved = rest.halved(orientations);
+            let choose = |i: usize| {
+                let (whole, half) = (orientations[i].coords, halved[i].coords);
+                Quat::from(whole.zip_map(&half, |whole, half| if as_they_are { whole } else { half }))
+            };
+            [choose(0), choose(1)]
+        } else {
+            orientations
+        };
+        let sines = RotationSines::between(&self.normal, &orientations, &rest.direction);
+        (sines.angles::<SmallAngles>(), sines.are_small())
+    }
+
+    /// As a point contact in its middle.
+    #[inline(always)]
+    pub fn point(&self, geometry: &ContactGeometry, frame: &Frame, bonded: bool) -> PointKinematics {
+        let Self { length, normal } = *self;
+        PointKinematics {
+            geometry: *geometry,
+            length,
+            length_old: frame.length,
+            elongation: length - geometry.reference_length,
+            elongation_old: frame.length - geometry.reference_length,
+            gap: length - geometry.radius_a - geometry.radius_b,
+            normal,
+            shear_increment: Vec3::zeros(),
+            arm_a: 0.5 * length,
+            arm_b: 0.5 * length,
+            bonded,
+            transport: Transport::identity(normal),
+        }
+    }
+}
+
+/// Sines and cosines of the rotations of a bond's ends.
+#[derive(Clone, Copy)]
+struct RotationSines {
+    chord: Vec3,
+    /// Chord × end direction.
+    sine: [Vec3; 2],
+    /// Its square.
+    sine_squared: [f64; 2],
+    /// Chord · end direction.
+    cosine: [f64; 2],
+    /// Parts of the quaternion of the twist, up to a factor.
+    twist: [f64; 2],
+    /// `(t_A + t_B)/(1 + t_A·t_B)`.
+    twist_axis: Vec3,
+}
+
+impl RotationSines {
+    /// Of ends with these orientations, whose copies of the bond's direction were `direction` at bonding.
+    #[inline(always)]
+    fn between(chord: &Vec3, [qa, qb]: &[Quat; 2], direction: &Vec3) -> Self {
+        let (ta, tb) = (rotate(qa, direction), rotate(qb, direction));
+        // q_B q_A*, written so that it changes its sign exactly when A and B are exchanged.
+        let (ua, ub) = (qa.imag(), qb.imag());
+        let u = (ub * qa.w - ua * qb.w) + ua.cross(&ub);
+        let w = qa.w * qb.w + ua.dot(&ub);
+        let (sine_a, sine_b) = (chord.cross(&ta), chord.cross(&tb));
+        let sum = ta + tb;
+        // Ends that point opposite ways have no twist; the floor keeps the answer a number.
+        let one_and_cosine = (1.0 + ta.dot(&tb)).max(f64::MIN_POSITIVE);
+        Self {
+            chord: *chord,
+            sine: [sine_a, sine_b],
+            sine_squared: [sine_a.norm_squared(), sine_b.norm_squared()],
+            cosine: [chord.dot(&ta), chord.dot(&tb)],
+            twist: [u.dot(&sum), one_and_cosine * w + ta.cross(&tb).dot(&u)],
+            twist_axis: sum / one_and_cosine,
+        }
+    }
+
+    /// Whether all angles are small enough for their series.
+    #[inline(always)]
+    fn are_small(&self) -> bool {
+        let [imaginary, real] = self.twist;
+        (self.sine_squared[0] < SERIES)
+            & (self.sine_squared[1] < SERIES)
+            & (self.cosine[0] > 0.0)
+            & (self.cosine[1] > 0.0)
+            & (imaginary * imaginary < SERIES * (real * real))
+    }
+
+    #[inline(always)]
+    fn angles<A: Arcs>(&self) -> EndRotations {
+        let factor =
+            [A::factors(self.sine_squared[0], self.cosine[0]), A::factors(self.sine_squared[1], self.cosine[1])];
+        EndRotations {
+            a: self.sine[0] * factor[0][0],
+            b: self.sine[1] * factor[1][0],
+            twist: A::twice(self.twist[0], self.twist[1]),
+            chord: self.chord,
+            sine: self.sine,
+            cosine: self.cosine,
+            factor,
+            twist_axis: self.twist_axis,
+        }
+    }
+}
+
 impl FrameKinematics {
     /// Measure a bond.
     #[inline(always)]
@@ -138,25 +304,10 @@ impl FrameKinematics {
         bonded: bool,
         dt: f64,
     ) -> Self {
-        let l = b.position + image.displacement - a.position;
-        let length = l.norm();
-        let normal = l * (1.0 / length);
+        let chord = Chord::of(&(b.position + image.displacement - a.position));
         let sine = |q: &Quat| q.imag() * (2.0 * q.w);
         Self {
-            point: PointKinematics {
-                geometry: *geometry,
-                length,
-                length_old: frame.length,
-                elongation: length - geometry.reference_length,
-                elongation_old: frame.length - geometry.reference_length,
-                gap: length - geometry.radius_a - geometry.radius_b,
-                normal,
-                shear_increment: Vec3::zeros(),
-                arm_a: 0.5 * length,
-                arm_b: 0.5 * length,
-                bonded,
-                transport: Transport::identity(normal),
-            },
+            point: chord.point(geometry, frame, bonded),
             orientation_a: a.orientation,
             orientation_b: b.orientation,
             displacement: (b.velocity + image.velocity - a.velocity) * dt,
@@ -173,37 +324,11 @@ impl FrameKinematics {
     /// Rotations of the ends since the state `rest`.
     #[inline(always)]
     pub fn rotations(&self, rest: &RestFrame) -> EndRotations {
-        let (mut qa, mut qb) = (self.orientation_a, self.orientation_b);
+        let mut orientations = [self.orientation_a, self.orientation_b];
         if rest.rotation != Vec3::zeros() {
-            let half = Quat::from_parts((1.0 - rest.rotation.norm_squared()).max(0.0).sqrt(), rest.rotation);
-            qa *= half.conjugate();
-            qb *= half;
+            orientations = rest.halved(orientations);
         }
-        let (ta, tb) = (rotate(&qa, &rest.direction), rotate(&qb, &rest.direction));
-        // q_B q_A*, written so that it changes its sign exactly when A and B are exchanged.
-        let (ua, ub) = (qa.imag(), qb.imag());
-        let u = (ub * qa.w - ua * qb.w) + ua.cross(&ub);
-        let w = qa.w * qb.w + ua.dot(&ub);
-        let x = self.point.normal;
-        let end = |t: &Vec3| {
-            let (sine, cosine) = (x.cross(t), x.dot(t));
-            (sine, cosine, arc_factors(sine.norm_squared(), cosine))
-        };
-        let (end_a, end_b) = (end(&ta), end(&tb));
-        let sum = ta + tb;
-        // Ends that point opposite ways have no twist; the floor keeps the answer a number.
-        let one_and_cosine = (1.0 + ta.dot(&tb)).max(f64::MIN_POSITIVE);
-        let twist = twice_arc(u.dot(&sum), one_and_cosine * w + ta.cross(&tb).dot(&u));
-        EndRotations {
-            a: end_a.0 * end_a.2[0],
-            b: end_b.0 * end_b.2[0],
-            twist,
-            chord: x,
-            sine: [end_a.0, end_b.0],
-            cosine: [end_a.1, end_b.1],
-            factor: [end_a.2, end_b.2],
-            twist_axis: sum / one_and_cosine,
-        }
+        RotationSines::between(&self.point.normal, &orientations, &rest.direction).angles::<AnyAngles>()
     }
 
     /// Work that forces of these sizes take from the bodies in the step, J: `force` and `moment_a` on A, `−force` and
@@ -237,6 +362,8 @@ impl EndRotations {
 }
 
 impl Kinematics for FrameKinematics {
+    const ONE_MODE: bool = true;
+
     #[inline(always)]
     fn measure(
         _mode: Mode,
@@ -280,20 +407,20 @@ mod tests {
     /// 1e-2 (second factor), and at large angles the factors are what they say.
     #[test]
     fn arc_factors_are_continuous_and_right() {
-        let at = |sine: f64| arc_factors(sine * sine, (1.0 - sine * sine).sqrt());
+        let at = |sine: f64| AnyAngles::factors(sine * sine, (1.0 - sine * sine).sqrt());
         let below = at(0.1 * (1.0 - 1e-12));
         let above = at(0.1 * (1.0 + 1e-12));
         for k in 0..2 {
             assert!((below[k] - above[k]).abs() < 4e-14, "{below:?} {above:?}");
         }
         let angle = 2.5_f64;
-        let [g, h] = arc_factors(angle.sin().powi(2), angle.cos());
+        let [g, h] = AnyAngles::factors(angle.sin().powi(2), angle.cos());
         assert!((g - angle / angle.sin()).abs() < 4e-15 * g, "{g}");
         assert!((h - (1.0 - angle / angle.tan()) / angle.sin().powi(2)).abs() < 4e-14 * h, "{h}");
         for angle in [1e-9_f64, 1e-3, 0.19, 0.21, 1.0, 3.1, -0.7] {
             let (s, c) = (0.5 * angle).sin_cos();
-            assert!((twice_arc(s, c) - angle).abs() <= 1e-15 * angle.abs().max(1.0), "{angle}");
-            assert!((twice_arc(-s, -c) - angle).abs() <= 1e-15 * angle.abs().max(1.0), "{angle}");
+            assert!((AnyAngles::twice(s, c) - angle).abs() <= 1e-15 * angle.abs().max(1.0), "{angle}");
+            assert!((AnyAngles::twice(-s, -c) - angle).abs() <= 1e-15 * angle.abs().max(1.0), "{angle}");
         }
     }
 }

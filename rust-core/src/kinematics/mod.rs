@@ -6,22 +6,23 @@
 //!   history to first order in the step;
 //! * [`Mode::Yade`]: YADE's `ScGeom` with its ratcheting correction and its arms.
 //!
-//! Bonds that carry moments are measured by [`bond_frame`], in all modes alike. Particles that deform under their contacts
+//! Bonds that carry moments are measured by [`bond_frame`], in all modes alike. Many contacts are measured together, with the
+//! same bits: [`batch`]. Particles that deform under their contacts
 //! correct the measure of those: [`deformable`].
 
+pub mod batch;
 pub mod bond_frame;
 pub mod deformable;
 pub mod sphere_sphere;
 pub mod sphere_wall;
 pub mod transport;
 
-pub use bond_frame::{EndRotations, FrameKinematics, RestFrame};
+pub use batch::{BATCH, Batch, Columns, Pose};
+pub use bond_frame::{Chord, EndRotations, FrameKinematics, RestFrame};
 pub use transport::Transport;
 
-use sphere_sphere::{ImageShift, Motion};
-
 use crate::law::ContactGeometry;
-use crate::math::{Quat, Vec3};
+use crate::math::Vec3;
 
 /// How relative motion is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -85,34 +86,6 @@ impl PointKinematics {
         self.gap -= now;
         self
     }
-}
-
-/// Most contacts in a [`Batch`].
-pub const BATCH: usize = 32;
-
-/// What the default measure reads of a particle, in one line of the processor's cache.
-#[derive(Debug, Clone, Copy)]
-#[repr(C, align(64))]
-pub struct Pose {
-    /// Centre at the end of the step, m.
-    pub position: Vec3,
-    /// Rotation of the step.
-    pub rotation_increment: Quat,
-    /// Radius, m.
-    pub radius: f64,
-}
-
-/// Contacts measured in one go, and what is done with the measures `K`. A contact's data stay the same until it is
-/// answered.
-pub trait Batch<K> {
-    /// Contact `i` seen from A: its two particles, and the displacement of B's image (m).
-    fn poses(&self, i: usize) -> ([Pose; 2], Vec3);
-    /// Motions of A and B, and the image of B.
-    fn motions(&self, i: usize) -> ([Motion; 2], ImageShift);
-    /// Geometry, memory of the last step, and whether the contact is a bond.
-    fn constants(&self, i: usize) -> (ContactGeometry, Frame, bool);
-    /// Takes the measure of contact `i`; called once for each, in ascending order.
-    fn answer(&mut self, i: usize, kinematics: &K);
 }
 
 /// What a contact remembers of its own geometry from one step to the next.

@@ -15,9 +15,10 @@
 //! **First order**. `Δu_T = (1 − n n)[v_B − v_A + n × (a_A ω_A + a_B ω_B)] Δt`, and history rotated by
 //! `e − e × (n_o × n) − e × ½Δt n_o·(ω_A+ω_B) n_o`.
 
+use super::batch::{BATCH, Batch, Columns, Formula};
 use super::transport::Turn;
-use super::{BATCH, Batch, Frame, Mode, PointKinematics, Transport};
-use crate::law::ContactGeometry;
+use super::{Frame, Mode, PointKinematics, Transport};
+use crate::law::{ContactGeometry, ContactLaw};
 use crate::math::{Quat, Vec3};
 use crate::state::Cell;
 
@@ -109,19 +110,6 @@ fn finite(
     measure.point(geometry, frame, bonded)
 }
 
-/// Arrays of a batch, one per component, kept from batch to batch.
-#[derive(Debug, Clone)]
-pub struct Columns {
-    input: [[f64; BATCH]; 17],
-    output: [[f64; BATCH]; 13],
-}
-
-impl Default for Columns {
-    fn default() -> Self {
-        Self { input: [[0.0; BATCH]; 17], output: [[0.0; BATCH]; 13] }
-    }
-}
-
 /// What the finite measure reads.
 #[derive(Clone, Copy)]
 struct FiniteInput {
@@ -186,65 +174,54 @@ impl FiniteMeasure {
     }
 }
 
-/// [`measure`] in the mode [`Mode::Finite`] of a batch of contacts, with the same bits: the formulas run over arrays,
-/// one per component, where the compiler uses the wide registers of the processor.
+/// The finite measure of many contacts.
+struct Finite;
+
+impl Formula<17, 13> for Finite {
+    #[inline(always)]
+    fn apply(&self, input: [f64; 17]) -> [f64; 13] {
+        let [lx, ly, lz, pi, pj, pk, pw, qi, qj, qk, qw, radius_a, radius_b, nx, ny, nz, length] = input;
+        let FiniteMeasure { length, gap, normal: n, shear_increment: s, turn } = finite_measure(&FiniteInput {
+            branch: Vec3::new(lx, ly, lz),
+            rotation_a: Quat::new(pw, pi, pj, pk),
+            rotation_b: Quat::new(qw, qi, qj, qk),
+            radius_a,
+            radius_b,
+            frame: Frame { normal: Vec3::new(nx, ny, nz), length },
+        });
+        let b = turn.bisector;
+        [length, gap, n.x, n.y, n.z, s.x, s.y, s.z, b.x, b.y, b.z, turn.cosine, turn.sine]
+    }
+}
+
+/// [`measure`] in the mode [`Mode::Finite`] of the first `count` contacts of a batch, with the same bits, and the law's
+/// answers.
 #[inline(always)]
-pub fn finite_batch<B: Batch<PointKinematics>>(count: usize, batch: &mut B, columns: &mut Columns) {
-    // Rows beyond `count` are computed from what is there, and never read.
-    let Columns { input, output } = columns;
+pub fn finite_batch<L: ContactLaw<Kinematics = PointKinematics>, B: Batch<L>>(
+    count: usize,
+    batch: &mut B,
+    columns: &mut Columns,
+) {
     let count = count.min(BATCH);
     for i in 0..count {
         let ([a, b], shift) = batch.poses(i);
         let (l, p, q) = (b.position + shift - a.position, a.rotation_increment, b.rotation_increment);
         let (_, Frame { normal: n, length }, _) = batch.constants(i);
         let row = [l.x, l.y, l.z, p.i, p.j, p.k, p.w, q.i, q.j, q.k, q.w, a.radius, b.radius, n.x, n.y, n.z, length];
-        for (column, value) in input.iter_mut().zip(row) {
-            column[i] = value;
-        }
+        columns.set(i, row);
     }
-    measure_columns(input, output);
-    #[allow(clippy::needless_range_loop)] // over the rows of all columns
+    columns.apply(&Finite);
     for i in 0..count {
-        let at = |column: usize| output[column][i];
+        let [length, gap, nx, ny, nz, sx, sy, sz, bx, by, bz, cosine, sine] = columns.get(i);
         let measure = FiniteMeasure {
-            length: at(0),
-            gap: at(1),
-            normal: Vec3::new(at(2), at(3), at(4)),
-            shear_increment: Vec3::new(at(5), at(6), at(7)),
-            turn: Turn { bisector: Vec3::new(at(8), at(9), at(10)), cosine: at(11), sine: at(12) },
+            length,
+            gap,
+            normal: Vec3::new(nx, ny, nz),
+            shear_increment: Vec3::new(sx, sy, sz),
+            turn: Turn { bisector: Vec3::new(bx, by, bz), cosine, sine },
         };
         let (geometry, frame, bonded) = batch.constants(i);
         batch.answer(i, &measure.point(&geometry, &frame, bonded));
-    }
-}
-
-#[inline(always)]
-fn measure_columns(input: &[[f64; BATCH]; 17], output: &mut [[f64; BATCH]; 13]) {
-    for i in 0..BATCH {
-        let at = |column: usize| input[column][i];
-        let measure = finite_measure(&FiniteInput {
-            branch: Vec3::new(at(0), at(1), at(2)),
-            rotation_a: Quat::new(at(6), at(3), at(4), at(5)),
-            rotation_b: Quat::new(at(10), at(7), at(8), at(9)),
-            radius_a: at(11),
-            radius_b: at(12),
-            frame: Frame { normal: Vec3::new(at(13), at(14), at(15)), length: at(16) },
-        });
-        let FiniteMeasure { length, gap, normal: n, shear_increment: s, turn } = measure;
-        let b = turn.bisector;
-        output[0][i] = length;
-        output[1][i] = gap;
-        output[2][i] = n.x;
-        output[3][i] = n.y;
-        output[4][i] = n.z;
-        output[5][i] = s.x;
-        output[6][i] = s.y;
-        output[7][i] = s.z;
-        output[8][i] = b.x;
-        output[9][i] = b.y;
-        output[10][i] = b.z;
-        output[11][i] = turn.cosine;
-        output[12][i] = turn.sine;
     }
 }
 
@@ -283,8 +260,6 @@ fn first_order(
     }
 }
 
-/// YADE's `Ig2_Sphere_Sphere_ScGeom` and `ScGeom::precompute`, with its order of floating point operations
-/// (sums of three as `x + (y + z)`, no fused operations), so that a trace of YADE is met bit for bit.
 #[inline(always)]
 fn yade(
     a: &Motion,
@@ -296,46 +271,232 @@ fn yade(
     dt: f64,
     ratcheting_correction: bool,
 ) -> PointKinematics {
+    let input = YadeInput::of(a, b, image, geometry, frame);
+    yade_measure(&input, image.periodic, dt, ratcheting_correction).point(geometry, frame, bonded)
+}
+
+/// What YADE's measure reads.
+#[derive(Clone, Copy)]
+struct YadeInput {
+    position_a: Vec3,
+    position_b: Vec3,
+    shift: Vec3,
+    velocity_a: Vec3,
+    velocity_b: Vec3,
+    shift_velocity: Vec3,
+    spin_a: Vec3,
+    spin_b: Vec3,
+    radius_a: f64,
+    radius_b: f64,
+    reference_length: f64,
+    normal_old: Vec3,
+}
+
+/// What YADE's measure finds.
+#[derive(Clone, Copy)]
+struct YadeMeasure {
+    length: f64,
+    normal: Vec3,
+    penetration: f64,
+    elongation: f64,
+    shear_increment: Vec3,
+    arm_a: f64,
+    arm_b: f64,
+    swing: Vec3,
+    twist: Vec3,
+}
+
+impl YadeInput {
+    #[inline(always)]
+    fn of(a: &Motion, b: &Motion, image: &ImageShift, geometry: &ContactGeometry, frame: &Frame) -> Self {
+        Self {
+            position_a: a.position,
+            position_b: b.position,
+            shift: image.displacement,
+            velocity_a: a.velocity,
+            velocity_b: b.velocity,
+            shift_velocity: image.velocity,
+            spin_a: a.angular_velocity,
+            spin_b: b.angular_velocity,
+            radius_a: geometry.radius_a,
+            radius_b: geometry.radius_b,
+            reference_length: geometry.reference_length,
+            normal_old: frame.normal,
+        }
+    }
+}
+
+/// YADE's `Ig2_Sphere_Sphere_ScGeom` and `ScGeom::precompute`, with its order of floating point operations
+/// (sums of three as `x + (y + z)`, no fused operations), so that a trace of YADE is met bit for bit.
+#[inline(always)]
+fn yade_measure(input: &YadeInput, periodic: bool, dt: f64, ratcheting_correction: bool) -> YadeMeasure {
     use crate::math::yade_order::{cross, dot, norm};
-    let (radius_a, radius_b) = (geometry.radius_a, geometry.radius_b);
-    let l = b.position + image.displacement - a.position;
+    let YadeInput { position_a, position_b, shift, velocity_a, velocity_b, shift_velocity, spin_a, spin_b, .. } =
+        *input;
+    let YadeInput { radius_a, radius_b, reference_length, normal_old, .. } = *input;
+    let l = position_b + shift - position_a;
     let length = norm(&l);
     let normal = l / length;
     let penetration = radius_a + radius_b - length;
-    let reference_penetration = radius_a + radius_b - geometry.reference_length;
-    let contact_point = a.position + normal * (radius_a - 0.5 * penetration);
+    let reference_penetration = radius_a + radius_b - reference_length;
     let incident = if ratcheting_correction {
         let alpha = (radius_a + radius_b) / (radius_a + radius_b - penetration);
-        (b.velocity - a.velocity) * alpha + cross(&b.angular_velocity, &(normal * -radius_b))
-            - cross(&a.angular_velocity, &(normal * radius_a))
-            + image.velocity * alpha
+        (velocity_b - velocity_a) * alpha + cross(&spin_b, &(normal * -radius_b)) - cross(&spin_a, &(normal * radius_a))
+            + shift_velocity * alpha
     } else {
-        let arm_a = contact_point - a.position;
-        let arm_b = contact_point - b.position - image.displacement;
-        (b.velocity + cross(&b.angular_velocity, &arm_b)) - (a.velocity + cross(&a.angular_velocity, &arm_a))
-            + image.velocity
+        let contact_point = position_a + normal * (radius_a - 0.5 * penetration);
+        let arm_a = contact_point - position_a;
+        let arm_b = contact_point - position_b - shift;
+        (velocity_b + cross(&spin_b, &arm_b)) - (velocity_a + cross(&spin_a, &arm_a)) + shift_velocity
     };
     let tangential = incident - normal * dot(&normal, &incident);
-    let twist = dt * 0.5 * dot(&frame.normal, &(a.angular_velocity + b.angular_velocity));
+    let twist = dt * 0.5 * dot(&normal_old, &(spin_a + spin_b));
     let periodic_arm = 0.5 * (reference_penetration - penetration);
-    let (arm_a, arm_b) = if image.periodic {
+    let (arm_a, arm_b) = if periodic {
         (radius_a + periodic_arm, radius_b + periodic_arm)
     } else {
         (radius_a - 0.5 * penetration, radius_b - 0.5 * penetration)
     };
-    PointKinematics {
-        geometry: *geometry,
+    YadeMeasure {
         length,
-        length_old: frame.length,
-        elongation: reference_penetration - penetration,
-        elongation_old: frame.length - geometry.reference_length,
-        gap: -penetration,
         normal,
+        penetration,
+        elongation: reference_penetration - penetration,
         shear_increment: tangential * dt,
         arm_a,
         arm_b,
-        bonded,
-        transport: Transport::FirstOrder { swing: cross(&frame.normal, &normal), twist: frame.normal * twist },
+        swing: cross(&normal_old, &normal),
+        twist: normal_old * twist,
+    }
+}
+
+impl YadeMeasure {
+    #[inline(always)]
+    fn point(&self, geometry: &ContactGeometry, frame: &Frame, bonded: bool) -> PointKinematics {
+        PointKinematics {
+            geometry: *geometry,
+            length: self.length,
+            length_old: frame.length,
+            elongation: self.elongation,
+            elongation_old: frame.length - geometry.reference_length,
+            gap: -self.penetration,
+            normal: self.normal,
+            shear_increment: self.shear_increment,
+            arm_a: self.arm_a,
+            arm_b: self.arm_b,
+            bonded,
+            transport: Transport::FirstOrder { swing: self.swing, twist: self.twist },
+        }
+    }
+}
+
+/// YADE's measure of many contacts without a periodic cell.
+struct Yade {
+    dt: f64,
+    ratcheting_correction: bool,
+}
+
+impl Formula<24, 17> for Yade {
+    #[inline(always)]
+    fn apply(&self, input: [f64; 24]) -> [f64; 17] {
+        let at = |i: usize| Vec3::new(input[i], input[i + 1], input[i + 2]);
+        let input = YadeInput {
+            position_a: at(0),
+            position_b: at(3),
+            shift: Vec3::zeros(),
+            velocity_a: at(6),
+            velocity_b: at(9),
+            shift_velocity: Vec3::zeros(),
+            spin_a: at(12),
+            spin_b: at(15),
+            radius_a: input[18],
+            radius_b: input[19],
+            reference_length: input[20],
+            normal_old: at(21),
+        };
+        let YadeMeasure {
+            length,
+            normal: n,
+            penetration,
+            elongation,
+            shear_increment: s,
+            arm_a,
+            arm_b,
+            swing: w,
+            twist: t,
+        } = yade_measure(&input, false, self.dt, self.ratcheting_correction);
+        [length, penetration, elongation, arm_a, arm_b, n.x, n.y, n.z, s.x, s.y, s.z, w.x, w.y, w.z, t.x, t.y, t.z]
+    }
+}
+
+/// [`measure`] in YADE's modes of the first `count` contacts of a batch without images, with the same bits, and the law's
+/// answers.
+#[inline(always)]
+pub fn yade_batch<L: ContactLaw<Kinematics = PointKinematics>, B: Batch<L>>(
+    count: usize,
+    dt: f64,
+    ratcheting_correction: bool,
+    batch: &mut B,
+    columns: &mut Columns,
+) {
+    let count = count.min(BATCH);
+    for i in 0..count {
+        let ([a, b], _) = batch.motions(i);
+        let (geometry, Frame { normal: n, .. }, _) = batch.constants(i);
+        let (x, y, u, v, w, z) =
+            (a.position, b.position, a.velocity, b.velocity, a.angular_velocity, b.angular_velocity);
+        let ContactGeometry { radius_a, radius_b, reference_length, .. } = geometry;
+        columns.set(
+            i,
+            [
+                x.x,
+                x.y,
+                x.z,
+                y.x,
+                y.y,
+                y.z,
+                u.x,
+                u.y,
+                u.z,
+                v.x,
+                v.y,
+                v.z,
+                w.x,
+                w.y,
+                w.z,
+                z.x,
+                z.y,
+                z.z,
+                radius_a,
+                radius_b,
+                reference_length,
+                n.x,
+                n.y,
+                n.z,
+            ],
+        );
+    }
+    if ratcheting_correction {
+        columns.apply(&Yade { dt, ratcheting_correction: true });
+    } else {
+        columns.apply(&Yade { dt, ratcheting_correction: false });
+    }
+    for i in 0..count {
+        let [length, penetration, elongation, arm_a, arm_b, nx, ny, nz, sx, sy, sz, wx, wy, wz, tx, ty, tz] =
+            columns.get(i);
+        let measure = YadeMeasure {
+            length,
+            normal: Vec3::new(nx, ny, nz),
+            penetration,
+            elongation,
+            shear_increment: Vec3::new(sx, sy, sz),
+            arm_a,
+            arm_b,
+            swing: Vec3::new(wx, wy, wz),
+            twist: Vec3::new(tx, ty, tz),
+        };
+        let (geometry, frame, bonded) = batch.constants(i);
+        batch.answer(i, &measure.point(&geometry, &frame, bonded));
     }
 }
 

@@ -32,9 +32,12 @@
 use std::f64::consts::PI;
 
 use super::common::{ParameterError, require};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Fate, Reference, Response, Stiffness};
-use crate::kinematics::{FrameKinematics, RestFrame};
-use crate::math::Vec3;
+use super::{
+    ContactGeometry, ContactLaw, EnergySplit, Fate, Reference, Response, Stiffness, respond_one_by_one, respond_to_one,
+};
+use crate::kinematics::batch::{BATCH, Batch, Columns, Formula};
+use crate::kinematics::{Chord, EndRotations, FrameKinematics, Mode, RestFrame};
+use crate::math::{Quat, Vec3};
 
 /// What the bond resists.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -129,6 +132,19 @@ pub struct BeamForces {
     pub moment_b: Vec3,
 }
 
+/// Part of a moment perpendicular to the chord.
+#[inline(always)]
+fn across(chord: &Vec3, moment: Vec3) -> Vec3 {
+    moment - chord * chord.dot(&moment)
+}
+
+impl BeamForces {
+    #[inline(always)]
+    fn bending_in_the_middle(&self, chord: &Vec3) -> f64 {
+        0.5 * across(chord, self.moment_a - self.moment_b).norm()
+    }
+}
+
 impl CohesiveBeam {
     /// An Euler-Bernoulli beam that never breaks: modulus (Pa), Poisson's ratio, section.
     pub fn new(young: f64, poisson: f64, section: Section) -> Result<Self, ParameterError> {
@@ -173,42 +189,50 @@ impl CohesiveBeam {
     /// Stiffnesses of a bond of this rest length and section.
     #[inline(always)]
     pub fn stiffnesses(&self, geometry: &ContactGeometry) -> BeamStiffness {
+        match self.model {
+            BeamModel::EulerBernoulli => self.stiffnesses_of_beam(geometry, f64::INFINITY),
+            BeamModel::Timoshenko { shear_coefficient } => self.stiffnesses_of_beam(geometry, shear_coefficient),
+            BeamModel::DualSpring { ratio } => {
+                let normal = self.young / geometry.reference_length * geometry.area;
+                BeamStiffness { normal, shear: ratio * normal, bending: 0.0, twist: 0.0 }
+            }
+            BeamModel::Spring => {
+                let normal = self.young / geometry.reference_length * geometry.area;
+                BeamStiffness { normal, shear: 0.0, bending: 0.0, twist: 0.0 }
+            }
+        }
+    }
+
+    /// Those of a Timoshenko beam; an infinite shear coefficient makes it slender, to the last bit.
+    #[inline(always)]
+    fn stiffnesses_of_beam(&self, geometry: &ContactGeometry, shear_coefficient: f64) -> BeamStiffness {
         let (area, length) = (geometry.area, geometry.reference_length);
         let per_length = self.young / length;
         let normal = per_length * area;
         // I = S²/4π
         let bending = per_length * (area * area) * (1.0 / (4.0 * PI));
-        let (shear, bending, twist) = match self.model {
-            BeamModel::EulerBernoulli | BeamModel::Timoshenko { .. } => {
-                let slender = 12.0 * bending / (length * length);
-                // G I_O/l = E/2(1+ν)·2I/l
-                let twist = bending / (1.0 + self.poisson);
-                let shear = match self.model {
-                    BeamModel::Timoshenko { shear_coefficient } => {
-                        // Φ = k_s,slender/(κGS/l)
-                        let by_shear = shear_coefficient * normal / (2.0 * (1.0 + self.poisson));
-                        slender / (1.0 + slender / by_shear)
-                    }
-                    _ => slender,
-                };
-                (shear, bending, twist)
-            }
-            BeamModel::DualSpring { ratio } => (ratio * normal, 0.0, 0.0),
-            BeamModel::Spring => (0.0, 0.0, 0.0),
-        };
-        BeamStiffness { normal, shear, bending, twist }
+        let slender = 12.0 * bending / (length * length);
+        // Φ = k_s,slender/(κGS/l), G = E/2(1+ν)
+        let by_shear = shear_coefficient * normal / (2.0 * (1.0 + self.poisson));
+        // G I_O/l = E/2(1+ν)·2I/l
+        let twist = bending / (1.0 + self.poisson);
+        BeamStiffness { normal, shear: slender / (1.0 + slender / by_shear), bending, twist }
     }
 
     /// Maximal principal stress on the surface of the beam, Pa, by [4.1]–[4.3] with the chosen reading of the bending
     /// term; `axial` is the normal force, N, `chord` the unit chord.
     #[inline(always)]
     pub fn rankine_stress(&self, area: f64, axial: f64, chord: &Vec3, forces: &BeamForces) -> f64 {
-        let across = |moment: Vec3| moment - chord * chord.dot(&moment);
         let bending = match self.bending_term {
-            BendingTerm::MidSection => 0.5 * across(forces.moment_a - forces.moment_b).norm(),
+            BendingTerm::MidSection => forces.bending_in_the_middle(chord),
             BendingTerm::HalfSum => 0.5 * (forces.moment_a + forces.moment_b).norm(),
-            BendingTerm::LargerEnd => across(forces.moment_a).norm().max(across(forces.moment_b).norm()),
+            BendingTerm::LargerEnd => across(chord, forces.moment_a).norm().max(across(chord, forces.moment_b).norm()),
         };
+        Self::principal_stress(area, axial, chord, forces, bending)
+    }
+
+    #[inline(always)]
+    fn principal_stress(area: f64, axial: f64, chord: &Vec3, forces: &BeamForces, bending: f64) -> f64 {
         let torsion = 0.5 * (forces.moment_a - forces.moment_b).dot(chord);
         // r/I = 4πr/S², and half of it for I_O.
         let radius = (area / PI).sqrt();
@@ -216,6 +240,66 @@ impl CohesiveBeam {
         let normal = axial / area + bending * by_section;
         let shear = 0.5 * by_section * torsion;
         0.5 * (normal + (normal * normal + 4.0 * shear * shear).sqrt())
+    }
+}
+
+/// What a beam does.
+struct Answer {
+    forces: BeamForces,
+    /// Normal force, N.
+    axial: f64,
+    /// Energy stored by elongation, shear, bending, twist, J.
+    stored: [f64; 4],
+}
+
+#[inline(always)]
+fn answer(k: &BeamStiffness, reference_length: f64, chord: &Chord, rotations: &EndRotations) -> Answer {
+    let elongation = chord.length - reference_length;
+    let half_length = 0.5 * reference_length;
+    let sum = rotations.a + rotations.b;
+    let difference = rotations.b - rotations.a;
+    let by_shear = k.shear * (half_length * half_length);
+    let (from_shear, from_bending) = (sum * by_shear, difference * k.bending);
+    let torsion = rotations.twist_axis() * (k.twist * rotations.twist);
+    let moment_a = rotations.end_moment(0, &(from_shear - from_bending)) + torsion;
+    let moment_b = rotations.end_moment(1, &(from_shear + from_bending)) - torsion;
+    let axial = k.normal * elongation;
+    let force = chord.normal * axial - chord.normal.cross(&(moment_a + moment_b)) * (1.0 / chord.length);
+    let stored = [
+        0.5 * axial * elongation,
+        0.5 * by_shear * sum.norm_squared(),
+        0.5 * from_bending.dot(&difference),
+        0.5 * k.twist * (rotations.twist * rotations.twist),
+    ];
+    Answer { forces: BeamForces { force, moment_a, moment_b }, axial, stored }
+}
+
+/// Answers of many slender or Timoshenko beams with the same parameters, whose ends have turned little; see
+/// [`CohesiveBeam::respond_batch`].
+struct Intact<'a, const TURNED: bool> {
+    beam: &'a CohesiveBeam,
+    /// Infinite for slender beams.
+    shear_coefficient: f64,
+}
+
+impl<const TURNED: bool> Formula<19, 11> for Intact<'_, TURNED> {
+    #[inline(always)]
+    fn apply(&self, input: [f64; 19]) -> [f64; 11] {
+        let [lx, ly, lz, ai, aj, ak, aw, bi, bj, bk, bw, dx, dy, dz, rx, ry, rz, reference_length, area] = input;
+        let rest = RestFrame { direction: Vec3::new(dx, dy, dz), rotation: Vec3::new(rx, ry, rz) };
+        let chord = Chord::of(&Vec3::new(lx, ly, lz));
+        let orientations = [Quat::new(aw, ai, aj, ak), Quat::new(bw, bi, bj, bk)];
+        let (rotations, small) = chord.small_rotations::<TURNED>(orientations, &rest);
+        // Radii and masses are of no matter to a beam.
+        let geometry =
+            ContactGeometry { reference_length, area, radius_a: 0.0, radius_b: 0.0, mass_a: 0.0, mass_b: 0.0 };
+        let k = self.beam.stiffnesses_of_beam(&geometry, self.shear_coefficient);
+        let Answer { forces, axial, .. } = answer(&k, reference_length, &chord, &rotations);
+        let (n, f, m) = (chord.normal, forces.force, (forces.moment_a - forces.moment_b) * 0.5);
+        let stress = CohesiveBeam::principal_stress(area, axial, &n, &forces, forces.bending_in_the_middle(&n));
+        // Not a number: ask the law.
+        let stress = if small { stress } else { f64::NAN };
+        [chord.length, n.x, n.y, n.z, f.x, f.y, f.z, m.x, m.y, m.z, stress]
     }
 }
 
@@ -233,30 +317,16 @@ impl ContactLaw for CohesiveBeam {
         } else {
             RestFrame { direction: old.rest_direction, rotation: old.rest_rotation }
         };
-        let rotations = kinematics.rotations(&rest);
-        let k = self.stiffnesses(&point.geometry);
-        let half_length = 0.5 * point.geometry.reference_length;
-        let sum = rotations.a + rotations.b;
-        let difference = rotations.b - rotations.a;
-        let by_shear = k.shear * (half_length * half_length);
-        let (from_shear, from_bending) = (sum * by_shear, difference * k.bending);
-        let torsion = rotations.twist_axis() * (k.twist * rotations.twist);
-        let moment_a = rotations.end_moment(0, &(from_shear - from_bending)) + torsion;
-        let moment_b = rotations.end_moment(1, &(from_shear + from_bending)) - torsion;
-        let axial = k.normal * point.elongation;
-        let force = point.normal * axial - point.normal.cross(&(moment_a + moment_b)) * (1.0 / point.length);
-        let mut energy = EnergySplit {
-            stored_normal: 0.5 * axial * point.elongation,
-            stored_shear: 0.5 * by_shear * sum.norm_squared(),
-            stored_bending: 0.5 * from_bending.dot(&difference),
-            stored_twist: 0.5 * k.twist * (rotations.twist * rotations.twist),
-            ..EnergySplit::default()
-        };
+        let (geometry, chord) = (&point.geometry, Chord { length: point.length, normal: point.normal });
+        let Answer { forces, axial, stored } =
+            answer(&self.stiffnesses(geometry), geometry.reference_length, &chord, &kinematics.rotations(&rest));
+        let BeamForces { force, moment_a, moment_b } = forces;
+        let [stored_normal, stored_shear, stored_bending, stored_twist] = stored;
+        let mut energy =
+            EnergySplit { stored_normal, stored_shear, stored_bending, stored_twist, ..EnergySplit::default() };
         let state = CohesiveBeamState { rest_direction: rest.direction, rest_rotation: rest.rotation };
-        let fails = self.strength.is_finite() && {
-            let forces = BeamForces { force, moment_a, moment_b };
-            self.rankine_stress(point.geometry.area, axial, &point.normal, &forces) >= self.strength
-        };
+        let fails = self.strength.is_finite()
+            && self.rankine_stress(geometry.area, axial, &point.normal, &forces) >= self.strength;
         if fails || !point.bonded {
             // The forces of this step are void. The energy stored by now is released; it contains the half of this
             // step's work that the void forces would have taken in, which nobody did: the integration term.
@@ -265,6 +335,78 @@ impl ContactLaw for CohesiveBeam {
             return Response { force: Vec3::zeros(), moment: Vec3::zeros(), state, fate: Fate::Broke, energy };
         }
         Response { force, moment: (moment_a - moment_b) * 0.5, state, fate: Fate::Lives, energy }
+    }
+
+    /// Beams that hold, with small rotations, the same parameters, and the default reading of the criterion, are answered in
+    /// columns; all others one by one.
+    #[inline(always)]
+    fn respond_batch<B: Batch<Self>>(mode: Mode, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
+        let count = count.min(BATCH);
+        if count == 0 {
+            return;
+        }
+        let beam = *batch.law(0).0;
+        let shear_coefficient = match beam.model {
+            BeamModel::EulerBernoulli => Some(f64::INFINITY),
+            BeamModel::Timoshenko { shear_coefficient } => Some(shear_coefficient),
+            BeamModel::DualSpring { .. } | BeamModel::Spring => None,
+        };
+        let default_criterion = beam.bending_term == BendingTerm::MidSection;
+        let alike = (1..count).all(|i| batch.row(i) == batch.row(0));
+        let Some(shear_coefficient) = shear_coefficient.filter(|_| default_criterion && alike && !B::SAMPLE) else {
+            respond_one_by_one(mode, count, dt, batch);
+            return;
+        };
+        let mut turned = false;
+        for i in 0..count {
+            let ([xa, xb], [qa, qb], shift) = batch.ends(i);
+            let (geometry, _, _) = batch.constants(i);
+            let CohesiveBeamState { rest_direction: d, rest_rotation: r } = *batch.law(i).1;
+            turned |= r != Vec3::zeros();
+            let l = xb + shift - xa;
+            let ContactGeometry { reference_length, area, .. } = geometry;
+            let row = [
+                l.x,
+                l.y,
+                l.z,
+                qa.i,
+                qa.j,
+                qa.k,
+                qa.w,
+                qb.i,
+                qb.j,
+                qb.k,
+                qb.w,
+                d.x,
+                d.y,
+                d.z,
+                r.x,
+                r.y,
+                r.z,
+                reference_length,
+                area,
+            ];
+            columns.set(i, row);
+        }
+        if turned {
+            columns.apply(&Intact::<true> { beam: &beam, shear_coefficient });
+        } else {
+            columns.apply(&Intact::<false> { beam: &beam, shear_coefficient });
+        }
+        for i in 0..count {
+            let [length, nx, ny, nz, fx, fy, fz, mx, my, mz, stress] = columns.get(i);
+            let (geometry, frame, bonded) = batch.constants(i);
+            let state = *batch.law(i).1;
+            // A direction of zero: the bond's first evaluation.
+            if bonded && stress < beam.strength && state.rest_direction != Vec3::zeros() {
+                let chord = Chord { length, normal: Vec3::new(nx, ny, nz) };
+                let (force, moment) = (Vec3::new(fx, fy, fz), Vec3::new(mx, my, mz));
+                let response = Response { force, moment, state, fate: Fate::Lives, energy: EnergySplit::default() };
+                batch.take(i, &chord.point(&geometry, &frame, bonded), &response);
+            } else {
+                respond_to_one(mode, i, dt, batch);
+            }
+        }
     }
 
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {

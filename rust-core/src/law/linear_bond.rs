@@ -135,6 +135,7 @@ impl ContactLaw for LinearBond {
     type Kinematics = PointKinematics;
     const NAME: &'static str = "linear_bond";
     const DEFORMS: bool = true;
+    const READS_OLD_ELONGATION: bool = false;
 
     #[inline(always)]
     fn respond(&self, kinematics: &PointKinematics, old: &LinearBondState, dt: f64) -> Response<LinearBondState> {

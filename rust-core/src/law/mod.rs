@@ -24,9 +24,9 @@ pub use hertz_mindlin::{Elastic, HertzMindlin, HertzMindlinState};
 pub use linear_bond::{LinearBond, LinearBondState};
 pub use state::{Field, LawState, Parity};
 
-use crate::kinematics::sphere_sphere::{self, Columns, ImageShift, Motion};
+use crate::kinematics::sphere_sphere::{self, ImageShift, Motion};
 use crate::kinematics::sphere_wall;
-use crate::kinematics::{Batch, Frame, Mode, PointKinematics};
+use crate::kinematics::{Batch, Columns, Frame, Mode, PointKinematics};
 use crate::math::Vec3;
 use crate::state::walls::Foot;
 
@@ -42,12 +42,22 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     const TRANSMITS_MOMENT: bool = false;
     /// Whether the law goes with particles that deform; when false the solver refuses such particles.
     const DEFORMS: bool = false;
+    /// Whether the answer of a contact that lives on depends on [`PointKinematics::elongation_old`]. Between particles that
+    /// deform it costs something to know; where this is false, a contact that lives is not told (NaN).
+    const READS_OLD_ELONGATION: bool = true;
 
     /// The contact's answer to the motion of one step of `dt` seconds, which ended in the state `kinematics`.
     ///
     /// `old` is the history before the step, in world axes of that time; the law transports its vectors to the
     /// present with [`PointKinematics::transport`].
     fn respond(&self, kinematics: &Self::Kinematics, old: &Self::State, dt: f64) -> Response<Self::State>;
+
+    /// Measures the first `count` contacts of a batch, at most [`BATCH`](crate::kinematics::BATCH), and answers them, with the
+    /// bits of [`Kinematics::measure`] and [`Self::respond`]. A law may find its answers in columns, too.
+    #[inline(always)]
+    fn respond_batch<B: Batch<Self>>(mode: Mode, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
+        Self::Kinematics::measure_batch::<Self, B>(mode, count, dt, batch, columns);
+    }
 
     /// Largest stiffnesses the contact can show, for the time step bound.
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness;
@@ -107,7 +117,9 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
 }
 
 /// Kinematic input of a law, as a class: which measuring function the solver runs for it.
-pub trait Kinematics: Sized + Send + Sync {
+pub trait Kinematics: Copy + Send + Sync {
+    /// Whether the measure is the same in all modes.
+    const ONE_MODE: bool = false;
     /// Measure a contact; see [`sphere_sphere::measure`].
     fn measure(
         mode: Mode,
@@ -119,11 +131,16 @@ pub trait Kinematics: Sized + Send + Sync {
         bonded: bool,
         dt: f64,
     ) -> Self;
-    /// [`Self::measure`] for the first `count` contacts of a batch, at most [`BATCH`](crate::kinematics::BATCH), with
-    /// the same bits.
+    /// Measure and answer the first `count` contacts of a batch; see [`ContactLaw::respond_batch`].
     #[inline(always)]
-    fn measure_batch<B: Batch<Self>>(mode: Mode, count: usize, dt: f64, batch: &mut B, _columns: &mut Columns) {
-        measure_one_by_one(mode, count, dt, batch);
+    fn measure_batch<L: ContactLaw<Kinematics = Self>, B: Batch<L>>(
+        mode: Mode,
+        count: usize,
+        dt: f64,
+        batch: &mut B,
+        _columns: &mut Columns,
+    ) {
+        respond_one_by_one(mode, count, dt, batch);
     }
     /// Measure a contact of particle `a` with a wall moving at `wall_velocity` (m/s), whose nearest point is `foot`;
     /// `None` when laws of this kind have no contact with walls.
@@ -146,15 +163,25 @@ pub trait Kinematics: Sized + Send + Sync {
     }
 }
 
-/// Measure the first `count` contacts of a batch one after the other.
+/// Measure and answer the first `count` contacts of a batch one after the other.
 #[inline(always)]
-fn measure_one_by_one<K: Kinematics, B: Batch<K>>(mode: Mode, count: usize, dt: f64, batch: &mut B) {
+fn respond_one_by_one<L: ContactLaw, B: Batch<L>>(mode: Mode, count: usize, dt: f64, batch: &mut B) {
     for i in 0..count {
         let ([a, b], image) = batch.motions(i);
         let (geometry, frame, bonded) = batch.constants(i);
-        let measured = K::measure(mode, &a, &b, &image, &geometry, &frame, bonded, dt);
+        let measured = L::Kinematics::measure(mode, &a, &b, &image, &geometry, &frame, bonded, dt);
         batch.answer(i, &measured);
     }
+}
+
+/// Measure and answer contact `i` of a batch that is not like the others.
+#[cold]
+#[inline(never)]
+fn respond_to_one<L: ContactLaw, B: Batch<L>>(mode: Mode, i: usize, dt: f64, batch: &mut B) {
+    let ([a, b], image) = batch.motions(i);
+    let (geometry, frame, bonded) = batch.constants(i);
+    let measured = L::Kinematics::measure(mode, &a, &b, &image, &geometry, &frame, bonded, dt);
+    batch.answer(i, &measured);
 }
 
 impl Kinematics for PointKinematics {
@@ -172,10 +199,18 @@ impl Kinematics for PointKinematics {
         sphere_sphere::measure(mode, a, b, image, geometry, frame, bonded, dt)
     }
     #[inline(always)]
-    fn measure_batch<B: Batch<Self>>(mode: Mode, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
+    fn measure_batch<L: ContactLaw<Kinematics = Self>, B: Batch<L>>(
+        mode: Mode,
+        count: usize,
+        dt: f64,
+        batch: &mut B,
+        columns: &mut Columns,
+    ) {
         match mode {
             Mode::Finite => sphere_sphere::finite_batch(count, batch, columns),
-            _ => measure_one_by_one(mode, count, dt, batch),
+            Mode::Yade if !B::PERIODIC => sphere_sphere::yade_batch(count, dt, false, batch, columns),
+            Mode::YadeRatcheting if !B::PERIODIC => sphere_sphere::yade_batch(count, dt, true, batch, columns),
+            _ => respond_one_by_one(mode, count, dt, batch),
         }
     }
     fn measure_wall(

@@ -9,10 +9,10 @@
 use rayon::prelude::*;
 
 use crate::kinematics::deformable::Widening;
-use crate::kinematics::sphere_sphere::{Columns, ImageShift, Motion};
-use crate::kinematics::{BATCH, Batch, Frame, Mode, PointKinematics, Pose};
-use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, LawState, Reference};
-use crate::math::{Mat3, Symmetric, Vec3};
+use crate::kinematics::sphere_sphere::{ImageShift, Motion};
+use crate::kinematics::{BATCH, Batch, Columns, Frame, Mode, PointKinematics, Pose};
+use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, LawState, Reference, Response};
+use crate::math::{Mat3, Quat, Symmetric, Vec3};
 use crate::solver::deformation::Dyads;
 use crate::solver::record::{self, ContactForces, WallForces};
 use crate::solver::walls;
@@ -349,36 +349,50 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
     }
 }
 
-/// The loop over one tile with the default measure of motion, as something that [`pulp`] can run with the newest
-/// instructions of the processor (a tenth faster). They give the same bits: nothing is fused or reordered.
-struct FiniteTileLoop<'a, 'b, L: ContactLaw, const DEFORM: bool> {
+/// The loop over one tile without a cell and without a sample, as something that [`pulp`] can run with the newest
+/// instructions of the processor. They give the same bits: nothing is fused or reordered.
+struct PlainTileLoop<'a, 'b, L: ContactLaw, const YADE: bool, const DEFORM: bool> {
     context: &'a StepContext<'a>,
     rows: &'a [L],
     tile: Tile<'b, L>,
 }
 
-impl<L: ContactLaw, const DEFORM: bool> pulp::NullaryFnOnce for FiniteTileLoop<'_, '_, L, DEFORM> {
+impl<L: ContactLaw, const YADE: bool, const DEFORM: bool> pulp::NullaryFnOnce
+    for PlainTileLoop<'_, '_, L, YADE, DEFORM>
+{
     type Output = Tally;
     #[inline(always)]
     fn call(self) -> Tally {
-        run::<L, false, false, DEFORM>(Mode::Finite, self.context, self.rows, self.tile)
+        // Said so that measures of other modes are not compiled.
+        let mode = match self.context.mode {
+            Mode::Yade if YADE => Mode::Yade,
+            _ if YADE => Mode::YadeRatcheting,
+            _ => Mode::Finite,
+        };
+        run::<L, false, false, DEFORM>(mode, self.context, self.rows, self.tile)
     }
 }
 
-/// Choose the loop: the default measure without a cell and without a sample has one of its own, the others share one,
-/// to keep the program small.
+/// Choose the loop: the default measure and YADE's, without a cell and without a sample, have loops of their own, the
+/// others share one, to keep the program small.
 fn dispatch<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: Tile<'_, L>) -> Tally {
     let mode = context.mode;
-    let fast = mode == Mode::Finite && context.cell.is_none() && !context.sample;
+    let plain = context.cell.is_none() && !context.sample;
+    let finite = plain && (mode == Mode::Finite || L::Kinematics::ONE_MODE);
+    let yade = plain && matches!(mode, Mode::Yade | Mode::YadeRatcheting);
     // Conditions on constants of the law first: what they exclude is not compiled.
-    if L::DEFORMS {
-        match (fast, context.widening.is_empty()) {
-            (true, true) => pulp::Arch::new().dispatch(FiniteTileLoop::<L, false> { context, rows, tile }),
-            (true, false) => pulp::Arch::new().dispatch(FiniteTileLoop::<L, true> { context, rows, tile }),
-            (false, _) => run::<L, true, true, true>(mode, context, rows, tile),
+    if L::DEFORMS && !context.widening.is_empty() {
+        if finite {
+            pulp::Arch::new().dispatch(PlainTileLoop::<L, false, true> { context, rows, tile })
+        } else {
+            run::<L, true, true, true>(mode, context, rows, tile)
         }
-    } else if fast {
-        pulp::Arch::new().dispatch(FiniteTileLoop::<L, false> { context, rows, tile })
+    } else if finite {
+        pulp::Arch::new().dispatch(PlainTileLoop::<L, false, false> { context, rows, tile })
+    } else if !L::Kinematics::ONE_MODE && yade {
+        pulp::Arch::new().dispatch(PlainTileLoop::<L, true, false> { context, rows, tile })
+    } else if L::DEFORMS {
+        run::<L, true, true, true>(mode, context, rows, tile)
     } else {
         run::<L, true, true, false>(mode, context, rows, tile)
     }
@@ -428,7 +442,7 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bo
             }
             k += 1;
         }
-        L::Kinematics::measure_batch(mode, waiting, context.dt, &mut queue, &mut columns);
+        L::respond_batch(mode, waiting, context.dt, &mut queue, &mut columns);
     }
     queue.tally
 }
@@ -480,6 +494,26 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         }
     }
 
+    /// By how much the surfaces of a contact's particles had moved towards each other one step ago, m.
+    #[inline(always)]
+    fn widened_before(&self, contact: u32, a: &Widening, b: &Widening) -> f64 {
+        (a.before + b.before).quadratic(&self.tile.frame[contact as usize].normal)
+    }
+
+    /// [`Batch::answer`] to a contact that ends, whose answer depends on the elongation of one step ago, too. `now`: by how
+    /// much its particles widened, m.
+    #[cold]
+    #[inline(never)]
+    fn answer_again(&mut self, i: usize, kinematics: L::Kinematics, now: f64) {
+        let contact = self.waiting[i].contact;
+        let Pair { a, b } = self.tile.pair[contact as usize];
+        let (a, b) = (&self.context.widening[a as usize], &self.context.widening[b as usize]);
+        let deformed = kinematics.widened(now, self.widened_before(contact, a, b));
+        let (law, history) = self.law(i);
+        let response = law.respond(&deformed, history, self.context.dt);
+        self.take(i, deformed.point(), &response);
+    }
+
     /// Make a contact of candidate `k` if its surfaces, or those a broken bond kept, meet; whether they do.
     #[inline(never)]
     fn activate(&mut self, k: usize) -> bool {
@@ -506,9 +540,12 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> Batch<L::Kinematics>
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> Batch<L>
     for Queue<'_, L, PERIODIC, SAMPLE, DEFORM>
 {
+    const PERIODIC: bool = PERIODIC;
+    const SAMPLE: bool = SAMPLE;
+
     #[inline(always)]
     fn poses(&self, i: usize) -> ([Pose; 2], Vec3) {
         let k = self.waiting[i].contact as usize;
@@ -522,6 +559,15 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         let Pair { a, b } = self.tile.pair[k];
         let particles = self.context.particles;
         ([motion_of(particles, a as usize), motion_of(particles, b as usize)], self.image(k))
+    }
+
+    #[inline(always)]
+    fn ends(&self, i: usize) -> ([Vec3; 2], [Quat; 2], Vec3) {
+        let k = self.waiting[i].contact as usize;
+        let Pair { a, b } = self.tile.pair[k];
+        let Particles { position, orientation, .. } = self.context.particles;
+        let (a, b) = (a as usize, b as usize);
+        ([position[a], position[b]], [orientation[a], orientation[b]], self.image(k).displacement)
     }
 
     #[inline(always)]
@@ -543,26 +589,49 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 
     #[inline(always)]
+    fn law(&self, i: usize) -> (&L, &L::State) {
+        let k = self.waiting[i].contact as usize;
+        (&self.rows[self.tile.link[k].row as usize], &self.tile.history[k])
+    }
+
+    #[inline(always)]
+    fn row(&self, i: usize) -> u16 {
+        self.tile.link[self.waiting[i].contact as usize].row
+    }
+
+    #[inline(always)]
     fn answer(&mut self, i: usize, kinematics: &L::Kinematics) {
+        let (law, history) = self.law(i);
+        if !self.deforms() {
+            let response = law.respond(kinematics, history, self.context.dt);
+            self.take(i, kinematics.point(), &response);
+            return;
+        }
+        let Waiting { contact, begins, .. } = self.waiting[i];
+        let Pair { a, b } = self.tile.pair[contact as usize];
+        let (a, b) = (&self.context.widening[a as usize], &self.context.widening[b as usize]);
+        let now = (a.now + b.now).quadratic(&kinematics.point().normal);
+        let told = L::READS_OLD_ELONGATION || begins;
+        let before = if told { self.widened_before(contact, a, b) } else { f64::NAN };
+        let deformed = kinematics.widened(now, before);
+        let response = law.respond(&deformed, history, self.context.dt);
+        if !told && response.fate != Fate::Lives {
+            self.answer_again(i, *kinematics, now);
+            return;
+        }
+        self.take(i, deformed.point(), &response);
+    }
+
+    #[inline(always)]
+    fn take(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>) {
         let Waiting { contact, slot, begins } = self.waiting[i];
         let k = contact as usize;
         let pair = self.tile.pair[k];
         let (a, b) = (pair.a as usize, pair.b as usize);
         let deforms = self.deforms();
-        let deformed;
-        let kinematics = if deforms {
-            let normal = kinematics.point().normal;
-            let (now, before) = self.context.widening_between(a, b, &normal, &self.tile.frame[k].normal);
-            deformed = kinematics.widened(now, before);
-            &deformed
-        } else {
-            kinematics
-        };
         let link = &mut self.tile.link[k];
         let history = &mut self.tile.history[k];
         let tally = &mut self.tally;
-        let response = self.rows[link.row as usize].respond(kinematics, history, self.context.dt);
-        let point = kinematics.point();
         let (normal, arm_a, arm_b) = (point.normal, point.arm_a, point.arm_b);
         if begins && link.has(Link::KEPT_REFERENCE) && !link.has(Link::COUNTED_ELSEWHERE) && point.elongation_old < 0.0
         {

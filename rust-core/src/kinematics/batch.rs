@@ -1,0 +1,105 @@
+//! Contacts measured many at a time: their numbers are laid out as one array per component, and a formula runs over the
+//! arrays, where the compiler uses the wide registers of the processor. Nothing is fused or reordered: the bits are those of
+//! the formula applied to each contact alone.
+
+use super::sphere_sphere::{ImageShift, Motion};
+use super::{Frame, PointKinematics};
+use crate::law::{ContactGeometry, ContactLaw, Response};
+use crate::math::{Quat, Vec3};
+
+/// Most contacts in a [`Batch`].
+pub const BATCH: usize = 32;
+
+/// What the default measure reads of a particle, in one line of the processor's cache.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub struct Pose {
+    /// Centre at the end of the step, m.
+    pub position: Vec3,
+    /// Rotation of the step.
+    pub rotation_increment: Quat,
+    /// Radius, m.
+    pub radius: f64,
+}
+
+/// Contacts of law `L` that are measured and answered in one go. A contact's data stay the same until it is answered.
+pub trait Batch<L: ContactLaw> {
+    /// Whether there may be a periodic cell.
+    const PERIODIC: bool;
+    /// Whether the energies stored in contacts may be wanted, too.
+    const SAMPLE: bool;
+    /// Contact `i` seen from A: its two particles, and the displacement of B's image (m).
+    fn poses(&self, i: usize) -> ([Pose; 2], Vec3);
+    /// Motions of A and B, and the image of B.
+    fn motions(&self, i: usize) -> ([Motion; 2], ImageShift);
+    /// Positions and orientations of A and B, and the displacement of B's image (m).
+    fn ends(&self, i: usize) -> ([Vec3; 2], [Quat; 2], Vec3);
+    /// Geometry, memory of the last step, and whether the contact is a bond.
+    fn constants(&self, i: usize) -> (ContactGeometry, Frame, bool);
+    /// The law with the parameters of contact `i`, and the contact's history.
+    fn law(&self, i: usize) -> (&L, &L::State);
+    /// Number of the parameters of contact `i`: contacts with equal numbers have equal ones.
+    fn row(&self, i: usize) -> u16;
+    /// Takes the measure of contact `i`, which the law answers. Each contact is answered once, in ascending order, by this
+    /// or by [`Self::take`].
+    fn answer(&mut self, i: usize, kinematics: &L::Kinematics);
+    /// Takes the measure of contact `i` and the law's answer to it.
+    fn take(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>);
+}
+
+/// Most components of an input or output.
+const COMPONENTS: usize = 32;
+
+/// Arrays of a batch, one per component, kept from batch to batch.
+#[derive(Debug, Clone)]
+pub struct Columns {
+    input: [[f64; BATCH]; COMPONENTS],
+    output: [[f64; BATCH]; COMPONENTS],
+}
+
+impl Default for Columns {
+    fn default() -> Self {
+        Self { input: [[0.0; BATCH]; COMPONENTS], output: [[0.0; BATCH]; COMPONENTS] }
+    }
+}
+
+/// What is found for each contact alone: `I` numbers in, `O` numbers out. Without branches it runs fast.
+pub trait Formula<const I: usize, const O: usize> {
+    /// The numbers of one contact.
+    fn apply(&self, input: [f64; I]) -> [f64; O];
+}
+
+impl Columns {
+    /// Write the input of contact `i`.
+    #[inline(always)]
+    pub fn set<const I: usize>(&mut self, i: usize, input: [f64; I]) {
+        for (column, value) in self.input.iter_mut().zip(input) {
+            column[i] = value;
+        }
+    }
+
+    /// Output of contact `i`.
+    #[inline(always)]
+    pub fn get<const O: usize>(&self, i: usize) -> [f64; O] {
+        let mut output = [0.0; O];
+        for (value, column) in output.iter_mut().zip(&self.output) {
+            *value = column[i];
+        }
+        output
+    }
+
+    /// Apply a formula to all contacts. Rows without a contact are computed from what is there, and never read.
+    #[inline(always)]
+    pub fn apply<const I: usize, const O: usize>(&mut self, formula: &impl Formula<I, O>) {
+        const { assert!(I <= COMPONENTS && O <= COMPONENTS) };
+        for i in 0..BATCH {
+            let mut row = [0.0; I];
+            for (value, column) in row.iter_mut().zip(&self.input) {
+                *value = column[i];
+            }
+            for (value, column) in formula.apply(row).into_iter().zip(&mut self.output) {
+                column[i] = value;
+            }
+        }
+    }
+}
