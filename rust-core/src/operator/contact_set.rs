@@ -100,6 +100,19 @@ impl<'a> ContactSet<'a> {
         self.moment.is_some()
     }
 
+    /// A part of the contacts, between the same particles.
+    #[inline(always)]
+    pub(super) fn part(&self, range: std::ops::Range<usize>) -> Self {
+        Self {
+            position: self.position,
+            pair: &self.pair[range.clone()],
+            branch: &self.branch[range.clone()],
+            point: &self.point[range.clone()],
+            force: &self.force[range.clone()],
+            moment: self.moment.map(|moment| &moment[range]),
+        }
+    }
+
     /// Contact `k`.
     #[inline]
     pub fn get(&self, k: usize) -> Contact {

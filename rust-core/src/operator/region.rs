@@ -379,7 +379,7 @@ impl Region {
     }
 
     /// How far the border is from `x` at least, m: positive inside, negative outside. Zero where nothing is known.
-    #[inline]
+    #[inline(always)]
     pub(super) fn depth(&self, x: &Vec3) -> f64 {
         match self {
             Self::All { .. } => f64::INFINITY,

@@ -1,5 +1,7 @@
 //! Stress from contacts: of single particles, of regions, from boundary forces and from walls.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::contact_set::{ContactSet, LoadSet};
@@ -104,32 +106,42 @@ where
     let pair = contacts.pair();
     let bounds = |k: usize| k * count / PIECES..(k + 1) * count / PIECES;
     // Sums of the contacts of a piece: those of particles from `low` on, split where the next piece's begin.
-    let add = |piece: std::ops::Range<usize>, low: usize, own: &mut [T], halo: &mut [T]| {
-        let split = low + own.len();
-        let mut put = |p: usize, value: T| {
-            *(if p < split { &mut own[p - low] } else { &mut halo[p - split] }) += value;
-        };
-        let mut k = piece.start;
-        while k < piece.end {
-            // Contacts that follow each other with the same A add to a local sum, in the same order.
-            let a = pair[k][0];
-            let mut sum = T::default();
-            while k < piece.end && pair[k][0] == a {
-                let contact = contacts.get(k);
-                let (to_a, to_b) = of(&contact);
-                sum += to_a;
-                put(contact.b, to_b);
-                k += 1;
-            }
-            put(a as usize, sum);
-        }
+    let add = |piece: Range<usize>, low: usize, own: &mut [T], halo: &mut [T]| {
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                let split = low + own.len();
+                let mut put = |p: usize, value: T| {
+                    *(if p < split { &mut own[p - low] } else { &mut halo[p - split] }) += value;
+                };
+                // Contacts that follow each other with the same A add to a local sum, in the same order.
+                let part = contacts.part(piece);
+                let mut k = 0;
+                while k < part.len() {
+                    let a = part.pair()[k][0];
+                    let mut sum = T::default();
+                    while k < part.len() && part.pair()[k][0] == a {
+                        let contact = part.get(k);
+                        let (to_a, to_b) = of(&contact);
+                        sum += to_a;
+                        put(contact.b, to_b);
+                        k += 1;
+                    }
+                    put(a as usize, sum);
+                }
+            },
+        );
     };
     let mut sums = vec![T::default(); n];
     let mut range: Vec<(usize, usize)> = (0..PIECES)
         .into_par_iter()
         .map(|k| {
-            let flat = || pair[bounds(k)].iter().flatten().map(|&p| p as usize);
-            (flat().min().unwrap_or(n), flat().max().map_or(0, |p| p + 1))
+            let piece = pair[bounds(k)].as_flattened();
+            let (first, last) = pulp::Arch::new().dispatch(
+                #[inline(always)]
+                || piece.iter().fold((u32::MAX, 0), |(low, high), &p| (p.min(low), p.max(high))),
+            );
+            if piece.is_empty() { (n, 0) } else { (first as usize, last as usize + 1) }
         })
         .collect();
     range.push((n, n));
@@ -194,43 +206,70 @@ pub fn region_stress(
         sums.full = contacts.len() as f64;
         sums
     } else {
-        let (position, pair) = (contacts.position(), contacts.pair());
-        sum_tiles(contacts.len(), |range| {
-            let mut sums = BranchSums::default();
-            // Contacts that follow each other often have the same A.
-            let mut last = (Vec3::repeat(f64::NAN), 0.0);
-            for k in range {
-                let (l, [a, b]) = (branch[k], pair[k].map(|p| p as usize));
-                let mut visit = |x: &Vec3| {
-                    if *x != last.0 {
-                        last = (*x, region.depth(x));
-                    }
-                    let depth: f64 = last.1;
-                    // No branch reaches the border that is shorter than the way to it; the margin is for rounding.
-                    if depth * depth > l.norm_squared() * (1.0 + 1e-12) {
-                        if depth > 0.0 {
-                            sums.moment += l * force[k].transpose();
-                            sums.full += 1.0;
-                        }
-                        return;
-                    }
-                    let weight = region::weight(region, truncation, a, b, x, &l);
-                    if weight > 0.0 {
-                        sums.moment += (l * weight) * force[k].transpose();
-                        *(if weight < 1.0 { &mut sums.partial } else { &mut sums.full }) += 1.0;
-                    }
-                };
-                match period {
-                    None => visit(&position[a]),
-                    Some(p) => region
-                        .images(period, &position[a], &l)
-                        .for_each(|image| visit(&(position[a] + p.edges * image))),
-                }
+        let count = |sums: &mut BranchSums, k: usize, x: &Vec3| {
+            let ([a, b], l) = (contacts.pair()[k], &branch[k]);
+            let weight = region::weight(region, truncation, a as usize, b as usize, x, l);
+            if weight > 0.0 {
+                sums.moment += (l * weight) * force[k].transpose();
+                *(if weight < 1.0 { &mut sums.partial } else { &mut sums.full }) += 1.0;
             }
-            sums
+        };
+        sum_tiles(contacts.len(), |range| match period {
+            None => pulp::Arch::new().dispatch(
+                #[inline(always)]
+                || away_from_border(contacts, region, range, count),
+            ),
+            Some(period) => {
+                let mut sums = BranchSums::default();
+                for k in range {
+                    let x = &contacts.position()[contacts.pair()[k][0] as usize];
+                    for image in region.images(Some(period), x, &branch[k]) {
+                        count(&mut sums, k, &(x + period.edges * image));
+                    }
+                }
+                sums
+            }
         })
     };
     Ok(RegionStress { stress: sums.moment / volume, volume, truncation, full: sums.full, partial: sums.partial })
+}
+
+/// Sums over the contacts `range`, each in place: those that the way to the region's border shows to lie inside or outside are
+/// dealt with here, with few operations and no look at the other particle; the rest is for `count`, which is told where A is.
+#[inline(always)]
+fn away_from_border(
+    contacts: &ContactSet<'_>,
+    region: &Region,
+    range: Range<usize>,
+    count: impl Fn(&mut BranchSums, usize, &Vec3),
+) -> BranchSums {
+    let first = range.start;
+    let part = contacts.part(range);
+    let (pair, branch, force) = (part.pair(), part.branch(), part.force());
+    let (mut moment, mut full) = (Mat3::zeros(), 0.0);
+    let mut others = BranchSums::default();
+    let mut k = 0;
+    while k < pair.len() {
+        // Contacts that follow each other often have the same A.
+        let a = pair[k][0];
+        let x = contacts.position()[a as usize];
+        let depth = region.depth(&x);
+        // No branch reaches the border that is shorter than the way to it; the margin is for rounding.
+        let (is_inside, safe) = (depth > 0.0, depth * depth * (1.0 - 1e-12));
+        while k < pair.len() && pair[k][0] == a {
+            if safe > branch[k].norm_squared() {
+                if is_inside {
+                    moment += branch[k] * force[k].transpose();
+                    full += 1.0;
+                }
+            } else {
+                count(&mut others, first + k, &x);
+            }
+            k += 1;
+        }
+    }
+    others += BranchSums { moment, full, partial: 0.0 };
+    others
 }
 
 /// Stress of a region as volume average over the particles whose centres lie inside: `σ = (1/V) Σ_p V_p σ_p`
