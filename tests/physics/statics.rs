@@ -17,7 +17,8 @@ use concordem::solver::{Model, time_step};
 use concordem::state::State;
 use concordem::statics::relaxed::{Relaxation, relaxed_stiffness};
 use concordem::statics::{
-    Accuracy, CellStiffness, ElasticConstants, LinkNetwork, Method, StaticsError, cell_stiffness, closed_form,
+    Accuracy, CellStiffness, ElasticConstants, LinkNetwork, Method, StaticsError, cell_stiffness,
+    cell_stiffness_and_derivatives, closed_form,
 };
 use concordem_tests::deformable::{NORMAL, Sample, disc_packing, elastic, mean_field, ratio_for_coordination};
 use concordem_tests::{DENSITY, bonded, concrete, law, on_threads, particles};
@@ -147,7 +148,7 @@ fn random_packings_between_closed_form_and_relaxation() {
                 ElasticConstants::of(&cell_stiffness(&network, Accuracy::default()).unwrap().relaxed).unwrap()
             };
             let (up, down) = (change(1.0 + h), change(1.0 - h));
-            let (young, poisson) = relaxed.derivatives(&found.share.expect("rigid particles")[1]);
+            let (young, poisson) = relaxed.derivatives(&found.derivatives.expect("rigid particles").links[1]);
             // central difference: h² of the third derivative, 1e-8
             let numerical = (up.mean_young - down.mean_young) / (2.0 * h);
             assert!((numerical / young - 1.0).abs() < 1e-5, "{numerical:e} {young:e}");
@@ -227,7 +228,7 @@ fn deformable_lattices_have_their_closed_forms() {
         assert!((found.mean_poisson - nu).abs() < 1e-12, "{} {nu}", found.mean_poisson);
         // For discs with six contacts the mean field is exact without shear springs.
         let (network, cell) = deformed(&triangular, 0.0, Some(&discs));
-        assert!(cell.share.is_none());
+        assert!(cell.derivatives.is_none());
         let (isotropic, deviatoric) =
             (6.0 * softness * (1.0 + poisson) * (1.0 - 2.0 * poisson) / PI, 3.0 * softness * (1.0 + poisson) / PI);
         let bulk = 0.75_f64.sqrt() * NORMAL / (1.0 + isotropic);
@@ -295,6 +296,62 @@ fn irregular_deformable_discs_by_statics_and_dynamics() {
                 println!("dynamics {gap:+.1e}");
                 assert!(gap.abs() < 2e-6 && (dynamics.mean_poisson - statics.mean_poisson).abs() < 2e-6);
             }
+        }
+    }
+}
+
+/// Exact derivatives with deformable particles against central differences of fourth order at ±h and ±2h. Their own error is h⁴/30
+/// of the fifth derivative and 1e-12 of the solver over h; h = 1e-2 for logarithms of stiffnesses, 1e-3 for Poisson's ratio, whose
+/// scale is the distance to 1/2, where particles do not give way to pressure. Either is 1e-9 at most; 1e-8 is asked. In the
+/// plane (both conditions) and in space, with shear springs, which make the system unsymmetric. The derivatives by logarithms sum up
+/// to the stiffness: it is in proportion to all stiffnesses and moduli together.
+#[test]
+fn derivatives_with_deformable_particles() {
+    let plane = disc_packing(60, [2.18e-4, 3.6e-4, 6.52e-4], 0.22, 0.932, 1.0, 2);
+    let plane = Sample { ratio: ratio_for_coordination(&plane, 5.8), packing: plane, planar: true, normal: NORMAL };
+    let space = Sample { packing: random(60, 4), planar: false, ratio: 1.3, normal: 1e7 };
+    for (sample, condition, size) in
+        [(&plane, Condition::PlaneStrain, 1.0), (&plane, Condition::PlaneStress, 1.0), (&space, Condition::Solid, 1e-3)]
+    {
+        let (shear_ratio, young, poisson) = (0.4, sample.normal / (0.4 * size), 0.3);
+        let network = |change: [f64; 4]| {
+            let [normal, shear, young_change, poisson_change] = change;
+            let discs = elastic(young * young_change.exp(), poisson + poisson_change, condition);
+            let model = Model { deformable: Some(discs), ..Model::default() };
+            let mut network = LinkNetwork::of_model(&sample.state(shear_ratio), &model).unwrap();
+            for link in &mut network.links {
+                link.stiffness.normal *= normal.exp();
+                link.stiffness.shear *= shear.exp();
+            }
+            network
+        };
+        let accuracy = Accuracy { residual: 1e-12, ..Accuracy::default() };
+        let cell = cell_stiffness_and_derivatives(&network([0.0; 4]), accuracy).unwrap();
+        assert_eq!(cell.relaxed, cell_stiffness(&network([0.0; 4]), accuracy).unwrap().relaxed);
+        let found = cell.derivatives.expect("asked for");
+        let size = cell.relaxed.abs().max();
+        let [normal, shear, bending, twist] = found.links;
+        assert!((bending.abs().max(), twist.abs().max()) == (0.0, 0.0), "links without moments");
+        let gap = (normal + shear + found.particle_young - cell.relaxed).abs().max() / size;
+        println!("{condition:?}: proportion {gap:.1e}");
+        assert!(gap < 1e-9, "{gap:e}");
+        let asymmetry = (cell.relaxed - cell.relaxed.transpose()).abs().max() / size;
+        assert!(asymmetry > 1e-6, "the system is to be unsymmetric, or the test shows little: {asymmetry:e}");
+        let constants = cell.constants().unwrap();
+        let exact = [&normal, &shear, &found.particle_young, &found.particle_poisson];
+        for (k, exact) in exact.into_iter().enumerate() {
+            let h = if k == 3 { 1e-3 } else { 1e-2 };
+            let at = |step: f64| {
+                let mut change = [0.0; 4];
+                change[k] = h * step;
+                cell_stiffness(&network(change), accuracy).unwrap().relaxed
+            };
+            let difference = ((at(1.0) - at(-1.0)) * 8.0 - (at(2.0) - at(-2.0))) / (12.0 * h);
+            let error = (difference - exact).abs().max() / size;
+            let (young, poisson) = constants.derivatives(exact);
+            println!("  {k}: dE/E {:+.6}, dν {poisson:+.6}, error {error:.1e}", young / constants.mean_young);
+            assert!(error < 1e-8, "{condition:?} {k}: {error:e}");
+            assert!(exact.abs().max() > 1e-3 * size, "nothing is tested: {k}");
         }
     }
 }

@@ -5,11 +5,11 @@
 //! their radius (Jebahi et al. 2015, [2.9]–[2.12]); deformable particles keep the ratio of their modulus to `k_N`.
 //!
 //! First guess: the closed form (Stránský 2018, (3.38)) solved for P; then Newton steps with the exact derivative of the
-//! static network ([`CellStiffness::share`]), kept inside a bracket; without that derivative (deformable particles) false
-//! position (Illinois).
+//! static network ([`CellStiffness::derivatives`]), kept inside a bracket. With deformable particles, where a derivative costs as
+//! much as a solution, false position (Illinois).
 
 use crate::statics::{
-    Accuracy, CellStiffness, ElasticConstants, LinkNetwork, StaticsError, cell_stiffness, closed_form,
+    Accuracy, CellStiffness, Derivatives, ElasticConstants, LinkNetwork, StaticsError, cell_stiffness, closed_form,
 };
 
 /// Smallest and largest ratio k_T/k_N looked at: beyond, ν changes in the fourth digit only.
@@ -165,7 +165,7 @@ pub fn fit(
             }
         }
         last_side = side;
-        let next = if let Some([_, shear, bending, twist]) = &found.1.share {
+        let next = if let Some(Derivatives { links: [_, shear, bending, twist], .. }) = &found.1.derivatives {
             // dν/d ln P is the share of all that is in proportion to P.
             let slope = found.0.derivatives(&(shear + bending + twist)).1;
             ratio * (-error / slope).exp()
@@ -180,9 +180,7 @@ pub fn fit(
     let mut cell = found.1;
     cell.relaxed *= normal_factor;
     cell.affine *= normal_factor;
-    for share in cell.share.iter_mut().flatten() {
-        *share *= normal_factor;
-    }
+    cell.derivatives = cell.derivatives.map(|derivatives| derivatives.scaled(normal_factor));
     let achieved = cell.constants()?;
     let rigid = network.compliance.is_empty();
     let prior = closed_form(&with_ratio(ratio).scaled(normal_factor, 1.0))

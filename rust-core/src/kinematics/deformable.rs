@@ -49,6 +49,7 @@ pub enum Condition {
 
 impl Condition {
     /// Whether particles are discs.
+    #[inline(always)]
     pub fn is_planar(self) -> bool {
         self != Self::Solid
     }
@@ -94,7 +95,7 @@ pub struct Compliance {
     direct: f64,
     /// Factor of `−tr T 1`, m/N.
     volumetric: f64,
-    planar: bool,
+    condition: Condition,
 }
 
 impl Deformable {
@@ -113,11 +114,7 @@ impl Deformable {
             Condition::PlaneStrain => poisson * (1.0 + poisson),
             Condition::PlaneStress | Condition::Solid => poisson,
         };
-        Compliance {
-            direct: shape * (1.0 + poisson),
-            volumetric: shape * volumetric,
-            planar: self.condition.is_planar(),
-        }
+        Compliance { direct: shape * (1.0 + poisson), volumetric: shape * volumetric, condition: self.condition }
     }
 
     /// Prescribed translations whose reactions strain particles.
@@ -137,24 +134,43 @@ impl Compliance {
     pub fn widening(&self, dyad: &Symmetric) -> Symmetric {
         let [xx, yy, zz, yz, xz, xy] = dyad.0;
         let (a, b) = (self.direct, self.volumetric * dyad.trace());
-        let across = if self.planar { 0.0 } else { a * zz - b };
+        let across = if self.is_planar() { 0.0 } else { a * zz - b };
         Symmetric([a * xx - b, a * yy - b, across, a * yz, a * xz, a * xy])
     }
 
     /// That of a particle whose modulus is `factor` times as large.
     #[must_use]
     pub fn stiffened(&self, factor: f64) -> Self {
-        Self { direct: self.direct / factor, volumetric: self.volumetric / factor, planar: self.planar }
+        Self { direct: self.direct / factor, volumetric: self.volumetric / factor, condition: self.condition }
+    }
+
+    /// Derivative by the particle's Poisson's ratio: `direct = s(1+ν)` and `volumetric = sν`, in plane strain `sν(1+ν)`.
+    #[must_use]
+    pub fn by_poisson(&self) -> Self {
+        let (direct, volumetric) = match self.condition {
+            Condition::PlaneStrain if self.direct == 0.0 => (0.0, 0.0),
+            Condition::PlaneStrain => {
+                let poisson = self.volumetric / self.direct;
+                let shape = self.direct / (1.0 + poisson);
+                (shape, shape * (1.0 + 2.0 * poisson))
+            }
+            Condition::PlaneStress | Condition::Solid => {
+                let shape = self.direct - self.volumetric;
+                (shape, shape)
+            }
+        };
+        Self { direct, volumetric, condition: self.condition }
     }
 
     /// Whether it is a disc's.
+    #[inline(always)]
     pub fn is_planar(&self) -> bool {
-        self.planar
+        self.condition.is_planar()
     }
 
     /// Factors of the trace-free part of a dyad and of its isotropic part (in the plane, or in space), m/N.
     pub fn principal(&self) -> (f64, f64) {
-        let dimension = if self.planar { 2.0 } else { 3.0 };
+        let dimension = if self.is_planar() { 2.0 } else { 3.0 };
         (self.direct, self.direct - dimension * self.volumetric)
     }
 }
@@ -212,6 +228,25 @@ mod tests {
             let widening = disc(condition, young, poisson).compliance(0, radius).widening(&dyad);
             assert!((1.0 / widening.0[0] / expected - 1.0).abs() < 4e-16 * 4.0, "{condition:?}");
         }
+    }
+
+    /// Against central differences of a quadratic in ν, which are exact: a few roundings, 1e-16/h.
+    #[test]
+    fn compliance_by_poisson_is_its_derivative() {
+        let dyad = Symmetric([1.0, -2.0, 3.0, 0.4, 0.5, 0.6]);
+        let h = 1e-3;
+        for condition in [Condition::PlaneStrain, Condition::PlaneStress, Condition::Solid] {
+            for poisson in [-0.4, 0.0, 0.35] {
+                let at = |poisson: f64| disc(condition, 2.0, poisson).compliance(0, 0.7);
+                let found = at(poisson).by_poisson().widening(&dyad);
+                let difference = at(poisson + h).widening(&dyad) - at(poisson - h).widening(&dyad);
+                for (found, difference) in found.0.iter().zip(difference.0) {
+                    assert!((found - difference / (2.0 * h)).abs() < 1e-12, "{condition:?} {poisson}");
+                }
+            }
+        }
+        let rigid = disc(Condition::PlaneStrain, f64::INFINITY, 0.3).compliance(0, 1.0);
+        assert_eq!(rigid.by_poisson().widening(&dyad), Symmetric::default());
     }
 
     /// Rigid particles give way to nothing, exactly.

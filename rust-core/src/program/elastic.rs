@@ -12,8 +12,8 @@ use crate::assembly::Assembly;
 use crate::scenario::{ProblemKind, Scenario};
 use crate::statics::relaxed::{Relaxation, relaxed_stiffness};
 use crate::statics::{
-    Accuracy, CellStiffness, ClosedForm, ElasticConstants, LinkNetwork, Method, StaticsError, cell_stiffness,
-    closed_form,
+    Accuracy, CellStiffness, ClosedForm, Derivatives, ElasticConstants, LinkNetwork, Method, StaticsError,
+    cell_stiffness_and_derivatives, closed_form,
 };
 
 /// Arguments of `concordem elastic`.
@@ -105,7 +105,7 @@ fn find(arguments: &Arguments, assembly: Assembly, meter: &Meter) -> Result<Answ
     let accuracy = Accuracy { residual: arguments.residual, method, ..Accuracy::default() };
     meter.stage("statics", 0.0);
     let start = Instant::now();
-    let cell = cell_stiffness(&network, accuracy)?;
+    let cell = cell_stiffness_and_derivatives(&network, accuracy)?;
     let time = start.elapsed().as_secs_f64();
     let constants = cell.constants()?;
     let (normal, shear) = network.moduli_sums();
@@ -181,13 +181,18 @@ fn table(answers: &Answers) -> String {
         if n == 2 { "G12" } else { "G23, G31, G12" },
         list(if n == 2 { &network.shear[2..] } else { &network.shear }, 1e-9),
     );
-    if let Some(shares) = &cell.share {
-        text += "\nSensitivities of the network (exact): change per relative change of a stiffness\n";
-        for (name, share) in ["normal", "shear", "bending", "twist"].iter().zip(shares) {
-            if share.abs().max() > 0.0 {
-                let (e, nu) = network.derivatives(share);
-                let _ = writeln!(text, "  {name:<10} dE/E {:>+10.6}   dν {nu:>+10.6}", e / network.mean_young);
+    if let Some(derivatives) = &cell.derivatives {
+        text += "\nSensitivities of the network (exact): change per relative change of a stiffness or modulus\n";
+        for (name, change) in by_logarithm(derivatives) {
+            if change.abs().max() > 0.0 {
+                let (e, nu) = network.derivatives(change);
+                let _ = writeln!(text, "  {name:<15} dE/E {:>+10.6}   dν {nu:>+10.6}", e / network.mean_young);
             }
+        }
+        if answers.deformable {
+            let (e, nu) = network.derivatives(&derivatives.particle_poisson);
+            let e = e / network.mean_young;
+            let _ = writeln!(text, "  {:<15} dE/E {e:>+10.6}   dν {nu:>+10.6}   per unit of it", "particles' ν");
         }
     }
     let (places, names): (&[usize], _) =
@@ -207,6 +212,13 @@ fn table(answers: &Answers) -> String {
     text
 }
 
+/// The derivatives by logarithms with their names.
+fn by_logarithm(derivatives: &Derivatives) -> [(&'static str, &Matrix6<f64>); 5] {
+    let [normal, shear, bending, twist] = &derivatives.links;
+    let particles = &derivatives.particle_young;
+    [("normal", normal), ("shear", shear), ("bending", bending), ("twist", twist), ("particles' E", particles)]
+}
+
 fn list(values: &[f64], scale: f64) -> String {
     values.iter().map(|value| format!("{:.6}", value * scale)).collect::<Vec<_>>().join(", ")
 }
@@ -222,14 +234,22 @@ fn json(answers: &Answers) -> String {
             "anisotropy": c.anisotropy(),
         })
     };
-    let derivatives = answers.cell.share.as_ref().map(|shares| {
-        let of = |share: &Matrix6<f64>| {
-            let (e, nu) = answers.network.derivatives(share);
-            serde_json::json!({ "young_pa": e, "poisson": nu })
-        };
-        let names = ["normal", "shear", "bending", "twist"].iter().map(|name| (*name).to_owned());
-        names.zip(shares.iter().map(of)).collect::<serde_json::Map<_, _>>()
+    let of = |change: &Matrix6<f64>| {
+        let (e, nu) = answers.network.derivatives(change);
+        serde_json::json!({ "young_pa": e, "poisson": nu })
+    };
+    let derivatives = answers.cell.derivatives.as_ref().map(|derivatives| {
+        let [normal, shear, bending, twist] = &derivatives.links;
+        let mut all = serde_json::json!({
+            "normal": of(normal), "shear": of(shear), "bending": of(bending), "twist": of(twist),
+        });
+        if answers.deformable {
+            all["particle_young"] = of(&derivatives.particle_young);
+        }
+        all
     });
+    let by_poisson = answers.cell.derivatives.as_ref().filter(|_| answers.deformable);
+    let by_poisson = by_poisson.map(|derivatives| of(&derivatives.particle_poisson));
     let value = serde_json::json!({
         "particles": answers.particles,
         "links": answers.cell.links,
@@ -245,6 +265,7 @@ fn json(answers: &Answers) -> String {
         "affine": constants(&answers.affine),
         "static": constants(&answers.network),
         "static_derivatives_by_log_stiffness": derivatives,
+        "static_derivatives_by_particle_poisson": by_poisson,
         "relaxed_dynamics": answers.dynamics.as_ref().map(|(c, _)| constants(c)),
     });
     format!("{value:#}\n")

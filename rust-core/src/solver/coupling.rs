@@ -68,6 +68,12 @@ fn vector(s: &Symmetric) -> Vector6<f64> {
     Vector6::new(xx, yy, zz, root * yz, root * xz, root * xy)
 }
 
+/// The inverse of [`vector`].
+fn matrix(v: &Vector6<f64>) -> Symmetric {
+    let root = std::f64::consts::FRAC_1_SQRT_2;
+    Symmetric([v[0], v[1], v[2], root * v[3], root * v[4], root * v[5]])
+}
+
 /// The two factors of `C^½`.
 fn root_of(compliance: &Compliance) -> (f64, f64) {
     let (direct, isotropic) = compliance.principal();
@@ -160,16 +166,12 @@ impl Coupling {
         }
     }
 
-    /// Forces (N) that the particles' strains take from the springs in equilibrium, if with rigid particles the forces'
-    /// dyads were `rigid` (N): `k Nᵀ C^½ (1+P)⁻¹ C^½ T`, by spring; the rest is `(1−B)⁻¹` of the rigid forces.
-    pub(crate) fn relief(&self, rigid: &[Symmetric]) -> Vec<f64> {
+    /// `Rε` (m) of the particles in equilibrium, if with rigid particles the forces' dyads were `rigid` (N):
+    /// `C^½ (1+P)⁻¹ C^½ T`, a symmetric map.
+    pub(crate) fn widening(&self, rigid: &[Symmetric]) -> Vec<Symmetric> {
         let right = rigid.iter().enumerate().map(|(p, dyad)| self.root(p, &vector(dyad))).collect();
-        let mut solution = self.solve(right, 1.0, 1e-15);
-        for (p, solution) in solution.iter_mut().enumerate() {
-            *solution = self.root(p, solution);
-        }
-        let elongation = |spring: &Spring| spring.ends().map(|p| spring.dyad().dot(&solution[p])).sum::<f64>();
-        self.springs.iter().map(|spring| spring.stiffness * elongation(spring)).collect()
+        let solution = self.solve(right, 1.0, 1e-15);
+        solution.iter().enumerate().map(|(p, solution)| matrix(&self.root(p, solution))).collect()
     }
 
     /// `C^½ x` of particle `p`.

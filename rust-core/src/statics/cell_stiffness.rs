@@ -3,11 +3,12 @@
 use nalgebra::Matrix6;
 use rayon::prelude::*;
 
-use super::link::NodeMotion;
+use super::link::{LinkStrain, NodeMotion};
 use super::network::Loose;
-use super::solve::{Accuracy, Method, Operator, add, motion, solve};
+use super::solve::{Accuracy, Method, Operator, add, motion, relief, solve};
 use super::{ElasticConstants, LinkNetwork, StaticsError, direct};
-use crate::math::Vec3;
+use crate::kinematics::deformable::Compliance;
+use crate::math::{Symmetric, Vec3};
 
 /// Stiffness of a periodic cell (Pa; components 11, 22, 33, 23, 31, 12, engineering shear strains; of a plane network the
 /// rows and columns 11, 22, 12, all else being zero).
@@ -18,10 +19,8 @@ pub struct CellStiffness {
     /// With all particles on the uniform field, not turning: the affine sum (Stránský 2018, (3.31)), of rigid particles an
     /// upper bound. Deformable particles have the strains that go with the forces of that field.
     pub affine: Matrix6<f64>,
-    /// Share of normal, shear, bending, and twist stiffnesses: `relaxed` is their sum, and since the state is a minimum
-    /// each is the exact derivative of `relaxed` by the logarithm of those stiffnesses. None with deformable particles:
-    /// shear forces strain them without feeling it, so that there is no energy to be a minimum.
-    pub share: Option<[Matrix6<f64>; 4]>,
+    /// Exact derivatives of `relaxed`; with deformable particles only from [`cell_stiffness_and_derivatives`].
+    pub derivatives: Option<Derivatives>,
     /// Particles that links do not hold.
     pub loose: Loose,
     /// Iterations of the solver.
@@ -30,6 +29,34 @@ pub struct CellStiffness {
     pub links: usize,
     /// The network is one of discs in a plane.
     pub planar: bool,
+}
+
+/// Exact derivatives of the relaxed stiffness (Pa; of all entries alike). Those by logarithms sum up to the stiffness itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Derivatives {
+    /// By the logarithm of the normal, shear, bending, and twist stiffnesses of all links.
+    pub links: [Matrix6<f64>; 4],
+    /// By the logarithm of the modulus of all deformable particles.
+    pub particle_young: Matrix6<f64>,
+    /// By Poisson's ratio of all deformable particles.
+    pub particle_poisson: Matrix6<f64>,
+}
+
+impl Derivatives {
+    /// None that matters.
+    pub(super) fn zero() -> Self {
+        Self { links: [Matrix6::zeros(); 4], particle_young: Matrix6::zeros(), particle_poisson: Matrix6::zeros() }
+    }
+
+    /// Those of a cell whose stiffnesses, moduli of particles included, are all multiplied by `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            links: self.links.map(|links| links * factor),
+            particle_young: self.particle_young * factor,
+            particle_poisson: self.particle_poisson * factor,
+        }
+    }
 }
 
 impl CellStiffness {
@@ -82,6 +109,29 @@ pub(super) fn uniform(l: &Vec3, component: usize) -> Vec3 {
 /// [`StaticsError::NoCell`], [`StaticsError::NoLinks`], [`StaticsError::NotConverged`],
 /// [`StaticsError::DirectDeformable`].
 pub fn cell_stiffness(network: &LinkNetwork, accuracy: Accuracy) -> Result<CellStiffness, StaticsError> {
+    find(network, accuracy, false)
+}
+
+/// [`cell_stiffness`] with its derivatives for deformable particles, too, which take another six solutions; for rigid ones
+/// they come for nothing.
+///
+/// The stiffness is `V D_ij = v_i·a_j`, `v` the uniform motion along the links and `a` their forces, `a = r − k_N n(n·W n)` with the forces
+/// `r` of rigid particles and the widening `W = C T(a)` of both ends. In equilibrium all changes of `D` are `y_i·dr_j`, where `dr` is
+/// what `r` changes in a given state, and `y` the strain that links feel in equilibrium of the *transposed* system, in which
+/// shear springs feel the particles' strains and do not cause them (adjoint method). `dr` by the logarithm of a stiffness is
+/// the force that it carries; by that of the particles' modulus `k_N n(n·W n)`; by their Poisson's ratio `−k_N n(n·W′n)`, `W′ = (dC/dν) T`.
+/// Without deformable particles `y` is the strain itself, and the derivatives are energies.
+///
+/// # Errors
+/// Those of [`cell_stiffness`].
+pub fn cell_stiffness_and_derivatives(
+    network: &LinkNetwork,
+    accuracy: Accuracy,
+) -> Result<CellStiffness, StaticsError> {
+    find(network, accuracy, true)
+}
+
+fn find(network: &LinkNetwork, accuracy: Accuracy, wants_derivatives: bool) -> Result<CellStiffness, StaticsError> {
     let volume = network.volume.ok_or(StaticsError::NoCell)?;
     let planar = network.planar;
     if network.links.is_empty() {
@@ -101,45 +151,98 @@ pub fn cell_stiffness(network: &LinkNetwork, accuracy: Accuracy) -> Result<CellS
     let rattlers = held.remove_rattlers();
     if held.links.is_empty() {
         let loose = Loose { rattlers, mechanisms: 0 };
-        let share = rigid.then_some([Matrix6::zeros(); 4]);
-        return Ok(CellStiffness { relaxed: Matrix6::zeros(), affine, share, loose, iterations: 0, links: 0, planar });
+        let derivatives = (rigid || wants_derivatives).then(Derivatives::zero);
+        let relaxed = Matrix6::zeros();
+        return Ok(CellStiffness { relaxed, affine, derivatives, loose, iterations: 0, links: 0, planar });
     }
-    let scale = held.scale;
     let operator = Operator::of_cell(&held);
-    let mut loads = vec![vec![0.0; 6 * held.particles]; 6];
-    for component in strains(planar) {
+    let (inverses, singular) = operator.blocks();
+    // Rattlers are particles without links now; nothing resists any of their motions.
+    let mechanisms = singular - if planar { 3 } else { 6 } * rattlers;
+    let names = ["strain 11", "strain 22", "strain 33", "shear 23", "shear 31", "shear 12"];
+    let loads = loads(&operator, &still);
+    let (solutions, mut iterations) = match accuracy.method {
+        Method::Iterative => solve(&operator, &inverses, &loads, &names, accuracy)?,
+        Method::Direct => direct::solve(&operator, &loads, &names, accuracy)?,
+    };
+    let (relaxed, derivatives) = if rigid {
+        let links = energies(&held, &solutions).map(|energy| in_plane(energy / volume, planar));
+        (sum(&links), Some(Derivatives { links, ..Derivatives::zero() }))
+    } else {
+        let derivatives = if wants_derivatives {
+            let transposed = Operator::of_cell(&held).transposed();
+            let names = names.map(|name| format!("{name}, transposed"));
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            let (adjoint, more) = solve(&transposed, &inverses, &self::loads(&transposed, &still), &names, accuracy)?;
+            iterations = iterations.max(more);
+            Some(derivatives(&operator, &solutions, &transposed, &adjoint).scaled(1.0 / volume))
+        } else {
+            None
+        };
+        (virial(&operator, &solutions) / volume, derivatives)
+    };
+    let loose = Loose { rattlers, mechanisms };
+    Ok(CellStiffness { relaxed, affine, derivatives, loose, iterations, links: held.links.len(), planar })
+}
+
+/// The forces that hold the particles on the uniform field, with the opposite sign, by strain.
+fn loads(operator: &Operator<'_>, still: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let network = operator.network;
+    let mut loads = vec![vec![0.0; 6 * network.particles]; 6];
+    for component in strains(network.planar) {
         let answers = operator.answers(&still[component], Some(component));
         let load = &mut loads[component];
-        for (link, (force, moment)) in held.links.iter().zip(&answers) {
+        for (link, (force, moment)) in network.links.iter().zip(&answers) {
             let [on_a, on_b] = link.holding(force, moment);
             let minus = |part: NodeMotion| NodeMotion { displacement: -part.displacement, rotation: -part.rotation };
-            add(load, link.a as usize, &minus(on_a), scale);
-            add(load, link.b as usize, &minus(on_b), scale);
+            add(load, link.a as usize, &minus(on_a), network.scale);
+            add(load, link.b as usize, &minus(on_b), network.scale);
         }
     }
-    let largest = held.links.iter().map(|l| l.stiffness.normal * l.branch.norm()).fold(0.0, f64::max);
+    let largest = network.links.iter().map(|l| l.stiffness.normal * l.branch.norm()).fold(0.0, f64::max);
     // What is left of forces that cancel (a lattice) is no load.
     for load in &mut loads {
         if load.iter().all(|x| x.abs() < 1e-13 * largest) {
             load.fill(0.0);
         }
     }
-    let (inverses, singular) = operator.blocks();
-    // Rattlers are particles without links now; nothing resists any of their motions.
-    let mechanisms = singular - if planar { 3 } else { 6 } * rattlers;
-    let names = ["strain 11", "strain 22", "strain 33", "shear 23", "shear 31", "shear 12"];
-    let (solutions, iterations) = match accuracy.method {
-        Method::Iterative => solve(&operator, &inverses, &loads, &names, accuracy)?,
-        Method::Direct => direct::solve(&operator, &loads, &names, accuracy)?,
-    };
-    let (relaxed, share) = if rigid {
-        let share = energies(&held, &solutions).map(|energy| in_plane(energy / volume, planar));
-        (sum(&share), Some(share))
-    } else {
-        (virial(&operator, &solutions) / volume, None)
-    };
-    let loose = Loose { rattlers, mechanisms };
-    Ok(CellStiffness { relaxed, affine, share, loose, iterations, links: held.links.len(), planar })
+    loads
+}
+
+/// Derivatives of volume times stiffness (J) with deformable particles, from the states of both systems.
+fn derivatives(
+    operator: &Operator<'_>,
+    states: &[Vec<f64>],
+    transposed: &Operator<'_>,
+    adjoint: &[Vec<f64>],
+) -> Derivatives {
+    let network = operator.network;
+    let felt: Vec<Vec<LinkStrain>> =
+        (0..6).map(|component| transposed.felt(&adjoint[component], Some(component))).collect();
+    let by_poisson: Vec<Compliance> = network.compliance.iter().map(Compliance::by_poisson).collect();
+    let mut all = Derivatives::zero();
+    for column in strains(network.planar) {
+        let answers = operator.answers(&states[column], Some(column));
+        let dyads = operator.dyads(&answers);
+        let widening = |compliance: &[Compliance]| -> Vec<Symmetric> {
+            compliance.iter().zip(&dyads).map(|(compliance, dyad)| compliance.widening(dyad)).collect()
+        };
+        let (by_young, by_poisson) = (widening(&network.compliance), widening(&by_poisson));
+        for (k, (link, (force, moment))) in network.links.iter().zip(&answers).enumerate() {
+            let carried = LinkStrain { displacement: *force, rotation: *moment }.split(&link.normal);
+            let (young, poisson) = (relief(link, &by_young), -relief(link, &by_poisson));
+            for row in strains(network.planar) {
+                let y = &felt[row][k];
+                let along = [y.displacement, y.displacement, y.rotation, y.rotation];
+                for ((links, carried), along) in all.links.iter_mut().zip(&carried).zip(&along) {
+                    links[(row, column)] += along.dot(carried);
+                }
+                all.particle_young[(row, column)] += y.displacement.dot(&young);
+                all.particle_poisson[(row, column)] += y.displacement.dot(&poisson);
+            }
+        }
+    }
+    all
 }
 
 /// The rows and columns 11, 22, 12, if only they mean something.

@@ -21,7 +21,7 @@ pub mod network;
 pub mod relaxed;
 pub mod solve;
 
-pub use cell_stiffness::{CellStiffness, cell_stiffness};
+pub use cell_stiffness::{CellStiffness, Derivatives, cell_stiffness, cell_stiffness_and_derivatives};
 pub use closed_form::{ClosedForm, closed_form};
 pub use link::Link;
 pub use moduli::ElasticConstants;

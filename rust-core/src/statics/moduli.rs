@@ -133,8 +133,9 @@ impl ElasticConstants {
     }
 
     /// Derivatives of the mean Young's modulus (Pa per unit) and of the mean Poisson's ratio when D changes by `change`
-    /// (Pa per unit): `dC = −C dD C`.
+    /// (Pa per unit), of which the symmetric part counts, as of D: `dC = −C dD C`.
     pub fn derivatives(&self, change: &Matrix6<f64>) -> (f64, f64) {
+        let change = (change + change.transpose()) * 0.5;
         let dc = -self.compliance * change * self.compliance;
         let n = self.dimension;
         let (mut young, mut poisson) = (0.0, 0.0);

@@ -10,7 +10,8 @@
 //! strains ([`coupling`](crate::solver::coupling)), normal forces are `(1−B)⁻¹ k_n (G u − …)`, where shear forces, which
 //! strain the particles as well, are on the right. `1−B` is solved by conjugate gradients inside each product; it is
 //! symmetric and never singular, whether or not the iteration itself converges. With shear forces the whole is not
-//! symmetric, and faer's stabilised biconjugate gradients take the place of conjugate gradients.
+//! symmetric, and faer's stabilised biconjugate gradients take the place of conjugate gradients. In the transposed system,
+//! which derivatives need, shear springs feel the strains and do not cause them.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::matrix_free::bicgstab::{BicgError, BicgParams, bicgstab, bicgstab_scratch};
@@ -21,7 +22,7 @@ use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use rayon::prelude::*;
 
 use super::cell_stiffness::uniform;
-use super::link::NodeMotion;
+use super::link::{LinkStrain, NodeMotion};
 use super::{LinkNetwork, StaticsError};
 use crate::math::{Symmetric, Vec3};
 use crate::solver::coupling::Coupling;
@@ -84,6 +85,8 @@ pub(super) struct Operator<'a> {
     free: Vec<bool>,
     /// Of deformable particles.
     coupling: Option<Coupling>,
+    /// It is the transposed one.
+    transposed: bool,
 }
 
 impl std::fmt::Debug for Operator<'_> {
@@ -109,41 +112,83 @@ pub(super) fn add(y: &mut [f64], p: usize, part: &NodeMotion, scale: f64) {
     }
 }
 
+/// Force (N) that particles which are so much wider (m) take from a link: `k_N n (n·(W_A + W_B)n)`.
+pub(super) fn relief(link: &super::Link, widening: &[Symmetric]) -> Vec3 {
+    let elongation = (widening[link.a as usize] + widening[link.b as usize]).quadratic(&link.normal);
+    link.normal * (link.stiffness.normal * elongation)
+}
+
 impl<'a> Operator<'a> {
     /// The operator of a network; `free` is false for prescribed degrees of freedom, or empty.
     pub fn new(network: &'a LinkNetwork, free: Vec<bool>) -> Self {
         let springs = network.links.iter().map(|link| (link.a, link.b, link.normal, link.stiffness.normal));
         let coupling = (!network.compliance.is_empty()).then(|| Coupling::between(springs, &network.compliance));
-        Self { network, free, coupling }
+        Self { network, free, coupling, transposed: false }
     }
 
     pub fn size(&self) -> usize {
         6 * self.network.particles
     }
 
-    /// Forces (N) on A and moments (N·m) about the contact points of all links in the state `x` on top of a uniform strain.
-    pub fn answers(&self, x: &[f64], strain: Option<usize>) -> Vec<(Vec3, Vec3)> {
-        let LinkNetwork { links, scale, particles, .. } = self.network;
+    /// The transposed operator.
+    pub fn transposed(mut self) -> Self {
+        self.transposed = true;
+        self
+    }
+
+    /// What all links feel in the state `x` on top of a uniform strain.
+    pub fn felt(&self, x: &[f64], strain: Option<usize>) -> Vec<LinkStrain> {
+        let LinkNetwork { links, scale, .. } = self.network;
         let of_link = |link: &super::Link| {
             let mut felt = link.strain(&motion(x, link.a as usize, *scale), &motion(x, link.b as usize, *scale));
             if let Some(component) = strain {
                 felt.displacement += uniform(&link.branch, component);
             }
-            link.answer(&felt)
+            felt
         };
-        let mut answers: Vec<(Vec3, Vec3)> = links.iter().map(of_link).collect();
-        if let Some(coupling) = &self.coupling {
-            let mut dyads = vec![Symmetric::default(); *particles];
-            for (link, (force, _)) in links.iter().zip(&answers) {
-                let dyad = Symmetric::product(&link.normal, force);
-                dyads[link.a as usize] += dyad;
-                dyads[link.b as usize] += dyad;
+        let mut felt: Vec<LinkStrain> = links.iter().map(of_link).collect();
+        if let Some(coupling) = self.coupling.as_ref().filter(|_| self.transposed) {
+            let normal = links.iter().zip(&felt).map(|(link, felt)| {
+                let force = link.stiffness.normal * link.normal.dot(&felt.displacement);
+                Symmetric::product(&link.normal, &link.normal) * force
+            });
+            let widening = coupling.widening(&self.on_both_ends(normal));
+            for (link, felt) in links.iter().zip(&mut felt) {
+                felt.displacement -= (widening[link.a as usize] + widening[link.b as usize]).times(&link.normal);
             }
-            for ((link, (force, _)), relief) in links.iter().zip(&mut answers).zip(coupling.relief(&dyads)) {
-                *force -= link.normal * relief;
+        }
+        felt
+    }
+
+    /// Forces (N) on A and moments (N·m) about the contact points of all links in the state `x` on top of a uniform strain.
+    pub fn answers(&self, x: &[f64], strain: Option<usize>) -> Vec<(Vec3, Vec3)> {
+        let links = &self.network.links;
+        let felt = self.felt(x, strain);
+        let mut answers: Vec<(Vec3, Vec3)> = links.iter().zip(&felt).map(|(link, felt)| link.answer(felt)).collect();
+        if let Some(coupling) = self.coupling.as_ref().filter(|_| !self.transposed) {
+            let widening = coupling.widening(&self.dyads(&answers));
+            for (link, (force, _)) in links.iter().zip(&mut answers) {
+                *force -= relief(link, &widening);
             }
         }
         answers
+    }
+
+    /// Force dyads `T` (N) of all particles under these answers of the links.
+    pub fn dyads(&self, answers: &[(Vec3, Vec3)]) -> Vec<Symmetric> {
+        let dyads =
+            self.network.links.iter().zip(answers).map(|(link, (force, _))| Symmetric::product(&link.normal, force));
+        self.on_both_ends(dyads)
+    }
+
+    /// Sums by particle of what each link gives both of its ends.
+    fn on_both_ends(&self, of_links: impl Iterator<Item = Symmetric>) -> Vec<Symmetric> {
+        let mut sums = vec![Symmetric::default(); self.network.particles];
+        for (link, part) in self.network.links.iter().zip(of_links) {
+            sums[link.a as usize] += part;
+            sums[link.b as usize] += part;
+        }
+        sums
     }
 
     /// The operator of a cell: in a plane network what moves across the plane is held.
