@@ -523,6 +523,117 @@ fn elastic_constants_are_told_and_lead_back_to_the_links() {
     assert!(far.code == exit::PHYSICS && far.err.contains("out of reach"), "{}", far.err);
 }
 
+/// Parameters of one law lead to E and ν, and these, asked for on the scenario of another law, back to the parameters: for each law
+/// and deformable particles, with the bonds left as they are. Poisson's ratio is found to 1e-9 and its slope by the
+/// stiffnesses is 0.1 or more; 1e-6 leaves room (asked: 1e-3). What is written says the same of itself.
+#[test]
+fn parameters_of_each_law_are_found_from_a_scenario_of_another() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let plain = write(folder.path(), "plain.toml", CELL);
+    let of = |law: &str, table: &str| {
+        let text = CELL.replace("linear_bond = { normal_stiffness = 1e7, shear_stiffness = 2e6 }", table);
+        text.replace("law = \"linear_bond\"", &format!("law = \"{law}\""))
+    };
+    let constants = |path: &Path| -> [f64; 2] {
+        let given = concordem(["elastic", "--json", "--no-dynamics", text(path)]);
+        assert_eq!(given.code, exit::DONE, "{}", given.err);
+        let found: serde_json::Value = serde_json::from_str(&given.out).expect("JSON");
+        ["young_pa", "poisson"].map(|key| found["static"][key].as_f64().expect("a number"))
+    };
+    let cpm = "cpm = { young = 20e9, shear_ratio = 0.3, crack_onset_strain = 1e-4, relative_ductility = 30, cohesion = 3e6, \
+               friction_coefficient = 0.8 }";
+    let beam = "cohesive_beam = { young = 300e9, poisson = 0.3, radius_ratio = 0.6 }";
+    let bond = "linear_bond = { normal_stiffness = 3e7, shear_stiffness = 9e6 }";
+    // k_n/(R E_p) = 3e7/(1e-3·1.2e11) = 0.25.
+    let deformable = "linear_bond = { normal_stiffness = 3e7, shear_stiffness = 9e6 }\ndeformable = { young = 1.2e11, poisson = 0.4 }";
+    let other = write(folder.path(), "other.toml", &of("cpm", cpm));
+    let cases = [
+        ("cpm", cpm, &plain, &[][..], &["young", "shear_ratio"][..]),
+        ("cohesive_beam", beam, &plain, &[], &["young", "radius_ratio"]),
+        ("linear_bond", bond, &other, &[], &["normal_stiffness", "shear_stiffness"]),
+        (
+            "linear_bond",
+            deformable,
+            &other,
+            &["--deformable", "--particle-poisson", "0.4", "--particle-softness", "0.25"],
+            &["normal_stiffness", "shear_stiffness", "young"],
+        ),
+    ];
+    for (number, (law, table, start, options, keys)) in cases.into_iter().enumerate() {
+        let planted = of(law, table);
+        let wanted = constants(&write(folder.path(), "planted.toml", &planted));
+        let output = folder.path().join(format!("found-{number}.toml"));
+        let [young, poisson] = wanted.map(|value| value.to_string());
+        let arguments = ["calibrate", "elastic", text(start), "--law", law, "--young", &young, "--poisson", &poisson];
+        let given = concordem(arguments.iter().chain(options).chain(&["-o", text(&output)]));
+        assert_eq!(given.code, exit::DONE, "{}", given.err);
+        let written = std::fs::read_to_string(&output).expect("the scenario");
+        for key in keys {
+            let after = |text: &str| -> f64 {
+                let mut places =
+                    text.split(|c: char| c.is_whitespace() || "{},".contains(c)).filter(|word| !word.is_empty());
+                places.find(|word| word == key).expect("the key");
+                places.nth(1).and_then(|word| word.parse().ok()).expect("a number")
+            };
+            // Of the particles' modulus and the beams' alike: the first key of the name is the one in both texts.
+            let error = after(&written) / after(&planted) - 1.0;
+            println!("{law} {key}: {error:+.1e}");
+            assert!(error.abs() < 1e-6, "{law} {key}: {error:e}\n{written}");
+        }
+        assert!(!written.contains(if law == "linear_bond" { "cpm" } else { "linear_bond" }), "{written}");
+        let again = constants(&output);
+        assert!(
+            (again[0] / wanted[0] - 1.0).abs() < 1e-7 && (again[1] - wanted[1]).abs() < 1e-7,
+            "{again:?} {wanted:?}"
+        );
+        assert_eq!(concordem(["check", text(&output)]).code, exit::DONE, "{written}");
+    }
+    // Without bonds and without a scenario, bonds are made.
+    let bare = CELL.replace("[bonds]\nlaw = \"linear_bond\"\ncoordination = 8\n", "");
+    let bare = write(folder.path(), "bare.toml", &bare);
+    let output = folder.path().join("made.toml");
+    for start in [&[text(&bare)][..], &[]] {
+        let asked = ["--young", "30 GPa", "--poisson", "0.2", "--law", "cpm", "--force", "-o", text(&output)];
+        let given = concordem(["calibrate", "elastic"].iter().chain(start).chain(&asked));
+        assert_eq!(given.code, exit::DONE, "{}", given.err);
+        let [young, poisson] = constants(&output);
+        assert!((young / 30e9 - 1.0).abs() < 1e-7 && (poisson - 0.2).abs() < 1e-7, "{young:e} {poisson}");
+    }
+}
+
+/// What cannot be asked for, each with its remedy.
+#[test]
+fn laws_that_do_not_fit_are_refused() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let bond = "linear_bond = { normal_stiffness = 1e7, shear_stiffness = 2e6 }";
+    let plain = write(folder.path(), "plain.toml", CELL);
+    let soft = CELL.replace(bond, &format!("{bond}\ndeformable = {{ young = 5e10, poisson = 0.3 }}"));
+    let soft = write(folder.path(), "soft.toml", &soft);
+    let bare = CELL.replace("[bonds]\nlaw = \"linear_bond\"\ncoordination = 8\n", "");
+    let bare = write(folder.path(), "bare.toml", &bare);
+    let sheared = "cohesive_beam = { young = 1e9, radius_ratio = 0.5, model = \"timoshenko\" }";
+    let sheared = write(folder.path(), "sheared.toml", &CELL.replace(bond, &format!("{bond}\n{sheared}")));
+    let mut all = String::new();
+    let cases: [(&[&str], u8); 8] = [
+        (&[], exit::USAGE),
+        (&[text(&bare)], exit::USAGE),
+        (&[text(&plain), "--law", "cpm", "--deformable"], exit::USAGE),
+        (&[text(&soft), "--law", "cpm"], exit::USAGE),
+        (&[text(&sheared), "--law", "cohesive_beam"], exit::USAGE),
+        (&[text(&plain), "--deformable", "--particle-poisson", "0.7"], exit::USAGE),
+        (&[text(&plain), "--deformable", "--particle-softness", "9"], exit::PHYSICS),
+        (&[text(&plain), "--law", "cohesive_beam", "--poisson", "-0.3"], exit::PHYSICS),
+    ];
+    for (case, code) in cases {
+        let poisson: &[&str] = if case.contains(&"--poisson") { &[] } else { &["--poisson", "0.2"] };
+        let given = concordem(["calibrate", "elastic", "--young", "30 GPa"].iter().chain(poisson).chain(case));
+        let shown = case.join(" ").replace(text(folder.path()), "FOLDER");
+        writeln!(all, "$ {shown}\n{}", given.err.replace(text(folder.path()), "FOLDER")).expect("text");
+        assert_eq!(given.code, code, "{all}");
+    }
+    insta::assert_snapshot!("elastic_laws_that_do_not_fit", all);
+}
+
 const CELL: &str = r#"
 version = 1
 [packing]

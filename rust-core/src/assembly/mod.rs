@@ -410,7 +410,7 @@ fn damping(damping: &scenario::Damping) -> Damping {
 }
 
 /// How the particles deform, if any material does.
-fn deformable(scenario: &Scenario) -> Option<Deformable> {
+pub(crate) fn deformable(scenario: &Scenario) -> Option<Deformable> {
     let elasticity = |m: &scenario::Material| {
         m.deformable.as_ref().map_or(Elastic::RIGID, |t| Elastic { young: t.young.si(), poisson: t.poisson.si() })
     };
@@ -437,7 +437,7 @@ fn deformable(scenario: &Scenario) -> Option<Deformable> {
 }
 
 /// Refuse deformable particles whose strains would not settle.
-fn settles(deformable: &Deformable, convergence: &Convergence, allow: bool) -> Result<(), AssemblyError> {
+pub(crate) fn settles(deformable: &Deformable, convergence: &Convergence, allow: bool) -> Result<(), AssemblyError> {
     let radius = convergence.spectral_radius;
     let relaxation = match deformable.update {
         Update::Lagged => 1.0,

@@ -1,23 +1,21 @@
 //! `concordem calibrate`: parameters of bonds for wanted properties of a material.
 
 mod concrete;
+mod elastic;
 
 use std::path::PathBuf;
 
-use super::drive::{Meter, build};
-use super::elastic;
+use super::drive::Meter;
 use super::{Console, Facts, Failure, Work};
-use crate::assembly::Assembly;
 use crate::calibration::cohesive_beam::{
     CalibrationError, Criterion, Load, Sample, SampleRecipe, elastic as elastic_response, match_elastic, scenario_text,
     strength,
 };
-use crate::calibration::elastic::{ElasticCalibrationError, fit};
+use crate::calibration::elastic::ElasticCalibrationError;
 use crate::law::{BendingTerm, Section};
 use crate::output::OutputError;
+use crate::scenario::Scenario;
 use crate::scenario::quantity::{Density, Quantity, Stress};
-use crate::scenario::{BeamModel, LawName, ProblemKind, Scenario};
-use crate::statics::{Accuracy, LinkNetwork};
 
 /// Arguments of `concordem calibrate`.
 #[derive(Debug, clap::Args)]
@@ -31,32 +29,11 @@ enum Target {
     /// Young's modulus, Poisson's ratio, and strength of cohesive beams, by the procedure of Jebahi et al. 2015
     #[command(name = "cohesive_beam")]
     CohesiveBeam(BeamArguments),
-    /// Young's modulus and Poisson's ratio of cpm, linear_bond, or cohesive_beam bonds, on the packing of a scenario, with
-    /// deformable particles too
-    Elastic(ElasticArguments),
+    /// Young's modulus and Poisson's ratio of cpm, linear_bond, or cohesive_beam bonds, on the packing of a scenario or one made
+    /// here, with deformable particles too
+    Elastic(elastic::Arguments),
     /// Moduli, strengths, and fracture energy of cpm concrete, on the specimen of a scenario and packings like it
     Concrete(concrete::Arguments),
-}
-
-/// Arguments of `concordem calibrate elastic`.
-#[derive(Debug, clap::Args)]
-struct ElasticArguments {
-    /// Scenario with a periodic packing, bonds, and one material; the parameters in it do not matter
-    scenario: PathBuf,
-    /// Wanted Young's modulus, "30 GPa"
-    #[arg(long, value_name = "STRESS", value_parser = stress)]
-    young: f64,
-    /// Wanted Poisson's ratio
-    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true)]
-    poisson: f64,
-    /// Write the scenario with the found parameters to this file
-    #[arg(long, short, value_name = "FILE")]
-    output: Option<PathBuf>,
-    /// Overwrite an existing file
-    #[arg(long, short)]
-    force: bool,
-    #[command(flatten)]
-    work: Work,
 }
 
 /// Arguments of `concordem calibrate cohesive_beam`.
@@ -114,104 +91,14 @@ fn positive(value: f64) -> Result<f64, String> {
 pub(super) fn calibrate(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
     match &arguments.target {
         Target::CohesiveBeam(arguments) => calibrate_beam(arguments, console),
-        Target::Elastic(arguments) => calibrate_elastic(arguments, console),
+        Target::Elastic(arguments) => elastic::calibrate(arguments, console),
         Target::Concrete(arguments) => concrete::calibrate(arguments, console),
     }
 }
 
-fn calibrate_elastic(arguments: &ElasticArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    if let Some(path) = arguments.output.as_ref().filter(|path| path.exists() && !arguments.force) {
-        return Err(OutputError::Exists { path: path.clone() }.into());
-    }
-    let scenario = Scenario::read(&arguments.scenario)?;
-    let problem = |key: &str, message: &str, help: &str| {
-        Failure::Scenario(scenario.problem(ProblemKind::Conflict, key, message.to_owned(), help))
-    };
-    let law = scenario.bonds.as_ref().map(|bonds| bonds.law);
-    if !matches!(law, Some(LawName::Cpm | LawName::LinearBond | LawName::CohesiveBeam)) {
-        let message = "elastic constants are calibrated for bonds of cpm, linear_bond, or cohesive_beam";
-        return Err(problem("bonds", message, "write one of them as law under [bonds]"));
-    }
-    let [material] = &scenario.materials[..] else {
-        let message = "one material is calibrated at a time; the scenario has several";
-        return Err(problem("material", message, "leave one [[material]] and calibrate each phase by itself"));
-    };
-    if material.cohesive_beam.as_ref().is_some_and(|beam| beam.model != BeamModel::EulerBernoulli)
-        && law == Some(LawName::CohesiveBeam)
-    {
-        let message =
-            "only the radius of Euler-Bernoulli beams is sought: of others the stiffnesses have other powers of it";
-        return Err(problem("material[0].cohesive_beam.model", message, "write model = \"euler-bernoulli\""));
-    }
-    let visible = console.interactive && !arguments.work.quiet;
-    let found = arguments.work.install(|| {
-        let meter = Meter::new(visible);
-        let Assembly { state, model, .. } = build(&scenario, &meter)?;
-        let found = LinkNetwork::of_model(&state, &model).map_err(ElasticCalibrationError::from).and_then(|network| {
-            fit(&network, arguments.young, arguments.poisson, Accuracy::default(), &mut |solutions| {
-                meter.stage("statics", (solutions as f64 / 14.0).min(0.99));
-            })
-        });
-        meter.finish();
-        found.map_err(|error| elastic_failure(&scenario, error))
-    })?;
-    let mut facts = Facts::default();
-    let mut keys: Vec<(&str, &str, toml_edit::Value)> = Vec::new();
-    if let (Some(LawName::Cpm), Some(cpm)) = (law, &material.cpm) {
-        let young = cpm.young.si() * found.normal_factor;
-        facts.add("young of the links", format!("{young:.8e} Pa"));
-        facts.add("shear_ratio", format!("{:.8}", found.shear_ratio));
-        keys.push(("cpm", "young", young.into()));
-        keys.push(("cpm", "shear_ratio", found.shear_ratio.into()));
-    } else if let Some(bond) = &material.linear_bond {
-        let normal = bond.normal_stiffness.si() * found.normal_factor;
-        facts.add("normal_stiffness", format!("{normal:.8e} N/m"));
-        facts.add("shear_stiffness", format!("{:.8e} N/m", normal * found.shear_ratio));
-        keys.push(("linear_bond", "normal_stiffness", normal.into()));
-        keys.push(("linear_bond", "shear_stiffness", (normal * found.shear_ratio).into()));
-        if let Some(particles) = &material.deformable {
-            let young = particles.young.si() * found.normal_factor;
-            facts.add("young of the particles", format!("{young:.8e} Pa, in proportion to normal_stiffness"));
-            keys.push(("deformable", "young", young.into()));
-        }
-    } else if let (Some(beam), Some((radius_factor, young_factor))) = (&material.cohesive_beam, found.beam_factors) {
-        let young = beam.young.si() * young_factor;
-        facts.add("young of the beams", format!("{young:.8e} Pa"));
-        keys.push(("cohesive_beam", "young", young.into()));
-        if let Some(ratio) = beam.radius_ratio {
-            let ratio = ratio.si() * radius_factor;
-            facts.add("radius_ratio", format!("{ratio:.8}"));
-            keys.push(("cohesive_beam", "radius_ratio", ratio.into()));
-        } else if let Some(radius) = beam.radius {
-            let radius = radius.si() * radius_factor;
-            facts.add("radius of the beams", format!("{radius:.8e} m"));
-            keys.push(("cohesive_beam", "radius", radius.into()));
-        }
-    }
-    let achieved = &found.achieved;
-    facts.add(
-        "achieved, static network",
-        format!("young {:.6e} Pa, poisson {:.6}", achieved.mean_young, achieved.mean_poisson),
-    );
-    let anisotropy = achieved.anisotropy();
-    facts.add("directions differ by", format!("{:.4} of E, {:.4} in poisson", anisotropy.young, anisotropy.poisson));
-    facts.add("reach of this packing", format!("poisson {:.4} to {:.4}", found.reach.0, found.reach.1));
-    if let Some((ratio, share)) = found.prior {
-        facts.add("closed form", format!("would take shear_ratio {ratio:.5}; gives {share:.4} of the wanted modulus"));
-    }
-    facts.add("left out", format!("{} rattlers", found.cell.loose.rattlers));
-    let Some(path) = &arguments.output else {
-        return console.print(&facts.to_string());
-    };
-    let text = with_values(&scenario, &keys)
-        .ok_or_else(|| problem("material", "the material's table cannot be edited", "write it as [material.LAW]"))?;
-    crate::output::sealed::write_text(path, &text)?;
-    console.print(&format!("{}\n{facts}", path.display()))
-}
-
 fn elastic_failure(scenario: &Scenario, error: ElasticCalibrationError) -> Failure {
     match error {
-        ElasticCalibrationError::Statics(error) => elastic::failed(scenario, error),
+        ElasticCalibrationError::Statics(error) => super::elastic::failed(scenario, error),
         other => Failure::Calibration(other.to_string()),
     }
 }
@@ -221,12 +108,17 @@ fn with_values(scenario: &Scenario, keys: &[(&str, &str, toml_edit::Value)]) -> 
     let mut document: toml_edit::DocumentMut = scenario.source.text.parse().ok()?;
     for (law, key, new) in keys {
         let table = document.get_mut("material")?.get_mut(0)?.get_mut(law)?;
-        let old = table.get_mut(key)?.as_value_mut()?;
-        let mut new = new.clone();
-        *new.decor_mut() = old.decor().clone();
-        *old = new;
+        replace(table.get_mut(key)?, new.clone())?;
     }
     Some(document.to_string())
+}
+
+/// A new value in place of an old one, with its comments.
+fn replace(old: &mut toml_edit::Item, mut new: toml_edit::Value) -> Option<()> {
+    let old = old.as_value_mut()?;
+    *new.decor_mut() = old.decor().clone();
+    *old = new;
+    Some(())
 }
 
 fn calibrate_beam(arguments: &BeamArguments, console: &mut Console<'_>) -> Result<(), Failure> {
