@@ -260,9 +260,10 @@ proptest! {
         }
         let motion = nalgebra::DVector::from_iterator(
             6 * n, c.velocity.iter().zip(&c.spin).flat_map(|(v, w)| v.iter().chain(w.iter()).copied().collect::<Vec<_>>()));
-        let svd = l.clone().svd(true, true);
-        prop_assert_eq!(svd.rank(1e-10), 24);
-        let e = svd.solve(&motion, 1e-12).unwrap();
+        // Not by nalgebra's SVD, whose factors give one in two thousand of these matrices back to 1e-6 only (condition 50).
+        let qr = l.clone().qr();
+        prop_assert!(qr.r().diagonal().amin() > 1e-10);
+        let e = qr.r().solve_upper_triangular(&qr.q().tr_mul(&motion)).unwrap();
         let fit = affine_fit(&c.position, &c.velocity, &c.spin, &WHOLE, None, Dimension::Three).unwrap();
         let vector = |first: usize| Vec3::new(e[first], e[first + 1], e[first + 2]);
         let size = 100.0 / fit.spread;
