@@ -133,8 +133,8 @@ def read(path, document):
     with h5py.File(path, "r", locking=False) as file:
         provenance = {k: v if isinstance(v, str) else str(v) for k, v in file["provenance"].attrs.items()}
         result = Result(NAME, float(provenance["time_step_s"]), provenance=provenance)
-        result.provenance["velocity_at"] = (
-            "full steps" if document.get("integration", {}).get("scheme") == "velocity-verlet" else "half steps")
+        # velocity Verlet is leapfrog whose first kick is half a step
+        result.provenance["velocity_at"] = "half steps"
         samples = file["samples"]
         steps = samples["step"][()]
         for name, data in samples.items():
