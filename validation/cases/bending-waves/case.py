@@ -1,9 +1,10 @@
 """Bending waves of a chain of masses with rotary inertia, joined by beam elements, around a ring.
 
-Deflection w and slope s of a Bloch wave obey M ü = −K u with M = diag(m, J) and, for k_s = 12EI/L³(1+Φ), k_b = EI/L, c = cos qL, d = sin qL,
-K = [[2 k_s (1−c), i k_s L d], [−i k_s L d, k_s L² (1+c)/2 + 2 k_b (1−c)]]:
-springs k_s across w_{n+1} − w_n − L (s_n + s_{n+1})/2 and k_b across s_{n+1} − s_n. Leapfrog turns a mode that starts with a velocity V into
-V dt sin(nθ)/sin θ, 2 − 2 cos θ = (ω dt)², exactly; one under a constant force F from rest into F (1 − cos-like sum)/ω².
+Deflection w and slope s of a Bloch wave obey M ü = −K u, with M = diag(m, J) and, for the springs k_s = 12EI/L³(1+Φ) across
+w_{n+1} − w_n − L (s_n + s_{n+1})/2 and k_b = EI/L across s_{n+1} − s_n,
+K = [[2 k_s (1−c), i k_s L d], [−i k_s L d, k_s L² (1+c)/2 + 2 k_b (1−c)]], c = cos qL, d = sin qL.
+Leapfrog turns a mode that starts with a velocity V into V dt sin(nθ)/sin θ, 2 − 2 cos θ = (ω dt)², exactly; one at rest under a
+constant F (per mass) into F (1 − cos((n+½)θ)/cos(½θ))/ω².
 """
 import math
 

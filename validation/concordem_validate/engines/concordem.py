@@ -68,7 +68,7 @@ def _package():
         import concordem
         import concordem.operators
     except ImportError as error:
-        raise NotInstalled(f"the Python package concordem is missing here ({error}): yade-bridge/test.sh python") from None
+        raise NotInstalled(f"the Python package concordem is missing here ({error}): yade-bridge/test.sh wheel") from None
     return concordem
 
 
@@ -100,7 +100,8 @@ def _operators(task):
     if not how["full"]:
         upper = [0, 4, 8, 1, 2, 5]
         each, whole = each[:, upper], whole[upper]
-    result = Result(NAME, task.frozen.dt, provenance={"command": "concordem.operators in Python", "state_of": task.peer})
+    result = Result(NAME, task.frozen.dt, provenance={
+        "command": "concordem.operators in Python", "state_of": task.peer, "package_sha256": also(task)})
     result.numbers["measures"] = {
         "contacts": found.full, "stress": whole.tolist(), "particle_stress": each.ravel().tolist()}
     return result
