@@ -50,6 +50,7 @@ class Task:
     peer: str = None  # of the command `operators`: whose state ours are applied to
     frozen: object = None  # that state
     command: str = "run"
+    about: str = ""
     check_threads: bool = False
     plant: dict = field(default_factory=dict)
 
@@ -135,7 +136,7 @@ def load(name, root=ROOT):
         tasks.append(Task(
             name, variant["name"], folder, document, module, command=command, check_threads=k == 0 and command == "run",
             peer_scenario=scenario.changed(document, variant["peer_changes"]) if "peer_changes" in variant else None,
-            peer=peers[0] if command == "operators" else None))
+            peer=peers[0] if command == "operators" else None, about=variant.get("about", "").strip()))
         engines_of[variant["name"]] = peers
     checks, known = [], quirks.load()
     for check in data["check"]:

@@ -121,52 +121,14 @@ class Runner:
 
     def one(self, task, engine, limit, quiet=False):
         """Run one engine on one variant, or take what is there."""
-        try:
-            key = self.key(task, engine)
-        except (NotInstalled, HarnessError):
-            key = engine  # said below
-        with self.lock:
-            lock = self.running.setdefault(key, threading.Lock())
-        with lock:
-            out = self._one(task, engine, limit)
-        return out if quiet else self._say(out, task)
-
-    def _one(self, task, engine, limit):
         out = Outcome(task.case, task.variant, engine, "done")
         try:
             key = self.key(task, engine)
-            out.path = self.folder / "runs" / f"{task.case}.{task.variant}.{engine}.{key}.h5"
-            if out.path.exists() and (not self.fresh or key in self.made):
-                out.kept = key not in self.made
-                return out
-            if engine in _NEEDS_START and task.command != "elastic":
-                task.start = self.start_of(task)
-            if engine == concordem.NAME and task.peer:
-                # the peer's own run comes a little later, and is kept then
-                theirs = self.one(copy.copy(task), task.peer, limit, quiet=True)
-                if theirs.status != "done":
-                    out.status, out.message = theirs.status, f"no state of {task.peer}: {theirs.message}"
-                    return out
-                task.frozen = theirs.result()
-            elif engine != concordem.NAME and task.peer_scenario:
-                task.scenario = task.peer_scenario
-            scratch = Path(tempfile.mkdtemp(prefix=f"concordem-{engine}-"))
-            try:
-                result = ENGINES[engine].run(task, scratch, limit * self.time_factor)
-            except BaseException:
-                # what it wrote helps to see why
-                keep = self.folder / "failed" / f"{task.case}.{task.variant}.{engine}"
-                shutil.rmtree(keep, ignore_errors=True)
-                shutil.copytree(scratch, keep, dirs_exist_ok=True)
-                raise
-            finally:
-                shutil.rmtree(scratch, ignore_errors=True)
-            result.provenance.update(
-                engine_version=ENGINES[engine].version(), host=platform.platform(), processor=_processor(),
-                date=datetime.now(timezone.utc).isoformat(timespec="seconds"), case=task.case, variant=task.variant,
-                load_average=" ".join(f"{x:.1f}" for x in os.getloadavg()))
-            result.write(out.path)
-            self.made.add(key)
+            with self.lock:
+                lock = self.running.setdefault(key, threading.Lock())
+            # a state for operators may be wanted while its own run is on
+            with lock:
+                self._run(out, key, task, limit)
         except NotInstalled as error:
             out.status, out.message, out.path = "missing", str(error), None
         except TimedOut as error:
@@ -179,7 +141,41 @@ class Runner:
             out.status, out.message, out.path = "crashed", str(error), None
         except Exception:
             out.status, out.message, out.path = "crashed", "fault of the harness: " + traceback.format_exc(), None
-        return out
+        return out if quiet else self._say(out, task)
+
+    def _run(self, out, key, task, limit):
+        engine = out.engine
+        out.path = self.folder / "runs" / f"{task.case}.{task.variant}.{engine}.{key}.h5"
+        if out.path.exists() and (not self.fresh or key in self.made):
+            out.kept = key not in self.made
+            return
+        if engine in _NEEDS_START and task.command != "elastic":
+            task.start = self.start_of(task)
+        if engine == concordem.NAME and task.peer:
+            theirs = self.one(copy.copy(task), task.peer, limit, quiet=True)
+            if theirs.status != "done":
+                out.status, out.message, out.path = theirs.status, f"no state of {task.peer}: {theirs.message}", None
+                return
+            task.frozen = theirs.result()
+        elif engine != concordem.NAME and task.peer_scenario:
+            task.scenario = task.peer_scenario
+        scratch = Path(tempfile.mkdtemp(prefix=f"concordem-{engine}-"))
+        try:
+            result = ENGINES[engine].run(task, scratch, limit * self.time_factor)
+        except BaseException:
+            # what it wrote helps to see why
+            keep = self.folder / "failed" / f"{task.case}.{task.variant}.{engine}"
+            shutil.rmtree(keep, ignore_errors=True)
+            shutil.copytree(scratch, keep, dirs_exist_ok=True)
+            raise
+        finally:
+            shutil.rmtree(scratch, ignore_errors=True)
+        result.provenance.update(
+            engine_version=ENGINES[engine].version(), host=platform.platform(), processor=_processor(),
+            date=datetime.now(timezone.utc).isoformat(timespec="seconds"), case=task.case, variant=task.variant,
+            load_average=" ".join(f"{x:.1f}" for x in os.getloadavg()))
+        result.write(out.path)
+        self.made.add(key)
 
     def _say(self, out, task):
         with self.lock:

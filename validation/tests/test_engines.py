@@ -80,7 +80,7 @@ ROUND = [("cpm-bond", ["mixed"], []), ("slip-to-roll", ["finite", "yade-spinning
 
 
 def test_two_rounds_from_nothing_give_the_same_bits(tmp_path, capsys):
-    need("concordem", "yade")
+    need("concordem", "yade", "operators")
     folders = tmp_path / "a", tmp_path / "b"
     for folder in folders:
         few = [cases.load(name).only(variants, peers) for name, variants, peers in ROUND]

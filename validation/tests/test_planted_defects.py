@@ -194,7 +194,7 @@ DEFECTS = {
 @pytest.mark.parametrize("defect", DEFECTS)
 def test_planted_defect_is_caught(defect):
     name, variant, peer, plant = DEFECTS[defect]
-    need("concordem", peer)
+    need("concordem", peer, *(["operators"] if name == "operators" else []))
     sound = cases.load(name).only([variant], [peer])
     made = runner.Runner(FOLDER, quiet=True)
     round_ = made.run([sound])

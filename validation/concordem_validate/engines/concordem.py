@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import h5py
@@ -32,9 +33,15 @@ def program():
 def version():
     """The program's version and the hash of its bytes: a rebuilt program is another engine."""
     path = program()
+    about = path.stat()
+    return f"concordem sha256 {_digest(path, about.st_mtime_ns, about.st_size)}"
+
+
+@cache
+def _digest(path, modified, size):
+    """Of a file as it was then: there are some hundred megabytes, which are asked for with every run."""
     with open(path, "rb") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
-    return f"concordem sha256 {digest[:16]}"
+        return hashlib.file_digest(file, "sha256").hexdigest()[:16]
 
 
 def _prepare(task, folder, changes=None):
@@ -62,7 +69,7 @@ def _elastic(task, folder, limit):
     return result
 
 
-def _package():
+def package():
     """Our Python package, whose operators take anybody's arrays."""
     try:
         import concordem
@@ -76,13 +83,13 @@ def also(task):
     """What else a run depends on: the package's bytes, where its operators are used."""
     if task.command != "operators":
         return ""
-    with open(_package()._core.__file__, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()[:16]
+    path = Path(package()._core.__file__)
+    return _digest(path, path.stat().st_mtime_ns, path.stat().st_size)
 
 
 def _operators(task):
     """Our operators on the state in which a peer ended."""
-    operators = _package().operators
+    operators = package().operators
     state = {name.removeprefix("frozen/"): values for name, (values, _) in task.frozen.fields.items() if name.startswith("frozen/")}
     how = task.frozen.numbers["frozen"]
     vectors = lambda name: state[name].reshape(-1, 3)
