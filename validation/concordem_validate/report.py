@@ -56,7 +56,8 @@ def difference_plot(verdicts):
     for k, verdict in enumerate(verdicts[:_MOST_PLOTTED]):
         colour = f"C{k}"
         # a difference of zero has no place on a logarithmic axis: drawn at the last bit
-        axes.plot(verdict.steps, np.maximum(verdict.growth, 1e-17), color=colour, lw=1,
+        # equal curves lie on each other: dashes let the lower one be seen
+        axes.plot(verdict.steps, np.maximum(verdict.growth, 1e-17), color=colour, lw=1.2, ls=("-", (0, (4, 2)), (0, (2, 2)), "-.")[k % 4],
                   label=f"{verdict.variant} · {verdict.peer}")
         check = verdict.check
         if check.known is not None:
@@ -132,7 +133,7 @@ def _versions():
     rows = []
     for name, engine in ENGINES.items():
         try:
-            rows.append((name, engine.version()))
+            rows.append((name, engine.version() + (" on two processors" if name.endswith("-np2") else "")))
         except NotInstalled as error:
             rows.append((name, str(error)))
     return rows
