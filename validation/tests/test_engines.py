@@ -76,7 +76,7 @@ def test_operators_of_a_missing_peer_are_missing(tmp_path, monkeypatch):
 # every law, walls, deformable particles, a peer's state; one of them per line of work of the solver
 ROUND = [("cpm-bond", ["mixed"], []), ("slip-to-roll", ["finite", "yade-spinning"], []), ("hertz-oblique", ["main"], []),
          ("ddem-peers", ["block"], []), ("beam-cantilever", ["kick"], []), ("bar-fracture", ["main"], []), ("cpm-cell", ["plain"], []),
-         ("granular-settling", ["seed-1"], []), ("operators", ["cloud"], ["yade"])]
+         ("granular-settling", ["seed-1"], []), ("operators", ["cloud"], ["yade"]), ("lattice-elasticity", ["fcc-0-4"], [])]
 
 
 def test_two_rounds_from_nothing_give_the_same_bits(tmp_path, capsys):
@@ -87,7 +87,7 @@ def test_two_rounds_from_nothing_give_the_same_bits(tmp_path, capsys):
         round_ = runner.Runner(folder, quiet=True).run(few)
         assert all(o.status == "done" and not o.kept for o in round_.outcomes.values()), [o.message for o in round_.outcomes.values()]
     assert cli.main(["compare", *map(str, folders)]) == 0
-    assert "10 results of concordem compared, all with the same bits" in capsys.readouterr().out
+    assert "11 results of concordem compared, all with the same bits" in capsys.readouterr().out
     # one bit of one value is seen, and a result that is missing
     path = next((folders[1] / "runs").glob("slip-to-roll.finite.concordem.*.h5"))
     result = compare.Result.read(path)
