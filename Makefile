@@ -14,7 +14,7 @@ help:
 	@echo "make check          formatting and lints"
 	@echo "make bench          speed of laws, neighbour search, and whole steps; ratio to YADE"
 	@echo "make docs           documentation of the library, into target/doc"
-	@echo "make validate       the same scenarios in ConcorDEM, YADE, LIGGGHTS, and closed forms; a report (minutes)"
+	@echo "make validate       the same scenarios in ConcorDEM, YADE, LIGGGHTS, LAMMPS, ESyS-Particle, closed forms; a report (minutes)"
 	@echo "make validate-full  all cases, and the long studies behind the published figures (hours; resumable)"
 
 $(CONCORDEM): FORCE
@@ -79,12 +79,14 @@ docs:
 validate: $(CONCORDEM)
 	.ci/setup test
 	liggghts-bridge/build
+	yade-bridge/test.sh wheel
 	cd validation && ../.venv/bin/python -m pytest -q tests
 	PYTHONPATH=validation .venv/bin/python -m concordem_validate run
 
 validate-full: $(CONCORDEM)
 	.ci/setup test
 	liggghts-bridge/build
+	yade-bridge/test.sh wheel
 	PYTHONPATH=validation .venv/bin/python -m concordem_validate run --full --strict
 	validation/specimens.py --full
 	validation/deformable.py --full

@@ -2,6 +2,7 @@
 # Builds the wheel and tests it as users install it: in a virtual environment, in Debian's own Python, and in YADE.
 #   yade-bridge/test.sh            all
 #   yade-bridge/test.sh python     without YADE
+#   yade-bridge/test.sh wheel      builds and installs only
 set -euo pipefail
 cd "$(dirname "$0")/.."
 what=${1:-all}
@@ -16,8 +17,9 @@ for python in "$bin/python" "$PWD/.venv-debian/bin/python"; do
   "$python" -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheel"
   echo "$("$python" -c 'import sys, numpy; print("Python", sys.version.split()[0], "NumPy", numpy.__version__)'), $(basename "$wheel")"
   # From another folder, so that the wheel is tested and not the sources.
-  (cd yade-bridge/tests && "$python" -m pytest -q -p no:cacheprovider --rootdir . --ignore=yade --ignore=native .)
+  [ "$what" = wheel ] || (cd yade-bridge/tests && "$python" -m pytest -q -p no:cacheprovider --rootdir . --ignore=yade --ignore=native .)
 done
+[ "$what" = wheel ] && exit
 "$bin/python" -m mypy.stubtest concordem --mypy-config-file yade-bridge/pyproject.toml --allowlist yade-bridge/stubtest-allowlist.txt
 if [ "$what" = all ]; then
   yade-bridge/tests/yade/run.sh

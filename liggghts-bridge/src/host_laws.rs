@@ -77,6 +77,7 @@ impl Kinematics for InstantKinematics {
     }
     /// The arm ends in the middle of the overlap, as between spheres.
     fn measure_wall(
+        _mode: Mode,
         a: &Motion,
         foot: &Foot,
         wall_velocity: &Vec3,

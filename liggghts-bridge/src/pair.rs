@@ -297,7 +297,7 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for Rows<L, FRAMED> {
         let mut old = L::State::default();
         let state: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut old));
         state.copy_from_slice(&reals[Self::HEAD..]);
-        let Some(k) = L::Kinematics::measure_wall(&motion, &foot, &velocity, &geometry, &frame, dt) else {
+        let Some(k) = L::Kinematics::measure_wall(self.mode, &motion, &foot, &velocity, &geometry, &frame, dt) else {
             return none;
         };
         let answer = self.laws[row as usize].respond(&k, &old, dt);

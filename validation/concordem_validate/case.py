@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1] / "cases"
 KINDS = {"series", "scalar", "ensemble"}
 TIERS = {"fast", "full"}
 _CASE = {"title", "question", "source", "tier", "time_limit_s", "engines", "scenario", "variant", "check"}
-_VARIANT = {"name", "changes", "scenario", "engines", "about", "command"}
+_VARIANT = {"name", "changes", "peer_changes", "scenario", "engines", "about", "command"}
 _CHECK = {"name", "kind", "peer", "variants", "of", "to_step", "from_step", "scale", "tolerance", "reason", "quirk",
           "known", "tier"}
 
@@ -46,7 +46,11 @@ class Task:
     scenario: dict
     module: object
     start: object = None
+    peer_scenario: dict = None  # what peers run in its place, where that is a limit of ours
+    peer: str = None  # of the command `operators`: whose state ours are applied to
+    frozen: object = None  # that state
     command: str = "run"
+    about: str = ""
     check_threads: bool = False
     plant: dict = field(default_factory=dict)
 
@@ -124,10 +128,16 @@ def load(name, root=ROOT):
             # what is too long to be written down: clouds of spheres from a seed
             document = module.scenario(document)
         command = variant.get("command", "run")
-        if command not in ("run", "elastic"):
-            raise HarnessError(f"{path}: `command` is run or elastic")
-        tasks.append(Task(name, variant["name"], folder, document, module, command=command, check_threads=k == 0))
-        engines_of[variant["name"]] = _engines(path, variant.get("engines", engines))
+        if command not in ("run", "elastic", "operators"):
+            raise HarnessError(f"{path}: `command` is run, elastic, or operators")
+        peers = _engines(path, variant.get("engines", engines))
+        if command == "operators" and len(peers) != 1:
+            raise HarnessError(f"{path}: variant {variant['name']}: `operators` are applied to the state of one engine")
+        tasks.append(Task(
+            name, variant["name"], folder, document, module, command=command, check_threads=k == 0 and command == "run",
+            peer_scenario=scenario.changed(document, variant["peer_changes"]) if "peer_changes" in variant else None,
+            peer=peers[0] if command == "operators" else None, about=variant.get("about", "").strip()))
+        engines_of[variant["name"]] = peers
     checks, known = [], quirks.load()
     for check in data["check"]:
         place = f"{path}: check `{check.get('name')}`"

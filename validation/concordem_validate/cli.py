@@ -29,7 +29,8 @@ def main(arguments=None):
     one.add_argument("--jobs", type=int, help="engines at a time; by default one per processor")
     one.add_argument("--time-factor", type=float, default=1.0, help="multiplies all time limits, for slow machines")
     one.add_argument("--output", type=Path, default=_OUT, help="folder of results and report (%(default)s)")
-    one = commands.add_parser("compare", help="compare two result files")
+    one = commands.add_parser(
+        "compare", help="compare two result files, or ConcorDEM's results of two rounds bit by bit (two folders of `run --output`)")
     one.add_argument("a", type=Path)
     one.add_argument("b", type=Path)
     one.add_argument("--tolerance", type=float, default=0.0, help="largest relative difference (%(default)g)")
@@ -90,6 +91,10 @@ def _compare(options):
     for path in (options.a, options.b):
         if not path.exists():
             raise HarnessError(f"{path} does not exist")
+    if options.a.is_dir() or options.b.is_dir():
+        lines, good = compare.rounds(options.a, options.b)
+        print("\n".join(lines))
+        return 0 if good else 1
     lines, good = compare.files(Result.read(options.a), Result.read(options.b), options.tolerance)
     print("\n".join(lines) or "no common series")
     return 0 if good else 1

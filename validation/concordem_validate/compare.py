@@ -1,4 +1,5 @@
 """Verdicts: how far ConcorDEM and a peer are apart, and whether that is within a tolerance that has a reason."""
+import json
 import math
 from dataclasses import dataclass, field
 
@@ -6,6 +7,7 @@ import numpy as np
 
 from .errors import HarnessError
 from .quantity import si
+from .result import Result
 
 
 @dataclass
@@ -204,6 +206,44 @@ def _ensemble(case, check, variants, outcomes, result, tasks):
     _settle(verdict, abs(mean) + half)
     verdict.message = message
     return verdict
+
+
+
+def _timeless(value):
+    """Numbers without what a clock says."""
+    if isinstance(value, dict):
+        return {k: _timeless(v) for k, v in value.items() if not (k in ("wall_s", "particle_steps_per_s") or k.endswith("_seconds"))}
+    return [_timeless(v) for v in value] if isinstance(value, list) else value
+
+
+def same_bits(a, b):
+    """What differs in any bit between two results of ConcorDEM, times of the clock and of the run aside; nothing if they are equal."""
+    found = []
+    for kind in ("series", "fields"):
+        x, y = getattr(a, kind), getattr(b, kind)
+        found += [f"{kind}/{name} is in one only" for name in sorted(x.keys() ^ y.keys())]
+        for name in sorted(x.keys() & y.keys()):
+            pairs = [(x[name].steps, y[name].steps), (x[name].values, y[name].values)] if kind == "series" else [(x[name][0], y[name][0])]
+            if any(u.dtype != v.dtype or u.shape != v.shape or u.tobytes() != v.tobytes() for u, v in pairs):
+                found.append(f"{kind}/{name} differs")
+    # JSON has every digit of a number
+    if len({json.dumps(_timeless(r.numbers), sort_keys=True) for r in (a, b)}) > 1:
+        found.append("numbers differ")
+    if a.dt != b.dt or a.provenance.get("state_hash") != b.provenance.get("state_hash"):
+        found.append("the time step or the hash of the last state differs")
+    return found
+
+
+def rounds(a, b, engine="concordem"):
+    """Lines about all results of an engine in two folders of results, and whether all have the same bits."""
+    names = [{path.name for path in folder.glob(f"runs/*.{engine}.*.h5")} for folder in (a, b)]
+    if not names[0] & names[1]:
+        raise HarnessError(f"{a} and {b} have no results of {engine} in common: two rounds of one build, into two folders, are compared")
+    lines = [f"{name} is in one round only" for name in sorted(names[0] ^ names[1])]
+    for name in sorted(names[0] & names[1]):
+        lines += [f"{name}: {what}" for what in same_bits(Result.read(a / "runs" / name), Result.read(b / "runs" / name))]
+    good = not lines
+    return lines + [f"{len(names[0] & names[1])} results of {engine} compared" + (", all with the same bits" if good else "")], good
 
 
 def files(a, b, tolerance):

@@ -5,10 +5,12 @@ import json
 import math
 import os
 import platform
+import re
 from datetime import datetime, timezone
 from pathlib import Path
 
 import jinja2
+import markupsafe
 import matplotlib
 import numpy as np
 
@@ -24,6 +26,11 @@ _WORDS = {"pass": "agrees", "known": "known difference", "fail": "FAILS", "missi
 _SHORT = {"pass": "agree", "known": "known", "fail": "FAIL", "missing": "not installed"}
 _RANK = {"none": 0, "pass": 1, "known": 2, "missing": 3, "fail": 4}
 _MOST_PLOTTED = 8
+
+
+def _code(text):
+    """Text for the page, what stands between backticks as code."""
+    return markupsafe.Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(markupsafe.escape(text))))
 
 
 def _figure(figure):
@@ -49,7 +56,8 @@ def difference_plot(verdicts):
     for k, verdict in enumerate(verdicts[:_MOST_PLOTTED]):
         colour = f"C{k}"
         # a difference of zero has no place on a logarithmic axis: drawn at the last bit
-        axes.plot(verdict.steps, np.maximum(verdict.growth, 1e-17), color=colour, lw=1,
+        # equal curves lie on each other: dashes let the lower one be seen
+        axes.plot(verdict.steps, np.maximum(verdict.growth, 1e-17), color=colour, lw=1.2, ls=("-", (0, (4, 2)), (0, (2, 2)), "-.")[k % 4],
                   label=f"{verdict.variant} · {verdict.peer}")
         check = verdict.check
         if check.known is not None:
@@ -125,7 +133,7 @@ def _versions():
     rows = []
     for name, engine in ENGINES.items():
         try:
-            rows.append((name, engine.version()))
+            rows.append((name, engine.version() + (" on two processors" if name.endswith("-np2") else "")))
         except NotInstalled as error:
             rows.append((name, str(error)))
     return rows
@@ -186,6 +194,7 @@ def _case(case, round_):
     return dict(
         name=case.name, title=case.title, question=case.question.strip(), source=case.source, tier=case.tier,
         notes=notes.read_text() if notes.exists() else "",
+        abouts=[(task.variant, task.about) for task in case.tasks if task.about],
         checks=[dict(
             name=check.name, peer=check.peer, limit=_limit(check), reason=check.reason.strip(), quirk=check.quirk,
             verdicts=[dict(variant=v.variant, status=v.status, word=_WORDS[v.status], difference=_number(v.difference),
@@ -220,16 +229,22 @@ def matrix(cases, round_):
 
 def write(path, cases, round_):
     """Write the page and return its path."""
-    template = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
-        Path(__file__).with_name("report.html.j2").read_text())
+    environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    environment.filters["code"] = _code
+    template = environment.from_string(Path(__file__).with_name("report.html.j2").read_text())
     counts = {word: sum(v.status == word for v in round_.verdicts) for word in _WORDS if word != "none"}
+    titles = {case.name: case.title for case in cases}
+    told = [dict(case=v.case, title=titles[v.case], variant=v.variant, check=v.check.name, peer=v.peer, status=v.status, quirk=v.check.quirk,
+                 word=_WORDS[v.status], difference=_number(v.difference), limit=_limit(v.check))
+            for status in ("fail", "known") for v in round_.verdicts if v.status == status]
+    missing = sorted({(o.engine, o.message) for o in round_.outcomes.values() if o.status == "missing"})
     try:
         quirks = registry.load()
     except HarnessError:
         quirks = {}
     html = template.render(
         engines=list(ENGINES), rows=matrix(cases, round_), cases=[_case(case, round_) for case in cases],
-        counts=counts, words=_WORDS, versions=_versions(), quirks=quirks, studies=studies(),
+        counts=counts, told=told, missing=missing, words=_WORDS, versions=_versions(), quirks=quirks, studies=studies(),
         host=platform.platform(), cores=os.cpu_count(), date=datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
         seeds=", ".join(str(s) for s in sorted({t.scenario["packing"].get("seed") for c in cases for t in c.tasks} - {None})))
     path.parent.mkdir(parents=True, exist_ok=True)

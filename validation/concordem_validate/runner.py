@@ -1,4 +1,5 @@
 """Runs engines on cases. What is done is kept by the hash of its inputs, so that an interrupted round goes on."""
+import copy
 import hashlib
 import json
 import os
@@ -22,7 +23,7 @@ from .result import Result
 
 _PACKAGE = Path(__file__).parent
 # closed forms of elastic constants need no state
-_NEEDS_START = {"yade", "liggghts", "liggghts-np2", "analytic"}
+_NEEDS_START = {"yade", "liggghts", "liggghts-np2", "lammps", "esys", "analytic"}
 
 
 @dataclass
@@ -83,7 +84,7 @@ class Runner:
         (self.folder / "runs").mkdir(parents=True, exist_ok=True)
         self.jobs = jobs or _jobs()
         self.lock = threading.Lock()
-        self.starts = {}
+        self.starts, self.running, self.made = {}, {}, set()
         self.done = 0
         self.total = 0
 
@@ -93,7 +94,10 @@ class Runner:
         if plant:
             plant.append(str(task.plant.get("label")))
         also = getattr(ENGINES[engine], "also", lambda _: "")(task)
-        text = json.dumps([engine, version, concordem.version(), _sources(), _inputs(task), plant, task.check_threads, task.command, also])
+        if engine == concordem.NAME and task.peer:
+            also += self.key(task, task.peer)
+        text = json.dumps([engine, version, concordem.version(), _sources(), _inputs(task), plant, task.check_threads, task.command, also,
+                           task.peer_scenario], default=str)
         return hashlib.sha256(text.encode()).hexdigest()[:24]
 
     def start_of(self, task):
@@ -115,33 +119,16 @@ class Runner:
             partial.replace(path)
             return start
 
-    def one(self, task, engine, limit):
+    def one(self, task, engine, limit, quiet=False):
         """Run one engine on one variant, or take what is there."""
         out = Outcome(task.case, task.variant, engine, "done")
         try:
             key = self.key(task, engine)
-            out.path = self.folder / "runs" / f"{task.case}.{task.variant}.{engine}.{key}.h5"
-            if out.path.exists() and not self.fresh:
-                out.kept = True
-                return self._say(out, task)
-            if engine in _NEEDS_START and task.command == "run":
-                task.start = self.start_of(task)
-            scratch = Path(tempfile.mkdtemp(prefix=f"concordem-{engine}-"))
-            try:
-                result = ENGINES[engine].run(task, scratch, limit * self.time_factor)
-            except BaseException:
-                # what it wrote helps to see why
-                keep = self.folder / "failed" / f"{task.case}.{task.variant}.{engine}"
-                shutil.rmtree(keep, ignore_errors=True)
-                shutil.copytree(scratch, keep, dirs_exist_ok=True)
-                raise
-            finally:
-                shutil.rmtree(scratch, ignore_errors=True)
-            result.provenance.update(
-                engine_version=ENGINES[engine].version(), host=platform.platform(), processor=_processor(),
-                date=datetime.now(timezone.utc).isoformat(timespec="seconds"), case=task.case, variant=task.variant,
-                load_average=" ".join(f"{x:.1f}" for x in os.getloadavg()))
-            result.write(out.path)
+            with self.lock:
+                lock = self.running.setdefault(key, threading.Lock())
+            # a state for operators may be wanted while its own run is on
+            with lock:
+                self._run(out, key, task, limit)
         except NotInstalled as error:
             out.status, out.message, out.path = "missing", str(error), None
         except TimedOut as error:
@@ -154,7 +141,41 @@ class Runner:
             out.status, out.message, out.path = "crashed", str(error), None
         except Exception:
             out.status, out.message, out.path = "crashed", "fault of the harness: " + traceback.format_exc(), None
-        return self._say(out, task)
+        return out if quiet else self._say(out, task)
+
+    def _run(self, out, key, task, limit):
+        engine = out.engine
+        out.path = self.folder / "runs" / f"{task.case}.{task.variant}.{engine}.{key}.h5"
+        if out.path.exists() and (not self.fresh or key in self.made):
+            out.kept = key not in self.made
+            return
+        if engine in _NEEDS_START and task.command != "elastic":
+            task.start = self.start_of(task)
+        if engine == concordem.NAME and task.peer:
+            theirs = self.one(copy.copy(task), task.peer, limit, quiet=True)
+            if theirs.status != "done":
+                out.status, out.message, out.path = theirs.status, f"no state of {task.peer}: {theirs.message}", None
+                return
+            task.frozen = theirs.result()
+        elif engine != concordem.NAME and task.peer_scenario:
+            task.scenario = task.peer_scenario
+        scratch = Path(tempfile.mkdtemp(prefix=f"concordem-{engine}-"))
+        try:
+            result = ENGINES[engine].run(task, scratch, limit * self.time_factor)
+        except BaseException:
+            # what it wrote helps to see why
+            keep = self.folder / "failed" / f"{task.case}.{task.variant}.{engine}"
+            shutil.rmtree(keep, ignore_errors=True)
+            shutil.copytree(scratch, keep, dirs_exist_ok=True)
+            raise
+        finally:
+            shutil.rmtree(scratch, ignore_errors=True)
+        result.provenance.update(
+            engine_version=ENGINES[engine].version(), host=platform.platform(), processor=_processor(),
+            date=datetime.now(timezone.utc).isoformat(timespec="seconds"), case=task.case, variant=task.variant,
+            load_average=" ".join(f"{x:.1f}" for x in os.getloadavg()))
+        result.write(out.path)
+        self.made.add(key)
 
     def _say(self, out, task):
         with self.lock:
@@ -177,18 +198,12 @@ class Runner:
         self.done, self.total = 0, len(jobs)
         # long ones first fill the processors best, but the order of cases reads better and costs little
         with ThreadPoolExecutor(self.jobs) as pool:
-            outcomes = pool.map(lambda job: self.one(_copy(job[1]), job[2], job[0].time_limit), jobs)
+            outcomes = pool.map(lambda job: self.one(copy.copy(job[1]), job[2], job[0].time_limit), jobs)
             for outcome in outcomes:
                 round_.outcomes[outcome.case, outcome.variant, outcome.engine] = outcome
         for case in cases:
             round_.verdicts += compare.judge(case, round_.outcomes, plant or {})
         return round_
-
-
-def _copy(task):
-    import copy
-
-    return copy.copy(task)
 
 
 def _jobs():

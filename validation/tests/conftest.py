@@ -7,14 +7,15 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from concordem_validate import runner  # noqa: E402
-from concordem_validate.engines import ENGINES  # noqa: E402
+from concordem_validate.engines import ENGINES, concordem  # noqa: E402
 from concordem_validate.errors import NotInstalled  # noqa: E402
 
 
 def need(*engines):
+    """Engines by name, or `operators`: the Python package whose operators are applied to states of peers."""
     for name in engines:
         try:
-            ENGINES[name].version()
+            concordem.package() if name == "operators" else ENGINES[name].version()
         except NotInstalled as error:
             if runner.strict_by_default():
                 pytest.fail(str(error))

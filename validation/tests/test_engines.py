@@ -3,8 +3,8 @@ import time
 
 import pytest
 from concordem_validate import case as cases
-from concordem_validate import cli, process, report, runner, scenario
-from concordem_validate.engines import concordem, liggghts, translate, yade
+from concordem_validate import cli, compare, process, report, runner, scenario
+from concordem_validate.engines import ENGINES, concordem, esys, lammps, liggghts, translate, yade
 from concordem_validate.errors import Crashed, NotInstalled, TimedOut, Unsupported
 from conftest import need
 
@@ -36,6 +36,104 @@ def test_a_missing_peer_is_said_to_a_user_and_fails_in_ci(tmp_path, monkeypatch)
     assert "apt install yade" in report.text([case], round_, True)
     page = report.write(tmp_path / "report.html", [case], round_).read_text()
     assert "apt install yade" in page and "not installed" in page
+
+
+@pytest.mark.parametrize("name, remedy", [("lammps", ".ci/setup lammps"), ("esys", "apt install esys-particle")])
+def test_missing_peers_of_beams_are_said_with_their_remedy(tmp_path, monkeypatch, name, remedy):
+    need("concordem")
+    monkeypatch.setenv(lammps.VARIABLE, str(tmp_path / "none"))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    for module in (lammps, esys):
+        module.version.cache_clear()
+    try:
+        case = cases.load("beam-cantilever").only(["pull"], [name])
+        round_ = runner.Runner(tmp_path, quiet=True).run([case])
+    finally:
+        for module in (lammps, esys):
+            module.version.cache_clear()
+    outcome = round_.outcomes["beam-cantilever", "pull", name]
+    assert outcome.status == "missing" and remedy in outcome.message
+    assert {v.status for v in round_.verdicts} == {"missing"}
+    assert not round_.failed(strict=False) and round_.failed(strict=True)
+    assert remedy in report.text([case], round_, True)
+    page = report.write(tmp_path / "report.html", [case], round_).read_text()
+    assert remedy in page and "not installed" in page
+
+
+def test_operators_of_a_missing_peer_are_missing(tmp_path, monkeypatch):
+    need("concordem")
+
+    def gone():
+        raise NotInstalled("YADE is not installed: apt install yade")
+
+    monkeypatch.setattr(yade, "version", gone)
+    case = cases.load("operators").only(["cloud"], ["yade"])
+    round_ = runner.Runner(tmp_path, quiet=True).run([case])
+    assert {o.status for o in round_.outcomes.values()} == {"missing"}
+    assert round_.failed(strict=True) and not round_.failed(strict=False)
+
+
+# every law, walls, deformable particles, a peer's state; one of them per line of work of the solver
+ROUND = [("cpm-bond", ["mixed"], []), ("slip-to-roll", ["finite", "yade-spinning"], []), ("hertz-oblique", ["main"], []),
+         ("ddem-peers", ["block"], []), ("beam-cantilever", ["kick"], []), ("bar-fracture", ["main"], []), ("cpm-cell", ["plain"], []),
+         ("granular-settling", ["seed-1"], []), ("operators", ["cloud"], ["yade"]), ("lattice-elasticity", ["fcc-0-4"], [])]
+
+
+def test_two_rounds_from_nothing_give_the_same_bits(tmp_path, capsys):
+    need("concordem", "yade", "operators")
+    folders = tmp_path / "a", tmp_path / "b"
+    for folder in folders:
+        few = [cases.load(name).only(variants, peers) for name, variants, peers in ROUND]
+        round_ = runner.Runner(folder, quiet=True).run(few)
+        assert all(o.status == "done" and not o.kept for o in round_.outcomes.values()), [o.message for o in round_.outcomes.values()]
+    assert cli.main(["compare", *map(str, folders)]) == 0
+    assert "11 results of concordem compared, all with the same bits" in capsys.readouterr().out
+    # one bit of one value is seen, and a result that is missing
+    path = next((folders[1] / "runs").glob("slip-to-roll.finite.concordem.*.h5"))
+    result = compare.Result.read(path)
+    result.series["velocity"].values.reshape(-1).view("u8")[-3] ^= 1
+    result.write(path)
+    next((folders[1] / "runs").glob("cpm-bond.*.concordem.*.h5")).unlink()
+    assert cli.main(["compare", *map(str, folders)]) == 1
+    out = capsys.readouterr().out
+    assert "series/velocity differs" in out and "in one round only" in out
+    assert cli.main(["compare", str(tmp_path / "a"), str(tmp_path)]) == 2
+
+
+def test_what_the_peers_of_beams_cannot_do_is_refused(tmp_path):
+    need("concordem")
+    task = next(t for t in cases.load("beam-cantilever").tasks if t.variant == "pull")
+    start = concordem.export_start(task, tmp_path)
+    for translation in (lammps.deck, esys.translation):
+        for changes, message in (
+            ({"integration.gravity": [0, 0, "-9.81 m/s^2"]}, "loads and walls"),
+            ({"integration.damping": {"kind": "local", "coefficient": 0.1}}, "local damping"),
+            ({"prescribe.0.velocity": ["free", 0, 0]}, "held altogether"),
+            ({"material.0.cohesive_beam.model": "spring"}, "euler-bernoulli or timoshenko"),
+            ({"material.0.cohesive_beam.tensile_strength": "1 MPa"}, "tensile_strength"),
+            ({"bonds.law": "linear_bond"}, "only cohesive beams"), ({"deformable": {}}, "deformable"),
+        ):
+            other = cases.Task("a", "b", task.folder, scenario.changed(task.scenario, changes), None, start=start)
+            with pytest.raises(Unsupported, match=message):
+                translation(other)
+    files, steps, radius = lammps.deck(task.__class__(**{**task.__dict__, "start": start}))
+    assert steps == 4000 and radius == 1e-3 and "bond_style bpm/rotational" in files["in.txt"]
+    assert esys.translation(task.__class__(**{**task.__dict__, "start": start}))["held"] == [0]
+
+
+def test_strains_of_particles_are_translated_or_refused(tmp_path):
+    need("concordem")
+    task = next(t for t in cases.load("ddem-peers").tasks if t.variant == "block")
+    start = concordem.export_start(task, tmp_path)
+    how = yade.translation(cases.Task("a", "b", task.folder, task.scenario, None, start=start))["deformable"]
+    assert how["condition"] == "solid" and how["constants"] == [[100e6, 0.3]]
+    # a push acts on the near side: its dyad is that of compression
+    assert how["load"][0][0][0] == pytest.approx(-1e-3 * 0.02**2 / (0.02**2 + 0.005**2 + 0.003**2) ** 0.5, rel=1e-12)
+    for changes, message in (({"deformable.update": "iterated"}, "step before"), ({"deformable.dashpots": True}, "dashpots"),
+                             ({"prescribe": [{"set": "face", "velocity": [0, 0, 0]}]}, "prescribed motion")):
+        other = cases.Task("a", "b", task.folder, scenario.changed(task.scenario, changes), None, start=start)
+        with pytest.raises(Unsupported, match=message):
+            yade.translation(other)
 
 
 def test_hanging_peer_leaves_the_rest_whole(tmp_path):

@@ -84,6 +84,42 @@ def friction_not_its_angle(data):
         m["frictionAngle"] = np.tan(m["frictionAngle"])
 
 
+def operator(name, change, width=9):
+    """Change a tensor that an operator found."""
+    def apply(one):
+        values = np.array(one.numbers["measures"][name]).reshape(-1, width)
+        one.numbers["measures"][name] = change(values).ravel().tolist()
+
+    return apply
+
+
+def transposed(values):
+    return values.reshape(-1, 3, 3).transpose(0, 2, 1)
+
+
+def constants(change):
+    """Change Young's modulus and Poisson's ratio of the particles in YADE's loop."""
+    def apply(data):
+        data["deformable"]["constants"] = [change(*c) for c in data["deformable"]["constants"]]
+
+    return apply
+
+
+def without_loads(data):
+    data["deformable"]["load"] = (0 * np.array(data["deformable"]["load"])).tolist()
+
+
+def no_rotary_inertia(module):
+    """Dispersion with a tenth of the spheres' rotary inertia."""
+    springs = module._springs
+
+    def changed(task):
+        ks, kb, length, mass, inertia, bending, shear = springs(task)
+        return ks, kb, length, mass, 0.1 * inertia, bending, shear
+
+    module._springs = changed
+
+
 # what is wrong | case, variant, peer | where it is planted
 DEFECTS = {
     "sign of the spins, hence of moments": ("pair-kinematics", "moving", "yade", dict(yade=[times("spin", -1)])),
@@ -129,6 +165,27 @@ DEFECTS = {
     "the held end let go in LIGGGHTS": ("beam-cantilever", "kick", "liggghts", dict(liggghts=[without("fix held")])),
     "YADE's kinematics for ours in LIGGGHTS": ("cpm-bond", "thesis-cyclic-shear", "liggghts", dict(
         liggghts=[other("kinematics finite", "kinematics yade")])),
+    "walls in the default kinematics whatever is asked for": ("slip-to-roll", "yade-kinematics", "yade", dict(
+        concordem=[ours(kinematics="finite")])),
+    "the plain arm at walls for the ratcheting one": ("slip-to-roll", "yade-ratcheting", "yade", dict(
+        concordem=[ours(kinematics="yade")])),
+    "sign of the stress of particles": ("operators", "heap", "yade", {"result:concordem": [operator("particle_stress", np.negative)]}),
+    "stress of particles not transposed": ("operators", "heap", "yade", {"result:concordem": [operator("particle_stress", transposed)]}),
+    "stress of a sheared cell not transposed": ("operators", "cell", "yade", {"result:concordem": [operator("stress", transposed)]}),
+    "order of components of LIGGGHTS' stress": ("operators", "cloud-liggghts", "liggghts", {"result:concordem": [
+        operator("particle_stress", lambda values: values[:, [0, 1, 2, 3, 5, 4]], 6)]}),
+    "sign of the particle's stress in its strain": ("ddem-peers", "block", "yade", dict(yade=[constants(lambda e, nu: (-e, nu))])),
+    "Poisson's ratio of the particles 0.01 % too high": ("ddem-peers", "bar-plane-stress", "yade", dict(
+        yade=[constants(lambda e, nu: (e, 1.0001 * nu))])),
+    "loads that do not strain their particles": ("ddem-peers", "bar-plane-strain", "yade", dict(yade=[without_loads])),
+    "particles a million times less stiff in the stiff limit": ("ddem-peers", "stiff-contacts", "liggghts", dict(
+        concordem=[ours(material__0__deformable__young="1e14 Pa")])),
+    "bending spring of ESyS-Particle taken for whole": ("beam-cantilever", "strong-kick", "esys", dict(esys=[times("bending", 0.5)])),
+    "twist spring 0.1 % too stiff against LAMMPS": ("beam-cantilever", "twist", "lammps", dict(
+        concordem=[ours(material__0__cohesive_beam__poisson=0.24875)])),
+    "a beam 0.01 % too thick against LAMMPS": ("bending-waves", "strong", "lammps", dict(
+        concordem=[ours(material__0__cohesive_beam__radius="1.0001 mm")])),
+    "rotary inertia left out of the waves": ("bending-waves", "packet", "analytic", dict(module=[no_rotary_inertia])),
     "stress with the other sign": ("cpm-uniaxial", "tension", "yade",
                                    {"result:concordem": [result("stress", np.negative)]}),
 }
@@ -137,7 +194,7 @@ DEFECTS = {
 @pytest.mark.parametrize("defect", DEFECTS)
 def test_planted_defect_is_caught(defect):
     name, variant, peer, plant = DEFECTS[defect]
-    need("concordem", peer)
+    need("concordem", peer, *(["operators"] if name == "operators" else []))
     sound = cases.load(name).only([variant], [peer])
     made = runner.Runner(FOLDER, quiet=True)
     round_ = made.run([sound])

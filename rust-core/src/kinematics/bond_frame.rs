@@ -378,6 +378,7 @@ impl Kinematics for FrameKinematics {
         Self::new(a, b, image, geometry, frame, bonded, dt)
     }
     fn measure_wall(
+        _mode: Mode,
         _a: &Motion,
         _foot: &Foot,
         _wall_velocity: &Vec3,

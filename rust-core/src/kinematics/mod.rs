@@ -1,7 +1,7 @@
 //! Kinematics: how the two sides of a contact moved relative to each other in one step.
 //!
-//! Three measures of the same motion, selected in the scenario by `kinematics`:
-//! * [`Mode::Finite`] (default): exact for finite rotations, see [`sphere_sphere`];
+//! Measures of the same motion, selected in the scenario by `kinematics`, between spheres and at walls:
+//! * [`Mode::Finite`] (default): exact for finite rotations, see [`sphere_sphere`] and [`sphere_wall`];
 //! * [`Mode::FirstOrder`]: Stránský 2018, (2.3)–(2.12) with the corrected sign of (2.8), and rotation of the shear
 //!   history to first order in the step;
 //! * [`Mode::Yade`]: YADE's `ScGeom` with its ratcheting correction and its arms.

@@ -145,6 +145,7 @@ pub trait Kinematics: Copy + Send + Sync {
     /// Measure a contact of particle `a` with a wall moving at `wall_velocity` (m/s), whose nearest point is `foot`;
     /// `None` when laws of this kind have no contact with walls.
     fn measure_wall(
+        mode: Mode,
         a: &Motion,
         foot: &Foot,
         wall_velocity: &Vec3,
@@ -214,6 +215,7 @@ impl Kinematics for PointKinematics {
         }
     }
     fn measure_wall(
+        mode: Mode,
         a: &Motion,
         foot: &Foot,
         wall_velocity: &Vec3,
@@ -221,7 +223,7 @@ impl Kinematics for PointKinematics {
         frame: &Frame,
         dt: f64,
     ) -> Option<Self> {
-        Some(sphere_wall::measure(a, foot, wall_velocity, geometry, frame, dt))
+        Some(sphere_wall::measure(mode, a, foot, wall_velocity, geometry, frame, dt))
     }
     #[inline(always)]
     fn point(&self) -> &PointKinematics {

@@ -129,9 +129,15 @@ pub fn evaluate<L: ContactLaw>(
                 geometry.area = block.reference[k].area;
             }
             let velocity = walls[w as usize].velocity;
-            let Some(mut kinematics) =
-                L::Kinematics::measure_wall(&motion, &foot, &velocity, &geometry, &block.frame[k], context.dt)
-            else {
+            let Some(mut kinematics) = L::Kinematics::measure_wall(
+                context.mode,
+                &motion,
+                &foot,
+                &velocity,
+                &geometry,
+                &block.frame[k],
+                context.dt,
+            ) else {
                 continue;
             };
             if let Some(widening) = context.widening.get(a) {

@@ -28,9 +28,12 @@ def measures(task, result):
     end, radius = x[-1], result.fields["radius"][0][0]
     height = x[:, :, 2].mean(axis=1)
     falling = np.interp(0.03, series.steps * result.dt, height)
-    pairs = 0
-    for k in range(len(end)):
-        pairs += int((np.linalg.norm(end[k + 1:] - end[k], axis=1) < 2.002 * radius).sum())
+    pairs, reach = 0, 2.002 * radius
+    # along x only those within reach are asked
+    along = end[np.argsort(end[:, 0])]
+    last = np.searchsorted(along[:, 0], along[:, 0] + reach, side="right")
+    for k in range(len(along)):
+        pairs += int((np.linalg.norm(along[k + 1:last[k]] - along[k], axis=1) < reach).sum())
     v = result.series["velocity"].values[-1]
     return {"falling": float(falling), "height": float(height[-1]), "top": float(np.quantile(end[:, 2], 0.9)),
             "coordination": 2 * pairs / len(end), "speed": float(np.sqrt((v**2).sum(axis=1).mean()))}

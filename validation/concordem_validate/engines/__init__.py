@@ -3,6 +3,6 @@
 An engine has `NAME`, `version()` (raises [`NotInstalled`]), and `run(task, folder, limit) -> Result`. To add one (our
 plugin in LIGGGHTS for bonded laws, say), write a module and name it in `ENGINES`.
 """
-from . import analytic, concordem, liggghts, table, yade
+from . import analytic, concordem, esys, lammps, liggghts, table, yade
 
-ENGINES = {engine.NAME: engine for engine in (concordem, yade, liggghts.ONE, liggghts.TWO, analytic, table)}
+ENGINES = {engine.NAME: engine for engine in (concordem, yade, liggghts.ONE, liggghts.TWO, lammps, esys, analytic, table)}

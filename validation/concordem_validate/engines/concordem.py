@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import h5py
@@ -32,9 +33,15 @@ def program():
 def version():
     """The program's version and the hash of its bytes: a rebuilt program is another engine."""
     path = program()
+    about = path.stat()
+    return f"concordem sha256 {_digest(path, about.st_mtime_ns, about.st_size)}"
+
+
+@cache
+def _digest(path, modified, size):
+    """Of a file as it was then: there are some hundred megabytes, which are asked for with every run."""
     with open(path, "rb") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
-    return f"concordem sha256 {digest[:16]}"
+        return hashlib.file_digest(file, "sha256").hexdigest()[:16]
 
 
 def _prepare(task, folder, changes=None):
@@ -62,11 +69,58 @@ def _elastic(task, folder, limit):
     return result
 
 
+def package():
+    """Our Python package, whose operators take anybody's arrays."""
+    try:
+        import concordem
+        import concordem.operators
+    except ImportError as error:
+        raise NotInstalled(f"the Python package concordem is missing here ({error}): yade-bridge/test.sh wheel") from None
+    return concordem
+
+
+def also(task):
+    """What else a run depends on: the package's bytes, where its operators are used."""
+    if task.command != "operators":
+        return ""
+    path = Path(package()._core.__file__)
+    return _digest(path, path.stat().st_mtime_ns, path.stat().st_size)
+
+
+def _operators(task):
+    """Our operators on the state in which a peer ended."""
+    operators = package().operators
+    state = {name.removeprefix("frozen/"): values for name, (values, _) in task.frozen.fields.items() if name.startswith("frozen/")}
+    how = task.frozen.numbers["frozen"]
+    vectors = lambda name: state[name].reshape(-1, 3)
+    contacts = operators.Contacts(
+        pair=state["pair"].reshape(-1, 2).astype(np.uint32), branch=vectors("branch"), point=vectors("point"), force=vectors("force"))
+    loads = None
+    if "wall_particle" in state:
+        loads = operators.Loads(
+            particle=state["wall_particle"].astype(np.uint32), point=vectors("wall_point"), force=vectors("wall_force"))
+    volumes = operators.particle_volumes(state["radius"])
+    each = np.asarray(operators.particle_stress(state["position"], contacts, volumes, loads, partition=how["partition"]))
+    # branches that cross the cell's border count as a whole, as all others
+    found = operators.region_stress(state["position"], contacts, operators.Region.all(how["volume"]))
+    each, whole = each.reshape(-1, 9), np.asarray(found.stress).reshape(9)
+    if not how["full"]:
+        upper = [0, 4, 8, 1, 2, 5]
+        each, whole = each[:, upper], whole[upper]
+    result = Result(NAME, task.frozen.dt, provenance={
+        "command": "concordem.operators in Python", "state_of": task.peer, "package_sha256": also(task)})
+    result.numbers["measures"] = {
+        "contacts": found.full, "stress": whole.tolist(), "particle_stress": each.ravel().tolist()}
+    return result
+
+
 def run(task, folder, limit):
     for change in task.plant.get("concordem", []):
         task.scenario = change(copy.deepcopy(task.scenario))
     if task.command == "elastic":
         return _elastic(task, folder, limit)
+    if task.command == "operators":
+        return _operators(task)
     _prepare(task, folder)
     _, wall = _run(folder, limit, 1)
     result = read(folder / "result.h5", task.scenario)
@@ -87,8 +141,8 @@ def read(path, document):
     with h5py.File(path, "r", locking=False) as file:
         provenance = {k: v if isinstance(v, str) else str(v) for k, v in file["provenance"].attrs.items()}
         result = Result(NAME, float(provenance["time_step_s"]), provenance=provenance)
-        result.provenance["velocity_at"] = (
-            "full steps" if document.get("integration", {}).get("scheme") == "velocity-verlet" else "half steps")
+        # velocity Verlet is leapfrog whose first kick is half a step
+        result.provenance["velocity_at"] = "half steps"
         samples = file["samples"]
         steps = samples["step"][()]
         for name, data in samples.items():

@@ -21,7 +21,7 @@ from ..quantity import si, vector
 from ..result import Result
 from . import translate
 
-_MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 
 
 @cache
@@ -132,7 +132,7 @@ def _groups(fixed):
     return found
 
 
-def _group_lines(name, members):
+def group_lines(name, members):
     """Lines of a script have a limit; a group named again grows."""
     ids = [str(p + 1) for p in members]
     return [f"group {name} id " + " ".join(ids[k:k + 50]) for k in range(0, len(ids), 50)]
@@ -160,14 +160,14 @@ def _held(fixed, loading):
         if 0 < sum(c in letters for c in "XYZ") < 3:
             raise Unsupported("liggghts: spins are held about all axes or none")
         group = name if name in ("low", "high") else f"held{name or k}"
-        lines += _group_lines(group, members)
+        lines += group_lines(group, members)
         force = " ".join("0.0" if c in letters else "NULL" for c in "xyz")
         lines.append(f"fix {group} {group} setforce {force}")
         if "X" in letters:
             still += members
     free = "all"
     if still:
-        lines += [*_group_lines("still", still), "group turning subtract all still"]
+        lines += [*group_lines("still", still), "group turning subtract all still"]
         free = "turning"
     # groups first, and all of them after the fix that makes the forces
     return lines, [f"fix integrate {free} nve/sphere"] + (["fix integrate_still still nve"] if still else [])
@@ -265,6 +265,18 @@ def deck(task, ranks):
                   f"thermo {output.get('sample_interval', 10)}"]
     else:
         lines.append("thermo 1000000")
+    if task.command == "operators":
+        if bonded:
+            raise Unsupported("liggghts: our bonds are not in its pair virial")
+        lines += [
+            "compute each all stress/atom pair", "compute contacts all pair/gran/local id force contactPoint",
+            "compute heat all temp", "compute whole all pressure heat pair",
+            f"dump each all custom {steps} each.txt id c_each[1] c_each[2] c_each[3] c_each[4] c_each[5] c_each[6]",
+            'dump_modify each sort id format "%d' + " %.17g" * 6 + '"',
+            f"dump contacts all local {steps} contacts.txt " + " ".join(f"c_contacts[{k + 1}]" for k in range(9)),
+            'dump_modify contacts format "' + " ".join(["%.17g"] * 9) + '"',
+            "thermo_style custom step vol " + " ".join(f"c_whole[{k + 1}]" for k in range(6)),
+            "thermo_modify format float %.17g lost error", f"thermo {steps}"]
     lines.append(f"run {steps}")
     files = {"data.txt": "\n".join(data) + "\n", "in.txt": "\n".join(lines) + "\n"}
     if bonded:
@@ -272,6 +284,37 @@ def deck(task, ranks):
         files["bonds.txt"] = "".join(
             f"{a + 1} {b + 1} {_number(length)}\n" for (a, b), length in zip(start.bonds, start.reference_length))
     return files, steps
+
+
+def _frozen(result, task, folder, text, position):
+    """The state of the last step for our operators, and what LIGGGHTS' own find in it.
+
+    `stress/atom` gives half of Σ branch ⊗ force to each atom of a contact, times no volume, above the diagonal only; the first index
+    is that of the place, as ours. Pressure has the opposite sign. Walls are in neither.
+    """
+    r = task.start.radius
+    rows = _local(folder / "contacts.txt", 9)
+    pair = rows[:, :2].astype(int) - 1
+    result.fields.update({
+        "frozen/position": (position, "m"), "frozen/radius": (r, "m"), "frozen/pair": (pair, "1"), "frozen/point": (rows[:, 6:9], "m"),
+        "frozen/branch": (position[pair[:, 1]] - position[pair[:, 0]], "m"), "frozen/force": (rows[:, 3:6], "N")})
+    _, virial = dump_of(folder / "each.txt", len(r))
+    _, thermo = _thermo(text, 7)
+    result.numbers["frozen"] = {"partition": "half-branch", "volume": float(thermo[-1, 0]), "full": False}
+    each = virial[-1] / (4 / 3 * math.pi * r**3)[:, None]
+    result.numbers["measures"] = {"contacts": len(pair), "stress": (-thermo[-1, 1:]).tolist(), "particle_stress": each.ravel().tolist()}
+
+
+def _local(path, columns):
+    """Rows of the last picture of a local dump."""
+    rows = []
+    with open(path) as file:
+        for line in file:
+            if line.startswith("ITEM: ENTRIES"):
+                rows = []
+            elif not line.startswith("ITEM:") and len(line.split()) == columns:
+                rows.append([float(word) for word in line.split()])
+    return np.array(rows).reshape(-1, columns)
 
 
 def _thermo(text, columns):
@@ -291,7 +334,7 @@ def _thermo(text, columns):
     return table[:, 0].astype(int), table[:, 1:]
 
 
-def _dump(path, count):
+def dump_of(path, count, who="LIGGGHTS"):
     """Steps and columns of a text dump."""
     steps, frames = [], []
     with open(path) as file:
@@ -301,7 +344,7 @@ def _dump(path, count):
             elif line.startswith("ITEM: NUMBER"):
                 there = int(next(file))
                 if there != count:
-                    raise Crashed(f"LIGGGHTS has lost {count - there} of {count} particles by step {steps[-1]}: they left the box of the deck")
+                    raise Crashed(f"{who} has lost {count - there} of {count} particles by step {steps[-1]}: they left the box of the deck")
             elif line.startswith("ITEM: ATOMS"):
                 rows = np.array([[float(v) for v in next(file).split()] for _ in range(count)])
                 frames.append(rows[np.argsort(rows[:, 0]), 1:])
@@ -329,17 +372,19 @@ class Liggghts:
         command = [*map(str, program), "-log", "log.liggghts"]
         if self.ranks > 1:
             command = ["mpirun", "-np", str(self.ranks), "--oversubscribe", "--mca", "mpi_yield_when_idle", "1", *command]
-        text, wall = process.run(command, folder, limit, {**process.ONE_THREAD, **_MPI})
+        text, wall = process.run(command, folder, limit, {**process.ONE_THREAD, **MPI})
         if not (folder / "dump.txt").exists():
             raise Crashed("LIGGGHTS ended without a dump (see log.txt)")
         count = len(task.start.radius)
-        at, frames = _dump(folder / "dump.txt", count)
+        at, frames = dump_of(folder / "dump.txt", count)
         if len(at) == 0 or at[-1] < steps - steps % max(1, at[1] - at[0] if len(at) > 1 else 1):
             raise Crashed("LIGGGHTS ended before the last step (see log.txt)")
         result = Result(self.NAME, task.start.dt)
         for name, unit, columns in (("position", "m", slice(0, 3)), ("velocity", "m/s", slice(3, 6)),
                                     ("angular_velocity", "rad/s", slice(6, 9))):
             result.add(name, at, frames[:, :, columns], unit, "All particles")
+        if task.command == "operators":
+            _frozen(result, task, folder, text, frames[-1, :, :3])
         fixed = translate.prescribed(task.scenario, task.start)[0]
         if task.scenario.get("loading", {}).get("kind", "none") == "uniaxial":
             samples, reaction = _thermo(text, 2)

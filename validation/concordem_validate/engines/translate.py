@@ -14,8 +14,8 @@ _KNOWN = _SILENT | {
 }
 
 
-def check_keys(document, engine, periodic=False):
-    unknown = set(document) - _KNOWN
+def check_keys(document, engine, periodic=False, known=frozenset()):
+    unknown = set(document) - _KNOWN - known
     if unknown:
         raise Unsupported(f"{engine}: no translation of the scenario's {', '.join(sorted(unknown))}")
     if not periodic and (
@@ -87,6 +87,37 @@ def forces(document, start):
             force[p] += vector(one.get("force", [0, 0, 0]))
             moment[p] += vector(one.get("moment", [0, 0, 0]))
     return force, moment
+
+
+def _acts(document, start):
+    """Of each particle's forces the dyads of surface point and force, N·m: `push` acts on the near side, `pull` at the far one."""
+    dyads = np.zeros((len(start.radius), 3, 3))
+    sets = members(document, start)
+    for one in document.get("force", []):
+        sign = {"body": 0.0, "push": -1.0, "pull": 1.0}[one.get("acts", "body")]
+        force = np.array(vector(one.get("force", [0, 0, 0])))
+        if sign and force.any():
+            for p in sets[one["set"]]:
+                dyads[p] += sign * start.radius[p] * np.outer(force, force) / np.linalg.norm(force)
+    return dyads
+
+
+def deformable(engine, document, start):
+    """Elastic constants of the particles themselves by material (`None`: rigid), and the dyads of loads; `None` without."""
+    tables = [m.get("deformable") for m in document["material"]]
+    if not any(tables):
+        return None
+    how = document.get("deformable", {})
+    law_keys(engine, how, {"condition", "update"})
+    if how.get("update", "lagged") != "lagged":
+        raise Unsupported(f"{engine}: strains of particles only from the forces of the step before (update = lagged)")
+    condition = how.get("condition", "solid" if document.get("dimension", 3) == 3 else None)
+    if condition not in ("solid", "plane-strain", "plane-stress"):
+        raise Unsupported(f"{engine}: deformable.condition is solid, plane-strain, or plane-stress")
+    if document.get("prescribe"):
+        raise Unsupported(f"{engine}: reactions of prescribed motion do not strain particles there")
+    return dict(condition=condition, load=_acts(document, start).tolist(), constants=[
+        None if t is None else [si(t["young"]), si(t["poisson"])] for t in tables])
 
 
 def local_damping(document):

@@ -117,18 +117,28 @@ _LAWS = {"cpm": _cpm, "frictional": _frictional, "hertz_mindlin": _hertz_mindlin
 def translation(task):
     """The task as plain data."""
     document, start = task.scenario, task.start
-    translate.check_keys(document, NAME, periodic=True)
+    translate.check_keys(document, NAME, periodic=True, known={"dimension", "deformable"})
+    plane = document.get("dimension", 3) == 2
     laws = {document["contacts"]["law"], document.get("bonds", {}).get("law", "none")} - {"none"}
     if laws == {"linear_bond", "frictional"}:
         laws = {"linear_bond"}
     if len(laws) != 1 or not laws <= _LAWS.keys():
         raise Unsupported(f"yade: no translation of laws {', '.join(sorted(laws))} together")
     law = laws.pop()
+    # its bond with given stiffnesses does not ask what is bonded; all others have spheres' areas and volumes in them
+    if plane and law != "linear_bond":
+        raise Unsupported("yade: no translation of dimension = 2 but for linear bonds")
+    deformable = translate.deformable(NAME, document, start)
+    if deformable and law != "linear_bond":
+        raise Unsupported("yade: deformable particles only with linear bonds")
     integration = document.get("integration", {})
     gravity = vector(integration.get("gravity", [0, 0, 0]))
     fixed, velocity, spin = translate.prescribed(document, start)
     velocity = velocity.copy()
     loading = {"kind": "none"}
+    if plane:
+        for letters in fixed:
+            letters |= set("zXY")
     if document.get("loading", {}).get("kind", "none") == "uniaxial":
         axis, low, high, area = translate.end_layers(document, start)
         letters = "xyz"[axis] if document["loading"].get("lateral", "free") == "free" else "xyzXYZ"
@@ -157,8 +167,9 @@ def translation(task):
     return dict(
         law=law, materials=materials,
         position=start.position.tolist(), radius=start.radius.tolist(), mass=start.mass.tolist(),
-        # solid spheres, as ours
-        inertia=(0.4 * start.mass * start.radius**2).tolist(),
+        # solid spheres, or discs, as ours
+        inertia=((0.5 if plane else 0.4) * start.mass * start.radius**2).tolist(), plane=plane, deformable=deformable,
+        frozen=task.command == "operators",
         material=start.material.tolist(), velocity=velocity.tolist(), spin=spin.tolist(),
         fixed=["".join(sorted(f)) for f in fixed], force=force.tolist(), moment=moment.tolist(),
         walls=translate.planes(document), bonds=start.bonds.tolist(),
@@ -169,6 +180,30 @@ def translation(task):
         dt=start.dt, damping=translate.local_damping(document), gravity=gravity, loading=loading,
         stress_volume=whole[0] if whole else None, cell=start.cell.tolist(), steps=translate.steps_of(document, start.dt), sample_interval=output.get("sample_interval", 10),
         snapshot_interval=output.get("snapshot_interval") or 10**9)
+
+
+def _frozen(result, task, data, out):
+    """The state of the last step for our operators, and what YADE's own find in it, in our order of indices."""
+    a, _ = pair = out["frozen_pair"].T
+    spheres = len(task.start.radius)
+    on_a, walls = out["frozen_force"], (pair >= spheres).any(axis=0)
+    wall_first = walls & (a >= spheres)
+    result.fields.update({
+        "frozen/position": (out["frozen_position"], "m"), "frozen/radius": (task.start.radius, "m"), "frozen/pair": (pair.T[~walls], "1"),
+        "frozen/point": (out["frozen_point"][~walls], "m"),
+        "frozen/branch": (out["frozen_branch"][~walls], "m"),
+        "frozen/force": (on_a[~walls], "N"), "frozen/wall_particle": (pair.min(axis=0)[walls], "1"),
+        "frozen/wall_point": (out["frozen_point"][walls], "m"),
+        "frozen/wall_force": (np.where(wall_first[:, None], -on_a, on_a)[walls], "N")})
+    # theirs are force times branch (quirk yade-stress-transposed)
+    turned = lambda tensors: np.asarray(tensors).reshape(-1, 3, 3).transpose(0, 2, 1).reshape(-1, 9)
+    volume = data["stress_volume"] or float(out["frozen_volume"])
+    result.numbers["frozen"] = {"partition": "contact-point", "volume": volume, "full": True}
+    result.numbers["measures"] = {
+        "contacts": int((~walls).sum()), "particle_stress": turned(out["frozen_particle_stress"])[:spheres].ravel().tolist()}
+    if not walls.any():
+        # getStress counts walls, too, with the places of their bodies for ends of branches
+        result.numbers["measures"]["stress"] = turned(out["frozen_stress"])[0].tolist()
 
 
 def run(task, folder, limit):
@@ -187,7 +222,7 @@ def run(task, folder, limit):
         data_out = {name: file[name] for name in file.files}
     result = Result(NAME, task.start.dt)
     samples, pictures = data_out["sample_steps"], data_out["snapshot_steps"]
-    for name, unit in (("stress", "Pa"), ("strain", "1")):
+    for name, unit in (("stress", "Pa"), ("strain", "1"), ("stored_deformation", "J")):
         if name in data_out:
             result.add(name, samples, data_out[name], unit)
     if "whole_stress" in data_out:
@@ -199,6 +234,8 @@ def run(task, folder, limit):
         result.add(name, pictures, data_out[name], unit, "All particles")
     if "damage_field" in data_out:
         result.add("damage_field", pictures, data_out["damage_field"], "1", "Mean damage of the links of a particle")
+    if task.command == "operators":
+        _frozen(result, task, data, data_out)
     result.fields["radius"] = (task.start.radius, "m")
     result.fields["mass"] = (task.start.mass, "kg")
     wall = float(data_out["wall_s"])

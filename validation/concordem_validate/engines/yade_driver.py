@@ -93,7 +93,7 @@ else:
     response = [Law2_ScGeom6D_CohFrictPhys_CohesionMoment(
         always_use_moment_law=law == "cohesive_beam", useIncrementalForm=False)]
 
-samples = {name: [] for name in ("sample_steps", "stress", "strain", "contact_force", "whole_stress")}
+samples = {name: [] for name in ("sample_steps", "stress", "strain", "contact_force", "whole_stress", "stored_deformation")}
 pictures = {name: [] for name in ("snapshot_steps", "position", "velocity", "angular_velocity", "damage_field")}
 count, loading = len(task["position"]), task["loading"]
 uniaxial = loading["kind"] == "uniaxial"
@@ -116,6 +116,8 @@ def sample():
     if task["stress_volume"] is not None:
         # 0 stands for the volume of the periodic cell, in YADE too
         samples["whole_stress"].append([list(row) for row in np.array(utils.getStress(task["stress_volume"]))])
+    if deformation:
+        samples["stored_deformation"].append(deformation.energy)
     if only_pair:
         real = [i for i in O.interactions if i.isReal]
         # the force on the second body is the sum of both parts
@@ -144,9 +146,82 @@ def picture(last=False):
         pictures["damage_field"].append((broken + lost) / np.maximum(links + lost, 1))
 
 
+frozen = {}
+
+
+def freeze():
+    """Contacts as they are, force on the first body, and what YADE's own operators say."""
+    real = [i for i in O.interactions if i.isReal]
+    shift = [O.cell.hSize * Vector3(*i.cellDist) if O.periodic else Vector3.Zero for i in real]
+    places = [O.bodies[p].state.pos for p in range(len(O.bodies))]
+    tensors = lambda all_: np.array([np.array(t).reshape(3, 3) for t in all_])
+    frozen.update(
+        volume=O.cell.volume if O.periodic else 0.0, position=[list(x) for x in places[:count]], pair=[(i.id1, i.id2) for i in real],
+        point=[list(i.geom.contactPoint) for i in real],
+        force=[list(-(i.phys.normalForce + i.phys.shearForce)) for i in real],
+        branch=[list(places[i.id2] + s - places[i.id1]) for i, s in zip(real, shift)],
+        stress=tensors([utils.getStress(task["stress_volume"] or 0)]), particle_stress=tensors(utils.bodyStressTensors()))
+
+
+class Deformation:
+    """Particles with one uniform elastic strain each (Madan 2019, section 2.6), in Python around YADE's bonds.
+
+    After the laws: stress of a particle from the forces at its surface, strain by Hooke's law. Before the next ones: what the two
+    particles of a bond widened along their line goes into its overlap, by way of the overlap that YADE takes for plastic.
+    """
+
+    def __init__(self, how):
+        self.plane, self.strain, self.energy = how["condition"] == "plane-strain", np.zeros((count, 3, 3)), 0.0
+        self.load = np.array(how["load"])
+        constants = [how["constants"][m] for m in task["material"]]
+        self.rigid = np.array([c is None for c in constants])
+        self.young, self.poisson = np.array([c or (1.0, 0.0) for c in constants]).T
+        r = np.array(task["radius"])
+        self.volume = math.pi * r**2 if task["plane"] else 4 / 3 * math.pi * r**3
+
+    def after(self):
+        stress = self.load.copy()
+        for i in O.interactions:
+            if i.isReal:
+                n, f = np.array(i.geom.normal), np.array(i.phys.normalForce + i.phys.shearForce)
+                # - f at + R n on the first body, f at - R n on the second
+                dyad = -0.5 * (np.outer(n, f) + np.outer(f, n))
+                stress[i.id1] += task["radius"][i.id1] * dyad
+                stress[i.id2] += task["radius"][i.id2] * dyad
+        stress /= self.volume[:, None, None]
+        trace = np.trace(stress, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+        e, nu = self.young[:, None, None], self.poisson[:, None, None]
+        self.strain = (1 + nu) / e * (stress - nu * trace) if self.plane else ((1 + nu) * stress - nu * trace) / e
+        self.strain[self.rigid] = 0
+        if task["plane"]:
+            # what is across the plane does no work there: the depth is one
+            self.strain[:, 2, :] = self.strain[:, :, 2] = 0
+        self.coming = 0.5 * np.sum(self.volume * np.sum(stress * self.strain, axis=(1, 2)))
+
+    def before(self):
+        for i in O.interactions:
+            if i.isReal:
+                n = np.array(O.bodies[i.id2].state.pos - O.bodies[i.id1].state.pos)
+                n /= np.linalg.norm(n)
+                i.phys.unp = -sum(task["radius"][p] * (n @ self.strain[p] @ n) for p in (i.id1, i.id2))
+        self.energy = self.coming
+
+
+def widen():
+    if O.iter:
+        deformation.before()
+
+
+deformation = Deformation(task["deformable"]) if task["deformable"] else None
+
+
 def record():
     sample()
     picture()
+    if task["frozen"] and O.iter == task["steps"]:
+        freeze()
+    if deformation:
+        deformation.after()
 
 
 length = mean_position(loading["high"]) - mean_position(loading["low"]) if uniaxial else None
@@ -154,6 +229,7 @@ O.dt = task["dt"]
 O.engines = [
     ForceResetter(),
     InsertionSortCollider([Bo1_Sphere_Aabb(aabbEnlargeFactor=ratio, label="bo1"), Bo1_Wall_Aabb()]),
+    *([PyRunner(command="widen()", iterPeriod=1)] if deformation else []),
     InteractionLoop(geometry, physics, response),
     PyRunner(command="record()", iterPeriod=1, initRun=True),
     NewtonIntegrator(damping=task["damping"], gravity=task["gravity"], label="newton"),
@@ -176,4 +252,5 @@ start = time.perf_counter()
 O.run(task["steps"] - O.iter + 1, True)
 wall = time.perf_counter() - start
 out = {name: np.array(values) for name, values in {**samples, **pictures}.items() if values}
+out.update({f"frozen_{name}": np.array(values) for name, values in frozen.items()})
 np.savez(os.environ["CONCORDEM_VALIDATE_OUT"], wall_s=wall, version="yade " + yade.config.version, **out)
