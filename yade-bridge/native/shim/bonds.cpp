@@ -167,7 +167,7 @@ void BondedEngine_Rust::attach()
 	ConcordemFacts now;
 	concordem_yade_bonds_facts(bonds.get(), &now);
 	const uint32_t* id = concordem_yade_bonds_ids(bonds.get());
-	seen.clear(), states.clear(), motion.clear();
+	seen.clear(), states.clear(), motion.clear(), blocked.clear();
 	for (size_t k = 0; k < now.particles; k++) {
 		const Body::id_t number = id[k];
 		if (!scene->bodies->exists(number)) refuse("the scene has no body " + std::to_string(number) + ", which has bonds here");
@@ -177,6 +177,7 @@ void BondedEngine_Rust::attach()
 		seen.push_back(body);
 		states.push_back(state);
 		motion.push_back({ state->pos.data(), state->vel.data(), state->angVel.data(), state->ori.coeffs().data() });
+		blocked.push_back(&state->blockedDOFs);
 	}
 }
 
@@ -188,7 +189,7 @@ void BondedEngine_Rust::begin(ConcordemBonds* made, const char* message)
 		attach();
 		mask();
 	} catch (...) {
-		bonds.reset(), seen.clear(), states.clear(), motion.clear();
+		bonds.reset(), seen.clear(), states.clear(), motion.clear(), blocked.clear();
 		throw;
 	}
 }
@@ -382,7 +383,7 @@ void BondedEngine_Rust::action()
 	ConcordemCell cell;
 	Reason        reason;
 	const auto*   rows = reinterpret_cast<const double* const(*)[4]>(motion.data());
-	if (concordem_yade_bonds_step(bonds.get(), rows, scene->dt, cellOf(*scene, cell), scene->trackEnergy, reason) < 0)
+	if (concordem_yade_bonds_step(bonds.get(), rows, blocked.data(), scene->dt, cellOf(*scene, cell), scene->trackEnergy, reason) < 0)
 		refuse("at iteration " + std::to_string(scene->iter) + ": " + reason.text);
 	const double *force, *torque;
 	concordem_yade_bonds_forces(bonds.get(), &force, &torque);
@@ -468,7 +469,7 @@ void BondedEngine_Rust::release()
 	collider.doSort = true;
 	scene->doSort   = true;
 	dead          = true;
-	bonds.reset(), seen.clear(), states.clear(), motion.clear();
+	bonds.reset(), seen.clear(), states.clear(), motion.clear(), blocked.clear();
 }
 
 void BondedEngine_Rust::preSave(BondedEngine_Rust&)

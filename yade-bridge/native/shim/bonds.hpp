@@ -13,6 +13,7 @@ class BondedEngine_Rust : public GlobalEngine {
 	vector<shared_ptr<Body>>           seen;   // bodies behind the particles, when the engine began
 	vector<State*>                     states; // and their states
 	vector<std::array<const Real*, 4>> motion; // where position, velocity, angular velocity, orientation are
+	vector<const unsigned*>            blocked; // and blockedDOFs
 	int                                storedId = -1, damageId = -1, frictionId = -1, viscousId = -1, integrationId = -1;
 
 	int            wantedThreads() const;

@@ -51,15 +51,17 @@ tell() {
 run test_functor.py 1 &
 functor=$!
 for threads in 1 2; do
-  status=0
-  run test_bonds.py "$threads" || status=$?
-  tell test_bonds.py "$threads" "$status"
+  for script in test_bonds.py test_beams.py; do
+    status=0
+    run "$script" "$threads" || status=$?
+    tell "$script" "$threads" "$status"
+  done
   grep '^BITS' "/tmp/test_bonds.py-$threads.log" >>/tmp/bits || true
 done
 status=0
 wait "$functor" || status=$?
 tell test_functor.py 1 "$status"
-if [ "$(wc -l </tmp/bits)" != 2 ] || [ "$(sort -u /tmp/bits | wc -l)" != 1 ]; then
+if [ "$(wc -l </tmp/bits)" != 6 ] || [ "$(sort -u /tmp/bits | wc -l)" != 3 ]; then
   echo "the bonded engine's bits differ between -j1 and -j2:" >&2
   cat /tmp/bits >&2
   failed=1

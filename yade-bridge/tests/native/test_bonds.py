@@ -10,6 +10,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
 
 from specimen import *
 from harness import main, raises
+from own_run import TABLES, alone, difference, in_yade, toml
 from yade import utils
 from yade.minieigenHP import Matrix3, Vector3
 
@@ -298,6 +299,52 @@ def test_beams_by_a_scenario():
     run(8000)
     # YADE's own contact with the facet: a single one, so that its sums have one order.
     assert digest() == straight
+
+
+def bonded_like(simulation, kind):
+    """The scene of `own_run`, bonded by the engine before its first step."""
+    in_yade(simulation)
+    O.engines = O.engines[:3] + [BondedEngine_Rust(scenario=toml(kind))] + O.engines[3:]
+    O.engines[3].takeOver()
+    return O.engines[3]
+
+
+def same_as_alone(kind):
+    """As in tests/yade/test_engine.py, where the tolerance is reasoned."""
+    simulation = alone(kind)
+    e = bonded_like(simulation, kind)
+    assert e.bondCount == simulation.state.bond_count == 3493
+    for _ in range(6):
+        run(100)
+        simulation.step(100)
+        assert e.bondCount == simulation.state.bond_count
+    worst, way = difference(simulation)
+    print("%s: after 600 steps and %d broken bonds %.1e m of %.1e m" % (kind, e.broken, worst, way))
+    assert e.broken > 100 and worst < 5e-10 * way
+    print("BITS %s: %s" % (kind, digest()))
+
+
+def test_beams_follow_our_own_run():
+    same_as_alone("beams")
+
+
+def test_deformable_particles_follow_our_own_run():
+    """The reactions of the held ends strain their particles, so the engine must see YADE's blockedDOFs."""
+    same_as_alone("deformable")
+
+
+def test_beams_and_deformable_particles_are_saved():
+    for kind in TABLES:
+        e = bonded_like(alone(kind), kind)
+        run(300)
+        path = os.path.join(WORK, kind + ".yade.gz")
+        O.save(path)
+        run(100)
+        straight, lost = digest(), e.broken
+        O.reset()
+        O.load(path)
+        run(100)
+        assert digest() == straight and O.engines[3].broken == lost > 0
 
 
 def test_energies():

@@ -116,7 +116,7 @@ class BondedEngine:
         layout = yade.layout
         scene = address_of(yade.omega._sceneObj)
         container = memory.pointer(scene + layout["Scene.bodies"])
-        fields = ("Body.state", "State.pos", "State.vel", "State.angVel", "State.ori")
+        fields = ("Body.state", "State.pos", "State.vel", "State.angVel", "State.ori", "State.blockedDOFs")
         self.solver.attach(container + layout["bodies.vector"], scene + layout["Scene.forces"], [layout[f] for f in fields])
         self._scene, self._container = scene, container
         _registered[self.name] = self
