@@ -75,9 +75,11 @@ namespace {
 		}
 	};
 
+	/* Whose work updateStates does in its place. */
+	const string stateUpdater = "CpmStateUpdater";
 	/* Engines that look for contacts in O.interactions, and what to do instead. */
 	const std::map<string, string> blind = {
-		{ "CpmStateUpdater", "set updateStates" },
+		{ stateUpdater, "set updateStates, which takes its place" },
 		{ "GlobalStiffnessTimeStepper", "set O.dt yourself" },
 		{ "PeriTriaxController", "drive the cell from a PyRunner with stress()" },
 		{ "Peri3dController", "drive the cell from a PyRunner with stress()" },
@@ -116,7 +118,7 @@ void BondedEngine_Rust::refuseBlindEngines() const
 		if (engine->dead) continue;
 		const string name  = engine->getClassName();
 		const auto   found = blind.find(name);
-		if (found != blind.end())
+		if (found != blind.end() && !(updateStates > 0 && name == stateUpdater))
 			refuse("O.engines has " + name + ", which looks for contacts in O.interactions and would find none: " + found->second
 			       + ". Take it out, or make it dead=True");
 		if (name == "VTKRecorder") {
@@ -192,6 +194,9 @@ void BondedEngine_Rust::begin(ConcordemBonds* made, const char* message)
 		bonds.reset(), seen.clear(), states.clear(), motion.clear(), blocked.clear();
 		throw;
 	}
+	if (updateStates > 0)
+		for (const auto& engine : scene->engines)
+			if (engine->getClassName() == stateUpdater) engine->dead = true;
 }
 
 /* The concrete of the scene; false if its bonds are still being made. */

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # What run.sh runs in Debian 13; /mnt/site is the wheel, /mnt/repo the tests.
 set -euo pipefail
-export PYTHONPATH=/mnt/site LD_LIBRARY_PATH=/mnt/lib CONCORDEM_YADE_PLUGINS=/mnt/plugins PYTHONUNBUFFERED=1
+export PYTHONPATH=/mnt/site LD_LIBRARY_PATH=/mnt/lib CONCORDEM_YADE_PLUGINS=/mnt/plugins PYTHONUNBUFFERED=1 YADE_EXAMPLES=/mnt/examples
 # Threads that wait must not take the processor from those that work.
 export OMP_WAIT_POLICY=passive
 cd /mnt/repo/yade-bridge/tests/native
@@ -66,4 +66,6 @@ if [ "$(wc -l </tmp/bits)" != 6 ] || [ "$(sort -u /tmp/bits | wc -l)" != 3 ]; th
   cat /tmp/bits >&2
   failed=1
 fi
+# YADE's shipped examples with one line of ours.
+python3 examples.py native || failed=1
 exit $failed

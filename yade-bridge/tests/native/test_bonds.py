@@ -102,6 +102,14 @@ def test_breakage_and_states():
     assert len(O.interactions) == 0
 
 
+def test_states_are_written_in_place_of_yades_updater():
+    concrete()
+    run(2)
+    O.engines = O.engines[:3] + [BondedEngine_Rust(updateStates=20)] + O.engines[3:] + [CpmStateUpdater(iterPeriod=10)]
+    run(200)
+    assert O.engines[-1].dead and max(b.state.normDmg for b in O.bodies) > 0
+
+
 def test_stress_is_that_of_yade():
     concrete()
     run(200)

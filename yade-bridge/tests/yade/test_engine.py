@@ -154,7 +154,7 @@ def test_blind_engines_are_refused():
     concrete(**TENSION)
     good = O.engines
     for engine, text in (
-        (CpmStateUpdater(iterPeriod=10), "update_states"),
+        (CpmStateUpdater(iterPeriod=10), "update_states=n"),
         (GlobalStiffnessTimeStepper(), "O.dt"),
         (VTKRecorder(recorders=["spheres", "cpm"], fileName="/tmp/x"), "recorders"),
     ):
@@ -165,6 +165,32 @@ def test_blind_engines_are_refused():
     bridge.take_over()
     steps(6)
     assert any(name.startswith("v") and name.endswith(".vtu") for name in os.listdir(WORK))
+
+
+def test_states_are_written_in_place_of_yades_updater():
+    concrete(**TENSION)
+    O.engines = O.engines + [CpmStateUpdater(iterPeriod=10)]
+    bridge.take_over(update_states=20)
+    assert O.engines[-1].dead
+    steps(200)
+    assert max(b.state.normDmg for b in O.bodies) > 0
+
+
+def test_contacts_with_other_bodies_stay_yades():
+    """A wall that presses on the specimen: only its contacts are left to YADE, now and later."""
+    concrete(**TENSION)
+    low = min(b.state.pos[2] - b.shape.radius for b in O.bodies)
+    wall = O.bodies.append(utils.wall((0, 0, low + 1e-5), 2, material=O.materials[0], color=(1, 1, 1)))
+    O.engines[1].boundDispatcher.functors = O.engines[1].boundDispatcher.functors + [Bo1_Wall_Aabb()]
+    O.engines[2].geomDispatcher.functors = O.engines[2].geomDispatcher.functors + [Ig2_Wall_Sphere_ScGeom()]
+    steps(20)
+    assert any(wall in (i.id1, i.id2) for i in O.interactions if i.isReal)
+    engine = bridge.take_over()
+    assert engine.bond_count == 6595
+    for _ in range(10):
+        steps(10)
+        assert all(wall in (i.id1, i.id2) for i in O.interactions)
+    assert any(i.isReal for i in O.interactions)
 
 
 def test_states_and_stress_are_those_of_yade():
