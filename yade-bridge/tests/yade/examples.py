@@ -52,7 +52,8 @@ LINES = {
     "functor": ("law", "import concordem.yade; concordem.yade.use_rust_cpm()"),
     "engine": (
         "law",
-        "import concordem.yade; concordem.yade.load_native(); O.engines = O.engines[:3] + [BondedEngine_Rust(updateStates=50)] + O.engines[3:]",
+        "import concordem.yade; concordem.yade.load_native(); "
+        "O.engines = O.engines[:3] + [BondedEngine_Rust(updateStates=50)] + O.engines[3:]",
     ),
 }
 

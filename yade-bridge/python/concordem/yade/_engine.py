@@ -173,7 +173,8 @@ class BondedEngine:
         if bit:
             for number in self.ids:
                 body = yade.omega.bodies[int(number)]
-                body.groupMask &= ~bit
+                if body is not None:  # it may be gone, which is a reason to remove the engine
+                    body.groupMask &= ~bit
             collider = engine_of("InsertionSortCollider")
             collider.avoidSelfInteractionMask &= ~bit
             _sort_anew()
