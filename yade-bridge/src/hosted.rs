@@ -38,8 +38,8 @@ struct Host {
     bodies: usize,
     /// Offset of the pointer to the state in a body.
     state: usize,
-    /// Offsets in a state: position, velocity, angular velocity, orientation.
-    fields: [usize; 4],
+    /// Offsets in a state: position, velocity, angular velocity, orientation, prescribed degrees of freedom.
+    fields: [usize; 5],
     /// Object of the forces.
     forces: usize,
     add_force: AddVector,
@@ -223,8 +223,8 @@ impl Hosted {
     /// Attach the host's memory. Addresses and offsets must have been compared with what the host itself says.
     ///
     /// `container`: the vector of bodies; `forces`: the object of the forces; `offsets`: of the state in a body, and of
-    /// position, velocity, angular velocity, and orientation in a state.
-    fn attach(&self, container: usize, forces: usize, offsets: [usize; 5]) -> PyResult<()> {
+    /// position, velocity, angular velocity, orientation, and prescribed degrees of freedom in a state.
+    fn attach(&self, container: usize, forces: usize, offsets: [usize; 6]) -> PyResult<()> {
         let symbol = |name: &'static [u8]| -> PyResult<AddVector> {
             // Safety: the name ends with a zero byte.
             let address = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr().cast()) };
@@ -250,7 +250,7 @@ impl Hosted {
         inner.host = Some(Host {
             bodies: container,
             state: offsets[0],
-            fields: [offsets[1], offsets[2], offsets[3], offsets[4]],
+            fields: [offsets[1], offsets[2], offsets[3], offsets[4], offsets[5]],
             forces,
             add_force,
             add_torque,
@@ -441,6 +441,10 @@ fn gather(assembly: &mut Assembly, host: &Host, dt: f64) -> PyResult<()> {
         if assembly.needs_rotation {
             // Safety: as above.
             assembly.set_rotation(k, unsafe { peek(at + host.fields[3]) }, dt);
+        }
+        if assembly.needs_constraint {
+            // Safety: as above.
+            assembly.set_constraint(k, unsafe { peek(at + host.fields[4]) });
         }
     }
     Ok(())

@@ -24,13 +24,38 @@ int32_t concordem_yade_cpm(ConcordemCpmContact*);
 int32_t concordem_yade_cpm_with_energy(ConcordemCpmContact*);
 size_t  concordem_yade_cpm_size();
 
-/* The bonded engine: structures as in src/bonds.rs. */
-struct ConcordemBonds;
-
+/* A text that the library writes its reasons into. */
 struct ConcordemMessage {
 	char*  text;
 	size_t capacity;
 };
+
+/* A beam: structures as in src/beam.rs. */
+struct ConcordemBodyMotion {
+	const double *position, *velocity, *spin, *orientation;
+};
+
+struct ConcordemBeamParameters {
+	double  young, poisson, shear, strength, area, length;
+	int32_t model, bendingTerm;
+};
+
+struct ConcordemBeamContact {
+	ConcordemBeamParameters parameters;
+	ConcordemBodyMotion     bodies[2];
+	double                  shift[3], shiftVelocity[3], dt;
+	double *                restDirection, *restRotation;
+	double                  force[3], torque[2][3], moment[3], normal[3];
+	double                  storedEnergy, damageEnergy, integrationEnergy;
+};
+
+/* 0: holds; 1: broke; -1: not a number; -3: internal error. */
+int32_t concordem_yade_beam(ConcordemBeamContact*);
+int64_t concordem_yade_beam_stiffness(const ConcordemBeamParameters*, double (*stiffness)[4], const ConcordemMessage*);
+size_t  concordem_yade_beam_size();
+
+/* The bonded engine: structures as in src/bonds.rs. */
+struct ConcordemBonds;
 
 struct ConcordemBodies {
 	size_t          count;
@@ -85,7 +110,13 @@ void            concordem_yade_bonds_facts(const ConcordemBonds*, ConcordemFacts
 const uint32_t* concordem_yade_bonds_ids(const ConcordemBonds*);
 void            concordem_yade_bonds_forces(const ConcordemBonds*, const double** force, const double** torque);
 int64_t         concordem_yade_bonds_step(
-                ConcordemBonds*, const double* const (*states)[4], double dt, const ConcordemCell*, int32_t sample, const ConcordemMessage*);
+                ConcordemBonds*,
+                const double* const (*states)[4],
+                const uint32_t* const* blocked,
+                double                 dt,
+                const ConcordemCell*,
+                int32_t sample,
+                const ConcordemMessage*);
 int64_t concordem_yade_bonds_virial(ConcordemBonds*, double* virial, const ConcordemMessage*);
 int64_t concordem_yade_bonds_particles(
         ConcordemBonds*, double crackOnset, double* damage, uint32_t* lost, double (*stress)[9], const ConcordemMessage*);

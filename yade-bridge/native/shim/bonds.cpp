@@ -75,9 +75,11 @@ namespace {
 		}
 	};
 
+	/* Whose work updateStates does in its place. */
+	const string stateUpdater = "CpmStateUpdater";
 	/* Engines that look for contacts in O.interactions, and what to do instead. */
 	const std::map<string, string> blind = {
-		{ "CpmStateUpdater", "set updateStates" },
+		{ stateUpdater, "set updateStates, which takes its place" },
 		{ "GlobalStiffnessTimeStepper", "set O.dt yourself" },
 		{ "PeriTriaxController", "drive the cell from a PyRunner with stress()" },
 		{ "Peri3dController", "drive the cell from a PyRunner with stress()" },
@@ -116,7 +118,7 @@ void BondedEngine_Rust::refuseBlindEngines() const
 		if (engine->dead) continue;
 		const string name  = engine->getClassName();
 		const auto   found = blind.find(name);
-		if (found != blind.end())
+		if (found != blind.end() && !(updateStates > 0 && name == stateUpdater))
 			refuse("O.engines has " + name + ", which looks for contacts in O.interactions and would find none: " + found->second
 			       + ". Take it out, or make it dead=True");
 		if (name == "VTKRecorder") {
@@ -167,7 +169,7 @@ void BondedEngine_Rust::attach()
 	ConcordemFacts now;
 	concordem_yade_bonds_facts(bonds.get(), &now);
 	const uint32_t* id = concordem_yade_bonds_ids(bonds.get());
-	seen.clear(), states.clear(), motion.clear();
+	seen.clear(), states.clear(), motion.clear(), blocked.clear();
 	for (size_t k = 0; k < now.particles; k++) {
 		const Body::id_t number = id[k];
 		if (!scene->bodies->exists(number)) refuse("the scene has no body " + std::to_string(number) + ", which has bonds here");
@@ -177,6 +179,7 @@ void BondedEngine_Rust::attach()
 		seen.push_back(body);
 		states.push_back(state);
 		motion.push_back({ state->pos.data(), state->vel.data(), state->angVel.data(), state->ori.coeffs().data() });
+		blocked.push_back(&state->blockedDOFs);
 	}
 }
 
@@ -188,9 +191,12 @@ void BondedEngine_Rust::begin(ConcordemBonds* made, const char* message)
 		attach();
 		mask();
 	} catch (...) {
-		bonds.reset(), seen.clear(), states.clear(), motion.clear();
+		bonds.reset(), seen.clear(), states.clear(), motion.clear(), blocked.clear();
 		throw;
 	}
+	if (updateStates > 0)
+		for (const auto& engine : scene->engines)
+			if (engine->getClassName() == stateUpdater) engine->dead = true;
 }
 
 /* The concrete of the scene; false if its bonds are still being made. */
@@ -382,7 +388,7 @@ void BondedEngine_Rust::action()
 	ConcordemCell cell;
 	Reason        reason;
 	const auto*   rows = reinterpret_cast<const double* const(*)[4]>(motion.data());
-	if (concordem_yade_bonds_step(bonds.get(), rows, scene->dt, cellOf(*scene, cell), scene->trackEnergy, reason) < 0)
+	if (concordem_yade_bonds_step(bonds.get(), rows, blocked.data(), scene->dt, cellOf(*scene, cell), scene->trackEnergy, reason) < 0)
 		refuse("at iteration " + std::to_string(scene->iter) + ": " + reason.text);
 	const double *force, *torque;
 	concordem_yade_bonds_forces(bonds.get(), &force, &torque);
@@ -468,7 +474,7 @@ void BondedEngine_Rust::release()
 	collider.doSort = true;
 	scene->doSort   = true;
 	dead          = true;
-	bonds.reset(), seen.clear(), states.clear(), motion.clear();
+	bonds.reset(), seen.clear(), states.clear(), motion.clear(), blocked.clear();
 }
 
 void BondedEngine_Rust::preSave(BondedEngine_Rust&)

@@ -13,6 +13,7 @@ class BondedEngine_Rust : public GlobalEngine {
 	vector<shared_ptr<Body>>           seen;   // bodies behind the particles, when the engine began
 	vector<State*>                     states; // and their states
 	vector<std::array<const Real*, 4>> motion; // where position, velocity, angular velocity, orientation are
+	vector<const unsigned*>            blocked; // and blockedDOFs
 	int                                storedId = -1, damageId = -1, frictionId = -1, viscousId = -1, integrationId = -1;
 
 	int            wantedThreads() const;
@@ -48,7 +49,7 @@ public:
 		((string,scenario,"",,"Tables of a scenario (TOML: material, bonds, contacts, ...) to bond spheres by, instead of taking concrete over."))
 		((vector<Body::id_t>,ids,,,"Spheres that `scenario` bonds; empty: all."))
 		((int,threads,0,,"Threads for the bonds; 0: as many as YADE has."))
-		((int,updateStates,0,,"Write damage and stress into CpmState every so many steps; 0: never."))
+		((int,updateStates,0,,"Write damage and stress into CpmState every so many steps, in place of CpmStateUpdater, which is made dead; 0: never."))
 		((int,selfMask,0,(Attr::readonly),"Bit of groupMask that keeps the bonded bodies apart in YADE's collider."))
 		((Real,crackOnset,0,(Attr::readonly),"epsCrackOnset of the material, for CpmState.normDmg."))
 		((vector<int>,memory,,(Attr::readonly|Attr::hidden),"The bonds while the scene is being saved or loaded; empty otherwise."))

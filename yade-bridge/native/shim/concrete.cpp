@@ -3,8 +3,8 @@
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "concrete.hpp"
 #include "opened.hpp"
+#include "running.hpp"
 #include <core/EnergyTracker.hpp>
-#include <core/Scene.hpp>
 #include <pkg/common/Box.hpp>
 #include <pkg/common/Facet.hpp>
 #include <pkg/common/Wall.hpp>
@@ -31,13 +31,6 @@ template struct Open<TwistAxis, &ScGeom::twist_axis>;
 YADE_PLUGIN((CpmPhys_Rust)(Ip2_CpmMat_CpmMat_CpmPhys_Rust)(Law2_ScGeom_CpmPhys_Rust));
 
 namespace {
-
-	void put(double* to, const Vector3r& from)
-	{
-		for (int k = 0; k < 3; k++)
-			to[k] = from[k];
-	}
-	Vector3r read(const double* from) { return Vector3r(from[0], from[1], from[2]); }
 
 	bool isPlane(int index)
 	{
@@ -158,16 +151,9 @@ std::string difference(const CpmPhys& ours, const CpmPhys& theirs)
 	return text.str();
 }
 
-/* An exception must not leave YADE's parallel loop: the run is stopped after this step, with the reason. */
 void Law2_ScGeom_CpmPhys_Rust::stop(const Interaction& I, const string& reason)
 {
-#pragma omp critical(concordem_error)
-	if (error.empty()) {
-		error = "contact of bodies " + std::to_string(I.id1) + " and " + std::to_string(I.id2) + " at iteration " + std::to_string(scene->iter)
-		        + ": " + reason;
-		std::cerr << "Law2_ScGeom_CpmPhys_Rust stops the run: " << error << std::endl;
-		scene->stopAtIter = scene->iter + 1;
-	}
+	stopRun(*scene, "Law2_ScGeom_CpmPhys_Rust", error, I, reason);
 }
 
 void Law2_ScGeom_CpmPhys_Rust::addEnergies(const ConcordemCpmContact& c)

@@ -2,6 +2,7 @@
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "abi.h"
+#include "beams.hpp"
 #include "concrete.hpp"
 #include "opened.hpp"
 #include <core/Body.hpp>
@@ -82,7 +83,8 @@ __attribute__((visibility("default"))) PyObject* concordem_yade_register(PyObjec
 		py::object     list(py::handle<>(py::borrowed(names)));
 		for (py::ssize_t k = 0; k < py::len(list); k++)
 			classes.push_back(py::extract<string>(list[k]));
-		if (concordem_yade_cpm_size() != sizeof(ConcordemCpmContact)) throw std::runtime_error("the shim and the library do not belong together");
+		if (concordem_yade_cpm_size() != sizeof(ConcordemCpmContact) || concordem_yade_beam_size() != sizeof(ConcordemBeamContact))
+			throw std::runtime_error("the shim and the library do not belong together");
 		(Omega::instance().*opened(BuildDatabase()))(classes);
 		return py::object();
 	});
@@ -122,6 +124,11 @@ __attribute__((visibility("default"))) PyObject* concordem_yade_samples()
 		material->frictionAngle = s.real("frictionAngle"), material->sigmaT = s.real("sigmaT"), material->epsCrackOnset = s.real("epsCrackOnset");
 		material->damLaw = s.integer("damLaw"), material->isoPrestress = s.real("isoPrestress");
 		s.done(material);
+
+		shared_ptr<RotStiffFrictPhys> stiff(new RotStiffFrictPhys);
+		stiff->kn = s.real("kn"), stiff->ks = s.real("ks"), stiff->normalForce = s.vector("normalForce"), stiff->shearForce = s.vector("shearForce");
+		stiff->tangensOfFrictionAngle = s.real("tangensOfFrictionAngle"), stiff->kr = s.real("kr"), stiff->ktw = s.real("ktw");
+		s.done(stiff);
 
 		shared_ptr<Body> body(new Body);
 		body->id = s.integer("id"), body->groupMask = s.integer("groupMask"), body->iterBorn = s.integer("iterBorn");

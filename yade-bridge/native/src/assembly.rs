@@ -190,6 +190,8 @@ pub struct Assembly {
     pub losses: Vec<u32>,
     /// Whether laws or measure read orientations and rotations.
     pub needs_rotation: bool,
+    /// Whether prescribed degrees of freedom matter to forces: their reactions strain deformable particles.
+    pub needs_constraint: bool,
     /// Dissipated so far: damage, friction, dashpots, J; and the error of the work rule.
     pub dissipated: [f64; 4],
     /// Stored at the last sampled step, J.
@@ -203,9 +205,20 @@ impl Assembly {
         // Of the measures, only those of YADE read velocities in place of rotations.
         let beams = state.bonds.iter().any(|block| block.law() == "cohesive_beam");
         let needs_rotation = beams || !matches!(model.mode, Mode::Yade | Mode::YadeRatcheting);
+        let needs_constraint = model.deformable.is_some();
         let solver = Solver::new(model, &mut state).map_err(|error| error.to_string())?;
         let losses = vec![0; state.particles.len()];
-        Ok(Self { state, solver, broken: 0, losses, needs_rotation, dissipated: [0.0; 4], stored: 0.0, origin })
+        Ok(Self {
+            state,
+            solver,
+            broken: 0,
+            losses,
+            needs_rotation,
+            needs_constraint,
+            dissipated: [0.0; 4],
+            stored: 0.0,
+            origin,
+        })
     }
 
     /// State without contacts, and model, of an assembly of concrete.
@@ -414,6 +427,12 @@ impl Assembly {
         let [x, y, z, w] = orientation;
         p.orientation[k] = Quat::new(w, x, y, z);
         p.rotation_increment[k] = quaternion_of_rotation_vector(&(p.angular_velocity[k] * dt));
+    }
+
+    /// Take over which degrees of freedom of particle `k` the host prescribes (mask as in [`Bodies::constraint`]).
+    #[inline]
+    pub fn set_constraint(&mut self, k: usize, mask: u32) {
+        self.state.particles.constraint[k] = Constraint(mask as u8);
     }
 
     /// Everything, as words for a host to keep: [`Self::from_words`].

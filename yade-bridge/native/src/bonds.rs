@@ -333,11 +333,13 @@ pub unsafe extern "C" fn concordem_yade_bonds_forces(
 }
 
 /// One step at the places and with the motion that `states` points to: for each particle the addresses of three, three,
-/// three, and four reals (position, velocity, angular velocity, orientation x, y, z, w). How many bonds broke, or −1.
+/// three, and four reals (position, velocity, angular velocity, orientation x, y, z, w); `blocked` to its prescribed degrees
+/// of freedom ([`Constraint`](concordem::state::Constraint)). How many bonds broke, or −1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_step(
     bonds: *mut Bonds,
     states: *const [*const f64; 4],
+    blocked: *const *const u32,
     dt: f64,
     cell_arrays: *const CellArrays,
     sample: i32,
@@ -349,6 +351,11 @@ pub unsafe extern "C" fn concordem_yade_bonds_step(
             let Bonds { assembly, pool } = &mut *bonds;
             let count = assembly.state.particles.len();
             let rotation = assembly.needs_rotation;
+            if assembly.needs_constraint {
+                for (k, &mask) in slice(blocked, count).iter().enumerate() {
+                    assembly.set_constraint(k, *mask);
+                }
+            }
             for (k, row) in slice(states, count).iter().enumerate() {
                 let vector = |p: *const f64| Vec3::new(*p, *p.add(1), *p.add(2));
                 assembly.set_motion(k, vector(row[0]), vector(row[1]), vector(row[2]))?;

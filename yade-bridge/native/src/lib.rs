@@ -4,6 +4,7 @@
 //! YADE's classes. Numbers come in as plain structures that the shim fills.
 
 pub mod assembly;
+pub mod beam;
 mod bonds;
 pub mod concrete;
 mod guard;

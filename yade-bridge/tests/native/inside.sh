@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # What run.sh runs in Debian 13; /mnt/site is the wheel, /mnt/repo the tests.
 set -euo pipefail
-export PYTHONPATH=/mnt/site LD_LIBRARY_PATH=/mnt/lib CONCORDEM_YADE_PLUGINS=/mnt/plugins PYTHONUNBUFFERED=1
+export PYTHONPATH=/mnt/site LD_LIBRARY_PATH=/mnt/lib CONCORDEM_YADE_PLUGINS=/mnt/plugins PYTHONUNBUFFERED=1 YADE_EXAMPLES=/mnt/examples
 # Threads that wait must not take the processor from those that work.
 export OMP_WAIT_POLICY=passive
 cd /mnt/repo/yade-bridge/tests/native
@@ -51,17 +51,21 @@ tell() {
 run test_functor.py 1 &
 functor=$!
 for threads in 1 2; do
-  status=0
-  run test_bonds.py "$threads" || status=$?
-  tell test_bonds.py "$threads" "$status"
+  for script in test_bonds.py test_beams.py; do
+    status=0
+    run "$script" "$threads" || status=$?
+    tell "$script" "$threads" "$status"
+  done
   grep '^BITS' "/tmp/test_bonds.py-$threads.log" >>/tmp/bits || true
 done
 status=0
 wait "$functor" || status=$?
 tell test_functor.py 1 "$status"
-if [ "$(wc -l </tmp/bits)" != 2 ] || [ "$(sort -u /tmp/bits | wc -l)" != 1 ]; then
+if [ "$(wc -l </tmp/bits)" != 6 ] || [ "$(sort -u /tmp/bits | wc -l)" != 3 ]; then
   echo "the bonded engine's bits differ between -j1 and -j2:" >&2
   cat /tmp/bits >&2
   failed=1
 fi
+# YADE's shipped examples with one line of ours.
+python3 examples.py native || failed=1
 exit $failed

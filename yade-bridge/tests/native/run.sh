@@ -17,7 +17,9 @@ trap 'rm -rf --one-file-system "$work"' EXIT
 mkdir -p "$work/repo/yade-bridge/tests" "$work/repo/tests/golden" "$work/lib"
 python3 -m zipfile -e "$(ls -t "$target"/wheels/concordem-*.whl | head -1)" "$work/site"
 cp -r "$here" "$work/repo/yade-bridge/tests/native"
-cp yade-bridge/tests/yade/harness.py yade-bridge/tests/yade/specimen.py "$work/repo/yade-bridge/tests/native/"
+cp yade-bridge/tests/yade/{harness,specimen,own_run,examples,example_driver}.py "$work/repo/yade-bridge/tests/native/"
+# Debian 13 is made without documentation, which is where the examples are.
+cp -r "${YADE_EXAMPLES:-/usr/share/doc/yade/examples/concrete}" "$work/examples"
 cp -r tests/golden/yade "$work/repo/tests/golden/yade"
 # The wheel is made on Debian 12 and asks for its HDF5 (package libhdf5-103-1), which Debian 13 has in another version.
 cp -L "$(ldconfig -p | sed -n 's/.*libhdf5_serial\.so\.103 .*=> //p' | head -1)" "$work/lib/"

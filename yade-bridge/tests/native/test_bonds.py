@@ -10,6 +10,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(sys.argv[0])))
 
 from specimen import *
 from harness import main, raises
+from own_run import TABLES, alone, difference, in_yade, toml
 from yade import utils
 from yade.minieigenHP import Matrix3, Vector3
 
@@ -99,6 +100,14 @@ def test_breakage_and_states():
     assert 0 < max(b.state.normDmg for b in O.bodies) <= 1
     assert max(b.state.stress[2, 2] for b in O.bodies) > 0
     assert len(O.interactions) == 0
+
+
+def test_states_are_written_in_place_of_yades_updater():
+    concrete()
+    run(2)
+    O.engines = O.engines[:3] + [BondedEngine_Rust(updateStates=20)] + O.engines[3:] + [CpmStateUpdater(iterPeriod=10)]
+    run(200)
+    assert O.engines[-1].dead and max(b.state.normDmg for b in O.bodies) > 0
 
 
 def test_stress_is_that_of_yade():
@@ -300,6 +309,52 @@ def test_beams_by_a_scenario():
     assert digest() == straight
 
 
+def bonded_like(simulation, kind):
+    """The scene of `own_run`, bonded by the engine before its first step."""
+    in_yade(simulation)
+    O.engines = O.engines[:3] + [BondedEngine_Rust(scenario=toml(kind))] + O.engines[3:]
+    O.engines[3].takeOver()
+    return O.engines[3]
+
+
+def same_as_alone(kind):
+    """As in tests/yade/test_engine.py, where the tolerance is reasoned."""
+    simulation = alone(kind)
+    e = bonded_like(simulation, kind)
+    assert e.bondCount == simulation.state.bond_count == 3493
+    for _ in range(6):
+        run(100)
+        simulation.step(100)
+        assert e.bondCount == simulation.state.bond_count
+    worst, way = difference(simulation)
+    print("%s: after 600 steps and %d broken bonds %.1e m of %.1e m" % (kind, e.broken, worst, way))
+    assert e.broken > 100 and worst < 5e-10 * way
+    print("BITS %s: %s" % (kind, digest()))
+
+
+def test_beams_follow_our_own_run():
+    same_as_alone("beams")
+
+
+def test_deformable_particles_follow_our_own_run():
+    """The reactions of the held ends strain their particles, so the engine must see YADE's blockedDOFs."""
+    same_as_alone("deformable")
+
+
+def test_beams_and_deformable_particles_are_saved():
+    for kind in TABLES:
+        e = bonded_like(alone(kind), kind)
+        run(300)
+        path = os.path.join(WORK, kind + ".yade.gz")
+        O.save(path)
+        run(100)
+        straight, lost = digest(), e.broken
+        O.reset()
+        O.load(path)
+        run(100)
+        assert digest() == straight and O.engines[3].broken == lost > 0
+
+
 def test_energies():
     engine(scene=dict(rate=40.0, law=dict(omegaThreshold=0.99)))
     O.trackEnergy = True
@@ -336,14 +391,14 @@ def test_nothing_leaks():
     path = os.path.join(WORK, "leak.yade.gz")
     O.save(path)
     pages = []
-    for cycle in range(25):
+    for cycle in range(100):
         O.load(path)
         run(2)
         O.reset()
-        if cycle in (4, 24):
+        if cycle in (19, 99):
             pages.append(memory())
-    # 20 cycles of bonds of 1 MB and more would be 5,000 pages.
-    print("pages after 5 and after 25 cycles:", pages)
+    # 80 cycles of bonds of 1 MB and more would be 20,000 pages.
+    print("pages after 20 and after 100 cycles:", pages)
     assert pages[1] - pages[0] < 1000
 
 

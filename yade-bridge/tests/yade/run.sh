@@ -22,4 +22,6 @@ for script in test_*.py; do
     fi
   done
 done
+# YADE's shipped examples with one line of ours.
+python3 examples.py header-free || failed=1
 exit $failed

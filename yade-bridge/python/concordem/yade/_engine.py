@@ -24,7 +24,7 @@ from ._scene import Bodies, Reals, at_rest, bodies, gather, host, interactions, 
 
 #: Engines that read O.interactions and would silently find nothing there, with what to do instead.
 BLIND = {
-    "CpmStateUpdater": "use engine.update_states(), or take_over(update_states=n)",
+    "CpmStateUpdater": "take_over(update_states=n) takes its place",
     "GlobalStiffnessTimeStepper": "set O.dt yourself, from O.dt before or engine.largest_time_step",
     "PeriTriaxController": "drive the cell from a PyRunner with engine.stress()",
     "Peri3dController": "drive the cell from a PyRunner with engine.stress()",
@@ -72,10 +72,10 @@ def _sort_anew() -> None:
     yade.omega.engines = engines[:place] + [new] + engines[place + 1 :]
 
 
-def _check_engines() -> None:
+def _check_engines(replaced: str = "") -> None:
     for engine in host().omega.engines:
         name = class_of(engine)
-        if engine.dead:
+        if engine.dead or name == replaced:
             continue
         if name in BLIND:
             raise refuse(
@@ -116,7 +116,7 @@ class BondedEngine:
         layout = yade.layout
         scene = address_of(yade.omega._sceneObj)
         container = memory.pointer(scene + layout["Scene.bodies"])
-        fields = ("Body.state", "State.pos", "State.vel", "State.angVel", "State.ori")
+        fields = ("Body.state", "State.pos", "State.vel", "State.angVel", "State.ori", "State.blockedDOFs")
         self.solver.attach(container + layout["bodies.vector"], scene + layout["Scene.forces"], [layout[f] for f in fields])
         self._scene, self._container = scene, container
         _registered[self.name] = self
@@ -160,9 +160,10 @@ class BondedEngine:
         if inner.all():
             omega.interactions.clear()
             return
-        omega.interactions.eraseNonReal()
         for one, two in zip(found.id1[inner], found.id2[inner]):
             omega.interactions.erase(int(one), int(two))
+        # Erasing by ids leaves them as contacts to come, which would be real again where spheres overlap.
+        omega.interactions.eraseNonReal()
 
     def remove(self) -> None:
         """Take the engine out of O.engines; its bonds are gone, and the bodies may touch as YADE's again."""
@@ -172,7 +173,8 @@ class BondedEngine:
         if bit:
             for number in self.ids:
                 body = yade.omega.bodies[int(number)]
-                body.groupMask &= ~bit
+                if body is not None:  # it may be gone, which is a reason to remove the engine
+                    body.groupMask &= ~bit
             collider = engine_of("InsertionSortCollider")
             collider.avoidSelfInteractionMask &= ~bit
             _sort_anew()
@@ -272,11 +274,12 @@ def take_over(
 
     After this line `O.run` works as before; interactions between the spheres are gone from O.interactions. With the
     defaults it is YADE's law to rounding; `kinematics="finite", mode="thesis"` is the corrected law. `update_states`:
-    write CpmState every so many steps. Bits do not depend on the number of threads, of YADE (``-j``) or here.
+    write CpmState every so many steps, in place of YADE's CpmStateUpdater, which is made dead. Bits do not depend on the number of threads, of YADE (``-j``) or here.
     """
     at_rest()
     concrete = Concrete()
-    _check_engines()
+    replaced = "CpmStateUpdater" if update_states else ""
+    _check_engines(replaced)
     kinematics = kinematics or concrete.settings.kinematics
     solver = concrete.hosted(kinematics, mode, False, threads)
     kind = {
@@ -290,7 +293,11 @@ def take_over(
     }
     if update_states and len({material.epsCrackOnset for material in concrete.materials}) > 1:
         raise refuse("update_states knows one crack onset strain; the materials have several", "Materials")
-    return _begin(BondedEngine(name, solver, concrete.bodies.ids, kind))
+    engine = _begin(BondedEngine(name, solver, concrete.bodies.ids, kind))
+    for other in host().omega.engines:
+        if class_of(other) == replaced:
+            other.dead = True
+    return engine
 
 
 def _begin(engine: BondedEngine) -> BondedEngine:

@@ -19,7 +19,16 @@ from typing import Any
 from .._errors import YadeError
 
 #: Classes of the plugin, bases first.
-CLASSES = ("CpmPhys_Rust", "Ip2_CpmMat_CpmMat_CpmPhys_Rust", "Law2_ScGeom_CpmPhys_Rust", "BondedEngine_Rust")
+CLASSES = (
+    "CpmPhys_Rust",
+    "Ip2_CpmMat_CpmMat_CpmPhys_Rust",
+    "Law2_ScGeom_CpmPhys_Rust",
+    "BeamMat_Rust",
+    "BeamPhys_Rust",
+    "Ip2_BeamMat_BeamMat_BeamPhys_Rust",
+    "Law2_ScGeom6D_BeamPhys_Rust",
+    "BondedEngine_Rust",
+)
 #: Environment variable: where plugins are kept.
 FOLDER = "CONCORDEM_YADE_PLUGINS"
 
