@@ -265,7 +265,7 @@ int FixConcordemBond::unpack_exchange(int nlocal, double *buf)
 
 void FixConcordemBond::write_restart(FILE *fp)
 {
-  const ConcordemRestartHead head = concordem_restart_head(network_, made_, law_.c_str(), world);
+  const ConcordemRestartHead head = concordem_restart_head(network_, facts_, made_, law_.c_str(), world);
   if (comm->me == 0) {
     const int size = sizeof(head);
     fwrite(&size, sizeof(int), 1, fp);
@@ -283,6 +283,8 @@ void FixConcordemBond::restart(char *buf)
     snprintf(text_, sizeof(text_), "the restart file holds bonds of law %s, not %s", head.law, law_.c_str());
     error->fix_error(FLERR, this, text_);
   }
+  if (head.contacts != facts_.contacts)
+    error->fix_error(FLERR, this, "the restart file holds contacts of another law; give the same `contact LAW`");
   made_ = head.made;
   const double none[CONCORDEM_TOTALS] = {0.0};
   concordem_network_resume(network_, comm->me == 0 ? head.totals : none, head.found_at);
