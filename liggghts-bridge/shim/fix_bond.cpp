@@ -199,7 +199,8 @@ void FixConcordemBond::make_bonds()
   made_ = true;
   double total;
   if (!concordem_count(network_, world, &total))
-    error->fix_error(FLERR, this, "neighbours on other processors are not known as far as bonds reach; add `reach LENGTH` with a larger length");
+    error->fix_error(FLERR, this,
+                     "neighbours on other processors are not known as far as bonds reach; add `reach LENGTH` with a larger length");
   if (comm->me == 0 && facts_.creation) {
     for (int k = 0; k < 2; k++) {
       FILE *out = k ? logfile : screen;

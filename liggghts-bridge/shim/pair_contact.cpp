@@ -150,7 +150,6 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
   {
   }
 
-
   ~ConcordemPair()
   {
     concordem_pair_record_delete(record_);

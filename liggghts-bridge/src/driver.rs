@@ -181,13 +181,11 @@ impl Liggghts {
     }
 
     fn open_first(library: &Path, arguments: &[&str]) -> Result<Self, DriverError> {
-        let interface = match INTERFACE.get() {
-            Some(interface) => interface,
-            None => {
-                let loaded = Interface::load(library)?;
-                INTERFACE.get_or_init(|| loaded)
-            }
-        };
+        if INTERFACE.get().is_none() {
+            // Only the one who has set IS_OPEN gets here.
+            let _ = INTERFACE.set(Interface::load(library)?);
+        }
+        let interface = INTERFACE.get().expect("set above");
         let words = std::iter::once("liggghts").chain(arguments.iter().copied());
         let words: Vec<CString> = words.map(word).collect::<Result<_, _>>()?;
         let mut pointers: Vec<*mut c_char> = words.iter().map(|word| word.as_ptr().cast_mut()).collect();

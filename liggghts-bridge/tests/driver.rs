@@ -66,25 +66,22 @@ fn child() {
     let arguments: &[&str] =
         if part == "scenario" { &["-screen", "/dev/null", "-log", "none"] } else { &["-log", "none"] };
     let mut host = Liggghts::open(Path::new(&library), arguments).unwrap();
-    match part.as_str() {
-        "scenario" => {
-            scenario(&mut host);
-            assert!(matches!(Liggghts::open(Path::new(&library), arguments), Err(DriverError::Open)));
-            // A second instance after the first.
-            drop(host);
-            let mut host = Liggghts::open(Path::new(&library), arguments).unwrap();
-            assert!(host.positions().unwrap().is_empty());
-            assert!(matches!(host.radii(), Err(DriverError::NoProperty("radius"))));
-            host.commands(SCRIPT).unwrap();
-            host.run(1).unwrap();
-            assert_eq!(host.count(), 64);
-            drop(host);
-            println!("the scenario was as it should be");
-        }
-        _ => {
-            host.commands(&SCRIPT.replace("young 30e9", "")).unwrap();
-            println!("went on");
-        }
+    if part == "scenario" {
+        scenario(&mut host);
+        assert!(matches!(Liggghts::open(Path::new(&library), arguments), Err(DriverError::Open)));
+        // A second instance after the first.
+        drop(host);
+        let mut host = Liggghts::open(Path::new(&library), arguments).unwrap();
+        assert!(host.positions().unwrap().is_empty());
+        assert!(matches!(host.radii(), Err(DriverError::NoProperty("radius"))));
+        host.commands(SCRIPT).unwrap();
+        host.run(1).unwrap();
+        assert_eq!(host.count(), 64);
+        drop(host);
+        println!("the scenario was as it should be");
+    } else {
+        host.commands(&SCRIPT.replace("young 30e9", "")).unwrap();
+        println!("went on");
     }
 }
 
@@ -118,7 +115,7 @@ fn scenario(host: &mut Liggghts) {
                 sums[ids.iter().position(|i| i == id).unwrap()] += Vec3::from(bond.force) * sign;
             }
         }
-        let largest = sums.iter().map(|f| f.norm()).fold(0.0, f64::max);
+        let largest = sums.iter().map(Vec3::norm).fold(0.0, f64::max);
         assert!(largest > 1.0, "{largest} N");
         for (sum, force) in sums.iter().zip(host.forces().unwrap()) {
             // Sums of up to six terms in another order.

@@ -73,7 +73,7 @@ fn bonds_by(by: By, law: &str) -> (String, &'static str) {
         "cpm" => ("cpm", &[]),
         _ => ("hertz_mindlin", &["young 1e9", "poisson 0.2", "friction_coefficient 0.4", "restitution 0.7"]),
     };
-    let prefixed: String = of_contact.iter().map(|parameter| format!(" contact.{parameter}")).collect();
+    let prefixed = of_contact.iter().fold(String::new(), |all, parameter| all + " contact." + parameter);
     match by {
         By::Fix => {
             let text =
@@ -330,7 +330,7 @@ fn contacts_by_the_pair_style_are_those_of_the_librarys_own_solver() {
             let atoms: HashMap<u64, _> = frames(&folder.join("out.dump")).into_iter().collect();
             let forces: HashMap<u64, _> = tables(&folder.join("rows.dump")).into_iter().collect();
             let mut touched = 0.0;
-            for row in rows.iter().filter(|row| row[0] as u64 % 100 == 0) {
+            for row in rows.iter().filter(|row| (row[0] as u64).is_multiple_of(100)) {
                 touched += row[1];
                 let stored = row[3] + row[4];
                 assert!((row[2] - stored).abs() <= 1e-12 * stored, "pair energy {} {stored}", row[2]);

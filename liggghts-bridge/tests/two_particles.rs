@@ -151,12 +151,12 @@ enum By {
 fn parts(law: &str) -> [String; 5] {
     let mut parts: [String; 5] = Default::default();
     let mut words = law.split_whitespace();
-    parts[0] = words.next().unwrap().to_owned();
+    words.next().unwrap().clone_into(&mut parts[0]);
     while let (Some(key), Some(value)) = (words.next(), words.next()) {
         match (key, key.strip_prefix("contact.")) {
             ("bond", _) if value == "distance" => drop(words.next()),
             ("bond", _) => {}
-            ("contact", _) => parts[2] = value.to_owned(),
+            ("contact", _) => value.clone_into(&mut parts[2]),
             ("kinematics", _) => write!(parts[4], "{key} {value} ").unwrap(),
             (_, Some(key)) => write!(parts[3], "{key} {value} ").unwrap(),
             _ => write!(parts[1], "{key} {value} ").unwrap(),
@@ -205,11 +205,8 @@ fn compare_in(host: Host, by: By, law: &str, legs: &[Leg], expected: &[([Vec3; 2
             "f_bonds"
         }
         By::BondStyle => {
-            let of_contact: String = of_contact
-                .split_whitespace()
-                .enumerate()
-                .map(|(k, word)| format!("{}{word} ", if k % 2 == 0 { "contact." } else { "" }))
-                .collect();
+            let words: Vec<&str> = of_contact.split_whitespace().collect();
+            let of_contact = words.chunks(2).fold(String::new(), |all, pair| all + "contact." + &pair.join(" ") + " ");
             writeln!(script, "bond_style concordem/{bond} contact {contact} {of_both}").unwrap();
             writeln!(script, "bond_coeff * {of_bond} {of_contact}").unwrap();
             "f_concordem_bonds"
