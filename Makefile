@@ -54,6 +54,7 @@ test:
 	tests/results_read_back.sh
 	validation/specimens.py
 	validation/rigid_box_sampling.py --built
+	.venv/bin/python validation/distributed_specimen.py
 	validation/elastic.py
 	yade-bridge/test.sh
 	cd validation && ../.venv/bin/python -m pytest -q tests
@@ -89,6 +90,7 @@ validate-full: $(CONCORDEM)
 	yade-bridge/test.sh wheel
 	PYTHONPATH=validation .venv/bin/python -m concordem_validate run --full --strict
 	validation/specimens.py --full
+	.venv/bin/python validation/distributed_specimen.py --full
 	validation/deformable.py --full
 	validation/elastic.py --full
 	$(CARGO) run --release -p concordem --example beam_study --no-default-features -- validation/results/beams.json

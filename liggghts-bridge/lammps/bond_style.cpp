@@ -3,10 +3,9 @@
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bond_style.h"
 
-#include <cstring>
+#include <algorithm>
 
 #include "atom.h"
-#include "comm.h"
 #include "error.h"
 #include "force.h"
 #include "memory.h"
@@ -14,6 +13,8 @@
 #include "utils.h"
 
 #include "fix_bond.h"
+#include "pair_style.h"
+#include "words.h"
 
 using namespace LAMMPS_NS;
 
@@ -72,6 +73,14 @@ void BondConcordem::add_fix()
   words.insert(words.end(), settings_.begin(), settings_.end());
   words.insert(words.end(), parameters_.begin(), parameters_.end());
   words.insert(words.end(), {"bond", "none"});
+  const PairConcordem *contacts = dynamic_cast<PairConcordem *>(force->pair);
+  with_pair_style_ = contacts;
+  if (contacts) {
+    if (std::find(settings_.begin(), settings_.end(), "contact") != settings_.end())
+      error->all(FLERR, "Bond style concordem/{}: contacts are those of the pair style; remove `contact`", law_);
+    const std::vector<std::string> more = contacts->words_beside_bonds();
+    words.insert(words.end(), more.begin(), more.end());
+  }
   std::vector<char *> arguments;
   for (std::string &word : words) arguments.push_back(&word[0]);
   fix_ = dynamic_cast<FixConcordemBond *>(modify->add_fix(static_cast<int>(arguments.size()), arguments.data()));
@@ -89,6 +98,8 @@ void BondConcordem::init_style()
     error->all(FLERR, "Bond style concordem/{} does not work within bond_style hybrid", law_);
   // Parameters may come from a restart file.
   if (!fix_) add_fix();
+  if (with_pair_style_ != (dynamic_cast<PairConcordem *>(force->pair) != nullptr))
+    error->all(FLERR, "Bond style concordem/{}: the pair style was changed after bond_coeff; begin again with `bond_style`", law_);
 }
 
 void BondConcordem::compute(int eflag, int vflag)
@@ -98,12 +109,7 @@ void BondConcordem::compute(int eflag, int vflag)
     error->all(FLERR, "Bond style concordem/{} does not share out energies to atoms; use the energies of fix {}", law_, FIX);
   fix_->find_forces(eflag_global, vflag_either);
   if (eflag_global) energy = fix_->stored_energy();
-  if (vflag_global || vflag_atom) {
-    double total[6] = {0.0};
-    concordem_network_virial(fix_->network(), total, vflag_atom ? vatom[0] : nullptr, vflag_atom ? atom->nlocal : 0);
-    if (vflag_global)
-      for (int k = 0; k < 6; k++) virial[k] += total[k];
-  }
+  fix_->add_virial(vflag_global, virial, vflag_atom, vatom);
 }
 
 // An estimate for the distance up to which copies of neighbours are known; the fix sets that distance itself.
@@ -119,39 +125,19 @@ double BondConcordem::single(int, double, int, int, double &)
 
 /* --------------------------------------------------------------------------------------------------------- restart */
 
-void BondConcordem::write(FILE *fp, const std::vector<std::string> &words) const
-{
-  std::string text;
-  for (const std::string &word : words) text.append(word).push_back('\0');
-  const int size = text.size();
-  fwrite(&size, sizeof(int), 1, fp);
-  fwrite(text.data(), 1, size, fp);
-}
-
-std::vector<std::string> BondConcordem::read(FILE *fp) const
-{
-  int size = 0;
-  if (comm->me == 0) utils::sfread(FLERR, &size, sizeof(int), 1, fp, nullptr, error);
-  MPI_Bcast(&size, 1, MPI_INT, 0, world);
-  std::string text(size, '\0');
-  if (comm->me == 0) utils::sfread(FLERR, &text[0], 1, size, fp, nullptr, error);
-  MPI_Bcast(&text[0], size, MPI_CHAR, 0, world);
-  std::vector<std::string> words;
-  for (size_t at = 0; at < text.size(); at += words.back().size() + 1) words.emplace_back(text.c_str() + at);
-  return words;
-}
-
 // Settings go here, too: LAMMPS asks only some bond styles for theirs.
 void BondConcordem::write_restart(FILE *fp)
 {
-  write(fp, settings_);
-  write(fp, parameters_);
+  const ConcordemWords words(lmp);
+  words.write(fp, settings_);
+  words.write(fp, parameters_);
 }
 
 void BondConcordem::read_restart(FILE *fp)
 {
   allocate();
-  settings_ = read(fp);
-  parameters_ = read(fp);
+  const ConcordemWords words(lmp);
+  settings_ = words.read(fp);
+  parameters_ = words.read(fp);
   for (int type = 1; type <= atom->nbondtypes; type++) setflag[type] = 1;
 }

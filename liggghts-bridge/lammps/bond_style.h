@@ -25,16 +25,16 @@ class BondConcordem : public Bond {
   void write_restart(FILE *) override;
   void read_restart(FILE *) override;
   double single(int, double, int, int, double &) override;
+  bool has_fix() const { return fix_ != nullptr; }
 
  private:
   std::string law_;
   std::vector<std::string> settings_, parameters_;
   FixConcordemBond *fix_ = nullptr;   // keeps the bonds
+  bool with_pair_style_ = false;      // whether it keeps the contacts of a pair style of ours, too
 
   void allocate();
   void add_fix();
-  void write(FILE *, const std::vector<std::string> &) const;
-  std::vector<std::string> read(FILE *) const;
 };
 
 }

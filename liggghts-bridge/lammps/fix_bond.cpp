@@ -91,8 +91,14 @@ void FixConcordemBond::fail_on_this_processor()
 
 void FixConcordemBond::serve_bond_style()
 {
+  serve_pair_style();
+  lists_ = true;
+}
+
+void FixConcordemBond::serve_pair_style()
+{
   serves_ = true;
-  // The bond style tallies.
+  // The style tallies.
   virial_global_flag = virial_peratom_flag = thermo_virial = 0;
 }
 
@@ -111,7 +117,7 @@ void FixConcordemBond::init()
 
   // Atoms must be known as far as the longest bond reaches. It may stretch by 5 % before lists are rebuilt with a check.
   double wanted = 0.0, smallest = 0.0;
-  if (!made_ && serves_) wanted = longest_given();
+  if (!made_ && lists_) wanted = longest_given();
   if (!made_ && facts_.creation == 2) {
     int missing;
     wanted = concordem_longest_listed(network_, atom, domain, groupbit, world, &missing);
@@ -120,7 +126,7 @@ void FixConcordemBond::init()
   const double longest = concordem_longest(network_, facts_, made_, wanted, atom, groupbit, world, &smallest);
   reach_ = MAX(1.05 * longest + neighbor->skin, facts_.reach);
   comm->cutghostuser = MAX(comm->cutghostuser, reach_);
-  if (made_ && serves_) compare_with_lists();
+  if (made_ && lists_) compare_with_lists();
 }
 
 // Longest of the bonds in the atoms' own lists, by the positions of all atoms in them.
@@ -211,12 +217,7 @@ void FixConcordemBond::post_force(int vflag)
   if (!serves_) {
     v_init(vflag);
     find_forces(false, vflag_either);
-    if (vflag_global || vflag_atom) {
-      double total[6] = {0.0};
-      concordem_network_virial(network_, total, vflag_atom ? vatom[0] : nullptr, vflag_atom ? atom->nlocal : 0);
-      if (vflag_global)
-        for (int k = 0; k < 6; k++) virial[k] += total[k];
-    }
+    add_virial(vflag_global, virial, vflag_atom, vatom);
   }
   // Bonds begin at the end of the step, unstressed, and are first asked in the next one.
   if (!setup_ && creation_is_due()) make_bonds();
@@ -230,7 +231,16 @@ void FixConcordemBond::find_forces(bool energies, bool virial_wanted)
   const bool record = output_is_due || virial_wanted || concordem_compute_is_due(modify, update);
   if (concordem_network_forces(network_, &atoms, setup_, sample, record, &message_) < 0) fail_on_this_processor();
   if (sample) sampled_at_ = update->ntimestep;
-  if (serves_) take_broken_off_lists();
+  if (lists_) take_broken_off_lists();
+}
+
+void FixConcordemBond::add_virial(int global, double *sum, int per_atom, double **of_atoms) const
+{
+  if (!global && !per_atom) return;
+  double total[6] = {0.0};
+  concordem_network_virial(network_, total, per_atom ? of_atoms[0] : nullptr, per_atom ? atom->nlocal : 0);
+  if (global)
+    for (int k = 0; k < 6; k++) sum[k] += total[k];
 }
 
 double FixConcordemBond::stored_energy() const
@@ -279,24 +289,24 @@ void FixConcordemBond::make_bonds()
 {
   if (facts_.creation == 1 && concordem_network_make_near(network_, &message_) < 0) fail_on_this_processor();
   if (facts_.creation == 2) concordem_network_make_listed(network_);
-  if (serves_) {
+  if (lists_) {
     std::vector<std::array<int32_t, 2>> pairs;
     for (int i = 0; i < atom->nlocal; i++)
       for (int m = 0; m < atom->num_bond[i]; m++)
         if (atom->bond_type[i][m] > 0) pairs.push_back({atom->tag[i], atom->bond_atom[i][m]});
     concordem_network_make_given(network_, reinterpret_cast<const int32_t(*)[2]>(pairs.data()), pairs.size());
   }
-  if (facts_.creation || serves_) rebuild();
+  if (facts_.creation || lists_) rebuild();
   made_ = true;
   double total;
   if (!concordem_count(network_, world, &total))
     fail("neighbours on other processors are not known as far as bonds reach; add `reach LENGTH` with a larger length");
-  if (!facts_.creation && !serves_) return;
+  if (!facts_.creation && !lists_) return;
   if (comm->me == 0) {
     utils::logmesg(lmp, "fix {} concordem/bond: {:.0f} bonds of law {}\n", id, total, law_);
     if (total == 0.0)
       error->warning(FLERR, "Fix {} concordem/bond made no bonds: {}", id,
-                     serves_ ? "the atoms have none" : "is the factor too small, or the group empty?");
+                     lists_ ? "the atoms have none" : "is the factor too small, or the group empty?");
   }
 }
 
@@ -386,7 +396,7 @@ int FixConcordemBond::unpack_exchange(int nlocal, double *buf)
 
 void FixConcordemBond::write_restart(FILE *fp)
 {
-  const ConcordemRestartHead head = concordem_restart_head(network_, made_, law_.c_str(), world);
+  const ConcordemRestartHead head = concordem_restart_head(network_, facts_, made_, law_.c_str(), world);
   if (comm->me == 0) {
     const int size = sizeof(head);
     fwrite(&size, sizeof(int), 1, fp);
@@ -400,6 +410,7 @@ void FixConcordemBond::restart(char *buf)
   memcpy(&head, buf, sizeof(head));
   if (head.version != CONCORDEM_RESTART_VERSION) fail("the restart file was written by another version of this library");
   if (law_ != head.law) fail(fmt::format("the restart file holds bonds of law {}, not {}", head.law, law_));
+  if (head.contacts != facts_.contacts) fail("the restart file holds contacts of another law; give the same `contact LAW`");
   made_ = head.made;
   const double none[CONCORDEM_TOTALS] = {0.0};
   concordem_network_resume(network_, comm->me == 0 ? head.totals : none, head.found_at);

@@ -48,10 +48,13 @@ class FixConcordemBond : public Fix {
 
   const ConcordemNetwork *network() const { return network_; }
 
-  // For the bond style: from now on it asks for the forces, and bonds are those of the atoms' own lists.
+  // For the styles: from now on they ask for the forces. With a bond style, bonds are those of the atoms' own lists.
   void serve_bond_style();
+  void serve_pair_style();
   void find_forces(bool energies, bool virial);
   double stored_energy() const;
+  // Virial of the forces just found, added to the sum and to owned atoms', where wanted.
+  void add_virial(int global, double *virial, int per_atom, double **vatom) const;
 
  private:
   ConcordemNetwork *network_ = nullptr;
@@ -60,7 +63,8 @@ class FixConcordemBond : public Fix {
   double **memory_ = nullptr;     // what the network remembers of every atom
   double **original_ = nullptr;   // positions of the originals of copies, in periodic boxes
   bool periodic_ = false;
-  bool serves_ = false;           // whether a bond style asks for the forces
+  bool serves_ = false;           // whether a style asks for the forces
+  bool lists_ = false;            // whether bonds are those of the atoms' own lists
   bool made_ = false;             // whether the bonds to be made have been made
   bool setup_ = false;            // whether forces are asked for while a run is set up
   double reach_ = 0.0;            // distance up to which copies of neighbours must be known

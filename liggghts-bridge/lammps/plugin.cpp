@@ -15,6 +15,7 @@
 #include "bond_style.h"
 #include "computes.h"
 #include "fix_bond.h"
+#include "pair_style.h"
 
 using namespace LAMMPS_NS;
 
@@ -70,6 +71,26 @@ void *new_linear_bond(void *lmp)
   return static_cast<Bond *>(new BondConcordem(static_cast<LAMMPS *>(lmp), "linear_bond"));
 }
 
+void *new_hertz_mindlin_pair(void *lmp)
+{
+  return static_cast<Pair *>(new PairConcordem(static_cast<LAMMPS *>(lmp), "hertz_mindlin"));
+}
+
+void *new_frictional_pair(void *lmp)
+{
+  return static_cast<Pair *>(new PairConcordem(static_cast<LAMMPS *>(lmp), "frictional"));
+}
+
+void *new_linear_bond_pair(void *lmp)
+{
+  return static_cast<Pair *>(new PairConcordem(static_cast<LAMMPS *>(lmp), "linear_bond"));
+}
+
+void *new_cpm_pair(void *lmp)
+{
+  return static_cast<Pair *>(new PairConcordem(static_cast<LAMMPS *>(lmp), "cpm"));
+}
+
 // Class layouts are those of one version: what the headers say must be what the program does.
 void check_version(LAMMPS *lmp)
 {
@@ -121,5 +142,19 @@ void lammpsplugin_init(void *pointer, void *handle, void *function)
   register_style(&plugin, pointer);
   plugin.name = "concordem/linear_bond";
   plugin.creator.v1 = &new_linear_bond;
+  register_style(&plugin, pointer);
+  plugin.style = "pair";
+  plugin.info = "contacts by ConcorDEM's law";
+  plugin.name = "concordem/hertz_mindlin";
+  plugin.creator.v1 = &new_hertz_mindlin_pair;
+  register_style(&plugin, pointer);
+  plugin.name = "concordem/frictional";
+  plugin.creator.v1 = &new_frictional_pair;
+  register_style(&plugin, pointer);
+  plugin.name = "concordem/linear_bond";
+  plugin.creator.v1 = &new_linear_bond_pair;
+  register_style(&plugin, pointer);
+  plugin.name = "concordem/cpm";
+  plugin.creator.v1 = &new_cpm_pair;
   register_style(&plugin, pointer);
 }

@@ -65,6 +65,8 @@ int64_t concordem_network_couple_sums(const ConcordemNetwork *, int64_t step, do
 void concordem_couple_of_sums(const double *sums, double volume, const double *centroid, double *result);
 double *concordem_network_rows(const ConcordemNetwork *, int64_t *count);
 void concordem_rows_delete(double *, int64_t count);
+double *concordem_network_records(const ConcordemNetwork *, int64_t *count, int64_t *length);
+void concordem_records_delete(double *, int64_t count, int64_t length);
 
 struct ConcordemPairLaw;
 struct ConcordemPairRecord;

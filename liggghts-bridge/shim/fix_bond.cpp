@@ -199,7 +199,8 @@ void FixConcordemBond::make_bonds()
   made_ = true;
   double total;
   if (!concordem_count(network_, world, &total))
-    error->fix_error(FLERR, this, "neighbours on other processors are not known as far as bonds reach; add `reach LENGTH` with a larger length");
+    error->fix_error(FLERR, this,
+                     "neighbours on other processors are not known as far as bonds reach; add `reach LENGTH` with a larger length");
   if (comm->me == 0 && facts_.creation) {
     for (int k = 0; k < 2; k++) {
       FILE *out = k ? logfile : screen;
@@ -265,7 +266,7 @@ int FixConcordemBond::unpack_exchange(int nlocal, double *buf)
 
 void FixConcordemBond::write_restart(FILE *fp)
 {
-  const ConcordemRestartHead head = concordem_restart_head(network_, made_, law_.c_str(), world);
+  const ConcordemRestartHead head = concordem_restart_head(network_, facts_, made_, law_.c_str(), world);
   if (comm->me == 0) {
     const int size = sizeof(head);
     fwrite(&size, sizeof(int), 1, fp);
@@ -283,6 +284,8 @@ void FixConcordemBond::restart(char *buf)
     snprintf(text_, sizeof(text_), "the restart file holds bonds of law %s, not %s", head.law, law_.c_str());
     error->fix_error(FLERR, this, text_);
   }
+  if (head.contacts != facts_.contacts)
+    error->fix_error(FLERR, this, "the restart file holds contacts of another law; give the same `contact LAW`");
   made_ = head.made;
   const double none[CONCORDEM_TOTALS] = {0.0};
   concordem_network_resume(network_, comm->me == 0 ? head.totals : none, head.found_at);

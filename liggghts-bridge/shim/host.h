@@ -23,12 +23,13 @@
 namespace LAMMPS_NS {
 
 // Version of what is written to restart files.
-const int CONCORDEM_RESTART_VERSION = 1;
+const int CONCORDEM_RESTART_VERSION = 2;
 
 // What a restart file holds besides atoms.
 struct ConcordemRestartHead {
   int version;
   int made;
+  int contacts;
   char law[32];
   int64_t found_at;
   double totals[CONCORDEM_TOTALS];
@@ -188,14 +189,15 @@ inline bool concordem_count(const ConcordemNetwork *network, MPI_Comm world, dou
 }
 
 // Head of a restart file; all processors take part.
-inline ConcordemRestartHead concordem_restart_head(const ConcordemNetwork *network, bool made, const char *law,
-                                                   MPI_Comm world)
+inline ConcordemRestartHead concordem_restart_head(const ConcordemNetwork *network, const ConcordemFacts &facts, bool made,
+                                                   const char *law, MPI_Comm world)
 {
   ConcordemRestartHead head;
   memset(&head, 0, sizeof(head));
   double mine[CONCORDEM_TOTALS];
   head.version = CONCORDEM_RESTART_VERSION;
   head.made = made;
+  head.contacts = facts.contacts;
   strncpy(head.law, law, sizeof(head.law) - 1);
   head.found_at = concordem_network_totals(network, mine);
   MPI_Allreduce(mine, head.totals, CONCORDEM_TOTALS, MPI_DOUBLE, MPI_SUM, world);

@@ -11,17 +11,35 @@
 
 using namespace LAMMPS_NS;
 
+namespace {
+
+// Null if there is no fix concordem/bond of that id.
+FixConcordemBond *find(void *liggghts, const char *fix_id)
+{
+  LAMMPS *lmp = static_cast<LAMMPS *>(liggghts);
+  const int k = lmp->modify->find_fix(fix_id);
+  return k < 0 ? NULL : dynamic_cast<FixConcordemBond *>(lmp->modify->fix[k]);
+}
+
+}  // namespace
+
 extern "C" {
 
 // Rows of the bonds and contacts of a fix (concordem_network_rows), to be given back to concordem_liggghts_rows_delete. Null if
 // there is no fix concordem/bond of that id.
 double *concordem_liggghts_rows(void *liggghts, const char *fix_id, int64_t *count)
 {
-  LAMMPS *lmp = static_cast<LAMMPS *>(liggghts);
   *count = 0;
-  const int k = lmp->modify->find_fix(fix_id);
-  FixConcordemBond *fix = k < 0 ? NULL : dynamic_cast<FixConcordemBond *>(lmp->modify->fix[k]);
+  FixConcordemBond *fix = find(liggghts, fix_id);
   return fix ? concordem_network_rows(fix->network(), count) : NULL;
+}
+
+// The same for what is remembered of them (concordem_network_records), to be given back to concordem_liggghts_records_delete.
+double *concordem_liggghts_records(void *liggghts, const char *fix_id, int64_t *count, int64_t *length)
+{
+  *count = *length = 0;
+  FixConcordemBond *fix = find(liggghts, fix_id);
+  return fix ? concordem_network_records(fix->network(), count, length) : NULL;
 }
 
 // Whether MPI is running; with `finish` it is ended if so. Who starts it (lammps_open_no_mpi does, if nobody has) must end it.
@@ -38,6 +56,11 @@ int concordem_liggghts_mpi(int finish)
 void concordem_liggghts_rows_delete(double *rows, int64_t count)
 {
   concordem_rows_delete(rows, count);
+}
+
+void concordem_liggghts_records_delete(double *reals, int64_t count, int64_t length)
+{
+  concordem_records_delete(reals, count, length);
 }
 
 }

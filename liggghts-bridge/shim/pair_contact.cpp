@@ -145,7 +145,10 @@ class ConcordemModel : protected Pointers {
 
 class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemModel {
  public:
-  ConcordemPair(LAMMPS *lmp, PairGran *, int64_t hash) : ConcordemModel(lmp, hash), hash_(hash), record_(concordem_pair_record_new()) {}
+  ConcordemPair(LAMMPS *lmp, PairGran *, int64_t hash) :
+      ConcordemModel(lmp, hash), hash_(hash), record_(concordem_pair_record_new()), recorded_(0)
+  {
+  }
 
   ~ConcordemPair()
   {
@@ -178,7 +181,15 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
 
   void compute_force(PairGran *pair, int eflag, int vflag, int addflag)
   {
-    if (eflag || vflag)
+    // compute pair/gran/local asks for the contacts at the end of the step. LIGGGHTS' own forms answer as LIGGGHTS does, with the
+    // velocities of then; the library's laws tell the forces that acted.
+    const bool acts = pair->computeflag();
+    if (!acts && !(pair->cpl() && addflag)) return;
+    if (!acts && model_ >= 4) {
+      add_rows(pair);
+      return;
+    }
+    if (acts && (eflag || vflag))
       pair->ev_setup(eflag, vflag);
     else
       pair->evflag = pair->vflag_fdotr = 0;
@@ -186,14 +197,15 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
       error->all(FLERR,
                  "pair_style gran model concordem/... does not work with fixes that store contact forces or with rigid bodies");
     const int nlocal = atom->nlocal, count = nlocal + atom->nghost;
-    if (!count || !pair->computeflag()) return;
+    recorded_ = 0;
+    if (!count) return;
     NeighList *list = pair->list, *contacts = pair->listgranhistory;
     ConcordemPairArrays arrays;
     arrays.owned = nlocal;
     arrays.count = count;
     arrays.atoms = list->inum;
     arrays.frozen = pair->freeze_group_bit();
-    arrays.advance = pair->shearupdate();
+    arrays.advance = acts && pair->shearupdate();
     arrays.stride = pair->dnum();
     arrays.list = list->ilist;
     arrays.numbers = list->numneigh;
@@ -219,31 +231,45 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
     arrays.force = atom->f[0];
     arrays.torque = atom->torque[0];
     arrays.dt = update->dt;
-    const bool tally = pair->evflag || (pair->cpl() && addflag);
-    const int64_t found = concordem_pair_compute(law_, &arrays, tally ? record_ : NULL, &message_);
-    if (found < 0) error->one(FLERR, text_);
-    if (!tally) return;
-    const ConcordemPairForce *forces = concordem_pair_recorded(record_);
-    for (int64_t k = 0; k < found; k++) {
-      const ConcordemPairForce &f = forces[k];
-      if (pair->evflag)
-        pair->ev_tally_xyz(f.i, f.j, nlocal, force->newton_pair, 0.0, 0.0, f.force[0], f.force[1], f.force[2], f.between[0],
-                           f.between[1], f.between[2]);
-      if (pair->cpl() && addflag) add_local(pair, f);
+    if (!acts) {
+      unused_.assign(6 * count, 0.0);
+      arrays.force = &unused_[0];
+      arrays.torque = &unused_[3 * count];
     }
-    if (pair->cpl() && addflag) pair->cpl_pair_finalize();
+    recorded_ = concordem_pair_compute(law_, &arrays, pair->evflag || pair->cpl() ? record_ : NULL, &message_);
+    if (recorded_ < 0) error->one(FLERR, text_);
+    if (!acts) {
+      add_rows(pair);
+      return;
+    }
+    if (!pair->evflag) return;
+    const ConcordemPairForce *forces = concordem_pair_recorded(record_);
+    for (int64_t k = 0; k < recorded_; k++) {
+      const ConcordemPairForce &f = forces[k];
+      pair->ev_tally_xyz(f.i, f.j, nlocal, force->newton_pair, 0.0, 0.0, f.force[0], f.force[1], f.force[2], f.between[0],
+                         f.between[1], f.between[2]);
+    }
   }
 
  private:
   int64_t hash_;
   ConcordemPairRecord *record_;
+  int64_t recorded_;   // contacts in it
   std::vector<double *> shifted_;
+  std::vector<double> unused_;
 
   int comm_rank()
   {
     int rank;
     MPI_Comm_rank(world, &rank);
     return rank;
+  }
+
+  void add_rows(PairGran *pair)
+  {
+    const ConcordemPairForce *forces = concordem_pair_recorded(record_);
+    for (int64_t k = 0; k < recorded_; k++) add_local(pair, forces[k]);
+    pair->cpl_pair_finalize();
   }
 
   // A row of compute pair/gran/local.

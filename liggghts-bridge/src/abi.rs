@@ -51,7 +51,7 @@ pub struct Facts {
     creation: i32,
     /// Whether stored energies are wanted at every step.
     sample_every_step: i32,
-    /// Whether atoms interact without a bond.
+    /// Law of atoms that touch without a bond, by number; 0: none.
     contacts: i32,
     /// Step at which bonds are made; negative: the first one.
     at: i64,
@@ -167,7 +167,7 @@ pub unsafe extern "C" fn concordem_network_new(
                 communicated: network.communicated() as i32,
                 creation,
                 sample_every_step: i32::from(options.sample_every_step),
-                contacts: i32::from(options.contact.law().is_some()),
+                contacts: options.contact as i32,
                 at: options.at.unwrap_or(-1),
                 factor,
                 reach: options.reach,
@@ -501,6 +501,33 @@ pub unsafe extern "C" fn concordem_rows_delete(rows: *mut f64, count: i64) {
         let length = count as usize * Network::ROW;
         // SAFETY: made by `concordem_network_rows` with this count.
         drop(unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(rows, length)) });
+    }
+}
+
+/// [`Network::histories`]: a copy to be given back to [`concordem_records_delete`]; `count` is set to the number of records,
+/// `length` to the reals of each.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_records(
+    network: *const Network,
+    count: *mut i64,
+    length: *mut i64,
+) -> *mut f64 {
+    // SAFETY: the shim's own.
+    unsafe {
+        let reals = (*network).histories().into_boxed_slice();
+        *length = (*network).record_reals() as i64;
+        *count = reals.len() as i64 / *length;
+        Box::into_raw(reals).cast()
+    }
+}
+
+/// Give records back.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_records_delete(reals: *mut f64, count: i64, length: i64) {
+    if !reals.is_null() {
+        let all = (count * length) as usize;
+        // SAFETY: made by `concordem_network_records` with these numbers.
+        drop(unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(reals, all)) });
     }
 }
 

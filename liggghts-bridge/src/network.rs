@@ -221,7 +221,9 @@ pub struct Network {
 impl Network {
     /// A network without bonds.
     pub fn new(options: Options) -> Result<Self, NetworkError> {
-        let (block, bond_rows) = laws::block(options.law, &options.materials, &options.interfaces)?;
+        // Without bonds any block will do: it stays empty.
+        let law = options.law.unwrap_or(LawName::LinearBond);
+        let (block, bond_rows) = laws::block(law, &options.materials, &options.interfaces)?;
         let contacts = laws::contact_block(options.contact, &options.materials, &options.interfaces)?;
         let width = |block: &dyn EvaluatedContacts| {
             block.contacts().history_reals().0.iter().map(|field| field.components).sum::<usize>()
@@ -244,7 +246,7 @@ impl Network {
             update: Update::Lagged,
             dashpots: false,
         });
-        let layout = Layout::new(options.law == LawName::CohesiveBeam, model.deformable.is_some());
+        let layout = Layout::new(law == LawName::CohesiveBeam, model.deformable.is_some());
         let mut state = State { bonds: vec![block], ..State::default() };
         if let Some((block, rows)) = contacts {
             model.contact_rows = rows;
@@ -282,7 +284,7 @@ impl Network {
 
     /// Whether atoms need an orientation.
     pub fn needs_orientation(&self) -> bool {
-        self.options.law == LawName::CohesiveBeam
+        self.options.law == Some(LawName::CohesiveBeam)
     }
 
     /// Reals remembered per atom: net force and torque of the last step, the orientation (x, y, z, w) if needed, and what
@@ -431,10 +433,11 @@ impl Network {
             let rows = if record.kind == Kind::Bond { &self.bond_rows } else { &self.model.contact_rows };
             let Some(row) = rows.get(particles.material[a], particles.material[b]) else {
                 let types = [a, b].map(|p| i32::from(particles.material[p]) + 1);
+                let law = if record.kind == Kind::Bond { self.options.law } else { self.options.contact.law() };
                 return Err(NetworkError::NoRow {
                     a: record.tags[0],
                     b: record.tags[1],
-                    law: self.options.law.key(),
+                    law: law.map_or("none", LawName::key),
                     types,
                 });
             };
@@ -842,6 +845,24 @@ impl Network {
         sums[..9].copy_from_slice(stress.transpose().as_slice());
         sums[9..].copy_from_slice(couple.transpose().as_slice());
         Ok(sums)
+    }
+
+    /// Reals of a record of [`Self::histories`].
+    pub fn record_reals(&self) -> usize {
+        Record::reals(self.width)
+    }
+
+    /// What is remembered of the bonds and contacts that are counted here, record after record ([`Record::write`]).
+    pub fn histories(&self) -> Vec<f64> {
+        let mut reals = Vec::new();
+        for (kind, block) in blocks(&self.state) {
+            for k in (0..block.len()).filter(|&k| !block.view(k).link.has(Link::COUNTED_ELSEWHERE)) {
+                if let Some(record) = record_of(&self.state, &self.tags, kind, k) {
+                    record.write(self.width, &mut reals);
+                }
+            }
+        }
+        reals
     }
 
     /// Number of reals in a row of [`Self::rows`].

@@ -14,7 +14,9 @@ use serde::de::value::{Error as ValueError, StrDeserializer};
 #[non_exhaustive]
 pub enum OptionError {
     /// No law, or one that does not exist.
-    #[error("unknown law `{name}`; laws of bonds are linear_bond, cpm, cohesive_beam")]
+    #[error(
+        "unknown law `{name}`; laws of bonds are linear_bond, cpm, cohesive_beam; `none` with `contact LAW` is for contacts only"
+    )]
     Law {
         /// What stands where the law is wanted.
         name: String,
@@ -63,6 +65,14 @@ pub enum OptionError {
     /// Nothing says where bonds come from.
     #[error("nothing says which atoms are bonded; add `bond distance FACTOR`, `bond list FILE`, or `bond none`")]
     NoBonds,
+    /// Neither bonds nor contacts.
+    #[error(
+        "law `none` makes no bonds, and there is no `contact LAW`: nothing would act; add `contact LAW`, or choose a law of bonds"
+    )]
+    Nothing,
+    /// Bonds are to be made without a law for them.
+    #[error("`bond` makes bonds, but law `none` has none; remove `bond`, or choose linear_bond, cpm, or cohesive_beam")]
+    NoBondLaw,
     /// Parameters both inline and from a file.
     #[error("`{key}` is a parameter, but `materials` names a file of them; give one or the other")]
     InlineAndFile {
@@ -110,8 +120,8 @@ pub enum Creation {
 /// Arguments of the fix, understood.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// Law of bonds.
-    pub law: LawName,
+    /// Law of bonds; `None`: there are only contacts.
+    pub law: Option<LawName>,
     /// Law of atoms of the group that touch without a bond.
     pub contact: ContactLawName,
     /// How motion is measured.
@@ -196,9 +206,14 @@ impl Options {
     /// Read the arguments that follow the style; `types` is the number of atom types.
     pub fn parse(words: &[String], types: usize) -> Result<Self, OptionError> {
         let name = words.first().map(String::as_str).unwrap_or_default();
-        let law: LawName = named(name)
-            .filter(|law| matches!(law, LawName::Cpm | LawName::LinearBond | LawName::CohesiveBeam))
-            .ok_or_else(|| OptionError::Law { name: name.to_owned() })?;
+        let law = match name {
+            "none" => None,
+            _ => Some(
+                named::<LawName>(name)
+                    .filter(|law| matches!(law, LawName::Cpm | LawName::LinearBond | LawName::CohesiveBeam))
+                    .ok_or_else(|| OptionError::Law { name: name.to_owned() })?,
+            ),
+        };
         let mut contact = None;
         let mut mode = None;
         let mut creation = None;
@@ -293,6 +308,14 @@ impl Options {
             }
         }
         let contact = contact.unwrap_or(ContactLawName::None);
+        if law.is_none() {
+            if contact == ContactLawName::None {
+                return Err(OptionError::Nothing);
+            }
+            if !matches!(creation.get_or_insert(Creation::None), Creation::None) {
+                return Err(OptionError::NoBondLaw);
+            }
+        }
         let (materials, interfaces) = match file {
             Some(path) => {
                 if let Some(key) = inline {
@@ -303,7 +326,7 @@ impl Options {
             None => (vec![inline_material(law, contact, tables)?; types], Vec::new()),
         };
         if deformable.is_some() {
-            let refused = [Some(law), contact.law()]
+            let refused = [law, contact.law()]
                 .into_iter()
                 .flatten()
                 .find(|law| matches!(law, LawName::Cpm | LawName::CohesiveBeam));
@@ -343,33 +366,41 @@ fn read_materials(path: &str, types: usize) -> Result<(Vec<Material>, Vec<Interf
     Ok((file.material, file.interface))
 }
 
-/// The one material of parameters given in the script.
-fn inline_material(law: LawName, contact: ContactLawName, tables: [toml::Table; 3]) -> Result<Material, OptionError> {
+/// The one material of parameters given in the script: those of bonds, of contacts, and of deformable particles. Without
+/// bonds the first are those of contacts.
+fn inline_material(
+    law: Option<LawName>,
+    contact: ContactLawName,
+    tables: [toml::Table; 3],
+) -> Result<Material, OptionError> {
     let mut material = toml::Table::new();
     material.insert("name".into(), toml::Value::String("all types".into()));
     // Masses are LIGGGHTS' own.
     material.insert("density".into(), toml::Value::Float(1.0));
-    let [of_bonds, of_contacts, of_particles] = tables;
+    let [first, of_contacts, of_particles] = tables;
     if let Some(key) = of_contacts.keys().next()
-        && (contact.law().is_none() || contact.law() == Some(law) || contact == ContactLawName::LinearBond)
+        && (law.is_none() || contact.law().is_none() || contact.law() == law || contact == ContactLawName::LinearBond)
     {
-        return Err(OptionError::Parameters {
-            place: format!("contact law {contact:?}"),
-            message: format!(
+        let message = if law.is_none() {
+            format!("`contact.{key}`: without bonds parameters are those of contacts; write `{key}`")
+        } else {
+            format!(
                 "`contact.{key}`: contacts of this law have no parameters of their own; remove it, or choose contact \
                  frictional or hertz_mindlin"
-            ),
-        });
+            )
+        };
+        return Err(OptionError::Parameters { place: format!("contact law {contact:?}"), message });
     }
-    material.insert(law.key().into(), toml::Value::Table(of_bonds));
+    let key = law.or(contact.law()).map_or("none", LawName::key);
+    material.insert(key.into(), toml::Value::Table(first));
     if !of_particles.is_empty() {
         material.insert("deformable".into(), toml::Value::Table(of_particles));
     }
-    if let Some(contact) = contact.law().filter(|&contact| contact != law) {
+    if let (Some(_), Some(contact)) = (law, contact.law().filter(|&contact| Some(contact) != law)) {
         material.insert(contact.key().into(), toml::Value::Table(of_contacts));
     }
     material.try_into().map_err(|error: toml::de::Error| OptionError::Parameters {
-        place: law.key().to_owned(),
+        place: key.to_owned(),
         message: error.to_string().trim().replace('\n', "; "),
     })
 }
@@ -390,7 +421,7 @@ mod tests {
              contact.normal_stiffness 2e6 contact.friction_coefficient 0.3 kinematics first-order at 10",
         )
         .unwrap();
-        assert_eq!(options.law, LawName::LinearBond);
+        assert_eq!(options.law, Some(LawName::LinearBond));
         assert_eq!(options.materials.len(), 2);
         let bond = options.materials[1].linear_bond.as_ref().unwrap();
         assert_eq!(bond.shear_stiffness.si(), 0.5e6);
@@ -400,10 +431,21 @@ mod tests {
     }
 
     #[test]
+    fn contacts_without_bonds_have_the_parameters() {
+        let options = parse("none contact frictional normal_stiffness 2e6 friction_coefficient 0.3").unwrap();
+        assert_eq!((options.law, options.creation), (None, Creation::None));
+        assert_eq!(options.materials[1].frictional.as_ref().unwrap().friction_coefficient.si(), 0.3);
+    }
+
+    #[test]
     fn misuse_is_named_with_its_remedy() {
         for (text, wanted) in [
             ("", "unknown law ``"),
             ("hertz_mindlin", "laws of bonds are"),
+            ("none", "nothing would act"),
+            ("none contact frictional bond distance 1.2", "law `none` has none"),
+            ("none contact frictional contact.normal_stiffness 1", "write `normal_stiffness`"),
+            ("none contact hertz_mindlin young 1e7", "missing field `poisson`"),
             ("linear_bond bond distance", "needs a value after it: a factor"),
             ("linear_bond bond distance 20", "`bond 20` is not possible: a factor"),
             ("linear_bond normal_stiffness 1 shear_stiffness 1", "add `bond distance FACTOR`"),

@@ -37,6 +37,11 @@ pub struct Record {
     pub history: [f64; HISTORY],
 }
 
+/// Reals of history in a record of `length` reals.
+pub const fn width_of(length: usize) -> usize {
+    length - HEAD
+}
+
 impl Record {
     /// A bond without history, to be measured; `length` is its rest length if not the present distance.
     pub fn fresh(tags: [i32; 2], length: Option<f64>) -> Self {

@@ -62,6 +62,23 @@ fn misuse_stops_all_processors_with_a_remedy() {
             "it was deleted or left the simulation box",
         ),
         (
+            // A bond without strength across the border of processors, stretched beyond what copies are known for.
+            with("run 2\n", "group left id 1 2 3 4\ngroup right id 5 6 7 8\nfix left left move linear -20 0 0 units box\n\
+                 fix right right move linear 20 0 0 units box\nrun 1000\n")
+                .replace("fix integrate all nve/sphere\n", ""),
+            "raise it with the fix's `reach LENGTH`",
+        ),
+        (
+            with(
+                "run 2\n",
+                "run 1\nwrite_restart r.bin\nclear\nunits si\nnewton off\ncommunicate single vel yes\nread_restart r.bin\n\
+              fix bonds all concordem/bond linear_bond normal_stiffness 1e5 shear_stiffness 1e4 contact frictional \
+              contact.normal_stiffness 1 contact.shear_stiffness 1 contact.friction_coefficient 0 bond none\n",
+            ),
+            "contacts of another law",
+        ),
+        (with("linear_bond normal_stiffness 1e5 shear_stiffness 1e4 bond distance 1.2", "none"), "nothing would act"),
+        (
             // Not atoms with a radius.
             "units si\natom_style atomic\nboundary f f f\nnewton off\nregion b block 0 1 0 1 0 1\ncreate_box 1 b\n"
                 .to_owned()
@@ -117,6 +134,18 @@ fn without_the_library_the_style_is_unknown() {
     let atoms = [Atom::resting(Vec3::repeat(0.03), 0.005)];
     data_file(&folder.path().join("row.data"), &atoms, Vec3::zeros(), Vec3::repeat(0.06));
     std::fs::write(folder.path().join("in"), script(|s| s)).unwrap();
+    let output = std::process::Command::new("timeout")
+        .args(["60", "liggghts", "-in", "in", "-log", "none"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(!output.status.success());
+    assert!(text(&output).contains("Invalid fix style: \"concordem/bond\""), "{}", text(&output));
+    // Nor does it take up bonds from a restart file.
+    let written = attempt(folder.path(), &script(|s| s + "write_restart r.bin\n"), 2);
+    assert!(written.status.success(), "{}", text(&written));
+    let again = format!("units si\nnewton off\ncommunicate single vel yes\nread_restart r.bin\n{GOOD}run 1\n");
+    std::fs::write(folder.path().join("in"), again).unwrap();
     let output = std::process::Command::new("timeout")
         .args(["60", "liggghts", "-in", "in", "-log", "none"])
         .current_dir(folder.path())

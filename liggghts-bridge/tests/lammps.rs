@@ -6,7 +6,11 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use concordem::assembly::laws::contact_block;
 use concordem::math::Vec3;
+use concordem::solver::{Model, Scheme, Solver};
+use concordem::state::{Particles, Sphere, State};
+use concordem_liggghts::options::Options;
 use harness::{Atom, Dice, Host, attempt_in, data_file_for, dump_for, frames, head_for, run_in, tables, text, thermo};
 
 const DT: f64 = 5e-7;
@@ -51,35 +55,65 @@ fn write_bar(folder: &Path) -> usize {
     bonds.len()
 }
 
-/// With the fix of the host's own bond making, or with the bond style.
-fn bonds_by(style: bool, law: &str) -> (String, &'static str) {
-    let (name, parameters) = law.split_once(' ').unwrap();
-    if style {
-        let text = format!("bond_style concordem/{name} contact cpm\nbond_coeff * {parameters}\n");
-        (text.replace("contact cpm", contact_of(name)), "concordem_bonds")
-    } else {
-        (format!("fix bonds all concordem/bond {law} bond distance {FACTOR} {}\n", contact_of(name)), "bonds")
-    }
+/// What makes the forces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum By {
+    /// The fix, which makes its bonds itself.
+    Fix,
+    /// The bond style, with bonds of the atoms' lists.
+    BondStyle,
+    /// The same, and a pair style for the contacts.
+    BondAndPairStyle,
 }
 
-fn contact_of(law: &str) -> &'static str {
-    if law == "cpm" {
-        "contact cpm"
-    } else {
-        "contact hertz_mindlin contact.young 1e9 contact.poisson 0.2 contact.friction_coefficient 0.4 contact.restitution 0.7"
+/// Lines of a script, and the name of the fix.
+fn bonds_by(by: By, law: &str) -> (String, &'static str) {
+    let (name, parameters) = law.split_once(' ').unwrap();
+    let (contact, of_contact): (_, &[&str]) = match name {
+        "cpm" => ("cpm", &[]),
+        _ => ("hertz_mindlin", &["young 1e9", "poisson 0.2", "friction_coefficient 0.4", "restitution 0.7"]),
+    };
+    let prefixed = of_contact.iter().fold(String::new(), |all, parameter| all + " contact." + parameter);
+    match by {
+        By::Fix => {
+            let text =
+                format!("fix bonds all concordem/bond {law} bond distance {FACTOR} contact {contact}{prefixed}\n");
+            (text, "bonds")
+        }
+        By::BondStyle => {
+            let text = format!("bond_style concordem/{name} contact {contact}{prefixed}\nbond_coeff * {parameters}\n");
+            (text, "concordem_bonds")
+        }
+        By::BondAndPairStyle => {
+            let text = format!(
+                "pair_style concordem/{contact}\npair_coeff * * {}\nbond_style concordem/{name}\nbond_coeff * {parameters}\n",
+                of_contact.join(" ")
+            );
+            (text, "concordem_bonds")
+        }
     }
 }
 
 #[test]
-fn bond_style_and_fix_make_the_same_run_on_one_and_two_processors() {
+fn the_styles_and_the_fix_make_the_same_run_on_one_two_and_four_processors() {
     let folder = tempfile::tempdir().unwrap();
     let count = write_bar(folder.path()) as f64;
     for law in [LAW, BEAM] {
         let mut dumps = Vec::new();
         let mut broken = Vec::new();
-        for (style, processors) in [(false, 1), (false, 2), (true, 1), (true, 2)] {
+        for (by, processors) in [
+            (By::Fix, 1),
+            (By::Fix, 2),
+            (By::BondStyle, 1),
+            (By::BondStyle, 2),
+            (By::BondStyle, 4),
+            (By::BondAndPairStyle, 1),
+            (By::BondAndPairStyle, 2),
+            (By::BondAndPairStyle, 4),
+        ] {
+            let style = by != By::Fix;
             let data = if style { "bonded.data" } else { "bar.data" };
-            let (bonds, fix) = bonds_by(style, law);
+            let (bonds, fix) = bonds_by(by, law);
             let mut script = head_for(Host::Lammps, data, "f f f", 5e-4, DT);
             script.push_str(&bonds);
             // The atoms' own lists lose what breaks.
@@ -121,7 +155,7 @@ fn load_balancing_loses_no_bond() {
     // A long box, of which the bar fills one end.
     let (low, high) = (Vec3::repeat(-0.03), Vec3::new(0.08, 0.08, 0.6));
     data_file_for(Host::Lammps, &folder.path().join("bonded.data"), &atoms, &bonds, low, high);
-    let (bonds, _) = bonds_by(true, BEAM);
+    let (bonds, _) = bonds_by(By::BondStyle, BEAM);
     let mut dumps = Vec::new();
     for (balance, processors) in [
         ("", 1),
@@ -162,9 +196,9 @@ fn load_balancing_loses_no_bond() {
 fn virials_are_those_of_the_bond_forces() {
     let folder = tempfile::tempdir().unwrap();
     write_bar(folder.path());
-    for (style, processors) in [(false, 1), (true, 1), (true, 2)] {
-        let data = if style { "bonded.data" } else { "bar.data" };
-        let (bonds, fix) = bonds_by(style, BEAM);
+    for (by, processors) in [(By::Fix, 1), (By::BondStyle, 1), (By::BondStyle, 2), (By::BondAndPairStyle, 2)] {
+        let data = if by == By::Fix { "bar.data" } else { "bonded.data" };
+        let (bonds, fix) = bonds_by(by, BEAM);
         let mut script = head_for(Host::Lammps, data, "f f f", 5e-4, DT);
         script.push_str(&bonds);
         writeln!(
@@ -213,22 +247,143 @@ fn virials_are_those_of_the_bond_forces() {
 fn a_restarted_run_goes_on_as_if_nothing_had_happened() {
     let folder = tempfile::tempdir().unwrap();
     write_bar(folder.path());
-    let (bonds, _) = bonds_by(true, BEAM);
+    for by in [By::BondStyle, By::BondAndPairStyle] {
+        restart(folder.path(), by);
+    }
+}
+
+fn restart(folder: &Path, by: By) {
+    let (bonds, _) = bonds_by(by, BEAM);
     let rest = format!("fix integrate all nve/bpm/sphere\n{}", dump_for(Host::Lammps, "out.dump", 200));
     let head = head_for(Host::Lammps, "bonded.data", "f f f", 5e-4, DT);
-    run_in(Host::Lammps, folder.path(), &format!("{head}{bonds}{rest}run 100\nwrite_restart half\nrun 100\n"), 1);
+    run_in(Host::Lammps, folder, &format!("{head}{bonds}{rest}run 100\nwrite_restart half\nrun 100\n"), 1);
     let last = |folder: &Path| {
         let all = std::fs::read_to_string(folder.join("out.dump")).unwrap();
         all[all.rfind("ITEM: TIMESTEP").unwrap()..].to_owned()
     };
-    let once = last(folder.path());
+    let once = last(folder);
     for processors in [1, 2] {
         // The bond style comes from the restart file with its parameters; what the fix says is checked against them.
         let again = format!(
             "read_restart half\ncomm_modify vel yes\nneighbor 5e-4 bin\nneigh_modify every 1 delay 0\ntimestep {DT:e}\n{rest}run 100\n"
         );
-        run_in(Host::Lammps, folder.path(), &again, processors);
-        assert!(once == last(folder.path()), "{processors} processors");
+        run_in(Host::Lammps, folder, &again, processors);
+        assert!(once == last(folder), "{by:?}, {processors} processors");
+    }
+}
+
+const LINEAR: &str = "normal_stiffness 2e5 shear_stiffness 1e5 friction_coefficient 0.3 damping_ratio 0.1";
+
+/// Spheres of two types and unequal sizes thrown together, without bonds, by the pair style.
+#[test]
+fn contacts_by_the_pair_style_are_those_of_the_librarys_own_solver() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut dice = Dice(5);
+    let atoms: Vec<Atom> = (0..216_usize)
+        .map(|k| {
+            let place = Vec3::new((k % 6) as f64, (k / 6 % 6) as f64, (k / 36) as f64) * 0.0112;
+            let mut atom = Atom::resting(place + dice.vector() * 3e-4, 0.005 * (0.9 + 0.1 * dice.roll()));
+            atom.kind = 1 + k % 2;
+            atom.velocity = (Vec3::repeat(0.028) - place) * 250.0 + dice.vector();
+            atom.spin = dice.vector() * 200.0;
+            atom
+        })
+        .collect();
+    data_file_for(Host::Lammps, &folder.join("cloud.data"), &atoms, &[], Vec3::repeat(-0.03), Vec3::repeat(0.09));
+    let mut materials = String::new();
+    for (k, (young, poisson, restitution, friction)) in
+        [(5e6, 0.3, 0.9, 0.4), (2e7, 0.2, 0.5, 0.2)].into_iter().enumerate()
+    {
+        writeln!(
+            materials,
+            "[[material]]\nname = \"{k}\"\ndensity = 2500\n[material.hertz_mindlin]\nyoung = {young:e}\npoisson = {poisson}\n\
+             restitution = {restitution}\nfriction_coefficient = {friction}\n[material.frictional]\nnormal_stiffness = {}\n\
+             shear_stiffness = {}\nfriction_coefficient = {friction}\ndamping_ratio = 0.1",
+            young / 100.0,
+            young / 200.0
+        )
+        .unwrap();
+    }
+    let file = folder.join("materials.toml");
+    std::fs::write(&file, materials).unwrap();
+    for law in ["hertz_mindlin", "frictional"] {
+        let script = |end: &str| {
+            let mut script = head_for(Host::Lammps, "cloud.data", "f f f", 1e-3, 2e-6);
+            writeln!(script, "pair_style concordem/{law} materials materials.toml\npair_coeff * *").unwrap();
+            writeln!(
+                script,
+                "fix integrate all nve/sphere\ncompute rows all concordem/bond/local concordem_contacts\n\
+                 compute p all pressure NULL virial\ndump rows all local 100 rows.dump c_rows[1] c_rows[2] c_rows[3] c_rows[4] c_rows[5]\n\
+                 dump_modify rows format float %.17g\nthermo_style custom step f_concordem_contacts[3] evdwl f_concordem_contacts[4] \
+                 f_concordem_contacts[5] c_p[1] c_p[2] c_p[3] c_p[4] c_p[5] c_p[6]\nthermo 100\n\
+                 thermo_modify format float %20.15g"
+            )
+            .unwrap();
+            script.push_str(&dump_for(Host::Lammps, "out.dump", 100));
+            script + end
+        };
+        let mut dumps = Vec::new();
+        for (end, processors) in [("run 300\n", 1), ("run 150\nrun 150\n", 2), ("run 300\n", 4)] {
+            let rows = thermo(&run_in(Host::Lammps, folder, &script(end), processors));
+            dumps.push(std::fs::read(folder.join("out.dump")).unwrap());
+            let atoms: HashMap<u64, _> = frames(&folder.join("out.dump")).into_iter().collect();
+            let forces: HashMap<u64, _> = tables(&folder.join("rows.dump")).into_iter().collect();
+            let mut touched = 0.0;
+            for row in rows.iter().filter(|row| (row[0] as u64).is_multiple_of(100)) {
+                touched += row[1];
+                let stored = row[3] + row[4];
+                assert!((row[2] - stored).abs() <= 1e-12 * stored, "pair energy {} {stored}", row[2]);
+                let (mut expected, mut size) = ([0.0; 6], 1e-300);
+                for n in &forces[&(row[0] as u64)] {
+                    let of = |id: f64| atoms[&(row[0] as u64)][id as usize - 1].position;
+                    let branch = of(n[1]) - of(n[0]);
+                    for (sum, (i, j)) in expected.iter_mut().zip([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]) {
+                        *sum -= branch[i] * n[2 + j];
+                        size += (branch[i] * n[2 + j]).abs();
+                    }
+                }
+                for k in 0..6 {
+                    // Sums of some hundred terms in another order.
+                    let virial = row[5 + k] * 0.12 * 0.12 * 0.12;
+                    assert!((virial - expected[k]).abs() <= 1e-13 * size, "{k}: {virial} {expected:?}");
+                }
+            }
+            assert!(touched > 100.0, "{touched} contacts only");
+        }
+        assert!(dumps[1..].iter().all(|dump| *dump == dumps[0]), "{law}: runs differ");
+
+        // The same by the library's own solver.
+        let words = ["none", "contact", law, "materials", file.to_str().unwrap()].map(str::to_owned);
+        let options = Options::parse(&words, 2).unwrap();
+        let (block, rows) = contact_block(options.contact, &options.materials, &options.interfaces).unwrap().unwrap();
+        let mut particles = Particles::default();
+        for atom in &atoms {
+            let r = atom.radius;
+            let mass = 4.0 * std::f64::consts::PI / 3.0 * r * r * r * atom.density;
+            particles.push(
+                Sphere { position: atom.position, radius: r },
+                (atom.kind - 1) as u16,
+                mass,
+                0.4 * mass * (r * r),
+            );
+            *particles.velocity.last_mut().unwrap() = atom.velocity;
+            *particles.angular_velocity.last_mut().unwrap() = atom.spin;
+        }
+        let mut state = State { particles, contacts: Some(block), ..State::default() };
+        state.clock.dt = 2e-6;
+        let model = Model { scheme: Scheme::VelocityVerlet, contact_rows: rows, ..Model::default() };
+        let mut solver = Solver::new(model, &mut state).unwrap();
+        for (step, atoms) in frames(&folder.join("out.dump")) {
+            while state.clock.step < step {
+                solver.step(&mut state).unwrap();
+            }
+            let apart =
+                atoms.iter().zip(&state.particles.position).map(|(a, x)| (a.position - x).norm()).fold(0.0, f64::max);
+            println!("{law}, step {step}: {apart:.1e} m apart");
+            // Rounding of coordinates below 0.1 m, made larger by collisions (measured 1.4e-17).
+            assert!(apart < 1e-15, "{law}, step {step}: {apart:e}");
+        }
     }
 }
 
@@ -264,6 +419,42 @@ fn misuse_is_named_with_its_remedy() {
             "there is no fix",
         ),
         (format!("{}fix b all concordem/bond {BEAM} bond none\n", with("units si", "units lj")), "use `units si`"),
+        (format!("{head}pair_style concordem/glue\n"), "Unrecognized pair style 'concordem/glue'"),
+        (format!("{head}pair_style concordem/hertz_mindlin\npair_coeff * * young 1e7\nrun 0\n"), "missing field"),
+        (
+            format!("{head}pair_style concordem/frictional bond distance 1.2\n"),
+            "makes no bonds and is its own law; remove `bond`",
+        ),
+        (
+            format!("{head}bond_style concordem/cohesive_beam\n{coeff}pair_style concordem/cpm\n"),
+            "put `pair_style` before the `bond_coeff`",
+        ),
+        (
+            format!(
+                "{head}pair_style concordem/cpm\npair_coeff * *\nbond_style concordem/cohesive_beam contact cpm\n{coeff}"
+            ),
+            "contacts are those of the pair style; remove `contact`",
+        ),
+        (
+            format!(
+                "{head}pair_style concordem/cpm kinematics first-order\npair_coeff * *\nbond_style concordem/cpm\nbond_coeff * {}\n",
+                LAW.split_once(' ').unwrap().1
+            ),
+            "give `kinematics` to `bond_style`, for both",
+        ),
+        (
+            format!(
+                "{}pair_style concordem/frictional\npair_coeff * * {LINEAR}\nrun 0\n",
+                with("comm_modify vel yes\n", "")
+            ),
+            "comm_modify vel yes",
+        ),
+        (
+            format!(
+                "{head}pair_style hybrid concordem/frictional\npair_coeff * * concordem/frictional {LINEAR}\nrun 0\n"
+            ),
+            "does not work within pair_style hybrid",
+        ),
     ] {
         for processors in [1, 2] {
             let output = attempt_in(Host::Lammps, folder.path(), &script, processors);

@@ -137,18 +137,48 @@ fn direct<B: ContactLaw, C: ContactLaw>(
     out
 }
 
+/// What makes the forces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum By {
+    Fix,
+    BondStyle,
+    /// The contact law by a pair style of its own.
+    BondAndPairStyle,
+    PairStyle,
+}
+
+/// The words of a fix as those of a bond style and a pair style: bond law, its keys and values, contact law, its own, those of both.
+fn parts(law: &str) -> [String; 5] {
+    let mut parts: [String; 5] = Default::default();
+    let mut words = law.split_whitespace();
+    words.next().unwrap().clone_into(&mut parts[0]);
+    while let (Some(key), Some(value)) = (words.next(), words.next()) {
+        match (key, key.strip_prefix("contact.")) {
+            ("bond", _) if value == "distance" => drop(words.next()),
+            ("bond", _) => {}
+            ("contact", _) => value.clone_into(&mut parts[2]),
+            ("kinematics", _) => write!(parts[4], "{key} {value} ").unwrap(),
+            (_, Some(key)) => write!(parts[3], "{key} {value} ").unwrap(),
+            _ => write!(parts[1], "{key} {value} ").unwrap(),
+        }
+    }
+    parts
+}
+
 /// LIGGGHTS and LAMMPS along the same path; compared step by step.
 fn compare(law: &str, legs: &[Leg], expected: &[([Vec3; 2], [Vec3; 2])], breaks: bool) {
-    compare_in(Host::Liggghts, false, law, legs, expected, breaks);
-    compare_in(Host::Lammps, false, law, legs, expected, breaks);
-    if let Some((parameters, rest)) = law.split_once("bond distance ") {
-        // The same bond as the atoms' own, with the bond style.
-        let law = format!("{parameters} {}", rest.split_once(' ').map_or("", |(_, rest)| rest));
-        compare_in(Host::Lammps, true, &law, legs, expected, breaks);
+    compare_in(Host::Liggghts, By::Fix, law, legs, expected, breaks);
+    let others: &[By] = if law.contains("bond none") {
+        &[By::Fix, By::PairStyle]
+    } else {
+        &[By::Fix, By::BondStyle, By::BondAndPairStyle]
+    };
+    for by in others {
+        compare_in(Host::Lammps, *by, law, legs, expected, breaks);
     }
 }
 
-fn compare_in(host: Host, style: bool, law: &str, legs: &[Leg], expected: &[([Vec3; 2], [Vec3; 2])], breaks: bool) {
+fn compare_in(host: Host, by: By, law: &str, legs: &[Leg], expected: &[([Vec3; 2], [Vec3; 2])], breaks: bool) {
     let folder = tempfile::tempdir().unwrap();
     let atoms: Vec<Atom> = start()
         .iter()
@@ -156,17 +186,40 @@ fn compare_in(host: Host, style: bool, law: &str, legs: &[Leg], expected: &[([Ve
         .map(|(&position, radius)| Atom { density: DENSITY, ..Atom::resting(position, radius) })
         .collect();
     let data = folder.path().join("two.data");
-    data_file_for(host, &data, &atoms, if style { &[[1, 2]] } else { &[] }, Vec3::zeros(), Vec3::new(0.06, 0.06, 0.06));
+    let listed = matches!(by, By::BondStyle | By::BondAndPairStyle);
+    data_file_for(
+        host,
+        &data,
+        &atoms,
+        if listed { &[[1, 2]] } else { &[] },
+        Vec3::zeros(),
+        Vec3::new(0.06, 0.06, 0.06),
+    );
     // The middle of the box, where processors meet, lies between the particles.
     let mut script = head_for(host, "two.data", "f f f", 1e-3, DT);
     writeln!(script, "group a id 1\ngroup b id 2\nfix integrate all nve/sphere").unwrap();
-    let name = if style {
-        let (law, parameters) = law.split_once(' ').unwrap();
-        writeln!(script, "bond_style concordem/{law}\nbond_coeff * {parameters}").unwrap();
-        "f_concordem_bonds"
-    } else {
-        writeln!(script, "fix bonds all concordem/bond {law}").unwrap();
-        "f_bonds"
+    let [bond, of_bond, contact, of_contact, of_both] = parts(law);
+    let name = match by {
+        By::Fix => {
+            writeln!(script, "fix bonds all concordem/bond {law}").unwrap();
+            "f_bonds"
+        }
+        By::BondStyle => {
+            let words: Vec<&str> = of_contact.split_whitespace().collect();
+            let of_contact = words.chunks(2).fold(String::new(), |all, pair| all + "contact." + &pair.join(" ") + " ");
+            writeln!(script, "bond_style concordem/{bond} contact {contact} {of_both}").unwrap();
+            writeln!(script, "bond_coeff * {of_bond} {of_contact}").unwrap();
+            "f_concordem_bonds"
+        }
+        By::BondAndPairStyle => {
+            writeln!(script, "pair_style concordem/{contact}\npair_coeff * * {of_contact}").unwrap();
+            writeln!(script, "bond_style concordem/{bond} {of_both}\nbond_coeff * {of_bond}").unwrap();
+            "f_concordem_bonds"
+        }
+        By::PairStyle => {
+            writeln!(script, "pair_style concordem/{contact} {of_both}\npair_coeff * * {of_contact}").unwrap();
+            "f_concordem_contacts"
+        }
     };
     writeln!(script, "thermo_style custom step {name} {name}[2]\nthermo 1").unwrap();
     script.push_str(&dump_for(host, "out.dump", 1));
@@ -188,7 +241,7 @@ fn compare_in(host: Host, style: bool, law: &str, legs: &[Leg], expected: &[([Ve
         let printed = run_in(host, folder.path(), &script, processors);
         if breaks {
             let broken = harness::thermo(&printed).last().unwrap()[2];
-            assert_eq!(broken, 1.0, "{host:?}, {law}: the bond was meant to break");
+            assert_eq!(broken, 1.0, "{host:?} {by:?}, {law}: the bond was meant to break");
         }
         let found = frames(&folder.path().join("out.dump"));
         assert!(expected.len() > 500);
@@ -199,7 +252,7 @@ fn compare_in(host: Host, style: bool, law: &str, legs: &[Leg], expected: &[([Ve
                 let close = |a: &Vec3, b: &Vec3| (a - b).norm() <= 1e-14 * b.norm();
                 assert!(
                     close(&atoms[p].force, &force[p]) && close(&atoms[p].torque, &torque[p]),
-                    "{host:?}, {law}, {processors} processors, step {step}, particle {p}: {:?} instead of {:?} {:?}",
+                    "{host:?} {by:?}, {law}, {processors} processors, step {step}, particle {p}: {:?} instead of {:?} {:?}",
                     atoms[p],
                     force[p],
                     torque[p]
@@ -268,6 +321,21 @@ fn cohesive_beam_equals_direct_calls() {
             breaks,
         );
     }
+}
+
+#[test]
+fn linear_contacts_equal_direct_calls() {
+    let law = Frictional::new(ContactStiffness::Given { normal: 1e6, shear: 4e5 }, 0.4, 0.2).unwrap();
+    let legs = path(1.0);
+    let expected = direct::<LinearBond, _>(None, &law, &legs, Mode::FirstOrder);
+    assert!(expected.iter().filter(|wrench| wrench.0[0] != Vec3::zeros()).count() > 50);
+    compare(
+        "linear_bond normal_stiffness 1 shear_stiffness 1 bond none kinematics first-order contact frictional \
+         contact.normal_stiffness 1e6 contact.shear_stiffness 4e5 contact.friction_coefficient 0.4 contact.damping_ratio 0.2",
+        &legs,
+        &expected,
+        false,
+    );
 }
 
 #[test]

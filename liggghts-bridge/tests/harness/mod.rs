@@ -20,7 +20,7 @@ pub enum Host {
 }
 
 /// A file made by a build script; tests fail, not skip, without it.
-fn built(name: &str, script: &str) -> PathBuf {
+pub fn built(name: &str, script: &str) -> PathBuf {
     let target = std::env::var_os("CARGO_TARGET_DIR")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target"), PathBuf::from);
     let file = target.join(name);

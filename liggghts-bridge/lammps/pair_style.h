@@ -1,0 +1,46 @@
+/* pair_style concordem/hertz_mindlin, concordem/frictional, concordem/linear_bond, concordem/cpm: atoms that touch without a bond, by
+   ConcorDEM's laws.
+
+   SPDX-License-Identifier: GPL-2.0-or-later */
+#ifndef CONCORDEM_LAMMPS_PAIR_STYLE_H
+#define CONCORDEM_LAMMPS_PAIR_STYLE_H
+
+#include "pair.h"
+
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+class FixConcordemBond;
+
+class PairConcordem : public Pair {
+ public:
+  PairConcordem(LAMMPS *, const char *law);
+  ~PairConcordem() override;
+  void settings(int, char **) override;
+  void coeff(int, char **) override;
+  void init_style() override;
+  double init_one(int, int) override;
+  void compute(int, int) override;
+  void write_restart(FILE *) override;
+  void read_restart(FILE *) override;
+
+  // What a bond style's fix is told of the contacts that this style stands for.
+  std::vector<std::string> words_beside_bonds() const;
+
+ private:
+  std::string law_;
+  std::vector<std::string> settings_, parameters_;
+  double reach_ = 0.0;                // cutoff that the user wants, m
+  std::vector<double> largest_;       // largest radius of each type, m
+  FixConcordemBond *fix_ = nullptr;   // keeps the contacts; none where that of a bond style does
+
+  void allocate();
+  void take_settings();
+  void add_fix();
+};
+
+}
+
+#endif

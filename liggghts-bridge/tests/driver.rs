@@ -1,0 +1,136 @@
+//! LIGGGHTS opened as a library by a Rust program, in processes of its own: LIGGGHTS ends them on errors, and MPI starts once.
+
+mod harness;
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use concordem::math::Vec3;
+use concordem_liggghts::driver::{DriverError, Liggghts};
+
+const SCRIPT: &str = "units si\natom_style sphere\natom_modify map array sort 0 0\nboundary f f f\nnewton off   # of bonds\n\
+    communicate single vel yes\nregion box block -0.02 0.06 -0.02 0.06 -0.02 0.06 units box\ncreate_box 1 box\n\
+    lattice sc 0.0099\nregion block block 0 0.038 0 0.038 0 0.038 units box\ncreate_atoms 1 region block\n\
+    set group all diameter 0.01 density 2500\nneighbor 0.001 bin\nneigh_modify delay 0\ntimestep 1e-7\n\
+    fix integrate all nve/sphere\nfix bonds all concordem/bond cpm young 30e9 shear_ratio 0.2 &\n\
+    cohesion 4.5e6 friction_coefficient 0.8 crack_onset_strain 1e-4 relative_ductility 10 bond distance 1.2\n";
+const LIBRARY: &str = "CONCORDEM_TEST_LIBRARY";
+
+/// This program again, for what [`child`] does under the name `part`, on some processors.
+fn start(part: &str, processors: usize) -> Output {
+    let library = harness::built("liggghts/libconcordem-liggghts.so", "liggghts-bridge/build");
+    Command::new("timeout")
+        .args(["-k", "5", "120", "mpirun", "--oversubscribe", "--mca", "mpi_yield_when_idle", "1", "-np"])
+        .arg(processors.to_string())
+        .arg(std::env::current_exe().unwrap())
+        .args(["--ignored", "--exact", "child", "--nocapture", "--test-threads", "1"])
+        .env(LIBRARY, library)
+        .env("CONCORDEM_TEST_PART", part)
+        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
+        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
+        .output()
+        .expect("timeout and mpirun (Debian packages coreutils, openmpi-bin) are needed")
+}
+
+#[test]
+fn a_scenario_is_run_and_read() {
+    for processors in [1, 2] {
+        let output = start("scenario", processors);
+        let printed = harness::text(&output);
+        assert!(output.status.success(), "{printed}");
+        assert_eq!(printed.matches("the scenario was as it should be").count(), processors, "{printed}");
+    }
+}
+
+#[test]
+fn errors_of_liggghts_end_the_process_with_its_message() {
+    let output = start("wrong command", 2);
+    let printed = harness::text(&output);
+    assert!(!output.status.success());
+    assert!(printed.contains("missing field `young`"), "{printed}");
+    assert!(!printed.contains("went on"), "{printed}");
+}
+
+#[test]
+fn what_is_missing_is_named() {
+    let error = Liggghts::open("/no/such/library.so".as_ref(), &[]).err().unwrap().to_string();
+    assert!(error.contains("/no/such/library.so") && error.contains("make liggghts"), "{error}");
+}
+
+#[test]
+#[ignore = "is what the other tests start in processes of their own"]
+fn child() {
+    let library = std::env::var_os(LIBRARY).expect("started by the other tests only");
+    let part = std::env::var("CONCORDEM_TEST_PART").unwrap();
+    // Messages of LIGGGHTS go where its screen is.
+    let arguments: &[&str] =
+        if part == "scenario" { &["-screen", "/dev/null", "-log", "none"] } else { &["-log", "none"] };
+    let mut host = Liggghts::open(Path::new(&library), arguments).unwrap();
+    if part == "scenario" {
+        scenario(&mut host);
+        assert!(matches!(Liggghts::open(Path::new(&library), arguments), Err(DriverError::Open)));
+        // A second instance after the first.
+        drop(host);
+        let mut host = Liggghts::open(Path::new(&library), arguments).unwrap();
+        assert!(host.positions().unwrap().is_empty());
+        assert!(matches!(host.radii(), Err(DriverError::NoProperty("radius"))));
+        host.commands(SCRIPT).unwrap();
+        host.run(1).unwrap();
+        assert_eq!(host.count(), 64);
+        drop(host);
+        println!("the scenario was as it should be");
+    } else {
+        host.commands(&SCRIPT.replace("young 30e9", "")).unwrap();
+        println!("went on");
+    }
+}
+
+/// Forces in LIGGGHTS' arrays are the sums of those of the bonds; what is written to a view moves atoms.
+fn scenario(host: &mut Liggghts) {
+    host.commands(SCRIPT).unwrap();
+    host.run(0).unwrap();
+    assert_eq!((host.count(), host.fix("bonds", None).unwrap()), (64, 144.0));
+    assert_eq!(host.fix("bonds", Some(2)).unwrap(), 0.0);
+    assert!(host.radii().unwrap().iter().all(|r| *r == 0.005) && host.types().unwrap().iter().all(|t| *t == 1));
+    let ids = host.ids().unwrap().to_vec();
+    let before = host.positions().unwrap().to_vec();
+    assert_eq!(ids.len(), host.owned());
+    for (velocity, id) in host.velocities_mut().unwrap().iter_mut().zip(&ids) {
+        *velocity = [0.1 * f64::from(id % 7), -0.05 * f64::from(id % 3), 0.02 * f64::from(id % 5)];
+    }
+    host.run(50).unwrap();
+    let moved = before.iter().zip(host.positions().unwrap()).filter(|(a, b)| a != b).count();
+    assert_eq!((moved, host.ids().unwrap()), (ids.len(), &ids[..]));
+
+    let bonds = host.bonds("bonds").unwrap();
+    let histories = host.histories("bonds").unwrap();
+    assert_eq!(bonds.len(), histories.len());
+    let owned = host.owned();
+    if owned == host.count() {
+        // All bonds are here: their forces make up those of the atoms.
+        assert_eq!(bonds.len(), 144);
+        let mut sums = vec![Vec3::zeros(); owned];
+        for bond in &bonds {
+            for (id, sign) in bond.ids.iter().zip([1.0, -1.0]) {
+                sums[ids.iter().position(|i| i == id).unwrap()] += Vec3::from(bond.force) * sign;
+            }
+        }
+        let largest = sums.iter().map(Vec3::norm).fold(0.0, f64::max);
+        assert!(largest > 1.0, "{largest} N");
+        for (sum, force) in sums.iter().zip(host.forces().unwrap()) {
+            // Sums of up to six terms in another order.
+            assert!((sum - Vec3::from(*force)).norm() < 1e-13 * largest, "{sum} {force:?}");
+        }
+    }
+    for (bond, record) in bonds.iter().zip(&histories) {
+        // Histories are of the same bonds, and were written at the same positions.
+        assert_eq!(bond.ids, record.tags);
+        assert!(bond.bonded && (bond.length - record.frame.length).abs() < 1e-15, "{bond:?} {record:?}");
+        assert!(record.history.iter().any(|real| *real != 0.0), "{record:?}");
+    }
+    assert!(matches!(host.bonds("nobody"), Err(DriverError::NoBonds(_))));
+    assert!(matches!(host.histories("nobody"), Err(DriverError::NoBonds(_))));
+    assert!(matches!(host.fix("nobody", None), Err(DriverError::NoFix(_))));
+    assert!(matches!(host.commands("run 0 &\n"), Err(DriverError::Unfinished)));
+    assert!(matches!(host.command("print \0"), Err(DriverError::ZeroByte(_))));
+}
