@@ -188,8 +188,9 @@ impl Chord {
         rest: &RestFrame,
     ) -> (EndRotations, bool) {
         let orientations = if TURNED {
-            // Not short-circuited, so that it is no branch.
+            // No short circuit: it would be a branch.
             let r = rest.rotation;
+            #[allow(clippy::needless_bitwise_bool)]
             let as_they_are = (r.x == 0.0) & (r.y == 0.0) & (r.z == 0.0);
             let halved = rest.halved(orientations);
             let choose = |i: usize| {
@@ -264,8 +265,9 @@ impl RotationSines {
         }
     }
 
-    /// Whether all angles are small enough for their series.
+    /// Whether all angles are small enough for their series. Not short-circuited, so that it is no branch.
     #[inline(always)]
+    #[allow(clippy::needless_bitwise_bool)]
     fn are_small(&self) -> bool {
         let [imaginary, real] = self.twist;
         (self.sine_squared[0] < SERIES)

@@ -321,17 +321,16 @@ fn with_law(scenario: &Scenario, law: LawName, young: f64) -> Result<Scenario, F
             let word = if law == LawName::CohesiveBeam { "none" } else { law.key() };
             replace(document.get_mut("contacts")?.get_mut("law")?, word.into())?;
         }
-        match document.get_mut("bonds") {
-            Some(bonds) => replace(bonds.get_mut("law")?, law.key().into())?,
-            None => {
-                let mut bonds = InlineTable::from_iter([("law", law.key())]);
-                if law == LawName::CohesiveBeam {
-                    bonds.insert("coordination", 6.2.into());
-                } else {
-                    bonds.insert("interaction_ratio", 1.5.into());
-                }
-                add_table(document.as_table_mut(), true, "bonds", "", bonds);
+        if let Some(bonds) = document.get_mut("bonds") {
+            replace(bonds.get_mut("law")?, law.key().into())?;
+        } else {
+            let mut bonds = InlineTable::from_iter([("law", law.key())]);
+            if law == LawName::CohesiveBeam {
+                bonds.insert("coordination", 6.2.into());
+            } else {
+                bonds.insert("interaction_ratio", 1.5.into());
             }
+            add_table(document.as_table_mut(), true, "bonds", "", bonds);
         }
         let has_header = document.get("material")?.is_array_of_tables();
         let material = material_of(document)?;
