@@ -349,16 +349,16 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
     }
 }
 
-/// The loop over one tile without a cell and without a sample, as something that [`pulp`] can run with the newest
-/// instructions of the processor. They give the same bits: nothing is fused or reordered.
-struct PlainTileLoop<'a, 'b, L: ContactLaw, const YADE: bool, const DEFORM: bool> {
+/// The loop over one tile without a sample, as something that [`pulp`] can run with the newest instructions of the processor.
+/// They give the same bits: nothing is fused or reordered.
+struct PlainTileLoop<'a, 'b, L: ContactLaw, const PERIODIC: bool, const YADE: bool, const DEFORM: bool> {
     context: &'a StepContext<'a>,
     rows: &'a [L],
     tile: Tile<'b, L>,
 }
 
-impl<L: ContactLaw, const YADE: bool, const DEFORM: bool> pulp::NullaryFnOnce
-    for PlainTileLoop<'_, '_, L, YADE, DEFORM>
+impl<L: ContactLaw, const PERIODIC: bool, const YADE: bool, const DEFORM: bool> pulp::NullaryFnOnce
+    for PlainTileLoop<'_, '_, L, PERIODIC, YADE, DEFORM>
 {
     type Output = Tally;
     #[inline(always)]
@@ -369,28 +369,30 @@ impl<L: ContactLaw, const YADE: bool, const DEFORM: bool> pulp::NullaryFnOnce
             _ if YADE => Mode::YadeRatcheting,
             _ => Mode::Finite,
         };
-        run::<L, false, false, DEFORM>(mode, self.context, self.rows, self.tile)
+        run::<L, PERIODIC, false, DEFORM>(mode, self.context, self.rows, self.tile)
     }
 }
 
-/// Choose the loop: the default measure and YADE's, without a cell and without a sample, have loops of their own, the
-/// others share one, to keep the program small.
+/// Choose the loop: the default measure and, without a cell, YADE's have loops of their own when there is no sample; the others
+/// share one, to keep the program small.
 fn dispatch<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: Tile<'_, L>) -> Tally {
-    let mode = context.mode;
-    let plain = context.cell.is_none() && !context.sample;
-    let finite = plain && (mode == Mode::Finite || L::Kinematics::ONE_MODE);
-    let yade = plain && matches!(mode, Mode::Yade | Mode::YadeRatcheting);
+    let (mode, periodic) = (context.mode, context.cell.is_some());
+    let finite = !context.sample && (mode == Mode::Finite || L::Kinematics::ONE_MODE);
+    let yade = !context.sample && !periodic && matches!(mode, Mode::Yade | Mode::YadeRatcheting);
+    let arch = pulp::Arch::new();
     // Conditions on constants of the law first: what they exclude is not compiled.
     if L::DEFORMS && !context.widening.is_empty() {
-        if finite {
-            pulp::Arch::new().dispatch(PlainTileLoop::<L, false, true> { context, rows, tile })
+        if finite && !periodic {
+            arch.dispatch(PlainTileLoop::<L, false, false, true> { context, rows, tile })
         } else {
             run::<L, true, true, true>(mode, context, rows, tile)
         }
+    } else if finite && periodic {
+        arch.dispatch(PlainTileLoop::<L, true, false, false> { context, rows, tile })
     } else if finite {
-        pulp::Arch::new().dispatch(PlainTileLoop::<L, false, false> { context, rows, tile })
+        arch.dispatch(PlainTileLoop::<L, false, false, false> { context, rows, tile })
     } else if !L::Kinematics::ONE_MODE && yade {
-        pulp::Arch::new().dispatch(PlainTileLoop::<L, true, false> { context, rows, tile })
+        arch.dispatch(PlainTileLoop::<L, false, true, false> { context, rows, tile })
     } else if L::DEFORMS {
         run::<L, true, true, true>(mode, context, rows, tile)
     } else {
