@@ -14,6 +14,7 @@ import re
 import statistics
 import subprocess
 import tempfile
+import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 LAUNCHER = os.path.join(os.environ.get("CARGO_TARGET_DIR", os.path.join(HERE, "../target")), "liggghts/concordem-liggghts")
@@ -68,7 +69,7 @@ def packing(folder, n=EDGE):
 
 
 def run(folder, script, processors, steps, layout="", monitor=False):
-    """What a run printed, its processor time (s), and its largest memory (bytes)."""
+    """What a run printed, and its processor time (s)."""
     with open(os.path.join(folder, "in"), "w") as out:
         out.write(HEAD.format(processors=layout) + script + f"thermo {steps}\nrun {steps}\n")
     command = [LAUNCHER, "in", "-log", "none"]
@@ -86,13 +87,36 @@ def run(folder, script, processors, steps, layout="", monitor=False):
         printed = out.read().decode(errors="replace")
     if process.returncode:
         raise SystemExit(f"compare_speed.py: LIGGGHTS failed:\n{printed}")
-    return printed, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024
+    return printed, usage.ru_utime + usage.ru_stime
+
+
+def memory(folder, script):
+    """Resident memory of a run on one processor (bytes): while it computes, and at most."""
+    packing(folder, 40)
+    with open(os.path.join(folder, "in"), "w") as out:
+        out.write(HEAD.format(processors="") + script + "thermo 100\nrun 100\n")
+    process = subprocess.Popen([LAUNCHER, "in", "-log", "none"], cwd=folder, env=ENVIRONMENT, stdout=subprocess.DEVNULL)
+    samples, most = [], 0
+    while process.poll() is None:
+        try:
+            with open(f"/proc/{process.pid}/status") as status:
+                found = dict(re.findall(r"(VmRSS|VmHWM):\s+(\d+) kB", status.read()))
+        except OSError:
+            break
+        if found:
+            samples.append(int(found["VmRSS"]) * 1024)
+            most = max(most, int(found["VmHWM"]) * 1024)
+        time.sleep(0.01)
+    if process.wait():
+        raise SystemExit("compare_speed.py: LIGGGHTS failed")
+    # The last third lies within the run.
+    return statistics.median(samples[-max(1, len(samples) // 3):]), most
 
 
 def of_step(folder, script, processors, steps=100):
     """Processor time of a step (s), share of communication in LIGGGHTS' own breakdown (%), bonds."""
     short = run(folder, script, processors, 20)[1]
-    printed, long, _ = run(folder, script, processors, 20 + steps)
+    printed, long = run(folder, script, processors, 20 + steps)
     share = re.findall(r"Comm\s+time \(%\) = \S+ \((\S+)\)", printed)
     bonds = re.findall(r"concordem/bond: (\d+) bonds", printed)
     return (long - short) / steps, float(share[-1]) if share else float("nan"), int(bonds[0]) if bonds else 0
@@ -103,7 +127,7 @@ def sent(folder, script, steps):
     for name in os.listdir(folder):
         if name.startswith("sent"):
             os.remove(os.path.join(folder, name))
-    printed, _, _ = run(folder, script, 8, steps, "processors 2 2 2\n", monitor=True)
+    printed, _ = run(folder, script, 8, steps, "processors 2 2 2\n", monitor=True)
     total = [0, 0]
     for name in os.listdir(folder):
         if name.startswith("sent"):
@@ -140,8 +164,14 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         print("what a processor sends, eight processors, periodic box:")
         result = {"communication": communication(folder), "load_average_before": os.getloadavg()}
+        held = {}
+        for law, text in LAWS.items():
+            script = BONDS.format(law=text)
+            pairs = zip(memory(folder, script), memory(folder, script.replace("bond distance 1.5", "bond none")))
+            # nine bonds per sphere
+            held[law] = [(with_ - without) / (9 * 40**3) for with_, without in pairs]
         packing(folder)
-        times, bonded, memory = {}, {}, {}
+        times, bonded = {}, {}
         for _ in range(arguments.rounds):
             for model in ("hertz", "concordem/hertz"):
                 times.setdefault(model, []).append(of_step(folder, CONTACTS.format(model=model), 1)[0])
@@ -149,8 +179,6 @@ def main():
                 script = BONDS.format(law=text)
                 for processors in (1, 2):
                     bonded.setdefault((law, processors), []).append(of_step(folder, script, processors))
-                without = script.replace("bond distance 1.5", "bond none")
-                memory.setdefault(law, []).append(run(folder, script, 1, 20)[2] - run(folder, without, 1, 20)[2])
         native, ours = (statistics.median(times[m]) for m in ("hertz", "concordem/hertz"))
         ratios = [b / a for a, b in zip(times["hertz"], times["concordem/hertz"])]
         result["contacts"] = {"spheres": EDGE**3, "hertz_s": native, "concordem_hertz_s": ours, "ratios": ratios}
@@ -165,11 +193,12 @@ def main():
             figure = {"law": law, "bonds": bonds, "processors": processors, "ns_per_bond_step": statistics.median(steps),
                       "rounds": steps, "communication_percent": statistics.median(f[1] for f in found)}
             if processors == 1:
-                figure["bytes_per_bond"] = statistics.median(memory[law]) / bonds
+                figure["bytes_per_bond"], figure["bytes_per_bond_at_most"] = held[law]
             result["bonds"].append(figure)
             print(f"  {law:14} {bonds} bonds on {processors}: {figure['ns_per_bond_step']:6.1f} ns per bond and step (rounds "
                   f"{min(steps):.0f} to {max(steps):.0f}), communication {figure['communication_percent']:.1f} % of the wall's time"
-                  + (f", {figure['bytes_per_bond']:.0f} bytes per bond" if processors == 1 else ""))
+                  + (f", {figure['bytes_per_bond']:.0f} bytes per bond, {figure['bytes_per_bond_at_most']:.0f} at most"
+                     if processors == 1 else ""))
     if arguments.json:
         commit = subprocess.run(["git", "-C", HERE, "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
         result |= {"commit": commit, "machine": f"{platform.machine()}, {os.cpu_count()} processors", "load_average": os.getloadavg()}

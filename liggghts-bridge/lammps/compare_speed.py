@@ -36,8 +36,9 @@ neighbor 0.001 bin
 neigh_modify delay 0
 comm_modify cutoff 0.018
 timestep 1e-7
-fix integrate all nve/bpm/sphere
 """
+# Only LAMMPS' own style needs the atoms' quaternions turned.
+INTEGRATORS = {True: "fix integrate all nve/bpm/sphere\n", False: "fix integrate all nve/sphere\n"}
 
 
 def rotational():
@@ -96,7 +97,7 @@ def packing(path, edge, neighbours, periodic):
 
 def run(folder, style, data, boundary, processors):
     with open(os.path.join(folder, "in"), "w") as out:
-        out.write(HEAD.format(data=data, boundary=boundary) + STYLES[style] + f"thermo {STEPS}\nrun 20\nrun {STEPS}\n")
+        out.write(HEAD.format(data=data, boundary=boundary) + INTEGRATORS[style.startswith("bpm")] + STYLES[style] + f"thermo {STEPS}\nrun 20\nrun {STEPS}\n")
     printed = subprocess.run(
         [os.path.join(VENV, "mpirun"), "-np", str(processors), os.path.join(VENV, "lmp"), "-in", "in", "-log", "none"],
         cwd=folder, env=dict(os.environ, LAMMPS_PLUGIN_PATH=PLUGINS), check=True, capture_output=True, text=True).stdout

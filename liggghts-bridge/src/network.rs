@@ -369,31 +369,25 @@ impl Network {
 
     /// All records of this processor, each once, those of `incoming` included, sorted by atoms.
     fn records(&mut self) -> Result<Vec<Record>, NetworkError> {
-        let mut all = std::mem::take(&mut self.dormant);
-        all.append(&mut self.fresh);
+        // Of the exact size, and thinned out in place: records of all bonds at once are the most memory that is ever needed.
+        let held: usize = blocks(&self.state).map(|(_, block)| block.len()).sum();
+        let coming: usize = self.incoming.values().map(Vec::len).sum();
+        let mut all = Vec::with_capacity(self.dormant.len() + self.fresh.len() + held + coming);
+        all.append(&mut std::mem::take(&mut self.dormant));
+        all.append(&mut std::mem::take(&mut self.fresh));
         for (kind, block) in blocks(&self.state) {
             all.extend((0..block.len()).filter_map(|k| record_of(&self.state, &self.tags, kind, k)));
         }
         all.extend(self.incoming.drain().flat_map(|(_, records)| records));
         // A stable order of equal keys is not needed: what has the same key must be the same.
         all.sort_unstable_by_key(Record::key);
-        let mut unique: Vec<Record> = Vec::with_capacity(all.len());
-        for record in all {
-            match unique.last() {
-                Some(last) if last.key() == record.key() => {
-                    let same = last.flags == record.flags
-                        && last.reference == record.reference
-                        && last.frame == record.frame
-                        && last.history == record.history;
-                    if !same {
-                        let [a, b] = record.tags;
-                        return Err(NetworkError::CopiesDiffer { a, b });
-                    }
-                }
-                _ => unique.push(record),
-            }
+        let differ = |pair: &&[Record]| pair[0].key() == pair[1].key() && pair[0] != pair[1];
+        if let Some(pair) = all.windows(2).find(differ) {
+            let [a, b] = pair[0].tags;
+            return Err(NetworkError::CopiesDiffer { a, b });
         }
-        Ok(unique)
+        all.dedup_by_key(|record| record.key());
+        Ok(all)
     }
 
     /// Begin anew with the atoms as they are now distributed: `skin` (m) is that of LIGGGHTS' neighbour lists, `cutoff` (m)

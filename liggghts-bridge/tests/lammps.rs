@@ -106,7 +106,6 @@ fn the_styles_and_the_fix_make_the_same_run_on_one_two_and_four_processors() {
             (By::Fix, 2),
             (By::BondStyle, 1),
             (By::BondStyle, 2),
-            (By::BondStyle, 4),
             (By::BondAndPairStyle, 1),
             (By::BondAndPairStyle, 2),
             (By::BondAndPairStyle, 4),
