@@ -139,28 +139,15 @@ fn vec3(v: &[f64; 3]) -> Vec3 {
     Vec3::new(v[0], v[1], v[2])
 }
 
-impl<L: ContactLaw, const FRAMED: bool> PairLaw for Rows<L, FRAMED> {
-    fn fields(&self) -> Vec<(String, bool)> {
-        let mut fields = Vec::new();
-        if FRAMED {
-            fields.extend(["normalx", "normaly", "normalz"].map(|name| (name.to_owned(), true)));
-            fields.push(("length".to_owned(), false));
-        }
-        for field in L::State::FIELDS {
-            for k in 0..field.components {
-                fields.push((format!("{}{k}", field.name), field.parity == Parity::Odd));
-            }
-        }
-        fields
-    }
-
-    fn compute(
+impl<L: ContactLaw, const FRAMED: bool> Rows<L, FRAMED> {
+    #[inline(always)]
+    fn evaluate<const RECORD: bool>(
         &self,
         pass: &Pass<'_>,
         neighbours: Neighbours<'_>,
         force: &mut [[f64; 3]],
         torque: &mut [[f64; 3]],
-        mut record: Option<&mut Vec<PairForce>>,
+        record: &mut Vec<PairForce>,
     ) {
         let Neighbours { i, list, flags, history, stride } = neighbours;
         let (xi, radius_i) = (vec3(&pass.position[i]), pass.radius[i]);
@@ -247,7 +234,7 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for Rows<L, FRAMED> {
                     torque[j][axis] += torque_j[axis];
                 }
             }
-            if let Some(record) = &mut record {
+            if RECORD {
                 record.push(PairForce {
                     i: i as i32,
                     j: j as i32,
@@ -260,6 +247,37 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for Rows<L, FRAMED> {
         for axis in 0..3 {
             force[i][axis] += sum[axis];
             torque[i][axis] += moment[axis];
+        }
+    }
+}
+
+impl<L: ContactLaw, const FRAMED: bool> PairLaw for Rows<L, FRAMED> {
+    fn fields(&self) -> Vec<(String, bool)> {
+        let mut fields = Vec::new();
+        if FRAMED {
+            fields.extend(["normalx", "normaly", "normalz"].map(|name| (name.to_owned(), true)));
+            fields.push(("length".to_owned(), false));
+        }
+        for field in L::State::FIELDS {
+            for k in 0..field.components {
+                fields.push((format!("{}{k}", field.name), field.parity == Parity::Odd));
+            }
+        }
+        fields
+    }
+
+    fn compute(
+        &self,
+        pass: &Pass<'_>,
+        neighbours: Neighbours<'_>,
+        force: &mut [[f64; 3]],
+        torque: &mut [[f64; 3]],
+        record: Option<&mut Vec<PairForce>>,
+    ) {
+        // Two loops: recording costs registers where nothing is recorded.
+        match record {
+            Some(record) => self.evaluate::<true>(pass, neighbours, force, torque, record),
+            None => self.evaluate::<false>(pass, neighbours, force, torque, &mut Vec::new()),
         }
     }
 
