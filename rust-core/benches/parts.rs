@@ -11,6 +11,7 @@ use concordem::assembly::mass_of;
 use concordem::kinematics::deformable::{Condition, Deformable, Update};
 use concordem::kinematics::sphere_sphere::{ImageShift, Motion, fresh_frame, measure};
 use concordem::kinematics::{Frame, Mode};
+use concordem::law::cpm::CpmMode;
 use concordem::law::{
     CohesiveBeam, ContactGeometry, ContactLaw, Cpm, CpmParameters, CpmState, Elastic, LinearBond, Section,
 };
@@ -128,6 +129,9 @@ fn whole_step(c: &mut Criterion<ProcessorTime>) {
     bonded_step(&mut group, "cpm", &particles, law(), &plain);
     let yade = Model { mode: Mode::YadeRatcheting, ..Model::default() };
     bonded_step(&mut group, "cpm, kinematics of YADE", &particles, law(), &yade);
+    let parameters = CpmParameters { mode: CpmMode::YadePublic, ..*law().parameters() };
+    let of_yade = Cpm::new(&parameters).expect("valid parameters");
+    bonded_step(&mut group, "cpm, law and kinematics of YADE", &particles, of_yade, &yade);
     let beam = CohesiveBeam::new(25e9, 0.2, Section::Ratio(0.7)).expect("valid parameters");
     let breakable = CohesiveBeam { strength: 1e12, ..beam };
     bonded_step(&mut group, "cohesive_beam", &particles, breakable, &plain);

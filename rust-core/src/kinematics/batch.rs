@@ -48,7 +48,7 @@ pub trait Batch<L: ContactLaw> {
 }
 
 /// Most components of an input or output.
-const COMPONENTS: usize = 32;
+const COMPONENTS: usize = 37;
 
 /// Arrays of a batch, one per component, kept from batch to batch.
 #[derive(Debug, Clone)]

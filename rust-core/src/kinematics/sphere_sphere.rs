@@ -294,7 +294,7 @@ struct YadeInput {
 
 /// What YADE's measure finds.
 #[derive(Clone, Copy)]
-struct YadeMeasure {
+pub struct YadeMeasure {
     length: f64,
     normal: Vec3,
     penetration: f64,
@@ -371,8 +371,26 @@ fn yade_measure(input: &YadeInput, periodic: bool, dt: f64, ratcheting_correctio
 }
 
 impl YadeMeasure {
+    /// As a row of columns.
     #[inline(always)]
-    fn point(&self, geometry: &ContactGeometry, frame: &Frame, bonded: bool) -> PointKinematics {
+    pub fn row(&self) -> [f64; YADE_OUTPUT] {
+        let Self { length, normal: n, penetration, elongation, shear_increment: s, arm_a, arm_b, swing: w, twist: t } =
+            *self;
+        [length, penetration, elongation, arm_a, arm_b, n.x, n.y, n.z, s.x, s.y, s.z, w.x, w.y, w.z, t.x, t.y, t.z]
+    }
+
+    /// The measure of a [`Self::row`].
+    #[inline(always)]
+    pub fn of_row(row: [f64; YADE_OUTPUT]) -> Self {
+        let at = |i: usize| Vec3::new(row[i], row[i + 1], row[i + 2]);
+        let [length, penetration, elongation, arm_a, arm_b, ..] = row;
+        let (normal, shear_increment, swing, twist) = (at(5), at(8), at(11), at(14));
+        Self { length, normal, penetration, elongation, shear_increment, arm_a, arm_b, swing, twist }
+    }
+
+    /// As the input of a law.
+    #[inline(always)]
+    pub fn point(&self, geometry: &ContactGeometry, frame: &Frame, bonded: bool) -> PointKinematics {
         PointKinematics {
             geometry: *geometry,
             length: self.length,
@@ -390,15 +408,38 @@ impl YadeMeasure {
     }
 }
 
+/// Numbers that YADE's measure reads of a contact without image.
+pub const YADE_INPUT: usize = 24;
+/// Numbers that it finds.
+pub const YADE_OUTPUT: usize = 17;
+
 /// YADE's measure of many contacts without a periodic cell.
-struct Yade {
-    dt: f64,
-    ratcheting_correction: bool,
+#[derive(Clone, Copy)]
+pub struct Yade {
+    /// Time step, s.
+    pub dt: f64,
+    /// YADE's `avoidGranularRatcheting`.
+    pub ratcheting_correction: bool,
 }
 
-impl Formula<24, 17> for Yade {
+impl Yade {
+    /// The input of a contact.
     #[inline(always)]
-    fn apply(&self, input: [f64; 24]) -> [f64; 17] {
+    pub fn input(a: &Motion, b: &Motion, geometry: &ContactGeometry, frame: &Frame) -> [f64; YADE_INPUT] {
+        let (x, y, u, v) = (a.position, b.position, a.velocity, b.velocity);
+        let (w, z, n) = (a.angular_velocity, b.angular_velocity, frame.normal);
+        let ContactGeometry { radius_a, radius_b, reference_length, .. } = *geometry;
+        let [x, y, u, v, w, z, n]: [[f64; 3]; 7] = [x, y, u, v, w, z, n].map(Into::into);
+        let mut row = [0.0; YADE_INPUT];
+        for (to, from) in row.chunks_exact_mut(3).zip([x, y, u, v, w, z, n, [radius_a, radius_b, reference_length]]) {
+            to.copy_from_slice(&from);
+        }
+        row
+    }
+
+    /// What is found for such an input.
+    #[inline(always)]
+    pub fn measure(&self, input: [f64; YADE_INPUT]) -> YadeMeasure {
         let at = |i: usize| Vec3::new(input[i], input[i + 1], input[i + 2]);
         let input = YadeInput {
             position_a: at(0),
@@ -409,23 +450,19 @@ impl Formula<24, 17> for Yade {
             shift_velocity: Vec3::zeros(),
             spin_a: at(12),
             spin_b: at(15),
-            radius_a: input[18],
-            radius_b: input[19],
-            reference_length: input[20],
-            normal_old: at(21),
+            normal_old: at(18),
+            radius_a: input[21],
+            radius_b: input[22],
+            reference_length: input[23],
         };
-        let YadeMeasure {
-            length,
-            normal: n,
-            penetration,
-            elongation,
-            shear_increment: s,
-            arm_a,
-            arm_b,
-            swing: w,
-            twist: t,
-        } = yade_measure(&input, false, self.dt, self.ratcheting_correction);
-        [length, penetration, elongation, arm_a, arm_b, n.x, n.y, n.z, s.x, s.y, s.z, w.x, w.y, w.z, t.x, t.y, t.z]
+        yade_measure(&input, false, self.dt, self.ratcheting_correction)
+    }
+}
+
+impl Formula<YADE_INPUT, YADE_OUTPUT> for Yade {
+    #[inline(always)]
+    fn apply(&self, input: [f64; YADE_INPUT]) -> [f64; YADE_OUTPUT] {
+        self.measure(input).row()
     }
 }
 
@@ -442,39 +479,8 @@ pub fn yade_batch<L: ContactLaw<Kinematics = PointKinematics>, B: Batch<L>>(
     let count = count.min(BATCH);
     for i in 0..count {
         let ([a, b], _) = batch.motions(i);
-        let (geometry, Frame { normal: n, .. }, _) = batch.constants(i);
-        let (x, y, u, v, w, z) =
-            (a.position, b.position, a.velocity, b.velocity, a.angular_velocity, b.angular_velocity);
-        let ContactGeometry { radius_a, radius_b, reference_length, .. } = geometry;
-        columns.set(
-            i,
-            [
-                x.x,
-                x.y,
-                x.z,
-                y.x,
-                y.y,
-                y.z,
-                u.x,
-                u.y,
-                u.z,
-                v.x,
-                v.y,
-                v.z,
-                w.x,
-                w.y,
-                w.z,
-                z.x,
-                z.y,
-                z.z,
-                radius_a,
-                radius_b,
-                reference_length,
-                n.x,
-                n.y,
-                n.z,
-            ],
-        );
+        let (geometry, frame, _) = batch.constants(i);
+        columns.set(i, Yade::input(&a, &b, &geometry, &frame));
     }
     if ratcheting_correction {
         columns.apply(&Yade { dt, ratcheting_correction: true });
@@ -482,19 +488,7 @@ pub fn yade_batch<L: ContactLaw<Kinematics = PointKinematics>, B: Batch<L>>(
         columns.apply(&Yade { dt, ratcheting_correction: false });
     }
     for i in 0..count {
-        let [length, penetration, elongation, arm_a, arm_b, nx, ny, nz, sx, sy, sz, wx, wy, wz, tx, ty, tz] =
-            columns.get(i);
-        let measure = YadeMeasure {
-            length,
-            normal: Vec3::new(nx, ny, nz),
-            penetration,
-            elongation,
-            shear_increment: Vec3::new(sx, sy, sz),
-            arm_a,
-            arm_b,
-            swing: Vec3::new(wx, wy, wz),
-            twist: Vec3::new(tx, ty, tz),
-        };
+        let measure = YadeMeasure::of_row(columns.get(i));
         let (geometry, frame, bonded) = batch.constants(i);
         batch.answer(i, &measure.point(&geometry, &frame, bonded));
     }

@@ -73,8 +73,12 @@
 //! it also leaves a part of σ_T along n, of second order in the rotations of a step, whose work is not counted.
 //! In YADE mode the slip is Δε_T − Δσ_T/Ḡ, which is not the increment of YADE's ε_Tp (quirk above).
 
-use super::{ContactGeometry, ContactLaw, EnergySplit, Fate, Reference, Response, Stiffness};
-use crate::kinematics::{PointKinematics, Transport};
+use super::{
+    ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, Reference, Response, Stiffness, respond_to_one,
+};
+use crate::kinematics::batch::Formula;
+use crate::kinematics::sphere_sphere::{YADE_INPUT, YADE_OUTPUT, Yade, YadeMeasure};
+use crate::kinematics::{BATCH, Batch, Columns, Frame, Mode, PointKinematics, Transport};
 use crate::law_state;
 use crate::math::{self, Vec3};
 use schemars::JsonSchema;
@@ -862,6 +866,14 @@ impl Cpm {
     /// them.
     #[inline(always)]
     pub fn answer_as_yade<const CONSISTENT: bool>(&self, k: &PointKinematics, old: &CpmState) -> YadeAnswer {
+        self.answer_with_damage(k, old, |kappa| {
+            if CONSISTENT && kappa == old.kappa { old.omega } else { self.damage_function_yade(kappa) }
+        })
+    }
+
+    /// [`Self::answer_as_yade`] where the damage of a bond is `damage` of its κ.
+    #[inline(always)]
+    fn answer_with_damage(&self, k: &PointKinematics, old: &CpmState, damage: impl Fn(f64) -> f64) -> YadeAnswer {
         use crate::math::yade_order::{dot, norm};
         let p = &self.parameters;
         let (young, shear_modulus) = (p.normal_modulus, self.shear_modulus);
@@ -879,13 +891,7 @@ impl Cpm {
         let squared_weight = p.shear_contribution * p.shear_contribution;
         let equivalent = (tension * tension + squared_weight * dot(&shear_strain, &shear_strain)).sqrt();
         let kappa = if equivalent < old.kappa { old.kappa } else { equivalent };
-        let omega = if !k.bonded {
-            1.0
-        } else if CONSISTENT && kappa == old.kappa {
-            old.omega
-        } else {
-            self.damage_function_yade(kappa)
-        };
+        let omega = if k.bonded { damage(kappa) } else { 1.0 };
         let damage = if elastic > 0.0 { omega } else { 0.0 };
         let mut stress = (1.0 - damage) * young * elastic;
         if p.soft_strain < 0.0 && elastic < p.soft_strain {
@@ -1076,6 +1082,82 @@ fn beta_residual(beta: f64, ln_c: f64, n: f64) -> (f64, f64) {
     (large + libm::log1p(weight), (slope_large + slope_small * weight) / (1.0 + weight))
 }
 
+/// Measures and answers of many contacts with the same parameters in mode yade-public; see [`Cpm::respond_batch`].
+struct AsYade<'a> {
+    law: &'a Cpm,
+    kinematics: Yade,
+}
+
+/// Input: of the measure, then area (m²), length before the step (m), 1 for a bond, history without damage strain.
+const AS_YADE_INPUT: usize = YADE_INPUT + 13;
+/// Output: of the measure, then force (N), energies (J), history likewise. A damage that is not a number: ask the law.
+const AS_YADE_OUTPUT: usize = YADE_OUTPUT + 18;
+
+/// Components of a history without damage strain.
+fn columns_of(state: &CpmState) -> [f64; 10] {
+    let CpmState {
+        normal_strain, kappa, omega, plastic_normal_strain, shear_strain: s, plastic_shear_strain: p, ..
+    } = *state;
+    [normal_strain, kappa, omega, plastic_normal_strain, s.x, s.y, s.z, p.x, p.y, p.z]
+}
+
+/// The history of [`columns_of`].
+fn state_of([normal_strain, kappa, omega, plastic_normal_strain, sx, sy, sz, px, py, pz]: [f64; 10]) -> CpmState {
+    CpmState {
+        normal_strain,
+        kappa,
+        omega,
+        plastic_normal_strain,
+        damage_strain: 0.0,
+        shear_strain: Vec3::new(sx, sy, sz),
+        plastic_shear_strain: Vec3::new(px, py, pz),
+    }
+}
+
+impl Formula<AS_YADE_INPUT, AS_YADE_OUTPUT> for AsYade<'_> {
+    #[inline(always)]
+    fn apply(&self, input: [f64; AS_YADE_INPUT]) -> [f64; AS_YADE_OUTPUT] {
+        let law = self.law;
+        let (motion, rest) = input.split_at(YADE_INPUT);
+        let (motion, rest): ([f64; YADE_INPUT], [f64; 13]) = (array(motion), array(rest));
+        let [area, length_old, bonded, history @ ..] = rest;
+        let normal_old = Vec3::new(motion[18], motion[19], motion[20]);
+        let [radius_a, radius_b, reference_length] = [motion[21], motion[22], motion[23]];
+        // Masses are of no matter to this law.
+        let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a: 0.0, mass_b: 0.0 };
+        let measure = self.kinematics.measure(motion);
+        let k = measure.point(&geometry, &Frame { normal: normal_old, length: length_old }, bonded > 0.0);
+        let old = state_of(history);
+        let answer = law.answer_with_damage(&k, &old, |kappa| {
+            if kappa == old.kappa {
+                old.omega
+            } else if kappa < law.parameters.limit_strain || law.parameters.never_damage {
+                0.0
+            } else {
+                f64::NAN
+            }
+        });
+        let force = k.normal * (answer.normal_stress * area) + answer.shear_stress * area;
+        let mut state = answer.state;
+        if answer.lost {
+            state.omega = f64::NAN;
+        }
+        let EnergySplit { stored_normal, stored_shear, friction, damage, integration, .. } = answer.energy;
+        let mut output = [0.0; AS_YADE_OUTPUT];
+        let parts = [force.x, force.y, force.z, stored_normal, stored_shear, friction, damage, integration];
+        output[..YADE_OUTPUT].copy_from_slice(&measure.row());
+        output[YADE_OUTPUT..YADE_OUTPUT + 8].copy_from_slice(&parts);
+        output[YADE_OUTPUT + 8..].copy_from_slice(&columns_of(&state));
+        output
+    }
+}
+
+/// A part of a row.
+#[inline(always)]
+fn array<const N: usize>(part: &[f64]) -> [f64; N] {
+    std::array::from_fn(|i| part[i])
+}
+
 impl ContactLaw for Cpm {
     type State = CpmState;
     type Kinematics = PointKinematics;
@@ -1087,6 +1169,58 @@ impl ContactLaw for Cpm {
             self.respond_exact::<true>(kinematics, old, dt)
         } else {
             self.respond_with_options(kinematics, old, dt)
+        }
+    }
+
+    /// Contacts of the same parameters in mode yade-public, measured as YADE does, are answered in columns, but for those whose
+    /// damage grows or that are lost.
+    #[inline(always)]
+    fn respond_batch<B: Batch<Self>>(mode: Mode, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
+        let count = count.min(BATCH);
+        if count == 0 {
+            return;
+        }
+        let law = *batch.law(0).0;
+        let as_yade = !B::PERIODIC
+            && !B::SAMPLE
+            && matches!(mode, Mode::Yade | Mode::YadeRatcheting)
+            && law.parameters.mode == CpmMode::YadePublic
+            && (1..count).all(|i| batch.row(i) == batch.row(0));
+        if !as_yade {
+            PointKinematics::measure_batch::<Self, B>(mode, count, dt, batch, columns);
+            return;
+        }
+        for i in 0..count {
+            let ([a, b], _) = batch.motions(i);
+            let (geometry, frame, bonded) = batch.constants(i);
+            let mut input = [0.0; AS_YADE_INPUT];
+            input[..YADE_INPUT].copy_from_slice(&Yade::input(&a, &b, &geometry, &frame));
+            let known = [geometry.area, frame.length, f64::from(u8::from(bonded))];
+            input[YADE_INPUT..YADE_INPUT + 3].copy_from_slice(&known);
+            input[YADE_INPUT + 3..].copy_from_slice(&columns_of(batch.law(i).1));
+            columns.set(i, input);
+        }
+        // Said so that the other measure is not computed with it.
+        if mode == Mode::YadeRatcheting {
+            columns.apply(&AsYade { law: &law, kinematics: Yade { dt, ratcheting_correction: true } });
+        } else {
+            columns.apply(&AsYade { law: &law, kinematics: Yade { dt, ratcheting_correction: false } });
+        }
+        for i in 0..count {
+            let output: [f64; AS_YADE_OUTPUT] = columns.get(i);
+            let state = state_of(array(&output[YADE_OUTPUT + 8..]));
+            if state.omega.is_nan() {
+                respond_to_one(mode, i, dt, batch);
+                continue;
+            }
+            let [fx, fy, fz, stored_normal, stored_shear, friction, damage, integration] =
+                array(&output[YADE_OUTPUT..]);
+            let energy =
+                EnergySplit { stored_normal, stored_shear, friction, damage, integration, ..EnergySplit::default() };
+            let (force, moment) = (Vec3::new(fx, fy, fz), Vec3::zeros());
+            let (geometry, frame, bonded) = batch.constants(i);
+            let point = YadeMeasure::of_row(array(&output)).point(&geometry, &frame, bonded);
+            batch.take(i, &point, &Response { force, moment, state, fate: Fate::Lives, energy });
         }
     }
 

@@ -168,10 +168,7 @@ pub trait Kinematics: Copy + Send + Sync {
 #[inline(always)]
 fn respond_one_by_one<L: ContactLaw, B: Batch<L>>(mode: Mode, count: usize, dt: f64, batch: &mut B) {
     for i in 0..count {
-        let ([a, b], image) = batch.motions(i);
-        let (geometry, frame, bonded) = batch.constants(i);
-        let measured = L::Kinematics::measure(mode, &a, &b, &image, &geometry, &frame, bonded, dt);
-        batch.answer(i, &measured);
+        respond_to(mode, i, dt, batch);
     }
 }
 
@@ -179,6 +176,12 @@ fn respond_one_by_one<L: ContactLaw, B: Batch<L>>(mode: Mode, count: usize, dt: 
 #[cold]
 #[inline(never)]
 fn respond_to_one<L: ContactLaw, B: Batch<L>>(mode: Mode, i: usize, dt: f64, batch: &mut B) {
+    respond_to(mode, i, dt, batch);
+}
+
+/// Measure and answer contact `i` of a batch.
+#[inline(always)]
+fn respond_to<L: ContactLaw, B: Batch<L>>(mode: Mode, i: usize, dt: f64, batch: &mut B) {
     let ([a, b], image) = batch.motions(i);
     let (geometry, frame, bonded) = batch.constants(i);
     let measured = L::Kinematics::measure(mode, &a, &b, &image, &geometry, &frame, bonded, dt);

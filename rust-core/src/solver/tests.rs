@@ -1,26 +1,41 @@
 //! The solver against closed forms and itself.
 
 use super::*;
-use crate::law::{ContactStiffness, Frictional, LinearBond, Reference};
-use crate::math::Vec3;
+use crate::law::cpm::CpmMode;
+use crate::law::{
+    BeamModel, BendingTerm, CohesiveBeam, ContactLaw, ContactStiffness, Cpm, CpmParameters, Frictional, LinearBond,
+    Reference, Section,
+};
+use crate::math::{Vec3, quaternion_of_rotation_vector};
+use crate::state::columns::ColumnStore;
 use crate::state::contacts::ContactBlock;
-use crate::state::{Constraint, Particles, Sphere};
+use crate::state::{Cell, Constraint, Particles, Sphere};
 
 /// A cubic block of `n³` touching unit spheres of mass 1 with bonds to all neighbours within 1.5 diameters.
 fn block(n: usize, bond: LinearBond) -> State {
+    block_of(n, vec![bond], false)
+}
+
+/// The same of any law, whose rows take turns; as a periodic cell if asked for.
+fn block_of<L: ContactLaw>(n: usize, rows: Vec<L>, periodic: bool) -> State {
     let mut particles = Particles::default();
     for k in 0..n * n * n {
         let position = Vec3::new((k % n) as f64, (k / n % n) as f64, (k / (n * n)) as f64) * 2.0;
         particles.push(Sphere { position, radius: 1.0 }, 0, 1.0, 0.4);
     }
-    let mut bonds = ContactBlock::new(vec![bond]);
-    for pair in candidate_pairs(&particles.position, &vec![1.5; particles.len()], None).unwrap() {
+    let cell = periodic.then(|| Cell::new_box(Vec3::repeat(2.0 * n as f64)));
+    let row_count = rows.len();
+    let mut bonds = ContactBlock::new(rows);
+    for pair in candidate_pairs(&particles.position, &vec![1.5; particles.len()], cell.as_ref()).unwrap() {
         let (a, b) = (pair.a as usize, pair.b as usize);
-        let frame = sphere_sphere::fresh_frame(&particles.position[a], &particles.position[b], &Vec3::zeros());
-        let link = Link { row: 0, flags: Link::BONDED | Link::ACTIVE, image: [0; 3], padding: 0 };
+        let shift = cell.map_or(Vec3::zeros(), |cell| cell.shift(pair.image));
+        let frame = sphere_sphere::fresh_frame(&particles.position[a], &particles.position[b], &shift);
+        // Runs of one row and places where they change.
+        let row = (bonds.len() / 100 % row_count) as u16;
+        let link = Link { row, flags: Link::BONDED | Link::ACTIVE, image: pair.image, padding: 0 };
         bonds.push(Pair { a: pair.a, b: pair.b }, link, Reference { length: frame.length, area: 1.0 }, frame);
     }
-    State { particles, bonds: vec![Box::new(bonds)], ..State::default() }
+    State { particles, bonds: vec![Box::new(bonds)], cell, ..State::default() }
 }
 
 /// Worst relative residual of the ledger, and the drifts of momentum and angular momentum, of a free undamped block
@@ -101,7 +116,7 @@ fn pulled_block_closes_its_ledger_on_any_threads() {
             // A particle moves 8e-7 per step at coordinates up to 22, whose rounding is 1.8e-15: 2e-9 of each step's
             // work is rounding.
             assert!(state.ledger.residual().abs() < 1e-8 * state.ledger.boundary_work.get());
-            crate::state::columns::ColumnStore::of(&state).unwrap()
+            ColumnStore::of(&state).unwrap()
         })
     };
     let one = run(1);
@@ -157,6 +172,67 @@ fn a_host_that_moves_the_particles_gets_the_same_bits() {
     assert_eq!(own.bonds[0].history_reals().1, hosted.bonds[0].history_reals().1);
 }
 
+/// Steps that are sampled answer contacts one by one, those that are not in columns: the same bits, of all laws and measures, in
+/// two tiles, with rows that change, turned bodies, and bonds that break. The last step is sampled in both, so that the ledgers
+/// tell the same.
+fn columns_are_one_by_one<L: ContactLaw>(name: &str, rows: &[L], mode: Mode, periodic: bool, turned: bool) {
+    let size = if L::NAME == LinearBond::NAME { 0.04 } else { 0.08 };
+    let run = |sampled: bool| {
+        let mut state = block_of(11, rows.to_vec(), periodic);
+        let particles = &mut state.particles;
+        for p in 0..particles.len() {
+            let u = |m: usize| ((p * 7919 + m * 104_729) % 1000) as f64 / 500.0 - 1.0;
+            particles.velocity[p] = Vec3::new(u(1), u(2), u(3)) * size;
+            particles.angular_velocity[p] = Vec3::new(u(4), u(5), u(6)) * (2.5 * size);
+            if turned && p % 3 > 0 {
+                particles.orientation[p] = quaternion_of_rotation_vector(&Vec3::new(u(7), 2.0 * u(8), 3.0 * u(9)));
+            }
+        }
+        state.clock.dt = 0.1;
+        let mut solver = Solver::new(Model { mode, ..Model::default() }, &mut state).unwrap();
+        let (bonds, mut broken) = (state.bond_count(), 0);
+        for step in 0..50 {
+            let report = solver.step_with(&mut state, sampled || step == 49).unwrap();
+            broken += report.incidents.iter().filter(|(_, incident)| incident.broke).count();
+        }
+        assert!((10..bonds * 9 / 10).contains(&broken), "{name}: {broken} of {bonds} broke, which says little");
+        ColumnStore::of(&state).unwrap()
+    };
+    assert!(run(true) == run(false), "{name}, {mode:?}, periodic {periodic}, turned {turned}");
+}
+
+#[test]
+fn columns_give_the_bits_of_one_by_one() {
+    let every = [Mode::Finite, Mode::FirstOrder, Mode::Yade, Mode::YadeRatcheting];
+    let linear = LinearBond::new(1.0, 0.4, 0.1, 0.03, 0.03).unwrap();
+    let concrete = CpmParameters { omega_threshold: 0.9, ..CpmParameters::new(2.0, 0.4, 0.03, 0.6, 0.002, 1.5) };
+    let of_yade = CpmParameters { mode: CpmMode::YadePublic, ..concrete };
+    let beam = CohesiveBeam { strength: 0.09, ..CohesiveBeam::new(2.0, 0.2, Section::Radius(0.5)).unwrap() };
+    let larger_end = CohesiveBeam { bending_term: BendingTerm::LargerEnd, strength: 0.2, ..beam };
+    let model = BeamModel::Timoshenko { shear_coefficient: 0.9 };
+    let spring = CohesiveBeam { model: BeamModel::Spring, strength: 0.03, ..beam };
+    for periodic in [false, true] {
+        for mode in every {
+            columns_are_one_by_one("linear_bond", &[linear], mode, periodic, false);
+            for (name, parameters) in [("cpm", concrete), ("cpm of YADE", of_yade)] {
+                columns_are_one_by_one(name, &[Cpm::new(&parameters).unwrap()], mode, periodic, false);
+            }
+        }
+        for turned in [false, true] {
+            for (name, rows) in [
+                ("slender beams", vec![beam]),
+                ("Timoshenko beams", vec![CohesiveBeam { model, ..beam }]),
+                ("beams of two rows", vec![beam, CohesiveBeam { young: 1.5, ..beam }]),
+                ("beams by their larger end", vec![larger_end]),
+                ("springs", vec![spring]),
+            ] {
+                columns_are_one_by_one(name, &rows, Mode::Finite, periodic, turned);
+            }
+        }
+        columns_are_one_by_one("slender beams", &[beam], Mode::YadeRatcheting, periodic, true);
+    }
+}
+
 /// A block that flies apart, computed as a whole and in two shares that each hold the contacts of half of the particles:
 /// net forces have the same bits, and energies counted in the shares add up to those of the whole (rounding of sums of some
 /// thousand terms). Bonds break and their pairs go on as contacts in both shares alike.
@@ -207,7 +283,7 @@ fn shares_find_the_forces_of_the_whole() {
                 particles.velocity[p] = velocity[p];
                 particles.angular_velocity[p] = spin[p];
                 particles.position[p] += velocity[p] * dt;
-                particles.rotation_increment[p] = crate::math::quaternion_of_rotation_vector(&(spin[p] * dt));
+                particles.rotation_increment[p] = quaternion_of_rotation_vector(&(spin[p] * dt));
             }
             sums.push(solver.find_forces(state, true).unwrap());
         }
