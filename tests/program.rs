@@ -121,11 +121,68 @@ fn contents(path: &Path) -> String {
     writeln!(all, "{:?}", result.events().expect("events")).expect("text");
     writeln!(all, "{:?}", result.snapshot_times().expect("snapshots")).expect("text");
     writeln!(all, "{:?}", result.table("particles").expect("particles")).expect("text");
-    writeln!(all, "{:?}", result.table("contacts/cpm").expect("contacts")).expect("text");
+    for law in result.laws().expect("contacts") {
+        writeln!(all, "{law} {:?}", result.table(&format!("contacts/{law}")).expect("contacts")).expect("text");
+    }
     for name in result.operators().expect("operators") {
         writeln!(all, "{name} {:?}", result.table(&format!("samples/{name}")).expect("rows")).expect("text");
     }
     all + &result.state_hash().expect("hash")
+}
+
+/// What broke is in no list of the solver any more; it stays in the tables, and the damage of particles and the damage tensor
+/// count it.
+#[test]
+fn broken_bonds_stay_in_the_tables() {
+    use concordem::state::columns::ColumnData;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let sampled = "[[sample]]\noperator = \"damage-tensor\"\nregion = { kind = \"sphere\", center = [0, 0, 0], radius = \"5 mm\" }\n";
+    let text_of = PRISM.replace("STEPS", "1501").replace("sample_interval = 7", "sample_interval = 1500")
+        + sampled
+        + "interval = 1500\n";
+    let scenario = write(folder.path(), "prism.toml", &text_of);
+    let path = folder.path().join("prism.h5");
+    let given = concordem(["run", "-q", text(&scenario)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    let result = ResultFile::open(&path).expect("a whole result");
+    let column = |table: &str, name: &str| {
+        let (_, column) =
+            result.table(table).expect("a table").into_iter().find(|(found, _)| found == name).expect(name);
+        column.data
+    };
+    let (ColumnData::U8(broken), ColumnData::F64(damage), ColumnData::U32(ids)) =
+        (column("contacts/cpm", "broken"), column("contacts/cpm", "damage"), column("contacts/cpm", "ids"))
+    else {
+        panic!("types of columns")
+    };
+    let lost = broken.iter().filter(|&&flag| flag == 1).count();
+    let events = result.events().expect("events").iter().filter(|event| event.damage == 1.0).count();
+    assert!(lost > 20 && lost == events, "{lost} rows, {events} events");
+    assert!(broken.iter().zip(&damage).all(|(&flag, &damage)| flag == 0 || damage == 1.0));
+    let (ColumnData::U32(particles), ColumnData::F64(mean)) =
+        (column("particles", "id"), column("particles", "damage"))
+    else {
+        panic!("types of columns")
+    };
+    for (id, mean) in particles.iter().zip(&mean) {
+        let of_it: Vec<f64> =
+            ids.chunks_exact(2).zip(&damage).filter(|(pair, _)| pair.contains(id)).map(|(_, &damage)| damage).collect();
+        let expected = of_it.iter().sum::<f64>() / of_it.len() as f64;
+        // The sum's order differs.
+        assert!((mean - expected).abs() < 1e-14, "particle {id}: {mean} instead of {expected}");
+    }
+    // Almost nothing moves in the last step: the tensor from the tables is that of the last sample, within what the bonds turn.
+    let region = r#"{ kind = "sphere", center = [0, 0, 0], radius = "5 mm" }"#;
+    let given = concordem(["measure", text(&path), "--operator", "damage-tensor", "--region", region, "--csv"]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    let measured: Vec<f64> =
+        given.out.lines().nth(1).expect("a row").split(',').map(|x| x.parse().expect("a number")).collect();
+    let ColumnData::F64(sampled) = column("samples/damage-tensor", "damage") else { panic!("not reals") };
+    let size = sampled[9..18].iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+    println!("{} {measured:?} {sampled:?}", given.out);
+    for (measured, sampled) in measured.iter().zip(&sampled[9..18]) {
+        assert!((measured - sampled).abs() < 1e-3 * size, "{measured} instead of {sampled}");
+    }
 }
 
 #[test]

@@ -5,9 +5,9 @@ use crate::math::Vec3;
 /// A contact crossed the damage threshold of the event log, or broke.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
-    /// Time at the end of the step, s.
+    /// Time at which it was found, s, as that of samples.
     pub time: f64,
-    /// Count of steps done, this one included.
+    /// Count of steps done before.
     pub step: u64,
     /// Stable id of particle A.
     pub id_a: u32,
@@ -18,7 +18,7 @@ pub struct Event {
     /// Shares of normal, shear, bending, and twist deformation in the energy that was stored before the event; their
     /// sum is 1, or 0 when nothing was stored.
     pub mode_shares: [f64; 4],
-    /// Energy dissipated by the contact up to and including the event, J.
+    /// Energy dissipated by damage of the contact in this step, J; of a bond that broke, with what it still stored.
     pub energy: f64,
     /// Damage after the event: 0 intact, 1 without strength.
     pub damage: f64,

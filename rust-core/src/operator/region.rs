@@ -144,8 +144,13 @@ impl Region {
     /// Boxes that fill `low … high` in `count` steps along each axis: the cells of a field map, x fastest.
     pub fn grid(low: Vec3, high: Vec3, count: [usize; 3]) -> Vec<Self> {
         let corner = |i: [usize; 3]| {
-            // Both neighbours of a border compute it from the same numbers, so that they agree to the last bit.
-            Vec3::from_fn(|k, _| low[k] + (high[k] - low[k]) * (i[k] as f64 / count[k] as f64))
+            // Both neighbours of a border compute it from the same numbers, so that they agree to the last bit. An endless
+            // side, as across a plane, keeps its ends.
+            Vec3::from_fn(|k, _| match i[k] {
+                0 => low[k],
+                step if step == count[k] => high[k],
+                step => low[k] + (high[k] - low[k]) * (step as f64 / count[k] as f64),
+            })
         };
         let mut cells = Vec::with_capacity(count.iter().product());
         for z in 0..count[2] {
@@ -367,7 +372,9 @@ impl Region {
             Self::Box { low, high } => Some((*low, *high)),
             Self::Sphere { centre, radius } => around(centre, Vec3::repeat(*radius)),
             Self::Cylinder { centre, axis, radius, half_length } => {
-                around(centre, axis.abs() * *half_length + Vec3::repeat(*radius))
+                // Endless as a disc is: across the axis it is not.
+                let along = axis.map(|a| if a == 0.0 { 0.0 } else { a.abs() * *half_length });
+                around(centre, along + Vec3::repeat(*radius))
             }
             Self::Ellipsoid { centre, axes } => around(centre, Vec3::from_fn(|i, _| axes.row(i).norm())),
             Self::Parallelepiped { corner, edges } => {

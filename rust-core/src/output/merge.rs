@@ -135,8 +135,8 @@ pub(super) fn write_events(file: &Group, events: &[Event], path: &Path) -> Resul
     }
     let group = &file.create_group("events").at(path)?;
     let all = || events.iter();
-    column(group, ("time", "s", 1), all().map(|e| e.time), "Time at the end of the step.", path)?;
-    column(group, ("step", "1", 1), all().map(|e| e.step), "Count of steps done.", path)?;
+    column(group, ("time", "s", 1), all().map(|e| e.time), "Time at which it was found, as that of samples.", path)?;
+    column(group, ("step", "1", 1), all().map(|e| e.step), "Count of steps done before.", path)?;
     column(group, ("id_a", "1", 1), all().map(|e| e.id_a), "Stable id of particle A.", path)?;
     column(group, ("id_b", "1", 1), all().map(|e| e.id_b), "Stable id of particle B, or of the wall.", path)?;
     let position = all().flat_map(|e| e.position.iter().copied().collect::<Vec<f64>>());
@@ -144,7 +144,8 @@ pub(super) fn write_events(file: &Group, events: &[Event], path: &Path) -> Resul
     let shares = all().flat_map(|e| e.mode_shares);
     let meaning = "Shares of normal, shear, bending, and twist deformation in the energy stored before the event.";
     column(group, ("mode_shares", "1", 4), shares, meaning, path)?;
-    let meaning = "Energy dissipated by the contact up to and including the event.";
+    let meaning =
+        "Energy dissipated by damage of the contact in this step; of a bond that broke, with what it still stored.";
     column(group, ("energy", "J", 1), all().map(|e| e.energy), meaning, path)?;
     let meaning = "Damage after the event: 0 intact, 1 without strength.";
     column(group, ("damage", "1", 1), all().map(|e| e.damage), meaning, path)

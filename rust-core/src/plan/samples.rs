@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use crate::kinematics::Frame;
 use crate::math::{Mat3, Quat, Vec3, atan2};
 use crate::operator::coarse_grain::{Kernel, coarse_grain};
 use crate::operator::power::power;
@@ -13,7 +14,6 @@ use crate::operator::stress::{
 use crate::operator::tessellation::{Domain, Mesh, delaunay, power_diagram};
 use crate::operator::{ContactSet, LoadSet, OperatorError, Period, Region, Truncation, couple_stress, damage, fabric};
 use crate::solver::record::Forces;
-use crate::state::contacts::Link;
 use crate::state::{Cell, Particles, State};
 
 /// What an operator gives: a name and a unit for a number of reals.
@@ -353,21 +353,28 @@ pub struct Bonds {
 }
 
 impl Bonds {
-    /// Those of a state.
+    /// Those of a state, broken ones included, where particle A is now.
     pub fn of(state: &State) -> Self {
         let mut bonds = Self::default();
         for block in &state.bonds {
             for k in 0..block.len() {
                 let view = block.view(k);
-                let broken = view.link.has(Link::BROKEN);
-                let a = state.particles.position[view.pair.a as usize];
-                bonds.middle.push(a + view.frame.normal * (0.5 * view.frame.length));
-                bonds.normal.push(view.frame.normal);
-                bonds.damage.push(if broken { 1.0 } else { block.damage(k) });
-                bonds.lost_strength.push(if broken { 1.0 } else { block.lost_strength(k) });
+                let a = &state.particles.position[view.pair.a as usize];
+                bonds.push(a, &view.frame, [block.damage(k), block.lost_strength(k)]);
             }
         }
+        for bond in &state.broken {
+            bonds.push(&state.particles.position[bond.pair.a as usize], &bond.frame, [1.0, 1.0]);
+        }
         bonds
+    }
+
+    /// Add a bond whose particle A is at `a` (m), with its damage and lost strength.
+    pub fn push(&mut self, a: &Vec3, frame: &Frame, [damage, lost_strength]: [f64; 2]) {
+        self.middle.push(a + frame.normal * (0.5 * frame.length));
+        self.normal.push(frame.normal);
+        self.damage.push(damage);
+        self.lost_strength.push(lost_strength);
     }
 }
 

@@ -8,6 +8,7 @@ use std::sync::OnceLock;
 use super::tables::{UNBONDED, WALLS};
 use super::{Console, Failure};
 use crate::assembly::samples;
+use crate::kinematics::Frame;
 use crate::math::{Mat3, Vec3};
 use crate::operator::stress::{ParticleVolume, Partition, particle_stress};
 use crate::operator::tessellation::Mesh;
@@ -202,6 +203,13 @@ impl Table {
         Ok(crate::operator::vectors("column", self.reals(column)?)?.to_vec())
     }
 
+    fn flags(&self, column: &str) -> Result<Vec<bool>, Failure> {
+        match self.columns.get(column).map(|column| &column.data) {
+            Some(ColumnData::U8(data)) => Ok(data.iter().map(|&flag| flag != 0).collect()),
+            _ => Err(self.missing(column)),
+        }
+    }
+
     fn indices(&self, column: &str) -> Result<&[u32], Failure> {
         match self.columns.get(column).map(|column| &column.data) {
             Some(ColumnData::U32(data)) => Ok(data),
@@ -258,23 +266,28 @@ impl Moment {
                 forces.walls.moment = table.vectors("moment")?;
                 continue;
             }
-            let ids = table.indices("ids")?;
+            let pairs: Vec<[u32; 2]> =
+                table.indices("ids")?.chunks_exact(2).map(|pair| [place(pair[0]), place(pair[1])]).collect();
+            let (branch, broken) = (table.vectors("branch")?, table.flags("broken")?);
+            let (point, force, moment) =
+                (table.vectors("position")?, table.vectors("force")?, table.vectors("moment")?);
+            // Broken bonds are damaged, and no contacts.
             let contacts = &mut forces.contacts;
-            let first = contacts.pair.len();
-            contacts.pair.extend(ids.chunks_exact(2).map(|pair| [place(pair[0]), place(pair[1])]));
-            contacts.branch.extend(table.vectors("branch")?);
-            contacts.point.extend(table.vectors("position")?);
-            contacts.force.extend(table.vectors("force")?);
-            contacts.moment.extend(table.vectors("moment")?);
+            for k in (0..pairs.len()).filter(|&k| !broken[k]) {
+                contacts.pair.push(pairs[k]);
+                contacts.branch.push(branch[k]);
+                contacts.point.push(point[k]);
+                contacts.force.push(force[k]);
+                contacts.moment.push(moment[k]);
+            }
             if !law.starts_with(UNBONDED) {
-                for k in first..contacts.pair.len() {
-                    let a = contacts.pair[k][0] as usize;
-                    let a = particles.position.get(a).copied().unwrap_or_default();
-                    bonds.middle.push(a + contacts.branch[k] * 0.5);
-                    bonds.normal.push(contacts.branch[k].normalize());
+                let (normal, length) = (table.vectors("normal")?, table.reals("length")?);
+                let (damage, lost_strength) = (table.reals("damage")?, table.reals("lost_strength")?);
+                for (k, pair) in pairs.iter().enumerate() {
+                    let a = particles.position.get(pair[0] as usize).copied().unwrap_or_default();
+                    let frame = Frame { normal: normal[k], length: length[k] };
+                    bonds.push(&a, &frame, [damage[k], lost_strength[k]]);
                 }
-                bonds.damage.extend(table.reals("damage")?);
-                bonds.lost_strength.extend(table.reals("lost_strength")?);
             }
         }
         // A run ends with a snapshot.

@@ -5,7 +5,7 @@ use crate::plan::samples::rotation_vector;
 use crate::solver::record::{Forces, WallForces};
 use crate::state::State;
 use crate::state::columns::{Column, ColumnError, ColumnSink, WriteColumns};
-use crate::state::contacts::{Contacts, Link};
+use crate::state::contacts::{BrokenBond, Contacts, Pair};
 
 /// Tables of a state: `particles/…` with a row per particle in the order of the ids, `cell/…`, `contacts/LAW/…` with a row
 /// per bond, broken ones included, `contacts/unbonded_LAW/…`, `contacts/walls/…`.
@@ -64,8 +64,10 @@ impl WriteColumns for Tables<'_> {
         }
         let ends = &self.forces.contacts.block_end;
         let mut from = 0;
-        for (block, &end) in self.state.bonds.iter().zip(ends) {
-            contacts(self.state, block.contacts(), block.law(), self.forces, from..end, sink)?;
+        for (place, (block, &end)) in self.state.bonds.iter().zip(ends).enumerate() {
+            let broken: Vec<BrokenBond> =
+                self.state.broken.iter().filter(|bond| bond.block as usize == place).copied().collect();
+            contacts(self.state, block.contacts(), &broken, block.law(), self.forces, from..end, sink)?;
             from = end;
         }
         if let Some(block) = &self.state.contacts {
@@ -73,6 +75,7 @@ impl WriteColumns for Tables<'_> {
             contacts(
                 self.state,
                 block.contacts(),
+                &[],
                 &format!("{UNBONDED}{}", block.law()),
                 self.forces,
                 from..end,
@@ -104,11 +107,12 @@ fn walls(state: &State, forces: &WallForces, sink: &mut dyn ColumnSink) -> Resul
     Ok(())
 }
 
-/// A row for every bond, and for every unbonded contact that carries something. Force and moment act on the first
-/// particle, the moment about `position`.
+/// A row for every bond, broken ones last and without history, and for every unbonded contact that carries something. Force
+/// and moment act on the first particle, the moment about `position`.
 fn contacts(
     state: &State,
     block: &dyn Contacts,
+    broken: &[BrokenBond],
     name: &str,
     forces: &Forces,
     rows: std::ops::Range<usize>,
@@ -128,14 +132,16 @@ fn contacts(
     let mut ids = Vec::with_capacity(2 * count);
     let (mut position, mut normal) = (Vec::with_capacity(3 * count), Vec::with_capacity(3 * count));
     let (mut length, mut reference, mut area) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut damage, mut lost_strength, mut broken) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut damage, mut lost_strength) = (Vec::new(), Vec::new());
+    let branch_of = |pair: Pair, image: [i8; 3]| {
+        let shift = state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(image));
+        particles.position[pair.b as usize] + shift - particles.position[pair.a as usize]
+    };
     for &k in &shown {
         let view = block.view(k);
         let (a, b) = (view.pair.a as usize, view.pair.b as usize);
         ids.extend([particles.id[a], particles.id[b]]);
-        let broke = view.link.has(Link::BROKEN);
-        let shift = state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(view.link.image));
-        let l = particles.position[b] + shift - particles.position[a];
+        let l = branch_of(view.pair, view.link.image);
         branch.extend(l.iter());
         if let Some(row) = Some(row_of[k]).filter(|&row| row != usize::MAX) {
             position.extend(forces.point[row].iter());
@@ -151,10 +157,25 @@ fn contacts(
         length.push(view.frame.length);
         reference.push(view.reference.length);
         area.push(view.reference.area);
-        damage.push(if broke { 1.0 } else { block.damage(k) });
-        lost_strength.push(if broke { 1.0 } else { block.lost_strength(k) });
-        broken.push(u8::from(broke));
+        damage.push(block.damage(k));
+        lost_strength.push(block.lost_strength(k));
     }
+    for bond in broken {
+        let (a, b) = (bond.pair.a as usize, bond.pair.b as usize);
+        ids.extend([particles.id[a], particles.id[b]]);
+        branch.extend(branch_of(bond.pair, bond.image).iter());
+        // Where it was, seen from A.
+        position.extend((particles.position[a] + bond.frame.normal * (0.5 * bond.frame.length)).iter());
+        force.extend([0.0; 3]);
+        moment.extend([0.0; 3]);
+        normal.extend(bond.frame.normal.iter());
+        length.push(bond.frame.length);
+        reference.push(bond.reference.length);
+        area.push(bond.reference.area);
+        damage.push(1.0);
+        lost_strength.push(1.0);
+    }
+    let is_broken: Vec<u8> = (0..count + broken.len()).map(|row| u8::from(row >= count)).collect();
     let path = |column: &str| format!("contacts/{name}/{column}");
     sink.column(&path("ids"), Column::U32 { data: &ids, components: 2, unit: "1" })?;
     sink.column(&path("position"), Column::f64(&position, 3, "m"))?;
@@ -167,33 +188,33 @@ fn contacts(
     sink.column(&path("area"), Column::f64(&area, 1, "m^2"))?;
     sink.column(&path("damage"), Column::f64(&damage, 1, "1"))?;
     sink.column(&path("lost_strength"), Column::f64(&lost_strength, 1, "1"))?;
-    sink.column(&path("broken"), Column::u8(&broken))?;
+    sink.column(&path("broken"), Column::u8(&is_broken))?;
     let (fields, reals) = block.history_reals();
     let width: usize = fields.iter().map(|field| field.components).sum();
     let mut offset = 0;
     for field in fields {
         let at = |k: usize| k * width + offset;
-        let values: Vec<f64> =
-            shown.iter().flat_map(|&k| reals[at(k)..at(k) + field.components].iter().copied()).collect();
+        let values = shown.iter().flat_map(|&k| reals[at(k)..at(k) + field.components].iter().copied());
+        let values: Vec<f64> = values.chain(std::iter::repeat_n(0.0, field.components * broken.len())).collect();
         sink.column(&path(&format!("history_{}", field.name)), Column::f64(&values, field.components, field.unit))?;
         offset += field.components;
     }
     Ok(())
 }
 
-/// Mean damage of the bonds of each particle; 0 for particles without bonds.
+/// Mean damage of the bonds of each particle, broken ones counted as 1; 0 for particles that never had a bond.
 pub(super) fn bond_damage(state: &State) -> Vec<f64> {
     let mut sum = vec![0.0; state.particles.len()];
     let mut count = vec![0.0; state.particles.len()];
-    for block in &state.bonds {
-        for k in 0..block.len() {
-            let view = block.view(k);
-            let damage = if view.link.has(Link::BROKEN) { 1.0 } else { block.damage(k) };
-            for p in [view.pair.a, view.pair.b] {
-                sum[p as usize] += damage;
-                count[p as usize] += 1.0;
-            }
+    let mut add = |pair: Pair, damage: f64| {
+        for p in [pair.a, pair.b] {
+            sum[p as usize] += damage;
+            count[p as usize] += 1.0;
         }
+    };
+    for block in &state.bonds {
+        (0..block.len()).for_each(|k| add(block.view(k).pair, block.damage(k)));
     }
+    state.broken.iter().for_each(|bond| add(bond.pair, 1.0));
     sum.iter().zip(&count).map(|(sum, count)| if *count > 0.0 { sum / count } else { 0.0 }).collect()
 }

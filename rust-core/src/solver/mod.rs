@@ -23,7 +23,7 @@ use crate::kinematics::{Frame, Mode, Pose, sphere_sphere};
 use crate::law::EnergySplit;
 use crate::math::{Mat3, Vec3};
 use crate::neighbor::{NeighborError, VerletList, candidate_pairs};
-use crate::state::contacts::{Contacts, Link, Pair};
+use crate::state::contacts::{BrokenBond, Contacts, Link, Pair};
 use crate::state::{Cell, Constraint, Particles, State};
 use deformation::{DeformationPass, DeformationSums};
 use forces::{EvaluatedContacts, Incident, StepContext, TileMap};
@@ -335,13 +335,19 @@ impl Solver {
         // Pairs that are bonded do not interact otherwise; broken ones with a kept reference go on from it.
         let mut bonded: Vec<(Pair, [i8; 3])> = Vec::new();
         let mut kept = Vec::new();
-        for block in &mut state.bonds {
+        for (place, block) in state.bonds.iter_mut().enumerate() {
             let block = block.contacts_mut();
             let mut any_broken = false;
             for k in 0..block.len() {
                 let view = block.view(k);
                 if view.link.has(Link::BROKEN) {
                     any_broken = true;
+                    // The host of a share keeps its own account, over all shares.
+                    if self.owned.is_empty() {
+                        let (image, block) = (view.link.image, place as u16);
+                        let (pair, reference, frame) = (view.pair, view.reference, view.frame);
+                        state.broken.push(BrokenBond { block, pair, image, reference, frame });
+                    }
                     if let Some(reference) = block.kept_reference(k) {
                         kept.push(((view.pair, view.link.image), reference, view.frame));
                     }

@@ -18,6 +18,21 @@ pub struct Pair {
     pub b: u32,
 }
 
+/// A bond that broke. It is in no block any more; damage counts it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BrokenBond {
+    /// Place of its block in [`State::bonds`](super::State::bonds).
+    pub block: u16,
+    /// Its particles.
+    pub pair: Pair,
+    /// Image of B, as [`Link::image`].
+    pub image: [i8; 3],
+    /// Length without strain and area.
+    pub reference: Reference,
+    /// Direction and length when it broke.
+    pub frame: Frame,
+}
+
 /// Periodic image of B, parameter row, and flags of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]

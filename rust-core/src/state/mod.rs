@@ -9,10 +9,14 @@ pub mod walls;
 
 pub use cell::Cell;
 pub use clumps::Clump;
+use contacts::{BrokenBond, Pair};
+
 pub use columns::{Column, ColumnError, ColumnSink, ColumnSource, WriteColumns};
 pub use particles::{Constraint, Deformation, Load, LoadLever, Particles, Sphere};
 pub use walls::{Wall, WallShape};
 
+use crate::kinematics::Frame;
+use crate::law::Reference;
 use crate::math::{Mat3, Quat, Symmetric, Vec3};
 use crate::solver::energy::Ledger;
 use crate::solver::forces::EvaluatedContacts;
@@ -43,6 +47,8 @@ pub struct State {
     pub cell: Option<Cell>,
     /// Bonds, a block per law.
     pub bonds: Vec<Box<dyn EvaluatedContacts>>,
+    /// Bonds that broke, in the order in which they did.
+    pub broken: Vec<BrokenBond>,
     /// Unbonded contacts and candidates, if unbonded pairs interact.
     pub contacts: Option<Box<dyn EvaluatedContacts>>,
     /// Walls.
@@ -65,6 +71,7 @@ impl Clone for State {
             particles: self.particles.clone(),
             cell: self.cell,
             bonds: self.bonds.iter().map(|b| b.boxed_clone()).collect(),
+            broken: self.broken.clone(),
             contacts: self.contacts.as_ref().map(|b| b.boxed_clone()),
             walls: self.walls.clone(),
             wall_contacts: self.wall_contacts.as_ref().map(|b| b.boxed_clone()),
@@ -151,6 +158,7 @@ impl State {
             let path = format!("bonds/{k}_{}", block.law());
             block.read(&path, source)?;
         }
+        self.broken = read_broken(source)?;
         if let Some(block) = &mut self.contacts {
             block.read("contacts", source)?;
         }
@@ -197,6 +205,39 @@ impl State {
         self.ledger = ledger;
         Ok(())
     }
+}
+
+fn write_broken(broken: &[BrokenBond], sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
+    let pair: Vec<Pair> = broken.iter().map(|bond| bond.pair).collect();
+    let image: Vec<i8> = broken.iter().flat_map(|bond| bond.image).collect();
+    let block: Vec<u16> = broken.iter().map(|bond| bond.block).collect();
+    let reference: Vec<Reference> = broken.iter().map(|bond| bond.reference).collect();
+    let frame: Vec<Frame> = broken.iter().map(|bond| bond.frame).collect();
+    sink.column("broken/block", Column::u16(&block))?;
+    sink.column("broken/pair", Column::U32 { data: bytemuck::cast_slice(&pair), components: 2, unit: "1" })?;
+    sink.column("broken/image", Column::I8 { data: &image, components: 3, unit: "1" })?;
+    sink.column("broken/reference", Column::f64(bytemuck::cast_slice(&reference), 2, "m, m^2"))?;
+    sink.column("broken/frame", Column::f64(bytemuck::cast_slice(&frame), 4, "1, 1, 1, m"))
+}
+
+fn read_broken(source: &mut dyn ColumnSource) -> Result<Vec<BrokenBond>, ColumnError> {
+    if !source.exists("broken/block") {
+        return Ok(Vec::new());
+    }
+    let block = source.u16("broken/block")?;
+    let n = block.len();
+    let pair = with_length("broken/pair", source.u32("broken/pair")?, 2 * n)?;
+    let image = with_length("broken/image", source.i8("broken/image")?, 3 * n)?;
+    let reference = with_length("broken/reference", source.f64("broken/reference")?, 2 * n)?;
+    let frame = with_length("broken/frame", source.f64("broken/frame")?, 4 * n)?;
+    let bond = |k: usize| BrokenBond {
+        block: block[k],
+        pair: Pair { a: pair[2 * k], b: pair[2 * k + 1] },
+        image: [image[3 * k], image[3 * k + 1], image[3 * k + 2]],
+        reference: Reference { length: reference[2 * k], area: reference[2 * k + 1] },
+        frame: Frame { normal: Vec3::from_column_slice(&frame[4 * k..4 * k + 3]), length: frame[4 * k + 3] },
+    };
+    Ok((0..n).map(bond).collect())
 }
 
 impl WriteColumns for State {
@@ -247,6 +288,9 @@ impl WriteColumns for State {
         }
         for (k, block) in self.bonds.iter().enumerate() {
             block.write(&format!("bonds/{k}_{}", block.law()), sink)?;
+        }
+        if !self.broken.is_empty() {
+            write_broken(&self.broken, sink)?;
         }
         if let Some(block) = &self.contacts {
             block.write("contacts", sink)?;

@@ -302,6 +302,22 @@ fn cells_of_regions() {
         let part = all.within(&mesh, &position, &ball, Some(&period)).unwrap();
         exact(&part.gradient, &g);
         assert!(part.cells.len() > 10 && part.cells.len() < mesh.len());
+        if plane {
+            // A disc is as good, and so is a grid of boxes without end across the plane.
+            let disc = all.within(&mesh, &position, &Region::disc(Vec3::zeros(), 0.4), Some(&period)).unwrap();
+            assert_eq!(disc.cells, part.cells);
+            let Region::Box { low, high } = Region::rectangle([-0.3, -0.2], [0.5, 0.4]) else { unreachable!() };
+            let count = |region: &Region| {
+                position
+                    .iter()
+                    .enumerate()
+                    .map(|(p, x)| region.images_inside(Some(&period), p, x).count())
+                    .sum::<usize>()
+            };
+            let parts: usize = Region::grid(low, high, [4, 3, 1]).iter().map(count).sum();
+            assert_eq!(parts, count(&Region::Box { low, high }));
+            assert!(parts > 10 && Region::grid(low, high, [4, 3, 1]).iter().all(|part| part.volume().is_ok()));
+        }
     }
 }
 
