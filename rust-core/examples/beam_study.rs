@@ -5,14 +5,16 @@
 //! cargo run --release --example beam_study -- FILE.json            all cases; goes on where FILE.json ends
 //! ```
 //!
-//! Elastic constants for several sizes (tension, bending, torsion: tables 2.3 and 2.5), and strength under the three loads
-//! with either criterion (tables 4.1 and 4.2). Each case goes to the file when it is done.
+//! Elastic constants for several sizes (tension, bending, torsion: tables 2.3 and 2.5), periods and the celerity of a pulse
+//! (table 2.6), and strength under the three loads with either criterion (tables 4.1 and 4.2). Each case goes to the file when it is done.
 
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use concordem::calibration::cohesive_beam::{Criterion, Load, Sample, SampleRecipe, elastic, strength, vibration};
+use concordem::calibration::cohesive_beam::{
+    Criterion, Load, Sample, SampleRecipe, elastic, impact, strength, vibration,
+};
 use concordem::law::{BendingTerm, CohesiveBeam, Section};
 use concordem::math::{Mat3, Vec3};
 use serde_json::{Value, json};
@@ -28,7 +30,7 @@ type Outcome<T> = Result<T, Box<dyn Error>>;
 struct Study {
     path: Option<PathBuf>,
     cases: BTreeMap<String, Value>,
-    samples: BTreeMap<(usize, u64), Sample>,
+    sample: Option<Sample>,
 }
 
 impl Study {
@@ -37,18 +39,16 @@ impl Study {
             Some(path) if path.exists() => serde_json::from_str(&std::fs::read_to_string(path)?)?,
             _ => BTreeMap::new(),
         };
-        Ok(Self { path, cases, samples: BTreeMap::new() })
+        Ok(Self { path, cases, sample: None })
     }
 
-    fn sample(&mut self, size: usize, seed: u64) -> Outcome<Sample> {
-        if let Some(sample) = self.samples.get(&(size, seed)) {
+    /// One is kept: they are large.
+    fn sample(&mut self, recipe: SampleRecipe) -> Outcome<Sample> {
+        if let Some(sample) = self.sample.as_ref().filter(|sample| sample.recipe == recipe) {
             return Ok(sample.clone());
         }
-        let sample = Sample::new(&SampleRecipe::book(size, seed), &mut |_| {})?;
-        // One at a time is enough, and they are large.
-        self.samples.clear();
-        self.samples.insert((size, seed), sample.clone());
-        Ok(sample)
+        self.sample = None;
+        Ok(self.sample.insert(Sample::new(&recipe, &mut |_| {})?).clone())
     }
 
     /// Do a case that is not known yet.
@@ -85,7 +85,7 @@ fn facts(sample: &Sample) -> Value {
 }
 
 fn elasticity(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
-    let sample = study.sample(size, seed)?;
+    let sample = study.sample(SampleRecipe::book(size, seed))?;
     let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
     let mut value = json!({ "sample": facts(&sample) });
     let tension = elastic(&sample, &beam, Load::Tension)?;
@@ -106,7 +106,7 @@ fn elasticity(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
 /// First periods beside the formulas of a clamped-free bar with the sample's own constants (table 2.6).
 fn vibrations(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
     use std::f64::consts::PI;
-    let sample = study.sample(size, seed)?;
+    let sample = study.sample(SampleRecipe::book(size, seed))?;
     let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
     let tension = elastic(&sample, &beam, Load::Tension)?;
     let shear_modulus = tension.modulus / (2.0 * (1.0 + tension.poisson));
@@ -130,8 +130,42 @@ fn vibrations(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
     Ok(value)
 }
 
+/// Celerity of a pulse beside `√(E/ρ)` with the sample's own modulus (table 2.6), by the length over which it is struck.
+/// Cylinders ten times as long as thick, so that the pulse is long beside the radius and short beside the length; longer
+/// ones to see where the celerity goes for longer pulses.
+fn impacts(study: &mut Study, count: usize, slenderness: f64, radii: &[f64], seed: u64) -> Outcome<Value> {
+    let sample = study.sample(SampleRecipe { slenderness, ..SampleRecipe::book(count, seed) })?;
+    let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
+    let tension = elastic(&sample, &beam, Load::Tension)?;
+    let bar = (tension.modulus / DENSITY).sqrt();
+    let sphere_density = sample.sphere_density(DENSITY);
+    let (mut by_half, mut by_peaks) = (Vec::new(), Vec::new());
+    for struck in radii {
+        let found = impact(&sample, &beam, sphere_density, struck * sample.radius, bar)?;
+        by_half.push(found.celerity / bar);
+        by_peaks.push(found.by_peaks / bar);
+    }
+    let solid: f64 = sample
+        .spheres
+        .iter()
+        .filter(|sphere| sphere.position.x.abs() < 0.25 * sample.length)
+        .map(|sphere| 4.0 / 3.0 * std::f64::consts::PI * sphere.radius.powi(3))
+        .sum();
+    let middle = std::f64::consts::PI * sample.radius * sample.radius * 0.5 * sample.length;
+    Ok(json!({
+        "sample": facts(&sample),
+        "young_gpa": tension.modulus / 1e9,
+        "poisson": tension.poisson,
+        "bar_celerity_m_per_s": bar,
+        "density_of_middle_half_over_mean": solid * sphere_density / (middle * DENSITY),
+        "struck_length_over_radius": radii,
+        "celerity_over_theory": by_half,
+        "celerity_by_peaks_over_theory": by_peaks,
+    }))
+}
+
 fn broken(study: &mut Study, size: usize, seed: u64, criterion: &str, load: &str) -> Outcome<Value> {
-    let sample = study.sample(size, seed)?;
+    let sample = study.sample(SampleRecipe::book(size, seed))?;
     let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
     let kind = match criterion {
         "particles" => Criterion::Particle(64e6),
@@ -177,6 +211,8 @@ fn main() -> Outcome<()> {
         for seed in 1..=seeds {
             study.case(&format!("elastic, {size}, seed {seed}"), |s| elasticity(s, size, seed))?;
             study.case(&format!("vibration, {size}, seed {seed}"), |s| vibrations(s, size, seed))?;
+            let radii = [1.0, 2.0, 3.0, 4.0];
+            study.case(&format!("impact, {size}, seed {seed}"), |s| impacts(s, size, 10.0, &radii, seed))?;
             let criteria: &[&str] = if size == largest && seed == 1 && full {
                 &["mid-section", "particles", "half-sum", "larger-end"]
             } else {
@@ -200,6 +236,11 @@ fn main() -> Outcome<()> {
                 study.case(&name, |s| broken(s, size, seed, criterion, load))?;
             }
         }
+    }
+    // As thick as those of a thousand, and four times as long.
+    for seed in 1..=if full { seeds } else { 0 } {
+        let radii = [1.0, 2.0, 4.0, 8.0, 16.0];
+        study.case(&format!("impact on a long bar, 4000, seed {seed}"), |s| impacts(s, 4000, 40.0, &radii, seed))?;
     }
     Ok(())
 }

@@ -32,6 +32,7 @@ templates! {
     "beam-tension": "cylinder of silica made of cohesive beams (Jebahi et al. 2015), pulled until it breaks; a minute",
     "beam-torsion": "the same cylinder, twisted until it breaks",
     "beam-bending": "a prism of the same silica, bent until it breaks",
+    "beam-impact": "a pulse runs through a slender cylinder of the same silica and comes back; seconds",
     "beam-indentation": "a plate of silica in two dimensions, pressed by a rigid cylinder; minutes",
     "deformable-discs": "two-dimensional bar of discs that deform under their contacts, pressed at its ends",
     "linear-bond-bar": "two-dimensional bar of discs with brittle bonds, pulled until it breaks",

@@ -8,9 +8,10 @@
 //! * spectral: the largest eigenvalue of the assembled mass-scaled stiffness by Lanczos iteration, plus its residual
 //!   norm. Sharp.
 //!
-//! Deformable particles stiffen the fastest vibration where their strains lag behind the forces
-//! ([`coupling`](super::coupling)); the last two bounds take that into account. Shear forces, which strain the particles
-//! too, do not count there.
+//! Deformable particles stiffen the fastest vibration where their strains lag behind the forces, and soften it where they
+//! are iterated ([`coupling`](super::coupling)); the last two bounds take that into account, with the strains that shear
+//! forces make. Slower than the fastest, some vibrations gain energy from shear forces that strain particles, at any time
+//! step: damping has to take that (`docs/deformable-particles.md`).
 //!
 //! Dashpots with `C ≤ βK` lower the limit to `(2/ω)(√(1+ζ²) − ζ)`, `ζ = ½βω` (Belytschko 1983).
 
@@ -151,11 +152,16 @@ pub fn bounds(state: &State) -> TimeStepBounds {
 pub fn bounds_with(state: &State, deformable: Option<&Deformable>) -> (TimeStepBounds, Option<Convergence>) {
     let coupling = deformable.map(|deformable| Coupling::new(state, deformable));
     let convergence = coupling.as_ref().map(Coupling::convergence);
-    // Iterated strains soften the contacts: rigid particles are the worst case.
-    let lagged = deformable.is_some_and(|d| d.update == Update::Lagged);
+    let update = deformable.map_or(Update::Lagged, |d| d.update);
     let radius = convergence.map_or(0.0, |c| c.spectral_radius);
-    let coupling = coupling.filter(|_| lagged && radius > 0.0 && radius < 1.0);
-    let stiffening = if coupling.is_some() { 1.0 / (1.0 - radius) } else { 1.0 };
+    let coupling = coupling.filter(|_| radius > 0.0 && (radius < 1.0 || update != Update::Lagged));
+    let stiffening = coupling.as_ref().map_or(1.0, |coupling| {
+        let shear = coupling.shear_bound();
+        match update {
+            Update::Lagged => 1.0 + 0.5 * (radius + (radius * (radius + shear)).sqrt()) / (1.0 - radius),
+            Update::Iterated { .. } => 1.0 + 0.25 * shear,
+        }
+    });
     let particles = &state.particles;
     let n = particles.len();
     let elements = elements(state);
@@ -206,11 +212,9 @@ pub fn bounds_with(state: &State, deformable: Option<&Deformable>) -> (TimeStepB
         |x, y| {
             apply(&elements, &walls, &scale, x, y);
             if let Some(coupling) = &coupling {
-                let displacement = |p: usize| x[p].fixed_rows::<3>(0).component_mul(&scale[p].fixed_rows::<3>(0));
-                coupling.add_stiffening(displacement, |p, force| {
-                    for i in 0..3 {
-                        y[p][i] += force[i] * scale[p][i];
-                    }
+                let motion = |p: usize| halves(&x[p].component_mul(&scale[p]));
+                coupling.add_stiffness(update, motion, |p, force, torque| {
+                    y[p] += joined(&force, &torque).component_mul(&scale[p]);
                 });
             }
         },
@@ -227,6 +231,16 @@ pub fn bounds_with(state: &State, deformable: Option<&Deformable>) -> (TimeStepB
     (bounds, convergence)
 }
 
+/// Translation and rotation.
+fn halves(v: &Vector6<f64>) -> (Vec3, Vec3) {
+    (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]))
+}
+
+/// The inverse of [`halves`].
+fn joined(force: &Vec3, torque: &Vec3) -> Vector6<f64> {
+    Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z)
+}
+
 /// `y = S K S x`, element by element in fixed order.
 fn apply(
     elements: &[Element],
@@ -236,14 +250,8 @@ fn apply(
     y: &mut [Vector6<f64>],
 ) {
     y.fill(Vector6::zeros());
-    let split = |p: usize| {
-        let v = x[p].component_mul(&scale[p]);
-        (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]))
-    };
-    let mut add = |p: usize, force: Vec3, torque: Vec3| {
-        let v = Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
-        y[p] += v.component_mul(&scale[p]);
-    };
+    let split = |p: usize| halves(&x[p].component_mul(&scale[p]));
+    let mut add = |p: usize, force: Vec3, torque: Vec3| y[p] += joined(&force, &torque).component_mul(&scale[p]);
     for e in elements {
         let ((ua, wa), (ub, wb)) = (split(e.a as usize), split(e.b as usize));
         let n = e.normal;
