@@ -30,6 +30,18 @@ pub struct Dyads {
     pub other: Symmetric,
 }
 
+impl Dyads {
+    /// The dyads of a contact with the force `force` on the particle from whose centre `normal` points to it, of which
+    /// dashpots exert `viscous` (N), and its elastic normal force; `dashpots_strain`: whether `viscous` strains particles.
+    #[inline(always)]
+    pub fn of_contact(normal: &Vec3, force: &Vec3, viscous: &Vec3, dashpots_strain: bool) -> (Self, Vec3) {
+        let elastic = force - viscous;
+        let pressure = normal * elastic.dot(normal);
+        let other = if dashpots_strain { *force } else { elastic } - pressure;
+        (Self { normal: Symmetric::product(normal, &pressure), other: Symmetric::product(normal, &other) }, pressure)
+    }
+}
+
 /// Sums over the contacts of a particle whose translation is prescribed; nothing for others.
 #[derive(Debug, Clone, Copy, Default)]
 struct Held {

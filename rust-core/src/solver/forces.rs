@@ -12,7 +12,7 @@ use crate::kinematics::deformable::Widening;
 use crate::kinematics::sphere_sphere::{ImageShift, Motion};
 use crate::kinematics::{BATCH, Batch, Columns, Frame, Mode, PointKinematics, Pose};
 use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, LawState, Reference, Response};
-use crate::math::{Mat3, Quat, Symmetric, Vec3};
+use crate::math::{Mat3, Quat, Vec3};
 use crate::solver::deformation::Dyads;
 use crate::solver::record::{self, ContactForces, WallForces};
 use crate::solver::walls;
@@ -65,16 +65,6 @@ impl StepContext<'_> {
     pub fn widening_between(&self, a: usize, b: usize, normal: &Vec3, normal_old: &Vec3) -> (f64, f64) {
         let (a, b) = (&self.widening[a], &self.widening[b]);
         ((a.now + b.now).quadratic(normal), (a.before + b.before).quadratic(normal_old))
-    }
-
-    /// The dyads of a contact with the force `force` on the particle from whose centre `normal` points to it, of which
-    /// dashpots exert `viscous`; and its elastic normal force.
-    #[inline(always)]
-    pub fn dyads(&self, normal: &Vec3, force: &Vec3, viscous: &Vec3) -> (Dyads, Vec3) {
-        let elastic = force - viscous;
-        let pressure = normal * elastic.dot(normal);
-        let other = if self.dashpots_strain { *force } else { elastic } - pressure;
-        (Dyads { normal: Symmetric::product(normal, &pressure), other: Symmetric::product(normal, &other) }, pressure)
     }
 }
 
@@ -690,7 +680,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         }
         if deforms {
             // Force and direction are both opposite for B: its dyads are the same.
-            let (dyads, pressure) = self.context.dyads(&normal, &force, &L::viscous_force(&normal, history));
+            let viscous = L::viscous_force(&normal, history);
+            let (dyads, pressure) = Dyads::of_contact(&normal, &force, &viscous, self.context.dashpots_strain);
             self.tile.dyads[a - self.tile.base] += dyads;
             if slot == LOCAL {
                 self.tile.dyads[b - self.tile.base] += dyads;

@@ -170,7 +170,8 @@ pub fn evaluate<L: ContactLaw>(
             force[a] += response.force;
             if let Some(sum) = dyads.get_mut(a) {
                 let viscous = L::viscous_force(&foot.normal, &response.state);
-                let (dyads, pressure) = context.dyads(&foot.normal, &response.force, &viscous);
+                let (dyads, pressure) =
+                    Dyads::of_contact(&foot.normal, &response.force, &viscous, context.dashpots_strain);
                 *sum += dyads;
                 if particles.constraint[a].any(context.reacting) {
                     tally.held.push(HeldContact { particle: a as u32, normal: foot.normal, pressure });

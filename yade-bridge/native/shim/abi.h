@@ -49,10 +49,76 @@ struct ConcordemBeamContact {
 	double                  storedEnergy, damageEnergy, integrationEnergy;
 };
 
-/* 0: holds; 1: broke; -1: not a number; -3: internal error. */
+/* 0: holds; 1: broke; -1: not a number; -2: parameters without meaning; -3: internal error. */
 int32_t concordem_yade_beam(ConcordemBeamContact*);
 int64_t concordem_yade_beam_stiffness(const ConcordemBeamParameters*, double (*stiffness)[4], const ConcordemMessage*);
 size_t  concordem_yade_beam_size();
+
+/* A brittle linear bond between bodies that may deform: structures as in src/linear_bond.rs. */
+struct ConcordemLinearBondParameters {
+	double  normalStiffness, shearStiffness, dampingRatio, normalStrength, shearStrength;
+	int32_t subtractInitialGap;
+};
+
+struct ConcordemBondedBody {
+	ConcordemBodyMotion motion;
+	double              radius, mass;
+	const double*       widening[2];
+};
+
+struct ConcordemLinearBond {
+	ConcordemLinearBondParameters parameters;
+	ConcordemBondedBody           bodies[2];
+	double                        shift[3], dt, referenceLength;
+	double                        length, normal[3], shearDisplacement[3], normalDashpot, shearDashpot[3];
+	double                        force[3], torque[2][3];
+	double                        storedEnergy, damageEnergy, viscousEnergy, integrationEnergy;
+};
+
+struct ConcordemElasticity {
+	double young, poisson;
+};
+
+/* 0: holds; 1: broke; -1: not a number; -3: internal error. */
+int32_t concordem_yade_linear_bond(ConcordemLinearBond*);
+int64_t concordem_yade_linear_bond_check(const ConcordemLinearBondParameters*, const ConcordemElasticity (*)[2], const ConcordemMessage*);
+size_t  concordem_yade_linear_bond_size();
+
+/* The pass over deformable particles: structures as in src/deformation.rs. */
+struct ConcordemDeformation;
+
+struct ConcordemDeformableBody {
+	uint32_t material, blocked;
+	double   radius;
+	double * dyad, *used, *other, *reaction;
+	double * widening, *wideningBefore, *stress;
+};
+
+struct ConcordemBondAnswer {
+	uint32_t      bodies[2];
+	const double *normal, *force;
+	double        normalDashpot;
+	const double* shearDashpot;
+};
+
+struct ConcordemDeformationEnergies {
+	double stored, lag, other, reactions;
+};
+
+ConcordemDeformation* concordem_yade_deformation_scratch(int32_t threads, const ConcordemMessage*);
+void                  concordem_yade_deformation_delete(ConcordemDeformation*);
+int64_t               concordem_yade_deformation(
+                      ConcordemDeformation*,
+                      const ConcordemDeformableBody*,
+                      size_t bodies,
+                      const ConcordemBondAnswer*,
+                      size_t bonds,
+                      const ConcordemElasticity*,
+                      size_t      materials,
+                      const char* condition,
+                      int32_t     dashpots,
+                      ConcordemDeformationEnergies*,
+                      const ConcordemMessage*);
 
 /* The bonded engine: structures as in src/bonds.rs. */
 struct ConcordemBonds;

@@ -2,10 +2,7 @@
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "beams.hpp"
-#include "running.hpp"
 #include <core/EnergyTracker.hpp>
-#include <core/InteractionLoop.hpp>
-#include <pkg/common/Sphere.hpp>
 #include <cmath>
 
 namespace yade {
@@ -28,35 +25,22 @@ namespace {
 		return 0;
 	}
 
-	Real mean(Real one, Real two) { return 0.5 * (one + two); }
-
-	bool isBall(const Scene* scene, Body::id_t id) { return dynamic_cast<const Sphere*>(Body::byId(id, const_cast<Scene*>(scene))->shape.get()); }
-
 } // namespace
 
-/* What depends on the scene, once in every step that makes contacts. */
-void Ip2_BeamMat_BeamMat_BeamPhys_Rust::look()
+/* Mean radius of the spheres of such materials, counted once in every step that needs it. */
+Real Ip2_BeamMat_BeamMat_BeamPhys_Rust::meanRadius()
 {
-	if (countedIn == scene && countedAt == scene->iter) return;
-	hasBeamLaw = hasContactLaw = false;
-	for (const auto& engine : scene->engines) {
-		const auto* loop = dynamic_cast<const InteractionLoop*>(engine.get());
-		if (!loop) continue;
-		for (const auto& law : loop->lawDispatcher->functors) {
-			if (dynamic_cast<const Law2_ScGeom6D_BeamPhys_Rust*>(law.get())) hasBeamLaw = true;
-			const string physics = law->get2DFunctorType2();
-			if (physics == "FrictPhys" || physics == "NormShearPhys" || physics == "NormPhys" || physics == "IPhys") hasContactLaw = true;
-		}
-	}
+	if (countedIn == scene && countedAt == scene->iter) return countedRadius;
 	Real   sum   = 0;
 	size_t count = 0;
 	for (const auto& body : *scene->bodies) {
 		if (!body || !dynamic_cast<const BeamMat_Rust*>(body->material.get())) continue;
 		if (const auto* ball = dynamic_cast<const Sphere*>(body->shape.get())) sum += ball->radius, count++;
 	}
-	meanRadius = sum / count;
-	countedIn  = scene;
-	countedAt  = scene->iter;
+	countedRadius = sum / count;
+	countedIn     = scene;
+	countedAt     = scene->iter;
+	return countedRadius;
 }
 
 /* The beam between two materials; what is wrong with them, or nothing. */
@@ -74,7 +58,7 @@ string Ip2_BeamMat_BeamMat_BeamPhys_Rust::make(const BeamMat_Rust& one, const Be
 			return "BeamMat_Rust needs a positive radiusRatio or a positive radius, and not both; it has radiusRatio = "
 			        + std::to_string(material->radiusRatio) + ", radius = " + std::to_string(material->radius) + " m";
 	if ((one.radius > 0) != (two.radius > 0)) return "one material gives radius, the other radiusRatio; give both the same";
-	const Real radius    = one.radius > 0 ? mean(one.radius, two.radius) : mean(one.radiusRatio, two.radiusRatio) * meanRadius;
+	const Real radius    = one.radius > 0 ? mean(one.radius, two.radius) : mean(one.radiusRatio, two.radiusRatio) * meanRadius();
 	phys.crossSection    = M_PI * (radius * radius);
 	phys.young           = mean(one.young, two.young);
 	phys.poisson         = mean(one.poisson, two.poisson);
@@ -93,18 +77,19 @@ void Ip2_BeamMat_BeamMat_BeamPhys_Rust::go(const shared_ptr<Material>& one, cons
 	shared_ptr<BeamPhys_Rust> phys(new BeamPhys_Rust);
 #pragma omp critical(concordem_beams)
 	{
-		look();
-		if (!hasBeamLaw) why = "InteractionLoop has no Law2_ScGeom6D_BeamPhys_Rust";
+		if (seenIn != scene || seenAt != scene->iter) {
+			laws   = lawsOf<Law2_ScGeom6D_BeamPhys_Rust>(*scene);
+			seenIn = scene, seenAt = scene->iter;
+		}
+		if (!laws.ours) why = "InteractionLoop has no Law2_ScGeom6D_BeamPhys_Rust";
 		else if (bonds)
 			why = make(*YADE_CAST<BeamMat_Rust*>(one.get()), *YADE_CAST<BeamMat_Rust*>(two.get()), *phys);
-		else if (!hasContactLaw)
+		else if (!laws.frictional)
 			why = "this contact has no beam, and InteractionLoop has no law of FrictPhys for it; add Law2_ScGeom_FrictPhys_CundallStrack()";
 	}
 	if (!why.empty()) {
 		stopRun(*scene, "Ip2_BeamMat_BeamMat_BeamPhys_Rust", error, *I, why);
-		// A contact must have physics; this one exerts nothing until the run has stopped.
-		phys->intact = false;
-		I->phys      = phys;
+		refuseAlways<Law2_ScGeom6D_BeamPhys_Rust>(scene, *I, phys);
 	} else if (bonds) {
 		I->phys = phys;
 	} else {
@@ -139,6 +124,7 @@ void Law2_ScGeom6D_BeamPhys_Rust::addEnergies(const ConcordemBeamContact& c)
 bool Law2_ScGeom6D_BeamPhys_Rust::go(shared_ptr<IGeom>&, shared_ptr<IPhys>& physics, Interaction* I)
 {
 	BeamPhys_Rust& phys = *static_cast<BeamPhys_Rust*>(physics.get());
+	if (phys.refLength < 0) return stop(*I, "the functor of materials could not make it, see its error");
 	if (!phys.intact) return false;
 	const auto motion = [&](Body::id_t id) -> ConcordemBodyMotion {
 		const State& s = *Body::byId(id, scene)->state;
@@ -155,17 +141,18 @@ bool Law2_ScGeom6D_BeamPhys_Rust::go(shared_ptr<IGeom>&, shared_ptr<IPhys>& phys
 	c.restRotation  = phys.restRotation.data();
 
 	const int outcome = concordem_yade_beam(&c);
-	if (outcome == -1) return stop(*I, "the force is not a number; is the time step too large, or are two bodies in one place?");
-	if (outcome < 0) return stop(*I, "internal error of concordem, please report it");
-	if (phys.refLength <= 0) {
-		double           k[4];
-		char             text[512] = { 0 };
-		ConcordemMessage message   = { text, sizeof(text) };
-		phys.refLength             = c.parameters.length;
-		if (concordem_yade_beam_stiffness(&c.parameters, &k, &message) < 0) {
-			phys.intact = false;
-			return stop(*I, text);
+	if (outcome == -3) return stop(*I, "internal error of concordem, please report it");
+	// Parameters are looked at in the first step, and where they may be the reason of what went wrong: attributes can be changed.
+	if (outcome < 0 || phys.refLength <= 0) {
+		double k[4];
+		Reason reason;
+		if (concordem_yade_beam_stiffness(&c.parameters, &k, reason) < 0) {
+			// It has not begun: the next step looks at it again.
+			if (phys.refLength <= 0) phys.restDirection = phys.restRotation = Vector3r::Zero();
+			return stop(*I, reason.text);
 		}
+		if (outcome < 0) return stop(*I, "the force is not a number; is the time step too large, or are two bodies in one place?");
+		phys.refLength = c.parameters.length;
 		phys.kn = k[0], phys.ks = k[1], phys.kr = k[2], phys.ktw = k[3];
 	}
 	if (scene->trackEnergy) addEnergies(c);

@@ -3,6 +3,7 @@
    SPDX-License-Identifier: GPL-2.0-or-later */
 #pragma once
 #include "abi.h"
+#include "running.hpp"
 #include <pkg/dem/FrictPhys.hpp>
 #include <pkg/dem/ScGeom.hpp>
 
@@ -39,7 +40,7 @@ public:
 		((Real,shear,0,,"Shear coefficient (timoshenko) or stiffness ratio (dual-spring)."))
 		((Real,tensileStrength,std::numeric_limits<Real>::infinity(),,"Strength, Pa."))
 		((Real,crossSection,NaN,,"Area of the section, m^2."))
-		((Real,refLength,0,,"Length without strain, m; set in the first step."))
+		((Real,refLength,0,,"Length without strain, m; set in the first step. Negative: the contact could not be made, and stops the run."))
 		((int,model,0,,"0 euler-bernoulli, 1 timoshenko, 2 dual-spring, 3 spring."))
 		((int,bendingTerm,0,,"0 mid-section, 1 half-sum, 2 larger-end."))
 		((bool,intact,true,,"A beam that is not is deleted in the next step, without a force and without energy."))
@@ -54,12 +55,13 @@ public:
 REGISTER_SERIALIZABLE(BeamPhys_Rust);
 
 class Ip2_BeamMat_BeamMat_BeamPhys_Rust : public Ip2_FrictMat_FrictMat_FrictPhys {
-	const Scene* countedIn = nullptr; // where and when the radii were looked at last
-	long         countedAt = -1;
-	Real         meanRadius = NaN;
-	bool         hasBeamLaw = false, hasContactLaw = false;
+	// Where and when the laws and the radii were looked at last.
+	const Scene *seenIn = nullptr, *countedIn = nullptr;
+	long         seenAt = -1, countedAt = -1;
+	Real         countedRadius = NaN;
+	LawsOfScene  laws;
 
-	void   look();
+	Real   meanRadius();
 	string make(const class BeamMat_Rust&, const class BeamMat_Rust&, BeamPhys_Rust&);
 
 public:

@@ -2,6 +2,7 @@
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bonds.hpp"
+#include "running.hpp"
 #include <core/EnergyTracker.hpp>
 #include <core/InteractionLoop.hpp>
 #include <core/Omega.hpp>
@@ -19,13 +20,6 @@ namespace yade {
 YADE_PLUGIN((BondedEngine_Rust));
 
 namespace {
-
-	/* A text that the library writes its reasons into. */
-	struct Reason {
-		char             text[2048] = { 0 };
-		ConcordemMessage message    = { text, sizeof(text) };
-		operator const ConcordemMessage*() const { return &message; }
-	};
 
 	[[noreturn]] void refuse(const string& why) { throw std::runtime_error("BondedEngine_Rust: " + why); }
 
@@ -90,8 +84,6 @@ namespace {
 	};
 	const std::set<string> blindRecorders = { "all", "intr", "stress", "bstresses", "cpm", "force", "cracks", "moments", "coordNumber" };
 
-	Real mean(Real one, Real two) { return one == two ? one : 0.5 * (one + two); }
-
 	InsertionSortCollider& colliderOf(const Scene& scene)
 	{
 		for (const auto& engine : scene.engines)
@@ -112,13 +104,14 @@ int BondedEngine_Rust::wantedThreads() const
 #endif
 }
 
-void BondedEngine_Rust::refuseBlindEngines() const
+/* At take-over CpmStateUpdater is made dead where updateStates takes its place; later it is as blind as the others. */
+void BondedEngine_Rust::refuseBlindEngines(bool atTakeOver) const
 {
 	for (const auto& engine : scene->engines) {
 		if (engine->dead) continue;
 		const string name  = engine->getClassName();
 		const auto   found = blind.find(name);
-		if (found != blind.end() && !(updateStates > 0 && name == stateUpdater))
+		if (found != blind.end() && !(atTakeOver && updateStates > 0 && name == stateUpdater))
 			refuse("O.engines has " + name + ", which looks for contacts in O.interactions and would find none: " + found->second
 			       + ". Take it out, or make it dead=True");
 		if (name == "VTKRecorder") {
@@ -224,7 +217,7 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 	}
 	if (ig2->interactionDetectionFactor != 1 && ig2->interactionDetectionFactor != -1)
 		refuse("Ig2_Sphere_Sphere_ScGeom.interactionDetectionFactor is not 1: new contacts would begin at a distance. Set it to 1 once the bonds are made");
-	refuseBlindEngines();
+	refuseBlindEngines(true);
 
 	vector<const CpmMat*>          materials;
 	std::map<const CpmMat*, int>   numbers;
@@ -317,7 +310,7 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 void BondedEngine_Rust::bondScenario()
 {
 	if (scene->isPeriodic) refuse("a scenario bonds no periodic scenes; concrete can be taken over in them");
-	refuseBlindEngines();
+	refuseBlindEngines(true);
 	BodyColumns        columns;
 	std::ostringstream text;
 	text << std::setprecision(17) << "version = 1\nkinematics = \"" << (kinematics.empty() ? "finite" : kinematics) << "\"\n"
@@ -377,7 +370,7 @@ void BondedEngine_Rust::action()
 			return;
 		}
 	}
-	if (scene->iter % 256 == 0) refuseBlindEngines();
+	if (scene->iter % 256 == 0) refuseBlindEngines(false);
 	// Not by the bodies' own ids: one that was erased has none.
 	const uint32_t* id = concordem_yade_bonds_ids(bonds.get());
 	for (size_t k = 0; k < seen.size(); k++) {

@@ -22,7 +22,7 @@ class BondedEngine_Rust : public GlobalEngine {
 	bool           takeConcrete(bool now);
 	void           bondScenario();
 	void           mask();
-	void           refuseBlindEngines() const;
+	void           refuseBlindEngines(bool atTakeOver) const;
 	void           addEnergies();
 	void           writeStates();
 	void           load();
@@ -49,7 +49,7 @@ public:
 		((string,scenario,"",,"Tables of a scenario (TOML: material, bonds, contacts, ...) to bond spheres by, instead of taking concrete over."))
 		((vector<Body::id_t>,ids,,,"Spheres that `scenario` bonds; empty: all."))
 		((int,threads,0,,"Threads for the bonds; 0: as many as YADE has."))
-		((int,updateStates,0,,"Write damage and stress into CpmState every so many steps, in place of CpmStateUpdater, which is made dead; 0: never."))
+		((int,updateStates,0,,"Write damage and stress into CpmState every so many steps, in place of CpmStateUpdater, which is made dead and stays so after release() or when the engine is taken out; 0: never."))
 		((int,selfMask,0,(Attr::readonly),"Bit of groupMask that keeps the bonded bodies apart in YADE's collider."))
 		((Real,crackOnset,0,(Attr::readonly),"epsCrackOnset of the material, for CpmState.normDmg."))
 		((vector<int>,memory,,(Attr::readonly|Attr::hidden),"The bonds while the scene is being saved or loaded; empty otherwise."))
@@ -57,7 +57,7 @@ public:
 		/*ctor*/,
 		/*py*/
 		.def("takeOver",&BondedEngine_Rust::takeOver,"Take the bonds over now, between two steps.")
-		.def("release",&BondedEngine_Rust::release,"Let the bonds go: the bodies may touch as YADE's again.")
+		.def("release",&BondedEngine_Rust::release,"Let the bonds go: the bodies may touch as YADE's again. A CpmStateUpdater that was made dead stays so.")
 		.def("stress",&BondedEngine_Rust::stress,(boost::python::arg("volume")=-1),"Stress by bonds and contacts of the cell, or of a body of this volume (m³), Pa, tension positive; first index: branch.")
 		.add_property("bondCount",&BondedEngine_Rust::bondCount_get,"Bonds that have not broken.")
 		.add_property("broken",&BondedEngine_Rust::broken_get,"Bonds that broke since the take-over.")

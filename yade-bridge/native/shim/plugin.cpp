@@ -4,6 +4,7 @@
 #include "abi.h"
 #include "beams.hpp"
 #include "concrete.hpp"
+#include "linear_bonds.hpp"
 #include "opened.hpp"
 #include <core/Body.hpp>
 #include <core/Cell.hpp>
@@ -83,7 +84,8 @@ __attribute__((visibility("default"))) PyObject* concordem_yade_register(PyObjec
 		py::object     list(py::handle<>(py::borrowed(names)));
 		for (py::ssize_t k = 0; k < py::len(list); k++)
 			classes.push_back(py::extract<string>(list[k]));
-		if (concordem_yade_cpm_size() != sizeof(ConcordemCpmContact) || concordem_yade_beam_size() != sizeof(ConcordemBeamContact))
+		if (concordem_yade_cpm_size() != sizeof(ConcordemCpmContact) || concordem_yade_beam_size() != sizeof(ConcordemBeamContact)
+		    || concordem_yade_linear_bond_size() != sizeof(ConcordemLinearBond))
 			throw std::runtime_error("the shim and the library do not belong together");
 		(Omega::instance().*opened(BuildDatabase()))(classes);
 		return py::object();

@@ -85,18 +85,21 @@ pub enum Outcome {
     Broke = 1,
     /// The force is not a number.
     NotANumber = -1,
+    /// The parameters have no meaning; [`concordem_yade_beam_stiffness`] tells which.
+    Parameters = -2,
     /// A panic was stopped.
     Internal = -3,
 }
 
-unsafe fn vector(p: *const f64) -> Vec3 {
+/// Three reals.
+pub(crate) unsafe fn vector(p: *const f64) -> Vec3 {
     // SAFETY: three reals.
     unsafe { Vec3::new(*p, *p.add(1), *p.add(2)) }
 }
 
 impl BodyMotion {
     /// The motion; how far the body turned in the step is left out.
-    unsafe fn read(&self) -> Motion {
+    pub(crate) unsafe fn read(&self) -> Motion {
         // SAFETY: as the struct says.
         unsafe {
             let q = self.orientation;
@@ -112,8 +115,9 @@ impl BodyMotion {
 }
 
 impl BeamParameters {
-    fn law(&self) -> CohesiveBeam {
-        CohesiveBeam {
+    /// The law; what is wrong with the numbers of its words.
+    fn law(&self) -> Result<CohesiveBeam, String> {
+        Ok(CohesiveBeam {
             young: self.young,
             poisson: self.poisson,
             section: Section::Radius((self.area / std::f64::consts::PI).sqrt()),
@@ -121,15 +125,25 @@ impl BeamParameters {
                 0 => BeamModel::EulerBernoulli,
                 1 => BeamModel::Timoshenko { shear_coefficient: self.shear },
                 2 => BeamModel::DualSpring { ratio: self.shear },
-                _ => BeamModel::Spring,
+                3 => BeamModel::Spring,
+                other => {
+                    return Err(format!(
+                        "BeamPhys_Rust.model is {other}; it may be 0 (euler-bernoulli), 1 (timoshenko), 2 (dual-spring), 3 (spring)"
+                    ));
+                }
             },
             strength: self.strength,
             bending_term: match self.bending_term {
                 0 => BendingTerm::MidSection,
                 1 => BendingTerm::HalfSum,
-                _ => BendingTerm::LargerEnd,
+                2 => BendingTerm::LargerEnd,
+                other => {
+                    return Err(format!(
+                        "BeamPhys_Rust.bendingTerm is {other}; it may be 0 (mid-section), 1 (half-sum), 2 (larger-end)"
+                    ));
+                }
             },
-        }
+        })
     }
 
     fn geometry(&self) -> ContactGeometry {
@@ -167,7 +181,7 @@ unsafe fn respond(c: &mut BeamContact) -> Outcome {
     if c.parameters.length <= 0.0 {
         c.parameters.length = fresh_frame(&motions[0].position, &motions[1].position, &c.shift.into()).length;
     }
-    let law = c.parameters.law();
+    let Ok(law) = c.parameters.law() else { return Outcome::Parameters };
     // SAFETY: the caller's promise.
     let old = unsafe {
         CohesiveBeamState { rest_direction: vector(c.rest_direction), rest_rotation: vector(c.rest_rotation) }
@@ -229,7 +243,7 @@ pub unsafe extern "C" fn concordem_yade_beam_stiffness(
     unsafe {
         guarded(message, || {
             let parameters = &*parameters;
-            let law = parameters.law();
+            let law = parameters.law()?;
             law.validate().map_err(|error| error.to_string())?;
             if !(parameters.length > 0.0 && parameters.length.is_finite()) {
                 return Err(format!("the length of the beam is {} m", parameters.length));

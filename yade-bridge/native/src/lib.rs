@@ -7,4 +7,6 @@ pub mod assembly;
 pub mod beam;
 mod bonds;
 pub mod concrete;
+mod deformation;
 mod guard;
+mod linear_bond;

@@ -51,18 +51,18 @@ tell() {
 run test_functor.py 1 &
 functor=$!
 for threads in 1 2; do
-  for script in test_bonds.py test_beams.py; do
+  for script in test_bonds.py test_beams.py test_deformable.py; do
     status=0
     run "$script" "$threads" || status=$?
     tell "$script" "$threads" "$status"
   done
-  grep '^BITS' "/tmp/test_bonds.py-$threads.log" >>/tmp/bits || true
+  grep -h '^BITS' "/tmp/test_bonds.py-$threads.log" "/tmp/test_deformable.py-$threads.log" >>/tmp/bits || true
 done
 status=0
 wait "$functor" || status=$?
 tell test_functor.py 1 "$status"
-if [ "$(wc -l </tmp/bits)" != 6 ] || [ "$(sort -u /tmp/bits | wc -l)" != 3 ]; then
-  echo "the bonded engine's bits differ between -j1 and -j2:" >&2
+if [ "$(wc -l </tmp/bits)" != 10 ] || [ "$(sort -u /tmp/bits | wc -l)" != 5 ]; then
+  echo "bits of the bonded engine, or of deformable particles, differ between -j1 and -j2:" >&2
   cat /tmp/bits >&2
   failed=1
 fi

@@ -424,9 +424,11 @@ def test_bodies_that_come_and_go():
 
 def test_what_makes_no_sense_stops_the_run():
     def stops(functor, text, count=1000):
-        at = O.iter
-        O.run(count, True)
-        assert O.iter <= at + 2, "stopped, and the process lives"
+        # A run that is begun again although nothing was put right stops again.
+        for _ in range(2):
+            at = O.iter
+            O.run(count, True)
+            assert O.iter <= at + 2, "stopped, and the process lives"
         assert text in functor().error, functor().error
 
     for options, text in (
@@ -440,13 +442,19 @@ def test_what_makes_no_sense_stops_the_run():
         engines()
         stops(maker, text)
     for options, text in (
-        (dict(young=-1), "young"),
+        (dict(young=-1), "young = -1"),
+        (dict(young=math.nan), "young = NaN"),
         (dict(tensileStrength=math.nan), "strength"),
         (dict(model="timoshenko", shearCoefficient=-1), "shear_coefficient"),
     ):
         row(2, material(**options))
         O.dt = 1e-9
         engines()
+        stops(law, text)
+    # What is assigned later is looked at, too.
+    for name, value, text in (("model", 7, "model is 7"), ("bendingTerm", -1, "bendingTerm is -1"), ("young", math.nan, "young = NaN")):
+        beam = pair()
+        setattr(beam.phys, name, value)
         stops(law, text)
     row(2, material())
     O.materials.append(material(model="spring"))

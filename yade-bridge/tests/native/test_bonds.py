@@ -108,6 +108,10 @@ def test_states_are_written_in_place_of_yades_updater():
     O.engines = O.engines[:3] + [BondedEngine_Rust(updateStates=20)] + O.engines[3:] + [CpmStateUpdater(iterPeriod=10)]
     run(200)
     assert O.engines[-1].dead and max(b.state.normDmg for b in O.bodies) > 0
+    # Only at take-over: revived, it would write what it does not find. The engine looks every 256 steps.
+    O.engines[-1].dead = False
+    with raises(RuntimeError, "CpmStateUpdater"):
+        run(256)
 
 
 def test_stress_is_that_of_yade():

@@ -114,6 +114,7 @@ def main(what, work):
     for name in EXAMPLES:
         yades, nudged = sound(name, "yade", work), sound(name, "nudged", work)
         noise = at_peak(nudged, yades)
+        assert noise > 0, f"{name}: the bit that was changed must reach the peak, or the comparison there says nothing"
         print(f"  YADE with one bit changed differs from itself by {noise:.1e} at the peak")
         for form in forms:
             if name == "periodic" and form != "functor":
@@ -127,10 +128,10 @@ def main(what, work):
                 print("  the same bits in every sample")
                 continue
             # Sums in another order, 1e-16 of each force, until bonds are damaged at a fifth of the peak or more; what damage makes
-            # of that YADE shows itself: one bit changed 4e-4 at the peak of uniax, 4e-5 at that of brazilian.
+            # of that YADE shows itself: one bit changed 4e-4 at the peak of uniax, 4e-5 at that of brazilian; measured 6.5e-4.
             start, top = early(ours, yades), at_peak(ours, yades)
             print(f"  {start:.1e} of the peak until a fifth of it, {top:.1e} at the peak")
-            assert start < 1e-9 and top < 2e-3
+            assert start < 1e-9 and top < 1e-3
 
 
 with tempfile.TemporaryDirectory() as folder:

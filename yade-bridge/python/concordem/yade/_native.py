@@ -27,6 +27,12 @@ CLASSES = (
     "BeamPhys_Rust",
     "Ip2_BeamMat_BeamMat_BeamPhys_Rust",
     "Law2_ScGeom6D_BeamPhys_Rust",
+    "LinearBondMat_Rust",
+    "DeformableState_Rust",
+    "LinearBondPhys_Rust",
+    "Ip2_LinearBondMat_LinearBondMat_LinearBondPhys_Rust",
+    "Law2_ScGeom_LinearBondPhys_Rust",
+    "DeformableParticles_Rust",
     "BondedEngine_Rust",
 )
 #: Environment variable: where plugins are kept.
