@@ -1,6 +1,7 @@
 """The long studies and what runs them: no old results under a new commit, no failed check that passes, no skipped peer."""
 import importlib.util
 import json
+import os
 import re
 import subprocess
 from pathlib import Path
@@ -95,3 +96,14 @@ def test_the_commit_of_a_program_is_read_from_its_results():
     from concordem_validate.engines import concordem
     assert re.fullmatch(r"[0-9a-f]{40}(\+changes)?|working", provenance.of_program(concordem.program()))
     assert re.fullmatch(r"[0-9a-f]{40}(\+changes)?", provenance.of_tree())
+
+
+@pytest.mark.parametrize("target", ["test", "validate-full"])
+def test_every_command_of_make_takes_a_missing_peer_for_a_failure(tmp_path, target):
+    """make is given a shell that writes down what it would run, and with which CI."""
+    log = tmp_path / "log"
+    recorder = script(tmp_path / "shell", f'#!/bin/sh\necho "CI=$CI $*" >> {log}\n')
+    environment = {name: value for name, value in os.environ.items() if name not in ("CI", "MAKEFLAGS", "MAKELEVEL")}
+    subprocess.run(["make", "-s", f"SHELL={recorder}", target], cwd=ROOT, env=environment, check=True)
+    lines = log.read_text().splitlines()
+    assert len(lines) > 9 and all(line.startswith("CI=1 ") for line in lines), lines
