@@ -4,8 +4,9 @@
     validation/elastic.py [--full] [--only ratios,counts,...] [--jobs N]
 
 Each sweep of validation/sweeps is one run of `concordem sweep`, which goes on where it was stopped. Results go to
-validation/results/elastic.json, sweep by sweep. Without --full one small sweep runs, its checks must hold, and nothing is
-written: the tests do that.
+validation/results/elastic.json, sweep by sweep; what is there already is not run again, but judged again. A check that does
+not hold and is not among the KNOWN ones is an error, and so is a known one that holds again. Without --full one small sweep
+runs and is judged, and nothing is written: the tests do that.
 """
 
 import argparse
@@ -18,6 +19,9 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from concordem_validate import provenance
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "target/release/concordem"
@@ -53,17 +57,35 @@ PUBLISHED = {
 # Largest closed form over relaxed E by interaction ratio: the published packings have up to 1.13, 1.03, 1.02, so that one
 # to two hundredths are left for another packing.
 GAP = {1.25: 1.15, 1.5: 1.04, 2.0: 1.03}
+# The cell counts as at rest when the net force is 1e-6 of the contact force (`Relaxation::default`): stress, and so E, has an error
+# of that order, and twice it is allowed. The strain of 1e-7 adds an error of its own size. Largest on record: 1.7e-7.
+REST = 2e-6
+# Statements that do not hold on record: the range in which what is found must stay, and why. docs/elastic.md has the measurements.
+KNOWN = {
+    ("dynamics", "closed form by relaxed E at 1.5"): (
+        1.04, 1.0422, "one packing where the statement is about means: ten have 1.0383 in the mean, and the range ends three "
+        "standard deviations of 0.0013 above it"),
+    ("counts", "anisotropy_shear at N = 1000 by that at 100"): (
+        1.0, 1.9, "means of five packings scatter: twenty of N = 100 have 0.032 in the mean with a standard deviation of 0.023, ten "
+        "of N = 1000 have 0.016 with 0.006; the range ends where both means of five are two of their deviations off"),
+}
 MEASURES = ["anisotropy_young", "anisotropy_poisson", "anisotropy_shear", "anisotropy_coupling"]
 
 
-def run(name, jobs):
-    """The points of a sweep as dictionaries, and the seconds it took now."""
+def run(name, jobs, resume):
+    """The points of a sweep as dictionaries, and the seconds it took; None where it went on with points of an earlier call."""
     FILES.mkdir(parents=True, exist_ok=True)
     result = FILES / f"{name}.h5"
+    # The program looks after its journal, whose points belong to one commit, sweep, and scenario.
+    resumed = resume and (FILES / f"{name}.h5.points").exists()
+    if not resumed:
+        # Finished files say nothing about the program that is here now.
+        for old in FILES.glob(f"{name}.*"):
+            old.unlink()
     start = time.monotonic()
-    if not result.exists():
-        command = [PROGRAM, "sweep", SWEEPS / f"{name}.toml", "-o", result, "--csv", "-q", *(["-j", str(jobs)] if jobs else [])]
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    command = [PROGRAM, "sweep", SWEEPS / f"{name}.toml", "-o", result, "--csv", "-q", *(["-j", str(jobs)] if jobs else [])]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    seconds = None if resumed else round(time.monotonic() - start)
     with open(result.with_suffix(".csv"), newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
 
@@ -73,7 +95,7 @@ def run(name, jobs):
         except ValueError:
             return None if text == "" else text
 
-    return [{key: value(text) for key, text in row.items()} for row in rows], time.monotonic() - start
+    return [{key: value(text) for key, text in row.items()} for row in rows], seconds
 
 
 def mean(values):
@@ -147,7 +169,7 @@ def checks(name, points):
     found = []
 
     def check(statement, value, limit):
-        found.append({"statement": statement, "found": float(f"{value:.4g}"), "limit": limit, "holds": value <= limit})
+        found.append({"statement": statement, "found": float(f"{value:.5g}"), "limit": limit, "holds": value <= limit})
 
     def largest(of, among):
         return max(of(point) for point in among)
@@ -164,14 +186,31 @@ def checks(name, points):
                 if of:
                     check(f"closed form by relaxed E at {ratio}", largest(lambda p: p["closed_by_young"], of), limit)
     if name in ("dynamics", "small"):
-        of = [p for p in points if p["interaction ratio"] >= 1.25 and p["G/E of links"] <= 10]
-        check("dynamics by statics, minus 1", largest(lambda p: abs(p["dynamic_by_static_minus_1"]), of), 1e-3)
+        check("dynamics by statics, minus 1", largest(lambda p: abs(p["dynamic_by_static_minus_1"]), points), REST)
     if name == "counts":
         place = {(p["N"], p["interaction ratio"], p["G/E of links"]): p for p in points}
         for measure in MEASURES:
             pairs = [(place[(100, r, g)][measure], place[(1000, r, g)][measure]) for n, r, g in place if n == 100]
             check(f"{measure} at N = 1000 by that at 100", max(b / a for a, b in pairs), 1.0)
     return found
+
+
+def failures(name, points, verdicts):
+    """What is not as it must be, as a list of messages."""
+    wrong = [f"{name}: {problem}" for point in points for problem in point.get("problems", [])]
+    for verdict in verdicts:
+        what = f"{name}: {verdict['statement']}: {verdict['found']:g} (limit {verdict['limit']:g})"
+        known = KNOWN.get((name, verdict["statement"]))
+        if known is None:
+            if not verdict["holds"]:
+                wrong.append(f"{what} does not hold")
+        elif verdict["holds"]:
+            wrong.append(f"{what} holds again: take it out of KNOWN, and out of docs/elastic.md")
+        elif not known[0] <= verdict["found"] <= known[1]:
+            wrong.append(f"{what} is known not to hold, but to lie within {known[0]:g} and {known[1]:g}: {known[2]}")
+    looked_at = {verdict["statement"] for verdict in verdicts}
+    return wrong + [f"{name}: {statement}: known not to hold, and not looked at"
+                    for sweep, statement in KNOWN if sweep == name and statement not in looked_at]
 
 
 def processor():
@@ -188,45 +227,44 @@ def main():
     parser.add_argument("--only", default=",".join(LONG), help="sweeps")
     parser.add_argument("--jobs", type=int, help="threads")
     arguments = parser.parse_args()
+    wanted = arguments.only.split(",")
+    if unknown := set(wanted) - set(LONG):
+        parser.error(f"--only: no sweep {', '.join(sorted(unknown))}; there are {', '.join(LONG)}")
     if not arguments.full:
-        for old in FILES.glob("small.*"):
-            old.unlink()
-        rows, _ = run("small", arguments.jobs)
+        rows, _ = run("small", arguments.jobs, resume=False)
         points = condensed(rows, MODULUS)
         verdicts = checks("small", points)
         print(json.dumps(verdicts, indent=1, ensure_ascii=False))
-        if not all(verdict["holds"] for verdict in verdicts) or any("problems" in point for point in points):
-            sys.exit("elastic.py: a check does not hold")
+        if wrong := failures("small", points, verdicts):
+            sys.exit("elastic.py: " + "\n".join(wrong))
         return
-    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True).stdout.strip()
     results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
-    for name in arguments.only.split(","):
-        if name in results:
-            continue
-        unit = MODULUS if name in ("ratios", "counts", "dynamics") else 1e9
-        if name == "solid":
-            unit = 1e7 / 1e-3
-        if name == "plane":
-            unit = 7e10
-        rows, seconds = run(name, arguments.jobs)
-        points = condensed(rows, unit)
-        verdicts = checks(name, points)
-        results[name] = {
-            "unit_of_moduli_pa": unit,
-            "commit": commit,
-            "machine": processor(),
-            "seconds": round(seconds),
-            "checks": verdicts,
-            "points": points,
-        }
-        print(f"{name}: {len(points)} points, {seconds:.0f} s")
-        for verdict in verdicts:
-            print(f"  {'holds' if verdict['holds'] else 'DOES NOT HOLD'}: {verdict['statement']}: {verdict['found']} "
+    wrong = []
+    for name in wanted:
+        if name not in results:
+            unit = MODULUS if name in ("ratios", "counts", "dynamics") else 1e9
+            if name == "solid":
+                unit = 1e7 / 1e-3
+            if name == "plane":
+                unit = 7e10
+            commit = provenance.label(PROGRAM)
+            # Points of another state of changed sources would look the same.
+            rows, seconds = run(name, arguments.jobs, resume=not commit.endswith("+changes"))
+            results[name] = {"unit_of_moduli_pa": unit, "commit": commit, "machine": processor(), "seconds": seconds, "checks": [],
+                             "points": condensed(rows, unit)}
+        result = results[name]
+        result["checks"] = checks(name, result["points"])
+        wrong += failures(name, result["points"], result["checks"])
+        print(f"{name}: {len(result['points'])} points, of commit {result['commit'][:9]}")
+        for verdict in result["checks"]:
+            known = " (known)" if (name, verdict["statement"]) in KNOWN else ""
+            print(f"  {'holds' if verdict['holds'] else 'DOES NOT HOLD' + known}: {verdict['statement']}: {verdict['found']} "
                   f"(limit {verdict['limit']})", flush=True)
         part = RESULTS.with_suffix(".part")
-        lines = json.dumps(results, indent=1, ensure_ascii=False)
-        part.write_text(lines + "\n")
+        part.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n")
         os.replace(part, RESULTS)
+    if wrong:
+        sys.exit("elastic.py: " + "\n".join(wrong))
 
 
 if __name__ == "__main__":

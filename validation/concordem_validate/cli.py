@@ -15,7 +15,7 @@ _OUT = Path(__file__).parents[2] / "target" / "validate"
 def main(arguments=None):
     parser = argparse.ArgumentParser(
         prog="concordem-validate", description="One scenario, every code, one verdict.",
-        epilog="Exit codes: 0 all within tolerance, 1 a check failed (with CI or --strict also: a peer is missing), "
+        epilog="Exit codes: 0 all within tolerance, 1 a check failed or could not be made (with CI or --strict also: a peer is missing), "
                "2 wrong arguments or a case that cannot be read.")
     commands = parser.add_subparsers(dest="command", required=True)
     one = commands.add_parser("list", help="list cases and engines")
@@ -30,7 +30,7 @@ def main(arguments=None):
     one.add_argument("--time-factor", type=float, default=1.0, help="multiplies all time limits, for slow machines")
     one.add_argument("--output", type=Path, default=_OUT, help="folder of results and report (%(default)s)")
     one = commands.add_parser(
-        "compare", help="compare two result files, or ConcorDEM's results of two rounds bit by bit (two folders of `run --output`)")
+        "compare", help="compare the series of two result files, or ConcorDEM's results of two rounds bit by bit (two folders of `run --output`)")
     one.add_argument("a", type=Path)
     one.add_argument("b", type=Path)
     one.add_argument("--tolerance", type=float, default=0.0, help="largest relative difference (%(default)g)")
@@ -96,5 +96,5 @@ def _compare(options):
         print("\n".join(lines))
         return 0 if good else 1
     lines, good = compare.files(Result.read(options.a), Result.read(options.b), options.tolerance)
-    print("\n".join(lines) or "no common series")
+    print("\n".join(lines))
     return 0 if good else 1

@@ -247,21 +247,35 @@ def rounds(a, b, engine="concordem"):
 
 
 def files(a, b, tolerance):
-    """Lines about all common series of two results, and whether all are within the tolerance."""
-    lines, good, any_common = [], True, False
-    for name in sorted(a.series.keys() & b.series.keys()):
-        x, y = a.series[name], b.series[name]
-        steps, at_a, at_b = np.intersect1d(x.steps, y.steps, return_indices=True)
-        if len(steps) == 0 or x.values.shape[1:] != y.values.shape[1:]:
-            lines.append(f"{name:24} no common steps or unlike shapes")
+    """Lines about all series of two results, and whether all are in both, comparable, and within the tolerance."""
+    lines, good = [], bool(a.series.keys() & b.series.keys())
+    if not good:
+        lines.append("no common series")
+    if not math.isclose(a.dt, b.dt, rel_tol=1e-14):
+        good = False
+        lines.append(f"time steps differ: {a.dt!r} s and {b.dt!r} s")
+    for name in sorted(a.series.keys() | b.series.keys()):
+        x, y = a.series.get(name), b.series.get(name)
+        if x is None or y is None:
+            good = False
+            lines.append(f"{name:24} is in the {'second' if x is None else 'first'} only")
             continue
-        any_common = True
+        steps, at_a, at_b = np.intersect1d(x.steps, y.steps, return_indices=True)
+        shapes = x.values.shape[1:], y.values.shape[1:]
+        unlike = (f"units {x.unit} and {y.unit}" if x.unit != y.unit else f"shapes {shapes[0]} and {shapes[1]}" if shapes[0] != shapes[1]
+                  else "no common steps" if len(steps) == 0 else "")
+        if unlike:
+            good = False
+            lines.append(f"{name:24} cannot be compared: {unlike}")
+            continue
         u, v = x.values[at_a], y.values[at_b]
         size = float(np.max(np.abs(v))) if v.size else 0.0
         difference = float(np.max(np.abs(u - v))) if v.size else 0.0
         relative = difference / size if size > 0 else difference
         within = relative <= tolerance
         good &= within
-        lines.append(f"{name:24} {difference:.3e} {x.unit} of {size:.3e} {x.unit}: {relative:.2e}"
+        # results may be sampled at different steps; what is left out is said
+        part = "" if len(steps) == len(x.steps) == len(y.steps) else f", at {len(steps)} common steps of {len(x.steps)} and {len(y.steps)}"
+        lines.append(f"{name:24} {difference:.3e} {x.unit} of {size:.3e} {x.unit}: {relative:.2e}{part}"
                      f"{'' if within else '  beyond ' + format(tolerance, 'g')}")
-    return lines, good and any_common
+    return lines, good

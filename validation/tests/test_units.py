@@ -87,6 +87,29 @@ def test_series_compare_by_step_within_the_window():
         compare.series(check(), ours, other)
 
 
+def test_files_that_cannot_be_compared_are_not_equal():
+    def compared(other, tolerance=0.0):
+        lines, good = compare.files(result([0.0, 1.0, 2.0]), other, tolerance)
+        return good, "\n".join(lines)
+
+    assert compared(result([0.0, 1.0, 2.0]))[0]
+    more, fewer = result([0.0, 1.0, 2.0]), result([0.0, 1.0, 2.0])
+    more.add("t", [0], [1.0], "N")
+    del fewer.series["s"]
+    unit = result([0.0, 1.0, 2.0])
+    unit.series["s"].unit = "kN"
+    for other, said in (
+        (more, "is in the second only"), (fewer, "no common series"), (unit, "units N and kN"),
+        (result([[0.0], [1.0], [2.0]]), "shapes"), (result([0.0, 1.0, 2.0], steps=[3, 4, 5]), "no common steps"),
+        (result([0.0, 1.0, 2.0], dt=2e-6), "time steps differ"), (result([0.0, math.nan, 2.0]), "beyond"), (result([0.0, 1.0, 2.1]), "beyond"),
+    ):
+        good, text = compared(other, 1e-3)
+        assert not good and said in text, text
+    # sampled more seldom is no fault, but it is said
+    good, text = compared(result([0.0, 2.0], steps=[0, 2]))
+    assert good and "at 2 common steps of 3 and 2" in text
+
+
 def test_a_peer_that_stands_still_is_no_scale():
     with pytest.raises(HarnessError, match="scale"):
         compare.series(check(scale="displacement"), result([1.0, 1.0]), result([1.0, 1.0]))
