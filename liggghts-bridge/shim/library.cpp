@@ -4,6 +4,7 @@
 #include <mpi.h>
 #include <string.h>
 
+#include "fix.h"
 #include "lammps.h"
 #include "modify.h"
 
@@ -40,6 +41,30 @@ double *concordem_liggghts_records(void *liggghts, const char *fix_id, int64_t *
   *count = *length = 0;
   FixConcordemBond *fix = find(liggghts, fix_id);
   return fix ? concordem_network_records(fix->network(), count, length) : NULL;
+}
+
+// Length of the vector that a fix tells of itself (0: none); -1 if there is no fix of that id. LIGGGHTS' own lammps_extract_fix
+// passes any index on to the fix.
+int concordem_liggghts_fix_size(void *liggghts, const char *fix_id)
+{
+  LAMMPS *lmp = static_cast<LAMMPS *>(liggghts);
+  const int k = lmp->modify->find_fix(fix_id);
+  if (k < 0) return -1;
+  return lmp->modify->fix[k]->vector_flag ? lmp->modify->fix[k]->size_vector : 0;
+}
+
+// Processes that LIGGGHTS runs on.
+int concordem_liggghts_processes(void *liggghts)
+{
+  int count = 1;
+  MPI_Comm_size(static_cast<LAMMPS *>(liggghts)->world, &count);
+  return count;
+}
+
+// The end of all processes, for one that cannot go on while the others wait for it.
+void concordem_liggghts_abort(void *liggghts)
+{
+  MPI_Abort(static_cast<LAMMPS *>(liggghts)->world, 1);
 }
 
 // Whether MPI is running; with `finish` it is ended if so. Who starts it (lammps_open_no_mpi does, if nobody has) must end it.

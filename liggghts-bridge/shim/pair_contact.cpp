@@ -236,7 +236,10 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
       arrays.force = &unused_[0];
       arrays.torque = &unused_[3 * count];
     }
-    recorded_ = concordem_pair_compute(law_, &arrays, pair->evflag || pair->cpl() ? record_ : NULL, &message_);
+    // Rows of LIGGGHTS' own forms are found when they are asked for; those of the library's laws are kept from the forces that acted,
+    // at every step, since nothing announces the steps that ask.
+    const bool record = pair->evflag || !acts || (pair->cpl() && model_ >= 4);
+    recorded_ = concordem_pair_compute(law_, &arrays, record ? record_ : NULL, &message_);
     if (recorded_ < 0) error->one(FLERR, text_);
     if (!acts) {
       add_rows(pair);

@@ -11,7 +11,8 @@
 //!
 //! Views are LIGGGHTS' own arrays, borrowed from the instance: no command can run while one is held. LIGGGHTS answers wrong
 //! commands by ending the process with a message; where that must not happen, give it a process of its own. Under MPI every
-//! process opens LIGGGHTS, gives the same commands, and sees its own atoms.
+//! process opens LIGGGHTS, gives the same commands, and sees its own atoms. One that panics ends them all: the others would
+//! wait for it for ever.
 
 #![allow(unsafe_code)]
 
@@ -55,6 +56,16 @@ pub enum DriverError {
     /// A fix without that output.
     #[error("there is no fix `{0}` with that output")]
     NoFix(String),
+    /// A place beyond a fix's vector.
+    #[error("the vector of fix `{id}` has {length} numbers, counted from 1: there is no number {index}")]
+    NoNumber {
+        /// The fix.
+        id: String,
+        /// Numbers in its vector; 0 if it has none.
+        length: usize,
+        /// What was asked for.
+        index: usize,
+    },
     /// No bonds under that name.
     #[error("there is no fix concordem/bond of id `{0}`")]
     NoBonds(String),
@@ -92,6 +103,9 @@ struct Interface {
     extract_atom: unsafe extern "C" fn(Handle, *const c_char) -> *mut c_void,
     extract_fix: unsafe extern "C" fn(Handle, *const c_char, c_int, c_int, c_int, c_int) -> *mut c_void,
     free: unsafe extern "C" fn(*mut c_void),
+    fix_size: unsafe extern "C" fn(Handle, *const c_char) -> c_int,
+    processes: unsafe extern "C" fn(Handle) -> c_int,
+    abort: unsafe extern "C" fn(Handle),
     count: unsafe extern "C" fn(Handle) -> c_int,
     mpi: unsafe extern "C" fn(c_int) -> c_int,
     rows: unsafe extern "C" fn(Handle, *const c_char, *mut i64) -> *mut f64,
@@ -145,6 +159,9 @@ impl Interface {
             extract_atom: symbol!(b"lammps_extract_atom\0"),
             extract_fix: symbol!(b"lammps_extract_fix\0"),
             free: symbol!(b"lammps_free\0"),
+            fix_size: symbol!(b"concordem_liggghts_fix_size\0"),
+            processes: symbol!(b"concordem_liggghts_processes\0"),
+            abort: symbol!(b"concordem_liggghts_abort\0"),
             count: symbol!(b"lammps_get_natoms\0"),
             mpi: symbol!(b"concordem_liggghts_mpi\0"),
             rows: symbol!(b"concordem_liggghts_rows\0"),
@@ -208,14 +225,14 @@ impl Liggghts {
         Ok(())
     }
 
-    /// The lines of a script; `&` at its end continues a line, `#` begins a comment.
+    /// The lines of a script, as LIGGGHTS reads a file: `&` as the last character of a line, in a comment too, lets the next one
+    /// follow in its place; comments, which begin with `#` outside quotes, are LIGGGHTS' to find.
     pub fn commands(&mut self, script: &str) -> Result<(), DriverError> {
         let mut line = String::new();
         for part in script.lines() {
-            let part = part.split('#').next().unwrap_or_default().trim_end();
+            let part = part.trim_end();
             if let Some(part) = part.strip_suffix('&') {
                 line.push_str(part);
-                line.push(' ');
                 continue;
             }
             line.push_str(part);
@@ -345,7 +362,19 @@ impl Liggghts {
     /// What a fix tells of itself: its number, or number `index` (from 1) of its vector, over all processes, all of which ask.
     pub fn fix(&self, id: &str, index: Option<usize>) -> Result<f64, DriverError> {
         let text = word(id)?;
-        let (kind, place) = index.map_or((0, 0), |index| (1, index.saturating_sub(1) as c_int));
+        let (kind, place) = match index {
+            None => (0, 0),
+            Some(index) => {
+                // LIGGGHTS does not check: a place that is not there would be read all the same.
+                // SAFETY: the instance lives; the name is compared.
+                let length = unsafe { (self.interface.fix_size)(self.handle, text.as_ptr()) };
+                let length = usize::try_from(length).map_err(|_| DriverError::NoFix(id.to_owned()))?;
+                if !(1..=length).contains(&index) {
+                    return Err(DriverError::NoNumber { id: id.to_owned(), length, index });
+                }
+                (1, (index - 1) as c_int)
+            }
+        };
         // SAFETY: a copy that is ours to free, or null.
         unsafe {
             let found = (self.interface.extract_fix)(self.handle, text.as_ptr(), 0, kind, place, 0);
@@ -405,9 +434,15 @@ impl Liggghts {
 }
 
 impl Drop for Liggghts {
+    /// The end of LIGGGHTS; while a panic unwinds, and there are other processes, the end of them all.
     fn drop(&mut self) {
         // SAFETY: opened once, closed once; views are gone.
-        unsafe { (self.interface.close)(self.handle) };
+        unsafe {
+            if std::thread::panicking() && (self.interface.processes)(self.handle) > 1 {
+                (self.interface.abort)(self.handle);
+            }
+            (self.interface.close)(self.handle);
+        }
         IS_OPEN.store(false, Ordering::SeqCst);
     }
 }

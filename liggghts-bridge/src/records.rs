@@ -33,7 +33,16 @@ pub struct Record {
     pub reference: Reference,
     /// Normal and length of the last step.
     pub frame: Frame,
-    /// History.
+    /// What the law remembers, that of bonds or that of contacts by [`Self::kind`], field by field as in the law's state
+    /// ([`concordem::law::LawState::FIELDS`]), vectors by x, y, z, forces on A; the rest is zero.
+    ///
+    /// Fields with their number of reals and unit:
+    /// - `cohesive_beam`: rest_direction 3 (1), rest_rotation 3 (1)
+    /// - `cpm`: normal_strain 1 (1), kappa 1 (1), omega 1 (1), plastic_normal_strain 1 (1), damage_strain 1 (1), shear_strain 3 (1),
+    ///   plastic_shear_strain 3 (1)
+    /// - `linear_bond`: shear_displacement 3 (m), normal_dashpot 1 (N), shear_dashpot 3 (N)
+    /// - `frictional`: shear_displacement 3 (m), normal_dashpot 1 (N), shear_dashpot 3 (N)
+    /// - `hertz_mindlin`: shear_force 3 (N), normal_dashpot 1 (N), shear_dashpot 3 (N)
     pub history: [f64; HISTORY],
 }
 
@@ -112,6 +121,26 @@ impl Record {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use concordem::law::{CohesiveBeam, ContactLaw, Cpm, Frictional, HertzMindlin, LawState, LinearBond};
+
+    #[test]
+    fn the_documented_histories_are_the_laws() {
+        fn line<L: ContactLaw>(name: &str) -> String {
+            let field = |field: &concordem::law::Field| format!("{} {} ({})", field.name, field.components, field.unit);
+            format!("- `{name}`: {}", L::State::FIELDS.iter().map(field).collect::<Vec<_>>().join(", "))
+        }
+        let words = |text: &str| text.replace("///", "").split_whitespace().collect::<Vec<_>>().join(" ");
+        let source = words(include_str!("records.rs"));
+        for line in [
+            line::<CohesiveBeam>("cohesive_beam"),
+            line::<Cpm>("cpm"),
+            line::<LinearBond>("linear_bond"),
+            line::<Frictional>("frictional"),
+            line::<HertzMindlin>("hertz_mindlin"),
+        ] {
+            assert!(source.contains(&line), "Record::history should say: {line}");
+        }
+    }
 
     #[test]
     fn what_is_written_is_read() {

@@ -52,6 +52,24 @@ fn errors_of_liggghts_end_the_process_with_its_message() {
 }
 
 #[test]
+fn scripts_are_read_as_liggghts_reads_files() {
+    let output = start("quotes", 1);
+    let printed = harness::text(&output);
+    assert!(output.status.success(), "{printed}");
+    assert!(printed.contains("left # right\n") && printed.contains("joined here\n"), "{printed}");
+    assert!(!printed.contains("comment"), "{printed}");
+}
+
+#[test]
+fn a_process_that_panics_ends_the_others() {
+    let output = start("panic", 2);
+    let printed = harness::text(&output);
+    assert_ne!(output.status.code(), Some(124), "the other process waits: {printed}");
+    assert!(!output.status.success() && printed.contains("a panic on purpose"), "{printed}");
+    assert!(!printed.contains("went on"), "{printed}");
+}
+
+#[test]
 fn what_is_missing_is_named() {
     let error = Liggghts::open("/no/such/library.so".as_ref(), &[]).err().unwrap().to_string();
     assert!(error.contains("/no/such/library.so") && error.contains("make liggghts"), "{error}");
@@ -79,6 +97,14 @@ fn child() {
         assert_eq!(host.count(), 64);
         drop(host);
         println!("the scenario was as it should be");
+    } else if part == "quotes" {
+        host.commands("print \"left # right\" # a comment\nprint \"joined &\nhere\"\n").unwrap();
+    } else if part == "panic" {
+        host.commands(SCRIPT).unwrap();
+        assert!(std::env::var("OMPI_COMM_WORLD_RANK").unwrap() == "0", "a panic on purpose");
+        // Waits for the other process.
+        host.run(10).unwrap();
+        println!("went on");
     } else {
         host.commands(&SCRIPT.replace("young 30e9", "")).unwrap();
         println!("went on");
@@ -131,6 +157,13 @@ fn scenario(host: &mut Liggghts) {
     assert!(matches!(host.bonds("nobody"), Err(DriverError::NoBonds(_))));
     assert!(matches!(host.histories("nobody"), Err(DriverError::NoBonds(_))));
     assert!(matches!(host.fix("nobody", None), Err(DriverError::NoFix(_))));
+    assert!(matches!(host.fix("nobody", Some(1)), Err(DriverError::NoFix(_))));
+    assert!(host.fix("bonds", Some(12)).unwrap() > 0.0099);
+    for index in [0, 13, usize::MAX] {
+        let error = host.fix("bonds", Some(index)).unwrap_err().to_string();
+        assert!(error.contains(&format!("has 12 numbers, counted from 1: there is no number {index}")), "{error}");
+    }
+    assert!(matches!(host.fix("integrate", Some(1)), Err(DriverError::NoNumber { length: 0, .. })));
     assert!(matches!(host.commands("run 0 &\n"), Err(DriverError::Unfinished)));
     assert!(matches!(host.command("print \0"), Err(DriverError::ZeroByte(_))));
 }

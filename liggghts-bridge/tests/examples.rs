@@ -48,3 +48,10 @@ fn the_script_of_the_documentation_runs() {
         "rows of dump local"
     );
 }
+
+#[test]
+fn the_documented_speeds_are_those_of_the_results() {
+    let program = Path::new(env!("CARGO_MANIFEST_DIR")).join("compare_speed.py");
+    let output = std::process::Command::new("python3").arg(program).arg("--check").output().expect("python3 is needed");
+    assert!(output.status.success(), "{}", harness::text(&output));
+}

@@ -191,6 +191,53 @@ fn rows_of_single_contacts_are_liggghts_own() {
     }
 }
 
+/// The rows of the library's laws are the forces that acted: they add up to those of the atoms.
+#[test]
+fn rows_of_the_librarys_contacts_make_up_the_forces() {
+    let folder = tempfile::tempdir().unwrap();
+    cloud(&folder.path().join("cloud.data"));
+    for model in ["hertz_mindlin", "frictional"] {
+        for processors in [1, 2] {
+            let pair = format!(
+                "pair_style gran model concordem/{model}\npair_coeff * *\ncompute pairs all pair/gran/local id force torque\n\
+                 dump pairs all local 100 pairs.dump c_pairs[1] c_pairs[2] c_pairs[4] c_pairs[5] c_pairs[6] c_pairs[7] c_pairs[8] \
+                 c_pairs[9]\ndump_modify pairs format \"{}\"",
+                "%.17g ".repeat(8)
+            );
+            let states = result(folder.path(), &pair, processors, 1);
+            let rows = tables(&folder.path().join("pairs.dump"));
+            assert_eq!(rows.len(), states.len());
+            let mut seen = 0;
+            for ((step, atoms), (_, rows)) in states.iter().zip(&rows) {
+                let mut sums = vec![(Vec3::zeros(), Vec3::zeros()); atoms.len()];
+                for n in rows {
+                    let [i, j] = [n[0] as usize - 1, n[1] as usize - 1];
+                    let (force, torque) = (Vec3::new(n[2], n[3], n[4]), Vec3::new(n[5], n[6], n[7]));
+                    // What is left of a pair's angular momentum is none: the other torque follows.
+                    let between = atoms[i].position - atoms[j].position;
+                    sums[i].0 += force;
+                    sums[i].1 += torque;
+                    sums[j].0 -= force;
+                    sums[j].1 -= torque + between.cross(&force);
+                }
+                seen += rows.len();
+                let largest = |get: fn(&Dumped) -> Vec3| atoms.iter().map(|a| get(a).norm()).fold(0.0, f64::max);
+                let (most_force, most_torque) = (largest(|a| a.force), largest(|a| a.torque));
+                for (k, ((force, torque), atom)) in sums.iter().zip(atoms).enumerate() {
+                    // Sums of some terms in another order; torques by another formula, from positions of 1e-1 m with arms of 5e-3 m.
+                    let apart = ((force - atom.force).norm(), (torque - atom.torque).norm());
+                    assert!(
+                        apart.0 <= 1e-13 * most_force && apart.1 <= 1e-12 * most_torque,
+                        "{model}, {processors} processors, step {step}, atom {}: {apart:?} of {most_force} N, {most_torque} N·m",
+                        k + 1
+                    );
+                }
+            }
+            assert!(seen > 60, "{seen} contacts only");
+        }
+    }
+}
+
 #[test]
 fn the_librarys_law_at_a_wall_is_that_of_its_solver() {
     const DT: f64 = 2e-6;

@@ -109,6 +109,53 @@ host.close()
     assert all(rank[1] > 0 for rank in ranks)
 
 
+def test_scripts_are_read_as_liggghts_reads_files(tmp_path):
+    log = tmp_path / "log"
+    done = run(f"""
+host.commands('''log {log}
+print "left # right" # a comment
+print "joined &
+here"
+''')
+host.close()
+print("done")
+""")
+    assert done.returncode == 0 and "done" in done.stdout, done.stdout + done.stderr
+    printed = log.read_text().splitlines()
+    assert "left # right" in printed and "joined here" in printed, printed
+
+
+def test_numbers_that_a_fix_has_not_are_refused():
+    done = run("""
+host.run(0)
+for name, index, message in [("bonds", 0, "has 12 numbers, counted from 1: there is no number 0"),
+                             ("bonds", 13, "there is no number 13"), ("integrate", 1, "has 0 numbers"),
+                             ("nobody", 1, "there is no fix `nobody`")]:
+    try:
+        host.fix(name, index)
+    except LiggghtsError as error:
+        assert message in str(error), error
+    else:
+        raise AssertionError(f"not refused: {name} {index}")
+assert host.fix("bonds", 12) > 0.0099
+print("done")
+""")
+    assert done.returncode == 0 and "done" in done.stdout, done.stdout + done.stderr
+
+
+def test_a_process_that_fails_ends_the_others():
+    done = run("""
+import os
+with host:
+    if os.environ["OMPI_COMM_WORLD_RANK"] == "1":
+        raise ValueError("on purpose")
+    host.run(10)
+    print("went on")
+""", processes=2)
+    assert done.returncode not in (0, 124) and "ValueError: on purpose" in done.stderr, done.stdout + done.stderr
+    assert "went on" not in done.stdout
+
+
 def test_a_missing_library_is_named():
     from concordem.liggghts import Liggghts, LiggghtsError
 

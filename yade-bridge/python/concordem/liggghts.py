@@ -19,6 +19,8 @@ import atexit
 import ctypes
 import os
 import shutil
+import sys
+import traceback
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Sequence
@@ -113,6 +115,9 @@ class Liggghts:
             ("lammps_free", None, [pointer]),
             ("lammps_get_natoms", integer, [pointer]),
             ("concordem_liggghts_rows", ctypes.POINTER(ctypes.c_double), [pointer, text, ctypes.POINTER(ctypes.c_int64)]),
+            ("concordem_liggghts_fix_size", integer, [pointer, text]),
+            ("concordem_liggghts_processes", integer, [pointer]),
+            ("concordem_liggghts_abort", None, [pointer]),
             ("concordem_liggghts_mpi", integer, [integer]),
             ("concordem_liggghts_rows_delete", None, [ctypes.POINTER(ctypes.c_double), ctypes.c_int64]),
         ]:
@@ -126,6 +131,15 @@ class Liggghts:
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
+        """The end of LIGGGHTS. An exception that leaves the block on one of several processes ends them all, with its traceback,
+        since the others would wait for this one for ever; `sys.exit()` does not."""
+        leaves = isinstance(value, SystemExit) and not value.code
+        if value is not None and not leaves and self._handle is not None:
+            if self._library.concordem_liggghts_processes(self._handle) > 1:
+                traceback.print_exception(kind, value, trace)
+                sys.stdout.flush()
+                sys.stderr.flush()
+                self._library.concordem_liggghts_abort(self._handle)
         self.close()
 
     def close(self) -> None:
@@ -146,12 +160,13 @@ class Liggghts:
         self._library.lammps_command(self._instance, line.encode())
 
     def commands(self, text: str) -> None:
-        """The lines of a script; `&` at its end continues a line, `#` begins a comment."""
+        """The lines of a script, as LIGGGHTS reads a file: `&` as the last character of a line, in a comment too, lets the next one
+        follow in its place; comments, which begin with `#` outside quotes, are LIGGGHTS' to find."""
         line = ""
         for part in text.splitlines():
-            line += part.split("#", 1)[0].rstrip()
+            line += part.rstrip()
             if line.endswith("&"):
-                line = line[:-1] + " "
+                line = line[:-1]
                 continue
             if line.strip():
                 self.command(line.strip())
@@ -248,8 +263,13 @@ class Liggghts:
 
     def fix(self, name: str, index: int | None = None) -> float:
         """What a fix tells of itself: its number, or number `index` (from 1) of its vector, over all processes."""
-        style, kind = (0, 0) if index is None else (0, 1)
-        address = self._library.lammps_extract_fix(self._instance, name.encode(), style, kind, (index or 1) - 1, 0)
+        if index is not None:
+            # LIGGGHTS does not check: a place that is not there would be read all the same.
+            length = self._library.concordem_liggghts_fix_size(self._instance, name.encode())
+            if length >= 0 and not 1 <= index <= length:
+                raise LiggghtsError(f"the vector of fix `{name}` has {length} numbers, counted from 1: there is no number {index}")
+        kind, place = (0, 0) if index is None else (1, index - 1)
+        address = self._library.lammps_extract_fix(self._instance, name.encode(), 0, kind, place, 0)
         if not address:
             raise LiggghtsError(f"there is no fix `{name}` with that output")
         value = ctypes.c_double.from_address(address).value
