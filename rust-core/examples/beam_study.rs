@@ -226,17 +226,6 @@ fn main() -> Outcome<()> {
             }
         }
     }
-    // Once beyond the book's sizes: where strength goes from there.
-    if full {
-        let (size, seed) = (30_000, 1);
-        study.case(&format!("elastic, {size}, seed {seed}"), |s| elasticity(s, size, seed))?;
-        for criterion in ["mid-section", "particles"] {
-            for load in ["tension", "bending", "torsion"] {
-                let name = format!("strength, {size}, seed {seed}, {criterion}, {load}");
-                study.case(&name, |s| broken(s, size, seed, criterion, load))?;
-            }
-        }
-    }
     // As thick as those of a thousand, and four times as long.
     for seed in 1..=if full { seeds } else { 0 } {
         let radii = [1.0, 2.0, 4.0, 8.0, 16.0];
