@@ -185,6 +185,33 @@ fn broken_bonds_stay_in_the_tables() {
     }
 }
 
+/// No file is lost to a name: results have names of HDF5 files, a table that is there is not written over without being told,
+/// and one that is missing is written by `resume`.
+#[test]
+fn results_do_not_overwrite_other_files() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let with_table = PRISM.replace("STEPS", "20").replace("sample_interval = 7", "csv = true\nsample_interval = 7");
+    let scenario = write(folder.path(), "prism.toml", &with_table);
+    for command in ["run", "sweep"] {
+        let given = concordem([command, "-q", text(&scenario), "-o", text(&folder.path().join("out.csv"))]);
+        assert_eq!(given.code, exit::USAGE, "{}", given.err);
+        if command == "run" {
+            assert!(given.err.contains("out.csv") && given.err.contains("out.h5"), "{}", given.err);
+        }
+    }
+    let table = write(folder.path(), "prism.csv", "mine\n");
+    let given = concordem(["run", "-q", text(&scenario)]);
+    assert!(given.code == exit::FILE && given.err.contains("prism.csv"), "{}: {}", given.code, given.err);
+    assert_eq!(std::fs::read_to_string(&table).expect("a table"), "mine\n");
+    assert!(!folder.path().join("prism.h5").exists());
+    assert_eq!(concordem(["run", "-q", "--force", text(&scenario)]).code, exit::DONE);
+    let written = std::fs::read_to_string(&table).expect("a table");
+    assert!(written.lines().count() > 2);
+    std::fs::remove_file(&table).expect("a table");
+    assert_eq!(concordem(["resume", text(&scenario)]).code, exit::DONE);
+    assert_eq!(std::fs::read_to_string(&table).expect("a table"), written);
+}
+
 #[test]
 fn help_tells_commands_examples_and_exit_codes() {
     let given = concordem(["--help"]);

@@ -298,6 +298,24 @@ impl Run {
     }
 }
 
-fn write_csv(path: &Path) -> Result<(), OutputError> {
-    csv::write(&ResultFile::open(path)?, &path.with_extension("csv"), true)
+/// Write the samples of the result at `path` beside it.
+pub(super) fn write_csv(path: &Path) -> Result<(), OutputError> {
+    csv::write(&ResultFile::open(path)?, &csv_path(path), true)
+}
+
+/// The table beside a result.
+pub(super) fn csv_path(path: &Path) -> PathBuf {
+    path.with_extension("csv")
+}
+
+/// Refuse names for a result that another file would be written over, or that readers do not take for HDF5.
+pub(super) fn check_result_name(path: &Path) -> Result<(), Failure> {
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("h5" | "hdf5" | "vtkhdf") => Ok(()),
+        _ => Err(Failure::Usage(format!(
+            "--output {}: a result is an HDF5 file and needs the extension .h5, .hdf5, or .vtkhdf: {}",
+            path.display(),
+            path.with_extension("h5").display()
+        ))),
+    }
 }

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::drive::{Meter, Run, build, result_path};
+use super::drive::{Meter, Run, build, csv_path, result_path, write_csv};
 use super::run::{INITIAL_HASH, SCENARIO_FILE, conclude, state_hash};
 use super::{Console, Failure, Work};
-use crate::output::{OutputError, Resumed, RunFiles};
+use crate::output::{OutputError, ResultFile, Resumed, RunFiles};
 use crate::plan::Simulation;
 use crate::scenario::Scenario;
 
@@ -22,6 +22,11 @@ pub(super) fn resume(arguments: &Arguments, console: &mut Console<'_>) -> Result
     let path = result_of(&arguments.run)?;
     let (files, mut checkpoint, unusable) = match RunFiles::resume(&path)? {
         Resumed::Finished => {
+            // It may have been killed between the result and its table.
+            let text = ResultFile::open(&path)?.scenario()?;
+            if Scenario::parse(&path.display().to_string(), &text)?.output.csv && !csv_path(&path).exists() {
+                write_csv(&path)?;
+            }
             console.tell(&format!("{} is finished; there is nothing to resume", path.display()));
             return Ok(());
         }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::drive::{Meter, Outcome, Run, build, result_path};
+use super::drive::{Meter, Outcome, Run, build, check_result_name, csv_path, result_path};
 use super::{Console, Failure, Work};
 use crate::output::hash::StateHasher;
 use crate::output::run_files::parts_folder;
@@ -31,10 +31,13 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let scenario = Scenario::read(&arguments.scenario)?;
     let path = arguments.output.clone().unwrap_or_else(|| result_path(&scenario));
+    check_result_name(&path)?;
     if !arguments.force {
         // Before the packing is made, which may take minutes.
-        if path.exists() {
-            return Err(OutputError::Exists { path }.into());
+        for path in [Some(path.clone()), scenario.output.csv.then(|| csv_path(&path))].into_iter().flatten() {
+            if path.exists() {
+                return Err(OutputError::Exists { path }.into());
+            }
         }
         let parts = parts_folder(&path);
         if parts.exists() {

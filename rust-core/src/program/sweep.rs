@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 
 use rayon::prelude::*;
 
-use super::drive::{Interruption, Meter};
+use super::drive::{Interruption, Meter, check_result_name};
 use super::{Console, Failure, Work};
 use crate::assembly::place;
 use crate::output::sealed::write_text;
@@ -47,6 +47,7 @@ struct Progress {
 pub(super) fn sweep(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let sweep = Sweep::read(&arguments.sweep)?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.sweep.with_extension("h5"));
+    check_result_name(&path)?;
     let page = path.with_extension("html");
     let table = path.with_extension("csv");
     let journal_path = path_of(&path);
