@@ -16,6 +16,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from concordem_validate import provenance
+
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "target/release/examples/deformable_study"
 RESULTS = ROOT / "validation/results/deformable.json"
@@ -45,7 +48,7 @@ def main():
     arguments = parser.parse_args()
     build = ["cargo", "build", "--release", "-p", "concordem-tests", "--example", "deformable_study"]
     subprocess.run(build, cwd=ROOT, check=True)
-    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True).stdout.strip()
+    commit = provenance.of_tree()
     results = json.loads(RESULTS.read_text()) if arguments.full and RESULTS.exists() else {}
     for case in cases(arguments.full):
         name = " ".join(case)

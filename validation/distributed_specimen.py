@@ -14,7 +14,6 @@ import argparse
 import json
 import os
 import platform
-import subprocess
 import sys
 import tempfile
 import time
@@ -24,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from concordem_validate import scenario
+from concordem_validate import provenance, scenario
 from concordem_validate.case import Task
 from concordem_validate.engines import concordem
 from concordem_validate.engines.liggghts import Liggghts
@@ -177,6 +176,7 @@ def main():
         report(json.loads(RESULTS.read_text())["cases"])
         return
     edge = FULL if arguments.full else REDUCED
+    commit = provenance.label(concordem.program()) if arguments.full else None
     cases, wrong = {}, []
     for direction in LOADINGS:
         cases[direction] = compare(direction, edge)
@@ -185,7 +185,6 @@ def main():
     if wrong:
         sys.exit("distributed_specimen.py: " + "\n".join(wrong))
     if arguments.full:
-        commit = subprocess.run(["git", "-C", ROOT, "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
         text = {"cases": cases, "commit": commit, "machine": f"{platform.machine()}, {os.cpu_count()} processors",
                 "load_average": os.getloadavg()}
         RESULTS.write_text(json.dumps(text, indent=1, ensure_ascii=False) + "\n")

@@ -5,12 +5,14 @@
 
 Each case is one run of `examples/rigid_box_sampling.rs`; its last state is then given to YADE's own operators
 (`yade_operators.py`), which must find the same (A8). Results go to validation/results/rigid_box_sampling.json, case by case,
-so that an interrupted study goes on where it stopped. Without --full one case with a tenth of its spheres runs, and its
-result goes to no file. Acceptance that fails is an error, what cannot be held is recorded (`expected` in the results).
+so that an interrupted study goes on where it stopped; what is there already is judged again. Without --full one case with a
+tenth of its spheres runs, and its result goes to no file. Acceptance that fails is an error, but for what is registered as not
+held (`OTHERS`); that is one when it is held again.
 """
 
 import argparse
 import json
+import math
 import os
 import platform
 import shutil
@@ -19,23 +21,33 @@ import sys
 import tempfile
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from concordem_validate import provenance
+
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "target/release/examples/rigid_box_sampling"
 RESULTS = ROOT / "validation/results/rigid_box_sampling.json"
 
-
-# Sums of some ten thousand terms: operators are the same when they differ by rounding.
-SAME = dict.fromkeys(["stress", "particle_stress", "fabric", "coordination", "porosity", "cell_volume"], 1e-10)
+# Sums of some ten thousand contacts, each term rounded to 1.1e-16: 1e-12 when all errors add up, 2e-14 on record.
+ROUNDING = 1e-12
+# YADE's operators on the same state.
+SAME = ["stress", "particle_stress", "fabric", "coordination", "porosity", "cell_volume"]
+# Forces on rigid blocks cancel in pairs: what is left is rounding of the terms, which are divided by the sum of all of them. A
+# hundred times 1.1e-16; 2e-17 on record.
+RIGID = 1e-14
+# Cases (size, box) where components of the strain other than the lid's are 7.6 to 17.3 % of it in place of 7 %: these samples
+# have 307 to 672 spheres; the two with more than 950 hold it.
+OTHERS = {(1, 1), (2, 1), (1, 2), (2, 2)}
 
 
 def flat(value):
     return [x for part in value for x in flat(part)] if isinstance(value, list) else [value]
 
 
-def in_yade(state):
+def in_yade(state, strict):
     """YADE's operators on the state: largest difference of each from ours, over the largest value."""
     if not shutil.which("yade"):
-        if os.environ.get("CI"):
+        if strict:
             sys.exit("rigid_box_sampling.py: YADE is not installed: apt install yade")
         return {"skipped": "YADE is not installed"}
     script = Path(__file__).with_name("yade_operators.py")
@@ -50,33 +62,54 @@ def in_yade(state):
     for found in (ours, theirs):
         found["cell_volume"] = [v for v, within in zip(found["cell_volume"], inner) if within]
     result = {"version": theirs["version"], "inner_cells": sum(inner)}
-    for name, limit in SAME.items():
+    for name in SAME:
         pairs = list(zip(flat(ours[name]), flat(theirs[name]), strict=True))
         result[name] = max(abs(x - y) for x, y in pairs) / max(abs(x) for x, _ in pairs)
-        if not result[name] < limit:
-            sys.exit(f"rigid_box_sampling.py: {name} differs from YADE's by {result[name]:.1e}, allowed {limit:.0e}")
     return result
 
 
-def run(*arguments):
+def run(*arguments, strict):
     with tempfile.TemporaryDirectory() as folder:
         state = str(Path(folder) / "state.json")
         command = [PROGRAM, *map(str, arguments), state]
         result = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout)
-        result["A8"] = in_yade(state)
-    # What holds whatever the free choices of the case are.
-    ratio = result["A2"]["internal_over_clipped_trace"] / result["A2"]["law_by_branch"]
-    held = {
-        "A2": abs(ratio - 1) < 0.05,
-        "A3": max(result["A3"].values()) < 1e-12,
-        "A6": result["A6"]["balance"] < 1e-12,
-        "A7": result["A7"]["singular_values"][1] > 1e-3 * result["A7"]["singular_values"][0],
-    }
-    # The network of a tenth of the spheres is no longer fine against the sampling sphere, which A2 and A1 suppose.
-    failed = [name for name, is_held in held.items() if not is_held and not (name == "A2" and result["scale"] > 1)]
-    if failed:
-        sys.exit(f"rigid_box_sampling.py: not held: {', '.join(failed)}\n{json.dumps(result, indent=1)}")
+        result["A8"] = in_yade(state, strict)
     return result
+
+
+def failures(result, strict):
+    """What a case must show, as a list of what it does not."""
+    wrong = []
+
+    def demand(holds, what):
+        if not holds:
+            wrong.append(f"size {result['case']}, box {result['geometry']}: {what}")
+
+    # The network of a tenth of the spheres is no longer fine against the sampling sphere, which A1 and A2 suppose.
+    if result["scale"] == 1:
+        strain, others = result["A1"]["ratio"], result["A1"]["largest_other_over_zz"]
+        demand(abs(strain - 1) < 0.1, f"A1: the strain is {strain:.3f} of the lid's; 1 within 0.1 is expected")
+        if (result["case"], result["geometry"]) in OTHERS:
+            demand(others >= 0.07, f"A1: other components are {others:.3f} of the lid's, below 0.07 again: take the case out of OTHERS")
+        else:
+            demand(others < 0.07, f"A1: other components are {others:.3f} of the lid's; below 0.07 is expected")
+        ratio = result["A2"]["internal_over_clipped_trace"] / result["A2"]["law_by_branch"]
+        demand(abs(ratio - 1) < 0.05, f"A2: internal-only over clipped is {ratio:.3f} of the law; 1 within 0.05 is expected")
+    rigid, balance = max(result["A3"].values()), result["A6"]["balance"]
+    demand(rigid < RIGID, f"A3: forces and moments of rigid blocks are {rigid:.1e}; below {RIGID:.0e} is expected")
+    demand(balance < ROUNDING, f"A6: the balance of all states is left open by {balance:.1e}; below {ROUNDING:.0e} is expected")
+    first, second = result["A7"]["singular_values"][:2]
+    demand(second > 1e-3 * first, f"A7: singular values of the couple stress are {first:.3g}, {second:.3g}: rank 1")
+    if strict or "skipped" not in result["A8"]:
+        for name in SAME:
+            apart = result["A8"].get(name, math.inf)
+            demand(apart < ROUNDING, f"A8: {name} differs from YADE's by {apart:.1e}; below {ROUNDING:.0e} is expected")
+    return wrong
+
+
+def stop_at(wrong):
+    if wrong:
+        sys.exit("rigid_box_sampling.py: " + "\n".join(wrong))
 
 
 def main():
@@ -84,24 +117,31 @@ def main():
     parser.add_argument("--full", action="store_true", help="all cases with the printed numbers of spheres; hours")
     parser.add_argument("--built", action="store_true", help="the example is built already, as cargo test leaves it")
     arguments = parser.parse_args()
+    if arguments.full and arguments.built:
+        parser.error("--full builds the example itself, so that its figures are those of the commit on record")
     if not arguments.built:
         build = ["cargo", "build", "--release", "-p", "concordem", "--example", "rigid_box_sampling"]
         subprocess.run(build, check=True, cwd=ROOT)
     if not arguments.full:
-        result = run(1, 1, 10)
+        strict = bool(os.environ.get("CI"))
+        result = run(1, 1, 10, strict=strict)
         print(json.dumps({name: result[name] for name in ("A1", "A2", "A3", "A6", "A8")}, indent=1))
+        stop_at(failures(result, strict))
         return
     results = json.loads(RESULTS.read_text())
-    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True).stdout.strip()
+    commit = provenance.of_tree()
     known = {(case["case"], case["geometry"]) for case in results["cases"]}
     for case in [(size, box) for box in (1, 2) for size in (1, 2, 3)]:
         if case in known:
             continue
-        results["cases"].append(run(*case, 1) | {"commit": commit, "machine": f"{platform.machine()}, {os.cpu_count()} processors"})
+        result = run(*case, 1, strict=True)
+        stop_at(failures(result, True))
+        results["cases"].append(result | {"commit": commit, "machine": f"{platform.machine()}, {os.cpu_count()} processors"})
         temporary = RESULTS.with_suffix(".tmp")
         temporary.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n")
         temporary.replace(RESULTS)
         print(f"size {case[0]}, box {case[1]}: done", flush=True)
+    stop_at([what for case in results["cases"] for what in failures(case, True)])
 
 
 if __name__ == "__main__":

@@ -20,6 +20,9 @@ import tempfile
 import time
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from concordem_validate import provenance
+
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "target/release/concordem"
 RESULTS = ROOT / "validation/results/specimens.json"
@@ -34,7 +37,6 @@ SPECIMENS = {
 KINEMATICS = ["finite", "yade-ratcheting"]
 PACKINGS = {"loose": "0.5", "dense": "0"}
 LAYERS = {"full-reach": None, "thin": '"2.2 mm"'}
-COMMIT = subprocess.run(["git", "-C", ROOT, "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
 
 
 def scenario(direction, specimen, kinematics, friction, layer, size):
@@ -89,14 +91,15 @@ def run(program, folder, name, text):
     }
 
 
-def study(cases, size, known, save):
-    """Run the cases not yet known, with a copy of the program, so that one build makes all of them."""
+def study(cases, size, known, save, label=lambda program: None):
+    """Run the cases not yet known, with a copy of the program, so that one build makes all of them; `label` gives its commit."""
     keep = tempfile.TemporaryDirectory()
     program = shutil.copy(PROGRAM, keep.name)
     for specimen, kinematics, packing, layer in cases:
         key = f"specimen {specimen}, {kinematics}, {packing}, {layer}" + (f", {size}" if size else "")
         if key in known:
             continue
+        commit = label(program)
         with tempfile.TemporaryDirectory() as folder:
             found = {}
             for direction in "tension", "compression":
@@ -111,7 +114,7 @@ def study(cases, size, known, save):
         found["young_gauge_over_link_modulus"] = tension["young_gauge_pa"] / young
         found["tensile_strength_over_onset"] = tension["peak_stress_pa"] / onset
         found["strength_ratio"] = -compression["peak_stress_pa"] / tension["peak_stress_pa"]
-        found["commit"] = COMMIT
+        found["commit"] = commit
         found["machine"] = f"{platform.machine()}, {os.cpu_count()} processors"
         known[key] = found
         save(known)
@@ -194,12 +197,12 @@ def main():
         temporary.write_text(text + "\n")
         temporary.replace(RESULTS)
 
-    study([REDUCED], REDUCED_SIZE, known, save)
+    study([REDUCED], REDUCED_SIZE, known, save, provenance.label)
     cases = [(s, k, p, "full-reach") for p in PACKINGS for k in KINEMATICS for s in SPECIMENS]
     # The source does not say how thick its layers were; YADE's usual choice is 2.2 radii.
     cases += [(s, k, "loose", "thin") for k in KINEMATICS for s in (1, 4)]
     cases.sort(key=lambda case: (case[2] == "dense", case[0] in (2, 3), case[1] != "finite", case[3] == "full-reach"))
-    study(cases, None, known, save)
+    study(cases, None, known, save, provenance.label)
 
 
 if __name__ == "__main__":

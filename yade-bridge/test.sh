@@ -17,7 +17,7 @@ for python in "$bin/python" "$PWD/.venv-debian/bin/python"; do
   "$python" -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheel"
   echo "$("$python" -c 'import sys, numpy; print("Python", sys.version.split()[0], "NumPy", numpy.__version__)'), $(basename "$wheel")"
   # From another folder, so that the wheel is tested and not the sources.
-  [ "$what" = wheel ] || (cd yade-bridge/tests && "$python" -m pytest -q -p no:cacheprovider --rootdir . --ignore=yade --ignore=native .)
+  [ "$what" = wheel ] || (cd yade-bridge/tests && "$python" -m pytest -q -rs -p no:cacheprovider --rootdir . --ignore=yade --ignore=native .)
 done
 [ "$what" = wheel ] && exit
 "$bin/python" -m mypy.stubtest concordem --mypy-config-file yade-bridge/pyproject.toml --allowlist yade-bridge/stubtest-allowlist.txt

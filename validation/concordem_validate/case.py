@@ -14,8 +14,7 @@ KINDS = {"series", "scalar", "ensemble"}
 TIERS = {"fast", "full"}
 _CASE = {"title", "question", "source", "tier", "time_limit_s", "engines", "scenario", "variant", "check"}
 _VARIANT = {"name", "changes", "peer_changes", "scenario", "engines", "about", "command"}
-_CHECK = {"name", "kind", "peer", "variants", "of", "to_step", "from_step", "scale", "tolerance", "reason", "quirk",
-          "known", "tier"}
+_CHECK = {"name", "kind", "peer", "variants", "of", "to_step", "from_step", "scale", "tolerance", "reason", "quirk", "known"}
 
 
 @dataclass
@@ -150,7 +149,7 @@ def load(name, root=ROOT):
             raise HarnessError(f"{place}: give either `tolerance`, or `quirk` and `known = [least, most]`")
         if "quirk" in check and check["quirk"] not in known:
             raise HarnessError(f"{place}: quirks.toml has no `{check['quirk']}`")
-        checks.append(Check(**{"variants": ["*"], **{k: v for k, v in check.items() if k != "tier"}}))
+        checks.append(Check(**{"variants": ["*"], **check}))
     case = Case(name, folder, data["title"], data["question"], data["source"], data.get("tier", "fast"),
                 float(data.get("time_limit_s", 120)), engines, tasks, engines_of, checks, module)
     for check in checks:

@@ -30,7 +30,8 @@ def main(arguments=None):
     one.add_argument("--time-factor", type=float, default=1.0, help="multiplies all time limits, for slow machines")
     one.add_argument("--output", type=Path, default=_OUT, help="folder of results and report (%(default)s)")
     one = commands.add_parser(
-        "compare", help="compare the series of two result files, or ConcorDEM's results of two rounds bit by bit (two folders of `run --output`)")
+        "compare", help="compare the series of two result files, or ConcorDEM's results of two rounds bit by bit (two folders of "
+                        "`run --output`)")
     one.add_argument("a", type=Path)
     one.add_argument("b", type=Path)
     one.add_argument("--tolerance", type=float, default=0.0, help="largest relative difference (%(default)g)")

@@ -1,5 +1,6 @@
 """Runs engines on cases. What is done is kept by the hash of its inputs, so that an interrupted round goes on."""
 import copy
+import functools
 import hashlib
 import json
 import os
@@ -9,6 +10,7 @@ import sys
 import tempfile
 import threading
 import traceback
+import types
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
@@ -78,6 +80,37 @@ def _inputs(task):
     return digest.hexdigest()
 
 
+def fingerprint(what, seen=()):
+    """Text that says what a planted change does: its instructions, constants, and arguments, and the same of what it calls.
+
+    A name would not do: a run made with another factor under the same name would be taken up.
+    """
+    if isinstance(what, functools.partial):
+        return f"partial({fingerprint([what.func, what.args, what.keywords], seen)})"
+    if isinstance(what, types.FunctionType):
+        if id(what) in seen:
+            return what.__qualname__
+        seen = (*seen, id(what))
+        cells = [cell.cell_contents for cell in what.__closure__ or ()]
+        # what it calls of its own file: of other files, those of the harness are in `_sources`
+        names = sorted(_names(what.__code__) & what.__globals__.keys())
+        called = [what.__globals__[name] for name in names]
+        called = [f for f in called if isinstance(f, types.FunctionType) and f.__module__ == what.__module__]
+        return fingerprint(["function", what.__code__, what.__defaults__, what.__kwdefaults__, cells, called], seen)
+    if isinstance(what, types.CodeType):
+        return f"code({what.co_code.hex()} {what.co_names} {fingerprint(what.co_consts, seen)})"
+    if isinstance(what, dict):
+        return "{" + ", ".join(f"{key!r}: {fingerprint(value, seen)}" for key, value in what.items()) + "}"
+    if isinstance(what, (list, tuple)):
+        return "[" + ", ".join(fingerprint(part, seen) for part in what) + "]"
+    return repr(what)
+
+
+def _names(code):
+    """Names that a function and the functions in it ask for."""
+    return set(code.co_names).union(*(_names(part) for part in code.co_consts if isinstance(part, types.CodeType)))
+
+
 class Runner:
     def __init__(self, folder, jobs=None, fresh=False, quiet=False, time_factor=1.0):
         self.folder, self.fresh, self.quiet, self.time_factor = Path(folder), fresh, quiet, time_factor
@@ -90,9 +123,7 @@ class Runner:
 
     def key(self, task, engine):
         version = ENGINES[engine].version()
-        plant = [f.__name__ for name in ("concordem", engine) for f in task.plant.get(name, [])]
-        if plant:
-            plant.append(str(task.plant.get("label")))
+        plant = [fingerprint(f) for name in ("concordem", engine) for f in task.plant.get(name, [])]
         also = getattr(ENGINES[engine], "also", lambda _: "")(task)
         if engine == concordem.NAME and task.peer:
             also += self.key(task, task.peer)

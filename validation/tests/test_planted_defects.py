@@ -3,10 +3,12 @@
 Laws cannot be rebuilt here, so a defect of a law is planted where it has the same effect: in the scenario ConcorDEM alone gets, in
 the closed form written independently, or in ConcorDEM's result. Every test first needs the sound case to pass.
 """
+import math
+
 import numpy as np
 import pytest
 from concordem_validate import case as cases
-from concordem_validate import runner, scenario
+from concordem_validate import compare, runner, scenario
 from conftest import need
 
 FOLDER = cases.ROOT.parents[1] / "target" / "validate"
@@ -191,6 +193,12 @@ DEFECTS = {
 }
 
 
+def is_measured(verdict):
+    """Whether a check has seen a difference that it does not allow. One that could not compare has seen nothing."""
+    low, high = verdict.check.known or (0.0, verdict.check.tolerance)
+    return math.isfinite(verdict.difference) and not low <= verdict.difference <= high
+
+
 @pytest.mark.parametrize("defect", DEFECTS)
 def test_planted_defect_is_caught(defect):
     name, variant, peer, plant = DEFECTS[defect]
@@ -201,12 +209,38 @@ def test_planted_defect_is_caught(defect):
     assert not round_.failed(True), f"the sound case fails: {[v for v in round_.verdicts if v.status == 'fail']}"
     planted = cases.load(name).only([variant], [peer])
     plant = dict(plant)
-    for change in plant.pop("module", []):
-        change(planted.module)
-        plant["analytic"] = [change]  # another hash: nothing is taken from the sound run
-    round_ = made.run([planted], plant={**plant, "label": defect})
+    if changes := plant.pop("module", []):
+        for change in changes:
+            change(planted.module)
+        plant["analytic"] = changes  # another hash: nothing is taken from the sound run
+    round_ = made.run([planted], plant=plant)
     assert all(o.status == "done" for o in round_.outcomes.values()), [o.message for o in round_.outcomes.values()]
-    caught = [v for v in round_.verdicts if v.status == "fail"]
-    assert caught, f"{name} · {variant} · {peer} does not see it"
+    failed = [v for v in round_.verdicts if v.status == "fail"]
+    caught = [v for v in failed if is_measured(v)]
+    assert caught, f"{name} · {variant} · {peer} does not see it" + "".join(f"; {v.check.name}: {v.message}" for v in failed)
     print(f"{defect}: caught by {name} · {variant} · {peer}: " + "; ".join(
         f"{v.check.name} {v.difference:.1e}" for v in caught))
+
+
+def test_a_planted_change_is_known_by_what_it_does():
+    def by_name(step):
+        scope = {"__name__": "planted"}
+        exec(f"def helper(data): return data + {step}\ndef change(data): return helper(data)", scope)
+        return scope["change"]
+
+    one = runner.fingerprint(times("dt", 1.001))
+    assert runner.fingerprint(times("dt", 1.001)) == one
+    for another in (times("dt", 1.0001), times("mass", 1.001), without("dt")):
+        assert runner.fingerprint(another) != one
+    # what it is given, and what it calls
+    assert runner.fingerprint(constants(lambda e, nu: (e, nu))) != runner.fingerprint(constants(lambda e, nu: (-e, nu)))
+    assert runner.fingerprint(by_name(1)) == runner.fingerprint(by_name(1)) != runner.fingerprint(by_name(2))
+
+
+def test_a_comparison_that_fails_has_caught_nothing():
+    check = cases.Check("c", "series", "yade", "s", ["*"], "r", tolerance=1e-3)
+    for difference, measured in ((1e-2, True), (math.nan, False), (math.inf, False), (1e-4, False)):
+        assert is_measured(compare.Verdict("a", "b", check, "fail", difference)) is measured
+    check = cases.Check("c", "series", "yade", "s", ["*"], "r", quirk="q", known=[1e-4, 1e-2])
+    for difference, measured in ((0.0, True), (1e-3, False), (1.0, True), (math.nan, False)):
+        assert is_measured(compare.Verdict("a", "b", check, "fail", difference)) is measured

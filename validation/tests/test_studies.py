@@ -107,3 +107,57 @@ def test_every_command_of_make_takes_a_missing_peer_for_a_failure(tmp_path, targ
     subprocess.run(["make", "-s", f"SHELL={recorder}", target], cwd=ROOT, env=environment, check=True)
     lines = log.read_text().splitlines()
     assert len(lines) > 9 and all(line.startswith("CI=1 ") for line in lines), lines
+
+
+def on_record():
+    return json.loads((ROOT / "validation/results/rigid_box_sampling.json").read_text())["cases"]
+
+
+@pytest.mark.parametrize("number, change, message", [
+    (0, lambda case: case["A1"].update(ratio=1.11), "A1: the strain"),
+    (2, lambda case: case["A1"].update(largest_other_over_zz=0.071), "A1: other components.*is expected"),
+    (0, lambda case: case["A1"].update(largest_other_over_zz=0.069), "A1: other components.*take the case out"),
+    (0, lambda case: case["A2"].update(internal_over_clipped_trace=0.9), "A2"),
+    (0, lambda case: case["A3"].update(rigid_force=1e-13), "A3"),
+    (0, lambda case: case["A6"].update(balance=1e-11), "A6"),
+    (0, lambda case: case["A7"].update(singular_values=[1.0, 1e-4, 0.0]), "A7"),
+    (0, lambda case: case["A8"].update(stress=1e-11), "A8: stress"),
+    (0, lambda case: case.update(A8={"skipped": "YADE is not installed"}), "A8: stress"),
+])
+def test_the_rigid_box_is_held_to_its_acceptance(number, change, message):
+    module = study("rigid_box_sampling")
+    cases = on_record()
+    assert not [what for case in cases for what in module.failures(case, True)]
+    change(cases[number])
+    wrong = module.failures(cases[number], True)
+    assert wrong and re.search(message, wrong[0])
+
+
+def test_the_rigid_box_needs_yade_where_it_is_strict(tmp_path, monkeypatch):
+    module = study("rigid_box_sampling")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    skipped = module.in_yade("none", strict=False)
+    assert not module.failures(on_record()[0] | {"A8": skipped}, False)
+    with pytest.raises(SystemExit, match="apt install yade"):
+        module.in_yade("none", strict=True)
+    # what is built already may be of another commit
+    monkeypatch.setattr("sys.argv", ["rigid_box_sampling.py", "--full", "--built"])
+    with pytest.raises(SystemExit):
+        module.main()
+
+
+@pytest.mark.parametrize("name", ["specimens", "distributed_specimen"])
+def test_specimens_of_another_commit_are_not_recorded(tmp_path, monkeypatch, name):
+    module = study(name)
+    monkeypatch.setattr(provenance, "of_tree", lambda: "b" * 40)
+    monkeypatch.setattr(provenance, "of_program", lambda program: "a" * 40)
+    monkeypatch.setattr(module, "RESULTS", tmp_path / "results.json")
+    monkeypatch.setattr("sys.argv", [name, "--full"])
+    program = script(tmp_path / "program", "#!/bin/sh\nexit 3\n")
+    if name == "specimens":
+        monkeypatch.setattr(module, "PROGRAM", program)
+    else:
+        monkeypatch.setattr(module.concordem, "program", lambda: program)
+    with pytest.raises(SystemExit, match="was built as commit"):
+        module.main()
+    assert not module.RESULTS.exists()

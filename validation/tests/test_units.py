@@ -101,7 +101,8 @@ def test_files_that_cannot_be_compared_are_not_equal():
     for other, said in (
         (more, "is in the second only"), (fewer, "no common series"), (unit, "units N and kN"),
         (result([[0.0], [1.0], [2.0]]), "shapes"), (result([0.0, 1.0, 2.0], steps=[3, 4, 5]), "no common steps"),
-        (result([0.0, 1.0, 2.0], dt=2e-6), "time steps differ"), (result([0.0, math.nan, 2.0]), "beyond"), (result([0.0, 1.0, 2.1]), "beyond"),
+        (result([0.0, 1.0, 2.0], dt=2e-6), "time steps differ"),
+        (result([0.0, math.nan, 2.0]), "beyond"), (result([0.0, 1.0, 2.1]), "beyond"),
     ):
         good, text = compared(other, 1e-3)
         assert not good and said in text, text
@@ -153,6 +154,8 @@ def test_every_case_and_quirk_is_whole():
     ('title="t"\nquestion="q"\nsource="s"\nengine=["yade"]\n', "unknown key"),
     ('title="t"\nquestion="q"\nsource="s"\nengines=["yade"]\n[[check]]\nname="c"\nkind="series"\npeer="yade"\nof="x"\nreason="r"\n'
      'quirk="none"\nknown=[0,1]\n', "quirks.toml"),
+    ('title="t"\nquestion="q"\nsource="s"\nengines=["yade"]\n[[check]]\nname="c"\nkind="series"\npeer="yade"\nof="x"\ntolerance=1\n'
+     'reason="r"\ntier="full"\n', "unknown key tier"),
 ])
 def test_bad_cases(tmp_path, text, message):
     (tmp_path / "a").mkdir()

@@ -13,7 +13,7 @@ echo "building the plugin took $((SECONDS - started)) s"
 failed=0
 if [ "$what" = speed ]; then
   for threads in 1 2; do
-    yade -n -x "-j$threads" speed.py 2>/dev/null | sed -n 's/^RESULT //p'
+    yade -n -x "-j$threads" speed.py 2>/dev/null | sed -n 's/^RESULT //p' | grep . || { echo "speed.py -j$threads gave no result" >&2; exit 1; }
   done
   exit
 fi

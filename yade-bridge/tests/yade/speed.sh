@@ -4,5 +4,5 @@ set -euo pipefail
 cd "$(dirname "$0")"
 site=$(../../../.venv-debian/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
 for threads in 1 2; do
-  PYTHONPATH=$site yade -n -x "-j$threads" speed.py 2>&1 | sed -n 's/^RESULT //p'
+  PYTHONPATH=$site yade -n -x "-j$threads" speed.py 2>&1 | sed -n 's/^RESULT //p' | grep . || { echo "speed.py -j$threads gave no result" >&2; exit 1; }
 done
