@@ -407,8 +407,7 @@ void FixConcordemBond::write_restart(FILE *fp)
 void FixConcordemBond::restart(char *buf)
 {
   ConcordemRestartHead head;
-  memcpy(&head, buf, sizeof(head));
-  if (head.version != CONCORDEM_RESTART_VERSION) fail("the restart file was written by another version of this library");
+  if (!concordem_read_restart_head(buf, &head)) fail("the restart file was written by another version of this library");
   if (law_ != head.law) fail(fmt::format("the restart file holds bonds of law {}, not {}", head.law, law_));
   if (head.contacts != facts_.contacts) fail("the restart file holds contacts of another law; give the same `contact LAW`");
   made_ = head.made;
