@@ -165,19 +165,23 @@ def communication(folder):
 
 
 def interval(values):
-    """Between which of the values the median of many lies with a confidence of at least 95 % (all of them if they are too few)."""
+    """Between which of the values the median of many lies with a confidence of at least 95 % (between the extremes, if they are too
+    few for that), and the confidence."""
     ordered, n = sorted(values), len(values)
+
+    def outside(cut):
+        # Those below a median are as many as heads among n coins.
+        return 2 * sum(math.comb(n, k) for k in range(cut + 1)) / 2**n
+
     cut = 0
-    # Those below a median are as many as heads among n coins.
-    while 2 * sum(math.comb(n, k) for k in range(cut + 1)) <= 0.05 * 2**n:
+    while outside(cut + 1) <= 0.05:
         cut += 1
-    cut = max(cut - 1, 0)
-    return ordered[cut], ordered[n - 1 - cut]
+    return ordered[cut], ordered[n - 1 - cut], max(1 - outside(cut), 0.0)
 
 
 def scatter(values):
     """Half of that interval by the median."""
-    low, high = interval(values)
+    low, high, _ = interval(values)
     return (high - low) / 2 / statistics.median(values)
 
 
@@ -230,12 +234,12 @@ def cost(result):
     """What the docs say of times and memory."""
     contacts, bonds = result["contacts"], result["bonds"]
     ratios = contacts["ratios"]
-    low, high = interval(ratios)
+    low, high, confidence = interval(ratios)
     before, after = result["load_average_before"][0], result["load_average"][0]
     lines = [
         f"{len(ratios)} rounds, {result['machine']}, load {before:.1f} before them and {after:.1f} at their end.",
         f"`concordem/hertz tangential history` takes {statistics.median(ratios):.2f} of the processor time of LIGGGHTS' `hertz tangential",
-        f"history` (95 % confidence of the median {low:.2f} to {high:.2f}, rounds {min(ratios):.2f} to {max(ratios):.2f}).",
+        f"history` ({math.floor(confidence * 100)} % confidence of the median {low:.2f} to {high:.2f}, rounds {min(ratios):.2f} to {max(ratios):.2f}).",
         "",
         "| | one processor | two, waiting included | communication (LIGGGHTS' own reading, one) | memory, at most |",
         "|---|---|---|---|---|",

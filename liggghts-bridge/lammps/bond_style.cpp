@@ -9,18 +9,13 @@
 #include "error.h"
 #include "force.h"
 #include "memory.h"
-#include "modify.h"
 #include "utils.h"
 
-#include "fix_bond.h"
 #include "pair_style.h"
-#include "words.h"
 
 using namespace LAMMPS_NS;
 
-static const char *const FIX = "concordem_bonds";
-
-BondConcordem::BondConcordem(LAMMPS *lmp, const char *law) : Bond(lmp), law_(law)
+BondConcordem::BondConcordem(LAMMPS *lmp, const char *law) : Bond(lmp), style_(lmp, "Bond", law, "concordem_bonds", "bond_style")
 {
   // Bonds can go.
   partial_flag = 1;
@@ -29,17 +24,15 @@ BondConcordem::BondConcordem(LAMMPS *lmp, const char *law) : Bond(lmp), law_(law
 
 BondConcordem::~BondConcordem()
 {
-  // While LAMMPS ends, fixes go first.
-  if (fix_ && modify && modify->get_fix_by_id(FIX)) modify->delete_fix(FIX);
   if (allocated) memory->destroy(setflag);
 }
 
 void BondConcordem::settings(int narg, char **arg)
 {
-  settings_.assign(arg, arg + narg);
-  for (const std::string &word : settings_)
+  style_.settings.assign(arg, arg + narg);
+  for (const std::string &word : style_.settings)
     if (word == "bond" || word == "at")
-      error->all(FLERR, "Bond style concordem/{}: bonds are those of the atoms (create_bonds, read_data); remove `{}`", law_, word);
+      error->all(FLERR, "{}: bonds are those of the atoms (create_bonds, read_data); remove `{}`", style_.name, word);
 }
 
 void BondConcordem::allocate()
@@ -51,17 +44,17 @@ void BondConcordem::allocate()
 
 void BondConcordem::coeff(int narg, char **arg)
 {
-  if (fix_)
-    error->all(FLERR, "Bond style concordem/{}: parameters are given once; to change them, begin again with `bond_style`", law_);
+  if (has_fix())
+    error->all(FLERR, "{}: parameters are given once; to change them, begin again with `bond_style`", style_.name);
   if (!allocated) allocate();
   int low, high;
   utils::bounds(FLERR, arg[0], 1, atom->nbondtypes, low, high, error);
   if (low != 1 || high != atom->nbondtypes)
     error->all(FLERR,
-               "Bond style concordem/{}: parameters belong to atom types, not bond types; write `bond_coeff * KEY VALUE ...`, or "
+               "{}: parameters belong to atom types, not bond types; write `bond_coeff * KEY VALUE ...`, or "
                "`bond_style concordem/{} materials FILE` and `bond_coeff *`",
-               law_, law_);
-  parameters_.assign(arg + 1, arg + narg);
+               style_.name, style_.law);
+  style_.parameters.assign(arg + 1, arg + narg);
   for (int type = low; type <= high; type++) setflag[type] = 1;
   add_fix();
 }
@@ -69,47 +62,42 @@ void BondConcordem::coeff(int narg, char **arg)
 // As soon as all is known, so that the script can ask for the fix's output.
 void BondConcordem::add_fix()
 {
-  std::vector<std::string> words = {FIX, "all", "concordem/bond", law_};
-  words.insert(words.end(), settings_.begin(), settings_.end());
-  words.insert(words.end(), parameters_.begin(), parameters_.end());
-  words.insert(words.end(), {"bond", "none"});
+  contact_words_ = contact_words();
+  if (!contact_words_.empty() &&
+      std::find(style_.settings.begin(), style_.settings.end(), "contact") != style_.settings.end())
+    error->all(FLERR, "{}: contacts are those of the pair style; remove `contact`", style_.name);
+  std::vector<std::string> more = {"bond", "none"};
+  more.insert(more.end(), contact_words_.begin(), contact_words_.end());
+  style_.add_fix(style_.law, true, more);
+}
+
+// What a pair style of ours adds to the words of the fix.
+std::vector<std::string> BondConcordem::contact_words() const
+{
   const PairConcordem *contacts = dynamic_cast<PairConcordem *>(force->pair);
-  with_pair_style_ = contacts;
-  if (contacts) {
-    if (std::find(settings_.begin(), settings_.end(), "contact") != settings_.end())
-      error->all(FLERR, "Bond style concordem/{}: contacts are those of the pair style; remove `contact`", law_);
-    const std::vector<std::string> more = contacts->words_beside_bonds();
-    words.insert(words.end(), more.begin(), more.end());
-  }
-  std::vector<char *> arguments;
-  for (std::string &word : words) arguments.push_back(&word[0]);
-  fix_ = dynamic_cast<FixConcordemBond *>(modify->add_fix(static_cast<int>(arguments.size()), arguments.data()));
-  fix_->serve_bond_style();
+  return contacts ? contacts->words_beside_bonds() : std::vector<std::string>();
 }
 
 void BondConcordem::init_style()
 {
   if (force->newton_bond)
-    error->all(FLERR, "Bond style concordem/{} needs bonds with both of their atoms: put `newton on off` or `newton off` before the "
-                      "simulation box is created", law_);
+    error->all(FLERR, "{} needs bonds with both of their atoms: put `newton on off` or `newton off` before the "
+                      "simulation box is created", style_.name);
   if (atom->molecular != Atom::MOLECULAR)
-    error->all(FLERR, "Bond style concordem/{} needs atoms with bonds of their own: use `atom_style bpm/sphere`", law_);
+    error->all(FLERR, "{} needs atoms with bonds of their own: use `atom_style bpm/sphere`", style_.name);
   if (utils::strmatch(force->bond_style, "^hybrid"))
-    error->all(FLERR, "Bond style concordem/{} does not work within bond_style hybrid", law_);
+    error->all(FLERR, "{} does not work within bond_style hybrid", style_.name);
   // Parameters may come from a restart file.
-  if (!fix_) add_fix();
-  if (with_pair_style_ != (dynamic_cast<PairConcordem *>(force->pair) != nullptr))
-    error->all(FLERR, "Bond style concordem/{}: the pair style was changed after bond_coeff; begin again with `bond_style`", law_);
+  if (has_fix()) style_.find_fix();
+  else add_fix();
+  if (!has_contacts())
+    error->all(FLERR, "{}: the pair style was changed after bond_coeff; begin again with `bond_style`", style_.name);
 }
 
 void BondConcordem::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
-  if (eflag_atom)
-    error->all(FLERR, "Bond style concordem/{} does not share out energies to atoms; use the energies of fix {}", law_, FIX);
-  fix_->find_forces(eflag_global, vflag_either);
-  if (eflag_global) energy = fix_->stored_energy();
-  fix_->add_virial(vflag_global, virial, vflag_atom, vatom);
+  energy = style_.find_forces(eflag_global, eflag_atom, vflag_either, vflag_global, virial, vflag_atom, vatom);
 }
 
 // An estimate for the distance up to which copies of neighbours are known; the fix sets that distance itself.
@@ -120,7 +108,7 @@ double BondConcordem::equilibrium_distance(int)
 
 double BondConcordem::single(int, double, int, int, double &)
 {
-  error->all(FLERR, "Bond style concordem/{} has bonds with history; use compute concordem/bond/local {}", law_, FIX);
+  error->all(FLERR, "{} has bonds with history; use compute concordem/bond/local {}", style_.name, style_.fix_id);
 }
 
 /* --------------------------------------------------------------------------------------------------------- restart */
@@ -128,16 +116,12 @@ double BondConcordem::single(int, double, int, int, double &)
 // Settings go here, too: LAMMPS asks only some bond styles for theirs.
 void BondConcordem::write_restart(FILE *fp)
 {
-  const ConcordemWords words(lmp);
-  words.write(fp, settings_);
-  words.write(fp, parameters_);
+  style_.write_restart(fp);
 }
 
 void BondConcordem::read_restart(FILE *fp)
 {
   allocate();
-  const ConcordemWords words(lmp);
-  settings_ = words.read(fp);
-  parameters_ = words.read(fp);
+  style_.read_restart(fp);
   for (int type = 1; type <= atom->nbondtypes; type++) setflag[type] = 1;
 }

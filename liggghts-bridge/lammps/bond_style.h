@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-namespace LAMMPS_NS {
+#include "style.h"
 
-class FixConcordemBond;
+namespace LAMMPS_NS {
 
 class BondConcordem : public Bond {
  public:
@@ -25,16 +25,17 @@ class BondConcordem : public Bond {
   void write_restart(FILE *) override;
   void read_restart(FILE *) override;
   double single(int, double, int, int, double &) override;
-  bool has_fix() const { return fix_ != nullptr; }
+  bool has_fix() const { return style_.has_fix(); }
+  // Whether the fix has the contacts of the pair style as it is now.
+  bool has_contacts() const { return contact_words_ == contact_words(); }
 
  private:
-  std::string law_;
-  std::vector<std::string> settings_, parameters_;
-  FixConcordemBond *fix_ = nullptr;   // keeps the bonds
-  bool with_pair_style_ = false;      // whether it keeps the contacts of a pair style of ours, too
+  ConcordemStyle style_;                       // its fix keeps the bonds
+  std::vector<std::string> contact_words_;     // of a pair style of ours, when the fix was made
 
   void allocate();
   void add_fix();
+  std::vector<std::string> contact_words() const;
 };
 
 }

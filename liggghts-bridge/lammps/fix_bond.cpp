@@ -89,15 +89,10 @@ void FixConcordemBond::fail_on_this_processor()
   error->one(FLERR, "Fix {} concordem/bond: {}", id, text_);
 }
 
-void FixConcordemBond::serve_bond_style()
+void FixConcordemBond::serve(const ConcordemStyle *style, bool lists)
 {
-  serve_pair_style();
-  lists_ = true;
-}
-
-void FixConcordemBond::serve_pair_style()
-{
-  serves_ = true;
+  style_ = style;
+  lists_ = lists;
   // The style tallies.
   virial_global_flag = virial_peratom_flag = thermo_virial = 0;
 }
@@ -214,7 +209,7 @@ void FixConcordemBond::setup(int vflag)
 
 void FixConcordemBond::post_force(int vflag)
 {
-  if (!serves_) {
+  if (!style_) {
     v_init(vflag);
     find_forces(false, vflag_either);
     add_virial(vflag_global, virial, vflag_atom, vatom);
@@ -241,6 +236,12 @@ void FixConcordemBond::add_virial(int global, double *sum, int per_atom, double 
   concordem_network_virial(network_, total, per_atom ? of_atoms[0] : nullptr, per_atom ? atom->nlocal : 0);
   if (global)
     for (int k = 0; k < 6; k++) sum[k] += total[k];
+}
+
+double FixConcordemBond::touching()
+{
+  update_sums();
+  return sums_[2];
 }
 
 double FixConcordemBond::stored_energy() const
@@ -407,8 +408,7 @@ void FixConcordemBond::write_restart(FILE *fp)
 void FixConcordemBond::restart(char *buf)
 {
   ConcordemRestartHead head;
-  memcpy(&head, buf, sizeof(head));
-  if (head.version != CONCORDEM_RESTART_VERSION) fail("the restart file was written by another version of this library");
+  if (!concordem_read_restart_head(buf, &head)) fail("the restart file was written by another version of this library");
   if (law_ != head.law) fail(fmt::format("the restart file holds bonds of law {}, not {}", head.law, law_));
   if (head.contacts != facts_.contacts) fail("the restart file holds contacts of another law; give the same `contact LAW`");
   made_ = head.made;

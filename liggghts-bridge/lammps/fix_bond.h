@@ -13,6 +13,8 @@
 
 namespace LAMMPS_NS {
 
+class ConcordemStyle;
+
 class FixConcordemBond : public Fix {
  public:
   FixConcordemBond(LAMMPS *, int, char **);
@@ -48,11 +50,12 @@ class FixConcordemBond : public Fix {
 
   const ConcordemNetwork *network() const { return network_; }
 
-  // For the styles: from now on they ask for the forces. With a bond style, bonds are those of the atoms' own lists.
-  void serve_bond_style();
-  void serve_pair_style();
+  // For the styles: from now on this one asks for the forces. `lists`: bonds are those of the atoms' own lists.
+  void serve(const ConcordemStyle *, bool lists);
+  bool serves(const ConcordemStyle *style) const { return style_ == style; }
   void find_forces(bool energies, bool virial);
   double stored_energy() const;
+  double touching();   // contacts without a bond that touch, on all processors
   // Virial of the forces just found, added to the sum and to owned atoms', where wanted.
   void add_virial(int global, double *virial, int per_atom, double **vatom) const;
 
@@ -63,7 +66,7 @@ class FixConcordemBond : public Fix {
   double **memory_ = nullptr;     // what the network remembers of every atom
   double **original_ = nullptr;   // positions of the originals of copies, in periodic boxes
   bool periodic_ = false;
-  bool serves_ = false;           // whether a style asks for the forces
+  const ConcordemStyle *style_ = nullptr;   // asks for the forces
   bool lists_ = false;            // whether bonds are those of the atoms' own lists
   bool made_ = false;             // whether the bonds to be made have been made
   bool setup_ = false;            // whether forces are asked for while a run is set up

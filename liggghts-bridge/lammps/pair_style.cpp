@@ -7,21 +7,19 @@
 #include <algorithm>
 
 #include "atom.h"
+#include "comm.h"
 #include "error.h"
 #include "force.h"
 #include "memory.h"
-#include "modify.h"
 #include "utils.h"
 
 #include "bond_style.h"
 #include "fix_bond.h"
-#include "words.h"
 
 using namespace LAMMPS_NS;
 
-static const char *const FIX = "concordem_contacts";
-
-PairConcordem::PairConcordem(LAMMPS *lmp, const char *law) : Pair(lmp), law_(law)
+PairConcordem::PairConcordem(LAMMPS *lmp, const char *law) :
+    Pair(lmp), style_(lmp, "Pair", law, "concordem_contacts", "pair_style none")
 {
   single_enable = 0;
   one_coeff = 1;
@@ -33,8 +31,6 @@ PairConcordem::PairConcordem(LAMMPS *lmp, const char *law) : Pair(lmp), law_(law
 
 PairConcordem::~PairConcordem()
 {
-  // While LAMMPS ends, fixes go first.
-  if (fix_ && modify && modify->get_fix_by_id(FIX)) modify->delete_fix(FIX);
   if (allocated) {
     memory->destroy(setflag);
     memory->destroy(cutsq);
@@ -43,21 +39,22 @@ PairConcordem::~PairConcordem()
 
 void PairConcordem::settings(int narg, char **arg)
 {
-  if (fix_) error->all(FLERR, "Pair style concordem/{}: settings are given once; begin again with `pair_style none`", law_);
+  if (style_.has_fix()) error->all(FLERR, "{}: settings are given once; begin again with `pair_style none`", style_.name);
   const BondConcordem *bonds = dynamic_cast<BondConcordem *>(force->bond);
   if (bonds && bonds->has_fix())
-    error->all(FLERR, "Pair style concordem/{}: put `pair_style` before the `bond_coeff` of a bond style concordem/...", law_);
-  settings_.assign(arg, arg + narg);
+    error->all(FLERR, "{}: put `pair_style` before the `bond_coeff` of a bond style concordem/...", style_.name);
+  style_.settings.assign(arg, arg + narg);
   take_settings();
 }
 
 // `reach` is the cutoff, too.
 void PairConcordem::take_settings()
 {
-  for (size_t k = 0; k < settings_.size(); k++) {
-    if (settings_[k] == "bond" || settings_[k] == "at" || settings_[k] == "contact")
-      error->all(FLERR, "Pair style concordem/{}: a pair style makes no bonds and is its own law; remove `{}`", law_, settings_[k]);
-    if (settings_[k] == "reach" && k + 1 < settings_.size()) reach_ = utils::numeric(FLERR, settings_[k + 1], true, lmp);
+  const std::vector<std::string> &words = style_.settings;
+  for (size_t k = 0; k < words.size(); k++) {
+    if (words[k] == "bond" || words[k] == "at" || words[k] == "contact")
+      error->all(FLERR, "{}: a pair style makes no bonds and is its own law; remove `{}`", style_.name, words[k]);
+    if (words[k] == "reach" && k + 1 < words.size()) reach_ = utils::numeric(FLERR, words[k + 1], true, lmp);
   }
 }
 
@@ -73,61 +70,73 @@ void PairConcordem::allocate()
 
 void PairConcordem::coeff(int narg, char **arg)
 {
-  if (fix_)
-    error->all(FLERR, "Pair style concordem/{}: parameters are given once; to change them, begin again with `pair_style none`", law_);
+  if (style_.has_fix())
+    error->all(FLERR, "{}: parameters are given once; to change them, begin again with `pair_style none`", style_.name);
   if (!allocated) allocate();
   // One set for all types, or a file with one for each: LAMMPS wants `* *` (one_coeff).
-  parameters_.assign(arg + 2, arg + narg);
+  style_.parameters.assign(arg + 2, arg + narg);
   for (int a = 1; a <= atom->ntypes; a++)
     for (int b = a; b <= atom->ntypes; b++) setflag[a][b] = 1;
+  const BondConcordem *bonds = dynamic_cast<BondConcordem *>(force->bond);
+  if (bonds && bonds->has_fix() && !bonds->has_contacts())
+    error->all(FLERR, "{}: these parameters come too late; put `pair_coeff` before the `bond_coeff` of a bond style concordem/...",
+               style_.name);
   // As soon as all is known, so that the script can ask for the fix's output. A bond style, which may come later, asks for our
   // words itself; contacts without parameters of their own go with one.
-  const bool alone = !parameters_.empty() || std::find(settings_.begin(), settings_.end(), "materials") != settings_.end();
-  if (alone && !dynamic_cast<BondConcordem *>(force->bond)) add_fix();
+  const std::vector<std::string> &words = style_.settings;
+  const bool alone = !style_.parameters.empty() || std::find(words.begin(), words.end(), "materials") != words.end();
+  if (alone && !bonds) add_fix();
 }
 
 std::vector<std::string> PairConcordem::words_beside_bonds() const
 {
-  std::vector<std::string> words = {"contact", law_};
-  for (size_t k = 0; k < settings_.size(); k += 2) {
-    if (settings_[k] != "reach")
-      error->all(FLERR, "Pair style concordem/{}: beside a bond style concordem/... give `{}` to `bond_style`, for both", law_,
-                 settings_[k]);
-    words.insert(words.end(), settings_.begin() + k, settings_.begin() + std::min(k + 2, settings_.size()));
+  const std::vector<std::string> &settings = style_.settings, &parameters = style_.parameters;
+  std::vector<std::string> words = {"contact", style_.law};
+  for (size_t k = 0; k < settings.size(); k += 2) {
+    if (settings[k] != "reach")
+      error->all(FLERR, "{}: beside a bond style concordem/... give `{}` to `bond_style`, for both", style_.name, settings[k]);
+    words.insert(words.end(), settings.begin() + k, settings.begin() + std::min(k + 2, settings.size()));
   }
-  for (size_t k = 0; k < parameters_.size(); k++) words.push_back((k % 2 ? "" : "contact.") + parameters_[k]);
+  for (size_t k = 0; k < parameters.size(); k++) words.push_back((k % 2 ? "" : "contact.") + parameters[k]);
   return words;
 }
 
 void PairConcordem::add_fix()
 {
-  std::vector<std::string> words = {FIX, "all", "concordem/bond", "none", "contact", law_};
-  words.insert(words.end(), settings_.begin(), settings_.end());
-  words.insert(words.end(), parameters_.begin(), parameters_.end());
-  std::vector<char *> arguments;
-  for (std::string &word : words) arguments.push_back(&word[0]);
-  fix_ = dynamic_cast<FixConcordemBond *>(modify->add_fix(static_cast<int>(arguments.size()), arguments.data()));
-  fix_->serve_pair_style();
+  style_.add_fix("none", false, {"contact", style_.law});
 }
 
 void PairConcordem::init_style()
 {
   if (utils::strmatch(force->pair_style, "^hybrid"))
-    error->all(FLERR, "Pair style concordem/{} does not work within pair_style hybrid", law_);
-  const bool beside_bonds = dynamic_cast<BondConcordem *>(force->bond) != nullptr;
-  if (beside_bonds && fix_) {
-    // The bond style came after our coefficients: contacts are its fix's.
-    modify->delete_fix(FIX);
-    fix_ = nullptr;
+    error->all(FLERR, "{} does not work within pair_style hybrid", style_.name);
+  if (dynamic_cast<BondConcordem *>(force->bond)) {
+    // If the bond style came after our coefficients: contacts are its fix's.
+    hand_over();
+  } else if (style_.has_fix()) {
+    style_.find_fix();
+  } else {
+    // Parameters may come from a restart file.
+    add_fix();
   }
-  // Parameters may come from a restart file.
-  if (!beside_bonds && !fix_) add_fix();
   std::vector<double> mine(atom->ntypes + 1, 0.0);
-  if (!atom->radius_flag) error->all(FLERR, "Pair style concordem/{} needs atoms with a radius: use `atom_style sphere`", law_);
+  if (!atom->radius_flag) error->all(FLERR, "{} needs atoms with a radius: use `atom_style sphere`", style_.name);
   for (int i = 0; i < atom->nlocal; i++) mine[atom->type[i]] = std::max(mine[atom->type[i]], atom->radius[i]);
   largest_.assign(mine.size(), 0.0);
   MPI_Allreduce(mine.data(), largest_.data(), mine.size(), MPI_DOUBLE, MPI_MAX, world);
   // No list is asked for: the network finds contacts among the atoms and copies that are here.
+}
+
+// The bond style's fix finds the contacts itself and knows nothing of what ours remembers.
+void PairConcordem::hand_over()
+{
+  if (FixConcordemBond *fix = style_.present_fix()) {
+    const double contacts = fix->touching();
+    if (contacts > 0.0 && comm->me == 0)
+      error->warning(FLERR, "{}: {:.0f} contacts begin again without their history, since a bond style came after a run; put "
+                            "`bond_style` and `bond_coeff` before the first run", style_.name, contacts);
+  }
+  style_.delete_fix();
 }
 
 // Where atoms can touch; more if the user wants other commands to see farther (create_bonds).
@@ -140,29 +149,21 @@ void PairConcordem::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
   // The bond style asks for the forces of both, and tallies them.
-  if (!fix_) return;
-  if (eflag_atom)
-    error->all(FLERR, "Pair style concordem/{} does not share out energies to atoms; use the energies of fix {}", law_, FIX);
-  fix_->find_forces(eflag_global, vflag_either);
-  if (eflag_global) eng_vdwl = fix_->stored_energy();
-  fix_->add_virial(vflag_global, virial, vflag_atom, vatom);
+  if (style_.has_fix())
+    eng_vdwl = style_.find_forces(eflag_global, eflag_atom, vflag_either, vflag_global, virial, vflag_atom, vatom);
 }
 
 /* --------------------------------------------------------------------------------------------------------- restart */
 
 void PairConcordem::write_restart(FILE *fp)
 {
-  const ConcordemWords words(lmp);
-  words.write(fp, settings_);
-  words.write(fp, parameters_);
+  style_.write_restart(fp);
 }
 
 void PairConcordem::read_restart(FILE *fp)
 {
   allocate();
-  const ConcordemWords words(lmp);
-  settings_ = words.read(fp);
-  parameters_ = words.read(fp);
+  style_.read_restart(fp);
   take_settings();
   for (int a = 1; a <= atom->ntypes; a++)
     for (int b = a; b <= atom->ntypes; b++) setflag[a][b] = 1;

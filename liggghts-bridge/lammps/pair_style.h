@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-namespace LAMMPS_NS {
+#include "style.h"
 
-class FixConcordemBond;
+namespace LAMMPS_NS {
 
 class PairConcordem : public Pair {
  public:
@@ -30,15 +30,14 @@ class PairConcordem : public Pair {
   std::vector<std::string> words_beside_bonds() const;
 
  private:
-  std::string law_;
-  std::vector<std::string> settings_, parameters_;
+  ConcordemStyle style_;              // its fix keeps the contacts; none where that of a bond style does
   double reach_ = 0.0;                // cutoff that the user wants, m
   std::vector<double> largest_;       // largest radius of each type, m
-  FixConcordemBond *fix_ = nullptr;   // keeps the contacts; none where that of a bond style does
 
   void allocate();
   void take_settings();
   void add_fix();
+  void hand_over();
 };
 
 }

@@ -56,40 +56,44 @@ template <typename Style> void *new_compute(void *lmp, int narg, char **arg)
   return static_cast<Compute *>(new Style(static_cast<LAMMPS *>(lmp), after_style, narg, arg));
 }
 
-void *new_cohesive_beam(void *lmp)
+// A style of a law; its name, after the prefix that all have, is the law's.
+template <typename Base, typename Style, const char *const &name> void *new_style(void *lmp)
 {
-  return static_cast<Bond *>(new BondConcordem(static_cast<LAMMPS *>(lmp), "cohesive_beam"));
+  return static_cast<Base *>(new Style(static_cast<LAMMPS *>(lmp), name + strlen("concordem/")));
 }
 
-void *new_cpm(void *lmp)
-{
-  return static_cast<Bond *>(new BondConcordem(static_cast<LAMMPS *>(lmp), "cpm"));
-}
+const char *const BEAM = "concordem/cohesive_beam";
+const char *const CPM = "concordem/cpm";
+const char *const LINEAR = "concordem/linear_bond";
+const char *const HERTZ = "concordem/hertz_mindlin";
+const char *const FRICTIONAL = "concordem/frictional";
 
-void *new_linear_bond(void *lmp)
-{
-  return static_cast<Bond *>(new BondConcordem(static_cast<LAMMPS *>(lmp), "linear_bond"));
-}
+const char *const OF_BONDS = "the atoms' bonds by ConcorDEM's law";
+const char *const OF_CONTACTS = "contacts by ConcorDEM's law";
 
-void *new_hertz_mindlin_pair(void *lmp)
-{
-  return static_cast<Pair *>(new PairConcordem(static_cast<LAMMPS *>(lmp), "hertz_mindlin"));
-}
+// A creator takes the words of the script or, for bond and pair styles, does not.
+struct Entry {
+  const char *style, *name, *info;
+  lammpsplugin_factory2 *with_words;
+  lammpsplugin_factory1 *of_law;
+};
 
-void *new_frictional_pair(void *lmp)
-{
-  return static_cast<Pair *>(new PairConcordem(static_cast<LAMMPS *>(lmp), "frictional"));
-}
-
-void *new_linear_bond_pair(void *lmp)
-{
-  return static_cast<Pair *>(new PairConcordem(static_cast<LAMMPS *>(lmp), "linear_bond"));
-}
-
-void *new_cpm_pair(void *lmp)
-{
-  return static_cast<Pair *>(new PairConcordem(static_cast<LAMMPS *>(lmp), "cpm"));
-}
+const Entry STYLES[] = {
+    {"fix", "concordem/bond", "bonds and contacts of ConcorDEM's laws", &new_fix, nullptr},
+    {"compute", "concordem/bond/local", "rows of bonds and contacts of fix concordem/bond",
+     &new_compute<ComputeConcordemBondLocal>, nullptr},
+    {"compute", "concordem/stress/atom", "stress of atoms from the bonds of fix concordem/bond",
+     &new_compute<ComputeConcordemStressAtom>, nullptr},
+    {"compute", "concordem/couple", "couple stress and stress from the bonds of fix concordem/bond",
+     &new_compute<ComputeConcordemCouple>, nullptr},
+    {"bond", BEAM, OF_BONDS, nullptr, &new_style<Bond, BondConcordem, BEAM>},
+    {"bond", CPM, OF_BONDS, nullptr, &new_style<Bond, BondConcordem, CPM>},
+    {"bond", LINEAR, OF_BONDS, nullptr, &new_style<Bond, BondConcordem, LINEAR>},
+    {"pair", HERTZ, OF_CONTACTS, nullptr, &new_style<Pair, PairConcordem, HERTZ>},
+    {"pair", FRICTIONAL, OF_CONTACTS, nullptr, &new_style<Pair, PairConcordem, FRICTIONAL>},
+    {"pair", LINEAR, OF_CONTACTS, nullptr, &new_style<Pair, PairConcordem, LINEAR>},
+    {"pair", CPM, OF_CONTACTS, nullptr, &new_style<Pair, PairConcordem, CPM>},
+};
 
 // Class layouts are those of one version: what the headers say must be what the program does.
 void check_version(LAMMPS *lmp)
@@ -114,47 +118,12 @@ void lammpsplugin_init(void *pointer, void *handle, void *function)
   plugin.version = CONCORDEM_LAMMPS_VERSION_NAME;
   plugin.author = "the ConcorDEM team";
   plugin.handle = handle;
-  plugin.style = "fix";
-  plugin.name = "concordem/bond";
-  plugin.info = "bonds and contacts of ConcorDEM's laws";
-  plugin.creator.v2 = &new_fix;
-  register_style(&plugin, pointer);
-  plugin.style = "compute";
-  plugin.name = "concordem/bond/local";
-  plugin.info = "rows of bonds and contacts of fix concordem/bond";
-  plugin.creator.v2 = &new_compute<ComputeConcordemBondLocal>;
-  register_style(&plugin, pointer);
-  plugin.name = "concordem/stress/atom";
-  plugin.info = "stress of atoms from the bonds of fix concordem/bond";
-  plugin.creator.v2 = &new_compute<ComputeConcordemStressAtom>;
-  register_style(&plugin, pointer);
-  plugin.name = "concordem/couple";
-  plugin.info = "couple stress and stress from the bonds of fix concordem/bond";
-  plugin.creator.v2 = &new_compute<ComputeConcordemCouple>;
-  register_style(&plugin, pointer);
-  plugin.style = "bond";
-  plugin.info = "the atoms' bonds by ConcorDEM's law";
-  plugin.name = "concordem/cohesive_beam";
-  plugin.creator.v1 = &new_cohesive_beam;
-  register_style(&plugin, pointer);
-  plugin.name = "concordem/cpm";
-  plugin.creator.v1 = &new_cpm;
-  register_style(&plugin, pointer);
-  plugin.name = "concordem/linear_bond";
-  plugin.creator.v1 = &new_linear_bond;
-  register_style(&plugin, pointer);
-  plugin.style = "pair";
-  plugin.info = "contacts by ConcorDEM's law";
-  plugin.name = "concordem/hertz_mindlin";
-  plugin.creator.v1 = &new_hertz_mindlin_pair;
-  register_style(&plugin, pointer);
-  plugin.name = "concordem/frictional";
-  plugin.creator.v1 = &new_frictional_pair;
-  register_style(&plugin, pointer);
-  plugin.name = "concordem/linear_bond";
-  plugin.creator.v1 = &new_linear_bond_pair;
-  register_style(&plugin, pointer);
-  plugin.name = "concordem/cpm";
-  plugin.creator.v1 = &new_cpm_pair;
-  register_style(&plugin, pointer);
+  for (const Entry &entry : STYLES) {
+    plugin.style = entry.style;
+    plugin.name = entry.name;
+    plugin.info = entry.info;
+    if (entry.with_words) plugin.creator.v2 = entry.with_words;
+    else plugin.creator.v1 = entry.of_law;
+    register_style(&plugin, pointer);
+  }
 }

@@ -277,8 +277,7 @@ void FixConcordemBond::write_restart(FILE *fp)
 void FixConcordemBond::restart(char *buf)
 {
   ConcordemRestartHead head;
-  memcpy(&head, buf, sizeof(head));
-  if (head.version != CONCORDEM_RESTART_VERSION)
+  if (!concordem_read_restart_head(buf, &head))
     error->fix_error(FLERR, this, "the restart file was written by another version of this library");
   if (law_ != head.law) {
     snprintf(text_, sizeof(text_), "the restart file holds bonds of law %s, not %s", head.law, law_.c_str());

@@ -22,10 +22,10 @@
 
 namespace LAMMPS_NS {
 
-// Version of what is written to restart files.
+// Version of what is written to restart files: another one with every change of the head, or of what its numbers mean.
 const int CONCORDEM_RESTART_VERSION = 2;
 
-// What a restart file holds besides atoms.
+// What a restart file holds besides atoms. The version comes first in all versions; heads of others have other lengths.
 struct ConcordemRestartHead {
   int version;
   int made;
@@ -34,6 +34,8 @@ struct ConcordemRestartHead {
   int64_t found_at;
   double totals[CONCORDEM_TOTALS];
 };
+
+static_assert(sizeof(ConcordemRestartHead) == 56 + 8 * CONCORDEM_TOTALS, "the head of restart files has a new length: a new version");
 
 // The host's arrays. `original` (NULL: as the host has them) are positions of copies that no periodic border has shifted.
 inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, const Update *update, int groupbit, int width,
@@ -186,6 +188,17 @@ inline bool concordem_count(const ConcordemNetwork *network, MPI_Comm world, dou
   MPI_Allreduce(mine, all, 3, MPI_DOUBLE, MPI_SUM, world);
   *bonds = all[0];
   return all[1] == all[2];
+}
+
+// Whether `buffer`, from a restart file, has a head of this version, which is then read.
+inline bool concordem_read_restart_head(const char *buffer, ConcordemRestartHead *head)
+{
+  int version;
+  memcpy(&version, buffer, sizeof(version));
+  if (version != CONCORDEM_RESTART_VERSION) return false;
+  memcpy(head, buffer, sizeof(*head));
+  head->law[sizeof(head->law) - 1] = 0;
+  return true;
 }
 
 // Head of a restart file; all processors take part.

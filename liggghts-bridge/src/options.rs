@@ -437,6 +437,13 @@ mod tests {
         assert_eq!(options.materials[1].frictional.as_ref().unwrap().friction_coefficient.si(), 0.3);
     }
 
+    /// Restart files hold the numbers.
+    #[test]
+    fn laws_of_contacts_keep_their_numbers() {
+        use ContactLawName::{Cpm, Frictional, HertzMindlin, LinearBond, None};
+        assert_eq!([None, Cpm, LinearBond, Frictional, HertzMindlin].map(|law| law as i32), [0, 1, 2, 3, 4]);
+    }
+
     #[test]
     fn misuse_is_named_with_its_remedy() {
         for (text, wanted) in [

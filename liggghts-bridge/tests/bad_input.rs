@@ -3,7 +3,7 @@
 mod harness;
 
 use concordem::math::Vec3;
-use harness::{Atom, attempt, data_file, head, text};
+use harness::{Atom, attempt, data_file, head, set_restart_version, text};
 
 const GOOD: &str =
     "fix bonds all concordem/bond linear_bond normal_stiffness 1e5 shear_stiffness 1e4 bond distance 1.2\n";
@@ -127,21 +127,12 @@ fn misuse_stops_all_processors_with_a_remedy() {
     }
 }
 
-/// The stock program without the library knows nothing of our styles and says so.
+/// The stock program without the library knows nothing of our styles and says so, with bonds in a restart file, too.
 #[test]
 fn without_the_library_the_style_is_unknown() {
     let folder = tempfile::tempdir().unwrap();
     let atoms = [Atom::resting(Vec3::repeat(0.03), 0.005)];
     data_file(&folder.path().join("row.data"), &atoms, Vec3::zeros(), Vec3::repeat(0.06));
-    std::fs::write(folder.path().join("in"), script(|s| s)).unwrap();
-    let output = std::process::Command::new("timeout")
-        .args(["60", "liggghts", "-in", "in", "-log", "none"])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    assert!(!output.status.success());
-    assert!(text(&output).contains("Invalid fix style: \"concordem/bond\""), "{}", text(&output));
-    // Nor does it take up bonds from a restart file.
     let written = attempt(folder.path(), &script(|s| s + "write_restart r.bin\n"), 2);
     assert!(written.status.success(), "{}", text(&written));
     let again = format!("units si\nnewton off\ncommunicate single vel yes\nread_restart r.bin\n{GOOD}run 1\n");
@@ -153,4 +144,23 @@ fn without_the_library_the_style_is_unknown() {
         .unwrap();
     assert!(!output.status.success());
     assert!(text(&output).contains("Invalid fix style: \"concordem/bond\""), "{}", text(&output));
+}
+
+/// Version 1 had a shorter head: nothing but the version may be read of one.
+#[test]
+fn restart_files_of_other_versions_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let atoms: Vec<Atom> = (0..8).map(|k| Atom::resting(Vec3::new(0.01 * f64::from(k), 0.03, 0.03), 0.005)).collect();
+    data_file(&folder.path().join("row.data"), &atoms, Vec3::repeat(-0.01), Vec3::new(0.09, 0.07, 0.07));
+    let file = folder.path().join("r.bin");
+    let written = attempt(folder.path(), &script(|s| s + "write_restart r.bin\n"), 1);
+    assert!(written.status.success(), "{}", text(&written));
+    set_restart_version(&file, "linear_bond", 1);
+    let again = format!(
+        "units si\nnewton off\ncommunicate single vel yes\nread_restart r.bin\n{}run 1\n",
+        GOOD.replace("bond distance 1.2", "bond none")
+    );
+    let output = attempt(folder.path(), &again, 1);
+    assert!(!output.status.success());
+    assert!(text(&output).contains("was written by another version of this library"), "{}", text(&output));
 }

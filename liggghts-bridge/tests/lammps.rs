@@ -11,7 +11,10 @@ use concordem::math::Vec3;
 use concordem::solver::{Model, Scheme, Solver};
 use concordem::state::{Particles, Sphere, State};
 use concordem_liggghts::options::Options;
-use harness::{Atom, Dice, Host, attempt_in, data_file_for, dump_for, frames, head_for, run_in, tables, text, thermo};
+use harness::{
+    Atom, Dice, Host, attempt_in, data_file_for, dump_for, frames, head_for, run_in, set_restart_version, tables, text,
+    thermo,
+};
 
 const DT: f64 = 5e-7;
 const FACTOR: f64 = 1.5;
@@ -64,6 +67,8 @@ enum By {
     BondStyle,
     /// The same, and a pair style for the contacts.
     BondAndPairStyle,
+    /// The pair style alone, without bonds.
+    PairStyle,
 }
 
 /// Lines of a script, and the name of the fix.
@@ -90,6 +95,10 @@ fn bonds_by(by: By, law: &str) -> (String, &'static str) {
                 of_contact.join(" ")
             );
             (text, "concordem_bonds")
+        }
+        By::PairStyle => {
+            let text = format!("pair_style concordem/{contact}\npair_coeff * * {}\n", of_contact.join(" "));
+            (text, "concordem_contacts")
         }
     }
 }
@@ -246,16 +255,23 @@ fn virials_are_those_of_the_bond_forces() {
 fn a_restarted_run_goes_on_as_if_nothing_had_happened() {
     let folder = tempfile::tempdir().unwrap();
     write_bar(folder.path());
-    for by in [By::BondStyle, By::BondAndPairStyle] {
+    for by in [By::BondStyle, By::BondAndPairStyle, By::PairStyle] {
         restart(folder.path(), by);
     }
 }
 
 fn restart(folder: &Path, by: By) {
-    let (bonds, _) = bonds_by(by, BEAM);
+    let (bonds, fix) = bonds_by(by, BEAM);
     let rest = format!("fix integrate all nve/bpm/sphere\n{}", dump_for(Host::Lammps, "out.dump", 200));
-    let head = head_for(Host::Lammps, "bonded.data", "f f f", 5e-4, DT);
-    run_in(Host::Lammps, folder, &format!("{head}{bonds}{rest}run 100\nwrite_restart half\nrun 100\n"), 1);
+    let data = if by == By::PairStyle { "bar.data" } else { "bonded.data" };
+    let head = head_for(Host::Lammps, data, "f f f", 5e-4, DT);
+    let first = format!(
+        "{head}{bonds}{rest}thermo_style custom step f_{fix} f_{fix}[3]\nrun 100\nwrite_restart half\nrun 100\n"
+    );
+    let rows = thermo(&run_in(Host::Lammps, folder, &first, 1));
+    // At step 100 there is something to remember.
+    let half = rows.iter().find(|row| row[0] == 100.0).unwrap();
+    assert!(half[1] + half[2] > 100.0, "{by:?}: {half:?}");
     let last = |folder: &Path| {
         let all = std::fs::read_to_string(folder.join("out.dump")).unwrap();
         all[all.rfind("ITEM: TIMESTEP").unwrap()..].to_owned()
@@ -268,6 +284,34 @@ fn restart(folder: &Path, by: By) {
         );
         run_in(Host::Lammps, folder, &again, processors);
         assert!(once == last(folder), "{by:?}, {processors} processors");
+    }
+    let law = if by == By::PairStyle { "none" } else { "cohesive_beam" };
+    set_restart_version(&folder.join("half"), law, 1);
+    let again = format!("read_restart half\ncomm_modify vel yes\n{rest}run 1\n");
+    let refused = attempt_in(Host::Lammps, folder, &again, 1);
+    assert!(
+        !refused.status.success() && text(&refused).contains("another version of this library"),
+        "{}",
+        text(&refused)
+    );
+}
+
+/// A fix of the pair style's own knows its contacts' histories, and goes where a bond style comes later.
+#[test]
+fn contacts_that_begin_again_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    write_bar(folder.path());
+    let head = head_for(Host::Lammps, "bonded.data", "f f f", 5e-4, DT) + "fix integrate all nve/bpm/sphere\n";
+    let pair = format!("pair_style concordem/frictional\npair_coeff * * {LINEAR}\n");
+    let bonds = format!("bond_style concordem/cohesive_beam\nbond_coeff * {}\n", BEAM.split_once(' ').unwrap().1);
+    let told = "contacts begin again without their history";
+    for processors in [1, 2] {
+        let after = run_in(Host::Lammps, folder.path(), &format!("{head}{pair}run 10\n{bonds}run 10\n"), processors);
+        assert_eq!(after.matches(told).count(), 1, "{after}");
+        // The same words again change nothing.
+        let again = format!("{head}{pair}{bonds}run 10\npair_coeff * * {LINEAR}\nrun 10\n");
+        let before = run_in(Host::Lammps, folder.path(), &again, processors);
+        assert!(!before.contains(told), "{before}");
     }
 }
 
@@ -393,6 +437,7 @@ fn misuse_is_named_with_its_remedy() {
     let head = head_for(Host::Lammps, "bonded.data", "f f f", 5e-4, DT);
     let with = |from: &str, to: &str| head.replace(from, to);
     let coeff = format!("bond_coeff * {}\n", BEAM.split_once(' ').unwrap().1);
+    let cpm = LAW.split_once(' ').unwrap().1;
     for (script, wanted) in [
         (format!("{head}bond_style concordem/cpm\nbond_coeff 1 young 30e9\nrun 0\n"), "missing field"),
         (
@@ -425,6 +470,36 @@ fn misuse_is_named_with_its_remedy() {
             "makes no bonds and is its own law; remove `bond`",
         ),
         (
+            format!(
+                "{head}pair_style concordem/cpm\nbond_style concordem/cpm\nbond_coeff * {cpm}\npair_coeff * * young 1e9\n"
+            ),
+            "put `pair_coeff` before the `bond_coeff`",
+        ),
+        (
+            format!(
+                "{head}pair_style concordem/frictional\npair_coeff * * {LINEAR}\nbond_style concordem/cohesive_beam\n{coeff}\
+                 run 0\npair_coeff * * {}\n",
+                LINEAR.replace("0.3", "0.5")
+            ),
+            "put `pair_coeff` before the `bond_coeff`",
+        ),
+        (
+            format!("{head}bond_style concordem/cohesive_beam\n{coeff}run 0\nunfix concordem_bonds\nrun 0\n"),
+            "begin again with `bond_style`",
+        ),
+        (
+            format!(
+                "{head}bond_style concordem/cohesive_beam\n{coeff}fix concordem_bonds all concordem/bond {BEAM} bond none\nrun 0\n"
+            ),
+            "taken away or replaced",
+        ),
+        (
+            format!(
+                "{head}pair_style concordem/frictional\npair_coeff * * {LINEAR}\nrun 0\nunfix concordem_contacts\nrun 0\n"
+            ),
+            "begin again with `pair_style none`",
+        ),
+        (
             format!("{head}bond_style concordem/cohesive_beam\n{coeff}pair_style concordem/cpm\n"),
             "put `pair_style` before the `bond_coeff`",
         ),
@@ -436,8 +511,7 @@ fn misuse_is_named_with_its_remedy() {
         ),
         (
             format!(
-                "{head}pair_style concordem/cpm kinematics first-order\npair_coeff * *\nbond_style concordem/cpm\nbond_coeff * {}\n",
-                LAW.split_once(' ').unwrap().1
+                "{head}pair_style concordem/cpm kinematics first-order\npair_coeff * *\nbond_style concordem/cpm\nbond_coeff * {cpm}\n"
             ),
             "give `kinematics` to `bond_style`, for both",
         ),

@@ -71,6 +71,19 @@ pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) ->
     output
 }
 
+/// Make the head of our fix in a restart file one of another version: version, whether bonds were made, law of contacts (an `int`
+/// each), law of bonds (32 bytes).
+pub fn set_restart_version(file: &Path, law: &str, version: i32) {
+    let mut bytes = std::fs::read(file).unwrap();
+    let mut name = [0; 32];
+    name[..law.len()].copy_from_slice(law.as_bytes());
+    let places: Vec<usize> = (12..bytes.len() - name.len()).filter(|&at| bytes[at..].starts_with(&name)).collect();
+    let [at] = places[..] else { panic!("{places:?} look like heads") };
+    assert_eq!(bytes[at - 12..at - 8], 2_i32.to_le_bytes(), "the present version");
+    bytes[at - 12..at - 8].copy_from_slice(&version.to_le_bytes());
+    std::fs::write(file, bytes).unwrap();
+}
+
 /// What a run printed.
 pub fn text(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)

@@ -173,20 +173,20 @@ pub struct Contacts {
     pub law: ContactLawName,
 }
 
-/// Law of contacts without a bond.
+/// Law of contacts without a bond. The numbers stand in restart files of hosts: a law keeps its own, a new one takes the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ContactLawName {
     /// Particles without a bond pass through each other.
-    None,
+    None = 0,
     /// Concrete particle model without cohesion.
-    Cpm,
+    Cpm = 1,
     /// Linear bond after failure: linear contact with friction.
-    LinearBond,
+    LinearBond = 2,
     /// Linear elastic contact with Coulomb friction.
-    Frictional,
+    Frictional = 3,
     /// Hertz-Mindlin contact.
-    HertzMindlin,
+    HertzMindlin = 4,
 }
 
 impl ContactLawName {
