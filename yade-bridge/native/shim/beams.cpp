@@ -124,7 +124,10 @@ void Law2_ScGeom6D_BeamPhys_Rust::addEnergies(const ConcordemBeamContact& c)
 bool Law2_ScGeom6D_BeamPhys_Rust::go(shared_ptr<IGeom>&, shared_ptr<IPhys>& physics, Interaction* I)
 {
 	BeamPhys_Rust& phys = *static_cast<BeamPhys_Rust*>(physics.get());
-	if (phys.refLength < 0) return stop(*I, "the functor of materials could not make it, see its error");
+	if (phys.refLength < 0) {
+		stopAgain(*scene);
+		return true;
+	}
 	if (!phys.intact) return false;
 	const auto motion = [&](Body::id_t id) -> ConcordemBodyMotion {
 		const State& s = *Body::byId(id, scene)->state;

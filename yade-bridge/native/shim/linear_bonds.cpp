@@ -125,7 +125,10 @@ void Law2_ScGeom_LinearBondPhys_Rust::addEnergies(const ConcordemLinearBond& c)
 bool Law2_ScGeom_LinearBondPhys_Rust::go(shared_ptr<IGeom>&, shared_ptr<IPhys>& physics, Interaction* I)
 {
 	LinearBondPhys_Rust& phys = *static_cast<LinearBondPhys_Rust*>(physics.get());
-	if (phys.refLength < 0) return stop(*I, "the functor of materials could not make it, see its error");
+	if (phys.refLength < 0) {
+		stopAgain(*scene);
+		return true;
+	}
 	if (!phys.intact) return false;
 	if (phys.deforms && phys.refLength > 0 && !phys.strained)
 		return stop(

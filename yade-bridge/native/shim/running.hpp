@@ -31,7 +31,7 @@ struct Reason {
 
 /* What InteractionLoop answers contacts with. */
 struct LawsOfScene {
-	bool ours        = false; // the law asked for
+	bool ours       = false; // the law asked for
 	bool frictional = false; // a law that takes FrictPhys
 };
 
@@ -65,8 +65,15 @@ inline void stopRun(Scene& scene, const char* functor, string& error, const Inte
 	}
 }
 
-/* A contact must have physics. That of one that could not be made is refused by its law (`refLength` < 0) in every step, also where
-   InteractionLoop has no such law. */
+/* Stop the run after this step, for a reason that has been told. */
+inline void stopAgain(Scene& scene)
+{
+#pragma omp critical(concordem_error)
+	scene.stopAtIter = scene.iter + 1;
+}
+
+/* A contact must have physics. That of one that could not be made (`refLength` < 0) is refused by its law in every step, also where
+   InteractionLoop has no such law; why is in the `error` of the functor that was to make it. */
 template <class Law, class Physics> void refuseAlways(Scene* scene, Interaction& I, const shared_ptr<Physics>& physics)
 {
 	physics->refLength = -1;
