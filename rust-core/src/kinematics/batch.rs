@@ -73,7 +73,14 @@ impl Columns {
     /// Write the input of contact `i`.
     #[inline(always)]
     pub fn set<const I: usize>(&mut self, i: usize, input: [f64; I]) {
-        for (column, value) in self.input.iter_mut().zip(input) {
+        self.set_from(0, i, input);
+    }
+
+    /// Write the input of contact `i` from component `first` on. Rows longer than some twenty numbers are better written in parts:
+    /// a compiler keeps those in registers.
+    #[inline(always)]
+    pub fn set_from<const I: usize>(&mut self, first: usize, i: usize, input: [f64; I]) {
+        for (column, value) in self.input[first..].iter_mut().zip(input) {
             column[i] = value;
         }
     }
@@ -81,8 +88,14 @@ impl Columns {
     /// Output of contact `i`.
     #[inline(always)]
     pub fn get<const O: usize>(&self, i: usize) -> [f64; O] {
+        self.get_from(0, i)
+    }
+
+    /// Output of contact `i` from component `first` on.
+    #[inline(always)]
+    pub fn get_from<const O: usize>(&self, first: usize, i: usize) -> [f64; O] {
         let mut output = [0.0; O];
-        for (value, column) in output.iter_mut().zip(&self.output) {
+        for (value, column) in output.iter_mut().zip(&self.output[first..]) {
             *value = column[i];
         }
         output

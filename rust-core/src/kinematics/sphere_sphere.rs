@@ -423,18 +423,18 @@ pub struct Yade {
 }
 
 impl Yade {
-    /// The input of a contact.
+    /// Write the input of contact `i`.
     #[inline(always)]
-    pub fn input(a: &Motion, b: &Motion, geometry: &ContactGeometry, frame: &Frame) -> [f64; YADE_INPUT] {
-        let (x, y, u, v) = (a.position, b.position, a.velocity, b.velocity);
-        let (w, z, n) = (a.angular_velocity, b.angular_velocity, frame.normal);
+    pub fn set(columns: &mut Columns, i: usize, a: &Motion, b: &Motion, geometry: &ContactGeometry, frame: &Frame) {
         let ContactGeometry { radius_a, radius_b, reference_length, .. } = *geometry;
-        let [x, y, u, v, w, z, n]: [[f64; 3]; 7] = [x, y, u, v, w, z, n].map(Into::into);
-        let mut row = [0.0; YADE_INPUT];
-        for (to, from) in row.chunks_exact_mut(3).zip([x, y, u, v, w, z, n, [radius_a, radius_b, reference_length]]) {
-            to.copy_from_slice(&from);
-        }
-        row
+        columns.set_from(0, i, [a.position.x, a.position.y, a.position.z]);
+        columns.set_from(3, i, [b.position.x, b.position.y, b.position.z]);
+        columns.set_from(6, i, [a.velocity.x, a.velocity.y, a.velocity.z]);
+        columns.set_from(9, i, [b.velocity.x, b.velocity.y, b.velocity.z]);
+        columns.set_from(12, i, [a.angular_velocity.x, a.angular_velocity.y, a.angular_velocity.z]);
+        columns.set_from(15, i, [b.angular_velocity.x, b.angular_velocity.y, b.angular_velocity.z]);
+        columns.set_from(18, i, [frame.normal.x, frame.normal.y, frame.normal.z]);
+        columns.set_from(21, i, [radius_a, radius_b, reference_length]);
     }
 
     /// What is found for such an input.
@@ -480,7 +480,7 @@ pub fn yade_batch<L: ContactLaw<Kinematics = PointKinematics>, B: Batch<L>>(
     for i in 0..count {
         let ([a, b], _) = batch.motions(i);
         let (geometry, frame, _) = batch.constants(i);
-        columns.set(i, Yade::input(&a, &b, &geometry, &frame));
+        Yade::set(columns, i, &a, &b, &geometry, &frame);
     }
     if ratcheting_correction {
         columns.apply(&Yade { dt, ratcheting_correction: true });

@@ -1094,6 +1094,7 @@ const AS_YADE_INPUT: usize = YADE_INPUT + 13;
 const AS_YADE_OUTPUT: usize = YADE_OUTPUT + 18;
 
 /// Components of a history without damage strain.
+#[inline(always)]
 fn columns_of(state: &CpmState) -> [f64; 10] {
     let CpmState {
         normal_strain, kappa, omega, plastic_normal_strain, shear_strain: s, plastic_shear_strain: p, ..
@@ -1102,6 +1103,7 @@ fn columns_of(state: &CpmState) -> [f64; 10] {
 }
 
 /// The history of [`columns_of`].
+#[inline(always)]
 fn state_of([normal_strain, kappa, omega, plastic_normal_strain, sx, sy, sz, px, py, pz]: [f64; 10]) -> CpmState {
     CpmState {
         normal_strain,
@@ -1193,12 +1195,9 @@ impl ContactLaw for Cpm {
         for i in 0..count {
             let ([a, b], _) = batch.motions(i);
             let (geometry, frame, bonded) = batch.constants(i);
-            let mut input = [0.0; AS_YADE_INPUT];
-            input[..YADE_INPUT].copy_from_slice(&Yade::input(&a, &b, &geometry, &frame));
-            let known = [geometry.area, frame.length, f64::from(u8::from(bonded))];
-            input[YADE_INPUT..YADE_INPUT + 3].copy_from_slice(&known);
-            input[YADE_INPUT + 3..].copy_from_slice(&columns_of(batch.law(i).1));
-            columns.set(i, input);
+            Yade::set(columns, i, &a, &b, &geometry, &frame);
+            columns.set_from(YADE_INPUT, i, [geometry.area, frame.length, f64::from(u8::from(bonded))]);
+            columns.set_from(YADE_INPUT + 3, i, columns_of(batch.law(i).1));
         }
         // Said so that the other measure is not computed with it.
         if mode == Mode::YadeRatcheting {
@@ -1207,19 +1206,18 @@ impl ContactLaw for Cpm {
             columns.apply(&AsYade { law: &law, kinematics: Yade { dt, ratcheting_correction: false } });
         }
         for i in 0..count {
-            let output: [f64; AS_YADE_OUTPUT] = columns.get(i);
-            let state = state_of(array(&output[YADE_OUTPUT + 8..]));
+            let state = state_of(columns.get_from(YADE_OUTPUT + 8, i));
             if state.omega.is_nan() {
                 respond_to_one(mode, i, dt, batch);
                 continue;
             }
             let [fx, fy, fz, stored_normal, stored_shear, friction, damage, integration] =
-                array(&output[YADE_OUTPUT..]);
+                columns.get_from(YADE_OUTPUT, i);
             let energy =
                 EnergySplit { stored_normal, stored_shear, friction, damage, integration, ..EnergySplit::default() };
             let (force, moment) = (Vec3::new(fx, fy, fz), Vec3::zeros());
             let (geometry, frame, bonded) = batch.constants(i);
-            let point = YadeMeasure::of_row(array(&output)).point(&geometry, &frame, bonded);
+            let point = YadeMeasure::of_row(columns.get(i)).point(&geometry, &frame, bonded);
             batch.take(i, &point, &Response { force, moment, state, fate: Fate::Lives, energy });
         }
     }
