@@ -168,14 +168,27 @@ pub(crate) fn assemble_placed(
     let planar = scenario.dimension == 2;
     let mut particles = Particles::default();
     let densities: Vec<f64> = scenario.materials.iter().map(|m| m.density.si()).collect();
-    let spheres = &placed.packing.spheres;
-    let mut materials = vec![0u16; spheres.len()];
-    let mut tags = vec![0u64; spheres.len()];
     if scenario.sets.len() > 64 {
         return Err(unfit("set", format!("{} sets are given; at most 64 are possible", scenario.sets.len())));
     }
+    // Spheres of clumps come behind the packing.
+    let mut all = placed.packing.spheres.clone();
+    let mut added = Vec::with_capacity(scenario.clumps.len());
+    for clump in &scenario.clumps {
+        let first = all.len();
+        all.extend(
+            clump
+                .spheres
+                .iter()
+                .flatten()
+                .map(|s| Sphere { position: Vec3::new(s[0].si(), s[1].si(), s[2].si()), radius: s[3].si() }),
+        );
+        added.push(first..all.len());
+    }
+    let mut materials = vec![0u16; all.len()];
+    let mut tags = vec![0u64; all.len()];
     for (k, set) in scenario.sets.iter().enumerate() {
-        let members = select(&set.selection, spheres, &set.name)?;
+        let members = select(&set.selection, &all, &set.name)?;
         let material = set.material.as_deref().map(|name| material_index(scenario, name));
         for p in members {
             tags[p] |= 1 << k;
@@ -184,24 +197,17 @@ pub(crate) fn assemble_placed(
             }
         }
     }
-    // Spheres of clumps come behind the packing.
-    let mut clump_members: Vec<Vec<u32>> = Vec::new();
-    let mut all = spheres.clone();
-    for clump in &scenario.clumps {
-        let members = if let Some(name) = &clump.set {
+    let mut clump_members: Vec<Vec<u32>> = Vec::with_capacity(added.len());
+    for (clump, added) in scenario.clumps.iter().zip(added) {
+        if let Some(name) = &clump.material {
+            materials[added.clone()].fill(material_index(scenario, name));
+        }
+        clump_members.push(if let Some(name) = &clump.set {
             let bit = 1u64 << set_index(scenario, name);
-            (0..spheres.len() as u32).filter(|&p| tags[p as usize] & bit != 0).collect()
+            (0..all.len() as u32).filter(|&p| tags[p as usize] & bit != 0).collect()
         } else {
-            let first = all.len() as u32;
-            for s in clump.spheres.iter().flatten() {
-                let position = Vec3::new(s[0].si(), s[1].si(), s[2].si());
-                all.push(Sphere { position, radius: s[3].si() });
-                materials.push(clump.material.as_deref().map_or(0, |name| material_index(scenario, name)));
-                tags.push(0);
-            }
-            (first..all.len() as u32).collect()
-        };
-        clump_members.push(members);
+            (added.start as u32..added.end as u32).collect()
+        });
     }
     for ((sphere, &material), &tag) in all.iter().zip(&materials).zip(&tags) {
         let density = densities[material as usize];
