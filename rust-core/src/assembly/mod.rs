@@ -240,17 +240,17 @@ pub(crate) fn assemble_placed(
         index_of[old as usize] = new as u32;
     }
     let mut state = State { particles, cell: placed.packing.cell, ..State::default() };
-    motions(scenario, &mut state);
-    for (clump, members) in scenario.clumps.iter().zip(&clump_members) {
+    motions(scenario, &mut state)?;
+    for (number, (clump, members)) in scenario.clumps.iter().zip(&clump_members).enumerate() {
         let mut members: Vec<u32> = members.iter().map(|&m| index_of[m as usize]).collect();
         members.sort_unstable();
         let inertia = clump.inertia.map(|i| Vec3::new(i[0].si(), i[1].si(), i[2].si()));
+        let (velocity, spin) = motion_of_clump(clump, number, &members, &state.particles)?;
         let mut body = Clump::new(members, &state.particles, clump.mass.map(scenario::Quantity::si), inertia);
-        body.velocity = scenario::quantity::vector(&clump.velocity);
-        let spin = scenario::quantity::vector(&clump.angular_velocity);
-        let local = crate::math::rotate(&body.orientation.conjugate(), &spin);
-        body.angular_momentum = crate::math::rotate(&body.orientation, &local.component_mul(&body.inertia));
-        body.place_members(&mut state.particles, &spin, &crate::math::Quat::identity());
+        if planar {
+            body.constraint = Constraint::OUT_OF_PLANE;
+        }
+        body.start(velocity, spin, &mut state.particles);
         state.clumps.push(body);
     }
 
@@ -537,7 +537,10 @@ fn bounds_along(extents: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
 }
 
 /// Initial velocities, prescribed motions, and forces.
-fn motions(scenario: &Scenario, state: &mut State) {
+///
+/// # Errors
+/// A motion prescribed to a member of a clump, which moves with its body.
+fn motions(scenario: &Scenario, state: &mut State) -> Result<(), AssemblyError> {
     let members = |state: &State, name: &str| -> Vec<usize> {
         let bit = 1u64 << set_index(scenario, name);
         (0..state.particles.len()).filter(|&p| state.particles.tags[p] & bit != 0).collect()
@@ -548,8 +551,17 @@ fn motions(scenario: &Scenario, state: &mut State) {
             state.particles.angular_velocity[p] = scenario::quantity::vector(&initial.angular_velocity);
         }
     }
-    for prescribe in &scenario.prescribed {
-        for p in members(state, &prescribe.set) {
+    for (number, prescribe) in scenario.prescribed.iter().enumerate() {
+        let members = members(state, &prescribe.set);
+        if let Some((id, clump)) = member_of_clump(&state.particles, &members) {
+            let message = format!(
+                "set `{}` has particle {id}, which is of clump[{clump}] and moves with it; take the clump's members out \
+                 of the set, or remove the clump",
+                prescribe.set
+            );
+            return Err(unfit(&format!("prescribe[{number}].set"), message));
+        }
+        for p in members {
             for i in 0..3 {
                 if let Some(v) = prescribe.velocity[i].si() {
                     state.particles.velocity[p][i] = v;
@@ -572,6 +584,46 @@ fn motions(scenario: &Scenario, state: &mut State) {
             );
         }
     }
+    Ok(())
+}
+
+/// The least id among those of `chosen` that are members of a clump, and its clump.
+fn member_of_clump(particles: &Particles, chosen: &[usize]) -> Option<(u32, u32)> {
+    let members = chosen.iter().filter(|&&p| particles.clump[p] != u32::MAX);
+    members.map(|&p| (particles.id[p], particles.clump[p])).min()
+}
+
+/// Velocity (m/s) and angular velocity (rad/s) a clump starts with: its own, else that which [[initial]] gives its
+/// members.
+///
+/// # Errors
+/// Motions of the members that are not one translation of the body.
+fn motion_of_clump(
+    clump: &scenario::Clump,
+    number: usize,
+    members: &[u32],
+    particles: &Particles,
+) -> Result<(Vec3, Vec3), AssemblyError> {
+    let first = particles.velocity[members[0] as usize];
+    let velocity = match &clump.velocity {
+        Some(velocity) => scenario::quantity::vector(velocity),
+        None if members.iter().all(|&m| particles.velocity[m as usize] == first) => first,
+        None => {
+            let message = "[[initial]] gives its members different velocities, which no rigid body has; give the clump its \
+                           own `velocity`, or let the set of [[initial]] have all of its members or none";
+            return Err(unfit(&format!("clump[{number}]"), message.into()));
+        }
+    };
+    let spin = match &clump.angular_velocity {
+        Some(spin) => scenario::quantity::vector(spin),
+        None if members.iter().all(|&m| particles.angular_velocity[m as usize] == Vec3::zeros()) => Vec3::zeros(),
+        None => {
+            let message = "[[initial]] gives its members an angular velocity, each about its own centre, which no rigid \
+                           body has; give the clump its own `angular_velocity`";
+            return Err(unfit(&format!("clump[{number}]"), message.into()));
+        }
+    };
+    Ok((velocity, spin))
 }
 
 /// Add a wall of the scenario.

@@ -167,12 +167,11 @@ pub struct Clump {
     /// Moments of inertia about the body's principal axes, kg·m², smallest first; by default those of the spheres.
     #[schemars(transform = super::quantity::positive_items)]
     pub inertia: Option<[Inertia; 3]>,
-    /// Velocity at the start, m/s.
-    #[serde(default)]
-    pub velocity: [Velocity; 3],
-    /// Angular velocity at the start, rad/s.
-    #[serde(default)]
-    pub angular_velocity: [AngularVelocity; 3],
+    /// Velocity of the centre of mass at the start, m/s; by default that which [[initial]] gives all of its members, else
+    /// none.
+    pub velocity: Option<[Velocity; 3]>,
+    /// Angular velocity at the start, rad/s; none by default.
+    pub angular_velocity: Option<[AngularVelocity; 3]>,
 }
 
 /// A constant force on each particle of a set.

@@ -734,6 +734,46 @@ impl Checker<'_> {
             }
             Loading::Platens { material, .. } => self.known_material("loading.material", material),
         }
+        self.initial_field();
+    }
+
+    /// Where the loading sets the velocities at the start, nothing else does.
+    fn initial_field(&mut self) {
+        let scenario = self.scenario;
+        let loading = &scenario.loading;
+        let (translations, rotations) = match loading {
+            Loading::Uniaxial { axis, initial_velocity_field: true, .. } => {
+                (std::array::from_fn(|i| i == axis.index()), [false; 3])
+            }
+            Loading::Bending { initial_velocity_field: true, .. }
+            | Loading::Torsion { initial_velocity_field: true, .. } => ([true; 3], [true; 3]),
+            Loading::CellStrain { .. } => ([true; 3], [false; 3]),
+            _ => return,
+        };
+        let help = if loading.drives_cell() {
+            "particles of a driven cell start with its affine velocity; leave this out, or prescribe the motion"
+        } else {
+            "leave this out, or write initial_velocity_field = false in [loading]"
+        };
+        let mut given: Vec<(String, [f64; 3], [bool; 3])> = Vec::new();
+        for (at, initial) in scenario.initials.iter().enumerate() {
+            given.push((format!("initial[{at}].velocity"), components(&initial.velocity), translations));
+            given.push((format!("initial[{at}].angular_velocity"), components(&initial.angular_velocity), rotations));
+        }
+        for (at, clump) in scenario.clumps.iter().enumerate() {
+            let velocity = clump.velocity.as_ref().map_or([0.0; 3], components);
+            let spin = clump.angular_velocity.as_ref().map_or([0.0; 3], components);
+            given.push((format!("clump[{at}].velocity"), velocity, translations));
+            given.push((format!("clump[{at}].angular_velocity"), spin, rotations));
+        }
+        let message = format!("\"{}\" loading sets this velocity at the start", loading.kind());
+        for (key, value, set) in given {
+            for i in 0..3 {
+                if set[i] && value[i] != 0.0 {
+                    self.conflict(&format!("{key}[{i}]"), &message, help);
+                }
+            }
+        }
     }
 
     /// Bending needs a section whose moment of inertia is known.
@@ -855,6 +895,11 @@ impl Checker<'_> {
 
     fn clumps(&mut self) {
         let scenario = self.scenario;
+        if scenario.loading.drives_cell() && !scenario.clumps.is_empty() {
+            let help = "rigid bodies do not follow the deformation of a driven cell; remove the clumps, or [loading]";
+            let message = format!("a clump in a cell that \"{}\" loading drives", scenario.loading.kind());
+            self.conflict("clump[0]", message, help);
+        }
         for (at, clump) in scenario.clumps.iter().enumerate() {
             let path = format!("clump[{at}]");
             match (&clump.set, &clump.spheres) {

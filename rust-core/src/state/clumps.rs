@@ -68,6 +68,14 @@ impl Clump {
         }
     }
 
+    /// Start to move with this velocity (m/s) and angular velocity (rad/s); so do the members.
+    pub fn start(&mut self, velocity: Vec3, spin: Vec3, particles: &mut Particles) {
+        self.velocity = velocity;
+        let local = rotate(&self.orientation.conjugate(), &spin);
+        self.angular_momentum = rotate(&self.orientation, &local.component_mul(&self.inertia));
+        self.place_members(particles, &spin, &Quat::identity());
+    }
+
     /// Angular velocity for an angular momentum `momentum` at orientation `orientation`, rad/s.
     pub fn angular_velocity(&self, momentum: &Vec3, orientation: &Quat) -> Vec3 {
         let body = rotate(&orientation.conjugate(), momentum);
