@@ -185,6 +185,23 @@ fn fixed_layers_do_not_drift() {
     }
 }
 
+/// End layers are by default as thick as bonds reach, also where the reach comes from a number of bonds. In a face-centred
+/// block nine pairs per sphere lie in the shell at √3 diameters (all up to √2 are 9 in the bulk and fewer at surfaces):
+/// `1 + 2√3` = 4.46 radii take in three planes, at 1, 1 + √2 and 1 + 2√2 radii from the end, where touching neighbours
+/// alone (3 radii) take in two.
+#[test]
+fn end_layers_reach_as_far_as_bonds() {
+    let text = bar("[loading]\nkind = \"uniaxial\"\nstrain_rate = 0.1")
+        .replace("interaction_ratio = 1.1", "coordination = 18")
+        .replace("\"sc\"", "\"fcc\"")
+        .replace("[3, 3, 10]", "[3, 3, 5]");
+    let Assembly { plan, summary, .. } = made(&text);
+    let (_, ratio) = summary.bulk.expect("a coordination");
+    assert!((ratio - 3f64.sqrt()).abs() < 1e-12, "{ratio}");
+    let Loading::Uniaxial { layers, .. } = &plan.loading else { panic!("uniaxial") };
+    assert_eq!(layers.each_ref().map(Vec::len), [54, 54]);
+}
+
 /// Sets have the spheres of clumps: by place, by number, and all; their material is the clump's, if it names one.
 #[test]
 fn sets_have_the_spheres_of_clumps() {

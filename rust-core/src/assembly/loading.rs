@@ -7,12 +7,20 @@ use crate::plan::loading::Gauge;
 use crate::scenario::{self, End, Lateral, Scenario};
 use crate::state::{Constraint, Particles, State, Wall, WallShape};
 
-pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> Result<Loading, AssemblyError> {
+/// The loading of a scenario whose bonds reach as far as `interaction_ratio` says.
+pub(super) fn build(
+    scenario: &Scenario,
+    placed: &Placed,
+    interaction_ratio: f64,
+    state: &mut State,
+) -> Result<Loading, AssemblyError> {
+    let bond_reach = (1.0 + 2.0 * interaction_ratio) * state.particles.radius.iter().copied().fold(0.0, f64::max);
+    let thickness_of = |given: &Option<scenario::quantity::Length>| given.map_or(bond_reach, scenario::Quantity::si);
     match &scenario.loading {
         scenario::Loading::None => Ok(Loading::None),
         scenario::Loading::Uniaxial { axis, strain_rate, layer_thickness, lateral, initial_velocity_field, area } => {
             let axis = axis.index();
-            let [lower, upper] = end_layers(scenario, state, axis, layer_thickness.map(scenario::Quantity::si))?;
+            let [lower, upper] = end_layers(state, axis, thickness_of(layer_thickness))?;
             let particles = &state.particles;
             let mean =
                 |layer: &[usize]| layer.iter().map(|&p| particles.position[p][axis]).sum::<f64>() / layer.len() as f64;
@@ -43,11 +51,11 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> 
             Ok(Loading::Uniaxial { axis, layers: [indices(lower), indices(upper)], length, area, gauge })
         }
         scenario::Loading::Bending { axis, about, rate, layer_thickness, initial_velocity_field } => {
-            let thickness = layer_thickness.map(scenario::Quantity::si);
+            let thickness = thickness_of(layer_thickness);
             turning(scenario, state, [axis.index(), about.index()], rate.si(), thickness, *initial_velocity_field)
         }
         scenario::Loading::Torsion { axis, rate, layer_thickness, initial_velocity_field } => {
-            let thickness = layer_thickness.map(scenario::Quantity::si);
+            let thickness = thickness_of(layer_thickness);
             turning(scenario, state, [axis.index(); 2], rate.si(), thickness, *initial_velocity_field)
         }
         scenario::Loading::CellStrain { velocity_gradient } => {
@@ -162,16 +170,8 @@ fn twice_moved(particles: &Particles, p: usize) -> AssemblyError {
 ///
 /// Behind the default depth every cross-section is crossed by as many bonds as deep inside: one bond's reach, from the
 /// outermost centres. With thinner layers a specimen breaks at its grips, too early.
-fn end_layers(
-    scenario: &Scenario,
-    state: &State,
-    axis: usize,
-    thickness: Option<f64>,
-) -> Result<[Vec<usize>; 2], AssemblyError> {
+fn end_layers(state: &State, axis: usize, thickness: f64) -> Result<[Vec<usize>; 2], AssemblyError> {
     let particles = &state.particles;
-    let largest = particles.radius.iter().copied().fold(0.0, f64::max);
-    let ratio = scenario.bonds.as_ref().map_or(1.0, |bonds| bonds.interaction_ratio.si());
-    let thickness = thickness.unwrap_or((1.0 + 2.0 * ratio) * largest);
     let extents = || particles.position.iter().zip(&particles.radius).map(|(x, r)| (x[axis], *r));
     let lower = layer(extents(), End::Minimum, thickness);
     let upper = layer(extents(), End::Maximum, thickness);
@@ -199,7 +199,7 @@ fn turning(
     state: &mut State,
     axes: [usize; 2],
     rate: f64,
-    thickness: Option<f64>,
+    thickness: f64,
     initial_field: bool,
 ) -> Result<Loading, AssemblyError> {
     use std::f64::consts::PI;
@@ -219,7 +219,7 @@ fn turning(
         }
         _ => return Err(unfit("loading.kind", "the section must be a box or a cylinder".into())),
     };
-    let layers = end_layers(scenario, state, axis, thickness)?;
+    let layers = end_layers(state, axis, thickness)?;
     let particles = &state.particles;
     let middle = |layer: &Vec<usize>| layer.iter().map(|&p| particles.position[p]).sum::<Vec3>() / layer.len() as f64;
     let centres = [middle(&layers[0]), middle(&layers[1])];

@@ -270,10 +270,12 @@ pub(crate) fn assemble_placed(
     };
     let mut bonds = 0;
     let mut bulk = None;
+    // Of bonds; without them particles reach as far as they touch.
+    let mut interaction_ratio = 1.0;
     if let Some(section) = &scenario.bonds {
         progress("bonding", 0.0);
         let (mut block, rows) = laws::block(section.law, &scenario.materials, &scenario.interfaces)?;
-        let mut ratio = section.interaction_ratio.si();
+        interaction_ratio = section.interaction_ratio.si();
         if let Some(coordination) = section.coordination {
             let whole = placed.unit.as_ref().unwrap_or(&placed.packing);
             let found = bonding::ratio_for_coordination(&whole.spheres, whole.cell.as_ref(), coordination.si())?;
@@ -281,10 +283,10 @@ pub(crate) fn assemble_placed(
                 let message = format!("{} bonds per particle are not to be had", coordination.si());
                 unfit("bonds.coordination", message + " within twice the radii; random packings have 6 to 12")
             })?;
-            ratio = found;
+            interaction_ratio = found;
             bulk = Some((reached, found));
         }
-        bonds = bonding::bond(block.contacts_mut(), &rows, &state.particles, state.cell.as_ref(), ratio)?;
+        bonds = bonding::bond(block.contacts_mut(), &rows, &state.particles, state.cell.as_ref(), interaction_ratio)?;
         state.bonds.push(block);
     }
     if let Some((block, rows)) = laws::contact_block(scenario.contacts.law, &scenario.materials, &scenario.interfaces)?
@@ -304,7 +306,7 @@ pub(crate) fn assemble_placed(
     }
 
     // Loading, which also sets velocities and constraints.
-    let loading = loading::build(scenario, placed, &mut state)?;
+    let loading = loading::build(scenario, placed, interaction_ratio, &mut state)?;
     let operators = samples::of(scenario, &state.particles, state.cell.is_some())?;
     let plan = Plan {
         loading,
