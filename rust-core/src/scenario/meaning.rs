@@ -1034,12 +1034,37 @@ impl Checker<'_> {
         {
             self.conflict(&format!("packing.spheres[{at}][2]"), "not in the plane z = 0", help);
         }
-        if let Loading::Uniaxial { axis: Axis::Z, .. } | Loading::Platens { axis: Axis::Z, .. } = &scenario.loading {
-            let help = "write axis = \"x\" or axis = \"y\"";
-            self.conflict("loading.axis", "loading along z in two dimensions", help);
-        }
-        let out_of_plane = |value: f64| value != 0.0;
         let mut bad: Vec<String> = Vec::new();
+        for (at, clump) in scenario.clumps.iter().enumerate() {
+            let spheres = clump.spheres.iter().flatten().enumerate();
+            for (k, _) in spheres.filter(|(_, sphere)| sphere[2].si() != 0.0) {
+                self.conflict(&format!("clump[{at}].spheres[{k}][2]"), "not in the plane z = 0", help);
+            }
+        }
+        match &scenario.loading {
+            Loading::Uniaxial { axis: Axis::Z, .. }
+            | Loading::Platens { axis: Axis::Z, .. }
+            | Loading::Bending { axis: Axis::Z, .. } => {
+                let help = "write axis = \"x\" or axis = \"y\"";
+                self.conflict("loading.axis", "loading along z in two dimensions", help);
+            }
+            Loading::Bending { about: Axis::X | Axis::Y, .. } => {
+                self.conflict("loading.about", "the ends turn out of the plane", "write about = \"z\"");
+            }
+            Loading::Torsion { .. } => {
+                let help = "use \"uniaxial\" or \"bending\", or dimension = 3";
+                self.conflict("loading.kind", "torsion turns the ends out of the plane", help);
+            }
+            Loading::CellStrain { velocity_gradient } => {
+                let row = velocity_gradient[2].iter().enumerate().filter(|(_, rate)| rate.si() != 0.0);
+                bad.extend(row.map(|(column, _)| format!("loading.velocity_gradient[2][{column}]")));
+            }
+            Loading::CellStress { stress, .. } => {
+                let row = stress[2].iter().enumerate().filter(|(_, component)| component.si() != 0.0);
+                bad.extend(row.map(|(column, _)| format!("loading.stress[2][{column}]")));
+            }
+            _ => {}
+        }
         let mut vectors: Vec<(String, [f64; 3], bool)> =
             vec![("integration.gravity".to_owned(), components(&scenario.integration.gravity), false)];
         for (at, wall) in scenario.walls.iter().enumerate() {
@@ -1063,9 +1088,15 @@ impl Checker<'_> {
             vectors.push((format!("initial[{at}].velocity"), components(&one.velocity), false));
             vectors.push((format!("initial[{at}].angular_velocity"), components(&one.angular_velocity), true));
         }
+        for (at, one) in scenario.clumps.iter().enumerate() {
+            let velocity = one.velocity.as_ref().map_or([0.0; 3], components);
+            let spin = one.angular_velocity.as_ref().map_or([0.0; 3], components);
+            vectors.push((format!("clump[{at}].velocity"), velocity, false));
+            vectors.push((format!("clump[{at}].angular_velocity"), spin, true));
+        }
         for (key, value, axial) in vectors {
             let forbidden: &[usize] = if axial { &[0, 1] } else { &[2] };
-            bad.extend(forbidden.iter().filter(|&&i| out_of_plane(value[i])).map(|i| format!("{key}[{i}]")));
+            bad.extend(forbidden.iter().filter(|&&i| value[i] != 0.0).map(|i| format!("{key}[{i}]")));
         }
         for key in bad {
             self.conflict(&key, "leads out of the plane", help);
