@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use concordem::assembly::{Assembly, AssemblyError, assemble};
-use concordem::math::Vec3;
+use concordem::math::{Vec3, rotate};
 use concordem::plan::Loading;
 use concordem::scenario::Scenario;
 use concordem::solver::Solver;
@@ -247,4 +247,19 @@ fn sets_have_the_spheres_of_clumps() {
     };
     assert_eq!(tags_and_materials(&text("")), [(0b001, 1), (0b101, 1), (0b011, 1)]);
     assert_eq!(tags_and_materials(&text("material = \"light\"")), [(0b001, 1), (0b101, 0), (0b011, 0)]);
+}
+
+/// Moments of inertia that are given smallest first belong to the axes in that order: two spheres above each other turn
+/// most easily about z.
+#[test]
+fn given_moments_of_inertia_find_their_axes() {
+    let text =
+        bar("[[clump]]\nspheres = [[30, 0, 0, 1], [30, 0, 1, 1]]\ninertia = [1, 2, 2]\nangular_velocity = [0, 0, 3]\n\
+         velocity = [0, 0, 0]");
+    let Assembly { state, .. } = made(&text);
+    let clump = &state.clumps[0];
+    // Rounding of the rotations between body and world.
+    assert!((clump.angular_momentum - Vec3::new(0.0, 0.0, 3.0)).norm() < 1e-14, "{}", clump.angular_momentum);
+    let axis = rotate(&clump.orientation, &Vec3::x());
+    assert!((axis.z.abs() - 1.0).abs() < 1e-14, "{axis}");
 }
