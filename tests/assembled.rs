@@ -263,3 +263,30 @@ fn given_moments_of_inertia_find_their_axes() {
     let axis = rotate(&clump.orientation, &Vec3::x());
     assert!((axis.z.abs() - 1.0).abs() < 1e-14, "{axis}");
 }
+
+/// Contacts name their row with 16 bits, one value of which means none: 255 materials make 255² rows, 256 too many.
+#[test]
+fn too_many_materials_are_refused() {
+    let text = |count: usize| {
+        let material = |k: usize| {
+            format!(
+                "[[material]]\nname = \"m{k}\"\ndensity = 1000\n\
+                 linear_bond = {{ normal_stiffness = {}, shear_stiffness = 1e5 }}\n",
+                1_000_000 + k
+            )
+        };
+        let materials: String = (0..count).map(material).collect();
+        format!(
+            "version = 1\n[packing]\nkind = \"spheres\"\nspheres = [[0, 0, 0, 1], [2, 0, 0, 1]]\n{materials}\
+             [bonds]\nlaw = \"linear_bond\"\ninteraction_ratio = 1.1\n[contacts]\nlaw = \"none\"\n\
+             [[set]]\nname = \"second\"\nselection = {{ kind = \"ids\", ids = [1] }}\nmaterial = \"m{}\"\n[stop]\nsteps = 1",
+            count - 1
+        )
+    };
+    let Assembly { state, .. } = made(&text(255));
+    let block = state.bonds[0].contacts();
+    // Mean of 1e6 and 1e6 + 254.
+    assert_eq!(block.stiffness(0, &state.particles, false).normal, 1_000_127.0);
+    let (key, message) = refused(&text(256));
+    assert!(key == "material" && message.contains("linear_bond") && message.contains("255"), "{key}: {message}");
+}
