@@ -124,6 +124,17 @@ impl Clump {
         }
     }
 
+    /// The least share that the body's mass and principal moments have of those that its members make together.
+    pub fn share_of_members(&self, particles: &Particles) -> f64 {
+        let (mut mass, mut moments) = (0.0, Vec3::zeros());
+        for (&m, offset) in self.members.iter().zip(&self.offsets) {
+            let (own, inertia) = (particles.mass[m as usize], particles.inertia[m as usize]);
+            mass += own;
+            moments += offset.map(|x| inertia + own * (offset.norm_squared() - x * x));
+        }
+        (self.mass / mass).min(self.inertia.component_div(&moments).min())
+    }
+
     /// Rotational energy `½ L·ω`, J.
     pub fn rotational_energy(&self) -> f64 {
         0.5 * self.angular_momentum.dot(&self.angular_velocity(&self.angular_momentum, &self.orientation))
