@@ -9,7 +9,7 @@ use crate::solver::MaterialRows;
 use crate::solver::forces::EvaluatedContacts;
 use crate::state::contacts::ContactBlock;
 
-use super::AssemblyError;
+use super::{AssemblyError, unfit};
 
 /// How the rows of a law come from the tables of materials and interfaces.
 trait FromTables: ContactLaw {
@@ -81,6 +81,16 @@ fn table<L: FromTables>(
                 b: b.name.clone(),
                 message,
             })?;
+            // Every ordered pair has a row, so that 255 materials make 65025 of them.
+            let most = usize::from(MaterialRows::NONE);
+            if rows.len() + if i == j { 1 } else { 2 } > most {
+                let message = format!(
+                    "the materials with parameters of \"{0}\" make more pairs than the {most} that contacts can tell apart; \
+                     give `{0}` to at most 255 materials, or join those with the same parameters",
+                    L::NAME
+                );
+                return Err(unfit("material", message));
+            }
             map.set(i as u16, j as u16, rows.len() as u16);
             rows.push(row);
             if i != j {

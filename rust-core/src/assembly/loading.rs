@@ -1,18 +1,26 @@
 //! Loading of a scenario: layers, plates, cell; sets initial velocities and constraints.
 
-use super::{AssemblyError, bounds_along, layer, material_index, place::Placed, unfit};
+use super::{AssemblyError, bounds_along, layer, material_index, member_of_clump, place::Placed, unfit};
 use crate::math::{Mat3, Vec3};
 use crate::plan::Loading;
-use crate::plan::loading::{Gauge, set_affine_velocity};
+use crate::plan::loading::Gauge;
 use crate::scenario::{self, End, Lateral, Scenario};
-use crate::state::{Constraint, State, Wall, WallShape};
+use crate::state::{Constraint, Particles, State, Wall, WallShape};
 
-pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> Result<Loading, AssemblyError> {
+/// The loading of a scenario whose bonds reach as far as `interaction_ratio` says.
+pub(super) fn build(
+    scenario: &Scenario,
+    placed: &Placed,
+    interaction_ratio: f64,
+    state: &mut State,
+) -> Result<Loading, AssemblyError> {
+    let bond_reach = (1.0 + 2.0 * interaction_ratio) * state.particles.radius.iter().copied().fold(0.0, f64::max);
+    let thickness_of = |given: &Option<scenario::quantity::Length>| given.map_or(bond_reach, scenario::Quantity::si);
     match &scenario.loading {
         scenario::Loading::None => Ok(Loading::None),
         scenario::Loading::Uniaxial { axis, strain_rate, layer_thickness, lateral, initial_velocity_field, area } => {
             let axis = axis.index();
-            let [lower, upper] = end_layers(scenario, state, axis, layer_thickness.map(scenario::Quantity::si))?;
+            let [lower, upper] = end_layers(state, axis, thickness_of(layer_thickness))?;
             let particles = &state.particles;
             let mean =
                 |layer: &[usize]| layer.iter().map(|&p| particles.position[p][axis]).sum::<f64>() / layer.len() as f64;
@@ -22,20 +30,20 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> 
             let rate = strain_rate.si();
             let middle = 0.5 * (bottom + top);
             let half = 0.5 * rate * length;
-            let particles = &mut state.particles;
             if *initial_velocity_field {
-                for (v, x) in particles.velocity.iter_mut().zip(&particles.position) {
-                    v[axis] = (rate * (x[axis] - middle)).clamp(-half.abs(), half.abs());
-                }
+                start(state, |place, velocity, _| {
+                    velocity[axis] = (rate * (place[axis] - middle)).clamp(-half.abs(), half.abs());
+                });
             }
             let constraint = match lateral {
                 Lateral::Free => Constraint::translation_along(axis),
                 Lateral::Fixed => Constraint::ALL,
             };
-            for (layer, velocity) in [(&lower, -half), (&upper, half)] {
+            for (layer, speed) in [(&lower, -half), (&upper, half)] {
+                let mut velocity = Vec3::zeros();
+                velocity[axis] = speed;
                 for &p in layer {
-                    particles.constraint[p] = particles.constraint[p].with(constraint);
-                    particles.velocity[p][axis] = velocity;
+                    hold(&mut state.particles, p, constraint, &velocity)?;
                 }
             }
             let indices = |layer: Vec<usize>| layer.into_iter().map(|p| p as u32).collect();
@@ -43,11 +51,11 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> 
             Ok(Loading::Uniaxial { axis, layers: [indices(lower), indices(upper)], length, area, gauge })
         }
         scenario::Loading::Bending { axis, about, rate, layer_thickness, initial_velocity_field } => {
-            let thickness = layer_thickness.map(scenario::Quantity::si);
+            let thickness = thickness_of(layer_thickness);
             turning(scenario, state, [axis.index(), about.index()], rate.si(), thickness, *initial_velocity_field)
         }
         scenario::Loading::Torsion { axis, rate, layer_thickness, initial_velocity_field } => {
-            let thickness = layer_thickness.map(scenario::Quantity::si);
+            let thickness = thickness_of(layer_thickness);
             turning(scenario, state, [axis.index(); 2], rate.si(), thickness, *initial_velocity_field)
         }
         scenario::Loading::CellStrain { velocity_gradient } => {
@@ -56,7 +64,7 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> 
                 state.cell.as_mut().ok_or_else(|| unfit("loading", "the packing has no periodic cell".into()))?;
             cell.velocity_gradient = gradient;
             let initial_volume = cell.volume();
-            set_affine_velocity(state, &gradient, &Vec3::zeros());
+            start(state, |place, velocity, _| *velocity = gradient * place);
             Ok(Loading::CellStrain { initial_volume })
         }
         scenario::Loading::CellStress { stress, maximum_strain_rate, tolerance } => {
@@ -97,20 +105,73 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, state: &mut State) -> 
     }
 }
 
+/// Give the specimen the velocities that `field` has at each place, from the place, the velocity, and the angular
+/// velocity there. What is prescribed stays, and a clump starts as its centre of mass.
+fn start(state: &mut State, field: impl Fn(&Vec3, &mut Vec3, &mut Vec3)) {
+    let particles = &mut state.particles;
+    for p in 0..particles.len() {
+        if particles.clump[p] != u32::MAX {
+            continue;
+        }
+        let (mut velocity, mut spin) = (particles.velocity[p], particles.angular_velocity[p]);
+        field(&particles.position[p], &mut velocity, &mut spin);
+        for i in 0..3 {
+            if !particles.constraint[p].translation(i) {
+                particles.velocity[p][i] = velocity[i];
+            }
+            if !particles.constraint[p].rotation(i) {
+                particles.angular_velocity[p][i] = spin[i];
+            }
+        }
+    }
+    for clump in &mut state.clumps {
+        let (mut velocity, mut spin) =
+            (clump.velocity, clump.angular_velocity(&clump.angular_momentum, &clump.orientation));
+        field(&clump.position, &mut velocity, &mut spin);
+        clump.start(velocity, spin, particles);
+    }
+}
+
+/// Let a layer hold the degrees of freedom `constraint` of one of its particles, which moves with `velocity` and does not
+/// turn.
+///
+/// # Errors
+/// Something else is prescribed to it.
+fn hold(particles: &mut Particles, p: usize, constraint: Constraint, velocity: &Vec3) -> Result<(), AssemblyError> {
+    let before = particles.constraint[p];
+    for i in 0..3 {
+        let moved = constraint.translation(i) && before.translation(i) && particles.velocity[p][i] != velocity[i];
+        let turned = constraint.rotation(i) && before.rotation(i) && particles.angular_velocity[p][i] != 0.0;
+        if moved || turned {
+            return Err(twice_moved(particles, p));
+        }
+        if constraint.translation(i) {
+            particles.velocity[p][i] = velocity[i];
+        }
+        if constraint.rotation(i) {
+            particles.angular_velocity[p][i] = 0.0;
+        }
+    }
+    particles.constraint[p] = before.with(constraint);
+    Ok(())
+}
+
+/// A particle of an end layer has another motion prescribed.
+fn twice_moved(particles: &Particles, p: usize) -> AssemblyError {
+    let message = format!(
+        "an end layer moves particle {}, to which [[prescribe]] gives another motion; take the particles of the layers out \
+         of its set, or make the layers thinner",
+        particles.id[p]
+    );
+    unfit("loading.layer_thickness", message)
+}
+
 /// Particles of the two end layers of a specimen along `axis`.
 ///
 /// Behind the default depth every cross-section is crossed by as many bonds as deep inside: one bond's reach, from the
 /// outermost centres. With thinner layers a specimen breaks at its grips, too early.
-fn end_layers(
-    scenario: &Scenario,
-    state: &State,
-    axis: usize,
-    thickness: Option<f64>,
-) -> Result<[Vec<usize>; 2], AssemblyError> {
+fn end_layers(state: &State, axis: usize, thickness: f64) -> Result<[Vec<usize>; 2], AssemblyError> {
     let particles = &state.particles;
-    let largest = particles.radius.iter().copied().fold(0.0, f64::max);
-    let ratio = scenario.bonds.as_ref().map_or(1.0, |bonds| bonds.interaction_ratio.si());
-    let thickness = thickness.unwrap_or((1.0 + 2.0 * ratio) * largest);
     let extents = || particles.position.iter().zip(&particles.radius).map(|(x, r)| (x[axis], *r));
     let lower = layer(extents(), End::Minimum, thickness);
     let upper = layer(extents(), End::Maximum, thickness);
@@ -119,6 +180,13 @@ fn end_layers(
         let message = format!(
             "end layers of {thickness} m do not fit a specimen {} m long: they are empty or overlap",
             high - low
+        );
+        return Err(unfit("loading.layer_thickness", message));
+    }
+    if let Some((id, clump)) = member_of_clump(particles, &lower).or_else(|| member_of_clump(particles, &upper)) {
+        let message = format!(
+            "an end layer has particle {id}, which is of clump[{clump}] and moves with it; make the layers thinner, or \
+             remove the clump"
         );
         return Err(unfit("loading.layer_thickness", message));
     }
@@ -131,7 +199,7 @@ fn turning(
     state: &mut State,
     axes: [usize; 2],
     rate: f64,
-    thickness: Option<f64>,
+    thickness: f64,
     initial_field: bool,
 ) -> Result<Loading, AssemblyError> {
     use std::f64::consts::PI;
@@ -151,8 +219,8 @@ fn turning(
         }
         _ => return Err(unfit("loading.kind", "the section must be a box or a cylinder".into())),
     };
-    let layers = end_layers(scenario, state, axis, thickness)?;
-    let particles = &mut state.particles;
+    let layers = end_layers(state, axis, thickness)?;
+    let particles = &state.particles;
     let middle = |layer: &Vec<usize>| layer.iter().map(|&p| particles.position[p]).sum::<Vec3>() / layer.len() as f64;
     let centres = [middle(&layers[0]), middle(&layers[1])];
     let length = centres[1][axis] - centres[0][axis];
@@ -161,17 +229,28 @@ fn turning(
     along[axis] = 1.0;
     spin_axis[about] = 1.0;
     if initial_field {
-        for p in 0..particles.len() {
-            let arm = particles.position[p] - centre;
-            let place = arm[axis].clamp(-0.5 * length, 0.5 * length);
-            let spin = spin_axis * (rate * place / length);
+        start(state, |place, velocity, angular_velocity| {
+            let arm = place - centre;
+            let along_it = arm[axis].clamp(-0.5 * length, 0.5 * length);
+            let spin = spin_axis * (rate * along_it / length);
             // Deflection of even curvature; none in torsion.
-            let sag = spin_axis.cross(&along) * (0.5 * rate / length * (place * place - 0.25 * length * length));
-            particles.velocity[p] = spin.cross(&(arm - along * arm[axis])) + sag;
-            particles.angular_velocity[p] = spin;
-        }
+            let sag = spin_axis.cross(&along) * (0.5 * rate / length * (along_it * along_it - 0.25 * length * length));
+            *velocity = spin.cross(&(arm - along * arm[axis])) + sag;
+            *angular_velocity = spin;
+        });
     }
     for &p in layers.iter().flatten() {
+        let particles = &mut state.particles;
+        let before = particles.constraint[p];
+        // Layers turn about `about` and move across it and along the specimen: they may be told not to do anything else.
+        let twice = (0..3).any(|i| {
+            let moves = i != about || about == axis || particles.velocity[p][i] != 0.0;
+            let turns = i == about || particles.angular_velocity[p][i] != 0.0;
+            before.translation(i) && moves || before.rotation(i) && turns
+        });
+        if twice {
+            return Err(twice_moved(particles, p));
+        }
         particles.constraint[p] = Constraint::ALL;
     }
     let layers = layers.map(|layer| layer.into_iter().map(|p| p as u32).collect());

@@ -168,14 +168,27 @@ pub(crate) fn assemble_placed(
     let planar = scenario.dimension == 2;
     let mut particles = Particles::default();
     let densities: Vec<f64> = scenario.materials.iter().map(|m| m.density.si()).collect();
-    let spheres = &placed.packing.spheres;
-    let mut materials = vec![0u16; spheres.len()];
-    let mut tags = vec![0u64; spheres.len()];
     if scenario.sets.len() > 64 {
         return Err(unfit("set", format!("{} sets are given; at most 64 are possible", scenario.sets.len())));
     }
+    // Spheres of clumps come behind the packing.
+    let mut all = placed.packing.spheres.clone();
+    let mut added = Vec::with_capacity(scenario.clumps.len());
+    for clump in &scenario.clumps {
+        let first = all.len();
+        all.extend(
+            clump
+                .spheres
+                .iter()
+                .flatten()
+                .map(|s| Sphere { position: Vec3::new(s[0].si(), s[1].si(), s[2].si()), radius: s[3].si() }),
+        );
+        added.push(first..all.len());
+    }
+    let mut materials = vec![0u16; all.len()];
+    let mut tags = vec![0u64; all.len()];
     for (k, set) in scenario.sets.iter().enumerate() {
-        let members = select(&set.selection, spheres, &set.name)?;
+        let members = select(&set.selection, &all, &set.name)?;
         let material = set.material.as_deref().map(|name| material_index(scenario, name));
         for p in members {
             tags[p] |= 1 << k;
@@ -184,24 +197,17 @@ pub(crate) fn assemble_placed(
             }
         }
     }
-    // Spheres of clumps come behind the packing.
-    let mut clump_members: Vec<Vec<u32>> = Vec::new();
-    let mut all = spheres.clone();
-    for clump in &scenario.clumps {
-        let members = if let Some(name) = &clump.set {
+    let mut clump_members: Vec<Vec<u32>> = Vec::with_capacity(added.len());
+    for (clump, added) in scenario.clumps.iter().zip(added) {
+        if let Some(name) = &clump.material {
+            materials[added.clone()].fill(material_index(scenario, name));
+        }
+        clump_members.push(if let Some(name) = &clump.set {
             let bit = 1u64 << set_index(scenario, name);
-            (0..spheres.len() as u32).filter(|&p| tags[p as usize] & bit != 0).collect()
+            (0..all.len() as u32).filter(|&p| tags[p as usize] & bit != 0).collect()
         } else {
-            let first = all.len() as u32;
-            for s in clump.spheres.iter().flatten() {
-                let position = Vec3::new(s[0].si(), s[1].si(), s[2].si());
-                all.push(Sphere { position, radius: s[3].si() });
-                materials.push(clump.material.as_deref().map_or(0, |name| material_index(scenario, name)));
-                tags.push(0);
-            }
-            (first..all.len() as u32).collect()
-        };
-        clump_members.push(members);
+            (added.start as u32..added.end as u32).collect()
+        });
     }
     for ((sphere, &material), &tag) in all.iter().zip(&materials).zip(&tags) {
         let density = densities[material as usize];
@@ -234,17 +240,17 @@ pub(crate) fn assemble_placed(
         index_of[old as usize] = new as u32;
     }
     let mut state = State { particles, cell: placed.packing.cell, ..State::default() };
-    motions(scenario, &mut state);
-    for (clump, members) in scenario.clumps.iter().zip(&clump_members) {
+    motions(scenario, &mut state)?;
+    for (number, (clump, members)) in scenario.clumps.iter().zip(&clump_members).enumerate() {
         let mut members: Vec<u32> = members.iter().map(|&m| index_of[m as usize]).collect();
         members.sort_unstable();
         let inertia = clump.inertia.map(|i| Vec3::new(i[0].si(), i[1].si(), i[2].si()));
+        let (velocity, spin) = motion_of_clump(clump, number, &members, &state.particles)?;
         let mut body = Clump::new(members, &state.particles, clump.mass.map(scenario::Quantity::si), inertia);
-        body.velocity = scenario::quantity::vector(&clump.velocity);
-        let spin = scenario::quantity::vector(&clump.angular_velocity);
-        let local = crate::math::rotate(&body.orientation.conjugate(), &spin);
-        body.angular_momentum = crate::math::rotate(&body.orientation, &local.component_mul(&body.inertia));
-        body.place_members(&mut state.particles, &spin, &crate::math::Quat::identity());
+        if planar {
+            body.constraint = Constraint::OUT_OF_PLANE;
+        }
+        body.start(velocity, spin, &mut state.particles);
         state.clumps.push(body);
     }
 
@@ -264,10 +270,12 @@ pub(crate) fn assemble_placed(
     };
     let mut bonds = 0;
     let mut bulk = None;
+    // Of bonds; without them particles reach as far as they touch.
+    let mut interaction_ratio = 1.0;
     if let Some(section) = &scenario.bonds {
         progress("bonding", 0.0);
         let (mut block, rows) = laws::block(section.law, &scenario.materials, &scenario.interfaces)?;
-        let mut ratio = section.interaction_ratio.si();
+        interaction_ratio = section.interaction_ratio.si();
         if let Some(coordination) = section.coordination {
             let whole = placed.unit.as_ref().unwrap_or(&placed.packing);
             let found = bonding::ratio_for_coordination(&whole.spheres, whole.cell.as_ref(), coordination.si())?;
@@ -275,10 +283,10 @@ pub(crate) fn assemble_placed(
                 let message = format!("{} bonds per particle are not to be had", coordination.si());
                 unfit("bonds.coordination", message + " within twice the radii; random packings have 6 to 12")
             })?;
-            ratio = found;
+            interaction_ratio = found;
             bulk = Some((reached, found));
         }
-        bonds = bonding::bond(block.contacts_mut(), &rows, &state.particles, state.cell.as_ref(), ratio)?;
+        bonds = bonding::bond(block.contacts_mut(), &rows, &state.particles, state.cell.as_ref(), interaction_ratio)?;
         state.bonds.push(block);
     }
     if let Some((block, rows)) = laws::contact_block(scenario.contacts.law, &scenario.materials, &scenario.interfaces)?
@@ -298,7 +306,7 @@ pub(crate) fn assemble_placed(
     }
 
     // Loading, which also sets velocities and constraints.
-    let loading = loading::build(scenario, placed, &mut state)?;
+    let loading = loading::build(scenario, placed, interaction_ratio, &mut state)?;
     let operators = samples::of(scenario, &state.particles, state.cell.is_some())?;
     let plan = Plan {
         loading,
@@ -531,7 +539,10 @@ fn bounds_along(extents: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
 }
 
 /// Initial velocities, prescribed motions, and forces.
-fn motions(scenario: &Scenario, state: &mut State) {
+///
+/// # Errors
+/// A motion prescribed to a member of a clump, which moves with its body.
+fn motions(scenario: &Scenario, state: &mut State) -> Result<(), AssemblyError> {
     let members = |state: &State, name: &str| -> Vec<usize> {
         let bit = 1u64 << set_index(scenario, name);
         (0..state.particles.len()).filter(|&p| state.particles.tags[p] & bit != 0).collect()
@@ -542,8 +553,17 @@ fn motions(scenario: &Scenario, state: &mut State) {
             state.particles.angular_velocity[p] = scenario::quantity::vector(&initial.angular_velocity);
         }
     }
-    for prescribe in &scenario.prescribed {
-        for p in members(state, &prescribe.set) {
+    for (number, prescribe) in scenario.prescribed.iter().enumerate() {
+        let members = members(state, &prescribe.set);
+        if let Some((id, clump)) = member_of_clump(&state.particles, &members) {
+            let message = format!(
+                "set `{}` has particle {id}, which is of clump[{clump}] and moves with it; take the clump's members out \
+                 of the set, or remove the clump",
+                prescribe.set
+            );
+            return Err(unfit(&format!("prescribe[{number}].set"), message));
+        }
+        for p in members {
             for i in 0..3 {
                 if let Some(v) = prescribe.velocity[i].si() {
                     state.particles.velocity[p][i] = v;
@@ -566,6 +586,46 @@ fn motions(scenario: &Scenario, state: &mut State) {
             );
         }
     }
+    Ok(())
+}
+
+/// The least id among those of `chosen` that are members of a clump, and its clump.
+fn member_of_clump(particles: &Particles, chosen: &[usize]) -> Option<(u32, u32)> {
+    let members = chosen.iter().filter(|&&p| particles.clump[p] != u32::MAX);
+    members.map(|&p| (particles.id[p], particles.clump[p])).min()
+}
+
+/// Velocity (m/s) and angular velocity (rad/s) a clump starts with: its own, else that which [[initial]] gives its
+/// members.
+///
+/// # Errors
+/// Motions of the members that are not one translation of the body.
+fn motion_of_clump(
+    clump: &scenario::Clump,
+    number: usize,
+    members: &[u32],
+    particles: &Particles,
+) -> Result<(Vec3, Vec3), AssemblyError> {
+    let first = particles.velocity[members[0] as usize];
+    let velocity = match &clump.velocity {
+        Some(velocity) => scenario::quantity::vector(velocity),
+        None if members.iter().all(|&m| particles.velocity[m as usize] == first) => first,
+        None => {
+            let message = "[[initial]] gives its members different velocities, which no rigid body has; give the clump its \
+                           own `velocity`, or let the set of [[initial]] have all of its members or none";
+            return Err(unfit(&format!("clump[{number}]"), message.into()));
+        }
+    };
+    let spin = match &clump.angular_velocity {
+        Some(spin) => scenario::quantity::vector(spin),
+        None if members.iter().all(|&m| particles.angular_velocity[m as usize] == Vec3::zeros()) => Vec3::zeros(),
+        None => {
+            let message = "[[initial]] gives its members an angular velocity, each about its own centre, which no rigid \
+                           body has; give the clump its own `angular_velocity`";
+            return Err(unfit(&format!("clump[{number}]"), message.into()));
+        }
+    };
+    Ok((velocity, spin))
 }
 
 /// Add a wall of the scenario.

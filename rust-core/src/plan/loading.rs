@@ -276,13 +276,6 @@ impl Loading {
     }
 }
 
-/// Give every particle the affine velocity `gradient · (x − origin)`.
-pub fn set_affine_velocity(state: &mut State, gradient: &Mat3, origin: &Vec3) {
-    for (v, x) in state.particles.velocity.iter_mut().zip(&state.particles.position) {
-        *v = gradient * (x - origin);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

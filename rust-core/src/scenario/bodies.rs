@@ -88,7 +88,7 @@ pub struct ParticleSet {
     pub material: Option<String>,
 }
 
-/// A choice of particles; by place means that the centre is inside.
+/// A choice of particles, spheres added by [[clump]] among them; by place means that the centre is inside.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Selection {
@@ -109,7 +109,7 @@ pub enum Selection {
         #[schemars(extend("exclusiveMinimum" = 0))]
         radius: Length,
     },
-    /// Within a distance of one end of the packing's bounding box.
+    /// Within a distance of one end of the bounding box of all spheres.
     Layer {
         /// Direction.
         axis: Axis,
@@ -119,7 +119,7 @@ pub enum Selection {
         #[schemars(extend("exclusiveMinimum" = 0))]
         thickness: Length,
     },
-    /// By number, counted from 0 in the order of the packing.
+    /// By number, counted from 0 in the order of the packing; spheres added by [[clump]] come behind it.
     Ids {
         /// The numbers.
         #[schemars(length(min = 1))]
@@ -159,7 +159,7 @@ pub struct Clump {
     pub set: Option<String>,
     /// Spheres added to the packing, one `[x, y, z, radius]` each, m; or give `set`.
     pub spheres: Option<Vec<[Length; 4]>>,
-    /// Name of the material of added spheres; the first material when left out.
+    /// Name of the material of added spheres, whatever their sets say; by default that of their sets, else the first one.
     pub material: Option<String>,
     /// Mass, kg; by default that of the spheres, overlaps counted once per sphere.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -167,12 +167,11 @@ pub struct Clump {
     /// Moments of inertia about the body's principal axes, kg·m², smallest first; by default those of the spheres.
     #[schemars(transform = super::quantity::positive_items)]
     pub inertia: Option<[Inertia; 3]>,
-    /// Velocity at the start, m/s.
-    #[serde(default)]
-    pub velocity: [Velocity; 3],
-    /// Angular velocity at the start, rad/s.
-    #[serde(default)]
-    pub angular_velocity: [AngularVelocity; 3],
+    /// Velocity of the centre of mass at the start, m/s; by default that which [[initial]] gives all of its members, else
+    /// none.
+    pub velocity: Option<[Velocity; 3]>,
+    /// Angular velocity at the start, rad/s; none by default.
+    pub angular_velocity: Option<[AngularVelocity; 3]>,
 }
 
 /// A constant force on each particle of a set.

@@ -734,6 +734,46 @@ impl Checker<'_> {
             }
             Loading::Platens { material, .. } => self.known_material("loading.material", material),
         }
+        self.initial_field();
+    }
+
+    /// Where the loading sets the velocities at the start, nothing else does.
+    fn initial_field(&mut self) {
+        let scenario = self.scenario;
+        let loading = &scenario.loading;
+        let (translations, rotations) = match loading {
+            Loading::Uniaxial { axis, initial_velocity_field: true, .. } => {
+                (std::array::from_fn(|i| i == axis.index()), [false; 3])
+            }
+            Loading::Bending { initial_velocity_field: true, .. }
+            | Loading::Torsion { initial_velocity_field: true, .. } => ([true; 3], [true; 3]),
+            Loading::CellStrain { .. } => ([true; 3], [false; 3]),
+            _ => return,
+        };
+        let help = if loading.drives_cell() {
+            "particles of a driven cell start with its affine velocity; leave this out, or prescribe the motion"
+        } else {
+            "leave this out, or write initial_velocity_field = false in [loading]"
+        };
+        let mut given: Vec<(String, [f64; 3], [bool; 3])> = Vec::new();
+        for (at, initial) in scenario.initials.iter().enumerate() {
+            given.push((format!("initial[{at}].velocity"), components(&initial.velocity), translations));
+            given.push((format!("initial[{at}].angular_velocity"), components(&initial.angular_velocity), rotations));
+        }
+        for (at, clump) in scenario.clumps.iter().enumerate() {
+            let velocity = clump.velocity.as_ref().map_or([0.0; 3], components);
+            let spin = clump.angular_velocity.as_ref().map_or([0.0; 3], components);
+            given.push((format!("clump[{at}].velocity"), velocity, translations));
+            given.push((format!("clump[{at}].angular_velocity"), spin, rotations));
+        }
+        let message = format!("\"{}\" loading sets this velocity at the start", loading.kind());
+        for (key, value, set) in given {
+            for i in 0..3 {
+                if set[i] && value[i] != 0.0 {
+                    self.conflict(&format!("{key}[{i}]"), &message, help);
+                }
+            }
+        }
     }
 
     /// Bending needs a section whose moment of inertia is known.
@@ -855,6 +895,11 @@ impl Checker<'_> {
 
     fn clumps(&mut self) {
         let scenario = self.scenario;
+        if scenario.loading.drives_cell() && !scenario.clumps.is_empty() {
+            let help = "rigid bodies do not follow the deformation of a driven cell; remove the clumps, or [loading]";
+            let message = format!("a clump in a cell that \"{}\" loading drives", scenario.loading.kind());
+            self.conflict("clump[0]", message, help);
+        }
         for (at, clump) in scenario.clumps.iter().enumerate() {
             let path = format!("clump[{at}]");
             match (&clump.set, &clump.spheres) {
@@ -989,12 +1034,37 @@ impl Checker<'_> {
         {
             self.conflict(&format!("packing.spheres[{at}][2]"), "not in the plane z = 0", help);
         }
-        if let Loading::Uniaxial { axis: Axis::Z, .. } | Loading::Platens { axis: Axis::Z, .. } = &scenario.loading {
-            let help = "write axis = \"x\" or axis = \"y\"";
-            self.conflict("loading.axis", "loading along z in two dimensions", help);
-        }
-        let out_of_plane = |value: f64| value != 0.0;
         let mut bad: Vec<String> = Vec::new();
+        for (at, clump) in scenario.clumps.iter().enumerate() {
+            let spheres = clump.spheres.iter().flatten().enumerate();
+            for (k, _) in spheres.filter(|(_, sphere)| sphere[2].si() != 0.0) {
+                self.conflict(&format!("clump[{at}].spheres[{k}][2]"), "not in the plane z = 0", help);
+            }
+        }
+        match &scenario.loading {
+            Loading::Uniaxial { axis: Axis::Z, .. }
+            | Loading::Platens { axis: Axis::Z, .. }
+            | Loading::Bending { axis: Axis::Z, .. } => {
+                let help = "write axis = \"x\" or axis = \"y\"";
+                self.conflict("loading.axis", "loading along z in two dimensions", help);
+            }
+            Loading::Bending { about: Axis::X | Axis::Y, .. } => {
+                self.conflict("loading.about", "the ends turn out of the plane", "write about = \"z\"");
+            }
+            Loading::Torsion { .. } => {
+                let help = "use \"uniaxial\" or \"bending\", or dimension = 3";
+                self.conflict("loading.kind", "torsion turns the ends out of the plane", help);
+            }
+            Loading::CellStrain { velocity_gradient } => {
+                let row = velocity_gradient[2].iter().enumerate().filter(|(_, rate)| rate.si() != 0.0);
+                bad.extend(row.map(|(column, _)| format!("loading.velocity_gradient[2][{column}]")));
+            }
+            Loading::CellStress { stress, .. } => {
+                let row = stress[2].iter().enumerate().filter(|(_, component)| component.si() != 0.0);
+                bad.extend(row.map(|(column, _)| format!("loading.stress[2][{column}]")));
+            }
+            _ => {}
+        }
         let mut vectors: Vec<(String, [f64; 3], bool)> =
             vec![("integration.gravity".to_owned(), components(&scenario.integration.gravity), false)];
         for (at, wall) in scenario.walls.iter().enumerate() {
@@ -1018,9 +1088,15 @@ impl Checker<'_> {
             vectors.push((format!("initial[{at}].velocity"), components(&one.velocity), false));
             vectors.push((format!("initial[{at}].angular_velocity"), components(&one.angular_velocity), true));
         }
+        for (at, one) in scenario.clumps.iter().enumerate() {
+            let velocity = one.velocity.as_ref().map_or([0.0; 3], components);
+            let spin = one.angular_velocity.as_ref().map_or([0.0; 3], components);
+            vectors.push((format!("clump[{at}].velocity"), velocity, false));
+            vectors.push((format!("clump[{at}].angular_velocity"), spin, true));
+        }
         for (key, value, axial) in vectors {
             let forbidden: &[usize] = if axial { &[0, 1] } else { &[2] };
-            bad.extend(forbidden.iter().filter(|&&i| out_of_plane(value[i])).map(|i| format!("{key}[{i}]")));
+            bad.extend(forbidden.iter().filter(|&&i| value[i] != 0.0).map(|i| format!("{key}[{i}]")));
         }
         for key in bad {
             self.conflict(&key, "leads out of the plane", help);

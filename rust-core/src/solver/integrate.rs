@@ -106,7 +106,7 @@ pub struct KickSums {
     pub external: [f64; 2],
     /// `Σ|F|²` of the net force over components that are not prescribed, N².
     pub net_force_squared: f64,
-    /// Number of particles with such a component.
+    /// Number of bodies with such a component: particles, and clumps instead of their members.
     pub free_particles: u64,
     /// Largest `|v|²` after the kick, m²/s².
     pub max_speed_squared: f64,
@@ -383,6 +383,7 @@ pub fn advance_clumps(
         let mut total_force = Vec3::zeros();
         let mut total_torque = Vec3::zeros();
         let mut applied = context.gravity * clump.mass;
+        let mut applied_torque = Vec3::zeros();
         for &m in &clump.members {
             let m = m as usize;
             let arm = particles.position[m] - clump.position;
@@ -391,6 +392,7 @@ pub fn advance_clumps(
             total_force += f;
             total_torque += torque[m] + moment + arm.cross(&f);
             applied += load;
+            applied_torque += moment + arm.cross(&load);
         }
         total_force += context.gravity * clump.mass;
         // The place of its first member keeps what the body felt.
@@ -423,20 +425,27 @@ pub fn advance_clumps(
             dt,
             step,
         );
+        // That with which the members turned in the last step: half a step ago, as their displacements are.
+        let turned = particles.angular_velocity.get(first).copied().unwrap_or(spin);
         let (v, rotation_before) = (clump.velocity, clump.rotational_energy());
         clump.advance(&(total_force + f_damping), &(total_torque + t_damping), dt, step, particles);
-        let spin_new = clump.angular_velocity(&clump.angular_momentum, &clump.orientation);
+        let turning = particles.angular_velocity.get(first).copied().unwrap_or(spin);
         sums.kinetic += 0.5 * clump.mass * v.dot(&clump.velocity) + 0.5 * (rotation_before + clump.rotational_energy());
         let half = 0.5 * dt;
-        sums.damping[0] -= half * (f_damping.dot(&v) + t_damping.dot(&spin));
-        sums.damping[1] -= half * (f_damping.dot(&clump.velocity) + t_damping.dot(&spin_new));
-        sums.external[0] += half * applied.dot(&v);
-        sums.external[1] += half * applied.dot(&clump.velocity);
+        sums.damping[0] -= half * (f_damping.dot(&v) + t_damping.dot(&turned));
+        sums.damping[1] -= half * (f_damping.dot(&clump.velocity) + t_damping.dot(&turning));
+        sums.external[0] += half * (applied.dot(&v) + applied_torque.dot(&turned));
+        sums.external[1] += half * (applied.dot(&clump.velocity) + applied_torque.dot(&turning));
         for axis in 0..3 {
             if clump.constraint.translation(axis) {
                 sums.boundary[0] -= half * total_force[axis] * v[axis];
                 sums.boundary[1] -= half * total_force[axis] * clump.velocity[axis];
             }
+        }
+        if clump.constraint.0 & Constraint::TRANSLATION.0 != Constraint::TRANSLATION.0 {
+            let free = (0..3).filter(|&axis| !clump.constraint.translation(axis));
+            sums.net_force_squared += free.map(|axis| total_force[axis] * total_force[axis]).sum::<f64>();
+            sums.free_particles += 1;
         }
         sums.max_speed_squared = sums.max_speed_squared.max(clump.velocity.norm_squared());
     }

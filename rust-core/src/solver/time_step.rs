@@ -171,16 +171,18 @@ pub fn bounds_with(state: &State, deformable: Option<&Deformable>) -> (TimeStepB
         .map(|e| damping_ratio(&e.stiffness))
         .chain(walls.iter().map(|w| damping_ratio(&w.3)))
         .fold(0.0, f64::max);
+    // Rigid links and more mass lower frequencies (Rayleigh): a clump vibrates no faster than its members would, each for
+    // itself, with such shares of their masses that together they have no more than the body.
+    let shares: Vec<f64> = state.clumps.iter().map(|clump| clump.share_of_members(particles)).collect();
     // Inverse square roots of mass; zero where the degree of freedom is prescribed.
     let scale: Vec<Vector6<f64>> = (0..n)
         .map(|p| {
             let c = particles.constraint[p];
-            let clump = particles.clump[p] != u32::MAX;
+            let share = shares.get(particles.clump[p] as usize).copied().unwrap_or(1.0);
             Vector6::from_fn(|i, _| {
                 let fixed = if i < 3 { c.translation(i) } else { c.rotation(i - 3) };
                 let m = if i < 3 { particles.mass[p] } else { particles.inertia[p] };
-                // A clump's member is at least as heavy as alone in translation; its rotation is the body's.
-                if fixed || (clump && i >= 3) { 0.0 } else { 1.0 / m.sqrt() }
+                if fixed { 0.0 } else { 1.0 / (share * m).sqrt() }
             })
         })
         .collect();

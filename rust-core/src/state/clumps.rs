@@ -26,7 +26,7 @@ pub struct Clump {
     pub angular_momentum: Vec3,
     /// Mass, kg.
     pub mass: f64,
-    /// Principal moments of inertia, kg·m².
+    /// Principal moments of inertia, kg·m²; of a new clump in rising order.
     pub inertia: Vec3,
     /// Prescribed degrees of freedom.
     pub constraint: Constraint,
@@ -34,7 +34,7 @@ pub struct Clump {
 
 impl Clump {
     /// A clump of `members` whose mass and inertia are those of its spheres taken together (overlaps counted twice,
-    /// as if the spheres were separate bodies rigidly joined), or the given ones.
+    /// as if the spheres were separate bodies rigidly joined), or the given ones (moments in rising order).
     pub fn new(members: Vec<u32>, particles: &Particles, mass: Option<f64>, inertia: Option<Vec3>) -> Self {
         let sum_mass: f64 = members.iter().map(|&m| particles.mass[m as usize]).sum();
         let weighted = |values: &[Vec3]| {
@@ -66,6 +66,14 @@ impl Clump {
             inertia: inertia.unwrap_or(moments),
             constraint: Constraint::FREE,
         }
+    }
+
+    /// Start to move with this velocity (m/s) and angular velocity (rad/s); so do the members.
+    pub fn start(&mut self, velocity: Vec3, spin: Vec3, particles: &mut Particles) {
+        self.velocity = velocity;
+        let local = rotate(&self.orientation.conjugate(), &spin);
+        self.angular_momentum = rotate(&self.orientation, &local.component_mul(&self.inertia));
+        self.place_members(particles, &spin, &Quat::identity());
     }
 
     /// Angular velocity for an angular momentum `momentum` at orientation `orientation`, rad/s.
@@ -116,14 +124,25 @@ impl Clump {
         }
     }
 
+    /// The least share that the body's mass and principal moments have of those that its members make together.
+    pub fn share_of_members(&self, particles: &Particles) -> f64 {
+        let (mut mass, mut moments) = (0.0, Vec3::zeros());
+        for (&m, offset) in self.members.iter().zip(&self.offsets) {
+            let (own, inertia) = (particles.mass[m as usize], particles.inertia[m as usize]);
+            mass += own;
+            moments += offset.map(|x| inertia + own * (offset.norm_squared() - x * x));
+        }
+        (self.mass / mass).min(self.inertia.component_div(&moments).min())
+    }
+
     /// Rotational energy `½ L·ω`, J.
     pub fn rotational_energy(&self) -> f64 {
         0.5 * self.angular_momentum.dot(&self.angular_velocity(&self.angular_momentum, &self.orientation))
     }
 }
 
-/// Principal moments and axes (columns, right-handed) of a symmetric tensor, by cyclic Jacobi rotations with
-/// processor-independent arithmetic.
+/// Principal moments in rising order and axes (columns, right-handed) of a symmetric tensor, by cyclic Jacobi rotations
+/// with processor-independent arithmetic.
 fn principal_axes(tensor: &Mat3) -> (Vec3, Mat3) {
     let mut a = *tensor;
     let mut v = Mat3::identity();
@@ -145,11 +164,14 @@ fn principal_axes(tensor: &Mat3) -> (Vec3, Mat3) {
             v *= j;
         }
     }
-    if v.determinant() < 0.0 {
-        let flipped = -v.column(2);
-        v.set_column(2, &flipped);
+    let mut order = [0, 1, 2];
+    order.sort_by(|&p, &q| a[(p, p)].total_cmp(&a[(q, q)]));
+    let mut axes = Mat3::from_columns(&order.map(|k| v.column(k).into_owned()));
+    if axes.determinant() < 0.0 {
+        let flipped = -axes.column(2);
+        axes.set_column(2, &flipped);
     }
-    (a.diagonal(), v)
+    (Vec3::from(order.map(|k| a[(k, k)])), axes)
 }
 
 /// Unit quaternion of a rotation matrix (columns are the body axes in the world).

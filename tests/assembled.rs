@@ -1,0 +1,292 @@
+//! Is what a scenario asks for in the state that is built from it, or is it refused?
+
+use std::path::Path;
+
+use concordem::assembly::{Assembly, AssemblyError, assemble};
+use concordem::math::{Vec3, rotate};
+use concordem::plan::Loading;
+use concordem::scenario::Scenario;
+use concordem::solver::Solver;
+
+fn built(text: &str) -> Result<Assembly, AssemblyError> {
+    let scenario = Scenario::parse("assembled.toml", text).unwrap_or_else(|error| panic!("{error}"));
+    assemble(&scenario, Path::new("scenarios/good"), &mut |_, _| {})
+}
+
+fn made(text: &str) -> Assembly {
+    built(text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Key and message with which a text is refused.
+fn refused(text: &str) -> (String, String) {
+    match built(text) {
+        Err(AssemblyError::Unfit { key, message }) => (key, message),
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("accepted: {text}"),
+    }
+}
+
+/// Ten planes of nine bonded spheres along z, and what `more` adds.
+fn bar(more: &str) -> String {
+    format!(
+        "version = 1
+        [packing]
+        kind = \"lattice\"
+        lattice = \"sc\"
+        radius = 1.0
+        repeats = [3, 3, 10]
+        [[material]]
+        name = \"stone\"
+        density = 1000
+        linear_bond = {{ normal_stiffness = 1e6, shear_stiffness = 1e5 }}
+        [bonds]
+        law = \"linear_bond\"
+        interaction_ratio = 1.1
+        [contacts]
+        law = \"none\"
+        [stop]
+        steps = 10
+        {more}"
+    )
+}
+
+const MIDDLE: &str = "
+[[set]]
+name = \"pair\"
+selection = { kind = \"ids\", ids = [40, 41] }
+[[clump]]
+set = \"pair\"
+";
+
+const PULL: &str = "
+[loading]
+kind = \"uniaxial\"
+strain_rate = 0.1
+layer_thickness = 2.5
+";
+
+/// The example with all tables together is built and runs, and its bodies start as it says.
+#[test]
+fn clumps_and_walls_are_built() {
+    let text = std::fs::read_to_string("scenarios/good/clumps-and-walls.toml").expect("the scenario");
+    let Assembly { mut state, model, .. } = made(&text);
+    let velocities: Vec<Vec3> = state.clumps.iter().map(|clump| clump.velocity).collect();
+    assert_eq!(velocities, [Vec3::new(-1.0, 0.0, 0.0), Vec3::new(0.0, 0.0, -0.01)]);
+    // All spheres have the set "everything", the fourth one; 24 cells of four in the packing and two of the first clump.
+    assert_eq!(state.particles.len(), 98);
+    assert!(state.particles.tags.iter().all(|tag| tag >> 3 & 1 == 1));
+    let mut solver = Solver::new(model, &mut state).unwrap();
+    for _ in 0..10 {
+        solver.step(&mut state).unwrap();
+    }
+    // Gravity has begun to act on what nothing touches.
+    let fallen = state.clumps[0].velocity;
+    assert!(fallen.x < -0.9 && fallen.z < 0.0 && state.clumps[1].velocity.z < -0.01, "{fallen}");
+}
+
+/// Nobody but the body moves a member: motions prescribed to one are refused, with the names of set, particle and clump.
+#[test]
+fn prescribed_members_are_refused() {
+    let (key, message) = refused(&bar(&format!("{MIDDLE}[[prescribe]]\nset = \"pair\"\nvelocity = [0, 0, 1]")));
+    assert_eq!(key, "prescribe[0].set");
+    for part in ["`pair`", "particle 40", "clump[0]", "out of the set"] {
+        assert!(message.contains(part), "{message}");
+    }
+}
+
+/// A body takes the velocity that [[initial]] gives all of its members, and refuses what no rigid body can do.
+#[test]
+fn clumps_start_with_the_velocity_of_their_members() {
+    let initial = |selection: &str, motion: &str| {
+        bar(&format!(
+            "{MIDDLE}[[set]]\nname = \"some\"\nselection = {selection}\n[[initial]]\nset = \"some\"\n{motion}"
+        ))
+    };
+    let velocity = Vec3::new(0.1, 0.2, 0.3);
+    let assembly = made(&initial("{ kind = \"all\" }", "velocity = [0.1, 0.2, 0.3]"));
+    assert_eq!(assembly.state.clumps[0].velocity, velocity);
+    assert!(assembly.state.particles.velocity.iter().all(|v| *v == velocity));
+    let (key, message) = refused(&initial("{ kind = \"ids\", ids = [40] }", "velocity = [0.1, 0.2, 0.3]"));
+    assert!(key == "clump[0]" && message.contains("different velocities"), "{key}: {message}");
+    let (key, message) = refused(&initial("{ kind = \"all\" }", "angular_velocity = [0, 0, 1]"));
+    assert!(key == "clump[0]" && message.contains("its own `angular_velocity`"), "{key}: {message}");
+}
+
+/// Layers do not move members of clumps.
+#[test]
+fn clumps_in_end_layers_are_refused() {
+    let clump = "[[set]]\nname = \"pair\"\nselection = { kind = \"ids\", ids = [8, 17] }\n[[clump]]\nset = \"pair\"";
+    let (key, message) = refused(&bar(&format!("{PULL}{clump}")));
+    assert_eq!(key, "loading.layer_thickness");
+    assert!(message.contains("particle 8") && message.contains("clump[0]"), "{message}");
+    let turn = "[loading]\nkind = \"bending\"\naxis = \"z\"\nabout = \"x\"\nrate = 0.1\nlayer_thickness = 2.5\n";
+    let boxed = |text: String| text.replace("repeats = [3, 3, 10]", "shape = { kind = \"box\", size = [6, 6, 20] }");
+    let (key, message) = refused(&boxed(bar(&format!("{turn}{clump}"))));
+    assert!(key == "loading.layer_thickness" && message.contains("clump[0]"), "{key}: {message}");
+}
+
+/// A clump starts with the loading's field of velocities at its centre: 0.1/s times the distance from the middle.
+#[test]
+fn clumps_start_with_the_field() {
+    let Assembly { state, .. } = made(&bar(&format!("{PULL}{MIDDLE}")));
+    let clump = &state.clumps[0];
+    // The layers are the outermost planes, at 0 and 18.
+    let expected = 0.1 * (clump.position.z - 9.0);
+    assert!(expected != 0.0 && (clump.velocity.z - expected).abs() < 1e-15, "{} {expected}", clump.velocity);
+    for &m in &clump.members {
+        assert_eq!(state.particles.velocity[m as usize], clump.velocity);
+    }
+}
+
+/// Fields of velocities leave prescribed components as they are prescribed; layers are not moved in two ways.
+#[test]
+fn fields_keep_prescribed_velocities() {
+    let held = "[[set]]\nname = \"held\"\nselection = { kind = \"ids\", ids = [40] }\n";
+    let at_40 = |assembly: &Assembly| {
+        let particles = &assembly.state.particles;
+        let p = particles.id.iter().position(|&id| id == 40).expect("particle 40");
+        (particles.velocity[p], particles.angular_velocity[p])
+    };
+    let text = bar(&format!("{PULL}{held}[[prescribe]]\nset = \"held\"\nvelocity = [\"free\", \"free\", 0.7]"));
+    assert_eq!(at_40(&made(&text)).0.z, 0.7);
+    let turn = "[loading]\nkind = \"bending\"\naxis = \"z\"\nabout = \"x\"\nrate = 0.1\nlayer_thickness = 2.5\n";
+    let boxed = |text: String| text.replace("repeats = [3, 3, 10]", "shape = { kind = \"box\", size = [6, 6, 20] }");
+    let text = bar(&format!("{turn}{held}[[prescribe]]\nset = \"held\"\nangular_velocity = [0.7, \"free\", \"free\"]"));
+    assert_eq!(at_40(&made(&boxed(text))).1.x, 0.7);
+    let strain = "[loading]\nkind = \"cell-strain\"\nvelocity_gradient = [[0, 0, 0], [0, 0, 0], [0, 0, 0.1]]\n";
+    let periodic =
+        |text: String| text.replace("repeats =", "shape = { kind = \"periodic\", tiles = [1, 1, 1] }\nrepeats =");
+    let text = bar(&format!("{strain}{held}[[prescribe]]\nset = \"held\"\nvelocity = [\"free\", \"free\", 0.7]"));
+    assert_eq!(at_40(&made(&periodic(text))).0.z, 0.7);
+    // Particle 8 is in the lower layer, which moves along z already.
+    let twice = held.replace("[40]", "[8]") + "[[prescribe]]\nset = \"held\"\nvelocity = [\"free\", \"free\", 0.7]";
+    let (key, message) = refused(&bar(&format!("{PULL}{twice}")));
+    assert!(key == "loading.layer_thickness" && message.contains("particle 8"), "{key}: {message}");
+    let (key, _) = refused(&boxed(bar(&format!("{turn}{twice}"))));
+    assert_eq!(key, "loading.layer_thickness");
+    // Nothing leaves the plane of bending.
+    let plane = "[[set]]\nname = \"all\"\nselection = { kind = \"all\" }\n[[prescribe]]\nset = \"all\"\nvelocity = [0, \"free\", \"free\"]";
+    made(&boxed(bar(&format!("{turn}{plane}"))));
+}
+
+/// Layers that are held across the axis are at rest there, whatever the specimen starts with.
+#[test]
+fn fixed_layers_do_not_drift() {
+    let text = bar(&format!(
+        "{PULL}lateral = \"fixed\"\n[[set]]\nname = \"all\"\nselection = {{ kind = \"all\" }}\n[[initial]]\nset = \"all\"\n\
+         velocity = [1, 0, 0]\nangular_velocity = [0, 1, 0]"
+    ));
+    let Assembly { state, plan, .. } = made(&text);
+    let Loading::Uniaxial { layers, .. } = &plan.loading else { panic!("uniaxial") };
+    assert_eq!(layers.each_ref().map(Vec::len), [9, 9]);
+    for &p in layers.iter().flatten() {
+        let (velocity, spin) = (state.particles.velocity[p as usize], state.particles.angular_velocity[p as usize]);
+        assert!(velocity.x == 0.0 && velocity.z != 0.0 && spin == Vec3::zeros(), "{velocity} {spin}");
+    }
+}
+
+/// End layers are by default as thick as bonds reach, also where the reach comes from a number of bonds. In a face-centred
+/// block nine pairs per sphere lie in the shell at √3 diameters (all up to √2 are 9 in the bulk and fewer at surfaces):
+/// `1 + 2√3` = 4.46 radii take in three planes, at 1, 1 + √2 and 1 + 2√2 radii from the end, where touching neighbours
+/// alone (3 radii) take in two.
+#[test]
+fn end_layers_reach_as_far_as_bonds() {
+    let text = bar("[loading]\nkind = \"uniaxial\"\nstrain_rate = 0.1")
+        .replace("interaction_ratio = 1.1", "coordination = 18")
+        .replace("\"sc\"", "\"fcc\"")
+        .replace("[3, 3, 10]", "[3, 3, 5]");
+    let Assembly { plan, summary, .. } = made(&text);
+    let (_, ratio) = summary.bulk.expect("a coordination");
+    assert!((ratio - 3f64.sqrt()).abs() < 1e-12, "{ratio}");
+    let Loading::Uniaxial { layers, .. } = &plan.loading else { panic!("uniaxial") };
+    assert_eq!(layers.each_ref().map(Vec::len), [54, 54]);
+}
+
+/// Sets have the spheres of clumps: by place, by number, and all; their material is the clump's, if it names one.
+#[test]
+fn sets_have_the_spheres_of_clumps() {
+    let text = |material: &str| {
+        format!(
+            "version = 1
+            [packing]
+            kind = \"spheres\"
+            spheres = [[0, 0, 0, 1]]
+            [[material]]
+            name = \"light\"
+            density = 1000
+            linear_bond = {{ normal_stiffness = 1e6, shear_stiffness = 1e5 }}
+            [[material]]
+            name = \"heavy\"
+            density = 2000
+            linear_bond = {{ normal_stiffness = 1e6, shear_stiffness = 1e5 }}
+            [contacts]
+            law = \"linear_bond\"
+            [[clump]]
+            spheres = [[10, 0, 0, 1], [11, 0, 0, 1]]
+            {material}
+            [[set]]
+            name = \"all\"
+            selection = {{ kind = \"all\" }}
+            material = \"heavy\"
+            [[set]]
+            name = \"last\"
+            selection = {{ kind = \"ids\", ids = [2] }}
+            [[set]]
+            name = \"far\"
+            selection = {{ kind = \"sphere\", center = [10, 0, 0], radius = 0.5 }}
+            [integration]
+            time_step = 1e-5
+            [stop]
+            steps = 1"
+        )
+    };
+    let tags_and_materials = |text: &str| {
+        let Assembly { state, .. } = made(text);
+        let place = |id: u32| state.particles.id.iter().position(|&other| other == id).expect("the particle");
+        [0, 1, 2].map(|id| (state.particles.tags[place(id)], state.particles.material[place(id)]))
+    };
+    assert_eq!(tags_and_materials(&text("")), [(0b001, 1), (0b101, 1), (0b011, 1)]);
+    assert_eq!(tags_and_materials(&text("material = \"light\"")), [(0b001, 1), (0b101, 0), (0b011, 0)]);
+}
+
+/// Moments of inertia that are given smallest first belong to the axes in that order: two spheres above each other turn
+/// most easily about z.
+#[test]
+fn given_moments_of_inertia_find_their_axes() {
+    let text =
+        bar("[[clump]]\nspheres = [[30, 0, 0, 1], [30, 0, 1, 1]]\ninertia = [1, 2, 2]\nangular_velocity = [0, 0, 3]\n\
+         velocity = [0, 0, 0]");
+    let Assembly { state, .. } = made(&text);
+    let clump = &state.clumps[0];
+    // Rounding of the rotations between body and world.
+    assert!((clump.angular_momentum - Vec3::new(0.0, 0.0, 3.0)).norm() < 1e-14, "{}", clump.angular_momentum);
+    let axis = rotate(&clump.orientation, &Vec3::x());
+    assert!((axis.z.abs() - 1.0).abs() < 1e-14, "{axis}");
+}
+
+/// Contacts name their row with 16 bits, one value of which means none: 255 materials make 255² rows, 256 too many.
+#[test]
+fn too_many_materials_are_refused() {
+    let text = |count: usize| {
+        let material = |k: usize| {
+            format!(
+                "[[material]]\nname = \"m{k}\"\ndensity = 1000\n\
+                 linear_bond = {{ normal_stiffness = {}, shear_stiffness = 1e5 }}\n",
+                1_000_000 + k
+            )
+        };
+        let materials: String = (0..count).map(material).collect();
+        format!(
+            "version = 1\n[packing]\nkind = \"spheres\"\nspheres = [[0, 0, 0, 1], [2, 0, 0, 1]]\n{materials}\
+             [bonds]\nlaw = \"linear_bond\"\ninteraction_ratio = 1.1\n[contacts]\nlaw = \"none\"\n\
+             [[set]]\nname = \"second\"\nselection = {{ kind = \"ids\", ids = [1] }}\nmaterial = \"m{}\"\n[stop]\nsteps = 1",
+            count - 1
+        )
+    };
+    let Assembly { state, .. } = made(&text(255));
+    let block = state.bonds[0].contacts();
+    // Mean of 1e6 and 1e6 + 254.
+    assert_eq!(block.stiffness(0, &state.particles, false).normal, 1_000_127.0);
+    let (key, message) = refused(&text(256));
+    assert!(key == "material" && message.contains("linear_bond") && message.contains("255"), "{key}: {message}");
+}
