@@ -260,7 +260,7 @@ pub struct Stop {
     /// Number of steps.
     #[schemars(range(min = 1))]
     pub steps: Option<u64>,
-    /// Equilibrium: mean resultant force on a particle divided by the mean contact force is below this.
+    /// Equilibrium: mean resultant force on a body (particle or clump) divided by the mean contact force is below this.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub unbalanced: Option<Number>,
 }
