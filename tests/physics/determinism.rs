@@ -16,7 +16,7 @@ use concordem_tests::{
 
 const STEPS: u64 = 300;
 
-const REFERENCE: &str = "0df5953abb08b83a8ac6d31117197e2e4cb80f6c3049b966adc01473c13da62a";
+const REFERENCE: &str = "16ab57de35479e59a10a681c3cc7f23b0d0e54e5afd66849ed8983cb3cc187a9";
 
 /// A specimen that is torn fast: damage, broken bonds, unbonded contacts.
 fn specimen(copies: usize, height: f64) -> (State, Model) {
