@@ -1214,7 +1214,7 @@ impl ContactLaw for Cpm {
             let [fx, fy, fz, stored_normal, stored_shear, friction, damage, integration] =
                 columns.get_from(YADE_OUTPUT, i);
             let energy =
-                EnergySplit { stored_normal, stored_shear, friction, damage, integration, ..EnergySplit::default() };
+                EnergySplit { stored_normal, stored_shear, damage, friction, integration, ..EnergySplit::default() };
             let (force, moment) = (Vec3::new(fx, fy, fz), Vec3::zeros());
             let (geometry, frame, bonded) = batch.constants(i);
             let point = YadeMeasure::of_row(columns.get(i)).point(&geometry, &frame, bonded);
