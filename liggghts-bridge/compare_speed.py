@@ -239,7 +239,8 @@ def cost(result):
     lines = [
         f"{len(ratios)} rounds, {result['machine']}, load {before:.1f} before them and {after:.1f} at their end.",
         f"`concordem/hertz tangential history` takes {statistics.median(ratios):.2f} of the processor time of LIGGGHTS' `hertz tangential",
-        f"history` ({math.floor(confidence * 100)} % confidence of the median {low:.2f} to {high:.2f}, rounds {min(ratios):.2f} to {max(ratios):.2f}).",
+        f"history` ({math.floor(confidence * 100)} % confidence of the median {low:.2f} to {high:.2f}, "
+        f"rounds {min(ratios):.2f} to {max(ratios):.2f}).",
         "",
         "| | one processor | two, waiting included | communication (LIGGGHTS' own reading, one) | memory, at most |",
         "|---|---|---|---|---|",

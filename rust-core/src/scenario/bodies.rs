@@ -88,7 +88,7 @@ pub struct ParticleSet {
     pub material: Option<String>,
 }
 
-/// A choice of particles, spheres added by [[clump]] among them; by place means that the centre is inside.
+/// A choice of particles, spheres added by `[[clump]]` among them; by place means that the centre is inside.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Selection {
@@ -119,7 +119,7 @@ pub enum Selection {
         #[schemars(extend("exclusiveMinimum" = 0))]
         thickness: Length,
     },
-    /// By number, counted from 0 in the order of the packing; spheres added by [[clump]] come behind it.
+    /// By number, counted from 0 in the order of the packing; spheres added by `[[clump]]` come behind it.
     Ids {
         /// The numbers.
         #[schemars(length(min = 1))]
@@ -167,7 +167,7 @@ pub struct Clump {
     /// Moments of inertia about the body's principal axes, kg·m², smallest first; by default those of the spheres.
     #[schemars(transform = super::quantity::positive_items)]
     pub inertia: Option<[Inertia; 3]>,
-    /// Velocity of the centre of mass at the start, m/s; by default that which [[initial]] gives all of its members, else
+    /// Velocity of the centre of mass at the start, m/s; by default that which `[[initial]]` gives all of its members, else
     /// none.
     pub velocity: Option<[Velocity; 3]>,
     /// Angular velocity at the start, rad/s; none by default.
