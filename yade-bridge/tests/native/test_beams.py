@@ -29,7 +29,7 @@ def run(count):
         O.step()
 
 
-def engines(make_physics=None, law=None, reach=1.1, damping=0.0, gravity=(0, 0, 0), make_geometry=None):
+def engines(make_physics=None, law=None, reach=1.1, damping=0.0, gravity=(0, 0, 0)):
     O.engines = [
         ForceResetter(),
         InsertionSortCollider([Bo1_Sphere_Aabb(aabbEnlargeFactor=reach), Bo1_Facet_Aabb()], verletDist=0.5e-3),
