@@ -274,6 +274,10 @@ fn plot_between(traces: Vec<Box<Scatter<f64, f64>>>, x: Axis, y: Axis, id: &str,
 
 /// A stress-strain pair per sense of loading: the scales differ tenfold.
 fn curves_section(runs: &[Run], reference: &ReferenceFigures) -> String {
+    // Runs without a stress and a strain of their own have no curve.
+    if runs.iter().all(|run| run.figures.is_none()) {
+        return String::new();
+    }
     let mut html = String::from("<h2>Stress and strain</h2>\n<div class=\"pair\">\n");
     for (sense, name) in [(Sense::Tension, "tension"), (Sense::Compression, "compression")] {
         let mut traces = Vec::new();
@@ -497,12 +501,16 @@ fn ledger_of_run(run: &Run, k: usize) -> Result<Option<String>, OutputError> {
     let largest = work.iter().fold(0.0_f64, |largest, work| largest.max(work.abs()));
     let (unit, scale) = if largest >= 1.0 { ("J", 1.0) } else { ("mJ", 1e3) };
 
-    let strain: Vec<f64> = run.strain.iter().map(|strain| strain.abs() * 1e3).collect();
+    let (along, label): (Vec<f64>, _) = if run.strain.iter().all(|strain| *strain == 0.0) {
+        (run.file.samples("time")?.iter().map(|time| time * 1e3).collect(), "time, ms")
+    } else {
+        (run.strain.iter().map(|strain| strain.abs() * 1e3).collect(), "strain, ‰ (magnitude)")
+    };
     let scaled = |values: &[f64]| values.iter().map(|value| value * scale).collect::<Vec<f64>>();
     let mut traces = Vec::new();
     for (term, values) in terms.iter().filter(|(_, values)| values.iter().any(|value| *value != 0.0)) {
         traces.push(
-            Scatter::new(strain.clone(), scaled(values))
+            Scatter::new(along.clone(), scaled(values))
                 .mode(Mode::Lines)
                 .name(term.name)
                 .stack_group("energy")
@@ -513,13 +521,13 @@ fn ledger_of_run(run: &Run, k: usize) -> Result<Option<String>, OutputError> {
     }
     let put_in: Vec<f64> = work.iter().map(|work| work + initial).collect();
     traces.push(
-        Scatter::new(strain, scaled(&put_in))
+        Scatter::new(along, scaled(&put_in))
             .mode(Mode::Lines)
             .name("work put in")
             .hover_info(HoverInfo::All)
             .line(Line::new().color(INK).width(1.6).dash(DashType::Dash)),
     );
-    let picture = plot(traces, "strain, ‰ (magnitude)", &format!("energy, {unit}"), &format!("energy-{k}"), false);
+    let picture = plot(traces, label, &format!("energy, {unit}"), &format!("energy-{k}"), false);
 
     let mut table = format!(
         "<table>\n<tr><th>at the end</th><th class=\"number\">{unit}</th><th class=\"number\">share</th></tr>\n"
@@ -552,12 +560,14 @@ fn ledger_of_run(run: &Run, k: usize) -> Result<Option<String>, OutputError> {
     table += "</table>\n";
     if let Some(residual) = residual {
         let most = residual.iter().fold(0.0_f64, |most, residual| most.max(residual.abs()));
-        let relative = if largest > 0.0 { number(most / largest) } else { "–".into() };
-        let _ = writeln!(
-            table,
-            "<p>What does not add up: at most {} {unit}, {relative} of the largest work.</p>",
-            number(most * scale)
-        );
+        let relative = if largest > 0.0 {
+            format!(", {} of the largest work", number(most / largest))
+        } else if initial > 0.0 {
+            format!(", {} of the energy at the start", number(most / initial))
+        } else {
+            String::new()
+        };
+        let _ = writeln!(table, "<p>What does not add up: at most {} {unit}{relative}.</p>", number(most * scale));
     }
     Ok(Some(picture + &table))
 }
