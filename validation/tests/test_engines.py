@@ -170,6 +170,7 @@ def test_what_cannot_be_translated_is_refused(tmp_path):
         ({"stop": {"strain": 1e-3}}, "fixed number of steps"), ({"material.0.cpm.mode": "woo"}, "woo"),
         ({"integration.damping": {"kind": "nonviscous", "coefficient": 0.1}}, "nonviscous"),
         ({"loading": {"kind": "torsion", "rate": 1}}, "torsion"),
+        ({"loading": {"kind": "cell-strain", "velocity_gradient": [[0, 0, 0]] * 3}}, "prescribed motion in a driven cell"),
     ):
         other = cases.Task("a", "b", task.folder, scenario.changed(task.scenario, changes), None, start=start)
         with pytest.raises(Unsupported, match=message):

@@ -143,7 +143,10 @@ pub enum End {
 pub struct Prescribe {
     /// Name of the set.
     pub set: String,
-    /// Velocity by component, m/s; "free" leaves a component to the forces.
+    /// Velocity by component, m/s; "free" leaves a component to the forces. It is the velocity in space in a driven periodic
+    /// cell, too: [0, 0, 0] holds a particle where it is while the cell moves past it. Only with the kinematics "yade" and
+    /// "yade-ratcheting" the cell carries it along, as YADE's cell does with blocked bodies: the velocity then changes with
+    /// the cell's velocity gradient L by dL x and by L v dt.
     #[serde(default)]
     pub velocity: [Component<super::quantity::dimension::OfVelocity>; 3],
     /// Angular velocity by component, rad/s; "free" leaves a component to the moments.

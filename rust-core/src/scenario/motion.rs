@@ -180,12 +180,13 @@ pub enum Loading {
         #[serde(default = "yes")]
         initial_velocity_field: bool,
     },
-    /// The periodic cell follows a velocity gradient.
+    /// The periodic cell follows a velocity gradient; particles start with its affine velocity and go with its changes, but for
+    /// prescribed components.
     CellStrain {
         /// Velocity gradient: rows are the components of the velocity, columns the directions; 1/s.
         velocity_gradient: [[StrainRate; 3]; 3],
     },
-    /// The periodic cell is driven until its mean stress is the given one.
+    /// The periodic cell is driven until its mean stress is the given one; particles go with it, but for prescribed components.
     CellStress {
         /// Wanted stress, symmetric, tension positive, Pa.
         stress: [[Stress; 3]; 3],

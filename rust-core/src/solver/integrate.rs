@@ -84,9 +84,11 @@ pub struct KickContext<'a> {
     pub damping: Damping,
     /// Periodic cell.
     pub cell: Option<&'a Cell>,
-    /// Change of the cell's velocity gradient with this kick, 1/s: all particles follow it.
+    /// Change of the cell's velocity gradient with this kick, 1/s: all particles follow it, but for constrained components,
+    /// whose velocity is one in space.
     pub gradient_change: Option<Mat3>,
-    /// Whether particles also get the convective acceleration `L·v` of the cell's motion, as YADE gives it to them.
+    /// Whether particles also get the convective acceleration `L·v` of the cell's motion, as YADE gives it to them. As there,
+    /// constrained components then follow the cell, too.
     pub convective: bool,
     /// Velocities that constrained degrees of freedom take with this kick (translation, rotation), by particle; `None`:
     /// they keep theirs.
@@ -299,7 +301,10 @@ pub fn kick_and_drift(
                     v_new += imposed;
                 }
                 if let Some(change) = &context.gradient_change {
-                    let change = change * chunk.position[i];
+                    let mut change = change * chunk.position[i];
+                    for axis in (0..3).filter(|axis| constrained >> axis & 1 == 1 && !context.convective) {
+                        change[axis] = 0.0;
+                    }
                     imposed += change;
                     v_new += change;
                 }
@@ -330,7 +335,8 @@ pub fn kick_and_drift(
                 if constrained != 0 {
                     for axis in 0..3 {
                         if constrained >> axis & 1 == 1 {
-                            let reaction = mass[p] * (v_new[axis] - v[axis]) / step - net[axis];
+                            // What the cell imposes is booked above.
+                            let reaction = mass[p] * (v_new[axis] - imposed[axis] - v[axis]) / step - net[axis];
                             sums.boundary[0] += half * reaction * v[axis];
                             sums.boundary[1] += half * reaction * v_new[axis];
                         }

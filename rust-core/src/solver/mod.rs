@@ -293,7 +293,8 @@ impl Solver {
             + self.pass.bytes()
     }
 
-    /// From the next kick on, the cell deforms with this velocity gradient (1/s) and all particles with it.
+    /// From the next kick on, the cell deforms with this velocity gradient (1/s) and all particles with it, but for
+    /// constrained components (see [`KickContext::gradient_change`]).
     pub fn set_velocity_gradient(&mut self, cell: &Cell, gradient: Mat3) {
         self.gradient_change = Some(gradient - cell.velocity_gradient);
     }

@@ -146,6 +146,8 @@ def translation(task):
             fixed[p] |= set(letters)
         loading = dict(kind="uniaxial", axis=axis, low=low.tolist(), high=high.tolist(), area=area)
     elif document.get("loading", {}).get("kind") == "cell-strain":
+        if document.get("prescribe"):
+            raise Unsupported("yade: no translation of prescribed motion in a driven cell, which carries blocked bodies along there")
         gradient = [vector(row) for row in document["loading"]["velocity_gradient"]]
         loading = dict(kind="cell-strain", velocity_gradient=gradient)
     elif document.get("loading", {}).get("kind", "none") != "none":
