@@ -212,7 +212,7 @@ pub struct Functions {
 /// Measured values of the dimensionless functions, by their arguments and the seed of the packing.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Table {
-    /// What the values belong to: packing, bonds, loading, and elastic parameters, as text. Another text, another table.
+    /// What the values belong to, as text: the specimen, its motion, elastic parameters, the program. Another text, another table.
     pub specimen: String,
     /// Values.
     pub values: BTreeMap<String, Functions>,

@@ -45,16 +45,8 @@ pub(super) fn check(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem
 /// All files that a scenario names and that are not there.
 pub(super) fn check_files(document: &Document<'_>, scenario: &Scenario, directory: &Path) -> Vec<Problem> {
     let mut checker = Checker { document, scenario, problems: Vec::new() };
-    if let Packing::File { path, .. } = &scenario.packing {
-        checker.file("packing.path", directory, path);
-    }
-    if let Some(Shape::Mesh { path, .. }) = scenario.packing.shape() {
-        checker.file("packing.shape.path", directory, path);
-    }
-    for (at, wall) in scenario.walls.iter().enumerate() {
-        if let WallShape::Facets { path, .. } = &wall.shape {
-            checker.file(&format!("wall[{at}].shape.path"), directory, path);
-        }
+    for (key, path) in scenario.files() {
+        checker.file(&key, directory, path);
     }
     if let Some(file) = &scenario.output.file {
         let target = directory.join(file);

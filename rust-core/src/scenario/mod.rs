@@ -195,6 +195,23 @@ impl Scenario {
         if problems.is_empty() { Ok(Self { source, ..scenario }) } else { Err(ScenarioError::new(&source, problems)) }
     }
 
+    /// The files it reads, as it names them, with their keys: packing, surfaces.
+    pub fn files(&self) -> Vec<(String, &str)> {
+        let mut files = Vec::new();
+        if let Packing::File { path, .. } = &self.packing {
+            files.push(("packing.path".to_owned(), &path[..]));
+        }
+        if let Some(Shape::Mesh { path, .. }) = self.packing.shape() {
+            files.push(("packing.shape.path".to_owned(), path));
+        }
+        for (at, wall) in self.walls.iter().enumerate() {
+            if let WallShape::Facets { path, .. } = &wall.shape {
+                files.push((format!("wall[{at}].shape.path"), path));
+            }
+        }
+        files
+    }
+
     /// Folder of the scenario; the files it names are relative to it.
     pub fn directory(&self) -> PathBuf {
         Path::new(&*self.source.name).parent().unwrap_or(Path::new("")).to_owned()

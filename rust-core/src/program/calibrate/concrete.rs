@@ -8,10 +8,10 @@ use super::{elastic_failure, stress, with_values};
 use crate::calibration::concrete::{ConcreteFit, Laboratory, Pair, Scatter, Specimen, Table, Wanted};
 use crate::calibration::elastic::{ElasticCalibrationError, ElasticFit, fit};
 use crate::law::Cpm;
-use crate::output::OutputError;
 use crate::output::sealed::write_text;
+use crate::output::{OutputError, provenance};
 use crate::scenario::quantity::{Number, StrainRate, Stress};
-use crate::scenario::{LawName, Loading, Packing, ProblemKind, Scenario, Shape};
+use crate::scenario::{LawName, Loading, Output, Packing, ProblemKind, Scenario, Shape, Stop};
 use crate::state::State;
 use crate::state::contacts::ContactBlock;
 use crate::statics::{Accuracy, LinkNetwork};
@@ -147,18 +147,7 @@ fn find(arguments: &Arguments, mut scenario: Scenario, table_path: &Path, meter:
         pairs.push(Pair { seed, tension, compression });
     }
     let base = law_of(&pairs[0].tension.state).ok_or_else(|| Failure::Calibration("no cpm bonds".into()))?;
-    let mut described = scenario.clone();
-    if let Packing::RandomDense { seed, .. } = &mut described.packing {
-        *seed = 0;
-    }
-    // Arguments of the functions are told apart by their keys; all else must be the same.
-    if let Some(cpm) = &mut described.materials[0].cpm {
-        cpm.cohesion = Stress::new(0.0);
-        cpm.relative_ductility = Number::new(1.0);
-        (cpm.friction_angle, cpm.friction_coefficient) = (None, None);
-    }
-    let text = described_text(&described);
-    let table = read_table(table_path, text)?;
+    let table = read_table(table_path, described(&scenario)?)?;
     let known = table.values.len();
     let mut failed = None;
     let mut report = |runs: usize, table: &Table| {
@@ -201,17 +190,19 @@ fn elastic(arguments: &Arguments, scenario: &Scenario, meter: &Meter) -> Result<
         .map_err(|error| elastic_failure(scenario, error))
 }
 
-/// The specimen of a scenario, loaded at its rate times `factor` until it has failed.
+/// Only the fall of the stress ends a run (see [`Specimen::load`]), and a strain that no specimen survives. What the scenario says of
+/// the end of its own run is left out, all of it: a balance of forces, say, may be there long before the peak.
+fn stop() -> Stop {
+    Stop { strain: Some(Number::new(0.1)), ..Stop::default() }
+}
+
+/// The specimen of a scenario, loaded at its rate times `factor`.
 fn specimen(scenario: &Scenario, factor: f64, meter: &Meter) -> Result<Specimen, Failure> {
     let mut scenario = scenario.clone();
     if let Loading::Uniaxial { strain_rate, .. } = &mut scenario.loading {
         *strain_rate = StrainRate::new(strain_rate.si().abs() * factor);
     }
-    // Only the fall of the stress ends a run, and a strain that no specimen survives.
-    scenario.stop.drop_to = None;
-    scenario.stop.steps = None;
-    scenario.stop.time = None;
-    scenario.stop.strain = Some(Number::new(0.1));
+    scenario.stop = stop();
     let assembly = build(&scenario, meter)?;
     let area = assembly.summary.specimen.map_or(f64::NAN, |(area, _)| area);
     Ok(Specimen { state: assembly.state, model: assembly.model, plan: assembly.plan, area })
@@ -228,18 +219,31 @@ fn mean_radius(state: &State) -> f64 {
     radii.iter().sum::<f64>() / radii.len() as f64
 }
 
-/// What a table belongs to.
-fn described_text(scenario: &Scenario) -> String {
-    let parts = (
-        &scenario.packing,
-        &scenario.materials,
-        &scenario.bonds,
-        &scenario.contacts,
-        &scenario.loading,
-        &scenario.integration,
-        scenario.kinematics,
-    );
-    serde_json::to_string(&parts).unwrap_or_default()
+/// What a table belongs to: the program, and all of the scenario but the arguments by which its values are told apart, and what no
+/// run of a specimen looks at; files by their contents.
+fn described(scenario: &Scenario) -> Result<String, Failure> {
+    let mut described = scenario.clone();
+    if let Packing::RandomDense { seed, .. } = &mut described.packing {
+        *seed = 0;
+    }
+    if let Some(cpm) = &mut described.materials[0].cpm {
+        cpm.cohesion = Stress::new(0.0);
+        cpm.relative_ductility = Number::new(1.0);
+        (cpm.friction_angle, cpm.friction_coefficient) = (None, None);
+    }
+    described.title.clear();
+    described.samples.clear();
+    described.stop = stop();
+    described.output = Output { sample_interval: described.output.sample_interval, ..Output::default() };
+    let mut files = Vec::new();
+    for (_, file) in scenario.files() {
+        let path = scenario.directory().join(file);
+        let bytes = std::fs::read(&path).map_err(|error| Failure::File { path, action: "read", error })?;
+        files.push(blake3::hash(&bytes).to_string());
+    }
+    let parts = (provenance::PROGRAM, provenance::COMMIT, &described, files);
+    serde_json::to_string(&parts)
+        .map_err(|error| Failure::Calibration(format!("the scenario cannot be described: {error}")))
 }
 
 fn read_table(path: &Path, specimen: String) -> Result<Table, Failure> {
@@ -256,7 +260,8 @@ fn read_table(path: &Path, specimen: String) -> Result<Table, Failure> {
             }
             let path = path.display();
             Err(Failure::Calibration(format!(
-                "{path} belongs to another specimen or other moduli; remove it, or name another file with --table"
+                "{path} belongs to another specimen, other moduli, or another version of the program; remove it, or name \
+                 another file with --table"
             )))
         }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Table { specimen, ..Table::default() }),
@@ -323,4 +328,90 @@ fn facts(arguments: &Arguments, scenario: &Scenario, found: &Found, table: &Path
 
 fn first_seed(scenario: &Scenario) -> u64 {
     if let Packing::RandomDense { seed, .. } = &scenario.packing { *seed } else { 0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A small specimen, with what `more` adds.
+    fn scenario(more: &str) -> Scenario {
+        let template = crate::scenario::TEMPLATES.iter().find(|template| template.name == "cpm-small").unwrap();
+        let text = template
+            .text
+            .replace("count = 500", "count = 60")
+            .replace("\"15 mm\", \"15 mm\", \"30 mm\"", "\"7 mm\", \"7 mm\", \"18 mm\"");
+        Scenario::parse("specimen.toml", &format!("{text}\n{more}")).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    fn text_of(more: &str) -> String {
+        described(&scenario(more)).unwrap_or_else(|_| panic!("{more} has no description"))
+    }
+
+    /// Whatever changes the specimen or its motion makes another table, and so does another program; what a run of a specimen does not
+    /// look at does not.
+    #[test]
+    fn values_of_another_specimen_are_not_used_again() {
+        let set = "[[set]]\nname = \"some\"\nselection = { kind = \"ids\", ids = [20, 21] }\n";
+        let of_set = |more: &str| format!("{set}{more}");
+        let plain = text_of("");
+        let cases = [
+            of_set(""),
+            of_set("[[prescribe]]\nset = \"some\"\nvelocity = [0, \"free\", \"free\"]\n"),
+            of_set("[[force]]\nset = \"some\"\nforce = [1, 0, 0]\n"),
+            of_set("[[initial]]\nset = \"some\"\nvelocity = [1, 0, 0]\n"),
+            of_set("[[clump]]\nset = \"some\"\n"),
+            "[[wall]]\nmaterial = \"concrete\"\nshape = { kind = \"plane\", point = [0, 0, -1], normal = [0, 0, 1] }\n"
+                .into(),
+            "[[clump]]\nspheres = [[1, 0, 0, 1e-3], [1.001, 0, 0, 1e-3]]\n".into(),
+        ];
+        let mut texts: Vec<String> = cases.iter().map(|case| text_of(case)).collect();
+        texts.push(plain.clone());
+        for (k, text) in texts.iter().enumerate() {
+            assert!(!texts[..k].contains(text), "the same table for two specimens: {:?}", cases.get(k));
+        }
+        assert!(plain.contains(provenance::PROGRAM) && plain.contains(provenance::COMMIT));
+        let change = |from: &str, to: &str| {
+            let other = scenario("");
+            let text = other.source.text.replace(from, to);
+            assert!(text != *other.source.text, "{from} is not in the template");
+            described(&Scenario::parse("specimen.toml", &text).unwrap()).ok().unwrap()
+        };
+        assert_ne!(change("sample_interval = 10 ", "sample_interval = 5 "), plain, "peaks are those of samples");
+        for (from, to) in [
+            ("Small concrete prism", "The same prism"),
+            ("seed = 1 ", "seed = 7 "),
+            ("cohesion = \"3 MPa\"", "cohesion = \"4 MPa\""),
+            ("steps = 20_000", "unbalanced = 0.1"),
+            ("snapshot_interval = 2_000", "snapshot_interval = 300"),
+        ] {
+            assert_eq!(change(from, to), plain, "{to}");
+        }
+    }
+
+    /// A surface is known by what its file holds.
+    #[test]
+    fn files_of_surfaces_belong_to_the_specimen() {
+        let folder = tempfile::tempdir().unwrap();
+        let wall = "[[wall]]\nmaterial = \"concrete\"\nshape = { kind = \"facets\", path = \"wall.stl\" }\n";
+        let name = folder.path().join("specimen.toml").display().to_string();
+        let scenario = Scenario::parse(&name, &format!("{}\n{wall}", scenario("").source.text)).unwrap();
+        let with = |content: &str| {
+            std::fs::write(folder.path().join("wall.stl"), content).unwrap();
+            described(&scenario).ok().unwrap()
+        };
+        assert_ne!(with("one"), with("two"));
+    }
+
+    /// A bound on the balance of forces that every step meets does not end a run before its peak.
+    #[test]
+    fn the_end_of_the_scenario_is_not_that_of_a_strength_run() {
+        let scenario = scenario("");
+        let text = scenario.source.text.replace("steps = 20_000", "unbalanced = 1e6");
+        let scenario = Scenario::parse("specimen.toml", &text).unwrap();
+        let Ok(specimen) = specimen(&scenario, 1.0, &Meter::new(false)) else { panic!("no specimen") };
+        let parameters = law_of(&specimen.state).unwrap();
+        let strength = specimen.load(&parameters, 0.3).unwrap().expect("the stress falls before the run ends");
+        assert!(strength.stress > 1e6, "{strength:?}");
+    }
 }
