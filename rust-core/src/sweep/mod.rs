@@ -19,6 +19,7 @@
 pub mod journal;
 pub mod point;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
@@ -46,6 +47,8 @@ pub struct Sweep {
     /// Axes.
     pub axes: Vec<Axis>,
     base: toml::Table,
+    /// Files that the scenarios of the points read.
+    files: BTreeSet<PathBuf>,
 }
 
 /// One axis of a sweep.
@@ -128,7 +131,7 @@ impl Sweep {
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let text = read_text(path)?;
         let source = Source { name: path.display().to_string().into(), text: text.into() };
-        let sweep = Self::parse(source, &|scenario| {
+        let mut sweep = Self::parse(source, &|scenario| {
             let path = path.parent().unwrap_or(Path::new("")).join(scenario);
             read_text(&path).map(|text| (path, text))
         })?;
@@ -213,7 +216,7 @@ impl Sweep {
             return Err(wrong(problems));
         }
         let Written { title, dynamics, .. } = written;
-        Ok(Self { source, title, scenario, scenario_text, dynamics, residual, axes, base })
+        Ok(Self { source, title, scenario, scenario_text, dynamics, residual, axes, base, files: BTreeSet::new() })
     }
 
     /// Number of points.
@@ -246,10 +249,15 @@ impl Sweep {
         Scenario::parse(&self.scenario.display().to_string(), &table.to_string())
     }
 
-    /// Every point must be a valid scenario of a bonded periodic cell.
-    fn check_points(&self) -> Result<(), ReadError> {
+    /// Every point must be a valid scenario of a bonded periodic cell. Notes the files that they read.
+    fn check_points(&mut self) -> Result<(), ReadError> {
         for k in 0..self.points() {
-            let refused = match self.scenario(k) {
+            let scenario = self.scenario(k);
+            if let Ok(scenario) = &scenario {
+                let folder = scenario.directory();
+                self.files.extend(scenario.files().into_iter().map(|(_, file)| folder.join(file)));
+            }
+            let refused = match scenario {
                 Err(error) => {
                     let first = error.problems.first();
                     first.map(|p| (p.to_string(), p.help.clone()))
@@ -290,10 +298,10 @@ impl Sweep {
         Ok(())
     }
 
-    /// What the numbers depend on: the files and the program.
+    /// What the numbers depend on: the sweep, its scenario, the files that its points read, and the program.
     ///
     /// # Errors
-    /// A packing's file that cannot be read.
+    /// A file, of a packing or a surface, that cannot be read.
     pub fn fingerprint(&self) -> Result<String, ReadError> {
         let mut hasher = blake3::Hasher::new();
         let mut add = |part: &[u8]| {
@@ -304,11 +312,8 @@ impl Sweep {
         add(self.scenario_text.as_bytes());
         add(crate::output::provenance::PROGRAM.as_bytes());
         add(crate::output::provenance::COMMIT.as_bytes());
-        if let Some(file) =
-            self.base.get("packing").and_then(|packing| packing.get("path")).and_then(toml::Value::as_str)
-        {
-            let path = self.scenario.parent().unwrap_or(Path::new("")).join(file);
-            add(&std::fs::read(&path).map_err(|error| ReadError::Io { path, error })?);
+        for path in &self.files {
+            add(&std::fs::read(path).map_err(|error| ReadError::Io { path: path.clone(), error })?);
         }
         Ok(hasher.finalize().to_hex().to_string())
     }
@@ -441,7 +446,7 @@ mod tests {
     fn sweep(axes: &str) -> Result<Sweep, ReadError> {
         let text = format!("version = 1\nscenario = \"s.toml\"\n{axes}");
         let source = Source { name: "sweep.toml".into(), text: text.into() };
-        let sweep = Sweep::parse(source, &|_| Ok(("s.toml".into(), SCENARIO.to_owned())))?;
+        let mut sweep = Sweep::parse(source, &|_| Ok(("s.toml".into(), SCENARIO.to_owned())))?;
         sweep.check_points()?;
         Ok(sweep)
     }
@@ -470,6 +475,26 @@ mod tests {
         let numbers: Vec<f64> = (0..3).filter_map(|k| sweep.axes[0].number(k)).collect();
         assert_eq!((numbers[0], numbers[2]), (1.1, 1.9));
         assert!((numbers[1] - (1.1_f64 * 1.9).sqrt()).abs() < 1e-11);
+    }
+
+    /// A started sweep does not go on when a file has changed that only an axis names; where the folder lies is of no account.
+    #[test]
+    fn fingerprints_know_the_files_of_all_points() {
+        let fingerprint = |second: &str| {
+            let folder = tempfile::tempdir().unwrap();
+            let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+            write("first.txt", "0 0 0 1e-3\n");
+            write("second.txt", second);
+            let file = "kind = \"file\"\npath = \"first.txt\"\ncell = [2e-3, 2e-3, 2e-3]\n";
+            let lattice = "kind = \"lattice\"\nlattice = \"fcc\"\nradius = 1e-3\nrepeats = [2, 2, 2]\n";
+            write("s.toml", &SCENARIO.replace(lattice, file));
+            let axis = "[[axis]]\nkey = \"packing.path\"\nvalues = [\"first.txt\", \"second.txt\"]\n";
+            write("sweep.toml", &format!("version = 1\nscenario = \"s.toml\"\n{axis}"));
+            Sweep::read(&folder.path().join("sweep.toml")).unwrap().fingerprint().unwrap()
+        };
+        let spheres = "0 0 0 1e-3\n";
+        assert_eq!(fingerprint(spheres), fingerprint(spheres));
+        assert_ne!(fingerprint(spheres), fingerprint(&spheres.replace("0 0 0", "0 0 1e-4")));
     }
 
     #[test]
