@@ -1,11 +1,13 @@
 //! The particles and contacts at the end of a run, as tables for people.
 
+use crate::kinematics::Frame;
+use crate::law::Reference;
 use crate::math::Vec3;
 use crate::plan::samples::rotation_vector;
 use crate::solver::record::{Forces, WallForces};
 use crate::state::State;
 use crate::state::columns::{Column, ColumnError, ColumnSink, WriteColumns};
-use crate::state::contacts::{BrokenBond, Contacts, Pair};
+use crate::state::contacts::{BrokenBond, ContactView, Contacts, Pair};
 
 /// Tables of a state: `particles/…` with a row per particle in the order of the ids, `cell/…`, `contacts/LAW/…` with a row
 /// per bond, broken ones included, `contacts/unbonded_LAW/…`, `contacts/walls/…`.
@@ -107,6 +109,20 @@ fn walls(state: &State, forces: &WallForces, sink: &mut dyn ColumnSink) -> Resul
     Ok(())
 }
 
+/// A row of a table of contacts.
+struct Row {
+    pair: Pair,
+    branch: Vec3,
+    position: Vec3,
+    force: Vec3,
+    moment: Vec3,
+    frame: Frame,
+    reference: Reference,
+    damage: f64,
+    lost_strength: f64,
+    broken: bool,
+}
+
 /// A row for every bond, broken ones last and without history, and for every unbonded contact that carries something. Force
 /// and moment act on the first particle, the moment about `position`.
 fn contacts(
@@ -127,67 +143,65 @@ fn contacts(
         row_of[forces.place[row] as usize] = row;
     }
     let shown: Vec<usize> = (0..block.len()).filter(|&k| bonded || row_of[k] != usize::MAX).collect();
-    let count = shown.len();
-    let (mut branch, mut force, mut moment) = (Vec::new(), Vec::new(), Vec::new());
-    let mut ids = Vec::with_capacity(2 * count);
-    let (mut position, mut normal) = (Vec::with_capacity(3 * count), Vec::with_capacity(3 * count));
-    let (mut length, mut reference, mut area) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut damage, mut lost_strength) = (Vec::new(), Vec::new());
     let branch_of = |pair: Pair, image: [i8; 3]| {
         let shift = state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(image));
         particles.position[pair.b as usize] + shift - particles.position[pair.a as usize]
     };
-    for &k in &shown {
-        let view = block.view(k);
-        let (a, b) = (view.pair.a as usize, view.pair.b as usize);
-        ids.extend([particles.id[a], particles.id[b]]);
-        let l = branch_of(view.pair, view.link.image);
-        branch.extend(l.iter());
-        if let Some(row) = Some(row_of[k]).filter(|&row| row != usize::MAX) {
-            position.extend(forces.point[row].iter());
-            force.extend(forces.force[row].iter());
-            moment.extend(forces.moment[row].iter());
-        } else {
-            let (arm, _) = block.arms(k, particles, l.norm());
-            position.extend((particles.position[a] + l.normalize() * arm).iter());
-            force.extend([0.0; 3]);
-            moment.extend([0.0; 3]);
-        }
-        normal.extend(view.frame.normal.iter());
-        length.push(view.frame.length);
-        reference.push(view.reference.length);
-        area.push(view.reference.area);
-        damage.push(block.damage(k));
-        lost_strength.push(block.lost_strength(k));
-    }
-    for bond in broken {
-        let (a, b) = (bond.pair.a as usize, bond.pair.b as usize);
-        ids.extend([particles.id[a], particles.id[b]]);
-        branch.extend(branch_of(bond.pair, bond.image).iter());
+    let live = shown.iter().map(|&k| {
+        let ContactView { pair, link, reference, frame } = block.view(k);
+        let branch = branch_of(pair, link.image);
+        let carried = (row_of[k] != usize::MAX).then_some(row_of[k]);
+        let (position, force, moment) = carried.map_or_else(
+            || {
+                let (arm, _) = block.arms(k, particles, branch.norm());
+                (particles.position[pair.a as usize] + branch.normalize() * arm, Vec3::zeros(), Vec3::zeros())
+            },
+            |row| (forces.point[row], forces.force[row], forces.moment[row]),
+        );
+        let (damage, lost_strength) = (block.damage(k), block.lost_strength(k));
+        Row { pair, branch, position, force, moment, frame, reference, damage, lost_strength, broken: false }
+    });
+    let gone = broken.iter().map(|&BrokenBond { pair, image, reference, frame, .. }| Row {
+        pair,
+        branch: branch_of(pair, image),
         // Where it was, seen from A.
-        position.extend((particles.position[a] + bond.frame.normal * (0.5 * bond.frame.length)).iter());
-        force.extend([0.0; 3]);
-        moment.extend([0.0; 3]);
-        normal.extend(bond.frame.normal.iter());
-        length.push(bond.frame.length);
-        reference.push(bond.reference.length);
-        area.push(bond.reference.area);
-        damage.push(1.0);
-        lost_strength.push(1.0);
-    }
-    let is_broken: Vec<u8> = (0..count + broken.len()).map(|row| u8::from(row >= count)).collect();
+        position: particles.position[pair.a as usize] + frame.normal * (0.5 * frame.length),
+        force: Vec3::zeros(),
+        moment: Vec3::zeros(),
+        frame,
+        reference,
+        damage: 1.0,
+        lost_strength: 1.0,
+        broken: true,
+    });
+    let rows: Vec<Row> = live.chain(gone).collect();
     let path = |column: &str| format!("contacts/{name}/{column}");
+    let ids: Vec<u32> =
+        rows.iter().flat_map(|row| [row.pair.a, row.pair.b]).map(|p| particles.id[p as usize]).collect();
     sink.column(&path("ids"), Column::U32 { data: &ids, components: 2, unit: "1" })?;
-    sink.column(&path("position"), Column::f64(&position, 3, "m"))?;
-    sink.column(&path("branch"), Column::f64(&branch, 3, "m"))?;
-    sink.column(&path("force"), Column::f64(&force, 3, "N"))?;
-    sink.column(&path("moment"), Column::f64(&moment, 3, "N m"))?;
-    sink.column(&path("normal"), Column::f64(&normal, 3, "1"))?;
-    sink.column(&path("length"), Column::f64(&length, 1, "m"))?;
-    sink.column(&path("reference_length"), Column::f64(&reference, 1, "m"))?;
-    sink.column(&path("area"), Column::f64(&area, 1, "m^2"))?;
-    sink.column(&path("damage"), Column::f64(&damage, 1, "1"))?;
-    sink.column(&path("lost_strength"), Column::f64(&lost_strength, 1, "1"))?;
+    let vectors: [(&str, fn(&Row) -> Vec3, &str); 5] = [
+        ("position", |row| row.position, "m"),
+        ("branch", |row| row.branch, "m"),
+        ("force", |row| row.force, "N"),
+        ("moment", |row| row.moment, "N m"),
+        ("normal", |row| row.frame.normal, "1"),
+    ];
+    for (column, vector, unit) in vectors {
+        let reals: Vec<f64> = rows.iter().flat_map(|row| vector(row).data.0[0]).collect();
+        sink.column(&path(column), Column::f64(&reals, 3, unit))?;
+    }
+    let scalars: [(&str, fn(&Row) -> f64, &str); 5] = [
+        ("length", |row| row.frame.length, "m"),
+        ("reference_length", |row| row.reference.length, "m"),
+        ("area", |row| row.reference.area, "m^2"),
+        ("damage", |row| row.damage, "1"),
+        ("lost_strength", |row| row.lost_strength, "1"),
+    ];
+    for (column, scalar, unit) in scalars {
+        let reals: Vec<f64> = rows.iter().map(scalar).collect();
+        sink.column(&path(column), Column::f64(&reals, 1, unit))?;
+    }
+    let is_broken: Vec<u8> = rows.iter().map(|row| u8::from(row.broken)).collect();
     sink.column(&path("broken"), Column::u8(&is_broken))?;
     let (fields, reals) = block.history_reals();
     let width: usize = fields.iter().map(|field| field.components).sum();
