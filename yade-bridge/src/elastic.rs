@@ -4,13 +4,14 @@ use concordem::assembly::{Assembly, assemble};
 use concordem::calibration::cohesive_beam::{
     Criterion, Load, Sample, SampleRecipe, match_elastic, scenario_text, strength,
 };
-use concordem::calibration::elastic::{ElasticCalibrationError, fit};
 use concordem::law::{BendingTerm, Section};
+use concordem::program::{self, ElasticRequest, ElasticSearch, Spelling};
 use concordem::scenario::LawName;
 use concordem::statics::relaxed::{Relaxation, relaxed_stiffness};
 use concordem::statics::{Accuracy, ElasticConstants, LinkNetwork, StaticsError, cell_stiffness, closed_form};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::arrays::{matrix6, result, scalars};
 use crate::errors::{OrRaise, of_assembly};
@@ -76,45 +77,61 @@ fn elastic_constants<'py>(
     result(py, "ElasticAnswers", fields)
 }
 
-/// Parameters of point links for wanted elastic constants, on a scenario's packing.
+/// The law of this name, of those whose bonds have elastic constants.
+fn law_named(name: &str) -> PyResult<LawName> {
+    [LawName::Cpm, LawName::LinearBond, LawName::CohesiveBeam].into_iter().find(|law| law.key() == name).ok_or_else(
+        || {
+            PyValueError::new_err(format!(
+                "law is \"{name}\"; wanted is \"cpm\", \"linear_bond\", or \"cohesive_beam\""
+            ))
+        },
+    )
+}
+
+/// Parameters of bonds for wanted elastic constants, on a scenario's packing.
 #[pyfunction]
-#[pyo3(signature = (scenario, young, poisson, threads=None, progress=None))]
+#[pyo3(signature = (
+    scenario, young, poisson, law=None, deformable=false, particle_poisson=None, particle_softness=None, threads=None,
+    progress=None
+))]
 fn calibrate_elastic<'py>(
     py: Python<'py>,
-    scenario: &Bound<'py, Scenario>,
+    scenario: Option<&Bound<'py, Scenario>>,
     young: f64,
     poisson: f64,
+    law: Option<&str>,
+    deformable: bool,
+    particle_poisson: Option<f64>,
+    particle_softness: Option<f64>,
     threads: Option<usize>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> Any<'py> {
-    let Scenario { inner, folder } = scenario.get();
-    let law = inner.bonds.as_ref().map(|bonds| bonds.law);
-    let base = match (law, &inner.materials[..]) {
-        (Some(LawName::Cpm), [material]) => material.cpm.as_ref().map(|table| table.young.si()),
-        (Some(LawName::LinearBond), [material]) => {
-            material.linear_bond.as_ref().map(|table| table.normal_stiffness.si())
-        }
-        _ => None,
-    };
-    let Some(base) = base else {
-        let message = "elastic constants are calibrated for bonds of cpm or linear_bond and one material; for beams \
-                       there is calibrate_cohesive_beam";
-        return Err(PyValueError::new_err(message));
-    };
+    let law = law.map(law_named).transpose()?;
+    let spelling = Spelling::Keywords;
+    let request = ElasticRequest { young, poisson, law, deformable, particle_poisson, particle_softness, spelling };
+    let scenario = scenario.map(Bound::get);
+    let folder = scenario.map(|scenario| scenario.folder.clone()).unwrap_or_default();
     let found = guarded(py, threads, progress.as_ref(), |progress| {
-        let assembly = assemble(inner, folder, progress)?;
-        Ok(LinkNetwork::of_model(&assembly.state, &assembly.model).map_err(ElasticCalibrationError::from).and_then(
-            |network| {
-                fit(&network, young, poisson, Accuracy::default(), &mut |solutions| {
-                    progress("statics", (solutions as f64 / 14.0).min(0.99));
-                })
-            },
-        ))
+        program::calibrate_elastic(scenario.map(|scenario| &scenario.inner), &folder, &request, progress)
     })?;
-    let fit = found.map_err(|error| of_assembly(inner, error))?.or_raise()?;
+    let ElasticSearch { scenario, fit, parameters, spectral_radius } = found.or_raise()?;
     let achieved = constants_of(py, &fit.achieved)?;
-    let normal = base * fit.normal_factor;
-    result(py, "ElasticFit", (normal, fit.shear_ratio, achieved, fit.reach, fit.cell.loose.rattlers))
+    let normal = parameters.first().map_or(f64::NAN, |&(_, _, value)| value);
+    let found = PyDict::new(py);
+    for (table, key, value) in parameters {
+        found.set_item(format!("{table}.{key}"), value)?;
+    }
+    let fields = (
+        normal,
+        fit.shear_ratio,
+        achieved,
+        fit.reach,
+        fit.cell.loose.rattlers,
+        found,
+        spectral_radius,
+        Scenario { inner: scenario, folder },
+    );
+    result(py, "ElasticFit", fields)
 }
 
 /// Parameters of cohesive beams for wanted properties of a material.

@@ -11,7 +11,7 @@ use concordem::scenario::{ReadError, Scenario, ScenarioError};
 use concordem::solver::SolverError;
 use concordem::state::ColumnError;
 use concordem::statics::StaticsError;
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -124,6 +124,9 @@ impl Raise for Failure {
             Self::Statics(error) => error.raise(),
             Self::Run(error) => error.raise(),
             Self::Operator(error) => error.raise(),
+            Self::Elastic(error) => error.raise(),
+            Self::Calibration(message) => exception("CalibrationError", &message, "Calibration"),
+            Self::Usage(message) => PyValueError::new_err(message),
             other => exception("ConcordemError", &other.to_string(), &format!("{other:?}")),
         }
     }

@@ -1,6 +1,8 @@
 """Packings, elastic constants, calibration, reading, documentation examples, other libraries in the process."""
 
 import doctest
+import subprocess
+import sys
 
 import concordem
 import concordem._types
@@ -63,6 +65,63 @@ def test_elastic_constants_and_calibration():
         concordem.calibrate_elastic(scenario, 30e9, 0.45)
     with pytest.raises(concordem.StaticsError, match="periodic"):
         concordem.elastic_constants(concordem.Scenario.template("cpm-small"))
+
+
+def cell():
+    """A small bonded cell."""
+    data = concordem.Scenario.template("cpm-periodic").to_dict()
+    data["packing"]["count"] = 120
+    return concordem.Scenario.from_dict(data)
+
+
+@pytest.mark.parametrize(
+    "law, options, found",
+    [
+        ("cpm", {}, {"cpm.young", "cpm.shear_ratio"}),
+        ("linear_bond", {}, {"linear_bond.normal_stiffness", "linear_bond.shear_stiffness"}),
+        (
+            "linear_bond",
+            {"deformable": True, "particle_poisson": 0.3, "particle_softness": 0.1},
+            {"linear_bond.normal_stiffness", "linear_bond.shear_stiffness", "deformable.young"},
+        ),
+        ("cohesive_beam", {}, {"cohesive_beam.young", "cohesive_beam.radius_ratio"}),
+    ],
+)
+def test_every_law_is_calibrated_as_by_the_program(tmp_path, law, options, found):
+    """The scenario found gives the wanted constants, and is that of the program, letter by letter."""
+    source, written = tmp_path / "cell.toml", tmp_path / "found.toml"
+    source.write_text(cell().text)
+    fit = concordem.calibrate_elastic(concordem.Scenario.from_file(source), 30e9, 0.19, law=law, **options)
+    assert set(fit.parameters) == found and fit.normal == fit.parameters[next(iter(fit.parameters))]
+    again = concordem.elastic_constants(fit.scenario).static
+    assert again.young == pytest.approx(30e9, rel=1e-7) and again.poisson == pytest.approx(0.19, abs=1e-7)
+    assert (fit.spectral_radius is None) == (not options)
+    if options:
+        # Within (0, 1) strains and forces settle.
+        assert 0 < fit.spectral_radius < 1 and fit.scenario.to_dict()["material"][0]["deformable"]["poisson"] == 0.3
+    words = ["calibrate", "elastic", str(source), "--young", "30e9", "--poisson", "0.19", "--law", law, "-o", str(written)]
+    for key, value in options.items():
+        words += ["--" + key.replace("_", "-")] + ([] if value is True else [str(value)])
+    run = subprocess.run([sys.executable, "-m", "concordem", *words], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    assert written.read_text() == fit.scenario.text
+
+
+def test_calibrations_that_cannot_be():
+    scenario = cell()
+    for options, message in [
+        ({"law": "glue"}, 'law is "glue"; wanted is "cpm", "linear_bond", or "cohesive_beam"'),
+        ({"deformable": True}, 'deformable: the law "cpm" .* take law="linear_bond"'),
+        ({"particle_poisson": 0.3}, "particle_poisson belongs to deformable particles; add deformable"),
+        ({"law": "linear_bond", "deformable": True, "particle_poisson": 0.7}, "particle_poisson is 0.7; it is more than -1"),
+        ({"law": "linear_bond", "deformable": True, "particle_softness": -1.0}, "particle_softness is -1; it must be positive"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            concordem.calibrate_elastic(scenario, 30e9, 0.2, **options)
+    with pytest.raises(ValueError, match='name a scenario, or a law .*: law="cpm"'):
+        concordem.calibrate_elastic(None, 30e9, 0.2)
+    with pytest.raises(concordem.CalibrationError, match="particle_softness=9: .* would not settle"):
+        concordem.calibrate_elastic(scenario, 30e9, 0.2, law="linear_bond", deformable=True, particle_softness=9.0)
 
 
 def test_results_beside_h5py_and_vtk(tmp_path):

@@ -2,6 +2,7 @@
 
 mod concrete;
 mod elastic;
+mod elastic_search;
 
 use std::path::PathBuf;
 
@@ -16,6 +17,8 @@ use crate::law::{BendingTerm, Section};
 use crate::output::OutputError;
 use crate::scenario::Scenario;
 use crate::scenario::quantity::{Density, Quantity, Stress};
+
+pub use elastic_search::{ElasticRequest, ElasticSearch, Spelling, calibrate_elastic};
 
 /// Arguments of `concordem calibrate`.
 #[derive(Debug, clap::Args)]
@@ -99,7 +102,7 @@ pub(super) fn calibrate(arguments: &Arguments, console: &mut Console<'_>) -> Res
 fn elastic_failure(scenario: &Scenario, error: ElasticCalibrationError) -> Failure {
     match error {
         ElasticCalibrationError::Statics(error) => super::elastic::failed(scenario, error),
-        other => Failure::Calibration(other.to_string()),
+        other => Failure::Elastic(other),
     }
 }
 

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use super::exit;
 use crate::assembly::AssemblyError;
+use crate::calibration::elastic::ElasticCalibrationError;
 use crate::operator::OperatorError;
 use crate::output::OutputError;
 use crate::plan::simulation::RunError;
@@ -61,6 +62,9 @@ pub enum Failure {
     /// An operator refused.
     #[error(transparent)]
     Operator(#[from] OperatorError),
+    /// There are no bonds with the wanted elastic constants.
+    #[error("{0}")]
+    Elastic(ElasticCalibrationError),
     /// The search for parameters failed.
     #[error("{0}")]
     Calibration(String),
@@ -143,6 +147,7 @@ impl Failure {
             Self::Unstable(_)
             | Self::Solver(_)
             | Self::Statics(_)
+            | Self::Elastic(_)
             | Self::Calibration(_)
             | Self::Run(_)
             | Self::Operator(_) => exit::PHYSICS,

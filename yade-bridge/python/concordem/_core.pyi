@@ -576,9 +576,13 @@ def elastic_constants(
     progress: _Progress = None,
 ) -> _types.ElasticAnswers: ...
 def calibrate_elastic(
-    scenario: Scenario,
+    scenario: Scenario | None,
     young: float,
     poisson: float,
+    law: str | None = None,
+    deformable: bool = False,
+    particle_poisson: float | None = None,
+    particle_softness: float | None = None,
     threads: int | None = None,
     progress: _Progress = None,
 ) -> _types.ElasticFit: ...

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from ._core import Scenario
 
 Reals = NDArray[np.float64]
 
@@ -249,15 +252,21 @@ class ElasticFit(NamedTuple):
     """Stiffnesses for wanted elastic constants."""
 
     normal: float
-    """Modulus of the links (cpm, Pa) or normal stiffness (linear_bond, N/m)."""
+    """Modulus of the links (cpm, Pa), normal stiffness (linear_bond, N/m), or modulus of the beams (cohesive_beam, Pa)."""
     shear_ratio: float
-    """Shear over normal stiffness."""
+    """Shear over normal stiffness (of beams: sum over sum)."""
     achieved: ElasticConstants
     """What they give on this packing."""
     reach: tuple[float, float]
     """Least and largest Poisson's ratio of this packing."""
     rattlers: int
     """Particles that links do not hold."""
+    parameters: dict[str, float]
+    """What was found, SI units, by table and key of the material: "cpm.shear_ratio"."""
+    spectral_radius: float | None
+    """Of the iteration between strains and forces, of particles that were made deformable; below 1 they settle."""
+    scenario: Scenario
+    """The scenario with the found parameters."""
 
 
 class BeamFit(NamedTuple):
