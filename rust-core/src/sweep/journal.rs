@@ -22,9 +22,9 @@ pub struct Journal {
 /// Why a journal cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
-    /// It belongs to another sweep, scenario, or version of the program.
+    /// It belongs to another sweep, scenario, file that one reads, or version of the program.
     #[error(
-        "{} holds points of another sweep, of another scenario, or of another version of the program; --force discards them",
+        "{} holds points of another sweep, scenario, or packing file, or of another version of the program; --force discards them",
         path.display()
     )]
     Other {
