@@ -13,7 +13,6 @@
 #include "domain.h"
 #include "error.h"
 #include "force.h"
-#include "group.h"
 #include "memory.h"
 #include "modify.h"
 #include "neighbor.h"
@@ -97,11 +96,6 @@ void FixConcordemBond::serve(const ConcordemStyle *style, bool lists)
   virial_global_flag = virial_peratom_flag = thermo_virial = 0;
 }
 
-bool FixConcordemBond::creation_is_due() const
-{
-  return !made_ && update->ntimestep >= facts_.at;
-}
-
 void FixConcordemBond::init()
 {
   if (!comm->ghost_velocity) fail("needs velocities of neighbours on other processors: add `comm_modify vel yes`");
@@ -113,11 +107,7 @@ void FixConcordemBond::init()
   // Atoms must be known as far as the longest bond reaches. It may stretch by 5 % before lists are rebuilt with a check.
   double wanted = 0.0, smallest = 0.0;
   if (!made_ && lists_) wanted = longest_given();
-  if (!made_ && facts_.creation == 2) {
-    int missing;
-    wanted = concordem_longest_listed(network_, atom, domain, groupbit, world, &missing);
-    if (missing) fail(fmt::format("the list of bonds names atom {}, which is not in group {}", missing, group->names[igroup]));
-  }
+  if (!made_ && facts_.creation == 2) wanted = longest_listed();
   const double longest = concordem_longest(network_, facts_, made_, wanted, atom, groupbit, world, &smallest);
   reach_ = MAX(1.05 * longest + neighbor->skin, facts_.reach);
   comm->cutghostuser = MAX(comm->cutghostuser, reach_);
@@ -273,19 +263,6 @@ void FixConcordemBond::unpack_forward_comm(int n, int first_atom, double *buf)
                           periodic_ ? original_ : nullptr);
 }
 
-ConcordemAtoms FixConcordemBond::arrays()
-{
-  return concordem_arrays(atom, domain, update, groupbit, facts_.atom_width, memory_, periodic_ ? original_ : nullptr);
-}
-
-void FixConcordemBond::rebuild()
-{
-  ConcordemAtoms atoms = arrays();
-  // The mean radius is of use to bonds that are measured for the first time.
-  const double mean = made_ ? 0.0 : concordem_mean_radius(atom, groupbit, world);
-  if (concordem_network_rebuild(network_, &atoms, neighbor->skin, reach_, mean, &message_) < 0) fail_on_this_processor();
-}
-
 void FixConcordemBond::make_bonds()
 {
   if (facts_.creation == 1 && concordem_network_make_near(network_, &message_) < 0) fail_on_this_processor();
@@ -354,126 +331,4 @@ void FixConcordemBond::compare_with_lists()
     fail(fmt::format("the atoms' lists hold {:.0f} ends of bonds, but {:.0f} were left at the end of the last run: bonds cannot be "
                      "added or removed after the first run",
                      all[2], all[0] + all[1]));
-}
-
-/* ------------------------------------------------------------------------------------------------- atoms come and go */
-
-void FixConcordemBond::grow_arrays(int nmax)
-{
-  memory->grow(memory_, nmax, facts_.atom_width, "concordem/bond:memory");
-  if (periodic_) memory->grow(original_, nmax, 3, "concordem/bond:original");
-}
-
-void FixConcordemBond::copy_arrays(int i, int j, int)
-{
-  memcpy(memory_[j], memory_[i], sizeof(double) * facts_.atom_width);
-}
-
-void FixConcordemBond::set_arrays(int i)
-{
-  concordem_network_initial_memory(network_, memory_[i]);
-}
-
-int FixConcordemBond::pack_exchange(int i, double *buf)
-{
-  int m = 0;
-  for (int r = 0; r < facts_.atom_width; r++) buf[m++] = memory_[i][r];
-  const int64_t count = concordem_network_pack(network_, atom->tag[i], 1, buf + m + 1, maxexchange);
-  if (count > maxexchange) error->one(FLERR, "fix concordem/bond: buffer for migrating atoms too small (internal error)");
-  buf[m++] = static_cast<double>(count);
-  return m + static_cast<int>(count);
-}
-
-int FixConcordemBond::unpack_exchange(int nlocal, double *buf)
-{
-  int m = 0;
-  for (int r = 0; r < facts_.atom_width; r++) memory_[nlocal][r] = buf[m++];
-  const int count = static_cast<int>(buf[m++]);
-  if (concordem_network_unpack(network_, atom->tag[nlocal], buf + m, count, &message_) < 0) fail_on_this_processor();
-  return m + count;
-}
-
-/* --------------------------------------------------------------------------------------------------------- restart */
-
-void FixConcordemBond::write_restart(FILE *fp)
-{
-  const ConcordemRestartHead head = concordem_restart_head(network_, facts_, made_, law_.c_str(), world);
-  if (comm->me == 0) {
-    const int size = sizeof(head);
-    fwrite(&size, sizeof(int), 1, fp);
-    fwrite(&head, sizeof(head), 1, fp);
-  }
-}
-
-void FixConcordemBond::restart(char *buf)
-{
-  ConcordemRestartHead head;
-  if (!concordem_read_restart_head(buf, &head)) fail("the restart file was written by another version of this library");
-  if (law_ != head.law) fail(fmt::format("the restart file holds bonds of law {}, not {}", head.law, law_));
-  if (head.contacts != facts_.contacts) fail("the restart file holds contacts of another law; give the same `contact LAW`");
-  made_ = head.made;
-  const double none[CONCORDEM_TOTALS] = {0.0};
-  concordem_network_resume(network_, comm->me == 0 ? head.totals : none, head.found_at);
-}
-
-int FixConcordemBond::pack_restart(int i, double *buf)
-{
-  int m = 1;
-  for (int r = 0; r < facts_.atom_width; r++) buf[m++] = memory_[i][r];
-  m += static_cast<int>(concordem_network_pack(network_, atom->tag[i], 0, buf + m, maxsize_restart()));
-  buf[0] = m;
-  return m;
-}
-
-void FixConcordemBond::unpack_restart(int nlocal, int nth)
-{
-  double *extra = atom->extra[nlocal];
-  int m = 0;
-  for (int k = 0; k < nth; k++) m += static_cast<int>(extra[m]);
-  const int end = m + static_cast<int>(extra[m]);
-  m++;
-  for (int r = 0; r < facts_.atom_width; r++) memory_[nlocal][r] = extra[m++];
-  if (concordem_network_unpack(network_, atom->tag[nlocal], extra + m, end - m, &message_) < 0) fail_on_this_processor();
-}
-
-int FixConcordemBond::size_restart(int i)
-{
-  return 1 + facts_.atom_width + static_cast<int>(concordem_network_pack(network_, atom->tag[i], 0, nullptr, 0));
-}
-
-int FixConcordemBond::maxsize_restart()
-{
-  return 1 + facts_.atom_width + static_cast<int>(concordem_network_largest_pack(network_));
-}
-
-/* ---------------------------------------------------------------------------------------------------------- output */
-
-void FixConcordemBond::update_sums()
-{
-  if (summed_at_ == update->ntimestep && update->setupflag == 0) return;
-  double mine[CONCORDEM_SUMS];
-  concordem_network_sums(network_, mine);
-  MPI_Allreduce(mine, sums_, CONCORDEM_SUMS - 1, MPI_DOUBLE, MPI_SUM, world);
-  MPI_Allreduce(mine + CONCORDEM_SUMS - 1, sums_ + CONCORDEM_SUMS - 1, 1, MPI_DOUBLE, MPI_MAX, world);
-  summed_at_ = update->ntimestep;
-}
-
-double FixConcordemBond::compute_scalar()
-{
-  update_sums();
-  return sums_[0];
-}
-
-double FixConcordemBond::compute_vector(int n)
-{
-  if (n >= 3 && n <= 6 && sampled_at_ != update->ntimestep && update->whichflag == 1)
-    error->all(FLERR,
-               "Fix {} concordem/bond sums stored energies when output is due; add `energies every` to have them at every step", id);
-  update_sums();
-  return sums_[n];
-}
-
-double FixConcordemBond::memory_usage()
-{
-  return static_cast<double>(atom->nmax) * (facts_.atom_width + (periodic_ ? 3 : 0)) * sizeof(double);
 }

@@ -83,6 +83,7 @@ class FixConcordemBond : public Fix {
   ConcordemAtoms arrays();
   void rebuild();
   void make_bonds();
+  double longest_listed();
   double longest_given();
   void take_broken_off_lists();
   void compare_with_lists();

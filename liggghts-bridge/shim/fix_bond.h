@@ -56,7 +56,7 @@ class FixConcordemBond : public Fix {
   double **original_;   // positions of the originals of copies, in periodic boxes
   bool periodic_;
   bool made_;           // whether the bonds to be made have been made
-  int exchanged_;       // our share of the communication buffer
+  int maxexchange;      // our share of the communication buffer; LAMMPS' class Fix has such a member itself
   double reach_;        // distance up to which copies of neighbours must be known
   char text_[2048];
   ConcordemMessage message_;
@@ -64,7 +64,8 @@ class FixConcordemBond : public Fix {
   bigint summed_at_, sampled_at_;
 
   bool creation_is_due() const;
-  void fail_on_this_processor(const char *, int);
+  void fail(const std::string &);
+  void fail_on_this_processor();
   void communicate();
   ConcordemAtoms arrays();
   void rebuild();
