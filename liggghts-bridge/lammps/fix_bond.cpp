@@ -70,6 +70,9 @@ FixConcordemBond::~FixConcordemBond()
   memory->destroy(memory_);
   memory->destroy(original_);
   concordem_network_delete(network_);
+  // LAMMPS' lists of what to call are those of the last set-up: `run N pre no` would go on calling a fix that is gone, and so would a
+  // style. As before the first run, the next one is set up whatever it says. (When LAMMPS ends, `update` goes before fixes.)
+  if (update) update->first_update = 0;
 }
 
 int FixConcordemBond::setmask()

@@ -62,6 +62,8 @@ double ConcordemStyle::find_forces(bool energy, bool energy_of_atoms, int virial
 {
   if (energy_of_atoms)
     error->all(FLERR, "{} does not share out energies to atoms; use the energies of fix {}", name, fix_id);
+  // The commands of `run N every M` come without a set-up after them, if it says `pre no`.
+  find_fix();
   fix_->find_forces(energy, virial);
   fix_->add_virial(global, sum, of_atoms, per_atom);
   return energy ? fix_->stored_energy() : 0.0;

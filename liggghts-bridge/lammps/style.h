@@ -28,7 +28,7 @@ class ConcordemStyle : protected Pointers {
   const std::string name;   // in messages
   const char *const fix_id;
 
-  // The fix, null if there is none. It may be gone since the last `init`, so that only `compute` can use it.
+  // The fix, null if there is none. It may be gone since it was last looked for.
   FixConcordemBond *fix() const { return fix_; }
   bool has_fix() const { return fix_ != nullptr; }
 

@@ -71,6 +71,13 @@ FixConcordemBond::~FixConcordemBond()
   concordem_network_delete(network_);
 }
 
+// LIGGGHTS' lists of what to call are those of the last set-up: `run N pre no` would go on calling a fix that is gone. As before the
+// first run, the next one is set up whatever it says.
+void FixConcordemBond::pre_delete(bool unfix)
+{
+  if (unfix) update->first_update = 0;
+}
+
 int FixConcordemBond::setmask()
 {
   return FixConst::PRE_EXCHANGE | FixConst::PRE_FORCE;

@@ -23,6 +23,7 @@ class FixConcordemBond : public Fix {
   void pre_exchange();
   void setup_pre_force(int);
   void pre_force(int);
+  void pre_delete(bool unfix);
 
   void grow_arrays(int);
   void copy_arrays(int, int, int);

@@ -3,7 +3,7 @@
 mod harness;
 
 use concordem::math::Vec3;
-use harness::{Atom, attempt, data_file, head, set_restart_version, text};
+use harness::{Atom, attempt, data_file, head, run, set_restart_version, text, thermo};
 
 const GOOD: &str =
     "fix bonds all concordem/bond linear_bond normal_stiffness 1e5 shear_stiffness 1e4 bond distance 1.2\n";
@@ -124,6 +124,24 @@ fn misuse_stops_all_processors_with_a_remedy() {
                 "on {processors} processors, wanted `{wanted}`:\n{printed}\n{script}"
             );
         }
+    }
+}
+
+/// `run N pre no` does not ask a fix that is gone: bonds hold two spheres that fly apart until the fix is taken away, then nothing
+/// does, so that the energy stays that of the moment, to the digits printed.
+#[test]
+fn a_fix_that_is_gone_is_not_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut atoms = [Atom::resting(Vec3::zeros(), 0.005), Atom::resting(Vec3::new(0.01, 0.0, 0.0), 0.005)];
+    atoms[0].velocity.x = -1.0;
+    atoms[1].velocity.x = 1.0;
+    data_file(&folder.path().join("row.data"), &atoms, Vec3::repeat(-0.03), Vec3::repeat(0.06));
+    for processors in [1, 2] {
+        let more = "thermo_style custom step ke\nrun 50\nunfix bonds\nrun 50 pre no\n";
+        let printed = run(folder.path(), &script(|s| s.replace("run 2\n", more)), processors);
+        let energies: Vec<f64> = thermo(&printed).iter().map(|row| row[1]).collect();
+        let half = energies.iter().rposition(|energy| *energy != energies[energies.len() - 1]).expect("forces") + 1;
+        assert!(energies.len() == 102 && (50..=51).contains(&half), "{energies:?}");
     }
 }
 

@@ -488,6 +488,16 @@ fn misuse_is_named_with_its_remedy() {
             "begin again with `bond_style`",
         ),
         (
+            format!("{head}bond_style concordem/cohesive_beam\n{coeff}run 2\nunfix concordem_bonds\nrun 2 pre no\n"),
+            "begin again with `bond_style`",
+        ),
+        (
+            format!(
+                "{head}pair_style concordem/frictional\npair_coeff * * {LINEAR}\nrun 2\nunfix concordem_contacts\nrun 2 pre no\n"
+            ),
+            "begin again with `pair_style none`",
+        ),
+        (
             format!(
                 "{head}bond_style concordem/cohesive_beam\n{coeff}fix concordem_bonds all concordem/bond {BEAM} bond none\nrun 0\n"
             ),
