@@ -2,22 +2,23 @@
 //! arrays, where the compiler uses the wide registers of the processor. Nothing is fused or reordered: the bits are those of
 //! the formula applied to each contact alone.
 
+use super::deformable::{Dyads, Push};
 use super::sphere_sphere::{ImageShift, Motion};
 use super::{Frame, PointKinematics};
 use crate::law::{ContactGeometry, ContactLaw, Response};
-use crate::math::{Quat, Vec3};
+use crate::math::{Quat, Symmetric, Vec3};
 
 /// Most contacts in a [`Batch`].
 pub const BATCH: usize = 32;
 
-/// What the default measure reads of a particle, in one line of the processor's cache.
+/// What the measure of most contacts reads of a particle, in one line of the processor's cache.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub struct Pose {
     /// Centre at the end of the step, m.
     pub position: Vec3,
-    /// Rotation of the step.
-    pub rotation_increment: Quat,
+    /// Rotation of the step, which the default measure reads; or orientation (body to world), which beams do.
+    pub rotation: Quat,
     /// Radius, m.
     pub radius: f64,
 }
@@ -28,7 +29,9 @@ pub trait Batch<L: ContactLaw> {
     const PERIODIC: bool;
     /// Whether the energies stored in contacts may be wanted, too.
     const SAMPLE: bool;
-    /// Contact `i` seen from A: its two particles, and the displacement of B's image (m).
+    /// Whether particles may deform.
+    const DEFORM: bool;
+    /// Contact `i` seen from A: its two particles with their rotations of the step, and the displacement of B's image (m).
     fn poses(&self, i: usize) -> ([Pose; 2], Vec3);
     /// Motions of A and B, and the image of B.
     fn motions(&self, i: usize) -> ([Motion; 2], ImageShift);
@@ -40,11 +43,24 @@ pub trait Batch<L: ContactLaw> {
     fn law(&self, i: usize) -> (&L, &L::State);
     /// Number of the parameters of contact `i`: contacts with equal numbers have equal ones.
     fn row(&self, i: usize) -> u16;
+    /// How far the surfaces of A and B moved out, in sum, m; only if particles deform.
+    fn widening(&self, i: usize) -> Symmetric;
+    /// Whether forces of dashpots strain particles.
+    fn dashpots_strain(&self) -> bool;
     /// Takes the measure of contact `i`, which the law answers. Each contact is answered once, in ascending order, by this
     /// or by [`Self::take`].
     fn answer(&mut self, i: usize, kinematics: &L::Kinematics);
     /// Takes the measure of contact `i` and the law's answer to it.
     fn take(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>);
+    /// The same for a contact of deformable particles, with what it does to their shape.
+    fn take_strained(
+        &mut self,
+        i: usize,
+        point: &PointKinematics,
+        response: &Response<L::State>,
+        push: &Push,
+        dyads: &Dyads,
+    );
 }
 
 /// Most components of an input or output.

@@ -31,7 +31,7 @@
 use std::f64::consts::PI;
 
 use crate::law::Elastic;
-use crate::math::Symmetric;
+use crate::math::{Symmetric, Vec3};
 use crate::state::Constraint;
 
 /// Which strains go with which stresses.
@@ -175,19 +175,68 @@ impl Compliance {
     }
 }
 
-/// `R ε` of a particle, m, in a step and in the one before.
+/// What a contact does to the shape of the particle from whose centre `normal` points to it, and likewise to that of the
+/// other: force and direction are both opposite there.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Widening {
-    /// In this step.
-    pub now: Symmetric,
-    /// One step ago.
-    pub before: Symmetric,
+pub struct Push {
+    /// Unit vector to the contact.
+    pub normal: Vec3,
+    /// Elastic normal force on the particle along it, N.
+    pub pressure: f64,
+    /// All other forces that strain the particle, N.
+    pub other: Vec3,
 }
+
+impl Push {
+    /// Of a contact with the force `force` on the particle, of which dashpots exert `viscous` (N); `dashpots_strain`: whether
+    /// that strains particles.
+    #[inline(always)]
+    pub fn of(normal: &Vec3, force: &Vec3, viscous: &Vec3, dashpots_strain: bool) -> Self {
+        let elastic = force - viscous;
+        let pressure = elastic.dot(normal);
+        let other = if dashpots_strain { *force } else { elastic } - normal * pressure;
+        Self { normal: *normal, pressure, other }
+    }
+
+    /// Dyads of the forces.
+    #[inline(always)]
+    pub fn dyads(&self) -> Dyads {
+        let Self { normal, other, .. } = self;
+        Dyads { normal: Symmetric::product(normal, &self.elastic()), other: Symmetric::product(normal, other) }
+    }
+
+    /// Elastic normal force on the particle, N.
+    #[inline(always)]
+    pub fn elastic(&self) -> Vec3 {
+        self.normal * self.pressure
+    }
+}
+
+/// What the contacts of a particle do to its shape: dyads `Σ ½(n⊗f + f⊗n)`, N.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Dyads {
+    /// Of elastic normal forces.
+    pub normal: Symmetric,
+    /// Of all other forces that strain the particle.
+    pub other: Symmetric,
+}
+
+impl std::ops::AddAssign for Dyads {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        self.normal += other.normal;
+        self.other += other.other;
+    }
+}
+
+/// `R ε` of a particle, m, in one line of the processor's cache.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(64))]
+pub struct Widening(pub Symmetric);
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Vec3;
 
     fn disc(condition: Condition, young: f64, poisson: f64) -> Deformable {
         let elasticity = vec![Elastic { young, poisson }];

@@ -123,13 +123,16 @@ struct FiniteInput {
 
 /// What the finite measure finds.
 #[derive(Clone, Copy)]
-struct FiniteMeasure {
+pub struct FiniteMeasure {
     length: f64,
     gap: f64,
     normal: Vec3,
     shear_increment: Vec3,
     turn: Turn,
 }
+
+/// Numbers that the finite measure reads of a contact.
+pub const FINITE_INPUT: usize = 17;
 
 #[inline(always)]
 fn finite_measure(input: &FiniteInput) -> FiniteMeasure {
@@ -155,8 +158,40 @@ fn finite_measure(input: &FiniteInput) -> FiniteMeasure {
 }
 
 impl FiniteMeasure {
+    /// Write the first [`FINITE_INPUT`] numbers of contact `i` of a batch.
     #[inline(always)]
-    fn point(&self, geometry: &ContactGeometry, frame: &Frame, bonded: bool) -> PointKinematics {
+    pub fn set<L: ContactLaw, B: Batch<L>>(columns: &mut Columns, i: usize, batch: &B) {
+        let ([a, b], shift) = batch.poses(i);
+        let (l, p, q) = (b.position + shift - a.position, a.rotation, b.rotation);
+        let (_, Frame { normal: n, length }, _) = batch.constants(i);
+        let row = [l.x, l.y, l.z, p.i, p.j, p.k, p.w, q.i, q.j, q.k, q.w, a.radius, b.radius, n.x, n.y, n.z, length];
+        columns.set(i, row);
+    }
+
+    /// The measure of numbers that [`Self::set`] wrote.
+    #[inline(always)]
+    pub fn of(input: [f64; FINITE_INPUT]) -> Self {
+        let [lx, ly, lz, pi, pj, pk, pw, qi, qj, qk, qw, radius_a, radius_b, nx, ny, nz, length] = input;
+        finite_measure(&FiniteInput {
+            branch: Vec3::new(lx, ly, lz),
+            rotation_a: Quat::new(pw, pi, pj, pk),
+            rotation_b: Quat::new(qw, qi, qj, qk),
+            radius_a,
+            radius_b,
+            frame: Frame { normal: Vec3::new(nx, ny, nz), length },
+        })
+    }
+
+    /// Length (m), gap (m), and normal of a measure whose answer is known, so that its increments are of no matter.
+    #[inline(always)]
+    pub fn place(length: f64, gap: f64, normal: Vec3) -> Self {
+        let turn = Turn { bisector: normal, cosine: 1.0, sine: 0.0 };
+        Self { length, gap, normal, shear_increment: Vec3::zeros(), turn }
+    }
+
+    /// As the input of a law.
+    #[inline(always)]
+    pub fn point(&self, geometry: &ContactGeometry, frame: &Frame, bonded: bool) -> PointKinematics {
         PointKinematics {
             geometry: *geometry,
             length: self.length,
@@ -177,18 +212,10 @@ impl FiniteMeasure {
 /// The finite measure of many contacts.
 struct Finite;
 
-impl Formula<17, 13> for Finite {
+impl Formula<FINITE_INPUT, 13> for Finite {
     #[inline(always)]
-    fn apply(&self, input: [f64; 17]) -> [f64; 13] {
-        let [lx, ly, lz, pi, pj, pk, pw, qi, qj, qk, qw, radius_a, radius_b, nx, ny, nz, length] = input;
-        let FiniteMeasure { length, gap, normal: n, shear_increment: s, turn } = finite_measure(&FiniteInput {
-            branch: Vec3::new(lx, ly, lz),
-            rotation_a: Quat::new(pw, pi, pj, pk),
-            rotation_b: Quat::new(qw, qi, qj, qk),
-            radius_a,
-            radius_b,
-            frame: Frame { normal: Vec3::new(nx, ny, nz), length },
-        });
+    fn apply(&self, input: [f64; FINITE_INPUT]) -> [f64; 13] {
+        let FiniteMeasure { length, gap, normal: n, shear_increment: s, turn } = FiniteMeasure::of(input);
         let b = turn.bisector;
         [length, gap, n.x, n.y, n.z, s.x, s.y, s.z, b.x, b.y, b.z, turn.cosine, turn.sine]
     }
@@ -204,11 +231,7 @@ pub fn finite_batch<L: ContactLaw<Kinematics = PointKinematics>, B: Batch<L>>(
 ) {
     let count = count.min(BATCH);
     for i in 0..count {
-        let ([a, b], shift) = batch.poses(i);
-        let (l, p, q) = (b.position + shift - a.position, a.rotation_increment, b.rotation_increment);
-        let (_, Frame { normal: n, length }, _) = batch.constants(i);
-        let row = [l.x, l.y, l.z, p.i, p.j, p.k, p.w, q.i, q.j, q.k, q.w, a.radius, b.radius, n.x, n.y, n.z, length];
-        columns.set(i, row);
+        FiniteMeasure::set(columns, i, batch);
     }
     columns.apply(&Finite);
     for i in 0..count {

@@ -18,9 +18,14 @@
 //! Whether the springs start unstressed is open in Madan 2019; see [`LinearBond::subtract_initial_gap`].
 
 use super::common::{ParameterError, reciprocal_of_step, require};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Fate, Reference, Response, Stiffness};
-use crate::kinematics::PointKinematics;
-use crate::math::Vec3;
+use super::{
+    ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, Reference, Response, Stiffness, respond_to_one,
+};
+use crate::kinematics::batch::Formula;
+use crate::kinematics::deformable::{Dyads, Push};
+use crate::kinematics::sphere_sphere::{FINITE_INPUT, FiniteMeasure};
+use crate::kinematics::{BATCH, Batch, Columns, Frame, Mode, PointKinematics};
+use crate::math::{Symmetric, Vec3};
 
 /// Parameters of the brittle linear bond.
 ///
@@ -126,6 +131,140 @@ impl LinearBond {
     }
 }
 
+impl LinearBond {
+    /// What the normal spring feels, m.
+    #[inline(always)]
+    fn stretch(&self, kinematics: &PointKinematics) -> f64 {
+        if self.subtract_initial_gap { kinematics.elongation } else { kinematics.gap }
+    }
+
+    /// The answer if the bond holds, and whether it does not.
+    #[inline(always)]
+    fn intact(
+        &self,
+        kinematics: &PointKinematics,
+        old: &LinearBondState,
+        (normal_viscosity, shear_viscosity): (f64, f64),
+        dt: f64,
+    ) -> (Response<LinearBondState>, bool) {
+        let rate = reciprocal_of_step(dt);
+        let stretch = self.stretch(kinematics);
+        let lengthening = kinematics.length - kinematics.length_old;
+        let elastic_normal = self.normal_stiffness * stretch;
+        let normal_dashpot = normal_viscosity * lengthening * rate;
+
+        let slide = kinematics.shear_increment;
+        let shear_displacement = kinematics.transport.apply(&old.shear_displacement) + slide;
+        let old_shear_dashpot = kinematics.transport.apply(&old.shear_dashpot);
+        let elastic_shear = shear_displacement * self.shear_stiffness;
+        let shear_dashpot = slide * (shear_viscosity * rate);
+
+        let normal_force = elastic_normal + normal_dashpot;
+        let shear_force = elastic_shear + shear_dashpot;
+        let fails = normal_force >= self.normal_strength || shear_force.norm() >= self.shear_strength;
+        let stored_normal = 0.5 * elastic_normal * stretch;
+        let stored_shear = 0.5 * elastic_shear.dot(&shear_displacement);
+        let mut energy = EnergySplit { stored_normal, stored_shear, ..EnergySplit::default() };
+        energy.add_viscous(0.5 * (old.normal_dashpot + normal_dashpot) * lengthening);
+        energy.add_viscous(0.5 * (old_shear_dashpot + shear_dashpot).dot(&slide));
+        let response = Response {
+            force: kinematics.normal * normal_force + shear_force,
+            moment: Vec3::zeros(),
+            state: LinearBondState { shear_displacement, normal_dashpot, shear_dashpot },
+            fate: Fate::Lives,
+            energy,
+        };
+        (response, fails)
+    }
+}
+
+/// Input: of the measure, then reference length (m), masses (kg), history; with particles that deform the six components of
+/// the sum of their widenings (m).
+const INPUT: usize = FINITE_INPUT + 10;
+/// Output: 1 where the bond holds, length, gap, normal, force (N), energies (J), history; with particles that deform elastic
+/// normal force and other forces that strain (N), and dyads (N).
+const OUTPUT: usize = 18;
+
+#[inline(always)]
+fn columns_of(state: &LinearBondState) -> [f64; 7] {
+    let LinearBondState { shear_displacement: s, normal_dashpot, shear_dashpot: d } = *state;
+    [s.x, s.y, s.z, normal_dashpot, d.x, d.y, d.z]
+}
+
+#[inline(always)]
+fn state_of([sx, sy, sz, normal_dashpot, dx, dy, dz]: [f64; 7]) -> LinearBondState {
+    let (shear_displacement, shear_dashpot) = (Vec3::new(sx, sy, sz), Vec3::new(dx, dy, dz));
+    LinearBondState { shear_displacement, normal_dashpot, shear_dashpot }
+}
+
+/// Measures and answers of many bonds that hold, of the same parameters.
+struct Intact<'a, const DAMPED: bool> {
+    bond: &'a LinearBond,
+    dt: f64,
+}
+
+impl<const DAMPED: bool> Intact<'_, DAMPED> {
+    /// `widening` (m) along the normal.
+    #[inline(always)]
+    fn answer(
+        &self,
+        input: [f64; INPUT],
+        widening: impl FnOnce(&Vec3) -> f64,
+    ) -> ([f64; OUTPUT], Vec3, Response<LinearBondState>) {
+        let measure = FiniteMeasure::of(std::array::from_fn(|i| input[i]));
+        let [reference_length, mass_a, mass_b] = std::array::from_fn(|i| input[FINITE_INPUT + i]);
+        let [.., radius_a, radius_b, nx, ny, nz, length] = std::array::from_fn::<f64, FINITE_INPUT, _>(|i| input[i]);
+        // The area is of no matter to this law.
+        let geometry = ContactGeometry { reference_length, area: 0.0, radius_a, radius_b, mass_a, mass_b };
+        let viscosities = if DAMPED { self.bond.dashpots(&geometry) } else { (0.0, 0.0) };
+        let frame = Frame { normal: Vec3::new(nx, ny, nz), length };
+        let mut point = measure.point(&geometry, &frame, true);
+        let gap = point.gap;
+        point = point.widened(widening(&point.normal), f64::NAN);
+        let old = state_of(std::array::from_fn(|i| input[FINITE_INPUT + 3 + i]));
+        let (response, fails) = self.bond.intact(&point, &old, viscosities, self.dt);
+        let (n, f, e) = (point.normal, response.force, response.energy);
+        let holds = if fails { 0.0 } else { 1.0 };
+        let [a, b, c, d, g, h, i] = columns_of(&response.state);
+        let output =
+            [holds, point.length, gap, n.x, n.y, n.z, f.x, f.y, f.z, e.viscous, e.integration, a, b, c, d, g, h, i];
+        (output, n, response)
+    }
+}
+
+impl<const DAMPED: bool> Formula<INPUT, OUTPUT> for Intact<'_, DAMPED> {
+    #[inline(always)]
+    fn apply(&self, input: [f64; INPUT]) -> [f64; OUTPUT] {
+        self.answer(input, |_| 0.0).0
+    }
+}
+
+/// The same between particles that deform.
+struct IntactStraining<'a, const DAMPED: bool> {
+    bond: &'a LinearBond,
+    dt: f64,
+    dashpots_strain: bool,
+}
+
+impl<const DAMPED: bool> Formula<{ INPUT + 6 }, { OUTPUT + 16 }> for IntactStraining<'_, DAMPED> {
+    #[inline(always)]
+    fn apply(&self, input: [f64; INPUT + 6]) -> [f64; OUTPUT + 16] {
+        let widening = Symmetric(std::array::from_fn(|i| input[INPUT + i]));
+        let intact = Intact::<DAMPED> { bond: self.bond, dt: self.dt };
+        let (row, normal, Response { force, state, .. }) =
+            intact.answer(std::array::from_fn(|i| input[i]), |normal| widening.quadratic(normal));
+        let viscous = LinearBond::viscous_force(&normal, &state);
+        let push = Push::of(&normal, &force, &viscous, self.dashpots_strain);
+        let (dyads, other) = (push.dyads(), push.other);
+        let mut output = [0.0; OUTPUT + 16];
+        output[..OUTPUT].copy_from_slice(&row);
+        output[OUTPUT..OUTPUT + 4].copy_from_slice(&[push.pressure, other.x, other.y, other.z]);
+        output[OUTPUT + 4..OUTPUT + 10].copy_from_slice(&dyads.normal.0);
+        output[OUTPUT + 10..].copy_from_slice(&dyads.other.0);
+        output
+    }
+}
+
 impl ContactLaw for LinearBond {
     fn kept_reference(&self, reference: Reference) -> Option<Reference> {
         self.subtract_initial_gap.then_some(reference)
@@ -139,52 +278,86 @@ impl ContactLaw for LinearBond {
 
     #[inline(always)]
     fn respond(&self, kinematics: &PointKinematics, old: &LinearBondState, dt: f64) -> Response<LinearBondState> {
-        let (normal_viscosity, shear_viscosity) = self.dashpots(&kinematics.geometry);
-        let rate = reciprocal_of_step(dt);
-
-        let stretch = if self.subtract_initial_gap { kinematics.elongation } else { kinematics.gap };
-        let lengthening = kinematics.length - kinematics.length_old;
-        let elastic_normal = self.normal_stiffness * stretch;
-        let normal_dashpot = normal_viscosity * lengthening * rate;
-
-        let slide = kinematics.shear_increment;
-        let shear_displacement = kinematics.transport.apply(&old.shear_displacement) + slide;
-        let old_shear_dashpot = kinematics.transport.apply(&old.shear_dashpot);
-        let elastic_shear = shear_displacement * self.shear_stiffness;
-        let shear_dashpot = slide * (shear_viscosity * rate);
-
-        let normal_force = elastic_normal + normal_dashpot;
-        let shear_force = elastic_shear + shear_dashpot;
-        let stored_normal = 0.5 * elastic_normal * stretch;
-        let stored_shear = 0.5 * elastic_shear.dot(&shear_displacement);
-
-        // for a breaking bond, these tell how the released energy was stored
-        let mut energy = EnergySplit { stored_normal, stored_shear, ..EnergySplit::default() };
-        let fails = normal_force >= self.normal_strength || shear_force.norm() >= self.shear_strength;
-        if fails || !kinematics.bonded {
-            // The force of this step is void. The energy stored by now is released; it contains the half of this
-            // step's work that the void elastic force would have taken in, which nobody did: the integration term.
-            energy.damage = stored_normal + stored_shear;
-            let stretching = kinematics.elongation - kinematics.elongation_old;
-            energy.integration = -0.5 * (elastic_normal * stretching + elastic_shear.dot(&slide));
-            energy.add_viscous(0.5 * old.normal_dashpot * lengthening);
-            energy.add_viscous(0.5 * old_shear_dashpot.dot(&slide));
-            return Response {
-                force: Vec3::zeros(),
-                moment: Vec3::zeros(),
-                state: LinearBondState::default(),
-                fate: Fate::Broke,
-                energy,
-            };
+        let (response, fails) = self.intact(kinematics, old, self.dashpots(&kinematics.geometry), dt);
+        if !fails && kinematics.bonded {
+            return response;
         }
-        energy.add_viscous(0.5 * (old.normal_dashpot + normal_dashpot) * lengthening);
-        energy.add_viscous(0.5 * (old_shear_dashpot + shear_dashpot).dot(&slide));
+        // The force of this step is void. The energy stored by now is released; it contains the half of this step's
+        // work that the void elastic force would have taken in, which nobody did: the integration term. How the energy was
+        // stored is told, too.
+        let EnergySplit { stored_normal, stored_shear, .. } = response.energy;
+        let damage = stored_normal + stored_shear;
+        let elastic_normal = self.normal_stiffness * self.stretch(kinematics);
+        let elastic_shear = response.state.shear_displacement * self.shear_stiffness;
+        let (slide, stretching) = (kinematics.shear_increment, kinematics.elongation - kinematics.elongation_old);
+        let integration = -0.5 * (elastic_normal * stretching + elastic_shear.dot(&slide));
+        let mut energy = EnergySplit { stored_normal, stored_shear, damage, integration, ..EnergySplit::default() };
+        let old_shear_dashpot = kinematics.transport.apply(&old.shear_dashpot);
+        energy.add_viscous(0.5 * old.normal_dashpot * (kinematics.length - kinematics.length_old));
+        energy.add_viscous(0.5 * old_shear_dashpot.dot(&slide));
         Response {
-            force: kinematics.normal * normal_force + shear_force,
+            force: Vec3::zeros(),
             moment: Vec3::zeros(),
-            state: LinearBondState { shear_displacement, normal_dashpot, shear_dashpot },
-            fate: Fate::Lives,
+            state: LinearBondState::default(),
+            fate: Fate::Broke,
             energy,
+        }
+    }
+
+    /// Bonds that hold, of the same parameters, measured by the finite measure, are answered in columns.
+    #[inline(always)]
+    fn respond_batch<B: Batch<Self>>(mode: Mode, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
+        let count = count.min(BATCH);
+        if count == 0 {
+            return;
+        }
+        let bond = *batch.law(0).0;
+        // The loop with a sample serves rigid particles and others.
+        if mode != Mode::Finite || B::SAMPLE || (1..count).any(|i| batch.row(i) != batch.row(0)) {
+            PointKinematics::measure_batch::<Self, B>(mode, count, dt, batch, columns);
+            return;
+        }
+        for i in 0..count {
+            FiniteMeasure::set(columns, i, batch);
+            let (ContactGeometry { reference_length, mass_a, mass_b, .. }, _, _) = batch.constants(i);
+            columns.set_from(FINITE_INPUT, i, [reference_length, mass_a, mass_b]);
+            columns.set_from(FINITE_INPUT + 3, i, columns_of(batch.law(i).1));
+            if B::DEFORM {
+                columns.set_from(INPUT, i, batch.widening(i).0);
+            }
+        }
+        let dashpots_strain = B::DEFORM && batch.dashpots_strain();
+        // Said so that what has no dashpots is computed without roots, and rigid particles without strains.
+        match (bond.damping_ratio != 0.0, B::DEFORM) {
+            (false, false) => columns.apply(&Intact::<false> { bond: &bond, dt }),
+            (true, false) => columns.apply(&Intact::<true> { bond: &bond, dt }),
+            (false, true) => columns.apply(&IntactStraining::<false> { bond: &bond, dt, dashpots_strain }),
+            (true, true) => columns.apply(&IntactStraining::<true> { bond: &bond, dt, dashpots_strain }),
+        }
+        for i in 0..count {
+            let (geometry, frame, bonded) = batch.constants(i);
+            let [holds, length, gap, nx, ny, nz, fx, fy, fz, viscous, integration] = columns.get(i);
+            if holds == 0.0 || !bonded {
+                respond_to_one(mode, i, dt, batch);
+                continue;
+            }
+            let point = FiniteMeasure::place(length, gap, Vec3::new(nx, ny, nz)).point(&geometry, &frame, bonded);
+            let response = Response {
+                force: Vec3::new(fx, fy, fz),
+                moment: Vec3::zeros(),
+                state: state_of(columns.get_from(11, i)),
+                fate: Fate::Lives,
+                energy: EnergySplit { viscous, integration, ..EnergySplit::default() },
+            };
+            if B::DEFORM {
+                let [pressure, ox, oy, oz] = columns.get_from(OUTPUT, i);
+                let push = Push { normal: point.normal, pressure, other: Vec3::new(ox, oy, oz) };
+                let normal = Symmetric(columns.get_from(OUTPUT + 4, i));
+                let other = Symmetric(columns.get_from(OUTPUT + 10, i));
+                batch.take_strained(i, &point, &response, &push, &Dyads { normal, other });
+            } else {
+                batch.take(i, &point, &response);
+            }
         }
     }
 

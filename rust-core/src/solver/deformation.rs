@@ -16,31 +16,10 @@
 use rayon::prelude::*;
 
 use super::forces::{HeldContact, TILE, TileMap};
-use crate::kinematics::deformable::{Deformable, Update, Widening};
+use crate::kinematics::deformable::{Deformable, Dyads, Update, Widening};
 use crate::math::{Symmetric, Vec3};
 use crate::state::particles::load_dyad;
 use crate::state::{Constraint, Deformation, Particles};
-
-/// What the contacts of a particle do to its shape: dyads `Σ ½(n⊗f + f⊗n)`, N.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Dyads {
-    /// Of elastic normal forces.
-    pub normal: Symmetric,
-    /// Of all other forces that strain the particle.
-    pub other: Symmetric,
-}
-
-impl Dyads {
-    /// The dyads of a contact with the force `force` on the particle from whose centre `normal` points to it, of which
-    /// dashpots exert `viscous` (N), and its elastic normal force; `dashpots_strain`: whether `viscous` strains particles.
-    #[inline(always)]
-    pub fn of_contact(normal: &Vec3, force: &Vec3, viscous: &Vec3, dashpots_strain: bool) -> (Self, Vec3) {
-        let elastic = force - viscous;
-        let pressure = normal * elastic.dot(normal);
-        let other = if dashpots_strain { *force } else { elastic } - pressure;
-        (Self { normal: Symmetric::product(normal, &pressure), other: Symmetric::product(normal, &other) }, pressure)
-    }
-}
 
 /// Sums over the contacts of a particle whose translation is prescribed; nothing for others.
 #[derive(Debug, Clone, Copy, Default)]
@@ -49,14 +28,6 @@ struct Held {
     side: Vec3,
     /// Sum of the elastic normal forces, N.
     net: Vec3,
-}
-
-impl std::ops::AddAssign for Dyads {
-    #[inline(always)]
-    fn add_assign(&mut self, other: Self) {
-        self.normal += other.normal;
-        self.other += other.other;
-    }
 }
 
 /// Sums over particles of one step, J; see the [module](self).
@@ -79,11 +50,15 @@ pub struct DeformationSums {
 pub struct DeformationPass {
     /// What the contacts see, by particle; empty if particles do not deform.
     pub widening: Vec<Widening>,
+    /// What they saw one step ago, m.
+    pub widening_before: Vec<Symmetric>,
     /// What the contacts did, by particle.
     pub dyads: Vec<Dyads>,
     /// What the reaction of held particles needs to know.
     held: Vec<Held>,
-    /// The dyads that the present strains were computed from, while they are iterated.
+    /// Particles with an entry in `held`.
+    touched: Vec<u32>,
+    /// The dyads that the present strains were computed from, if they are iterated; else these are those of the last step.
     guess: Vec<Symmetric>,
     /// What stays as in the first evaluation of a step while the strains are iterated.
     kept: Vec<Kept>,
@@ -107,23 +82,34 @@ impl DeformationPass {
         let n = particles.len();
         particles.deformation.resize(n, Deformation::default());
         self.guess.clear();
-        self.guess.extend(particles.deformation.iter().map(|d| d.dyad));
+        if deformable.update != Update::Lagged {
+            self.guess.extend(particles.deformation.iter().map(|d| d.dyad));
+        }
         self.dyads.resize(n, Dyads::default());
-        self.held.resize(n, Held::default());
+        if self.held.len() != n {
+            self.held = vec![Held::default(); n];
+            self.touched.clear();
+        }
         self.widening.resize(n, Widening::default());
-        let compliance = |p: usize| deformable.compliance(particles.material[p], particles.radius[p]);
+        self.widening_before.resize(n, Symmetric::default());
         self.widening
             .par_iter_mut()
+            .zip(&mut self.widening_before)
             .zip(&particles.deformation)
             .enumerate()
             .with_min_len(TILE)
-            .for_each(|(p, (widening, d))| widening.before = compliance(p).widening(&d.used));
-        self.widen(deformable, particles)
+            .map(|(p, ((now, before), d))| {
+                let radius = particles.radius[p];
+                let compliance = deformable.compliance(particles.material[p], radius);
+                *before = compliance.widening(&d.used);
+                now.0 = compliance.widening(&d.dyad);
+                size(&now.0) / radius
+            })
+            .reduce(|| 0.0, larger)
     }
 
     /// Strains from the present guess. Returns the largest size of any particle's strain.
     fn widen(&mut self, deformable: &Deformable, particles: &Particles) -> f64 {
-        let largest = |a: f64, b: f64| if a.is_nan() || a > b { a } else { b };
         self.widening
             .par_iter_mut()
             .zip(&self.guess)
@@ -131,16 +117,18 @@ impl DeformationPass {
             .with_min_len(TILE)
             .map(|(p, (widening, guess))| {
                 let radius = particles.radius[p];
-                widening.now = deformable.compliance(particles.material[p], radius).widening(guess);
-                widening.now.contract(&widening.now).sqrt() / radius
+                widening.0 = deformable.compliance(particles.material[p], radius).widening(guess);
+                size(&widening.0) / radius
             })
-            .reduce(|| 0.0, largest)
+            .reduce(|| 0.0, larger)
     }
 
     /// Forget the dyads of the last evaluation.
     pub fn clear(&mut self) {
-        self.dyads.fill(Dyads::default());
-        self.held.fill(Held::default());
+        self.dyads.par_chunks_mut(TILE).for_each(|dyads| dyads.fill(Dyads::default()));
+        for particle in self.touched.drain(..) {
+            self.held[particle as usize] = Held::default();
+        }
     }
 
     /// Add contacts of held particles.
@@ -149,20 +137,14 @@ impl DeformationPass {
             let held = &mut self.held[contact.particle as usize];
             held.side += contact.normal;
             held.net += contact.pressure;
+            self.touched.push(contact.particle);
         }
     }
 
     /// Add what contacts of other tiles did, in fixed order.
     pub fn gather(&mut self, maps: &[&TileMap]) {
-        self.dyads.par_chunks_mut(TILE).enumerate().for_each(|(chunk, dyads)| {
-            for map in maps {
-                for (i, dyads) in dyads.iter_mut().enumerate() {
-                    for incoming in map.incoming_dyads(chunk * TILE + i) {
-                        *dyads += *incoming;
-                    }
-                }
-            }
-        });
+        let chunks = self.dyads.par_chunks_mut(TILE).enumerate();
+        chunks.for_each(|(chunk, dyads)| add_incoming(maps, chunk * TILE, dyads));
     }
 
     /// Keep all but the elastic normal forces as they are now for the iterations that follow. Other forces depend on the
@@ -171,23 +153,8 @@ impl DeformationPass {
     pub fn keep_others(&mut self, force: &[Vec3]) {
         let mut kept = std::mem::take(&mut self.kept);
         kept.clear();
-        kept.extend((0..self.dyads.len()).map(|p| self.others(p, &force[p])));
+        kept.extend((0..self.dyads.len()).map(|p| others(&self.dyads[p], &self.held[p], &force[p])));
         self.kept = kept;
-    }
-
-    /// All but the elastic normal forces on particle `p`; `force` is the net contact force.
-    #[inline(always)]
-    fn others(&self, p: usize, force: &Vec3) -> Kept {
-        let Held { side, net } = self.held[p];
-        Kept { other: self.dyads[p].other, side, rest: force - net }
-    }
-
-    /// All that strains particle `p` with the elastic normal forces of now and what was `kept`, and the part of it that is
-    /// reaction, N.
-    #[inline(always)]
-    fn total(&self, p: usize, kept: &Kept, particles: &Particles) -> (Symmetric, Symmetric) {
-        let reaction = reaction(particles, p, &(self.held[p].net + kept.rest), &kept.side);
-        (self.dyads[p].normal + kept.other + load_dyad(&particles.loads, p as u32) + reaction, reaction)
     }
 
     /// Difference between the dyads that the forces of the last evaluation give and those that its strains were computed
@@ -195,7 +162,7 @@ impl DeformationPass {
     pub fn disagreement(&self, particles: &Particles) -> f64 {
         let (mut change, mut size) = (0.0, 0.0);
         for (p, guess) in self.guess.iter().enumerate() {
-            let (result, _) = self.total(p, &self.kept[p], particles);
+            let (result, _) = total(p, &self.dyads[p], &self.held[p], &self.kept[p], particles);
             let difference = result - *guess;
             change += difference.contract(&difference);
             size += result.contract(&result);
@@ -208,37 +175,41 @@ impl DeformationPass {
     pub fn relax(&mut self, deformable: &Deformable, relaxation: f64, particles: &Particles) -> f64 {
         let mut relaxed = std::mem::take(&mut self.guess);
         for (p, guess) in relaxed.iter_mut().enumerate() {
-            let (result, _) = self.total(p, &self.kept[p], particles);
+            let (result, _) = total(p, &self.dyads[p], &self.held[p], &self.kept[p], particles);
             *guess += (result - *guess) * relaxation;
         }
         self.guess = relaxed;
         self.widen(deformable, particles)
     }
 
-    /// Note the forces of the step, for the next one, and sum up what the deformation did in this one.
-    pub fn finish(&self, particles: &mut Particles, force: &[Vec3]) -> DeformationSums {
+    /// Note the forces of the step, for the next one, and sum up what the deformation did in this one. What contacts of other
+    /// tiles did is added first ([`Self::gather`]), unless it has been: then `maps` is empty.
+    pub fn finish(&mut self, particles: &mut Particles, force: &[Vec3], maps: &[&TileMap]) -> DeformationSums {
         let mut deformation = std::mem::take(&mut particles.deformation);
-        let parts: Vec<DeformationSums> = deformation
-            .par_chunks_mut(TILE)
-            .enumerate()
-            .map(|(chunk, deformation)| {
-                let mut sums = DeformationSums::default();
-                for (i, deformation) in deformation.iter_mut().enumerate() {
-                    let p = chunk * TILE + i;
-                    let (dyad, reaction) = self.total(p, &self.others(p, &force[p]), particles);
-                    let new = Deformation { dyad, used: self.guess[p], other: self.dyads[p].other, reaction };
-                    let old = std::mem::replace(deformation, new);
-                    let Widening { now, before } = self.widening[p];
-                    let change = now - before;
-                    sums.stored += 0.5 * new.used.contract(&now);
-                    sums.lag += 0.5 * ((old.dyad + new.dyad) - (old.used + new.used)).contract(&change);
-                    sums.other -= 0.5 * (old.other + new.other).contract(&change);
-                    sums.loads += load_dyad(&particles.loads, p as u32).contract(&change);
-                    sums.reactions += 0.5 * (old.reaction + new.reaction).contract(&change);
-                }
-                sums
-            })
-            .collect();
+        let Self { dyads, held, guess, widening, widening_before, .. } = self;
+        let (particles_now, held, guess) = (&*particles, &*held, &*guess);
+        let chunks = deformation.par_chunks_mut(TILE).zip(dyads.par_chunks_mut(TILE)).enumerate();
+        let part = |(chunk, (deformation, dyads)): (usize, (&mut [Deformation], &mut [Dyads]))| {
+            add_incoming(maps, chunk * TILE, dyads);
+            let mut sums = DeformationSums::default();
+            for (i, (deformation, dyads)) in deformation.iter_mut().zip(dyads).enumerate() {
+                let p = chunk * TILE + i;
+                let kept = others(dyads, &held[p], &force[p]);
+                let (dyad, reaction) = total(p, dyads, &held[p], &kept, particles_now);
+                let used = guess.get(p).copied().unwrap_or(deformation.dyad);
+                let new = Deformation { dyad, used, other: dyads.other, reaction };
+                let old = std::mem::replace(deformation, new);
+                let now = widening[p].0;
+                let change = now - widening_before[p];
+                sums.stored += 0.5 * new.used.contract(&now);
+                sums.lag += 0.5 * ((old.dyad + new.dyad) - (old.used + new.used)).contract(&change);
+                sums.other -= 0.5 * (old.other + new.other).contract(&change);
+                sums.loads += load_dyad(&particles_now.loads, p as u32).contract(&change);
+                sums.reactions += 0.5 * (old.reaction + new.reaction).contract(&change);
+            }
+            sums
+        };
+        let parts: Vec<DeformationSums> = chunks.map(part).collect();
         particles.deformation = deformation;
         parts.iter().fold(DeformationSums::default(), |a, b| DeformationSums {
             stored: a.stored + b.stored,
@@ -251,12 +222,47 @@ impl DeformationPass {
 
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
-        self.widening.len() * size_of::<Widening>()
+        self.widening.len() * (size_of::<Widening>() + size_of::<Symmetric>())
             + self.dyads.len() * size_of::<Dyads>()
             + self.held.len() * size_of::<Held>()
+            + self.touched.len() * size_of::<u32>()
             + self.guess.len() * size_of::<Symmetric>()
             + self.kept.len() * size_of::<Kept>()
     }
+}
+
+/// Add what contacts of other tiles did to the particles from `base` on, in fixed order.
+fn add_incoming(maps: &[&TileMap], base: usize, dyads: &mut [Dyads]) {
+    for map in maps {
+        for (i, dyads) in dyads.iter_mut().enumerate() {
+            for incoming in map.incoming_pushes(base + i) {
+                *dyads += incoming.dyads();
+            }
+        }
+    }
+}
+
+/// All but the elastic normal forces on a particle; `force` is the net contact force.
+#[inline(always)]
+fn others(dyads: &Dyads, held: &Held, force: &Vec3) -> Kept {
+    Kept { other: dyads.other, side: held.side, rest: force - held.net }
+}
+
+/// All that strains particle `p` with the elastic normal forces of now and what was `kept`, and the part of it that is
+/// reaction, N.
+#[inline(always)]
+fn total(p: usize, dyads: &Dyads, held: &Held, kept: &Kept, particles: &Particles) -> (Symmetric, Symmetric) {
+    let reaction = reaction(particles, p, &(held.net + kept.rest), &kept.side);
+    (dyads.normal + kept.other + load_dyad(&particles.loads, p as u32) + reaction, reaction)
+}
+
+fn size(tensor: &Symmetric) -> f64 {
+    tensor.contract(tensor).sqrt()
+}
+
+/// The larger one; what is no number is larger than all.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
 }
 
 /// Dyad of the reaction of a prescribed translation, N.

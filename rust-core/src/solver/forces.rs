@@ -8,12 +8,11 @@
 
 use rayon::prelude::*;
 
-use crate::kinematics::deformable::Widening;
+use crate::kinematics::deformable::{Dyads, Push, Widening};
 use crate::kinematics::sphere_sphere::{ImageShift, Motion};
 use crate::kinematics::{BATCH, Batch, Columns, Frame, Mode, PointKinematics, Pose};
 use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, LawState, Reference, Response};
-use crate::math::{Mat3, Quat, Vec3};
-use crate::solver::deformation::Dyads;
+use crate::math::{Mat3, Quat, Symmetric, Vec3};
 use crate::solver::record::{self, ContactForces, WallForces};
 use crate::solver::walls;
 use crate::state::contacts::{ContactBlock, Contacts, Link, Pair};
@@ -37,8 +36,10 @@ pub struct Wrench {
 pub struct StepContext<'a> {
     /// The particles.
     pub particles: &'a Particles,
-    /// What the default measure reads of them, packed.
+    /// What measures read of them, packed.
     pub poses: &'a [Pose],
+    /// Whether `poses` have orientations, and not rotations of the step.
+    pub oriented: bool,
     /// Periodic cell.
     pub cell: Option<&'a Cell>,
     /// How motion is measured.
@@ -52,6 +53,8 @@ pub struct StepContext<'a> {
     pub sample: bool,
     /// How far the surfaces of particles moved out, by particle; empty if particles do not deform.
     pub widening: &'a [Widening],
+    /// The same one step ago, m.
+    pub widening_before: &'a [Symmetric],
     /// Whether forces of dashpots strain the particles.
     pub dashpots_strain: bool,
     /// Prescribed translations whose reactions strain the particles: all, or those in the plane.
@@ -63,8 +66,8 @@ impl StepContext<'_> {
     /// step ago, m.
     #[inline(always)]
     pub fn widening_between(&self, a: usize, b: usize, normal: &Vec3, normal_old: &Vec3) -> (f64, f64) {
-        let (a, b) = (&self.widening[a], &self.widening[b]);
-        ((a.now + b.now).quadratic(normal), (a.before + b.before).quadratic(normal_old))
+        let before = self.widening_before[a] + self.widening_before[b];
+        ((self.widening[a].0 + self.widening[b].0).quadratic(normal), before.quadratic(normal_old))
     }
 }
 
@@ -143,8 +146,8 @@ pub struct TileMap {
     slots: Vec<u32>,
     /// The halo.
     halo: Vec<Wrench>,
-    /// The same slots for dyads, if particles deform.
-    dyad_halo: Vec<Dyads>,
+    /// The same slots for what deforms particles, if they do.
+    push_halo: Vec<Push>,
 }
 
 impl TileMap {
@@ -184,7 +187,7 @@ impl TileMap {
             target_count[target as usize] += 1;
         }
         let halo = vec![Wrench::default(); targets.len()];
-        Self { tile: tile_length, contact_start, halo_start, target_start, slots, halo, dyad_halo: Vec::new() }
+        Self { tile: tile_length, contact_start, halo_start, target_start, slots, halo, push_halo: Vec::new() }
     }
 
     /// Halo contributions to particle `p`, in order.
@@ -194,16 +197,16 @@ impl TileMap {
         self.slots[range].iter().map(|&slot| &self.halo[slot as usize])
     }
 
-    /// Dyads from other tiles for particle `p`, in order.
+    /// What contacts of other tiles do to the shape of particle `p`, in order.
     #[inline(always)]
-    pub fn incoming_dyads(&self, p: usize) -> impl Iterator<Item = &Dyads> {
+    pub fn incoming_pushes(&self, p: usize) -> impl Iterator<Item = &Push> {
         let range = self.target_start[p] as usize..self.target_start[p + 1] as usize;
-        self.slots[range].iter().map(|&slot| &self.dyad_halo[slot as usize])
+        self.slots[range].iter().map(|&slot| &self.push_halo[slot as usize])
     }
 
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
-        size_of::<Dyads>() * self.dyad_halo.len()
+        size_of::<Push>() * self.push_halo.len()
             + 4 * (self.contact_start.len() + self.halo_start.len() + self.target_start.len() + self.slots.len())
             + size_of::<Wrench>() * self.halo.len()
     }
@@ -262,7 +265,7 @@ struct Tile<'a, L: ContactLaw> {
     torque: &'a mut [Vec3],
     halo: &'a mut [Wrench],
     dyads: &'a mut [Dyads],
-    dyad_halo: &'a mut [Dyads],
+    push_halo: &'a mut [Push],
 }
 
 impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
@@ -276,9 +279,9 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
     ) -> Tally {
         let rows = &self.rows;
         if !dyads.is_empty() {
-            map.dyad_halo.resize(map.halo.len(), Dyads::default());
+            map.push_halo.resize(map.halo.len(), Push::default());
         }
-        let mut dyad_halo = &mut map.dyad_halo[..];
+        let mut push_halo = &mut map.push_halo[..];
         let mut tiles = Vec::with_capacity(map.contact_start.len());
         let mut pair = &self.pair[..];
         let mut link = &mut self.link[..];
@@ -302,7 +305,7 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
                 torque,
                 halo: halo.split_off_mut(..slots).unwrap_or_default(),
                 dyads: dyads.split_off_mut(..length.min(dyads.len())).unwrap_or_default(),
-                dyad_halo: dyad_halo.split_off_mut(..slots.min(dyad_halo.len())).unwrap_or_default(),
+                push_halo: push_halo.split_off_mut(..slots.min(push_halo.len())).unwrap_or_default(),
             });
         }
         let tallies: Vec<Tally> = tiles.into_par_iter().map(|tile| dispatch(context, rows, tile)).collect();
@@ -474,7 +477,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     fn leave_empty(&mut self, slot: u32) {
         self.tile.halo[slot as usize] = Wrench::default();
         if self.deforms() {
-            self.tile.dyad_halo[slot as usize] = Dyads::default();
+            self.tile.push_halo[slot as usize] = Push::default();
         }
     }
 
@@ -488,8 +491,9 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
 
     /// By how much the surfaces of a contact's particles had moved towards each other one step ago, m.
     #[inline(always)]
-    fn widened_before(&self, contact: u32, a: &Widening, b: &Widening) -> f64 {
-        (a.before + b.before).quadratic(&self.tile.frame[contact as usize].normal)
+    fn widened_before(&self, contact: u32) -> f64 {
+        let (Pair { a, b }, before) = (self.tile.pair[contact as usize], self.context.widening_before);
+        (before[a as usize] + before[b as usize]).quadratic(&self.tile.frame[contact as usize].normal)
     }
 
     /// [`Batch::answer`] to a contact that ends, whose answer depends on the elongation of one step ago, too. `now`: by how
@@ -498,9 +502,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     #[inline(never)]
     fn answer_again(&mut self, i: usize, kinematics: L::Kinematics, now: f64) {
         let contact = self.waiting[i].contact;
-        let Pair { a, b } = self.tile.pair[contact as usize];
-        let (a, b) = (&self.context.widening[a as usize], &self.context.widening[b as usize]);
-        let deformed = kinematics.widened(now, self.widened_before(contact, a, b));
+        let deformed = kinematics.widened(now, self.widened_before(contact));
         let (law, history) = self.law(i);
         let response = law.respond(&deformed, history, self.context.dt);
         self.take(i, deformed.point(), &response);
@@ -537,12 +539,19 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
 {
     const PERIODIC: bool = PERIODIC;
     const SAMPLE: bool = SAMPLE;
+    const DEFORM: bool = DEFORM;
 
     #[inline(always)]
     fn poses(&self, i: usize) -> ([Pose; 2], Vec3) {
         let k = self.waiting[i].contact as usize;
         let Pair { a, b } = self.tile.pair[k];
-        ([self.context.poses[a as usize], self.context.poses[b as usize]], self.image(k).displacement)
+        let mut both = [self.context.poses[a as usize], self.context.poses[b as usize]];
+        if self.context.oriented {
+            for (pose, p) in both.iter_mut().zip([a, b]) {
+                pose.rotation = self.context.particles.rotation_increment[p as usize];
+            }
+        }
+        (both, self.image(k).displacement)
     }
 
     #[inline(always)]
@@ -557,9 +566,13 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     fn ends(&self, i: usize) -> ([Vec3; 2], [Quat; 2], Vec3) {
         let k = self.waiting[i].contact as usize;
         let Pair { a, b } = self.tile.pair[k];
-        let Particles { position, orientation, .. } = self.context.particles;
-        let (a, b) = (a as usize, b as usize);
-        ([position[a], position[b]], [orientation[a], orientation[b]], self.image(k).displacement)
+        let both = [&self.context.poses[a as usize], &self.context.poses[b as usize]];
+        let orientations = if self.context.oriented {
+            both.map(|pose| pose.rotation)
+        } else {
+            [a, b].map(|p| self.context.particles.orientation[p as usize])
+        };
+        (both.map(|pose| pose.position), orientations, self.image(k).displacement)
     }
 
     #[inline(always)]
@@ -592,6 +605,17 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 
     #[inline(always)]
+    fn widening(&self, i: usize) -> Symmetric {
+        let Pair { a, b } = self.tile.pair[self.waiting[i].contact as usize];
+        self.context.widening[a as usize].0 + self.context.widening[b as usize].0
+    }
+
+    #[inline(always)]
+    fn dashpots_strain(&self) -> bool {
+        self.context.dashpots_strain
+    }
+
+    #[inline(always)]
     fn answer(&mut self, i: usize, kinematics: &L::Kinematics) {
         let (law, history) = self.law(i);
         if !self.deforms() {
@@ -600,11 +624,9 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             return;
         }
         let Waiting { contact, begins, .. } = self.waiting[i];
-        let Pair { a, b } = self.tile.pair[contact as usize];
-        let (a, b) = (&self.context.widening[a as usize], &self.context.widening[b as usize]);
-        let now = (a.now + b.now).quadratic(&kinematics.point().normal);
+        let now = self.widening(i).quadratic(&kinematics.point().normal);
         let told = L::READS_OLD_ELONGATION || begins;
-        let before = if told { self.widened_before(contact, a, b) } else { f64::NAN };
+        let before = if told { self.widened_before(contact) } else { f64::NAN };
         let deformed = kinematics.widened(now, before);
         let response = law.respond(&deformed, history, self.context.dt);
         if !told && response.fate != Fate::Lives {
@@ -616,11 +638,44 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
 
     #[inline(always)]
     fn take(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>) {
+        if self.deforms() {
+            let viscous = L::viscous_force(&point.normal, &response.state);
+            let push = Push::of(&point.normal, &response.force, &viscous, self.context.dashpots_strain);
+            self.take_with(i, point, response, Some((&push, &push.dyads())));
+        } else {
+            self.take_with(i, point, response, None);
+        }
+    }
+
+    #[inline(always)]
+    fn take_strained(
+        &mut self,
+        i: usize,
+        point: &PointKinematics,
+        response: &Response<L::State>,
+        push: &Push,
+        dyads: &Dyads,
+    ) {
+        self.take_with(i, point, response, Some((push, dyads)));
+    }
+}
+
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>
+    Queue<'_, L, PERIODIC, SAMPLE, DEFORM>
+{
+    /// [`Batch::take`]; `strain`: what the contact does to the shape of its particles, if they deform.
+    #[inline(always)]
+    fn take_with(
+        &mut self,
+        i: usize,
+        point: &PointKinematics,
+        response: &Response<L::State>,
+        strain: Option<(&Push, &Dyads)>,
+    ) {
         let Waiting { contact, slot, begins } = self.waiting[i];
         let k = contact as usize;
         let pair = self.tile.pair[k];
         let (a, b) = (pair.a as usize, pair.b as usize);
-        let deforms = self.deforms();
         let link = &mut self.tile.link[k];
         let history = &mut self.tile.history[k];
         let tally = &mut self.tally;
@@ -678,22 +733,19 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             torque_a += response.moment;
             torque_b -= response.moment;
         }
-        if deforms {
-            // Force and direction are both opposite for B: its dyads are the same.
-            let viscous = L::viscous_force(&normal, history);
-            let (dyads, pressure) = Dyads::of_contact(&normal, &force, &viscous, self.context.dashpots_strain);
+        if let Some((push, &dyads)) = strain {
             self.tile.dyads[a - self.tile.base] += dyads;
             if slot == LOCAL {
                 self.tile.dyads[b - self.tile.base] += dyads;
             } else {
-                self.tile.dyad_halo[slot as usize] = dyads;
+                self.tile.push_halo[slot as usize] = *push;
             }
             let (constraint, reacting) = (&self.context.particles.constraint, self.context.reacting);
             if constraint[a].any(reacting) {
-                hold(&mut tally.held, pair.a, normal, pressure);
+                hold(&mut self.tally.held, pair.a, normal, push.elastic());
             }
             if constraint[b].any(reacting) {
-                hold(&mut tally.held, pair.b, -normal, -pressure);
+                hold(&mut self.tally.held, pair.b, -normal, -push.elastic());
             }
         }
         self.tile.force[a - self.tile.base] += force;

@@ -194,6 +194,8 @@ pub struct Solver {
     force: Vec<Vec3>,
     torque: Vec<Vec3>,
     poses: Vec<Pose>,
+    /// Whether they have orientations.
+    oriented: bool,
     pass: DeformationPass,
     /// Strain of particles up to which the candidates are complete.
     strain_margin: f64,
@@ -240,6 +242,7 @@ impl Solver {
             force: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
             poses: Vec::new(),
+            oriented: false,
             pass: DeformationPass::default(),
             strain_margin: 0.0,
             gradient_change: None,
@@ -468,12 +471,14 @@ impl Solver {
         let context = StepContext {
             particles: &state.particles,
             poses: &[],
+            oriented: false,
             cell: state.cell.as_ref(),
             mode: self.model.mode,
             dt: state.clock.dt,
             damage_threshold: self.model.damage_threshold,
             sample: false,
             widening: &self.pass.widening,
+            widening_before: &self.pass.widening_before,
             dashpots_strain: false,
             reacting: Constraint::FREE,
         };
@@ -516,14 +521,17 @@ impl Solver {
             self.search(state, strain)?;
             report.searched = true;
         }
-        state.particles.poses(&mut self.poses);
-        let crossing = if deformation::iteration(self.model.deformable.as_ref()).is_some() {
+        self.oriented = !state.bonds.is_empty() && state.bonds.iter().all(|block| block.reads_orientations());
+        state.particles.poses(self.oriented, &mut self.poses);
+        let iterated = deformation::iteration(self.model.deformable.as_ref()).is_some();
+        let crossing = if iterated {
             self.evaluate_iterated(state, sample, report, &mut strain)?
         } else {
             self.evaluate(state, sample, report)
         };
         if self.model.deformable.is_some() {
-            report.deformation = self.pass.finish(&mut state.particles, &self.force);
+            let maps = if iterated { Vec::new() } else { maps(&self.bond_maps, &self.contact_map, state) };
+            report.deformation = self.pass.finish(&mut state.particles, &self.force, &maps);
         }
         if self.model.hydrostatic_strength.is_active()
             && let Some(stress) = virial::mean_stress(state, self.model.hydrostatic_strength.planar)
@@ -622,16 +630,18 @@ impl Solver {
         self.pass.clear();
         report.evaluations += 1;
         let (force, torque, pass) = (&mut self.force[..], &mut self.torque[..], &mut self.pass);
-        let DeformationPass { widening, dyads, .. } = pass;
+        let DeformationPass { widening, widening_before, dyads, .. } = pass;
         let context = StepContext {
             particles: &state.particles,
             poses: &self.poses,
+            oriented: self.oriented,
             cell: state.cell.as_ref(),
             mode: self.model.mode,
             dt: state.clock.dt,
             damage_threshold: self.model.damage_threshold,
             sample,
             widening,
+            widening_before,
             dashpots_strain: self.model.deformable.as_ref().is_some_and(|d| d.dashpots),
             reacting: self.model.deformable.as_ref().map_or(Constraint::FREE, Deformable::reacting),
         };
@@ -659,13 +669,13 @@ impl Solver {
             tally.incidents.clear();
             merge(tally, 2, usize::MAX);
         }
-        let mut maps: Vec<&TileMap> = self.bond_maps.iter().collect();
-        if state.contacts.is_some() {
-            maps.push(&self.contact_map);
-        }
+        let maps = maps(&self.bond_maps, &self.contact_map, state);
         integrate::gather(force, torque, &maps);
         if self.model.deformable.is_some() {
-            pass.gather(&maps);
+            // Otherwise [`DeformationPass::finish`] gathers.
+            if deformation::iteration(self.model.deformable.as_ref()).is_some() {
+                pass.gather(&maps);
+            }
             pass.hold(&held);
         }
         crossing
@@ -712,6 +722,11 @@ impl Solver {
         }
         Err(SolverError::NotConverged { step: state.clock.step, iterations: maximum, change })
     }
+}
+
+/// Maps of all blocks between particles.
+fn maps<'a>(bonds: &'a [TileMap], contacts: &'a TileMap, state: &State) -> Vec<&'a TileMap> {
+    bonds.iter().chain(state.contacts.is_some().then_some(contacts)).collect()
 }
 
 /// Contacts as they were.

@@ -5,9 +5,9 @@
 
 use rayon::prelude::*;
 
-use super::deformation::Dyads;
 use super::forces::{StepContext, activate};
 use super::walls;
+use crate::kinematics::deformable::Dyads;
 use crate::kinematics::sphere_sphere::ImageShift;
 use crate::law::{ContactGeometry, ContactLaw, Fate, Kinematics, Response};
 use crate::math::Vec3;

@@ -6,9 +6,9 @@
 //! surface acts once, not once per triangle. Where the
 //! nearest point passes from one triangle to the next, the new contact goes on with the history of the old one.
 
-use super::deformation::Dyads;
 use super::forces::{HeldContact, Incident, StepContext, Tally, motion_of};
 use crate::kinematics::Frame;
+use crate::kinematics::deformable::{Dyads, Push};
 use crate::law::{ContactGeometry, ContactLaw, Fate, Kinematics};
 use crate::math::Vec3;
 use crate::solver::record::WallForces;
@@ -62,7 +62,7 @@ pub fn evaluate<L: ContactLaw>(
             walls[w as usize].foot(e as usize, &centre)
         }));
         // Radius towards a wall, with what the particle widened.
-        let widened = |normal: &Vec3| radius + context.widening.get(a).map_or(0.0, |w| w.now.quadratic(normal));
+        let widened = |normal: &Vec3| radius + context.widening.get(a).map_or(0.0, |w| w.0.quadratic(normal));
         let touching = |k: usize| feet[k].filter(|foot| foot.distance < widened(&foot.normal));
         // Which of them act.
         holds.clear();
@@ -141,8 +141,8 @@ pub fn evaluate<L: ContactLaw>(
                 continue;
             };
             if let Some(widening) = context.widening.get(a) {
-                let now = widening.now.quadratic(&foot.normal);
-                kinematics = kinematics.widened(now, widening.before.quadratic(&block.frame[k].normal));
+                let before = context.widening_before[a].quadratic(&block.frame[k].normal);
+                kinematics = kinematics.widened(widening.0.quadratic(&foot.normal), before);
             }
             let response = block.rows[block.link[k].row as usize].respond(&kinematics, &block.history[k], context.dt);
             block.frame[k] = Frame { normal: foot.normal, length: foot.distance };
@@ -170,11 +170,10 @@ pub fn evaluate<L: ContactLaw>(
             force[a] += response.force;
             if let Some(sum) = dyads.get_mut(a) {
                 let viscous = L::viscous_force(&foot.normal, &response.state);
-                let (dyads, pressure) =
-                    Dyads::of_contact(&foot.normal, &response.force, &viscous, context.dashpots_strain);
-                *sum += dyads;
+                let push = Push::of(&foot.normal, &response.force, &viscous, context.dashpots_strain);
+                *sum += push.dyads();
                 if particles.constraint[a].any(context.reacting) {
-                    tally.held.push(HeldContact { particle: a as u32, normal: foot.normal, pressure });
+                    tally.held.push(HeldContact { particle: a as u32, normal: foot.normal, pressure: push.elastic() });
                 }
             }
             torque[a] += point.cross(&response.force);

@@ -179,6 +179,8 @@ pub trait Contacts: Send + Sync {
     fn law(&self) -> &'static str;
     /// Whether the law goes with particles that deform.
     fn deforms(&self) -> bool;
+    /// Whether contacts are measured by orientations, and not by rotations of the step.
+    fn reads_orientations(&self) -> bool;
     /// Number of entries, broken and inactive ones included.
     fn len(&self) -> usize;
     /// Whether there is none.
@@ -262,6 +264,9 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     }
     fn deforms(&self) -> bool {
         L::DEFORMS
+    }
+    fn reads_orientations(&self) -> bool {
+        L::Kinematics::ONE_MODE
     }
     fn len(&self) -> usize {
         self.pair.len()

@@ -147,14 +147,16 @@ pub struct Sphere {
 }
 
 impl Particles {
-    /// Write what the measure of contacts reads into `poses`, in the particles' order.
-    pub fn poses(&self, poses: &mut Vec<Pose>) {
+    /// Write what the measure of contacts reads into `poses`, in the particles' order: with orientations, or with rotations of
+    /// the step.
+    pub fn poses(&self, oriented: bool, poses: &mut Vec<Pose>) {
+        let rotation = if oriented { &self.orientation } else { &self.rotation_increment };
         self.position
             .par_iter()
-            .zip(&self.rotation_increment)
+            .zip(rotation)
             .zip(&self.radius)
             .with_min_len(1024)
-            .map(|((&position, &rotation_increment), &radius)| Pose { position, rotation_increment, radius })
+            .map(|((&position, &rotation), &radius)| Pose { position, rotation, radius })
             .collect_into_vec(poses);
     }
 

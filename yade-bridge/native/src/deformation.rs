@@ -7,10 +7,10 @@
 
 use std::ffi::{CStr, c_char};
 
-use concordem::kinematics::deformable::{Condition, Deformable, Update};
+use concordem::kinematics::deformable::{Condition, Deformable, Push, Update};
 use concordem::law::Elastic;
 use concordem::math::{Symmetric, Vec3};
-use concordem::solver::deformation::{DeformationPass, DeformationSums, Dyads};
+use concordem::solver::deformation::{DeformationPass, DeformationSums};
 use concordem::solver::forces::HeldContact;
 use concordem::state::{Constraint, Deformation, Particles};
 
@@ -171,12 +171,11 @@ impl Scratch {
             force.resize(particles.len(), Vec3::zeros());
             let (mut held, reacting) = (Vec::new(), deformable.reacting());
             for bond in &*bonds {
-                let (dyads, pressure) =
-                    Dyads::of_contact(&bond.normal, &bond.force, &bond.viscous, deformable.dashpots);
+                let push = Push::of(&bond.normal, &bond.force, &bond.viscous, deformable.dashpots);
+                let (dyads, pressure) = (push.dyads(), push.elastic());
                 for (particle, sign) in bond.bodies.into_iter().zip([1.0, -1.0]) {
                     let p = particle as usize;
                     force[p] += bond.force * sign;
-                    // Force and direction are both opposite for the second: its dyads are the same.
                     pass.dyads[p] += dyads;
                     if particles.constraint[p].any(reacting) {
                         held.push(HeldContact { particle, normal: bond.normal * sign, pressure: pressure * sign });
@@ -184,7 +183,7 @@ impl Scratch {
                 }
             }
             pass.hold(&held);
-            let sums = pass.finish(particles, force);
+            let sums = pass.finish(particles, force, &[]);
             // What they will see in the next one.
             (sums, pass.begin(deformable, particles))
         });
@@ -196,15 +195,16 @@ impl Scratch {
 
     /// Give the host what was found.
     unsafe fn write(&self, deformable: &Deformable, bodies: &[DeformableBody]) {
-        for ((body, d), widening) in bodies.iter().zip(&self.particles.deformation).zip(&self.pass.widening) {
+        let widenings = self.pass.widening.iter().zip(&self.pass.widening_before);
+        for ((body, d), (now, before)) in bodies.iter().zip(&self.particles.deformation).zip(widenings) {
             let stress = deformable.stress(&d.dyad, body.radius);
             for (to, from) in [
                 (body.dyad, &d.dyad),
                 (body.used, &d.used),
                 (body.other, &d.other),
                 (body.reaction, &d.reaction),
-                (body.widening, &widening.now),
-                (body.widening_before, &widening.before),
+                (body.widening, &now.0),
+                (body.widening_before, before),
                 (body.stress, &stress),
             ] {
                 // SAFETY: the caller's promise: six reals.
