@@ -4,6 +4,7 @@
 //! step at the places where the host has its bodies, and adds them to the host's forces, so that all the rest stays the
 //! host's.
 
+use std::ffi::{CStr, c_void};
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
@@ -14,7 +15,9 @@ use concordem::math::Vec3;
 use concordem::output::{checkpoint, hash};
 use concordem::solver::Solver;
 use concordem::state::Cell;
-use concordem_yade::assembly::{Assembly, Bodies, Contacts, Origin, Row, cell_of, mode_of};
+use concordem_yade::assembly::{
+    Assembly, Bodies, Contacts, Given, Origin, PAUSE_SOFT, PauseThreads, Row, cell_of, mode_of,
+};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -24,13 +27,23 @@ use crate::arrays::{
     Flags, Images, Indices, Pairs, Rows, Scalars, Tensor, Vector, Vectors, rows, scalars, tensor, vectors,
 };
 use crate::errors::{OrRaise, of_assembly};
-use crate::memory::{peek, targets};
+use crate::memory::{AHEAD, peek, prefetch, targets};
 use crate::scenario::{Scenario, table_of};
 use crate::simulation::{guarded, inside, pool};
 use crate::state::contact_table;
 
 /// A function that adds a vector to a body's force or torque: `this`, id, vector.
-type AddVector = unsafe extern "C" fn(*mut std::ffi::c_void, i32, *const f64);
+type AddVector = unsafe extern "C" fn(*mut c_void, i32, *const f64);
+
+/// The address of a function of the host.
+fn symbol(name: &CStr) -> PyResult<*mut c_void> {
+    // Safety: the name ends with a zero byte.
+    let address = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr()) };
+    if address.is_null() {
+        return Err(PyRuntimeError::new_err(format!("the host does not export {}", name.to_string_lossy())));
+    }
+    Ok(address)
+}
 
 /// Where the host keeps its bodies and forces.
 struct Host {
@@ -44,8 +57,12 @@ struct Host {
     forces: usize,
     add_force: AddVector,
     add_torque: AddVector,
+    /// How its OpenMP ends waiting threads, if it has one.
+    pause: Option<PauseThreads>,
     /// What was behind every id when the host was attached: body and state.
     seen: Vec<(u64, u64)>,
+    /// Particles in the order of their ids: in that of the host's forces.
+    by_id: Vec<u32>,
 }
 
 struct Inner {
@@ -225,18 +242,14 @@ impl Hosted {
     /// `container`: the vector of bodies; `forces`: the object of the forces; `offsets`: of the state in a body, and of
     /// position, velocity, angular velocity, orientation, and prescribed degrees of freedom in a state.
     fn attach(&self, container: usize, forces: usize, offsets: [usize; 6]) -> PyResult<()> {
-        let symbol = |name: &'static [u8]| -> PyResult<AddVector> {
-            // Safety: the name ends with a zero byte.
-            let address = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr().cast()) };
-            if address.is_null() {
-                let name = String::from_utf8_lossy(&name[..name.len() - 1]).into_owned();
-                return Err(PyRuntimeError::new_err(format!("the host does not export {name}")));
-            }
-            // Safety: a member function of that mangled name takes `this`, an int, and a reference to three doubles.
-            Ok(unsafe { std::mem::transmute::<*mut std::ffi::c_void, AddVector>(address) })
-        };
-        let add_force = symbol(b"_ZN4yade14ForceContainer8addForceEiRKN5Eigen6MatrixIdLi3ELi1ELi0ELi3ELi1EEE\0")?;
-        let add_torque = symbol(b"_ZN4yade14ForceContainer9addTorqueEiRKN5Eigen6MatrixIdLi3ELi1ELi0ELi3ELi1EEE\0")?;
+        let add_force = symbol(c"_ZN4yade14ForceContainer8addForceEiRKN5Eigen6MatrixIdLi3ELi1ELi0ELi3ELi1EEE")?;
+        let add_torque = symbol(c"_ZN4yade14ForceContainer9addTorqueEiRKN5Eigen6MatrixIdLi3ELi1ELi0ELi3ELi1EEE")?;
+        // Safety: a member function of that mangled name takes `this`, an int, and a reference to three doubles.
+        let adding = |address| unsafe { std::mem::transmute::<*mut c_void, AddVector>(address) };
+        let (add_force, add_torque) = (adding(add_force), adding(add_torque));
+        // Safety: OpenMP's function takes an enumeration, which is an int, and gives an int.
+        let pausing = |address| unsafe { std::mem::transmute::<*mut c_void, PauseThreads>(address) };
+        let pause = symbol(c"omp_pause_resource_all").ok().map(pausing);
         let mut inner = self.lock()?;
         // Safety: the caller's promise.
         let bodies = unsafe { targets(container) };
@@ -247,6 +260,9 @@ impl Hosted {
             // Safety: a body of the host.
             seen.push((body, unsafe { peek::<u64>(body as usize + offsets[0]) }));
         }
+        let ids = &inner.assembly.state.particles.id;
+        let mut by_id: Vec<u32> = (0..ids.len() as u32).collect();
+        by_id.sort_unstable_by_key(|&p| ids[p as usize]);
         inner.host = Some(Host {
             bodies: container,
             state: offsets[0],
@@ -254,7 +270,9 @@ impl Hosted {
             forces,
             add_force,
             add_torque,
+            pause,
             seen,
+            by_id,
         });
         Ok(())
     }
@@ -266,14 +284,24 @@ impl Hosted {
         let Inner { assembly, host } = &mut *inner;
         let host = host.as_ref().ok_or_else(|| PyRuntimeError::new_err("no host is attached"))?;
         let cell = cell.map(|cell| cell_from(cell, dt));
-        gather(assembly, host, dt)?;
         let pool = self.pool.as_ref();
-        let broken = py.detach(|| inside(pool, || assembly.find_forces(dt, cell, false)));
+        let threads = pool.map_or_else(rayon::current_num_threads, rayon::ThreadPool::current_num_threads);
+        if let Some(pause) = host.pause.filter(|_| assembly.wants_room(threads)) {
+            // Safety: OpenMP's own function, called by the thread that begins the host's loops.
+            unsafe { pause(PAUSE_SOFT) };
+        }
+        let broken = py.detach(|| {
+            inside(pool, || {
+                gather(assembly, host, dt)?;
+                assembly.find_forces(dt, cell, false)
+            })
+        });
         let broken = broken.map_err(PyRuntimeError::new_err)?;
-        let this = host.forces as *mut std::ffi::c_void;
-        let solver = &assembly.solver;
-        for (p, (force, torque)) in solver.forces().iter().zip(solver.torques()).enumerate() {
-            let id = assembly.state.particles.id[p] as i32;
+        let this = host.forces as *mut c_void;
+        let (ids, force, torque) = (&assembly.state.particles.id, assembly.solver.forces(), assembly.solver.torques());
+        for &p in &host.by_id {
+            let p = p as usize;
+            let (id, force, torque) = (ids[p] as i32, &force[p], &torque[p]);
             // Safety: `this` is the host's object, and bodies with these ids exist (compared in `gather`).
             unsafe {
                 (host.add_force)(this, id, force.as_ptr());
@@ -419,35 +447,42 @@ impl Hosted {
 }
 
 /// Places and motion from the host's bodies, which must be those that were there at first.
-fn gather(assembly: &mut Assembly, host: &Host, dt: f64) -> PyResult<()> {
+fn gather(assembly: &mut Assembly, host: &Host, dt: f64) -> Result<(), String> {
     // Safety: the container belongs to the scene, which the caller compared before.
     let (begin, end): (usize, usize) = unsafe { (peek(host.bodies), peek(host.bodies + 8)) };
     let count = (end - begin) / 16;
-    for (k, &(body, object)) in host.seen.iter().enumerate() {
-        let id = assembly.state.particles.id[k] as usize;
+    let (rotation, constraint) = (assembly.needs_rotation, assembly.needs_constraint);
+    let fields = if rotation { 4 } else { 3 };
+    assembly.take_motions(dt, |k, id| {
+        let (id, (body, object)) = (id as usize, host.seen[k]);
+        // Bodies lie anywhere in memory.
+        if let Some(&(body, object)) = host.seen.get(k + AHEAD) {
+            prefetch(body as usize + host.state);
+            for field in &host.fields[..fields] {
+                prefetch(object as usize + field);
+            }
+        }
         // Safety: within the vector; the body is looked into only if it is the one that was seen at first. (One erased
         // and another one made at the same address has another state at the same address at most: then it is a body.)
         let now = if id < count { unsafe { peek::<u64>(begin + 16 * id) } } else { 0 };
         if now != body || unsafe { peek::<u64>(body as usize + host.state) } != object {
-            return Err(PyRuntimeError::new_err(format!(
+            return Err(format!(
                 "body {id} is gone or was replaced; its bonds cannot go on. Take it out of the engine first"
-            )));
+            ));
         }
-        let at = object as usize;
-        let three =
-            |offset: usize| unsafe { Vec3::new(peek(at + offset), peek(at + offset + 8), peek(at + offset + 16)) };
-        let (x, v, w) = (three(host.fields[0]), three(host.fields[1]), three(host.fields[2]));
-        assembly.set_motion(k, x, v, w).map_err(PyRuntimeError::new_err)?;
-        if assembly.needs_rotation {
+        let at = |field: usize| object as usize + host.fields[field];
+        // Safety: fields of the state of a body of the host.
+        let three = |field: usize| unsafe { Vec3::from(peek::<[f64; 3]>(at(field))) };
+        Ok(Given {
+            position: three(0),
+            velocity: three(1),
+            angular_velocity: three(2),
             // Safety: as above.
-            assembly.set_rotation(k, unsafe { peek(at + host.fields[3]) }, dt);
-        }
-        if assembly.needs_constraint {
+            orientation: if rotation { unsafe { peek(at(3)) } } else { [0.0; 4] },
             // Safety: as above.
-            assembly.set_constraint(k, unsafe { peek(at + host.fields[4]) });
-        }
-    }
-    Ok(())
+            constraint: if constraint { unsafe { peek(at(4)) } } else { 0 },
+        })
+    })
 }
 
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -25,17 +25,25 @@ pub unsafe fn poke<T: Copy>(address: usize, value: T) {
     unsafe { std::ptr::write_unaligned(address as *mut T, value) }
 }
 
+/// How many objects ahead memory is fetched.
+pub const AHEAD: usize = 24;
+
+/// Fetch the line of memory at an address, which will be read soon.
+#[inline(always)]
+pub fn prefetch(address: usize) {
+    // Safety: a prefetch reads nothing, whatever the address.
+    #[cfg(target_arch = "x86_64")]
+    unsafe {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        _mm_prefetch::<_MM_HINT_T0>(address as *const i8);
+    }
+}
+
 /// Fields of `N` numbers; objects that come soon are fetched ahead, since they lie anywhere in memory.
 fn collect<T: Copy, const N: usize>(addresses: &[u64], offset: usize, none: T) -> Vec<[T; N]> {
-    const AHEAD: usize = 24;
     let field = |(k, &address): (usize, &u64)| {
-        #[cfg(target_arch = "x86_64")]
         if let Some(&next) = addresses.get(k + AHEAD) {
-            // Safety: a prefetch reads nothing, whatever the address.
-            unsafe {
-                use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-                _mm_prefetch::<_MM_HINT_T0>((next as usize).wrapping_add(offset) as *const i8);
-            }
+            prefetch((next as usize).wrapping_add(offset));
         }
         // Safety: see the module; null stands for nothing.
         if address == 0 { [none; N] } else { unsafe { peek(address as usize + offset) } }

@@ -182,6 +182,7 @@ int64_t         concordem_yade_bonds_step(
                 double                 dt,
                 const ConcordemCell*,
                 int32_t sample,
+                int (*pause)(int),
                 const ConcordemMessage*);
 int64_t concordem_yade_bonds_virial(ConcordemBonds*, double* virial, const ConcordemMessage*);
 int64_t concordem_yade_bonds_particles(

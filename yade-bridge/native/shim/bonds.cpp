@@ -91,6 +91,14 @@ namespace {
 		refuse("O.engines has no InsertionSortCollider");
 	}
 
+	/* OpenMP's own, with its types as plain integers. */
+	int (*const pauseThreads)(int) =
+#ifdef YADE_OPENMP
+	        [](int kind) { return omp_pause_resource_all(static_cast<omp_pause_resource_t>(kind)); };
+#else
+	        nullptr;
+#endif
+
 	bool isBall(const shared_ptr<Body>& body) { return body && dynamic_cast<const Sphere*>(body->shape.get()); }
 
 } // namespace
@@ -381,7 +389,7 @@ void BondedEngine_Rust::action()
 	ConcordemCell cell;
 	Reason        reason;
 	const auto*   rows = reinterpret_cast<const double* const(*)[4]>(motion.data());
-	if (concordem_yade_bonds_step(bonds.get(), rows, blocked.data(), scene->dt, cellOf(*scene, cell), scene->trackEnergy, reason) < 0)
+	if (concordem_yade_bonds_step(bonds.get(), rows, blocked.data(), scene->dt, cellOf(*scene, cell), scene->trackEnergy, pauseThreads, reason) < 0)
 		refuse("at iteration " + std::to_string(scene->iter) + ": " + reason.text);
 	const double *force, *torque;
 	concordem_yade_bonds_forces(bonds.get(), &force, &torque);

@@ -1,6 +1,7 @@
 //! Bonds and contacts of particles that a host program moves: one core for the native engine and the header-free one.
 
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use concordem::assembly::assemble;
 use concordem::kinematics::{Frame, Mode};
@@ -14,6 +15,7 @@ use concordem::solver::{MaterialRows, Model, Solver, StepReport};
 use concordem::state::columns::{ColumnData, ColumnKind, ColumnStore, StoredColumn};
 use concordem::state::contacts::{ContactBlock, Link, Pair};
 use concordem::state::{Cell, Constraint, Particles, Sphere, State};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Particles in the host's order.
@@ -178,6 +180,30 @@ fn laws_of(rows: &[Row], materials: usize) -> Result<(Vec<Cpm>, MaterialRows), S
     Ok((laws, map))
 }
 
+/// Where a particle is and how it moves. What the assembly does not need ([`Assembly::needs_rotation`],
+/// [`Assembly::needs_constraint`]) is not read.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Given {
+    /// Centre, m.
+    pub position: Vec3,
+    /// Velocity, m/s.
+    pub velocity: Vec3,
+    /// Angular velocity, rad/s.
+    pub angular_velocity: Vec3,
+    /// Orientation, unit quaternion (x, y, z, w), body to world.
+    pub orientation: [f64; 4],
+    /// Mask of degrees of freedom that the host prescribes, see [`Constraint`].
+    pub constraint: u32,
+}
+
+/// OpenMP's `omp_pause_resource_all` (version 5.0, section 3.2.44). Refuses, which does no harm, inside of a parallel loop; to
+/// be called by the thread that begins such loops.
+pub type PauseThreads = unsafe extern "C" fn(i32) -> i32;
+/// Its argument that keeps all settings.
+pub const PAUSE_SOFT: i32 = 1;
+/// Work that takes longer is worth the end and the new beginning of the host's threads, which cost some 0.1 ms.
+const LONG: Duration = Duration::from_millis(1);
+
 /// Particles with their bonds and contacts, and the solver that finds their forces.
 pub struct Assembly {
     /// All that changes.
@@ -196,6 +222,8 @@ pub struct Assembly {
     pub dissipated: [f64; 4],
     /// Stored at the last sampled step, J.
     pub stored: f64,
+    /// What the forces of the last step took.
+    spent: Duration,
     origin: Origin,
 }
 
@@ -217,6 +245,7 @@ impl Assembly {
             needs_constraint,
             dissipated: [0.0; 4],
             stored: 0.0,
+            spent: Duration::ZERO,
             origin,
         })
     }
@@ -375,7 +404,9 @@ impl Assembly {
             self.state.cell = cell;
         }
         self.state.clock.dt = dt;
+        let start = Instant::now();
         let report = self.solver.find_forces(&mut self.state, sample).map_err(|error| error.to_string())?;
+        self.spent = start.elapsed();
         self.state.clock.step += 1;
         for (p, (force, torque)) in self.solver.forces().iter().zip(self.solver.torques()).enumerate() {
             if !(force.norm_squared() + torque.norm_squared()).is_finite() {
@@ -407,32 +438,49 @@ impl Assembly {
         count
     }
 
-    /// Take over where particle `k` is and how it moves.
-    #[inline]
-    pub fn set_motion(&mut self, k: usize, position: Vec3, velocity: Vec3, spin: Vec3) -> Result<(), String> {
-        let p = &mut self.state.particles;
-        if !(position + velocity + spin).iter().all(|c| c.is_finite()) {
-            return Err(format!("place or motion of body {} is not finite", p.id[k]));
-        }
-        p.position[k] = position;
-        p.velocity[k] = velocity;
-        p.angular_velocity[k] = spin;
-        Ok(())
+    /// Whether the host should first end those of its OpenMP's threads that wait for work ([`PauseThreads`]), if `threads` of
+    /// ours are to work: they spin, for some 10 ms, on the processors that ours need. The host's next parallel loop begins
+    /// them anew. No result depends on it.
+    pub fn wants_room(&self, threads: usize) -> bool {
+        threads > 1 && self.spent > LONG
     }
 
-    /// Take over how particle `k` is turned (x, y, z, w), and how much in the last step.
-    #[inline]
-    pub fn set_rotation(&mut self, k: usize, orientation: [f64; 4], dt: f64) {
+    /// Take over where the particles are and how they move: `motion` of particle `k`, which is body `id`, from several threads
+    /// at once. The first particle that cannot be taken over is told.
+    pub fn take_motions(
+        &mut self,
+        dt: f64,
+        motion: impl Fn(usize, u32) -> Result<Given, String> + Sync,
+    ) -> Result<(), String> {
+        const CHUNK: usize = 1024;
+        let (rotation, constraint) = (self.needs_rotation, self.needs_constraint);
         let p = &mut self.state.particles;
-        let [x, y, z, w] = orientation;
-        p.orientation[k] = Quat::new(w, x, y, z);
-        p.rotation_increment[k] = quaternion_of_rotation_vector(&(p.angular_velocity[k] * dt));
-    }
-
-    /// Take over which degrees of freedom of particle `k` the host prescribes (mask as in [`Bodies::constraint`]).
-    #[inline]
-    pub fn set_constraint(&mut self, k: usize, mask: u32) {
-        self.state.particles.constraint[k] = Constraint(mask as u8);
+        let moved = p.position.par_chunks_mut(CHUNK).zip(p.velocity.par_chunks_mut(CHUNK));
+        let turned = p.orientation.par_chunks_mut(CHUNK).zip(p.rotation_increment.par_chunks_mut(CHUNK));
+        let spun = p.angular_velocity.par_chunks_mut(CHUNK).zip(p.constraint.par_chunks_mut(CHUNK));
+        let chunks = p.id.par_chunks(CHUNK).zip(moved).zip(turned).zip(spun).enumerate();
+        let refused = chunks.find_map_first(|(chunk, (((id, (x, v)), (q, increment)), (w, mask)))| {
+            for i in 0..id.len() {
+                let given = match motion(chunk * CHUNK + i, id[i]) {
+                    Ok(given) => given,
+                    Err(why) => return Some(why),
+                };
+                (x[i], v[i], w[i]) = (given.position, given.velocity, given.angular_velocity);
+                if !(x[i] + v[i] + w[i]).iter().all(|c| c.is_finite()) {
+                    return Some(format!("place or motion of body {} is not finite", id[i]));
+                }
+                if rotation {
+                    let [qx, qy, qz, qw] = given.orientation;
+                    q[i] = Quat::new(qw, qx, qy, qz);
+                    increment[i] = quaternion_of_rotation_vector(&(w[i] * dt));
+                }
+                if constraint {
+                    mask[i] = Constraint(given.constraint as u8);
+                }
+            }
+            None
+        });
+        refused.map_or(Ok(()), Err)
     }
 
     /// Everything, as words for a host to keep: [`Self::from_words`].
@@ -566,12 +614,16 @@ mod tests {
     fn drive(assembly: &mut Assembly, steps: usize) -> Vec<u64> {
         let mut bits = Vec::new();
         for _ in 0..steps {
-            for k in 0..3 {
-                let p = &assembly.state.particles;
-                let (x, v, w) = (p.position[k] + p.velocity[k] * 1e-7, p.velocity[k], p.angular_velocity[k]);
-                assembly.set_motion(k, x, v, w).expect("finite");
-                assembly.set_rotation(k, [0.0, 0.0, 0.0, 1.0], 1e-7);
-            }
+            let p = &assembly.state.particles;
+            let (position, velocity, spin) = (p.position.clone(), p.velocity.clone(), p.angular_velocity.clone());
+            let given = |k: usize| Given {
+                position: position[k] + velocity[k] * 1e-7,
+                velocity: velocity[k],
+                angular_velocity: spin[k],
+                orientation: [0.0, 0.0, 0.0, 1.0],
+                constraint: 0,
+            };
+            assembly.take_motions(1e-7, |k, _| Ok(given(k))).expect("finite");
             assembly.find_forces(1e-7, None, true).expect("a step");
             bits.extend(assembly.solver.forces().iter().flat_map(|f| f.iter().map(|x| x.to_bits())));
         }
@@ -605,7 +657,8 @@ mod tests {
         let mut assembly = row_of_three(Mode::Finite);
         let nan = Vec3::new(f64::NAN, 0.0, 0.0);
         let place = assembly.state.particles.id.iter().position(|&id| id == 11).expect("it is there");
-        let message = assembly.set_motion(place, nan, Vec3::zeros(), Vec3::zeros()).expect_err("not finite");
+        let given = |k| Given { velocity: if k == place { nan } else { Vec3::zeros() }, ..Given::default() };
+        let message = assembly.take_motions(1e-7, |k, _| Ok(given(k))).expect_err("not finite");
         assert!(message.contains("body 11"), "{message}");
         assert!(assembly.find_forces(0.0, None, false).expect_err("no step").contains("time step"));
         let cell = cell_of(Mat3::identity(), Mat3::identity(), Mat3::zeros(), 1e-7);

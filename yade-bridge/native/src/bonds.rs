@@ -14,7 +14,7 @@ use concordem::solver::forces::EvaluatedContacts;
 use concordem::state::Cell;
 use concordem::state::contacts::Link;
 
-use crate::assembly::{Assembly, Bodies, Contacts, Origin, Row, cell_of, mode_of};
+use crate::assembly::{Assembly, Bodies, Contacts, Given, Origin, PAUSE_SOFT, PauseThreads, Row, cell_of, mode_of};
 use crate::guard::{Message, guarded};
 
 /// Bonds of a scene, with the threads that find their forces.
@@ -334,7 +334,8 @@ pub unsafe extern "C" fn concordem_yade_bonds_forces(
 
 /// One step at the places and with the motion that `states` points to: for each particle the addresses of three, three,
 /// three, and four reals (position, velocity, angular velocity, orientation x, y, z, w); `blocked` to its prescribed degrees
-/// of freedom ([`Constraint`](concordem::state::Constraint)). How many bonds broke, or −1.
+/// of freedom ([`Constraint`](concordem::state::Constraint)). `pause`: OpenMP's function for
+/// [`Assembly::wants_room`], or null. How many bonds broke, or −1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_step(
     bonds: *mut Bonds,
@@ -343,29 +344,35 @@ pub unsafe extern "C" fn concordem_yade_bonds_step(
     dt: f64,
     cell_arrays: *const CellArrays,
     sample: i32,
+    pause: Option<PauseThreads>,
     message: *const Message,
 ) -> i64 {
     // SAFETY: as many rows as particles; each address is that of a living state of the scene.
     unsafe {
         guarded(message, || {
             let Bonds { assembly, pool } = &mut *bonds;
+            if let Some(pause) = pause.filter(|_| assembly.wants_room(pool.current_num_threads())) {
+                pause(PAUSE_SOFT);
+            }
             let count = assembly.state.particles.len();
-            let rotation = assembly.needs_rotation;
-            if assembly.needs_constraint {
-                for (k, &mask) in slice(blocked, count).iter().enumerate() {
-                    assembly.set_constraint(k, *mask);
-                }
-            }
-            for (k, row) in slice(states, count).iter().enumerate() {
-                let vector = |p: *const f64| Vec3::new(*p, *p.add(1), *p.add(2));
-                assembly.set_motion(k, vector(row[0]), vector(row[1]), vector(row[2]))?;
-                if rotation {
-                    let q = row[3];
-                    assembly.set_rotation(k, [*q, *q.add(1), *q.add(2), *q.add(3)], dt);
-                }
-            }
+            // As addresses: several threads read what they point to, and nobody writes meanwhile.
+            let (states, blocked) = (slice(states.cast::<[usize; 4]>(), count), slice(blocked.cast::<usize>(), count));
+            let (rotation, constraint) = (assembly.needs_rotation, assembly.needs_constraint);
             let cell = cell(cell_arrays, dt);
-            let broken = pool.install(|| assembly.find_forces(dt, cell, sample != 0))?;
+            let broken = pool.install(|| {
+                assembly.take_motions(dt, |k, _| {
+                    let [position, velocity, spin, orientation] = states[k];
+                    let vector = |address: usize| Vec3::from(*(address as *const [f64; 3]));
+                    Ok(Given {
+                        position: vector(position),
+                        velocity: vector(velocity),
+                        angular_velocity: vector(spin),
+                        orientation: if rotation { *(orientation as *const [f64; 4]) } else { [0.0; 4] },
+                        constraint: if constraint { *(blocked[k] as *const u32) } else { 0 },
+                    })
+                })?;
+                assembly.find_forces(dt, cell, sample != 0)
+            })?;
             Ok::<_, String>(broken as i64)
         })
     }
