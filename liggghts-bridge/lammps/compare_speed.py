@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Cost of a step in LAMMPS with `bond_style concordem/cohesive_beam` through that with `bpm/rotational`: the same spheres, the same
-bonds, both with a criterion of breakage that is asked at every step (and not met).
+bonds, both with a criterion of breakage that is asked at every step (and not met). In the open box on one processor our own solver
+takes part (rust-core/examples/speed.rs: whole steps, with neighbours and damping).
 
 Prints the median of several rounds; rounds alternate, so that a busy machine slows both alike. On one processor the time is that
 of the processor (LAMMPS' "CPU use"), on more the wall's, since MPICH waits busily. With --json the figures.
@@ -95,6 +96,23 @@ def packing(path, edge, neighbours, periodic):
     return len(bonds)
 
 
+OWN = {f"our solver, {law}": law for law in ("cohesive_beam", "cpm", "linear_bond", "deformable")}
+
+
+def own(folder, law, edge, neighbours):
+    """Seconds of a whole step of our solver on one thread. The lattice of [`packing`], whose bonds are all pairs nearer than a ratio
+    of the diameter."""
+    path = os.path.join(folder, "lattice.txt")
+    with open(path, "w") as out:
+        for k in range(edge**3):
+            out.write(" ".join(f"{v * SPACING:.17g}" for v in (k % edge, k // edge % edge, k // edge**2)) + f" {RADIUS}\n")
+    command = ["cargo", "run", "--quiet", "--release", "--package", "concordem", "--example", "speed", "--", path,
+               "1.05" if neighbours == 3 else "1.5", str(2 * STEPS), "finite", law]
+    found = json.loads(subprocess.run(command, cwd=ROOT, env=dict(os.environ, RAYON_NUM_THREADS="1"), check=True, capture_output=True,
+                                      text=True).stdout)
+    return found["ns_per_bond_step_median"] * found["bonds"] * 1e-9, found["bonds"]
+
+
 def run(folder, style, data, boundary, processors):
     with open(os.path.join(folder, "in"), "w") as out:
         head = HEAD.format(data=data, boundary=boundary) + INTEGRATORS[style.startswith("bpm")] + STYLES[style]
@@ -121,10 +139,15 @@ def main():
         for boundary, neighbours in itertools.product(("f f f", "p p p"), (3, 9)):
             bonds = packing(os.path.join(folder, "data"), arguments.edge, neighbours, boundary[0] == "p")
             for processors in arguments.processors:
-                found = {style: [] for style in STYLES}
+                ours = OWN if processors == 1 and boundary == "f f f" else {}
+                found = {style: [] for style in (*STYLES, *ours)}
                 for _ in range(arguments.rounds):
                     for style in STYLES:
                         found[style].append(run(folder, style, "data", boundary, processors))
+                    for name, law in ours.items():
+                        step, count = own(folder, law, arguments.edge, neighbours)
+                        assert count == bonds, f"{count} bonds, LAMMPS has {bonds}"
+                        found[name].append((step, float("nan")))
                 native = [step for step, _ in found["bpm/rotational"]]
                 for style, rounds in found.items():
                     ratios = [step / other for (step, _), other in zip(rounds, native)]
@@ -134,7 +157,7 @@ def main():
                         "ratio": statistics.median(ratios), "ratios": ratios,
                         "communication_percent": statistics.median(share for _, share in rounds)})
                     f = figures[-1]
-                    print(f"{boundary}, {bonds} bonds on {processors}: {style:24} {f['ns_per_bond_step']:7.1f} ns per bond and step, "
+                    print(f"{boundary}, {bonds} bonds on {processors}: {style:26} {f['ns_per_bond_step']:7.1f} ns per bond and step, "
                           f"{f['ratio']:.2f} of bpm/rotational (rounds {min(ratios):.2f} to {max(ratios):.2f}), "
                           f"communication {f['communication_percent']:.1f} %", flush=True)
     if arguments.json:
