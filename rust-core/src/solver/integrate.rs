@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::forces::{TILE, TileMap};
 use crate::math::{Mat3, Vec3, normalized, quaternion_of_rotation_vector};
 use crate::state::particles::load_of;
-use crate::state::{Cell, Clump, Constraint, Particles};
+use crate::state::{Cell, Clump, Constraint, Load, Particles};
 
 /// Artificial damping of the motion.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
@@ -154,13 +154,8 @@ fn kicked(
             for i in 0..3 {
                 let a = force[i] / mass;
                 let trend = a * (fluctuation[i] + 0.5 * dt * a);
-                let sign = if trend > 0.0 {
-                    1.0
-                } else if trend < 0.0 {
-                    -1.0
-                } else {
-                    0.0
-                };
+                // Without a branch: nobody can foretell it.
+                let sign = f64::from(u8::from(trend > 0.0)) - f64::from(u8::from(trend < 0.0));
                 damping_force[i] = -coefficient * sign * force[i];
             }
         }
@@ -207,6 +202,134 @@ struct Chunk<'a> {
     rotation_increment: &'a mut [crate::math::Quat],
     angular_velocity: &'a mut [Vec3],
     previous: &'a mut [[Vec3; 2]],
+}
+
+/// What all chunks read.
+struct Shared<'a> {
+    context: &'a KickContext<'a>,
+    mass: &'a [f64],
+    inertia: &'a [f64],
+    clump: &'a [u32],
+    constraint: &'a [Constraint],
+    loads: &'a [Load],
+    force: &'a [Vec3],
+    torque: &'a [Vec3],
+    /// Of the cell, 1/s.
+    gradient: Option<Mat3>,
+    /// Time of the kick, s.
+    step: f64,
+}
+
+/// The loop over the particles of a chunk, as something that [`pulp`] can run with the newest instructions of the processor: the
+/// same bits, as nothing is fused or reordered.
+struct ChunkLoop<'a, 'b> {
+    shared: &'a Shared<'a>,
+    chunk: Chunk<'b>,
+}
+
+impl pulp::NullaryFnOnce for ChunkLoop<'_, '_> {
+    type Output = KickSums;
+    #[inline(always)]
+    fn call(self) -> KickSums {
+        let Self { shared, chunk } = self;
+        let &Shared { context, mass, inertia, clump, constraint, loads, force, torque, gradient, step } = shared;
+        let dt = context.dt;
+        let mut sums = KickSums::default();
+        for i in 0..chunk.position.len() {
+            let p = chunk.base + i;
+            if clump[p] != u32::MAX {
+                continue;
+            }
+            let (load, moment) = load_of(loads, p as u32);
+            let applied = context.gravity * mass[p] + load;
+            let net = force[p] + applied;
+            let net_torque = torque[p] + moment;
+            let [change, torque_change] = changes(chunk.previous.get_mut(i), &net, &net_torque);
+            let (v, w) = (chunk.velocity[i], chunk.angular_velocity[i]);
+            let fluctuation = gradient.map_or(v, |l| v - l * chunk.position[i]);
+            let constrained = constraint[p].0;
+            let target = context.targets.map(|t| &t[p]);
+            let (mut v_new, f_damping) = kicked(
+                &net,
+                mass[p],
+                &v,
+                &fluctuation,
+                &change,
+                constrained & 7,
+                target.map(|t| &t.0),
+                context.damping,
+                false,
+                dt,
+                step,
+            );
+            let mut imposed = Vec3::zeros();
+            if let Some(gradient) = gradient.filter(|_| context.convective) {
+                imposed = gradient * v_new * dt;
+                v_new += imposed;
+            }
+            if let Some(change) = &context.gradient_change {
+                let mut change = change * chunk.position[i];
+                for axis in (0..3).filter(|axis| constrained >> axis & 1 == 1 && !context.convective) {
+                    change[axis] = 0.0;
+                }
+                imposed += change;
+                v_new += change;
+            }
+            let (w_new, t_damping) = kicked(
+                &net_torque,
+                inertia[p],
+                &w,
+                &w,
+                &torque_change,
+                constrained >> 3,
+                target.map(|t| &t.1),
+                context.damping,
+                true,
+                dt,
+                step,
+            );
+            sums.kinetic += 0.5 * (mass[p] * v.dot(&v_new) + inertia[p] * w.dot(&w_new));
+            let half = 0.5 * dt;
+            sums.damping[0] -= half * (f_damping.dot(&v) + t_damping.dot(&w));
+            sums.damping[1] -= half * (f_damping.dot(&v_new) + t_damping.dot(&w_new));
+            sums.external[0] += half * (applied.dot(&v) + moment.dot(&w));
+            sums.external[1] += half * (applied.dot(&v_new) + moment.dot(&w_new));
+            if context.convective || context.gradient_change.is_some() {
+                let impulse = imposed * (0.5 * mass[p]);
+                sums.boundary[0] += impulse.dot(&v);
+                sums.boundary[1] += impulse.dot(&v_new);
+            }
+            if constrained != 0 {
+                for axis in 0..3 {
+                    if constrained >> axis & 1 == 1 {
+                        // What the cell imposes is booked above.
+                        let reaction = mass[p] * (v_new[axis] - imposed[axis] - v[axis]) / step - net[axis];
+                        sums.boundary[0] += half * reaction * v[axis];
+                        sums.boundary[1] += half * reaction * v_new[axis];
+                    }
+                    if constrained >> (3 + axis) & 1 == 1 {
+                        let reaction = inertia[p] * (w_new[axis] - w[axis]) / step - net_torque[axis];
+                        sums.boundary[0] += half * reaction * w[axis];
+                        sums.boundary[1] += half * reaction * w_new[axis];
+                    }
+                }
+            }
+            // Components: a disc is free in its plane.
+            if constrained & Constraint::TRANSLATION.0 != Constraint::TRANSLATION.0 {
+                let free = |axis: usize| if constrained >> axis & 1 == 0 { net[axis] * net[axis] } else { 0.0 };
+                sums.net_force_squared += free(0) + free(1) + free(2);
+                sums.free_particles += 1;
+            }
+            sums.max_speed_squared = sums.max_speed_squared.max(v_new.norm_squared());
+            chunk.velocity[i] = v_new;
+            chunk.angular_velocity[i] = w_new;
+            chunk.position[i] += v_new * dt;
+            let increment = quaternion_of_rotation_vector(&(w_new * dt));
+            chunk.rotation_increment[i] = increment;
+            chunk.orientation[i] = normalized(&(increment * chunk.orientation[i]));
+        }
+        sums
+    }
 }
 
 /// Change of force and torque since the last step where `previous` holds those, which are replaced; none otherwise.
@@ -261,109 +384,21 @@ pub fn kick_and_drift(
             previous: previous.split_off_mut(..TILE.min(previous.len())).unwrap_or_default(),
         })
         .collect();
-    let dt = context.dt;
-    let step = dt * context.fraction;
-    let gradient = context.cell.map(|cell| cell.velocity_gradient);
-    let sums: Vec<KickSums> = chunks
-        .into_par_iter()
-        .map(|chunk| {
-            let mut sums = KickSums::default();
-            for i in 0..chunk.position.len() {
-                let p = chunk.base + i;
-                if clump[p] != u32::MAX {
-                    continue;
-                }
-                let (load, moment) = load_of(loads, p as u32);
-                let applied = context.gravity * mass[p] + load;
-                let net = force[p] + applied;
-                let net_torque = torque[p] + moment;
-                let [change, torque_change] = changes(chunk.previous.get_mut(i), &net, &net_torque);
-                let (v, w) = (chunk.velocity[i], chunk.angular_velocity[i]);
-                let fluctuation = gradient.map_or(v, |l| v - l * chunk.position[i]);
-                let constrained = constraint[p].0;
-                let target = context.targets.map(|t| &t[p]);
-                let (mut v_new, f_damping) = kicked(
-                    &net,
-                    mass[p],
-                    &v,
-                    &fluctuation,
-                    &change,
-                    constrained & 7,
-                    target.map(|t| &t.0),
-                    context.damping,
-                    false,
-                    dt,
-                    step,
-                );
-                let mut imposed = Vec3::zeros();
-                if let Some(gradient) = gradient.filter(|_| context.convective) {
-                    imposed = gradient * v_new * dt;
-                    v_new += imposed;
-                }
-                if let Some(change) = &context.gradient_change {
-                    let mut change = change * chunk.position[i];
-                    for axis in (0..3).filter(|axis| constrained >> axis & 1 == 1 && !context.convective) {
-                        change[axis] = 0.0;
-                    }
-                    imposed += change;
-                    v_new += change;
-                }
-                let (w_new, t_damping) = kicked(
-                    &net_torque,
-                    inertia[p],
-                    &w,
-                    &w,
-                    &torque_change,
-                    constrained >> 3,
-                    target.map(|t| &t.1),
-                    context.damping,
-                    true,
-                    dt,
-                    step,
-                );
-                sums.kinetic += 0.5 * (mass[p] * v.dot(&v_new) + inertia[p] * w.dot(&w_new));
-                let half = 0.5 * dt;
-                sums.damping[0] -= half * (f_damping.dot(&v) + t_damping.dot(&w));
-                sums.damping[1] -= half * (f_damping.dot(&v_new) + t_damping.dot(&w_new));
-                sums.external[0] += half * (applied.dot(&v) + moment.dot(&w));
-                sums.external[1] += half * (applied.dot(&v_new) + moment.dot(&w_new));
-                if context.convective || context.gradient_change.is_some() {
-                    let impulse = imposed * (0.5 * mass[p]);
-                    sums.boundary[0] += impulse.dot(&v);
-                    sums.boundary[1] += impulse.dot(&v_new);
-                }
-                if constrained != 0 {
-                    for axis in 0..3 {
-                        if constrained >> axis & 1 == 1 {
-                            // What the cell imposes is booked above.
-                            let reaction = mass[p] * (v_new[axis] - imposed[axis] - v[axis]) / step - net[axis];
-                            sums.boundary[0] += half * reaction * v[axis];
-                            sums.boundary[1] += half * reaction * v_new[axis];
-                        }
-                        if constrained >> (3 + axis) & 1 == 1 {
-                            let reaction = inertia[p] * (w_new[axis] - w[axis]) / step - net_torque[axis];
-                            sums.boundary[0] += half * reaction * w[axis];
-                            sums.boundary[1] += half * reaction * w_new[axis];
-                        }
-                    }
-                }
-                // Components: a disc is free in its plane.
-                if constrained & Constraint::TRANSLATION.0 != Constraint::TRANSLATION.0 {
-                    let free = |axis: usize| if constrained >> axis & 1 == 0 { net[axis] * net[axis] } else { 0.0 };
-                    sums.net_force_squared += free(0) + free(1) + free(2);
-                    sums.free_particles += 1;
-                }
-                sums.max_speed_squared = sums.max_speed_squared.max(v_new.norm_squared());
-                chunk.velocity[i] = v_new;
-                chunk.angular_velocity[i] = w_new;
-                chunk.position[i] += v_new * dt;
-                let increment = quaternion_of_rotation_vector(&(w_new * dt));
-                chunk.rotation_increment[i] = increment;
-                chunk.orientation[i] = normalized(&(increment * chunk.orientation[i]));
-            }
-            sums
-        })
-        .collect();
+    let (dt, gradient) = (context.dt, context.cell.map(|cell| cell.velocity_gradient));
+    let shared = Shared {
+        context,
+        mass,
+        inertia,
+        clump,
+        constraint,
+        loads,
+        force,
+        torque,
+        gradient,
+        step: dt * context.fraction,
+    };
+    let sums: Vec<KickSums> =
+        chunks.into_par_iter().map(|chunk| pulp::Arch::new().dispatch(ChunkLoop { shared: &shared, chunk })).collect();
     let mut total = KickSums::default();
     for s in &sums {
         total.merge(s);
