@@ -18,6 +18,7 @@ use concordem::state::Cell;
 use concordem_yade::assembly::{
     Assembly, Bodies, Contacts, Given, Origin, PAUSE_SOFT, PauseThreads, Row, cell_of, mode_of,
 };
+use concordem_yade::prefetch::{AHEAD, prefetch};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -27,7 +28,7 @@ use crate::arrays::{
     Flags, Images, Indices, Pairs, Rows, Scalars, Tensor, Vector, Vectors, rows, scalars, tensor, vectors,
 };
 use crate::errors::{OrRaise, of_assembly};
-use crate::memory::{AHEAD, peek, prefetch, targets};
+use crate::memory::{peek, targets};
 use crate::scenario::{Scenario, table_of};
 use crate::simulation::{guarded, inside, pool};
 use crate::state::contact_table;

@@ -7,6 +7,8 @@ use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use concordem_yade::prefetch::{AHEAD, prefetch};
+
 use crate::arrays::scalars;
 
 /// The number at an address.
@@ -23,20 +25,6 @@ pub unsafe fn peek<T: Copy>(address: usize) -> T {
 #[inline(always)]
 pub unsafe fn poke<T: Copy>(address: usize, value: T) {
     unsafe { std::ptr::write_unaligned(address as *mut T, value) }
-}
-
-/// How many objects ahead memory is fetched.
-pub const AHEAD: usize = 24;
-
-/// Fetch the line of memory at an address, which will be read soon.
-#[inline(always)]
-pub fn prefetch(address: usize) {
-    // Safety: a prefetch reads nothing, whatever the address.
-    #[cfg(target_arch = "x86_64")]
-    unsafe {
-        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        _mm_prefetch::<_MM_HINT_T0>(address as *const i8);
-    }
 }
 
 /// Fields of `N` numbers; objects that come soon are fetched ahead, since they lie anywhere in memory.

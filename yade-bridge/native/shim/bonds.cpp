@@ -382,6 +382,8 @@ void BondedEngine_Rust::action()
 	// Not by the bodies' own ids: one that was erased has none.
 	const uint32_t* id = concordem_yade_bonds_ids(bonds.get());
 	for (size_t k = 0; k < seen.size(); k++) {
+		// Bodies lie anywhere in memory.
+		if (k + 24 < seen.size()) __builtin_prefetch(&seen[k + 24]->state);
 		const Body::id_t number = id[k];
 		if (!scene->bodies->exists(number) || (*scene->bodies)[number] != seen[k] || seen[k]->state.get() != states[k])
 			refuse("body " + std::to_string(number) + " is gone or was replaced; its bonds cannot go on. release() the engine first");

@@ -16,6 +16,7 @@ use concordem::state::contacts::Link;
 
 use crate::assembly::{Assembly, Bodies, Contacts, Given, Origin, PAUSE_SOFT, PauseThreads, Row, cell_of, mode_of};
 use crate::guard::{Message, guarded};
+use crate::prefetch::{AHEAD, prefetch};
 
 /// Bonds of a scene, with the threads that find their forces.
 pub struct Bonds {
@@ -361,6 +362,9 @@ pub unsafe extern "C" fn concordem_yade_bonds_step(
             let cell = cell(cell_arrays, dt);
             let broken = pool.install(|| {
                 assembly.take_motions(dt, |k, _| {
+                    if let Some(next) = states.get(k + AHEAD) {
+                        next[..if rotation { 4 } else { 3 }].iter().for_each(|&address| prefetch(address));
+                    }
                     let [position, velocity, spin, orientation] = states[k];
                     let vector = |address: usize| Vec3::from(*(address as *const [f64; 3]));
                     Ok(Given {

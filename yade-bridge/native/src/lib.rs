@@ -10,3 +10,4 @@ pub mod concrete;
 mod deformation;
 mod guard;
 mod linear_bond;
+pub mod prefetch;

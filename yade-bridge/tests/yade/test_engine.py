@@ -74,6 +74,25 @@ def test_bits_do_not_depend_on_threads():
             assert file.read() == hashes[0], "with -j%d other bits than with -j1" % O.numThreads
 
 
+def test_waiting_threads_make_room():
+    """Steps of 18,560 spheres take milliseconds: before each, the threads of YADE's loops, which would wait by spinning, are ended,
+    and its next loop begins others. With one thread of ours they are left alone. The bits are the same."""
+    spheres = packing()
+    height = max(s[2] + s[3] for s in spheres) - min(s[2] - s[3] for s in spheres)
+    tower = [[x, y, z + k * height, r] for k in range(16) for x, y, z, r in spheres]
+    hashes = []
+    for threads in (1, 2):
+        concrete(spheres=tower, **TENSION)
+        engine = bridge.take_over(threads=threads)
+        steps(3)
+        before = set(os.listdir("/proc/self/task"))
+        steps(3)
+        begun = set(os.listdir("/proc/self/task")) - before
+        assert len(begun) == (O.numThreads - 1 if threads > 1 else 0), (threads, begun)
+        hashes.append(engine.solver.state_hash() + repr(positions().sum(axis=0).tolist()))
+    assert hashes[0] == hashes[1]
+
+
 def test_save_and_load_go_on_with_the_same_bits():
     engine = engine_from_one_thread()
     steps(150)
