@@ -109,6 +109,9 @@ fn walls(state: &State, forces: &WallForces, sink: &mut dyn ColumnSink) -> Resul
     Ok(())
 }
 
+/// What a table has of each row: name, value, unit.
+type Quantity<T> = (&'static str, fn(&Row) -> T, &'static str);
+
 /// A row of a table of contacts.
 struct Row {
     pair: Pair,
@@ -179,7 +182,7 @@ fn contacts(
     let ids: Vec<u32> =
         rows.iter().flat_map(|row| [row.pair.a, row.pair.b]).map(|p| particles.id[p as usize]).collect();
     sink.column(&path("ids"), Column::U32 { data: &ids, components: 2, unit: "1" })?;
-    let vectors: [(&str, fn(&Row) -> Vec3, &str); 5] = [
+    let vectors: [Quantity<Vec3>; 5] = [
         ("position", |row| row.position, "m"),
         ("branch", |row| row.branch, "m"),
         ("force", |row| row.force, "N"),
@@ -190,7 +193,7 @@ fn contacts(
         let reals: Vec<f64> = rows.iter().flat_map(|row| vector(row).data.0[0]).collect();
         sink.column(&path(column), Column::f64(&reals, 3, unit))?;
     }
-    let scalars: [(&str, fn(&Row) -> f64, &str); 5] = [
+    let scalars: [Quantity<f64>; 5] = [
         ("length", |row| row.frame.length, "m"),
         ("reference_length", |row| row.reference.length, "m"),
         ("area", |row| row.reference.area, "m^2"),

@@ -80,10 +80,12 @@ def test_waiting_threads_make_room():
     spheres = packing()
     height = max(s[2] + s[3] for s in spheres) - min(s[2] - s[3] for s in spheres)
     tower = [[x, y, z + k * height, r] for k in range(16) for x, y, z, r in spheres]
-    hashes = []
+    path, hashes = os.path.join(WORK, "tower.yade.gz"), []
+    concrete(spheres=tower, **TENSION)
+    bridge.take_over()
+    bridge.save(path)
     for threads in (1, 2):
-        concrete(spheres=tower, **TENSION)
-        engine = bridge.take_over(threads=threads)
+        (engine,) = bridge.load(path, threads=threads)
         steps(3)
         before = set(os.listdir("/proc/self/task"))
         steps(3)
