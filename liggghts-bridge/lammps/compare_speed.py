@@ -147,7 +147,7 @@ def main():
                     for name, law in ours.items():
                         step, count = own(folder, law, arguments.edge, neighbours)
                         assert count == bonds, f"{count} bonds, LAMMPS has {bonds}"
-                        found[name].append((step, float("nan")))
+                        found[name].append((step, 0.0))
                 native = [step for step, _ in found["bpm/rotational"]]
                 for style, rounds in found.items():
                     ratios = [step / other for (step, _), other in zip(rounds, native)]

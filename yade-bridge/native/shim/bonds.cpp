@@ -12,6 +12,7 @@
 #include <pkg/common/Sphere.hpp>
 #include <pkg/dem/ConcretePM.hpp>
 #include <pkg/dem/Ig2_Sphere_Sphere_ScGeom.hpp>
+#include <algorithm>
 #include <iomanip>
 #include <sstream>
 
@@ -170,7 +171,7 @@ void BondedEngine_Rust::attach()
 	ConcordemFacts now;
 	concordem_yade_bonds_facts(bonds.get(), &now);
 	const uint32_t* id = concordem_yade_bonds_ids(bonds.get());
-	seen.clear(), states.clear(), motion.clear(), blocked.clear();
+	seen.clear(), states.clear(), motion.clear(), blocked.clear(), byId.clear();
 	for (size_t k = 0; k < now.particles; k++) {
 		const Body::id_t number = id[k];
 		if (!scene->bodies->exists(number)) refuse("the scene has no body " + std::to_string(number) + ", which has bonds here");
@@ -181,7 +182,9 @@ void BondedEngine_Rust::attach()
 		states.push_back(state);
 		motion.push_back({ state->pos.data(), state->vel.data(), state->angVel.data(), state->ori.coeffs().data() });
 		blocked.push_back(&state->blockedDOFs);
+		byId.push_back(k);
 	}
+	std::sort(byId.begin(), byId.end(), [&](size_t i, size_t j) { return id[i] < id[j]; });
 }
 
 void BondedEngine_Rust::begin(ConcordemBonds* made, const char* message)
@@ -192,7 +195,7 @@ void BondedEngine_Rust::begin(ConcordemBonds* made, const char* message)
 		attach();
 		mask();
 	} catch (...) {
-		bonds.reset(), seen.clear(), states.clear(), motion.clear(), blocked.clear();
+		bonds.reset(), seen.clear(), states.clear(), motion.clear(), blocked.clear(), byId.clear();
 		throw;
 	}
 	if (updateStates > 0)
@@ -381,9 +384,8 @@ void BondedEngine_Rust::action()
 	if (scene->iter % 256 == 0) refuseBlindEngines(false);
 	// Not by the bodies' own ids: one that was erased has none.
 	const uint32_t* id = concordem_yade_bonds_ids(bonds.get());
-	for (size_t k = 0; k < seen.size(); k++) {
-		// Bodies lie anywhere in memory.
-		if (k + 24 < seen.size()) __builtin_prefetch(&seen[k + 24]->state);
+	// In YADE's order of bodies and forces, since so they lie in its memory.
+	for (size_t k : byId) {
 		const Body::id_t number = id[k];
 		if (!scene->bodies->exists(number) || (*scene->bodies)[number] != seen[k] || seen[k]->state.get() != states[k])
 			refuse("body " + std::to_string(number) + " is gone or was replaced; its bonds cannot go on. release() the engine first");
@@ -395,8 +397,8 @@ void BondedEngine_Rust::action()
 		refuse("at iteration " + std::to_string(scene->iter) + ": " + reason.text);
 	const double *force, *torque;
 	concordem_yade_bonds_forces(bonds.get(), &force, &torque);
-	for (size_t k = 0; k < seen.size(); k++) {
-		const Body::id_t number = seen[k]->id;
+	for (size_t k : byId) {
+		const Body::id_t number = id[k];
 		scene->forces.addForce(number, Vector3r(force[3 * k], force[3 * k + 1], force[3 * k + 2]));
 		scene->forces.addTorque(number, Vector3r(torque[3 * k], torque[3 * k + 1], torque[3 * k + 2]));
 	}
@@ -477,7 +479,7 @@ void BondedEngine_Rust::release()
 	collider.doSort = true;
 	scene->doSort   = true;
 	dead          = true;
-	bonds.reset(), seen.clear(), states.clear(), motion.clear(), blocked.clear();
+	bonds.reset(), seen.clear(), states.clear(), motion.clear(), blocked.clear(), byId.clear();
 }
 
 void BondedEngine_Rust::preSave(BondedEngine_Rust&)

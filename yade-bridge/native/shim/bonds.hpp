@@ -14,6 +14,7 @@ class BondedEngine_Rust : public GlobalEngine {
 	vector<State*>                     states; // and their states
 	vector<std::array<const Real*, 4>> motion; // where position, velocity, angular velocity, orientation are
 	vector<const unsigned*>            blocked; // and blockedDOFs
+	vector<size_t>                     byId;    // particles in the order of their ids
 	int                                storedId = -1, damageId = -1, frictionId = -1, viscousId = -1, integrationId = -1;
 
 	int            wantedThreads() const;
