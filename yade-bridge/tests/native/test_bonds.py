@@ -92,6 +92,30 @@ def test_same_bits_for_any_threads():
     print("BITS bonded engine: %s" % found.pop())
 
 
+def test_waiting_threads_make_room():
+    """Steps of 18,560 spheres take milliseconds: before each, the threads of YADE's loops, which would wait by spinning, are ended,
+    and its next loop begins others. With one thread of ours they are left alone. The bits are the same."""
+    spheres = packing()
+    height = max(s[2] + s[3] for s in spheres) - min(s[2] - s[3] for s in spheres)
+    tower = [[x, y, z + k * height, r] for k in range(16) for x, y, z, r in spheres]
+    found = set()
+    for threads in (1, 2):
+        concrete(spheres=tower, before=one_thread)
+        run(1)
+        O.engines = O.engines[:3] + [BondedEngine_Rust(threads=threads)] + O.engines[3:]
+        # Its first step takes the bonds over, after YADE's loop has summed their forces once more.
+        run(1)
+        for e in O.engines:
+            e.ompThreads = -1
+        run(4)
+        before = set(os.listdir("/proc/self/task"))
+        run(3)
+        begun = set(os.listdir("/proc/self/task")) - before
+        assert len(begun) == (O.numThreads - 1 if threads > 1 else 0), (threads, begun)
+        found.add(digest())
+    assert len(found) == 1
+
+
 def test_breakage_and_states():
     e = engine(mode="thesis", kinematics="finite", updateStates=100, scene=dict(rate=40.0, law=dict(omegaThreshold=0.99)))
     run(2500)
