@@ -77,7 +77,7 @@ use super::{
     ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, Reference, Response, Stiffness, respond_to_one,
 };
 use crate::kinematics::batch::Formula;
-use crate::kinematics::sphere_sphere::{YADE_INPUT, YADE_OUTPUT, Yade, YadeMeasure};
+use crate::kinematics::sphere_sphere::{FINITE_INPUT, FiniteMeasure, YADE_INPUT, YADE_OUTPUT, Yade, YadeMeasure};
 use crate::kinematics::{BATCH, Batch, Columns, Frame, Mode, PointKinematics, Transport};
 use crate::law_state;
 use crate::math::{self, Vec3};
@@ -448,18 +448,18 @@ pub struct YadeParameters {
     pub relative_soft_stiffness: f64,
 }
 
-/// What YADE's law finds in a step: [`Cpm::answer_as_yade`].
+/// What the law finds in a step.
 #[derive(Debug, Clone, Copy)]
-pub struct YadeAnswer {
+pub struct Answer {
     /// History after the step, also of a contact that is lost.
     pub state: CpmState,
-    /// `sigmaN`, Pa.
+    /// Normal stress on the contact, with overstress and without prestress, Pa (YADE's `sigmaN`).
     pub normal_stress: f64,
-    /// `sigmaT`, Pa.
+    /// Shear stress, Pa (YADE's `sigmaT`).
     pub shear_stress: Vec3,
-    /// Whether YADE deletes the contact.
+    /// Whether the contact ends: a bond breaks, another opens.
     pub lost: bool,
-    /// Energies of the contact, were it not deleted.
+    /// Energies of the contact, were it not lost.
     pub energy: EnergySplit,
 }
 
@@ -678,6 +678,28 @@ impl Cpm {
     /// Modes thesis and woo; `PLAIN` as the member of that name, the same bits with fewer questions.
     #[inline(always)]
     fn respond_exact<const PLAIN: bool>(&self, k: &PointKinematics, old: &CpmState, dt: f64) -> Response<CpmState> {
+        let answer = self.answer_exact::<PLAIN>(k, old, dt, |kappa| self.damage_function(kappa));
+        let Answer { state, normal_stress, shear_stress, lost, energy } = answer;
+        let ContactGeometry { reference_length, area, .. } = k.geometry;
+        if lost {
+            let inverse_length = 1.0 / reference_length;
+            let strain_step = state.normal_strain - strain_before(k, old, inverse_length);
+            let (volume, shear_step) = (area * reference_length, k.shear_increment * inverse_length);
+            return release(k, volume, normal_stress, &shear_stress, strain_step, &shear_step, &energy);
+        }
+        let force = (k.normal * normal_stress + shear_stress) * area;
+        Response { force, moment: Vec3::zeros(), state, fate: Fate::Lives, energy }
+    }
+
+    /// What [`Self::respond_exact`] finds where the damage of a bond whose κ grows is `damage` of it.
+    #[inline(always)]
+    fn answer_exact<const PLAIN: bool>(
+        &self,
+        k: &PointKinematics,
+        old: &CpmState,
+        dt: f64,
+        damage_of: impl Fn(f64) -> f64,
+    ) -> Answer {
         let p = &self.parameters;
         let woo = !PLAIN && p.mode == CpmMode::Woo;
         let length = k.geometry.reference_length;
@@ -720,7 +742,7 @@ impl Cpm {
             }
             if equivalent > kappa {
                 kappa = equivalent;
-                omega = self.damage_function(kappa);
+                omega = damage_of(kappa);
             }
         } else {
             omega = 1.0;
@@ -816,16 +838,7 @@ impl Cpm {
         };
         // linear damage, or a threshold of 1: a bond without any strength is broken
         let lost = adjusted > 0.0 && (!k.bonded || omega > p.omega_threshold || omega >= 1.0);
-        if lost {
-            return release(k, volume, applied, &shear_stress, strain - strain_old, &shear_step, &energy);
-        }
-        Response {
-            force: (k.normal * applied + shear_stress) * k.geometry.area,
-            moment: Vec3::zeros(),
-            state,
-            fate: Fate::Lives,
-            energy,
-        }
+        Answer { state, normal_stress: applied, shear_stress, lost, energy }
     }
 
     /// All that is not plain, apart from the loops: it would be compiled with each of them.
@@ -847,7 +860,7 @@ impl Cpm {
         if answer.lost {
             let strain_step = answer.state.normal_strain - strain_before(k, old, 1.0 / length);
             let shear_step = k.shear_increment / length;
-            let YadeAnswer { normal_stress, shear_stress, energy, .. } = &answer;
+            let Answer { normal_stress, shear_stress, energy, .. } = &answer;
             return release(k, area * length, *normal_stress, shear_stress, strain_step, &shear_step, energy);
         }
         Response {
@@ -865,7 +878,7 @@ impl Cpm {
     /// as YADE does, whose users may set one of them (`setDamage`). A compiler leaves the energies out where nobody reads
     /// them.
     #[inline(always)]
-    pub fn answer_as_yade<const CONSISTENT: bool>(&self, k: &PointKinematics, old: &CpmState) -> YadeAnswer {
+    pub fn answer_as_yade<const CONSISTENT: bool>(&self, k: &PointKinematics, old: &CpmState) -> Answer {
         self.answer_with_damage(k, old, |kappa| {
             if CONSISTENT && kappa == old.kappa { old.omega } else { self.damage_function_yade(kappa) }
         })
@@ -873,7 +886,7 @@ impl Cpm {
 
     /// [`Self::answer_as_yade`] where the damage of a bond is `damage` of its κ.
     #[inline(always)]
-    fn answer_with_damage(&self, k: &PointKinematics, old: &CpmState, damage: impl Fn(f64) -> f64) -> YadeAnswer {
+    fn answer_with_damage(&self, k: &PointKinematics, old: &CpmState, damage: impl Fn(f64) -> f64) -> Answer {
         use crate::math::yade_order::{dot, norm};
         let p = &self.parameters;
         let (young, shear_modulus) = (p.normal_modulus, self.shear_modulus);
@@ -958,7 +971,7 @@ impl Cpm {
             plastic_shear_strain: plastic_shear,
         };
         let lost = adjusted > 0.0 && (!k.bonded || omega > p.omega_threshold);
-        YadeAnswer { state, normal_stress: applied, shear_stress, lost, energy }
+        Answer { state, normal_stress: applied, shear_stress, lost, energy }
     }
 
     #[inline(always)]
@@ -1090,8 +1103,20 @@ struct AsYade<'a> {
 
 /// Input: of the measure, then area (m²), length before the step (m), 1 for a bond, history without damage strain.
 const AS_YADE_INPUT: usize = YADE_INPUT + 13;
-/// Output: of the measure, then force (N), energies (J), history likewise. A damage that is not a number: ask the law.
-const AS_YADE_OUTPUT: usize = YADE_OUTPUT + 18;
+/// Output: of the measure, then the answer.
+const AS_YADE_OUTPUT: usize = YADE_OUTPUT + ANSWER;
+/// Numbers of [`answer_row`].
+const ANSWER: usize = 18;
+
+/// The same of the plain form of the law with the finite measure.
+struct Plain<'a> {
+    law: &'a Cpm,
+}
+
+/// Input: of the measure, then reference length (m), area (m²), 1 for a bond, history without damage strain.
+const PLAIN_INPUT: usize = FINITE_INPUT + 13;
+/// Output: length (m), gap (m), normal, then the answer.
+const PLAIN_OUTPUT: usize = 5 + ANSWER;
 
 /// Components of a history without damage strain.
 #[inline(always)]
@@ -1140,18 +1165,61 @@ impl Formula<AS_YADE_INPUT, AS_YADE_OUTPUT> for AsYade<'_> {
             }
         });
         let force = k.normal * (answer.normal_stress * area) + answer.shear_stress * area;
-        let mut state = answer.state;
-        if answer.lost {
-            state.omega = f64::NAN;
-        }
-        let EnergySplit { stored_normal, stored_shear, friction, damage, integration, .. } = answer.energy;
         let mut output = [0.0; AS_YADE_OUTPUT];
-        let parts = [force.x, force.y, force.z, stored_normal, stored_shear, friction, damage, integration];
         output[..YADE_OUTPUT].copy_from_slice(&measure.row());
-        output[YADE_OUTPUT..YADE_OUTPUT + 8].copy_from_slice(&parts);
-        output[YADE_OUTPUT + 8..].copy_from_slice(&columns_of(&state));
+        output[YADE_OUTPUT..].copy_from_slice(&answer_row(&force, &answer));
         output
     }
+}
+
+impl Formula<PLAIN_INPUT, PLAIN_OUTPUT> for Plain<'_> {
+    #[inline(always)]
+    fn apply(&self, input: [f64; PLAIN_INPUT]) -> [f64; PLAIN_OUTPUT] {
+        let law = self.law;
+        let (motion, rest) = input.split_at(FINITE_INPUT);
+        let (motion, rest): ([f64; FINITE_INPUT], [f64; 13]) = (array(motion), array(rest));
+        let [reference_length, area, bonded, history @ ..] = rest;
+        let [.., radius_a, radius_b, nx, ny, nz, length] = motion;
+        // Masses are of no matter to this law, the step is not to the plain one.
+        let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a: 0.0, mass_b: 0.0 };
+        let frame = Frame { normal: Vec3::new(nx, ny, nz), length };
+        let k = FiniteMeasure::of(motion).point(&geometry, &frame, bonded > 0.0);
+        let answer = law.answer_exact::<true>(&k, &state_of(history), 0.0, |kappa| {
+            if kappa <= law.parameters.limit_strain || law.parameters.never_damage { 0.0 } else { f64::NAN }
+        });
+        let force = (k.normal * answer.normal_stress + answer.shear_stress) * area;
+        let mut output = [0.0; PLAIN_OUTPUT];
+        output[..5].copy_from_slice(&[k.length, k.gap, k.normal.x, k.normal.y, k.normal.z]);
+        output[5..].copy_from_slice(&answer_row(&force, &answer));
+        output
+    }
+}
+
+/// Force (N), energies (J), and history, with a damage that is not a number where the contact is lost.
+#[inline(always)]
+fn answer_row(force: &Vec3, answer: &Answer) -> [f64; ANSWER] {
+    let EnergySplit { stored_normal, stored_shear, friction, damage, integration, .. } = answer.energy;
+    let mut state = answer.state;
+    if answer.lost {
+        state.omega = f64::NAN;
+    }
+    let mut row = [0.0; ANSWER];
+    row[..8].copy_from_slice(&[force.x, force.y, force.z, stored_normal, stored_shear, friction, damage, integration]);
+    row[8..].copy_from_slice(&columns_of(&state));
+    row
+}
+
+/// Answer of contact `i` whose row of [`answer_row`] starts at component `first`; none if the law must be asked.
+#[inline(always)]
+fn answer_in(columns: &Columns, first: usize, i: usize) -> Option<Response<CpmState>> {
+    let state = state_of(columns.get_from(first + 8, i));
+    if state.omega.is_nan() {
+        return None;
+    }
+    let [fx, fy, fz, stored_normal, stored_shear, friction, damage, integration] = columns.get_from(first, i);
+    let energy = EnergySplit { stored_normal, stored_shear, damage, friction, integration, ..EnergySplit::default() };
+    let (force, moment) = (Vec3::new(fx, fy, fz), Vec3::zeros());
+    Some(Response { force, moment, state, fate: Fate::Lives, energy })
 }
 
 /// A part of a row.
@@ -1174,8 +1242,8 @@ impl ContactLaw for Cpm {
         }
     }
 
-    /// Contacts of the same parameters in mode yade-public, measured as YADE does, are answered in columns, but for those whose
-    /// damage grows or that are lost.
+    /// Contacts of the same parameters are answered in columns, but for those whose damage grows or that are lost, in mode
+    /// yade-public with YADE's measure, and in the plain form of mode thesis with the finite one.
     #[inline(always)]
     fn respond_batch<B: Batch<Self>>(mode: Mode, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
         let count = count.min(BATCH);
@@ -1183,11 +1251,31 @@ impl ContactLaw for Cpm {
             return;
         }
         let law = *batch.law(0).0;
+        let alike = !B::SAMPLE && (1..count).all(|i| batch.row(i) == batch.row(0));
+        if alike && mode == Mode::Finite && law.plain {
+            for i in 0..count {
+                FiniteMeasure::set(columns, i, batch);
+                let (ContactGeometry { reference_length, area, .. }, _, bonded) = batch.constants(i);
+                columns.set_from(FINITE_INPUT, i, [reference_length, area, f64::from(u8::from(bonded))]);
+                columns.set_from(FINITE_INPUT + 3, i, columns_of(batch.law(i).1));
+            }
+            columns.apply(&Plain { law: &law });
+            for i in 0..count {
+                let Some(response) = answer_in(columns, 5, i) else {
+                    respond_to_one(mode, i, dt, batch);
+                    continue;
+                };
+                let [length, gap, nx, ny, nz] = columns.get(i);
+                let (geometry, frame, bonded) = batch.constants(i);
+                let point = FiniteMeasure::place(length, gap, Vec3::new(nx, ny, nz)).point(&geometry, &frame, bonded);
+                batch.take(i, &point, &response);
+            }
+            return;
+        }
         let as_yade = !B::PERIODIC
-            && !B::SAMPLE
+            && alike
             && matches!(mode, Mode::Yade | Mode::YadeRatcheting)
-            && law.parameters.mode == CpmMode::YadePublic
-            && (1..count).all(|i| batch.row(i) == batch.row(0));
+            && law.parameters.mode == CpmMode::YadePublic;
         if !as_yade {
             PointKinematics::measure_batch::<Self, B>(mode, count, dt, batch, columns);
             return;
@@ -1206,19 +1294,13 @@ impl ContactLaw for Cpm {
             columns.apply(&AsYade { law: &law, kinematics: Yade { dt, ratcheting_correction: false } });
         }
         for i in 0..count {
-            let state = state_of(columns.get_from(YADE_OUTPUT + 8, i));
-            if state.omega.is_nan() {
+            let Some(response) = answer_in(columns, YADE_OUTPUT, i) else {
                 respond_to_one(mode, i, dt, batch);
                 continue;
-            }
-            let [fx, fy, fz, stored_normal, stored_shear, friction, damage, integration] =
-                columns.get_from(YADE_OUTPUT, i);
-            let energy =
-                EnergySplit { stored_normal, stored_shear, damage, friction, integration, ..EnergySplit::default() };
-            let (force, moment) = (Vec3::new(fx, fy, fz), Vec3::zeros());
+            };
             let (geometry, frame, bonded) = batch.constants(i);
             let point = YadeMeasure::of_row(columns.get(i)).point(&geometry, &frame, bonded);
-            batch.take(i, &point, &Response { force, moment, state, fate: Fate::Lives, energy });
+            batch.take(i, &point, &response);
         }
     }
 

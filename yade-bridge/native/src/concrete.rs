@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use concordem::kinematics::{PointKinematics, Transport};
 use concordem::law::ContactGeometry;
-use concordem::law::cpm::{Cpm, CpmState, DamageLaw, YadeAnswer, YadeParameters};
+use concordem::law::cpm::{Answer, Cpm, CpmState, DamageLaw, YadeParameters};
 use concordem::math::Vec3;
 
 /// One contact and what it answers. Names are those of YADE's classes; SI units.
@@ -138,8 +138,7 @@ fn respond<const ENERGY: bool>(contact: &mut CpmContact) -> Outcome {
         shear_strain: vector(&c.shear_strain),
         plastic_shear_strain: vector(&c.plastic_shear_strain),
     };
-    let YadeAnswer { state, normal_stress, shear_stress, lost, energy } =
-        law.answer_as_yade::<false>(&kinematics, &old);
+    let Answer { state, normal_stress, shear_stress, lost, energy } = law.answer_as_yade::<false>(&kinematics, &old);
     if state.normal_strain.is_nan() || state.shear_strain.iter().any(|x| x.is_nan()) {
         return Outcome::NotANumber;
     }
