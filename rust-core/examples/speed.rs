@@ -18,7 +18,8 @@ use concordem::assembly::packing::import_text;
 use concordem::kinematics::Mode;
 use concordem::kinematics::deformable::{Condition, Deformable, Update};
 use concordem::law::{
-    CohesiveBeam, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, LinearBond, Section,
+    CohesiveBeam, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, LinearBond, ParameterError,
+    Section,
 };
 use concordem::neighbor::spatial_order;
 use concordem::solver::integrate::Damping;
@@ -30,9 +31,14 @@ const PARTS: usize = 10;
 /// Steps from one sample of energies to the next.
 const SAMPLED_EVERY: usize = 100;
 
-type Outcome = Result<(), Box<dyn std::error::Error>>;
+type Outcome = Result<(), Box<dyn std::error::Error + Send + Sync>>;
 
 fn main() -> Outcome {
+    // As the program does: a thread outside of the pool would wait for it in each step, several times.
+    rayon::ThreadPoolBuilder::new().build()?.install(measure)
+}
+
+fn measure() -> Outcome {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let path = arguments.first().ok_or("give a packing file: x y z r per line, in m")?;
     let ratio: f64 = arguments.get(1).map_or(Ok(1.5), |a| a.parse())?;
@@ -66,13 +72,13 @@ fn main() -> Outcome {
     }
 }
 
-fn linear() -> Result<LinearBond, Box<dyn std::error::Error>> {
-    Ok(LinearBond::new(1e6, 4e5, 0.0, f64::INFINITY, f64::INFINITY)?)
+fn linear() -> Result<LinearBond, ParameterError> {
+    LinearBond::new(1e6, 4e5, 0.0, f64::INFINITY, f64::INFINITY)
 }
 
 /// The law of spheres that touch without a bond.
-fn touching() -> Result<Frictional, Box<dyn std::error::Error>> {
-    Ok(Frictional::new(ContactStiffness::Given { normal: 1e6, shear: 4e5 }, 0.5, 0.0)?)
+fn touching() -> Result<Frictional, ParameterError> {
+    Frictional::new(ContactStiffness::Given { normal: 1e6, shear: 4e5 }, 0.5, 0.0)
 }
 
 fn run<L: ContactLaw, C: ContactLaw>(

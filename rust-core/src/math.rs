@@ -59,16 +59,23 @@ pub fn cbrt(x: f64) -> f64 {
 #[inline]
 pub fn quaternion_of_rotation_vector(theta: &Vec3) -> Quat {
     let t2 = theta.norm_squared();
-    let (imaginary, real) = if t2 < 1.0e-4 {
-        (
-            0.5 - t2 * (1.0 / 48.0 - t2 * (1.0 / 3840.0 - t2 / 645_120.0)),
-            1.0 - t2 * (1.0 / 8.0 - t2 * (1.0 / 384.0 - t2 * (1.0 / 46_080.0 - t2 / 10_321_920.0))),
-        )
-    } else {
-        let t = t2.sqrt();
-        let (s, c) = sin_cos(0.5 * t);
-        (s / t, c)
-    };
+    if t2 < SMALL_ANGLE_SQUARED {
+        return quaternion_of_small_rotation_vector(theta);
+    }
+    let t = t2.sqrt();
+    let (s, c) = sin_cos(0.5 * t);
+    Quat::from_parts(c, theta * (s / t))
+}
+
+/// Square of the angle (rad²) below which [`quaternion_of_small_rotation_vector`] holds.
+pub const SMALL_ANGLE_SQUARED: f64 = 1.0e-4;
+
+/// [`quaternion_of_rotation_vector`] of a vector that is known to be short, without a branch.
+#[inline(always)]
+pub fn quaternion_of_small_rotation_vector(theta: &Vec3) -> Quat {
+    let t2 = theta.norm_squared();
+    let imaginary = 0.5 - t2 * (1.0 / 48.0 - t2 * (1.0 / 3840.0 - t2 / 645_120.0));
+    let real = 1.0 - t2 * (1.0 / 8.0 - t2 * (1.0 / 384.0 - t2 * (1.0 / 46_080.0 - t2 / 10_321_920.0)));
     Quat::from_parts(real, theta * imaginary)
 }
 
@@ -81,7 +88,7 @@ pub fn rotate(q: &Quat, v: &Vec3) -> Vec3 {
 }
 
 /// Scale a quaternion to unit length.
-#[inline]
+#[inline(always)]
 pub fn normalized(q: &Quat) -> Quat {
     Quat::from(q.coords / q.coords.norm())
 }

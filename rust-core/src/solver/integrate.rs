@@ -12,7 +12,12 @@
 use rayon::prelude::*;
 
 use super::forces::{TILE, TileMap};
-use crate::math::{Mat3, Vec3, normalized, quaternion_of_rotation_vector};
+use crate::kinematics::batch::Formula;
+use crate::kinematics::{BATCH, Columns};
+use crate::math::{
+    Mat3, Quat, SMALL_ANGLE_SQUARED, Vec3, normalized, quaternion_of_rotation_vector,
+    quaternion_of_small_rotation_vector,
+};
 use crate::state::particles::load_of;
 use crate::state::{Cell, Clump, Constraint, Load, Particles};
 
@@ -128,6 +133,18 @@ impl KickSums {
     }
 }
 
+/// [`Damping::Local`] with λ = `coefficient`: −λ F_i sign(F_i (m v_i + ½Δt F_i)), N. The sign is that of a_i (v_i + ½Δt a_i).
+#[inline(always)]
+fn local_damping(force: &Vec3, mass: f64, fluctuation: &Vec3, coefficient: f64, dt: f64) -> Vec3 {
+    let component = |i: usize| {
+        let trend = force[i] * (mass * fluctuation[i] + 0.5 * dt * force[i]);
+        // Without a branch: nobody can foretell it.
+        let sign = f64::from(u8::from(trend > 0.0)) - f64::from(u8::from(trend < 0.0));
+        -coefficient * sign * force[i]
+    };
+    Vec3::new(component(0), component(1), component(2))
+}
+
 /// Velocity after the kick of one vector degree of freedom, and the damping force in it.
 ///
 /// `force` is the undamped force (or torque), `change` what it changed by since the last step (for damping that remembers
@@ -151,13 +168,7 @@ fn kicked(
         Damping::None => {}
         Damping::Local { translation, rotation } => {
             let coefficient = if is_rotation { rotation } else { translation };
-            for i in 0..3 {
-                let a = force[i] / mass;
-                let trend = a * (fluctuation[i] + 0.5 * dt * a);
-                // Without a branch: nobody can foretell it.
-                let sign = f64::from(u8::from(trend > 0.0)) - f64::from(u8::from(trend < 0.0));
-                damping_force[i] = -coefficient * sign * force[i];
-            }
+            damping_force = local_damping(force, mass, fluctuation, coefficient, dt);
         }
         Damping::NonViscous { translation, rotation } => {
             let speed = fluctuation.norm();
@@ -198,8 +209,8 @@ struct Chunk<'a> {
     base: usize,
     position: &'a mut [Vec3],
     velocity: &'a mut [Vec3],
-    orientation: &'a mut [crate::math::Quat],
-    rotation_increment: &'a mut [crate::math::Quat],
+    orientation: &'a mut [Quat],
+    rotation_increment: &'a mut [Quat],
     angular_velocity: &'a mut [Vec3],
     previous: &'a mut [[Vec3; 2]],
 }
@@ -231,104 +242,253 @@ impl pulp::NullaryFnOnce for ChunkLoop<'_, '_> {
     type Output = KickSums;
     #[inline(always)]
     fn call(self) -> KickSums {
-        let Self { shared, chunk } = self;
-        let &Shared { context, mass, inertia, clump, constraint, loads, force, torque, gradient, step } = shared;
-        let dt = context.dt;
+        let Self { shared, mut chunk } = self;
+        let &Shared { clump, constraint, .. } = shared;
         let mut sums = KickSums::default();
-        for i in 0..chunk.position.len() {
-            let p = chunk.base + i;
-            if clump[p] != u32::MAX {
-                continue;
-            }
-            let (load, moment) = load_of(loads, p as u32);
-            let applied = context.gravity * mass[p] + load;
-            let net = force[p] + applied;
-            let net_torque = torque[p] + moment;
-            let [change, torque_change] = changes(chunk.previous.get_mut(i), &net, &net_torque);
-            let (v, w) = (chunk.velocity[i], chunk.angular_velocity[i]);
-            let fluctuation = gradient.map_or(v, |l| v - l * chunk.position[i]);
-            let constrained = constraint[p].0;
-            let target = context.targets.map(|t| &t[p]);
-            let (mut v_new, f_damping) = kicked(
-                &net,
-                mass[p],
-                &v,
-                &fluctuation,
-                &change,
-                constrained & 7,
-                target.map(|t| &t.0),
-                context.damping,
-                false,
-                dt,
-                step,
-            );
-            let mut imposed = Vec3::zeros();
-            if let Some(gradient) = gradient.filter(|_| context.convective) {
-                imposed = gradient * v_new * dt;
-                v_new += imposed;
-            }
-            if let Some(change) = &context.gradient_change {
-                let mut change = change * chunk.position[i];
-                for axis in (0..3).filter(|axis| constrained >> axis & 1 == 1 && !context.convective) {
-                    change[axis] = 0.0;
+        let free = FreeKick::of(shared, &chunk);
+        let mut columns = Columns::default();
+        for first in (0..chunk.position.len()).step_by(BATCH) {
+            let last = (first + BATCH).min(chunk.position.len());
+            let whole = |i: usize| clump[chunk.base + i] == u32::MAX && constraint[chunk.base + i].0 == 0;
+            match &free {
+                Some(kick) if last - first == BATCH && (first..last).all(whole) => {
+                    kick.advance(&mut columns, shared, &mut chunk, first, &mut sums);
                 }
-                imposed += change;
-                v_new += change;
+                _ => (first..last).for_each(|i| advance(shared, &mut chunk, i, &mut sums)),
             }
-            let (w_new, t_damping) = kicked(
-                &net_torque,
-                inertia[p],
-                &w,
-                &w,
-                &torque_change,
-                constrained >> 3,
-                target.map(|t| &t.1),
-                context.damping,
-                true,
-                dt,
-                step,
-            );
-            sums.kinetic += 0.5 * (mass[p] * v.dot(&v_new) + inertia[p] * w.dot(&w_new));
-            let half = 0.5 * dt;
-            sums.damping[0] -= half * (f_damping.dot(&v) + t_damping.dot(&w));
-            sums.damping[1] -= half * (f_damping.dot(&v_new) + t_damping.dot(&w_new));
-            sums.external[0] += half * (applied.dot(&v) + moment.dot(&w));
-            sums.external[1] += half * (applied.dot(&v_new) + moment.dot(&w_new));
-            if context.convective || context.gradient_change.is_some() {
-                let impulse = imposed * (0.5 * mass[p]);
-                sums.boundary[0] += impulse.dot(&v);
-                sums.boundary[1] += impulse.dot(&v_new);
-            }
-            if constrained != 0 {
-                for axis in 0..3 {
-                    if constrained >> axis & 1 == 1 {
-                        // What the cell imposes is booked above.
-                        let reaction = mass[p] * (v_new[axis] - imposed[axis] - v[axis]) / step - net[axis];
-                        sums.boundary[0] += half * reaction * v[axis];
-                        sums.boundary[1] += half * reaction * v_new[axis];
-                    }
-                    if constrained >> (3 + axis) & 1 == 1 {
-                        let reaction = inertia[p] * (w_new[axis] - w[axis]) / step - net_torque[axis];
-                        sums.boundary[0] += half * reaction * w[axis];
-                        sums.boundary[1] += half * reaction * w_new[axis];
-                    }
-                }
-            }
-            // Components: a disc is free in its plane.
-            if constrained & Constraint::TRANSLATION.0 != Constraint::TRANSLATION.0 {
-                let free = |axis: usize| if constrained >> axis & 1 == 0 { net[axis] * net[axis] } else { 0.0 };
-                sums.net_force_squared += free(0) + free(1) + free(2);
-                sums.free_particles += 1;
-            }
-            sums.max_speed_squared = sums.max_speed_squared.max(v_new.norm_squared());
-            chunk.velocity[i] = v_new;
-            chunk.angular_velocity[i] = w_new;
-            chunk.position[i] += v_new * dt;
-            let increment = quaternion_of_rotation_vector(&(w_new * dt));
-            chunk.rotation_increment[i] = increment;
-            chunk.orientation[i] = normalized(&(increment * chunk.orientation[i]));
         }
         sums
+    }
+}
+
+/// The step of particle `i` of a chunk, unless it is a member of a clump.
+#[inline(always)]
+fn advance(shared: &Shared<'_>, chunk: &mut Chunk<'_>, i: usize, sums: &mut KickSums) {
+    let &Shared { context, mass, inertia, clump, constraint, loads, force, torque, gradient, step } = shared;
+    let dt = context.dt;
+    let p = chunk.base + i;
+    if clump[p] != u32::MAX {
+        return;
+    }
+    let (load, moment) = load_of(loads, p as u32);
+    let applied = context.gravity * mass[p] + load;
+    let net = force[p] + applied;
+    let net_torque = torque[p] + moment;
+    let [change, torque_change] = changes(chunk.previous.get_mut(i), &net, &net_torque);
+    let (v, w) = (chunk.velocity[i], chunk.angular_velocity[i]);
+    let fluctuation = gradient.map_or(v, |l| v - l * chunk.position[i]);
+    let constrained = constraint[p].0;
+    let target = context.targets.map(|t| &t[p]);
+    let (mut v_new, f_damping) = kicked(
+        &net,
+        mass[p],
+        &v,
+        &fluctuation,
+        &change,
+        constrained & 7,
+        target.map(|t| &t.0),
+        context.damping,
+        false,
+        dt,
+        step,
+    );
+    let mut imposed = Vec3::zeros();
+    if let Some(gradient) = gradient.filter(|_| context.convective) {
+        imposed = gradient * v_new * dt;
+        v_new += imposed;
+    }
+    if let Some(change) = &context.gradient_change {
+        let mut change = change * chunk.position[i];
+        for axis in (0..3).filter(|axis| constrained >> axis & 1 == 1 && !context.convective) {
+            change[axis] = 0.0;
+        }
+        imposed += change;
+        v_new += change;
+    }
+    let (w_new, t_damping) = kicked(
+        &net_torque,
+        inertia[p],
+        &w,
+        &w,
+        &torque_change,
+        constrained >> 3,
+        target.map(|t| &t.1),
+        context.damping,
+        true,
+        dt,
+        step,
+    );
+    sums.kinetic += 0.5 * (mass[p] * v.dot(&v_new) + inertia[p] * w.dot(&w_new));
+    let half = 0.5 * dt;
+    sums.damping[0] -= half * (f_damping.dot(&v) + t_damping.dot(&w));
+    sums.damping[1] -= half * (f_damping.dot(&v_new) + t_damping.dot(&w_new));
+    sums.external[0] += half * (applied.dot(&v) + moment.dot(&w));
+    sums.external[1] += half * (applied.dot(&v_new) + moment.dot(&w_new));
+    if context.convective || context.gradient_change.is_some() {
+        let impulse = imposed * (0.5 * mass[p]);
+        sums.boundary[0] += impulse.dot(&v);
+        sums.boundary[1] += impulse.dot(&v_new);
+    }
+    if constrained != 0 {
+        for axis in 0..3 {
+            if constrained >> axis & 1 == 1 {
+                // What the cell imposes is booked above.
+                let reaction = mass[p] * (v_new[axis] - imposed[axis] - v[axis]) / step - net[axis];
+                sums.boundary[0] += half * reaction * v[axis];
+                sums.boundary[1] += half * reaction * v_new[axis];
+            }
+            if constrained >> (3 + axis) & 1 == 1 {
+                let reaction = inertia[p] * (w_new[axis] - w[axis]) / step - net_torque[axis];
+                sums.boundary[0] += half * reaction * w[axis];
+                sums.boundary[1] += half * reaction * w_new[axis];
+            }
+        }
+    }
+    // Components: a disc is free in its plane.
+    if constrained & Constraint::TRANSLATION.0 != Constraint::TRANSLATION.0 {
+        let free = |axis: usize| if constrained >> axis & 1 == 0 { net[axis] * net[axis] } else { 0.0 };
+        sums.net_force_squared += free(0) + free(1) + free(2);
+        sums.free_particles += 1;
+    }
+    sums.max_speed_squared = sums.max_speed_squared.max(v_new.norm_squared());
+    chunk.velocity[i] = v_new;
+    chunk.angular_velocity[i] = w_new;
+    chunk.position[i] += v_new * dt;
+    let increment = quaternion_of_rotation_vector(&(w_new * dt));
+    chunk.rotation_increment[i] = increment;
+    chunk.orientation[i] = normalized(&(increment * chunk.orientation[i]));
+}
+
+/// The step of free spheres without a cell or loads, many at a time: the bits of one by one.
+struct FreeKick {
+    dt: f64,
+    /// Time of the kick, s.
+    step: f64,
+    gravity: Vec3,
+    /// Local damping of translation and rotation, 1, if there is any.
+    damping: Option<[f64; 2]>,
+}
+
+/// Input: force (N), torque (N·m), velocity (m/s), angular velocity (rad/s), orientation, position (m), mass (kg), moment of
+/// inertia (kg·m²).
+const KICK_INPUT: usize = 21;
+/// Output: velocity, angular velocity, rotation of the step, orientation, position, angle of the step squared; terms of
+/// kinetic energy, damping, external work, net force squared, speed squared.
+const KICK_OUTPUT: usize = 25;
+
+impl Formula<KICK_INPUT, KICK_OUTPUT> for FreeKick {
+    #[inline(always)]
+    fn apply(&self, input: [f64; KICK_INPUT]) -> [f64; KICK_OUTPUT] {
+        let &Self { dt, step, gravity, damping } = self;
+        let vector = |at: usize| Vec3::new(input[at], input[at + 1], input[at + 2]);
+        let (force, torque, v, w, position) = (vector(0), vector(3), vector(6), vector(9), vector(16));
+        let orientation = Quat::new(input[15], input[12], input[13], input[14]);
+        let [mass, inertia] = [input[19], input[20]];
+        // A load of zero is added, as it is one by one: the sign of zeros.
+        let applied = gravity * mass + Vec3::zeros();
+        let (net, net_torque) = (force + applied, torque + Vec3::zeros());
+        let (f_damping, t_damping) = damping.map_or_else(Default::default, |[translation, rotation]| {
+            let of_torque = local_damping(&net_torque, inertia, &w, rotation, dt);
+            (local_damping(&net, mass, &v, translation, dt), of_torque)
+        });
+        let v_new = v + (net + f_damping) * (step / mass);
+        let w_new = w + (net_torque + t_damping) * (step / inertia);
+        let theta = w_new * dt;
+        let increment = quaternion_of_small_rotation_vector(&theta);
+        let turned = normalized(&(increment * orientation));
+        let moved = position + v_new * dt;
+        let half = 0.5 * dt;
+        [
+            v_new.x,
+            v_new.y,
+            v_new.z,
+            w_new.x,
+            w_new.y,
+            w_new.z,
+            increment.i,
+            increment.j,
+            increment.k,
+            increment.w,
+            turned.i,
+            turned.j,
+            turned.k,
+            turned.w,
+            moved.x,
+            moved.y,
+            moved.z,
+            theta.norm_squared(),
+            0.5 * (mass * v.dot(&v_new) + inertia * w.dot(&w_new)),
+            half * (f_damping.dot(&v) + t_damping.dot(&w)),
+            half * (f_damping.dot(&v_new) + t_damping.dot(&w_new)),
+            half * applied.dot(&v),
+            half * applied.dot(&v_new),
+            net.x * net.x + net.y * net.y + net.z * net.z,
+            v_new.norm_squared(),
+        ]
+    }
+}
+
+impl FreeKick {
+    /// If the particles of a chunk can be free.
+    #[inline(always)]
+    fn of(shared: &Shared<'_>, chunk: &Chunk<'_>) -> Option<Self> {
+        let &Shared { context, step, gradient, loads, .. } = shared;
+        let plain = gradient.is_none() && loads.is_empty() && chunk.previous.is_empty();
+        let plain = plain && context.gradient_change.is_none() && !context.convective;
+        let damping = match context.damping {
+            Damping::None => None,
+            Damping::Local { translation, rotation } => Some([translation, rotation]),
+            Damping::NonViscous { .. } | Damping::TchamwaWielgosz { .. } => return None,
+        };
+        plain.then_some(Self { dt: context.dt, step, gravity: context.gravity, damping })
+    }
+
+    /// [`BATCH`] free particles of a chunk from `first` on.
+    #[inline(always)]
+    fn advance(
+        &self,
+        columns: &mut Columns,
+        shared: &Shared<'_>,
+        chunk: &mut Chunk<'_>,
+        first: usize,
+        sums: &mut KickSums,
+    ) {
+        let &Shared { mass, inertia, force, torque, .. } = shared;
+        for k in 0..BATCH {
+            let (i, p) = (first + k, chunk.base + first + k);
+            columns.set_from::<3>(0, k, force[p].into());
+            columns.set_from::<3>(3, k, torque[p].into());
+            columns.set_from::<3>(6, k, chunk.velocity[i].into());
+            columns.set_from::<3>(9, k, chunk.angular_velocity[i].into());
+            columns.set_from::<4>(12, k, chunk.orientation[i].coords.into());
+            columns.set_from::<3>(16, k, chunk.position[i].into());
+            columns.set_from(19, k, [mass[p], inertia[p]]);
+        }
+        columns.apply(self);
+        for k in 0..BATCH {
+            let i = first + k;
+            chunk.velocity[i] = columns.get_from::<3>(0, k).into();
+            chunk.angular_velocity[i] = columns.get_from::<3>(3, k).into();
+            chunk.position[i] = columns.get_from::<3>(14, k).into();
+            let [angle_squared, kinetic, damped_before, damped_after] = columns.get_from(17, k);
+            let [external_before, external_after, net_force_squared, speed_squared] = columns.get_from(21, k);
+            if angle_squared < SMALL_ANGLE_SQUARED {
+                chunk.rotation_increment[i] = Quat::from_vector(columns.get_from::<4>(6, k).into());
+                chunk.orientation[i] = Quat::from_vector(columns.get_from::<4>(10, k).into());
+            } else {
+                let increment = quaternion_of_rotation_vector(&(chunk.angular_velocity[i] * self.dt));
+                chunk.rotation_increment[i] = increment;
+                chunk.orientation[i] = normalized(&(increment * chunk.orientation[i]));
+            }
+            sums.kinetic += kinetic;
+            sums.damping[0] -= damped_before;
+            sums.damping[1] -= damped_after;
+            sums.external[0] += external_before;
+            sums.external[1] += external_after;
+            sums.net_force_squared += net_force_squared;
+            sums.free_particles += 1;
+            sums.max_speed_squared = sums.max_speed_squared.max(speed_squared);
+        }
     }
 }
 

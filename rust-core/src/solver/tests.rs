@@ -1,16 +1,17 @@
 //! The solver against closed forms and itself.
 
 use super::*;
+use crate::assembly::packing::random::Random;
 use crate::kinematics::deformable::{Condition, Update};
 use crate::law::cpm::CpmMode;
 use crate::law::{
     BeamModel, BendingTerm, CohesiveBeam, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional,
     LinearBond, Reference, Section,
 };
-use crate::math::{Vec3, quaternion_of_rotation_vector};
+use crate::math::{Symmetric, Vec3, quaternion_of_rotation_vector};
 use crate::state::columns::ColumnStore;
 use crate::state::contacts::ContactBlock;
-use crate::state::{Cell, Constraint, Particles, Sphere};
+use crate::state::{Cell, Constraint, Load, Particles, Sphere};
 
 /// A cubic block of `n³` touching unit spheres of mass 1 with bonds to all neighbours within 1.5 diameters.
 fn block(n: usize, bond: LinearBond) -> State {
@@ -247,6 +248,52 @@ fn columns_give_the_bits_of_one_by_one() {
             }
         }
         columns_are_one_by_one("slender beams", &[beam], Mode::YadeRatcheting, periodic, true);
+    }
+}
+
+/// Free particles are moved many at a time, others (here, because somewhere a load of zero acts) one by one: the same bits, with
+/// large rotations, rest, prescribed components, and a number of particles that is no multiple of the batch.
+#[test]
+fn free_particles_move_as_one_by_one() {
+    let (mut block, n) = (Particles::default(), 203);
+    let mut random = Random::new(7);
+    let mut vector = |size: f64| Vec3::from_fn(|_, _| size * (2.0 * random.uniform() - 1.0));
+    let (mut force, mut torque) = (Vec::new(), Vec::new());
+    for p in 0..n {
+        block.push(Sphere { position: vector(1.0), radius: 0.5 }, 0, 1.0 + vector(0.5).x, 0.1 + vector(0.05).x);
+        let still = if p % 7 == 0 { 0.0 } else { 1.0 };
+        block.velocity[p] = vector(still);
+        block.angular_velocity[p] = vector(if p % 11 == 0 { 30.0 } else { 0.5 * still });
+        block.orientation[p] = quaternion_of_rotation_vector(&vector(3.0));
+        force.push(vector(if p % 13 == 0 { 0.0 } else { 5.0 }));
+        torque.push(vector(if p % 14 == 0 { 0.0 } else { 1.0 }));
+    }
+    block.constraint[70] = Constraint(0b10_0001);
+    let mut one_by_one = block.clone();
+    one_by_one.loads.push(Load {
+        particle: 3,
+        force: Vec3::zeros(),
+        moment: Vec3::zeros(),
+        dyad: Symmetric::default(),
+    });
+    for damping in [Damping::None, Damping::Local { translation: 0.3, rotation: 0.2 }] {
+        let kick = KickContext {
+            dt: 0.01,
+            fraction: 0.5,
+            gravity: Vec3::new(0.0, 0.0, -9.81),
+            damping,
+            cell: None,
+            gradient_change: None,
+            convective: false,
+            targets: None,
+        };
+        let sums = integrate::kick_and_drift(&kick, &mut block, &force, &torque);
+        let others = integrate::kick_and_drift(&kick, &mut one_by_one, &force, &torque);
+        assert_eq!(sums, others);
+        let loads = std::mem::take(&mut one_by_one.loads);
+        let bits = |p: &Particles| format!("{p:?}");
+        assert!(bits(&block) == bits(&one_by_one), "{damping:?}");
+        one_by_one.loads = loads;
     }
 }
 
