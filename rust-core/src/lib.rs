@@ -15,6 +15,7 @@ pub mod operator;
 #[cfg(feature = "hdf5")]
 pub mod output;
 pub mod plan;
+pub mod prefetch;
 #[cfg(feature = "program")]
 pub mod program;
 pub mod scenario;

@@ -13,12 +13,12 @@ use concordem::assembly::assemble;
 use concordem::law::cpm::{CpmParameters, CpmState};
 use concordem::math::Vec3;
 use concordem::output::{checkpoint, hash};
+use concordem::prefetch::{AHEAD, prefetch};
 use concordem::solver::Solver;
 use concordem::state::Cell;
 use concordem_yade::assembly::{
     Assembly, Bodies, Contacts, Given, Origin, PAUSE_SOFT, PauseThreads, Row, cell_of, mode_of,
 };
-use concordem_yade::prefetch::{AHEAD, prefetch};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -7,7 +7,7 @@ use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use concordem_yade::prefetch::{AHEAD, prefetch};
+use concordem::prefetch::{AHEAD, prefetch};
 
 use crate::arrays::scalars;
 

@@ -13,6 +13,7 @@ use crate::kinematics::sphere_sphere::{ImageShift, Motion};
 use crate::kinematics::{BATCH, Batch, Columns, Frame, Mode, PointKinematics, Pose};
 use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, LawState, Reference, Response};
 use crate::math::{Mat3, Quat, Symmetric, Vec3};
+use crate::prefetch::prefetch_row;
 use crate::solver::record::{self, ContactForces, WallForces};
 use crate::solver::walls;
 use crate::state::contacts::{ContactBlock, Contacts, Link, Pair};
@@ -421,6 +422,7 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bo
     while k < count {
         let mut waiting = 0;
         while k < count && waiting < BATCH {
+            queue.fetch(k + 2 * BATCH);
             let slot = if is_local(queue.tile.pair[k].b, queue.tile.base, queue.tile.length) {
                 LOCAL
             } else {
@@ -486,6 +488,22 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         match self.context.cell {
             Some(cell) if PERIODIC => ImageShift::of(cell, self.tile.link[k].image, self.context.mode),
             _ => ImageShift::default(),
+        }
+    }
+
+    /// Fetch what will be read of a contact's B; A follows the order of contacts.
+    #[inline(always)]
+    fn fetch(&self, k: usize) {
+        let Some(pair) = self.tile.pair.get(k) else { return };
+        let (b, particles) = (pair.b as usize, self.context.particles);
+        prefetch_row(self.context.poses, b);
+        if !PERIODIC && !L::Kinematics::ONE_MODE && self.context.mode != Mode::Finite {
+            prefetch_row(&particles.position, b);
+            prefetch_row(&particles.velocity, b);
+            prefetch_row(&particles.angular_velocity, b);
+        }
+        if self.deforms() {
+            prefetch_row(self.context.widening, b);
         }
     }
 

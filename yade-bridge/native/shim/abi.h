@@ -177,6 +177,8 @@ const uint32_t* concordem_yade_bonds_ids(const ConcordemBonds*);
 void            concordem_yade_bonds_forces(const ConcordemBonds*, const double** force, const double** torque);
 int64_t         concordem_yade_bonds_step(
                 ConcordemBonds*,
+                int32_t (*present)(const void* context, size_t particle, uint32_t body),
+                const void* context,
                 const double* const (*states)[4],
                 const uint32_t* const* blocked,
                 double                 dt,

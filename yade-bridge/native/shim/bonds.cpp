@@ -369,6 +369,17 @@ void BondedEngine_Rust::takeOver()
 		bondScenario();
 }
 
+/* Whether the body `number` behind particle k is the one it was when the engine began; asked by several threads at once. Not by
+   its own id: a body that was erased has none. */
+int32_t BondedEngine_Rust::isPresent(const void* engine, size_t k, uint32_t number)
+{
+	const BondedEngine_Rust& self = *static_cast<const BondedEngine_Rust*>(engine);
+	// Bodies lie anywhere in memory.
+	if (k + 24 < self.seen.size()) __builtin_prefetch(&self.seen[k + 24]->state);
+	const auto& bodies = *self.scene->bodies;
+	return bodies.exists(number) && bodies[number] == self.seen[k] && self.seen[k]->state.get() == self.states[k];
+}
+
 void BondedEngine_Rust::action()
 {
 	if (!bonds) {
@@ -382,21 +393,17 @@ void BondedEngine_Rust::action()
 		}
 	}
 	if (scene->iter % 256 == 0) refuseBlindEngines(false);
-	// Not by the bodies' own ids: one that was erased has none.
-	const uint32_t* id = concordem_yade_bonds_ids(bonds.get());
-	// In YADE's order of bodies and forces, since so they lie in its memory.
-	for (size_t k : byId) {
-		const Body::id_t number = id[k];
-		if (!scene->bodies->exists(number) || (*scene->bodies)[number] != seen[k] || seen[k]->state.get() != states[k])
-			refuse("body " + std::to_string(number) + " is gone or was replaced; its bonds cannot go on. release() the engine first");
-	}
 	ConcordemCell cell;
 	Reason        reason;
 	const auto*   rows = reinterpret_cast<const double* const(*)[4]>(motion.data());
-	if (concordem_yade_bonds_step(bonds.get(), rows, blocked.data(), scene->dt, cellOf(*scene, cell), scene->trackEnergy, pauseThreads, reason) < 0)
+	if (concordem_yade_bonds_step(
+	            bonds.get(), isPresent, this, rows, blocked.data(), scene->dt, cellOf(*scene, cell), scene->trackEnergy, pauseThreads, reason)
+	    < 0)
 		refuse("at iteration " + std::to_string(scene->iter) + ": " + reason.text);
-	const double *force, *torque;
+	const uint32_t* id = concordem_yade_bonds_ids(bonds.get());
+	const double *  force, *torque;
 	concordem_yade_bonds_forces(bonds.get(), &force, &torque);
+	// In the order of YADE's forces, since so they lie in its memory.
 	for (size_t k : byId) {
 		const Body::id_t number = id[k];
 		scene->forces.addForce(number, Vector3r(force[3 * k], force[3 * k + 1], force[3 * k + 2]));

@@ -23,6 +23,7 @@ class BondedEngine_Rust : public GlobalEngine {
 	bool           takeConcrete(bool now);
 	void           bondScenario();
 	void           mask();
+	static int32_t isPresent(const void* engine, size_t k, uint32_t number);
 	void           refuseBlindEngines(bool atTakeOver) const;
 	void           addEnergies();
 	void           writeStates();

@@ -16,7 +16,7 @@ use concordem::state::contacts::Link;
 
 use crate::assembly::{Assembly, Bodies, Contacts, Given, Origin, PAUSE_SOFT, PauseThreads, Row, cell_of, mode_of};
 use crate::guard::{Message, guarded};
-use crate::prefetch::{AHEAD, prefetch};
+use concordem::prefetch::{AHEAD, prefetch};
 
 /// Bonds of a scene, with the threads that find their forces.
 pub struct Bonds {
@@ -335,11 +335,14 @@ pub unsafe extern "C" fn concordem_yade_bonds_forces(
 
 /// One step at the places and with the motion that `states` points to: for each particle the addresses of three, three,
 /// three, and four reals (position, velocity, angular velocity, orientation x, y, z, w); `blocked` to its prescribed degrees
-/// of freedom ([`Constraint`](concordem::state::Constraint)). `pause`: OpenMP's function for
-/// [`Assembly::wants_room`], or null. How many bonds broke, or −1.
+/// of freedom ([`Constraint`](concordem::state::Constraint)). They are read only if `present` (with `context`) says, to any
+/// thread, that they are still those of the particle's body. `pause`: OpenMP's function for [`Assembly::wants_room`], or null.
+/// How many bonds broke, or −1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_step(
     bonds: *mut Bonds,
+    present: extern "C" fn(*const std::ffi::c_void, usize, u32) -> i32,
+    context: *const std::ffi::c_void,
     states: *const [*const f64; 4],
     blocked: *const *const u32,
     dt: f64,
@@ -360,8 +363,14 @@ pub unsafe extern "C" fn concordem_yade_bonds_step(
             let (states, blocked) = (slice(states.cast::<[usize; 4]>(), count), slice(blocked.cast::<usize>(), count));
             let (rotation, constraint) = (assembly.needs_rotation, assembly.needs_constraint);
             let cell = cell(cell_arrays, dt);
+            let context = context as usize;
             let broken = pool.install(|| {
-                assembly.take_motions(dt, |k, _| {
+                assembly.take_motions(dt, |k, body| {
+                    if present(context as *const std::ffi::c_void, k, body) == 0 {
+                        return Err(format!(
+                            "body {body} is gone or was replaced; its bonds cannot go on. release() the engine first"
+                        ));
+                    }
                     if let Some(next) = states.get(k + AHEAD) {
                         next[..if rotation { 4 } else { 3 }].iter().for_each(|&address| prefetch(address));
                     }

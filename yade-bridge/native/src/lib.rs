@@ -10,4 +10,3 @@ pub mod concrete;
 mod deformation;
 mod guard;
 mod linear_bond;
-pub mod prefetch;
