@@ -2,7 +2,7 @@
 //! arrays, where the compiler uses the wide registers of the processor. Nothing is fused or reordered: the bits are those of
 //! the formula applied to each contact alone.
 
-use super::deformable::{Dyads, Push};
+use super::deformable::Push;
 use super::sphere_sphere::{ImageShift, Motion};
 use super::{Frame, PointKinematics};
 use crate::law::{ContactGeometry, ContactLaw, Response};
@@ -53,14 +53,7 @@ pub trait Batch<L: ContactLaw> {
     /// Takes the measure of contact `i` and the law's answer to it.
     fn take(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>);
     /// The same for a contact of deformable particles, with what it does to their shape.
-    fn take_strained(
-        &mut self,
-        i: usize,
-        point: &PointKinematics,
-        response: &Response<L::State>,
-        push: &Push,
-        dyads: &Dyads,
-    );
+    fn take_strained(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>, push: &Push);
 }
 
 /// Most components of an input or output.

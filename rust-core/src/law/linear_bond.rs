@@ -22,7 +22,7 @@ use super::{
     ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, Reference, Response, Stiffness, respond_to_one,
 };
 use crate::kinematics::batch::Formula;
-use crate::kinematics::deformable::{Dyads, Push};
+use crate::kinematics::deformable::Push;
 use crate::kinematics::sphere_sphere::{FINITE_INPUT, FiniteMeasure};
 use crate::kinematics::{BATCH, Batch, Columns, Frame, Mode, PointKinematics};
 use crate::math::{Symmetric, Vec3};
@@ -182,7 +182,7 @@ impl LinearBond {
 /// the sum of their widenings (m).
 const INPUT: usize = FINITE_INPUT + 10;
 /// Output: 1 where the bond holds, length, gap, normal, force (N), energies (J), history; with particles that deform elastic
-/// normal force and other forces that strain (N), and dyads (N).
+/// normal force and other forces that strain (N).
 const OUTPUT: usize = 18;
 
 #[inline(always)]
@@ -246,21 +246,19 @@ struct IntactStraining<'a, const DAMPED: bool> {
     dashpots_strain: bool,
 }
 
-impl<const DAMPED: bool> Formula<{ INPUT + 6 }, { OUTPUT + 16 }> for IntactStraining<'_, DAMPED> {
+impl<const DAMPED: bool> Formula<{ INPUT + 6 }, { OUTPUT + 4 }> for IntactStraining<'_, DAMPED> {
     #[inline(always)]
-    fn apply(&self, input: [f64; INPUT + 6]) -> [f64; OUTPUT + 16] {
+    fn apply(&self, input: [f64; INPUT + 6]) -> [f64; OUTPUT + 4] {
         let widening = Symmetric(std::array::from_fn(|i| input[INPUT + i]));
         let intact = Intact::<DAMPED> { bond: self.bond, dt: self.dt };
         let (row, normal, Response { force, state, .. }) =
             intact.answer(std::array::from_fn(|i| input[i]), |normal| widening.quadratic(normal));
         let viscous = LinearBond::viscous_force(&normal, &state);
         let push = Push::of(&normal, &force, &viscous, self.dashpots_strain);
-        let (dyads, other) = (push.dyads(), push.other);
-        let mut output = [0.0; OUTPUT + 16];
+        let other = push.other;
+        let mut output = [0.0; OUTPUT + 4];
         output[..OUTPUT].copy_from_slice(&row);
-        output[OUTPUT..OUTPUT + 4].copy_from_slice(&[push.pressure, other.x, other.y, other.z]);
-        output[OUTPUT + 4..OUTPUT + 10].copy_from_slice(&dyads.normal.0);
-        output[OUTPUT + 10..].copy_from_slice(&dyads.other.0);
+        output[OUTPUT..].copy_from_slice(&[push.pressure, other.x, other.y, other.z]);
         output
     }
 }
@@ -352,9 +350,7 @@ impl ContactLaw for LinearBond {
             if B::DEFORM {
                 let [pressure, ox, oy, oz] = columns.get_from(OUTPUT, i);
                 let push = Push { normal: point.normal, pressure, other: Vec3::new(ox, oy, oz) };
-                let normal = Symmetric(columns.get_from(OUTPUT + 4, i));
-                let other = Symmetric(columns.get_from(OUTPUT + 10, i));
-                batch.take_strained(i, &point, &response, &push, &Dyads { normal, other });
+                batch.take_strained(i, &point, &response, &push);
             } else {
                 batch.take(i, &point, &response);
             }

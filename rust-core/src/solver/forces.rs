@@ -659,22 +659,15 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         if self.deforms() {
             let viscous = L::viscous_force(&point.normal, &response.state);
             let push = Push::of(&point.normal, &response.force, &viscous, self.context.dashpots_strain);
-            self.take_with(i, point, response, Some((&push, &push.dyads())));
+            self.take_with(i, point, response, Some(&push));
         } else {
             self.take_with(i, point, response, None);
         }
     }
 
     #[inline(always)]
-    fn take_strained(
-        &mut self,
-        i: usize,
-        point: &PointKinematics,
-        response: &Response<L::State>,
-        push: &Push,
-        dyads: &Dyads,
-    ) {
-        self.take_with(i, point, response, Some((push, dyads)));
+    fn take_strained(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>, push: &Push) {
+        self.take_with(i, point, response, Some(push));
     }
 }
 
@@ -683,13 +676,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
 {
     /// [`Batch::take`]; `strain`: what the contact does to the shape of its particles, if they deform.
     #[inline(always)]
-    fn take_with(
-        &mut self,
-        i: usize,
-        point: &PointKinematics,
-        response: &Response<L::State>,
-        strain: Option<(&Push, &Dyads)>,
-    ) {
+    fn take_with(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>, strain: Option<&Push>) {
         let Waiting { contact, slot, begins } = self.waiting[i];
         let k = contact as usize;
         let pair = self.tile.pair[k];
@@ -700,7 +687,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         let (normal, arm_a, arm_b) = (point.normal, point.arm_a, point.arm_b);
         if begins && link.has(Link::KEPT_REFERENCE) && !link.has(Link::COUNTED_ELSEWHERE) && point.elongation_old < 0.0
         {
-            tally.energy.damage -= taken_over(*point, response.force, response.energy);
+            tally.energy.damage -= taken_over(point, &response.force, &response.energy);
         }
         self.tile.frame[k] = Frame { normal, length: point.length };
         let counted = !link.has(Link::COUNTED_ELSEWHERE);
@@ -714,7 +701,15 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             end(link, history, response.fate, response.state);
             if response.fate == Fate::Broke {
                 let place = self.context.poses[a].position + normal * arm_a;
-                note(&mut tally.incidents, pair, 1.0, place, response.energy, true);
+                note(
+                    &mut tally.incidents,
+                    pair,
+                    1.0,
+                    place,
+                    response.energy.damage,
+                    stored_by_mode(&response.energy),
+                    true,
+                );
             }
             if slot != LOCAL {
                 self.leave_empty(slot);
@@ -726,7 +721,15 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         if damage >= self.context.damage_threshold && !link.has(Link::REPORTED) {
             link.flags |= Link::REPORTED;
             let place = self.context.poses[a].position + normal * arm_a;
-            note(&mut tally.incidents, pair, damage, place, response.energy, false);
+            note(
+                &mut tally.incidents,
+                pair,
+                damage,
+                place,
+                response.energy.damage,
+                stored_by_mode(&response.energy),
+                false,
+            );
         }
         tally.active += u64::from(counted);
         let force = response.force;
@@ -751,7 +754,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             torque_a += response.moment;
             torque_b -= response.moment;
         }
-        if let Some((push, &dyads)) = strain {
+        if let Some(push) = strain {
+            let dyads = push.dyads();
             self.tile.dyads[a - self.tile.base] += dyads;
             if slot == LOCAL {
                 self.tile.dyads[b - self.tile.base] += dyads;
@@ -779,9 +783,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
 
 /// What a contact holds at its beginning that nobody did as work in its first step, J: it goes on from a bond that broke
 /// while it was pressed together, whose energy was booked as released, and takes a part of it back.
-#[cold]
-#[inline(never)]
-fn taken_over(point: PointKinematics, force: Vec3, energy: EnergySplit) -> f64 {
+#[inline(always)]
+fn taken_over(point: &PointKinematics, force: &Vec3, energy: &EnergySplit) -> f64 {
     let along = point.normal * (point.elongation - point.elongation_old);
     let work = 0.5 * force.dot(&(along + point.shear_increment));
     energy.stored() + energy.dissipated() + energy.integration - work
@@ -815,8 +818,7 @@ pub(super) fn activate<L: ContactLaw>(
 }
 
 /// Mark a contact that broke or opened.
-#[cold]
-#[inline(never)]
+#[inline(always)]
 fn end<S: LawState>(link: &mut Link, history: &mut S, fate: Fate, last: S) {
     if fate == Fate::Broke {
         *history = last;
@@ -828,22 +830,21 @@ fn end<S: LawState>(link: &mut Link, history: &mut S, fate: Fate, last: S) {
 }
 
 /// Note a contact of a held particle.
-#[cold]
-#[inline(never)]
+#[inline(always)]
 fn hold(held: &mut Vec<HeldContact>, particle: u32, normal: Vec3, pressure: Vec3) {
     held.push(HeldContact { particle, normal, pressure });
 }
 
-/// Make an entry in the event log. (By value: references would keep the answer of every contact out of registers.)
+/// Energies stored in normal, shear, bending, twist, J.
+#[inline(always)]
+fn stored_by_mode(energy: &EnergySplit) -> [f64; 4] {
+    [energy.stored_normal, energy.stored_shear, energy.stored_bending, energy.stored_twist]
+}
+
+/// Make an entry in the event log. (Of numbers made for it: an answer of which any part is given away, even as a copy, is kept in
+/// memory from its beginning, not in registers, for every contact.)
 #[cold]
 #[inline(never)]
-fn note(log: &mut Vec<Incident>, pair: Pair, damage: f64, position: Vec3, energy: EnergySplit, broke: bool) {
-    log.push(Incident {
-        pair,
-        broke,
-        damage,
-        position,
-        energy: energy.damage,
-        stored: [energy.stored_normal, energy.stored_shear, energy.stored_bending, energy.stored_twist],
-    });
+fn note(log: &mut Vec<Incident>, pair: Pair, damage: f64, position: Vec3, energy: f64, stored: [f64; 4], broke: bool) {
+    log.push(Incident { pair, broke, damage, position, energy, stored });
 }

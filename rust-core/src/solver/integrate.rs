@@ -9,6 +9,8 @@
 //! booked with half its force times the displacement before and half its force times the displacement after the
 //! instant it acts.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::forces::{TILE, TileMap};
@@ -243,18 +245,16 @@ impl pulp::NullaryFnOnce for ChunkLoop<'_, '_> {
     #[inline(always)]
     fn call(self) -> KickSums {
         let Self { shared, mut chunk } = self;
-        let &Shared { clump, constraint, .. } = shared;
         let mut sums = KickSums::default();
-        let free = FreeKick::of(shared, &chunk);
-        let mut columns = Columns::default();
-        for first in (0..chunk.position.len()).step_by(BATCH) {
-            let last = (first + BATCH).min(chunk.position.len());
-            let whole = |i: usize| clump[chunk.base + i] == u32::MAX && constraint[chunk.base + i].0 == 0;
-            match &free {
-                Some(kick) if last - first == BATCH && (first..last).all(whole) => {
-                    kick.advance(&mut columns, shared, &mut chunk, first, &mut sums);
-                }
-                _ => (first..last).for_each(|i| advance(shared, &mut chunk, i, &mut sums)),
+        let count = chunk.position.len();
+        if let Some(kick) = FreeKick::of(shared, &chunk) {
+            let mut columns = Columns::default();
+            for first in (0..count).step_by(BATCH) {
+                kick.advance(&mut columns, shared, &mut chunk, first..count.min(first + BATCH), &mut sums);
+            }
+        } else {
+            for i in 0..count {
+                advance(shared, &mut chunk, i, &mut sums);
             }
         }
         sums
@@ -359,7 +359,7 @@ fn advance(shared: &Shared<'_>, chunk: &mut Chunk<'_>, i: usize, sums: &mut Kick
     chunk.orientation[i] = normalized(&(increment * chunk.orientation[i]));
 }
 
-/// The step of free spheres without a cell or loads, many at a time: the bits of one by one.
+/// The step of free particles without a cell or loads, many at a time: the bits of one by one.
 struct FreeKick {
     dt: f64,
     /// Time of the kick, s.
@@ -429,7 +429,7 @@ impl Formula<KICK_INPUT, KICK_OUTPUT> for FreeKick {
 }
 
 impl FreeKick {
-    /// If the particles of a chunk can be free.
+    /// If nothing acts on the particles that this does not know.
     #[inline(always)]
     fn of(shared: &Shared<'_>, chunk: &Chunk<'_>) -> Option<Self> {
         let &Shared { context, step, gradient, loads, .. } = shared;
@@ -443,19 +443,19 @@ impl FreeKick {
         plain.then_some(Self { dt: context.dt, step, gravity: context.gravity, damping })
     }
 
-    /// [`BATCH`] free particles of a chunk from `first` on.
+    /// At most [`BATCH`] particles of a chunk; members of clumps and particles with prescribed components one by one.
     #[inline(always)]
     fn advance(
         &self,
         columns: &mut Columns,
         shared: &Shared<'_>,
         chunk: &mut Chunk<'_>,
-        first: usize,
+        range: Range<usize>,
         sums: &mut KickSums,
     ) {
-        let &Shared { mass, inertia, force, torque, .. } = shared;
-        for k in 0..BATCH {
-            let (i, p) = (first + k, chunk.base + first + k);
+        let &Shared { mass, inertia, clump, constraint, force, torque, .. } = shared;
+        for (k, i) in range.clone().enumerate() {
+            let p = chunk.base + i;
             columns.set_from::<3>(0, k, force[p].into());
             columns.set_from::<3>(3, k, torque[p].into());
             columns.set_from::<3>(6, k, chunk.velocity[i].into());
@@ -465,8 +465,12 @@ impl FreeKick {
             columns.set_from(19, k, [mass[p], inertia[p]]);
         }
         columns.apply(self);
-        for k in 0..BATCH {
-            let i = first + k;
+        for (k, i) in range.enumerate() {
+            let p = chunk.base + i;
+            if clump[p] != u32::MAX || constraint[p].0 != 0 {
+                advance(shared, chunk, i, sums);
+                continue;
+            }
             chunk.velocity[i] = columns.get_from::<3>(0, k).into();
             chunk.angular_velocity[i] = columns.get_from::<3>(3, k).into();
             chunk.position[i] = columns.get_from::<3>(14, k).into();
