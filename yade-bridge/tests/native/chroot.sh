@@ -24,16 +24,21 @@ as_root() {
 inside() {
   local shared=$1
   shift
-  unshare --mount --pid --fork --kill-child bash -c '
+  unshare --mount --propagation unchanged --pid --fork --kill-child bash -c '
     set -euo pipefail
     root=$1 shared=$2
     shift 2
-    mount --make-rprivate /
+    # In a chroot, / is often no mount: then one is made where ours begin, so that theirs stay here.
+    if ! mount --make-rprivate / 2>/dev/null; then
+      mount --bind "$root" "$root"
+      trap "umount --lazy \"$root\"" EXIT
+      mount --make-rprivate "$root"
+    fi
     mount -t proc proc "$root/proc"
     mount -t tmpfs -o mode=1777 tmpfs "$root/tmp"
     mount -t tmpfs -o mode=1777 tmpfs "$root/dev/shm"
     [ -z "$shared" ] || mount --bind "$shared" "$root/mnt"
-    exec env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
+    env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
       ${CI:+CI=$CI} ${CONCORDEM_TEST_FULL:+CONCORDEM_TEST_FULL=$CONCORDEM_TEST_FULL} chroot "$root" "$@"
   ' bash "$root" "$shared" "$@"
 }
