@@ -454,6 +454,15 @@ impl FreeKick {
         sums: &mut KickSums,
     ) {
         let &Shared { mass, inertia, clump, constraint, force, torque, .. } = shared;
+        let base = chunk.base;
+        let free = |i: usize| clump[base + i] == u32::MAX && constraint[base + i].0 == 0;
+        // Discs in a plane, grips.
+        if !range.clone().any(free) {
+            for i in range {
+                advance(shared, chunk, i, sums);
+            }
+            return;
+        }
         for (k, i) in range.clone().enumerate() {
             let p = chunk.base + i;
             columns.set_from::<3>(0, k, force[p].into());
@@ -466,8 +475,7 @@ impl FreeKick {
         }
         columns.apply(self);
         for (k, i) in range.enumerate() {
-            let p = chunk.base + i;
-            if clump[p] != u32::MAX || constraint[p].0 != 0 {
+            if !free(i) {
                 advance(shared, chunk, i, sums);
                 continue;
             }

@@ -269,6 +269,7 @@ fn free_particles_move_as_one_by_one() {
         torque.push(vector(if p % 14 == 0 { 0.0 } else { 1.0 }));
     }
     block.constraint[70] = Constraint(0b10_0001);
+    block.constraint[96..130].fill(Constraint::ROTATION);
     let mut one_by_one = block.clone();
     one_by_one.loads.push(Load {
         particle: 3,
