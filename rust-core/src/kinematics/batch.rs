@@ -4,8 +4,8 @@
 
 use super::deformable::Push;
 use super::sphere_sphere::{ImageShift, Motion};
-use super::{Frame, PointKinematics};
-use crate::law::{ContactGeometry, ContactLaw, Response};
+use super::{Chord, Frame, PointKinematics};
+use crate::law::{ContactGeometry, ContactLaw, Reference, Response};
 use crate::math::{Quat, Symmetric, Vec3};
 
 /// Most contacts in a [`Batch`].
@@ -39,6 +39,14 @@ pub trait Batch<L: ContactLaw> {
     fn ends(&self, i: usize) -> ([Vec3; 2], [Quat; 2], Vec3);
     /// Geometry, memory of the last step, and whether the contact is a bond.
     fn constants(&self, i: usize) -> (ContactGeometry, Frame, bool);
+    /// Of [`Self::constants`] the reference, and whether the contact is a bond.
+    fn reference(&self, i: usize) -> (Reference, bool);
+    /// Of [`Self::constants`] the memory of the last step.
+    fn frame(&self, i: usize) -> Frame;
+    /// Of [`Self::constants`] the masses of A and B, kg.
+    fn masses(&self, i: usize) -> [f64; 2];
+    /// History of contact `i`.
+    fn history(&self, i: usize) -> &L::State;
     /// The law with the parameters of contact `i`, and the contact's history.
     fn law(&self, i: usize) -> (&L, &L::State);
     /// Number of the parameters of contact `i`: contacts with equal numbers have equal ones.
@@ -48,12 +56,29 @@ pub trait Batch<L: ContactLaw> {
     /// Whether forces of dashpots strain particles.
     fn dashpots_strain(&self) -> bool;
     /// Takes the measure of contact `i`, which the law answers. Each contact is answered once, in ascending order, by this
-    /// or by [`Self::take`].
+    /// or by one of the two that follow.
     fn answer(&mut self, i: usize, kinematics: &L::Kinematics);
     /// Takes the measure of contact `i` and the law's answer to it.
     fn take(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>);
-    /// The same for a contact of deformable particles, with what it does to their shape.
-    fn take_strained(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>, push: &Push);
+    /// Takes what a law found in columns for the bond `i`, which lives on.
+    fn take_found(&mut self, i: usize, found: &Found<L::State>);
+}
+
+/// What a law without damage found for a bond that lives on, when no stored energies are wanted.
+#[derive(Debug, Clone, Copy)]
+pub struct Found<S> {
+    /// The line between the centres.
+    pub chord: Chord,
+    /// Force on A, N.
+    pub force: Vec3,
+    /// Torques on A and B about their centres, N·m.
+    pub torques: [Vec3; 2],
+    /// [`EnergySplit::viscous`](crate::law::EnergySplit) and `integration`, J; none if they are zero.
+    pub energy: Option<[f64; 2]>,
+    /// History after the step; none if it is the one before.
+    pub state: Option<S>,
+    /// What the contact does to the shape of its particles, if they deform.
+    pub push: Option<Push>,
 }
 
 /// Most components of an input or output.

@@ -109,7 +109,8 @@ impl Deformable {
     #[inline(always)]
     pub fn compliance(&self, material: u16, radius: f64) -> Compliance {
         let Elastic { young, poisson } = self.elasticity.get(material as usize).copied().unwrap_or(Elastic::RIGID);
-        let shape = radius * radius / self.volume(radius) / young;
+        // R²/(V E)
+        let shape = if self.condition.is_planar() { 1.0 / (PI * young) } else { 0.75 / (PI * (radius * young)) };
         let volumetric = match self.condition {
             Condition::PlaneStrain => poisson * (1.0 + poisson),
             Condition::PlaneStress | Condition::Solid => poisson,
@@ -201,8 +202,8 @@ impl Push {
     /// Dyads of the forces.
     #[inline(always)]
     pub fn dyads(&self) -> Dyads {
-        let Self { normal, other, .. } = self;
-        Dyads { normal: Symmetric::product(normal, &self.elastic()), other: Symmetric::product(normal, other) }
+        let Self { normal, other, pressure } = self;
+        Dyads { normal: Symmetric::square(normal) * *pressure, other: Symmetric::product(normal, other) }
     }
 
     /// Elastic normal force on the particle, N.
@@ -212,8 +213,9 @@ impl Push {
     }
 }
 
-/// What the contacts of a particle do to its shape: dyads `Σ ½(n⊗f + f⊗n)`, N.
+/// What the contacts of a particle do to its shape: dyads `Σ ½(n⊗f + f⊗n)`, N. In lines of the processor's cache of their own.
 #[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(64))]
 pub struct Dyads {
     /// Of elastic normal forces.
     pub normal: Symmetric,
@@ -226,6 +228,56 @@ impl std::ops::AddAssign for Dyads {
     fn add_assign(&mut self, other: Self) {
         self.normal += other.normal;
         self.other += other.other;
+    }
+}
+
+/// Sums over the contacts of a particle whose translation is prescribed; nothing for others.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Held {
+    /// Sum of the directions of the contacts, `Σ n`.
+    pub side: Vec3,
+    /// Sum of the elastic normal forces, N.
+    pub net: Vec3,
+}
+
+impl Held {
+    /// Add a contact.
+    #[inline(always)]
+    pub fn add(&mut self, push: &Push) {
+        self.side += push.normal;
+        self.net += push.elastic();
+    }
+
+    /// Add a contact whose push is that on the other particle.
+    #[inline(always)]
+    pub fn add_opposite(&mut self, push: &Push) {
+        self.side -= push.normal;
+        self.net -= push.elastic();
+    }
+}
+
+/// Where contacts add what they do to the shape of particles; empty if particles do not deform.
+#[derive(Default)]
+pub struct Pushed<'a> {
+    /// By particle.
+    pub dyads: &'a mut [Dyads],
+    /// By particle.
+    pub held: &'a mut [Held],
+}
+
+impl Pushed<'_> {
+    /// The first particles, at most `length`; the others are left.
+    pub fn split_off(&mut self, length: usize) -> Self {
+        let length = length.min(self.dyads.len());
+        Self {
+            dyads: self.dyads.split_off_mut(..length).unwrap_or_default(),
+            held: self.held.split_off_mut(..length).unwrap_or_default(),
+        }
+    }
+
+    /// The same particles, for a shorter time.
+    pub fn borrow(&mut self) -> Pushed<'_> {
+        Pushed { dyads: self.dyads, held: self.held }
     }
 }
 

@@ -17,7 +17,7 @@ pub mod sphere_sphere;
 pub mod sphere_wall;
 pub mod transport;
 
-pub use batch::{BATCH, Batch, Columns, Pose};
+pub use batch::{BATCH, Batch, Columns, Found, Pose};
 pub use bond_frame::{Chord, EndRotations, FrameKinematics, RestFrame};
 pub use transport::Transport;
 
@@ -86,6 +86,14 @@ impl PointKinematics {
         self.gap -= now;
         self
     }
+}
+
+/// Torques on A and B about their centres, N·m, of a force on A (N) at the contact point, which lies at the end of A's arm and of
+/// B's (m).
+#[inline(always)]
+pub fn torques(normal: &Vec3, force: &Vec3, arms: [f64; 2]) -> [Vec3; 2] {
+    let lever = normal.cross(force);
+    arms.map(|arm| lever * arm)
 }
 
 /// What a contact remembers of its own geometry from one step to the next.

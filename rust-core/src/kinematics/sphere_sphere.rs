@@ -163,7 +163,7 @@ impl FiniteMeasure {
     pub fn set<L: ContactLaw, B: Batch<L>>(columns: &mut Columns, i: usize, batch: &B) {
         let ([a, b], shift) = batch.poses(i);
         let (l, p, q) = (b.position + shift - a.position, a.rotation, b.rotation);
-        let (_, Frame { normal: n, length }, _) = batch.constants(i);
+        let Frame { normal: n, length } = batch.frame(i);
         let row = [l.x, l.y, l.z, p.i, p.j, p.k, p.w, q.i, q.j, q.k, q.w, a.radius, b.radius, n.x, n.y, n.z, length];
         columns.set(i, row);
     }

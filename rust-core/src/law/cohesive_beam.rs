@@ -29,14 +29,14 @@
 //! [`fracture::virial`](crate::fracture::virial)) breaks at its next evaluation. The energy stored at that moment is
 //! released as damage.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_2_SQRT_PI, PI};
 
 use super::common::{ParameterError, require};
 use super::{
     ContactGeometry, ContactLaw, EnergySplit, Fate, Reference, Response, Stiffness, respond_one_by_one, respond_to_one,
 };
-use crate::kinematics::batch::{BATCH, Batch, Columns, Formula};
-use crate::kinematics::{Chord, EndRotations, FrameKinematics, Mode, RestFrame};
+use crate::kinematics::batch::{BATCH, Batch, Columns, Formula, Found};
+use crate::kinematics::{Chord, EndRotations, FrameKinematics, Mode, RestFrame, torques};
 use crate::math::{Quat, Vec3};
 
 /// What the bond resists.
@@ -206,17 +206,18 @@ impl CohesiveBeam {
     /// Those of a Timoshenko beam; an infinite shear coefficient makes it slender, to the last bit.
     #[inline(always)]
     fn stiffnesses_of_beam(&self, geometry: &ContactGeometry, shear_coefficient: f64) -> BeamStiffness {
-        let (area, length) = (geometry.area, geometry.reference_length);
-        let per_length = self.young / length;
+        let (area, inverse) = (geometry.area, 1.0 / geometry.reference_length);
+        let per_length = self.young * inverse;
         let normal = per_length * area;
         // I = S²/4π
         let bending = per_length * (area * area) * (1.0 / (4.0 * PI));
-        let slender = 12.0 * bending / (length * length);
-        // Φ = k_s,slender/(κGS/l), G = E/2(1+ν)
-        let by_shear = shear_coefficient * normal / (2.0 * (1.0 + self.poisson));
+        let inverse_squared = inverse * inverse;
+        let slender = 12.0 * bending * inverse_squared;
+        // Φ = 12EI/κGSl², G = E/2(1+ν)
+        let phi = 6.0 * (1.0 + self.poisson) / (PI * shear_coefficient) * (area * inverse_squared);
         // G I_O/l = E/2(1+ν)·2I/l
-        let twist = bending / (1.0 + self.poisson);
-        BeamStiffness { normal, shear: slender / (1.0 + slender / by_shear), bending, twist }
+        let twist = bending * (1.0 / (1.0 + self.poisson));
+        BeamStiffness { normal, shear: slender / (1.0 + phi), bending, twist }
     }
 
     /// Maximal principal stress on the surface of the beam, Pa, by [4.1]–[4.3] with the chosen reading of the bending
@@ -234,10 +235,10 @@ impl CohesiveBeam {
     #[inline(always)]
     fn principal_stress(area: f64, axial: f64, chord: &Vec3, forces: &BeamForces, bending: f64) -> f64 {
         let torsion = 0.5 * (forces.moment_a - forces.moment_b).dot(chord);
-        // r/I = 4πr/S², and half of it for I_O.
-        let radius = (area / PI).sqrt();
-        let by_section = 4.0 * PI * radius / (area * area);
-        let normal = axial / area + bending * by_section;
+        let inverse = 1.0 / area;
+        // r/I = 4πr/S² = 4√π S^(−3/2), and half of it for I_O.
+        let by_section = (8.0 / FRAC_2_SQRT_PI) * (inverse * inverse.sqrt());
+        let normal = axial * inverse + bending * by_section;
         let shear = 0.5 * by_section * torsion;
         0.5 * (normal + (normal * normal + 4.0 * shear * shear).sqrt())
     }
@@ -282,9 +283,12 @@ struct Intact<'a, const TURNED: bool> {
     shear_coefficient: f64,
 }
 
-impl<const TURNED: bool> Formula<19, 11> for Intact<'_, TURNED> {
+/// Output of [`Intact`]: chord (length, direction), force on A, torques on A and B, stress.
+const OUTPUT: usize = 14;
+
+impl<const TURNED: bool> Formula<19, OUTPUT> for Intact<'_, TURNED> {
     #[inline(always)]
-    fn apply(&self, input: [f64; 19]) -> [f64; 11] {
+    fn apply(&self, input: [f64; 19]) -> [f64; OUTPUT] {
         let [lx, ly, lz, ai, aj, ak, aw, bi, bj, bk, bw, dx, dy, dz, rx, ry, rz, reference_length, area] = input;
         let rest = RestFrame { direction: Vec3::new(dx, dy, dz), rotation: Vec3::new(rx, ry, rz) };
         let chord = Chord::of(&Vec3::new(lx, ly, lz));
@@ -297,9 +301,11 @@ impl<const TURNED: bool> Formula<19, 11> for Intact<'_, TURNED> {
         let Answer { forces, axial, .. } = answer(&k, reference_length, &chord, &rotations);
         let (n, f, m) = (chord.normal, forces.force, (forces.moment_a - forces.moment_b) * 0.5);
         let stress = CohesiveBeam::principal_stress(area, axial, &n, &forces, forces.bending_in_the_middle(&n));
-        // Not a number: ask the law.
-        let stress = if small { stress } else { f64::NAN };
-        [chord.length, n.x, n.y, n.z, f.x, f.y, f.z, m.x, m.y, m.z, stress]
+        let [ta, tb] = torques(&n, &f, [0.5 * chord.length; 2]);
+        let (ta, tb) = (ta + m, tb - m);
+        // A direction of zero: the bond's first evaluation.
+        let stress = if small & (rest.direction.norm_squared() > 0.0) { stress } else { f64::NAN };
+        [chord.length, n.x, n.y, n.z, f.x, f.y, f.z, ta.x, ta.y, ta.z, tb.x, tb.y, tb.z, stress]
     }
 }
 
@@ -360,11 +366,12 @@ impl ContactLaw for CohesiveBeam {
         let mut turned = false;
         for i in 0..count {
             let ([xa, xb], [qa, qb], shift) = batch.ends(i);
-            let (geometry, _, _) = batch.constants(i);
-            let CohesiveBeamState { rest_direction: d, rest_rotation: r } = *batch.law(i).1;
+            let (Reference { length: reference_length, area }, bonded) = batch.reference(i);
+            let CohesiveBeamState { rest_direction: d, rest_rotation: r } = *batch.history(i);
             turned |= r != Vec3::zeros();
             let l = xb + shift - xa;
-            let ContactGeometry { reference_length, area, .. } = geometry;
+            // Stress becomes not a number where the law must be asked.
+            let area = if bonded { area } else { f64::NAN };
             let row = [
                 l.x,
                 l.y,
@@ -394,15 +401,11 @@ impl ContactLaw for CohesiveBeam {
             columns.apply(&Intact::<false> { beam: &beam, shear_coefficient });
         }
         for i in 0..count {
-            let [length, nx, ny, nz, fx, fy, fz, mx, my, mz, stress] = columns.get(i);
-            let (geometry, frame, bonded) = batch.constants(i);
-            let state = *batch.law(i).1;
-            // A direction of zero: the bond's first evaluation.
-            if bonded && stress < beam.strength && state.rest_direction != Vec3::zeros() {
+            let [length, nx, ny, nz, fx, fy, fz, ax, ay, az, bx, by, bz, stress] = columns.get(i);
+            if stress < beam.strength {
                 let chord = Chord { length, normal: Vec3::new(nx, ny, nz) };
-                let (force, moment) = (Vec3::new(fx, fy, fz), Vec3::new(mx, my, mz));
-                let response = Response { force, moment, state, fate: Fate::Lives, energy: EnergySplit::default() };
-                batch.take(i, &chord.point(&geometry, &frame, bonded), &response);
+                let (force, torques) = (Vec3::new(fx, fy, fz), [Vec3::new(ax, ay, az), Vec3::new(bx, by, bz)]);
+                batch.take_found(i, &Found { chord, force, torques, energy: None, state: None, push: None });
             } else {
                 respond_to_one(mode, i, dt, batch);
             }

@@ -24,7 +24,7 @@ use super::{
 use crate::kinematics::batch::Formula;
 use crate::kinematics::deformable::Push;
 use crate::kinematics::sphere_sphere::{FINITE_INPUT, FiniteMeasure};
-use crate::kinematics::{BATCH, Batch, Columns, Frame, Mode, PointKinematics};
+use crate::kinematics::{BATCH, Batch, Chord, Columns, Found, Frame, Mode, PointKinematics, torques};
 use crate::math::{Symmetric, Vec3};
 
 /// Parameters of the brittle linear bond.
@@ -181,9 +181,9 @@ impl LinearBond {
 /// Input: of the measure, then reference length (m), masses (kg), history; with particles that deform the six components of
 /// the sum of their widenings (m).
 const INPUT: usize = FINITE_INPUT + 10;
-/// Output: 1 where the bond holds, length, gap, normal, force (N), energies (J), history; with particles that deform elastic
-/// normal force and other forces that strain (N).
-const OUTPUT: usize = 18;
+/// Output: 1 where the bond holds, length, normal, force (N), torques on A and B (N·m), energies (J), history; with particles that
+/// deform elastic normal force and other forces that strain (N).
+const OUTPUT: usize = 14 + 2 + 7;
 
 #[inline(always)]
 fn columns_of(state: &LinearBondState) -> [f64; 7] {
@@ -218,16 +218,33 @@ impl<const DAMPED: bool> Intact<'_, DAMPED> {
         let geometry = ContactGeometry { reference_length, area: 0.0, radius_a, radius_b, mass_a, mass_b };
         let viscosities = if DAMPED { self.bond.dashpots(&geometry) } else { (0.0, 0.0) };
         let frame = Frame { normal: Vec3::new(nx, ny, nz), length };
-        let mut point = measure.point(&geometry, &frame, true);
-        let gap = point.gap;
-        point = point.widened(widening(&point.normal), f64::NAN);
+        let point = measure.point(&geometry, &frame, true);
+        let point = point.widened(widening(&point.normal), f64::NAN);
         let old = state_of(std::array::from_fn(|i| input[FINITE_INPUT + 3 + i]));
         let (response, fails) = self.bond.intact(&point, &old, viscosities, self.dt);
         let (n, f, e) = (point.normal, response.force, response.energy);
-        let holds = if fails { 0.0 } else { 1.0 };
-        let [a, b, c, d, g, h, i] = columns_of(&response.state);
-        let output =
-            [holds, point.length, gap, n.x, n.y, n.z, f.x, f.y, f.z, e.viscous, e.integration, a, b, c, d, g, h, i];
+        let [ta, tb] = torques(&n, &f, [point.arm_a, point.arm_b]);
+        // No reference: no bond.
+        let holds = if fails | reference_length.is_nan() { 0.0 } else { 1.0 };
+        let mut output = [0.0; OUTPUT];
+        output[..14].copy_from_slice(&[
+            holds,
+            point.length,
+            n.x,
+            n.y,
+            n.z,
+            f.x,
+            f.y,
+            f.z,
+            ta.x,
+            ta.y,
+            ta.z,
+            tb.x,
+            tb.y,
+            tb.z,
+        ]);
+        output[14..16].copy_from_slice(&[e.viscous, e.integration]);
+        output[16..].copy_from_slice(&columns_of(&response.state));
         (output, n, response)
     }
 }
@@ -315,45 +332,45 @@ impl ContactLaw for LinearBond {
             PointKinematics::measure_batch::<Self, B>(mode, count, dt, batch, columns);
             return;
         }
+        let damped = bond.damping_ratio != 0.0;
         for i in 0..count {
             FiniteMeasure::set(columns, i, batch);
-            let (ContactGeometry { reference_length, mass_a, mass_b, .. }, _, _) = batch.constants(i);
-            columns.set_from(FINITE_INPUT, i, [reference_length, mass_a, mass_b]);
-            columns.set_from(FINITE_INPUT + 3, i, columns_of(batch.law(i).1));
+            let (Reference { length, .. }, bonded) = batch.reference(i);
+            let [mass_a, mass_b] = if damped { batch.masses(i) } else { [0.0; 2] };
+            columns.set_from(FINITE_INPUT, i, [if bonded { length } else { f64::NAN }, mass_a, mass_b]);
+            columns.set_from(FINITE_INPUT + 3, i, columns_of(batch.history(i)));
             if B::DEFORM {
                 columns.set_from(INPUT, i, batch.widening(i).0);
             }
         }
         let dashpots_strain = B::DEFORM && batch.dashpots_strain();
         // Said so that what has no dashpots is computed without roots, and rigid particles without strains.
-        match (bond.damping_ratio != 0.0, B::DEFORM) {
+        match (damped, B::DEFORM) {
             (false, false) => columns.apply(&Intact::<false> { bond: &bond, dt }),
             (true, false) => columns.apply(&Intact::<true> { bond: &bond, dt }),
             (false, true) => columns.apply(&IntactStraining::<false> { bond: &bond, dt, dashpots_strain }),
             (true, true) => columns.apply(&IntactStraining::<true> { bond: &bond, dt, dashpots_strain }),
         }
         for i in 0..count {
-            let (geometry, frame, bonded) = batch.constants(i);
-            let [holds, length, gap, nx, ny, nz, fx, fy, fz, viscous, integration] = columns.get(i);
-            if holds == 0.0 || !bonded {
+            let [holds, length, nx, ny, nz, fx, fy, fz, ax, ay, az, bx, by, bz] = columns.get(i);
+            if holds == 0.0 {
                 respond_to_one(mode, i, dt, batch);
                 continue;
             }
-            let point = FiniteMeasure::place(length, gap, Vec3::new(nx, ny, nz)).point(&geometry, &frame, bonded);
-            let response = Response {
-                force: Vec3::new(fx, fy, fz),
-                moment: Vec3::zeros(),
-                state: state_of(columns.get_from(11, i)),
-                fate: Fate::Lives,
-                energy: EnergySplit { viscous, integration, ..EnergySplit::default() },
-            };
-            if B::DEFORM {
+            let normal = Vec3::new(nx, ny, nz);
+            let push = B::DEFORM.then(|| {
                 let [pressure, ox, oy, oz] = columns.get_from(OUTPUT, i);
-                let push = Push { normal: point.normal, pressure, other: Vec3::new(ox, oy, oz) };
-                batch.take_strained(i, &point, &response, &push);
-            } else {
-                batch.take(i, &point, &response);
-            }
+                Push { normal, pressure, other: Vec3::new(ox, oy, oz) }
+            });
+            let found = Found {
+                chord: Chord { length, normal },
+                force: Vec3::new(fx, fy, fz),
+                torques: [Vec3::new(ax, ay, az), Vec3::new(bx, by, bz)],
+                energy: Some(columns.get_from(14, i)),
+                state: Some(state_of(columns.get_from(16, i))),
+                push,
+            };
+            batch.take_found(i, &found);
         }
     }
 

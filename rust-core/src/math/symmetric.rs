@@ -21,6 +21,12 @@ impl Symmetric {
         ])
     }
 
+    /// `a⊗a`.
+    #[inline(always)]
+    pub fn square(a: &Vec3) -> Self {
+        Self([a.x * a.x, a.y * a.y, a.z * a.z, a.y * a.z, a.x * a.z, a.x * a.y])
+    }
+
     /// `n·A·n`.
     #[inline(always)]
     pub fn quadratic(&self, n: &Vec3) -> f64 {

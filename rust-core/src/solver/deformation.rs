@@ -15,20 +15,11 @@
 
 use rayon::prelude::*;
 
-use super::forces::{HeldContact, TILE, TileMap};
-use crate::kinematics::deformable::{Deformable, Dyads, Update, Widening};
+use super::forces::{TILE, TileMap};
+use crate::kinematics::deformable::{Deformable, Dyads, Held, Update, Widening};
 use crate::math::{Symmetric, Vec3};
 use crate::state::particles::load_dyad;
 use crate::state::{Constraint, Deformation, Particles};
-
-/// Sums over the contacts of a particle whose translation is prescribed; nothing for others.
-#[derive(Debug, Clone, Copy, Default)]
-struct Held {
-    /// Sum of the directions of the contacts, `Σ n`.
-    side: Vec3,
-    /// Sum of the elastic normal forces, N.
-    net: Vec3,
-}
 
 /// Sums over particles of one step, J; see the [module](self).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -50,14 +41,14 @@ pub struct DeformationSums {
 pub struct DeformationPass {
     /// What the contacts see, by particle; empty if particles do not deform.
     pub widening: Vec<Widening>,
-    /// What they saw one step ago, m.
+    /// What they saw one step ago, m; empty if most contacts do not ask.
     pub widening_before: Vec<Symmetric>,
     /// What the contacts did, by particle.
     pub dyads: Vec<Dyads>,
     /// What the reaction of held particles needs to know.
-    held: Vec<Held>,
-    /// Particles with an entry in `held`.
-    touched: Vec<u32>,
+    pub held: Vec<Held>,
+    /// Whether these two are zero.
+    clean: bool,
     /// The dyads that the present strains were computed from, if they are iterated; else these are those of the last step.
     guess: Vec<Symmetric>,
     /// What stays as in the first evaluation of a step while the strains are iterated.
@@ -76,9 +67,9 @@ struct Kept {
 }
 
 impl DeformationPass {
-    /// Strains of a step before its forces are known: from the forces of the last one. Returns the largest size of any
-    /// particle's strain.
-    pub fn begin(&mut self, deformable: &Deformable, particles: &mut Particles) -> f64 {
+    /// Strains of a step before its forces are known: from the forces of the last one; with `before` those of the last step,
+    /// too. Returns the largest size of any particle's strain.
+    pub fn begin(&mut self, deformable: &Deformable, particles: &mut Particles, before: bool) -> f64 {
         let n = particles.len();
         particles.deformation.resize(n, Deformation::default());
         self.guess.clear();
@@ -86,26 +77,34 @@ impl DeformationPass {
             self.guess.extend(particles.deformation.iter().map(|d| d.dyad));
         }
         self.dyads.resize(n, Dyads::default());
-        if self.held.len() != n {
-            self.held = vec![Held::default(); n];
-            self.touched.clear();
-        }
+        self.held.resize(n, Held::default());
         self.widening.resize(n, Widening::default());
-        self.widening_before.resize(n, Symmetric::default());
-        self.widening
-            .par_iter_mut()
-            .zip(&mut self.widening_before)
-            .zip(&particles.deformation)
-            .enumerate()
-            .with_min_len(TILE)
-            .map(|(p, ((now, before), d))| {
-                let radius = particles.radius[p];
-                let compliance = deformable.compliance(particles.material[p], radius);
-                *before = compliance.widening(&d.used);
-                now.0 = compliance.widening(&d.dyad);
-                size(&now.0) / radius
+        let of = |p: usize, dyad: &Symmetric| {
+            deformable.compliance(particles.material[p], particles.radius[p]).widening(dyad)
+        };
+        self.widening_before.clear();
+        if before {
+            let rows = particles.deformation.par_iter().enumerate().with_min_len(TILE);
+            rows.map(|(p, d)| of(p, &d.used)).collect_into_vec(&mut self.widening_before);
+        }
+        let chunks = self.widening.par_chunks_mut(TILE).zip(particles.deformation.par_chunks(TILE)).enumerate();
+        chunks
+            .map(|(chunk, (widening, deformation))| {
+                pulp::Arch::new().dispatch(
+                    #[inline(always)]
+                    || {
+                        let mut largest = 0.0;
+                        for (i, (now, d)) in widening.iter_mut().zip(deformation).enumerate() {
+                            let p = chunk * TILE + i;
+                            now.0 = of(p, &d.dyad);
+                            largest = larger(largest, strain_squared(&now.0, particles.radius[p]));
+                        }
+                        largest
+                    },
+                )
             })
             .reduce(|| 0.0, larger)
+            .sqrt()
     }
 
     /// Strains from the present guess. Returns the largest size of any particle's strain.
@@ -118,33 +117,27 @@ impl DeformationPass {
             .map(|(p, (widening, guess))| {
                 let radius = particles.radius[p];
                 widening.0 = deformable.compliance(particles.material[p], radius).widening(guess);
-                size(&widening.0) / radius
+                strain_squared(&widening.0, radius)
             })
             .reduce(|| 0.0, larger)
+            .sqrt()
     }
 
-    /// Forget the dyads of the last evaluation.
+    /// Forget what contacts did in the last evaluation, for the next one.
     pub fn clear(&mut self) {
-        self.dyads.par_chunks_mut(TILE).for_each(|dyads| dyads.fill(Dyads::default()));
-        for particle in self.touched.drain(..) {
-            self.held[particle as usize] = Held::default();
+        if !self.clean {
+            self.dyads.par_chunks_mut(TILE).for_each(|dyads| dyads.fill(Dyads::default()));
+            self.held.par_chunks_mut(TILE).for_each(|held| held.fill(Held::default()));
         }
-    }
-
-    /// Add contacts of held particles.
-    pub fn hold(&mut self, contacts: &[HeldContact]) {
-        for contact in contacts {
-            let held = &mut self.held[contact.particle as usize];
-            held.side += contact.normal;
-            held.net += contact.pressure;
-            self.touched.push(contact.particle);
-        }
+        self.clean = false;
     }
 
     /// Add what contacts of other tiles did, in fixed order.
-    pub fn gather(&mut self, maps: &[&TileMap]) {
-        let chunks = self.dyads.par_chunks_mut(TILE).enumerate();
-        chunks.for_each(|(chunk, dyads)| add_incoming(maps, chunk * TILE, dyads));
+    pub fn gather(&mut self, maps: &[&TileMap], particles: &Particles, reacting: Constraint) {
+        let rows = self.dyads.par_iter_mut().zip(&mut self.held).enumerate().with_min_len(TILE);
+        rows.for_each(|(p, (dyads, held))| {
+            add_incoming(maps, p, dyads, particles.constraint[p].any(reacting).then_some(held));
+        });
     }
 
     /// Keep all but the elastic normal forces as they are now for the iterations that follow. Other forces depend on the
@@ -153,7 +146,7 @@ impl DeformationPass {
     pub fn keep_others(&mut self, force: &[Vec3]) {
         let mut kept = std::mem::take(&mut self.kept);
         kept.clear();
-        kept.extend((0..self.dyads.len()).map(|p| others(&self.dyads[p], &self.held[p], &force[p])));
+        kept.extend((0..self.dyads.len()).map(|p| others(&self.dyads[p].other, &self.held[p], &force[p])));
         self.kept = kept;
     }
 
@@ -162,7 +155,9 @@ impl DeformationPass {
     pub fn disagreement(&self, particles: &Particles) -> f64 {
         let (mut change, mut size) = (0.0, 0.0);
         for (p, guess) in self.guess.iter().enumerate() {
-            let (result, _) = total(p, &self.dyads[p], &self.held[p], &self.kept[p], particles);
+            let reaction = reaction_of(p, &self.held[p], &self.kept[p], particles);
+            let result =
+                total(&self.dyads[p].normal, &self.kept[p].other, &load_dyad(&particles.loads, p as u32), &reaction);
             let difference = result - *guess;
             change += difference.contract(&difference);
             size += result.contract(&result);
@@ -175,7 +170,9 @@ impl DeformationPass {
     pub fn relax(&mut self, deformable: &Deformable, relaxation: f64, particles: &Particles) -> f64 {
         let mut relaxed = std::mem::take(&mut self.guess);
         for (p, guess) in relaxed.iter_mut().enumerate() {
-            let (result, _) = total(p, &self.dyads[p], &self.held[p], &self.kept[p], particles);
+            let reaction = reaction_of(p, &self.held[p], &self.kept[p], particles);
+            let result =
+                total(&self.dyads[p].normal, &self.kept[p].other, &load_dyad(&particles.loads, p as u32), &reaction);
             *guess += (result - *guess) * relaxation;
         }
         self.guess = relaxed;
@@ -184,32 +181,54 @@ impl DeformationPass {
 
     /// Note the forces of the step, for the next one, and sum up what the deformation did in this one. What contacts of other
     /// tiles did is added first ([`Self::gather`]), unless it has been: then `maps` is empty.
-    pub fn finish(&mut self, particles: &mut Particles, force: &[Vec3], maps: &[&TileMap]) -> DeformationSums {
+    pub fn finish(
+        &mut self,
+        deformable: &Deformable,
+        particles: &mut Particles,
+        force: &[Vec3],
+        maps: &[&TileMap],
+    ) -> DeformationSums {
         let mut deformation = std::mem::take(&mut particles.deformation);
-        let Self { dyads, held, guess, widening, widening_before, .. } = self;
-        let (particles_now, held, guess) = (&*particles, &*held, &*guess);
-        let chunks = deformation.par_chunks_mut(TILE).zip(dyads.par_chunks_mut(TILE)).enumerate();
-        let part = |(chunk, (deformation, dyads)): (usize, (&mut [Deformation], &mut [Dyads]))| {
-            add_incoming(maps, chunk * TILE, dyads);
-            let mut sums = DeformationSums::default();
-            for (i, (deformation, dyads)) in deformation.iter_mut().zip(dyads).enumerate() {
-                let p = chunk * TILE + i;
-                let kept = others(dyads, &held[p], &force[p]);
-                let (dyad, reaction) = total(p, dyads, &held[p], &kept, particles_now);
-                let used = guess.get(p).copied().unwrap_or(deformation.dyad);
-                let new = Deformation { dyad, used, other: dyads.other, reaction };
-                let old = std::mem::replace(deformation, new);
-                let now = widening[p].0;
-                let change = now - widening_before[p];
-                sums.stored += 0.5 * new.used.contract(&now);
-                sums.lag += 0.5 * ((old.dyad + new.dyad) - (old.used + new.used)).contract(&change);
-                sums.other -= 0.5 * (old.other + new.other).contract(&change);
-                sums.loads += load_dyad(&particles_now.loads, p as u32).contract(&change);
-                sums.reactions += 0.5 * (old.reaction + new.reaction).contract(&change);
-            }
-            sums
-        };
-        let parts: Vec<DeformationSums> = chunks.map(part).collect();
+        let Self { dyads, held, guess, .. } = self;
+        let (particles_now, guess, reacting) = (&*particles, &*guess, deformable.reacting());
+        let chunks = deformation.par_chunks_mut(TILE).zip(dyads.par_chunks_mut(TILE)).zip(held.par_chunks_mut(TILE));
+        // The newest instructions of the processor give the same bits: nothing is fused or reordered.
+        let parts = chunks.enumerate().map(|(chunk, ((deformation, dyads), held))| {
+            pulp::Arch::new().dispatch(
+                #[inline(always)]
+                || {
+                    let mut sums = DeformationSums::default();
+                    for (i, ((deformation, dyads), held)) in deformation.iter_mut().zip(dyads).zip(held).enumerate() {
+                        let p = chunk * TILE + i;
+                        let mut reaction = Symmetric::default();
+                        if particles_now.constraint[p].any(reacting) {
+                            add_incoming(maps, p, dyads, Some(held));
+                            let held = std::mem::take(held);
+                            reaction = reaction_of(p, &held, &others(&dyads.other, &held, &force[p]), particles_now);
+                        } else {
+                            add_incoming(maps, p, dyads, None);
+                        }
+                        let Dyads { normal, other } = std::mem::take(dyads);
+                        let load = load_dyad(&particles_now.loads, p as u32);
+                        let dyad = total(&normal, &other, &load, &reaction);
+                        let used = guess.get(p).copied().unwrap_or(deformation.dyad);
+                        let new = Deformation { dyad, used, other, reaction };
+                        let old = std::mem::replace(deformation, new);
+                        let compliance = deformable.compliance(particles_now.material[p], particles_now.radius[p]);
+                        let now = compliance.widening(&new.used);
+                        let change = now - compliance.widening(&old.used);
+                        sums.stored += 0.5 * new.used.contract(&now);
+                        sums.lag += 0.5 * ((old.dyad + new.dyad) - (old.used + new.used)).contract(&change);
+                        sums.other -= 0.5 * (old.other + new.other).contract(&change);
+                        sums.loads += load.contract(&change);
+                        sums.reactions += 0.5 * (old.reaction + new.reaction).contract(&change);
+                    }
+                    sums
+                },
+            )
+        });
+        let parts: Vec<DeformationSums> = parts.collect();
+        self.clean = true;
         particles.deformation = deformation;
         parts.iter().fold(DeformationSums::default(), |a, b| DeformationSums {
             stored: a.stored + b.stored,
@@ -222,59 +241,65 @@ impl DeformationPass {
 
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
-        self.widening.len() * (size_of::<Widening>() + size_of::<Symmetric>())
+        self.widening.len() * size_of::<Widening>()
+            + self.widening_before.len() * size_of::<Symmetric>()
             + self.dyads.len() * size_of::<Dyads>()
             + self.held.len() * size_of::<Held>()
-            + self.touched.len() * size_of::<u32>()
             + self.guess.len() * size_of::<Symmetric>()
             + self.kept.len() * size_of::<Kept>()
     }
 }
 
-/// Add what contacts of other tiles did to the particles from `base` on, in fixed order.
-fn add_incoming(maps: &[&TileMap], base: usize, dyads: &mut [Dyads]) {
+/// Add what contacts of other tiles did to particle `p`, in fixed order; `held`, if its translation is prescribed.
+#[inline(always)]
+fn add_incoming(maps: &[&TileMap], p: usize, dyads: &mut Dyads, mut held: Option<&mut Held>) {
     for map in maps {
-        for (i, dyads) in dyads.iter_mut().enumerate() {
-            for incoming in map.incoming_pushes(base + i) {
-                *dyads += incoming.dyads();
+        for incoming in map.incoming_pushes(p) {
+            *dyads += incoming.dyads();
+            if let Some(held) = &mut held {
+                held.add_opposite(incoming);
             }
         }
     }
 }
 
-/// All but the elastic normal forces on a particle; `force` is the net contact force.
+/// All but the elastic normal forces on a particle; `other`: the dyad of the other contact forces, `force`: the net contact
+/// force.
 #[inline(always)]
-fn others(dyads: &Dyads, held: &Held, force: &Vec3) -> Kept {
-    Kept { other: dyads.other, side: held.side, rest: force - held.net }
+fn others(other: &Symmetric, held: &Held, force: &Vec3) -> Kept {
+    Kept { other: *other, side: held.side, rest: force - held.net }
 }
 
-/// All that strains particle `p` with the elastic normal forces of now and what was `kept`, and the part of it that is
-/// reaction, N.
+/// All that strains a particle, N: dyads of the elastic normal forces, of the other contact forces, of given loads, and of the
+/// reaction.
 #[inline(always)]
-fn total(p: usize, dyads: &Dyads, held: &Held, kept: &Kept, particles: &Particles) -> (Symmetric, Symmetric) {
-    let reaction = reaction(particles, p, &(held.net + kept.rest), &kept.side);
-    (dyads.normal + kept.other + load_dyad(&particles.loads, p as u32) + reaction, reaction)
+fn total(normal: &Symmetric, other: &Symmetric, load: &Symmetric, reaction: &Symmetric) -> Symmetric {
+    *normal + *other + *load + *reaction
 }
 
-fn size(tensor: &Symmetric) -> f64 {
-    tensor.contract(tensor).sqrt()
+/// `ε:ε` of a particle with this `Rε` (m) and radius (m).
+#[inline(always)]
+fn strain_squared(widening: &Symmetric, radius: f64) -> f64 {
+    widening.contract(widening) / (radius * radius)
 }
 
 /// The larger one; what is no number is larger than all.
+#[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || a > b { a } else { b }
 }
 
-/// Dyad of the reaction of a prescribed translation, N.
+/// Dyad of the reaction of a prescribed translation, N, with the elastic normal forces of now and what was `kept`.
 #[inline(always)]
-fn reaction(particles: &Particles, p: usize, force: &Vec3, side: &Vec3) -> Symmetric {
-    let held = particles.constraint[p].0 & Constraint::TRANSLATION.0;
-    if held == 0 {
+fn reaction_of(p: usize, held: &Held, kept: &Kept, particles: &Particles) -> Symmetric {
+    let prescribed = particles.constraint[p].0 & Constraint::TRANSLATION.0;
+    if prescribed == 0 {
         return Symmetric::default();
     }
+    let force = held.net + kept.rest;
     let (load, _) = particles.load(p as u32);
-    let reaction = Vec3::from_fn(|i, _| if held >> i & 1 == 1 { -(force[i] + load[i]) } else { 0.0 });
-    Symmetric::product(&reaction_lever(side), &reaction)
+    let reaction = Vec3::from_fn(|i, _| if prescribed >> i & 1 == 1 { -(force[i] + load[i]) } else { 0.0 });
+    Symmetric::product(&reaction_lever(&kept.side), &reaction)
 }
 
 /// Lever of the reaction of a prescribed translation, by the radius: see

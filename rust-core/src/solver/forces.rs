@@ -8,9 +8,9 @@
 
 use rayon::prelude::*;
 
-use crate::kinematics::deformable::{Dyads, Push, Widening};
+use crate::kinematics::deformable::{Deformable, Push, Pushed, Widening};
 use crate::kinematics::sphere_sphere::{ImageShift, Motion};
-use crate::kinematics::{BATCH, Batch, Columns, Frame, Mode, PointKinematics, Pose};
+use crate::kinematics::{BATCH, Batch, Chord, Columns, Found, Frame, Mode, PointKinematics, Pose, torques};
 use crate::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, LawState, Reference, Response};
 use crate::math::{Mat3, Quat, Symmetric, Vec3};
 use crate::prefetch::prefetch_row;
@@ -54,8 +54,10 @@ pub struct StepContext<'a> {
     pub sample: bool,
     /// How far the surfaces of particles moved out, by particle; empty if particles do not deform.
     pub widening: &'a [Widening],
-    /// The same one step ago, m.
+    /// The same one step ago, m; empty if most contacts do not ask.
     pub widening_before: &'a [Symmetric],
+    /// How particles deform, if they do.
+    pub deformable: Option<&'a Deformable>,
     /// Whether forces of dashpots strain the particles.
     pub dashpots_strain: bool,
     /// Prescribed translations whose reactions strain the particles: all, or those in the plane.
@@ -67,20 +69,24 @@ impl StepContext<'_> {
     /// step ago, m.
     #[inline(always)]
     pub fn widening_between(&self, a: usize, b: usize, normal: &Vec3, normal_old: &Vec3) -> (f64, f64) {
-        let before = self.widening_before[a] + self.widening_before[b];
+        let before = self.widening_before(a) + self.widening_before(b);
         ((self.widening[a].0 + self.widening[b].0).quadratic(normal), before.quadratic(normal_old))
     }
-}
 
-/// A contact of a particle whose translation is prescribed, which takes part in the lever of its reaction.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HeldContact {
-    /// The particle, by index.
-    pub particle: u32,
-    /// Unit vector from its centre to the contact.
-    pub normal: Vec3,
-    /// Elastic normal force on it, N.
-    pub pressure: Vec3,
+    /// How far the surface of particle `p` had moved out one step ago, m.
+    #[inline(always)]
+    pub fn widening_before(&self, p: usize) -> Symmetric {
+        self.widening_before.get(p).copied().unwrap_or_else(|| self.find_widening_before(p))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn find_widening_before(&self, p: usize) -> Symmetric {
+        let Particles { material, radius, deformation, .. } = self.particles;
+        self.deformable.map_or_else(Symmetric::default, |deformable| {
+            deformable.compliance(material[p], radius[p]).widening(&deformation[p].used)
+        })
+    }
 }
 
 /// What happened to a bond, noted by index.
@@ -115,8 +121,6 @@ pub struct Tally {
     pub active: u64,
     /// Incidents in order of contacts.
     pub incidents: Vec<Incident>,
-    /// Contacts of held particles in order of contacts, if particles deform.
-    pub held: Vec<HeldContact>,
 }
 
 impl Tally {
@@ -128,7 +132,6 @@ impl Tally {
         self.active += other.active;
         self.force_squared += other.force_squared;
         self.incidents.extend(other.incidents);
-        self.held.extend(other.held);
     }
 }
 
@@ -222,17 +225,17 @@ fn is_local(b: u32, base: usize, tile_len: usize) -> bool {
 pub trait EvaluatedContacts: Contacts {
     /// Evaluate all contacts: forces and torques on particles of the contact's own tile are added to `force` and
     /// `torque`, the others go to the map's halo. Histories advance by one step. If particles deform, the same is done
-    /// with `dyads`, which are empty otherwise.
+    /// with `pushed`, which is empty otherwise.
     fn evaluate(
         &mut self,
         context: &StepContext<'_>,
         map: &mut TileMap,
         force: &mut [Vec3],
         torque: &mut [Vec3],
-        dyads: &mut [Dyads],
+        pushed: Pushed<'_>,
     ) -> Tally;
     /// Evaluate contacts with walls; `b` of a pair numbers the wall elements through all walls. Forces on particles are
-    /// added to `force` and `torque` (and `dyads`, if particles deform), forces of the particles on the walls to the walls.
+    /// added to `force` and `torque` (and `pushed`, if particles deform), forces of the particles on the walls to the walls.
     /// Histories advance.
     fn evaluate_walls(
         &mut self,
@@ -240,7 +243,7 @@ pub trait EvaluatedContacts: Contacts {
         walls: &mut [Wall],
         force: &mut [Vec3],
         torque: &mut [Vec3],
-        dyads: &mut [Dyads],
+        pushed: Pushed<'_>,
     ) -> Tally;
     /// Add the forces of all contacts at the present positions; histories stay.
     fn record(&self, context: &StepContext<'_>, out: &mut ContactForces);
@@ -265,7 +268,7 @@ struct Tile<'a, L: ContactLaw> {
     force: &'a mut [Vec3],
     torque: &'a mut [Vec3],
     halo: &'a mut [Wrench],
-    dyads: &'a mut [Dyads],
+    pushed: Pushed<'a>,
     push_halo: &'a mut [Push],
 }
 
@@ -276,10 +279,10 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
         map: &mut TileMap,
         force: &mut [Vec3],
         torque: &mut [Vec3],
-        mut dyads: &mut [Dyads],
+        mut pushed: Pushed<'_>,
     ) -> Tally {
         let rows = &self.rows;
-        if !dyads.is_empty() {
+        if !pushed.dyads.is_empty() {
             map.push_halo.resize(map.halo.len(), Push::default());
         }
         let mut push_halo = &mut map.push_halo[..];
@@ -305,7 +308,7 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
                 force,
                 torque,
                 halo: halo.split_off_mut(..slots).unwrap_or_default(),
-                dyads: dyads.split_off_mut(..length.min(dyads.len())).unwrap_or_default(),
+                pushed: pushed.split_off(length),
                 push_halo: push_halo.split_off_mut(..slots.min(push_halo.len())).unwrap_or_default(),
             });
         }
@@ -322,9 +325,9 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
         walls: &mut [Wall],
         force: &mut [Vec3],
         torque: &mut [Vec3],
-        dyads: &mut [Dyads],
+        mut pushed: Pushed<'_>,
     ) -> Tally {
-        walls::evaluate(self, context, walls, force, torque, dyads, None)
+        walls::evaluate(self, context, walls, force, torque, &mut pushed, None)
     }
     fn record(&self, context: &StepContext<'_>, out: &mut ContactForces) {
         record::record(self, context, out);
@@ -510,8 +513,9 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     /// By how much the surfaces of a contact's particles had moved towards each other one step ago, m.
     #[inline(always)]
     fn widened_before(&self, contact: u32) -> f64 {
-        let (Pair { a, b }, before) = (self.tile.pair[contact as usize], self.context.widening_before);
-        (before[a as usize] + before[b as usize]).quadratic(&self.tile.frame[contact as usize].normal)
+        let before = |p: u32| self.context.widening_before(p as usize);
+        let Pair { a, b } = self.tile.pair[contact as usize];
+        (before(a) + before(b)).quadratic(&self.tile.frame[contact as usize].normal)
     }
 
     /// [`Batch::answer`] to a contact that ends, whose answer depends on the elongation of one step ago, too. `now`: by how
@@ -584,31 +588,40 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     fn ends(&self, i: usize) -> ([Vec3; 2], [Quat; 2], Vec3) {
         let k = self.waiting[i].contact as usize;
         let Pair { a, b } = self.tile.pair[k];
+        debug_assert!(self.context.oriented);
         let both = [&self.context.poses[a as usize], &self.context.poses[b as usize]];
-        let orientations = if self.context.oriented {
-            both.map(|pose| pose.rotation)
-        } else {
-            [a, b].map(|p| self.context.particles.orientation[p as usize])
-        };
-        (both.map(|pose| pose.position), orientations, self.image(k).displacement)
+        (both.map(|pose| pose.position), both.map(|pose| pose.rotation), self.image(k).displacement)
     }
 
     #[inline(always)]
     fn constants(&self, i: usize) -> (ContactGeometry, Frame, bool) {
+        let Pair { a, b } = self.tile.pair[self.waiting[i].contact as usize];
+        let [radius_a, radius_b] = [a, b].map(|p| self.context.poses[p as usize].radius);
+        let ([mass_a, mass_b], (Reference { length, area }, bonded)) = (self.masses(i), self.reference(i));
+        let geometry = ContactGeometry { reference_length: length, area, radius_a, radius_b, mass_a, mass_b };
+        (geometry, self.frame(i), bonded)
+    }
+
+    #[inline(always)]
+    fn reference(&self, i: usize) -> (Reference, bool) {
         let k = self.waiting[i].contact as usize;
-        let Pair { a, b } = self.tile.pair[k];
-        let (a, b) = (a as usize, b as usize);
-        let (poses, mass) = (self.context.poses, &self.context.particles.mass);
-        let reference = &self.tile.reference[k];
-        let geometry = ContactGeometry {
-            reference_length: reference.length,
-            area: reference.area,
-            radius_a: poses[a].radius,
-            radius_b: poses[b].radius,
-            mass_a: mass[a],
-            mass_b: mass[b],
-        };
-        (geometry, self.tile.frame[k], self.tile.link[k].has(Link::BONDED))
+        (self.tile.reference[k], self.tile.link[k].has(Link::BONDED))
+    }
+
+    #[inline(always)]
+    fn frame(&self, i: usize) -> Frame {
+        self.tile.frame[self.waiting[i].contact as usize]
+    }
+
+    #[inline(always)]
+    fn masses(&self, i: usize) -> [f64; 2] {
+        let Pair { a, b } = self.tile.pair[self.waiting[i].contact as usize];
+        [a, b].map(|p| self.context.particles.mass[p as usize])
+    }
+
+    #[inline(always)]
+    fn history(&self, i: usize) -> &L::State {
+        &self.tile.history[self.waiting[i].contact as usize]
     }
 
     #[inline(always)]
@@ -666,8 +679,23 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 
     #[inline(always)]
-    fn take_strained(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>, push: &Push) {
-        self.take_with(i, point, response, Some(push));
+    fn take_found(&mut self, i: usize, found: &Found<L::State>) {
+        debug_assert!(!SAMPLE && found.push.is_some() == self.deforms());
+        let Waiting { contact, slot, .. } = self.waiting[i];
+        let k = contact as usize;
+        let Found { chord: Chord { length, normal }, force, torques, energy, state, push } = found;
+        self.tile.frame[k] = Frame { normal: *normal, length: *length };
+        if let Some(state) = state {
+            self.tile.history[k] = *state;
+        }
+        let counted = !self.tile.link[k].has(Link::COUNTED_ELSEWHERE);
+        if let Some([viscous, integration]) = energy
+            && counted
+        {
+            self.tally.energy.viscous += viscous;
+            self.tally.energy.integration += integration;
+        }
+        self.carry(k, slot, *length, normal, force, torques, push.as_ref());
     }
 }
 
@@ -680,11 +708,11 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         let Waiting { contact, slot, begins } = self.waiting[i];
         let k = contact as usize;
         let pair = self.tile.pair[k];
-        let (a, b) = (pair.a as usize, pair.b as usize);
+        let a = pair.a as usize;
         let link = &mut self.tile.link[k];
         let history = &mut self.tile.history[k];
         let tally = &mut self.tally;
-        let (normal, arm_a, arm_b) = (point.normal, point.arm_a, point.arm_b);
+        let &PointKinematics { normal, arm_a, arm_b, .. } = point;
         if begins && link.has(Link::KEPT_REFERENCE) && !link.has(Link::COUNTED_ELSEWHERE) && point.elongation_old < 0.0
         {
             tally.energy.damage -= taken_over(point, &response.force, &response.energy);
@@ -731,7 +759,6 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
                 false,
             );
         }
-        tally.active += u64::from(counted);
         let force = response.force;
         if SAMPLE && counted {
             tally.energy.stored_normal += response.energy.stored_normal;
@@ -740,43 +767,62 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             tally.energy.stored_twist += response.energy.stored_twist;
             tally.force_squared += force.norm_squared();
         }
+        let [mut torque_a, mut torque_b] = torques(&normal, &force, [arm_a, arm_b]);
+        if L::TRANSMITS_MOMENT {
+            torque_a += response.moment;
+            torque_b -= response.moment;
+        }
+        self.carry(k, slot, point.length, &normal, &force, &[torque_a, torque_b], strain);
+    }
+
+    /// Count contact `k` of this length (m) and normal, which carries `force` on A (N), and add that, the torques on A and B (N·m),
+    /// and the strain, if particles deform, to what acts on them.
+    #[inline(always)]
+    fn carry(
+        &mut self,
+        k: usize,
+        slot: u32,
+        length: f64,
+        normal: &Vec3,
+        force: &Vec3,
+        torques: &[Vec3; 2],
+        strain: Option<&Push>,
+    ) {
+        let (pair, link, tally) = (self.tile.pair[k], &self.tile.link[k], &mut self.tally);
+        let counted = !link.has(Link::COUNTED_ELSEWHERE);
+        tally.active += u64::from(counted);
         if PERIODIC && counted {
-            tally.virial += (normal * point.length) * force.transpose();
+            tally.virial += (normal * length) * force.transpose();
             if link.image != [0, 0, 0] {
                 let i = link.image;
                 tally.crossing += force * Vec3::new(f64::from(i[0]), f64::from(i[1]), f64::from(i[2])).transpose();
             }
         }
-        let lever = normal.cross(&force);
-        let mut torque_a = lever * arm_a;
-        let mut torque_b = lever * arm_b;
-        if L::TRANSMITS_MOMENT {
-            torque_a += response.moment;
-            torque_b -= response.moment;
-        }
+        let (a, b) = (pair.a as usize - self.tile.base, (pair.b as usize).wrapping_sub(self.tile.base));
         if let Some(push) = strain {
             let dyads = push.dyads();
-            self.tile.dyads[a - self.tile.base] += dyads;
+            let Pushed { dyads: sums, held } = &mut self.tile.pushed;
+            let (constraint, reacting) = (&self.context.particles.constraint, self.context.reacting);
+            sums[a] += dyads;
+            if constraint[pair.a as usize].any(reacting) {
+                held[a].add(push);
+            }
             if slot == LOCAL {
-                self.tile.dyads[b - self.tile.base] += dyads;
+                sums[b] += dyads;
+                if constraint[pair.b as usize].any(reacting) {
+                    held[b].add_opposite(push);
+                }
             } else {
                 self.tile.push_halo[slot as usize] = *push;
             }
-            let (constraint, reacting) = (&self.context.particles.constraint, self.context.reacting);
-            if constraint[a].any(reacting) {
-                hold(&mut self.tally.held, pair.a, normal, push.elastic());
-            }
-            if constraint[b].any(reacting) {
-                hold(&mut self.tally.held, pair.b, -normal, -push.elastic());
-            }
         }
-        self.tile.force[a - self.tile.base] += force;
-        self.tile.torque[a - self.tile.base] += torque_a;
+        self.tile.force[a] += force;
+        self.tile.torque[a] += torques[0];
         if slot == LOCAL {
-            self.tile.force[b - self.tile.base] -= force;
-            self.tile.torque[b - self.tile.base] += torque_b;
+            self.tile.force[b] -= force;
+            self.tile.torque[b] += torques[1];
         } else {
-            self.tile.halo[slot as usize] = Wrench { force: -force, torque: torque_b };
+            self.tile.halo[slot as usize] = Wrench { force: -force, torque: torques[1] };
         }
     }
 }
@@ -827,12 +873,6 @@ fn end<S: LawState>(link: &mut Link, history: &mut S, fate: Fate, last: S) {
         *history = S::default();
         link.flags &= !(Link::ACTIVE | Link::REPORTED);
     }
-}
-
-/// Note a contact of a held particle.
-#[inline(always)]
-fn hold(held: &mut Vec<HeldContact>, particle: u32, normal: Vec3, pressure: Vec3) {
-    held.push(HeldContact { particle, normal, pressure });
 }
 
 /// Energies stored in normal, shear, bending, twist, J.

@@ -18,7 +18,7 @@ pub mod time_step;
 pub mod walls;
 
 use crate::fracture::virial::{self, HydrostaticStrength};
-use crate::kinematics::deformable::Deformable;
+use crate::kinematics::deformable::{Deformable, Pushed};
 use crate::kinematics::{Frame, Mode, Pose, sphere_sphere};
 use crate::law::EnergySplit;
 use crate::math::{Mat3, Vec3};
@@ -318,7 +318,14 @@ impl Solver {
     /// Strains that the forces of the last step make; the largest of them.
     fn begin_deformation(&mut self, state: &mut State) -> f64 {
         match &self.model.deformable {
-            Some(deformable) => self.pass.begin(deformable, &mut state.particles),
+            Some(deformable) => {
+                // What few ask for is found for them alone.
+                let blocks = state.bonds.iter().chain(&state.contacts).chain(&state.wall_contacts);
+                let asking =
+                    blocks.filter(|block| block.reads_old_elongation()).map(|block| block.len()).sum::<usize>();
+                let particles = &mut state.particles;
+                self.pass.begin(deformable, particles, asking > particles.len())
+            }
             None => 0.0,
         }
     }
@@ -479,6 +486,7 @@ impl Solver {
             sample: false,
             widening: &self.pass.widening,
             widening_before: &self.pass.widening_before,
+            deformable: self.model.deformable.as_ref(),
             dashpots_strain: false,
             reacting: Constraint::FREE,
         };
@@ -521,7 +529,8 @@ impl Solver {
             self.search(state, strain)?;
             report.searched = true;
         }
-        self.oriented = !state.bonds.is_empty() && state.bonds.iter().all(|block| block.reads_orientations());
+        let mut blocks = state.bonds.iter().chain(&state.contacts);
+        self.oriented = blocks.any(|block| block.reads_orientations());
         state.particles.poses(self.oriented, &mut self.poses);
         let iterated = deformation::iteration(self.model.deformable.as_ref()).is_some();
         let crossing = if iterated {
@@ -529,9 +538,9 @@ impl Solver {
         } else {
             self.evaluate(state, sample, report)
         };
-        if self.model.deformable.is_some() {
+        if let Some(deformable) = &self.model.deformable {
             let maps = if iterated { Vec::new() } else { maps(&self.bond_maps, &self.contact_map, state) };
-            report.deformation = self.pass.finish(&mut state.particles, &self.force, &maps);
+            report.deformation = self.pass.finish(deformable, &mut state.particles, &self.force, &maps);
         }
         if self.model.hydrostatic_strength.is_active()
             && let Some(stress) = virial::mean_stress(state, self.model.hydrostatic_strength.planar)
@@ -630,7 +639,9 @@ impl Solver {
         self.pass.clear();
         report.evaluations += 1;
         let (force, torque, pass) = (&mut self.force[..], &mut self.torque[..], &mut self.pass);
-        let DeformationPass { widening, widening_before, dyads, .. } = pass;
+        let DeformationPass { widening, widening_before, dyads, held, .. } = pass;
+        let mut pushed = if self.model.deformable.is_some() { Pushed { dyads, held } } else { Pushed::default() };
+        let reacting = self.model.deformable.as_ref().map_or(Constraint::FREE, Deformable::reacting);
         let context = StepContext {
             particles: &state.particles,
             poses: &self.poses,
@@ -642,41 +653,37 @@ impl Solver {
             sample,
             widening,
             widening_before,
+            deformable: self.model.deformable.as_ref(),
             dashpots_strain: self.model.deformable.as_ref().is_some_and(|d| d.dashpots),
-            reacting: self.model.deformable.as_ref().map_or(Constraint::FREE, Deformable::reacting),
+            reacting,
         };
         let mut crossing = Mat3::zeros();
-        let mut held = Vec::new();
         let mut merge = |tally: forces::Tally, kind: usize, block: usize| {
             report.energy += tally.energy;
             report.virial += tally.virial;
             crossing += tally.crossing;
-            held.extend(tally.held);
             report.active[kind] += tally.active;
             report.force_squared += tally.force_squared;
             report.incidents.extend(tally.incidents.into_iter().map(|incident| (block, incident)));
         };
         for (k, (block, map)) in state.bonds.iter_mut().zip(&mut self.bond_maps).enumerate() {
-            merge(block.evaluate(&context, map, force, torque, dyads), 0, k);
+            merge(block.evaluate(&context, map, force, torque, pushed.borrow()), 0, k);
         }
         if let Some(block) = &mut state.contacts {
-            let mut tally = block.evaluate(&context, &mut self.contact_map, force, torque, dyads);
+            let mut tally = block.evaluate(&context, &mut self.contact_map, force, torque, pushed.borrow());
             tally.incidents.clear();
             merge(tally, 1, usize::MAX);
         }
         if let Some(block) = &mut state.wall_contacts {
-            let mut tally = block.evaluate_walls(&context, &mut state.walls, force, torque, dyads);
+            let mut tally = block.evaluate_walls(&context, &mut state.walls, force, torque, pushed.borrow());
             tally.incidents.clear();
             merge(tally, 2, usize::MAX);
         }
         let maps = maps(&self.bond_maps, &self.contact_map, state);
         integrate::gather(force, torque, &maps);
-        if self.model.deformable.is_some() {
-            // Otherwise [`DeformationPass::finish`] gathers.
-            if deformation::iteration(self.model.deformable.as_ref()).is_some() {
-                pass.gather(&maps);
-            }
-            pass.hold(&held);
+        // Otherwise [`DeformationPass::finish`] gathers.
+        if deformation::iteration(self.model.deformable.as_ref()).is_some() {
+            pass.gather(&maps, &state.particles, reacting);
         }
         crossing
     }

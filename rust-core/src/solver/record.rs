@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::forces::{StepContext, activate};
 use super::walls;
-use crate::kinematics::deformable::Dyads;
+use crate::kinematics::deformable::Pushed;
 use crate::kinematics::sphere_sphere::ImageShift;
 use crate::law::{ContactGeometry, ContactLaw, Fate, Kinematics, Response};
 use crate::math::Vec3;
@@ -181,6 +181,5 @@ pub(super) fn record_walls<L: ContactLaw>(
     let (mut block, mut walls) = (block.clone(), walls.to_vec());
     let n = context.particles.len();
     let (mut force, mut torque) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
-    let mut dyads = vec![Dyads::default(); context.widening.len()];
-    walls::evaluate(&mut block, context, &mut walls, &mut force, &mut torque, &mut dyads, Some(out));
+    walls::evaluate(&mut block, context, &mut walls, &mut force, &mut torque, &mut Pushed::default(), Some(out));
 }

@@ -6,9 +6,9 @@
 //! surface acts once, not once per triangle. Where the
 //! nearest point passes from one triangle to the next, the new contact goes on with the history of the old one.
 
-use super::forces::{HeldContact, Incident, StepContext, Tally, motion_of};
+use super::forces::{Incident, StepContext, Tally, motion_of};
 use crate::kinematics::Frame;
-use crate::kinematics::deformable::{Dyads, Push};
+use crate::kinematics::deformable::{Push, Pushed};
 use crate::law::{ContactGeometry, ContactLaw, Fate, Kinematics};
 use crate::math::Vec3;
 use crate::solver::record::WallForces;
@@ -38,7 +38,7 @@ pub fn evaluate<L: ContactLaw>(
     walls: &mut [Wall],
     force: &mut [Vec3],
     torque: &mut [Vec3],
-    dyads: &mut [Dyads],
+    pushed: &mut Pushed<'_>,
     mut record: Option<&mut WallForces>,
 ) -> Tally {
     let elements = element_table(walls);
@@ -141,7 +141,7 @@ pub fn evaluate<L: ContactLaw>(
                 continue;
             };
             if let Some(widening) = context.widening.get(a) {
-                let before = context.widening_before[a].quadratic(&block.frame[k].normal);
+                let before = context.widening_before(a).quadratic(&block.frame[k].normal);
                 kinematics = kinematics.widened(widening.0.quadratic(&foot.normal), before);
             }
             let response = block.rows[block.link[k].row as usize].respond(&kinematics, &block.history[k], context.dt);
@@ -168,12 +168,12 @@ pub fn evaluate<L: ContactLaw>(
                 tally.force_squared += response.force.norm_squared();
             }
             force[a] += response.force;
-            if let Some(sum) = dyads.get_mut(a) {
+            if let Some(sum) = pushed.dyads.get_mut(a) {
                 let viscous = L::viscous_force(&foot.normal, &response.state);
                 let push = Push::of(&foot.normal, &response.force, &viscous, context.dashpots_strain);
                 *sum += push.dyads();
                 if particles.constraint[a].any(context.reacting) {
-                    tally.held.push(HeldContact { particle: a as u32, normal: foot.normal, pressure: push.elastic() });
+                    pushed.held[a].add(&push);
                 }
             }
             torque[a] += point.cross(&response.force);

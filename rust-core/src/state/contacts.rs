@@ -181,6 +181,8 @@ pub trait Contacts: Send + Sync {
     fn deforms(&self) -> bool;
     /// Whether contacts are measured by orientations, and not by rotations of the step.
     fn reads_orientations(&self) -> bool;
+    /// [`ContactLaw::READS_OLD_ELONGATION`].
+    fn reads_old_elongation(&self) -> bool;
     /// Number of entries, broken and inactive ones included.
     fn len(&self) -> usize;
     /// Whether there is none.
@@ -267,6 +269,9 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     }
     fn reads_orientations(&self) -> bool {
         L::Kinematics::ONE_MODE
+    }
+    fn reads_old_elongation(&self) -> bool {
+        L::READS_OLD_ELONGATION
     }
     fn len(&self) -> usize {
         self.pair.len()

@@ -11,7 +11,6 @@ use concordem::kinematics::deformable::{Condition, Deformable, Push, Update};
 use concordem::law::Elastic;
 use concordem::math::{Symmetric, Vec3};
 use concordem::solver::deformation::{DeformationPass, DeformationSums};
-use concordem::solver::forces::HeldContact;
 use concordem::state::{Constraint, Deformation, Particles};
 
 use crate::beam::vector;
@@ -165,27 +164,28 @@ impl Scratch {
         // Once: threads that sleep take long to wake.
         let (sums, strain) = pool.install(|| {
             // What the bonds saw in this step.
-            pass.begin(deformable, particles);
+            pass.begin(deformable, particles, false);
             pass.clear();
             force.clear();
             force.resize(particles.len(), Vec3::zeros());
-            let (mut held, reacting) = (Vec::new(), deformable.reacting());
+            let reacting = deformable.reacting();
             for bond in &*bonds {
                 let push = Push::of(&bond.normal, &bond.force, &bond.viscous, deformable.dashpots);
-                let (dyads, pressure) = (push.dyads(), push.elastic());
-                for (particle, sign) in bond.bodies.into_iter().zip([1.0, -1.0]) {
-                    let p = particle as usize;
-                    force[p] += bond.force * sign;
-                    pass.dyads[p] += dyads;
-                    if particles.constraint[p].any(reacting) {
-                        held.push(HeldContact { particle, normal: bond.normal * sign, pressure: pressure * sign });
-                    }
+                let ([a, b], dyads) = (bond.bodies.map(|body| body as usize), push.dyads());
+                force[a] += bond.force;
+                force[b] -= bond.force;
+                pass.dyads[a] += dyads;
+                pass.dyads[b] += dyads;
+                if particles.constraint[a].any(reacting) {
+                    pass.held[a].add(&push);
+                }
+                if particles.constraint[b].any(reacting) {
+                    pass.held[b].add_opposite(&push);
                 }
             }
-            pass.hold(&held);
-            let sums = pass.finish(particles, force, &[]);
+            let sums = pass.finish(deformable, particles, force, &[]);
             // What they will see in the next one.
-            (sums, pass.begin(deformable, particles))
+            (sums, pass.begin(deformable, particles, true))
         });
         if strain.is_finite() {
             return Ok(sums);
