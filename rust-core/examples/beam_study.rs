@@ -13,7 +13,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use concordem::calibration::cohesive_beam::{
-    Criterion, Load, Sample, SampleRecipe, elastic, impact, strength, vibration,
+    Criterion, Load, Pressures, Sample, SampleRecipe, elastic, impact, strength, vibration,
 };
 use concordem::law::{BendingTerm, CohesiveBeam, Section};
 use concordem::math::{Mat3, Vec3};
@@ -100,6 +100,23 @@ fn elasticity(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
     value["torsion_shear_modulus_over_isotropic"] = json!(torsion.modulus / shear_modulus);
     value["energy_shares"] = json!(tension.shares);
     value["steps"] = json!([tension.steps, bending.steps, torsion.steps]);
+    Ok(value)
+}
+
+/// Scatter of the mean stresses by which particles fail, in the elastic sample under each load.
+fn pressures(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
+    let sample = study.sample(SampleRecipe::book(size, seed))?;
+    let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
+    let mut value = json!({ "sample": facts(&sample) });
+    for (name, load) in [("tension", Load::Tension), ("bending", Load::Bending), ("torsion", Load::Torsion)] {
+        let Pressures { bulk, skin, largest, sum } = elastic(&sample, &beam, load)?.pressures;
+        value[name] = json!({
+            "bulk_mean_and_deviation_over_local_stress": bulk,
+            "skin_mean_and_deviation_over_local_stress": skin,
+            "largest_over_stress_of_the_surface": largest,
+            "sum_by_volume": sum,
+        });
+    }
     Ok(value)
 }
 
@@ -210,6 +227,7 @@ fn main() -> Outcome<()> {
     for &size in sizes {
         for seed in 1..=seeds {
             study.case(&format!("elastic, {size}, seed {seed}"), |s| elasticity(s, size, seed))?;
+            study.case(&format!("pressures, {size}, seed {seed}"), |s| pressures(s, size, seed))?;
             study.case(&format!("vibration, {size}, seed {seed}"), |s| vibrations(s, size, seed))?;
             let radii = [1.0, 2.0, 3.0, 4.0];
             study.case(&format!("impact, {size}, seed {seed}"), |s| impacts(s, size, 10.0, &radii, seed))?;

@@ -20,6 +20,7 @@ use crate::assembly::packing::{Crop, Packing, PackingError, Shape, SizeDistribut
 use crate::assembly::{AssemblyError, assemble, mass_of};
 use crate::fracture::Event;
 use crate::fracture::fragments::{count, fragments};
+use crate::fracture::virial::mean_stress;
 use crate::law::{BendingTerm, CohesiveBeam, ParameterError, Section};
 use crate::math::{Vec3, quaternion_of_rotation_vector};
 use crate::neighbor::{NeighborError, spatial_order};
@@ -236,11 +237,68 @@ pub struct Elastic {
     pub bounding_poisson: f64,
     /// Shares of stored energy: normal, shear, bending, twist.
     pub shares: [f64; 4],
+    /// Mean stresses of the particles in the middle half.
+    pub pressures: Pressures,
     /// Difference of the loads on both ends, relative (in bending and torsion, also that made by shear forces in an uneven
     /// sample).
     pub imbalance: f64,
     /// Steps to equilibrium.
     pub steps: u64,
+}
+
+/// Mean stresses of particles, \[4.23\], by which they fail: how they are scattered. Through the stress that the load makes in a bar
+/// of even material: axial in tension and bending, shear in torsion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pressures {
+    /// Mean and standard deviation, through the stress at the particle's place, of particles deeper than two of the largest radii
+    /// (in bending and torsion: where that stress is more than half of the surface's).
+    pub bulk: [f64; 2],
+    /// The same within one largest radius of the surface.
+    pub skin: [f64; 2],
+    /// Largest of all particles through the stress of the surface: the threshold through this is the stress at the first failure.
+    pub largest: f64,
+    /// Sum over all particles, each times the volume of its sphere, through stress of the surface and volume of the middle half.
+    /// Equilibrium asks for 1/3 in tension, 0 in bending and torsion.
+    pub sum: f64,
+}
+
+impl Pressures {
+    /// `resisting`: the sample's end load, N or N·m.
+    fn of(state: &State, start: &[Vec3], sample: &Sample, thickness: f64, load: Load, resisting: f64) -> Self {
+        let (r, l) = (sample.radius, sample.length);
+        let (stress, share): (f64, fn(&Vec3, f64) -> f64) = match load {
+            Load::Tension => (resisting / (PI * r * r), |_, _| 1.0),
+            Load::Torsion => (resisting / (0.5 * PI * r.powi(3)), |x, r| x.y.hypot(x.z) / r),
+            Load::Bending => (resisting / (0.25 * PI * r.powi(3)), |x, r| -x.y / r),
+        };
+        let pressures = mean_stress(state, false).unwrap_or_default();
+        let (mut bulk, mut skin) = (Vec::new(), Vec::new());
+        let (mut largest, mut sum) = (f64::NEG_INFINITY, 0.0);
+        for ((x, pressure), radius) in start.iter().zip(&pressures).zip(&state.particles.radius) {
+            if x.x.abs() >= 0.25 * l {
+                continue;
+            }
+            let pressure = pressure / stress;
+            largest = largest.max(pressure);
+            sum += pressure * 4.0 / 3.0 * PI * radius.powi(3);
+            let depth = r - x.y.hypot(x.z);
+            let share = share(x, r);
+            if share.abs() <= 0.5 {
+                continue;
+            }
+            if depth > 2.0 * thickness {
+                bulk.push(pressure / share);
+            } else if depth < thickness {
+                skin.push(pressure / share);
+            }
+        }
+        let scatter = |values: &[f64]| {
+            let count = values.len() as f64;
+            let mean = values.iter().sum::<f64>() / count;
+            [mean, (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()]
+        };
+        Self { bulk: scatter(&bulk), skin: scatter(&skin), largest, sum: sum / (PI * r * r * 0.5 * l) }
+    }
 }
 
 /// Strain (in bending and torsion: of the surface) at which elastic constants are taken. Small against 1, large against
@@ -340,6 +398,7 @@ pub fn elastic(sample: &Sample, beam: &CohesiveBeam, load: Load) -> Result<Elast
     solver.step_with(&mut state, true)?;
     let stored = state.ledger.stored;
     let mean = 0.5 * (values[0] + values[1]);
+    let pressures = Pressures::of(&state, &start, sample, thickness, load, mean);
     let middle: Vec<usize> = (0..n).filter(|&p| pieces[p] == largest && start[p].x.abs() < 0.25 * l).collect();
     let places: Vec<Vec3> = middle.iter().map(|&p| start[p]).collect();
     let moved: Vec<Vec3> = middle.iter().map(|&p| state.particles.position[p] - start[p]).collect();
@@ -366,6 +425,7 @@ pub fn elastic(sample: &Sample, beam: &CohesiveBeam, load: Load) -> Result<Elast
         bounding_modulus: only_tension(mean / (PI * before.radius * before.radius) / stretch),
         bounding_poisson: only_tension(-shrink / stretch),
         shares: stored.map(|energy| energy / total),
+        pressures,
         imbalance: ((values[0] - values[1]) / mean).abs(),
         steps: state.clock.step,
     })
@@ -933,6 +993,12 @@ mod tests {
         assert!((0.63..0.66).contains(&sample.solid_fraction), "{}", sample.solid_fraction);
         assert!((tension.modulus / 56e9 - 1.0).abs() < 0.10, "{tension:?}");
         assert!((tension.poisson - 0.17).abs() < 0.02, "{tension:?}");
+        // Equilibrium, but for how spheres share out at the two planes that cut the middle half off: a layer half a sphere thick in
+        // thirteen.
+        let pressures = tension.pressures;
+        assert!((3.0 * pressures.sum - 1.0).abs() < 0.04, "{pressures:?}");
+        let torsion = elastic(&sample, &beam, Load::Torsion).unwrap().pressures;
+        assert!(torsion.sum.abs() < 0.02 && torsion.bulk[0].abs() < 0.2, "{torsion:?}");
         let found =
             match_elastic(&sample, tension.modulus, tension.poisson, 0.3, &mut |ratio, nu| println!("{ratio} {nu}"))
                 .unwrap();
