@@ -66,6 +66,9 @@ struct Kept {
     rest: Vec3,
 }
 
+/// How many particles ahead what contacts of other tiles did is fetched.
+const FETCHED_AHEAD: usize = 8;
+
 impl DeformationPass {
     /// Strains of a step before its forces are known: from the forces of the last one; with `before` those of the last step,
     /// too. Returns the largest size of any particle's strain.
@@ -200,6 +203,9 @@ impl DeformationPass {
                     let mut sums = DeformationSums::default();
                     for (i, ((deformation, dyads), held)) in deformation.iter_mut().zip(dyads).zip(held).enumerate() {
                         let p = chunk * TILE + i;
+                        for map in maps {
+                            map.fetch_pushes(p + FETCHED_AHEAD);
+                        }
                         let mut reaction = Symmetric::default();
                         if particles_now.constraint[p].any(reacting) {
                             add_incoming(maps, p, dyads, Some(held));

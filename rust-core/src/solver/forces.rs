@@ -208,6 +208,15 @@ impl TileMap {
         self.slots[range].iter().map(|&slot| &self.push_halo[slot as usize])
     }
 
+    /// Fetch [`Self::incoming_pushes`] of particle `p`, which will be read soon.
+    #[inline(always)]
+    pub fn fetch_pushes(&self, p: usize) {
+        let Some(&[start, end]) = self.target_start.get(p..p + 2) else { return };
+        for &slot in &self.slots[start as usize..end as usize] {
+            prefetch_row(&self.push_halo, slot as usize);
+        }
+    }
+
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
         size_of::<Push>() * self.push_halo.len()
