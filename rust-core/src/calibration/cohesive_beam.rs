@@ -997,8 +997,18 @@ mod tests {
         // thirteen.
         let pressures = tension.pressures;
         assert!((3.0 * pressures.sum - 1.0).abs() < 0.04, "{pressures:?}");
-        let torsion = elastic(&sample, &beam, Load::Torsion).unwrap().pressures;
-        assert!(torsion.sum.abs() < 0.02 && torsion.bulk[0].abs() < 0.2, "{torsion:?}");
+        // Those of the bulk are no mean of the whole: three standard errors of some twenty values scattered by 0.63 in bending, and of
+        // sixty scattered by 0.85 in torsion.
+        let [bending, torsion] =
+            [Load::Bending, Load::Torsion].map(|load| elastic(&sample, &beam, load).unwrap().pressures);
+        println!("{pressures:?} {bending:?} {torsion:?}");
+        assert!(bending.sum.abs() < 0.02 && torsion.sum.abs() < 0.02, "{bending:?} {torsion:?}");
+        assert!((bending.bulk[0] - pressures.bulk[0]).abs() < 0.42 && torsion.bulk[0].abs() < 0.33);
+        // At the surface bonds are missing.
+        for (load, bulk) in [(pressures, 0), (bending, 0), (torsion, 1)] {
+            assert!(load.skin[bulk] < 0.8 * load.bulk[bulk], "{load:?}");
+        }
+        assert!(pressures.largest > pressures.bulk[0] + 2.0 * pressures.bulk[1], "{pressures:?}");
         let found =
             match_elastic(&sample, tension.modulus, tension.poisson, 0.3, &mut |ratio, nu| println!("{ratio} {nu}"))
                 .unwrap();

@@ -704,6 +704,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             self.tally.energy.viscous += viscous;
             self.tally.energy.integration += integration;
         }
+        // Damage that passes its threshold would have to be reported.
+        debug_assert!(L::damage(&self.tile.history[k]) == 0.0);
         self.carry(k, slot, *length, normal, force, torques, push.as_ref());
     }
 }

@@ -397,3 +397,53 @@ fn yades_modes_carry_particles_with_the_cell_as_yade_does() {
         assert!((state.particles.position[0].z - place).abs() < 1e-15, "{:?}", state.particles.position);
     }
 }
+
+/// Beams and linear bonds in one model, between particles of their own: the bits of each alone. Beams read orientations where the
+/// others read rotations of the step.
+#[test]
+fn beams_and_other_bonds_share_a_model() {
+    let linear = LinearBond::new(1.0, 0.4, 0.1, f64::INFINITY, f64::INFINITY).unwrap();
+    let beam = CohesiveBeam::new(1.0, 0.2, Section::Ratio(0.5)).unwrap();
+    let n = 64;
+    let moving = |state: &mut State, away: Vec3| {
+        let mut random = Random::new(3);
+        let mut vector = |size: f64| Vec3::from_fn(|_, _| (random.uniform() - 0.5) * size);
+        for p in 0..n {
+            state.particles.position[p] += away;
+            state.particles.velocity[p] = vector(0.1);
+            state.particles.angular_velocity[p] = vector(0.1);
+        }
+        state.clock.dt = 0.1;
+    };
+    let run = |mut state: State| {
+        let mut solver = Solver::new(Model::default(), &mut state).unwrap();
+        for _ in 0..60 {
+            solver.step_with(&mut state, false).unwrap();
+        }
+        state.particles
+    };
+    let (mut springs, mut beams) = (block_of(4, vec![linear], false), block_of(4, vec![beam], false));
+    moving(&mut springs, Vec3::zeros());
+    moving(&mut beams, Vec3::new(100.0, 0.0, 0.0));
+    let mut both = springs.clone();
+    for p in 0..n {
+        let Particles { position, velocity, angular_velocity, .. } = &beams.particles;
+        both.particles.push(Sphere { position: position[p], radius: 1.0 }, 0, 1.0, 0.4);
+        both.particles.velocity[n + p] = velocity[p];
+        both.particles.angular_velocity[n + p] = angular_velocity[p];
+    }
+    let mut bonds = ContactBlock::new(vec![beam]);
+    for k in 0..beams.bonds[0].len() {
+        let view = beams.bonds[0].view(k);
+        let pair = Pair { a: view.pair.a + n as u32, b: view.pair.b + n as u32 };
+        bonds.push(pair, view.link, view.reference, view.frame);
+    }
+    both.bonds.push(Box::new(bonds));
+    let (both, springs, beams) = (run(both), run(springs), run(beams));
+    assert_ne!(springs.orientation[0], beams.orientation[0]);
+    for (alone, first) in [(springs, 0), (beams, n)] {
+        assert_eq!(both.position[first..first + n], alone.position[..]);
+        assert_eq!(both.orientation[first..first + n], alone.orientation[..]);
+        assert_eq!(both.angular_velocity[first..first + n], alone.angular_velocity[..]);
+    }
+}
