@@ -16,6 +16,7 @@ import re
 import statistics
 import subprocess
 import tempfile
+import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.join(HERE, "../..")
@@ -127,7 +128,13 @@ def run(folder, style, data, boundary, processors):
     return seconds / STEPS, part.get("Comm", float("nan"))
 
 
+def processor():
+    with open("/proc/cpuinfo") as file:
+        return next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "unknown")
+
+
 def main():
+    started = time.monotonic()
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--edge", type=int, default=22)
@@ -162,7 +169,11 @@ def main():
                           f"communication {f['communication_percent']:.1f} %", flush=True)
     if arguments.json:
         with open(arguments.json, "w") as out:
-            json.dump({"load_average": os.getloadavg(), "figures": figures}, out, indent=1)
+            commit = subprocess.run(["git", "-C", HERE, "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
+            machine = {"processors": os.cpu_count(), "model": processor()}
+            duration = round(time.monotonic() - started)
+            json.dump({"commit": commit, "machine": machine, "duration_s": duration, "load_average": os.getloadavg(), "figures": figures},
+                      out, indent=1)
 
 
 main()

@@ -277,7 +277,7 @@ impl Pushed<'_> {
     }
 
     /// The same particles, for a shorter time.
-    pub fn borrow(&mut self) -> Pushed<'_> {
+    pub fn reborrow(&mut self) -> Pushed<'_> {
         Pushed { dyads: self.dyads, held: self.held }
     }
 }

@@ -667,15 +667,15 @@ impl Solver {
             report.incidents.extend(tally.incidents.into_iter().map(|incident| (block, incident)));
         };
         for (k, (block, map)) in state.bonds.iter_mut().zip(&mut self.bond_maps).enumerate() {
-            merge(block.evaluate(&context, map, force, torque, pushed.borrow()), 0, k);
+            merge(block.evaluate(&context, map, force, torque, pushed.reborrow()), 0, k);
         }
         if let Some(block) = &mut state.contacts {
-            let mut tally = block.evaluate(&context, &mut self.contact_map, force, torque, pushed.borrow());
+            let mut tally = block.evaluate(&context, &mut self.contact_map, force, torque, pushed.reborrow());
             tally.incidents.clear();
             merge(tally, 1, usize::MAX);
         }
         if let Some(block) = &mut state.wall_contacts {
-            let mut tally = block.evaluate_walls(&context, &mut state.walls, force, torque, pushed.borrow());
+            let mut tally = block.evaluate_walls(&context, &mut state.walls, force, torque, pushed.reborrow());
             tally.incidents.clear();
             merge(tally, 2, usize::MAX);
         }
