@@ -3,12 +3,12 @@
 
 use std::f64::consts::{PI, TAU};
 
-use concordem::assembly::bonding::{self, bond};
-use concordem::assembly::mass_of;
-use concordem::assembly::packing::{Packing, Random, random_discs};
 use concordem::kinematics::deformable::{Condition, Deformable, Update};
 use concordem::law::{Elastic, LinearBond};
 use concordem::math::{Mat3, Vec3};
+use concordem::packing::bonding::{self, bond};
+use concordem::packing::mass_of;
+use concordem::packing::{Packing, Random, random_discs};
 use concordem::solver::integrate::Damping;
 use concordem::solver::{Model, Solver, time_step};
 use concordem::state::contacts::{ContactBlock, Link};

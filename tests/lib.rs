@@ -5,12 +5,12 @@
 pub mod deformable;
 pub mod gold;
 
-use concordem::assembly::bonding::bond;
-use concordem::assembly::packing::Packing;
-use concordem::assembly::packing::file::import_text;
 use concordem::law::ContactLaw;
 use concordem::law::cpm::{Cpm, CpmParameters};
 use concordem::math::Vec3;
+use concordem::packing::Packing;
+use concordem::packing::bonding::bond;
+use concordem::packing::file::import_text;
 use concordem::solver::{MaterialRows, Model, Solver};
 use concordem::state::contacts::ContactBlock;
 use concordem::state::{Cell, Constraint, Particles, State};

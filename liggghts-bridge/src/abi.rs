@@ -8,8 +8,8 @@
 use std::ffi::{CStr, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use concordem::math::{Mat3, Vec3};
-use concordem::operator::stress::{ParticleVolume, Partition, axial};
+use concordem_contact::math::{Mat3, Vec3};
+use concordem_operator::stress::{ParticleVolume, Partition, axial};
 
 use crate::atoms::Atoms;
 use crate::host_laws::HostShear;
@@ -576,7 +576,7 @@ pub unsafe extern "C" fn concordem_pair_new(
         };
         guarded(&*message, || {
             made = Box::into_raw(Box::new(BoxedPairLaw(pair::law(model as usize, shear, &all)?)));
-            Ok::<_, concordem::law::ParameterError>(0)
+            Ok::<_, concordem_contact::law::ParameterError>(0)
         });
     }
     made

@@ -1,6 +1,6 @@
 //! The atoms of one processor, as LIGGGHTS holds them: owned ones first, then copies of neighbours.
 
-use concordem::math::Vec3;
+use concordem_contact::math::Vec3;
 
 /// Atoms as slices; vectors are three reals one after the other.
 pub struct Atoms<'a> {

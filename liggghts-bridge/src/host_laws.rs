@@ -16,13 +16,13 @@
 //!
 //! These are the host's forms with the host's quirks (the shear spring makes energy when the overlap shrinks, the dashpot may
 //! pull and may exceed friction). No energies are booked for them. The library's own forms are
-//! [`HertzMindlin`](concordem::law::HertzMindlin) and [`Frictional`](concordem::law::Frictional).
+//! [`HertzMindlin`](concordem_contact::law::HertzMindlin) and [`Frictional`](concordem_contact::law::Frictional).
 
-use concordem::kinematics::sphere_sphere::{ImageShift, Motion};
-use concordem::kinematics::{Frame, Mode, PointKinematics, Transport};
-use concordem::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, Response, Stiffness};
-use concordem::math::Vec3;
-use concordem::state::walls::Foot;
+use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion};
+use concordem_contact::kinematics::{Frame, Mode, PointKinematics, Transport};
+use concordem_contact::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, Response, Stiffness};
+use concordem_contact::math::Vec3;
+use concordem_solver::state::walls::Foot;
 
 /// A point contact and its velocities at the instant, which LIGGGHTS takes where the library takes mean rates of the step.
 #[derive(Debug, Clone, Copy)]
@@ -179,7 +179,7 @@ pub struct HostContact {
     pub friction: f64,
 }
 
-concordem::law_state! {
+concordem_contact::law_state! {
     /// History of a [`HostContact`].
     pub struct HostContactState {
         /// Shear displacement of B relative to A.

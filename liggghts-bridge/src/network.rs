@@ -8,21 +8,21 @@
 
 use std::collections::HashMap;
 
-use concordem::assembly::{AssemblyError, laws};
-use concordem::kinematics::Frame;
-use concordem::kinematics::deformable::{Deformable, Update};
-use concordem::kinematics::sphere_sphere::fresh_frame;
-use concordem::law::{Elastic, EnergySplit, Reference};
-use concordem::math::{Mat3, Quat, Symmetric, Vec3, normalized, quaternion_of_rotation_vector};
-use concordem::neighbor::{NeighborError, candidate_pairs};
-use concordem::operator::stress::{ParticleVolume, Partition, particle_moments, region_stress};
-use concordem::operator::{ContactSet, LoadSet, OperatorError, Region, Truncation, couple_stress};
-use concordem::scenario::LawName;
-use concordem::solver::forces::EvaluatedContacts;
-use concordem::solver::record::ContactForces;
-use concordem::solver::{MaterialRows, Model, Solver, SolverError};
-use concordem::state::contacts::{Contacts, Link, Pair};
-use concordem::state::{Cell, Deformation, Sphere, State};
+use concordem_contact::kinematics::Frame;
+use concordem_contact::kinematics::deformable::{Deformable, Update};
+use concordem_contact::kinematics::sphere_sphere::fresh_frame;
+use concordem_contact::law::{Elastic, EnergySplit, Reference};
+use concordem_contact::math::{Mat3, Quat, Symmetric, Vec3, normalized, quaternion_of_rotation_vector};
+use concordem_operator::stress::{ParticleVolume, Partition, particle_moments, region_stress};
+use concordem_operator::{ContactSet, LoadSet, OperatorError, Region, Truncation, couple_stress};
+use concordem_scenario::assembly::{AssemblyError, laws};
+use concordem_scenario::schema::LawName;
+use concordem_solver::forces::EvaluatedContacts;
+use concordem_solver::neighbor::{NeighborError, candidate_pairs};
+use concordem_solver::record::ContactForces;
+use concordem_solver::state::contacts::{Contacts, Link, Pair};
+use concordem_solver::state::{Cell, Deformation, Sphere, State};
+use concordem_solver::{MaterialRows, Model, Solver, SolverError};
 
 use crate::atoms::{Atoms, add, vector};
 use crate::options::{Creation, Options};
@@ -496,7 +496,7 @@ impl Network {
         self.atom = order.iter().map(|entry| entry.1).collect();
         self.owned = self.atom.iter().map(|&i| (i as usize) < atoms.owned).collect();
         let particles = &mut self.state.particles;
-        *particles = concordem::state::Particles::default();
+        *particles = concordem_solver::state::Particles::default();
         for &i in &self.atom {
             let i = i as usize;
             let (radius, mass) = (atoms.radius[i], atoms.mass[i]);

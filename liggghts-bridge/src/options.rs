@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use concordem::kinematics::Mode;
-use concordem::kinematics::deformable::Condition;
-use concordem::scenario::{ContactLawName, Interface, LawName, Material};
+use concordem_contact::kinematics::Mode;
+use concordem_contact::kinematics::deformable::Condition;
+use concordem_scenario::schema::{ContactLawName, Interface, LawName, Material};
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
 use serde::de::value::{Error as ValueError, StrDeserializer};

@@ -1,15 +1,15 @@
 //! Contacts found by LIGGGHTS' neighbour lists, with LIGGGHTS' own contact history.
 
-use concordem::kinematics::sphere_sphere::{ImageShift, Motion};
-use concordem::kinematics::{Frame, Mode};
-use concordem::law::restitution::{End, damping_of_restitution};
-use concordem::law::{
+use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion};
+use concordem_contact::kinematics::{Frame, Mode};
+use concordem_contact::law::restitution::{End, damping_of_restitution};
+use concordem_contact::law::{
     ContactGeometry, ContactLaw, ContactStiffness, Elastic, Fate, Frictional, HertzMindlin, Kinematics, LawState,
     ParameterError, Parity,
 };
-use concordem::math::{Quat, Vec3, quaternion_of_rotation_vector};
-use concordem::solver::MaterialRows;
-use concordem::state::walls::Foot;
+use concordem_contact::math::{Quat, Vec3, quaternion_of_rotation_vector};
+use concordem_solver::MaterialRows;
+use concordem_solver::state::walls::Foot;
 
 use crate::host_laws::{HostContact, HostModel, HostShear};
 

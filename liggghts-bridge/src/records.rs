@@ -1,9 +1,9 @@
 //! A bond or contact on its way between processors, or in a restart file: all there is to know of it, by atom ids.
 
-use concordem::kinematics::Frame;
-use concordem::law::Reference;
-use concordem::math::Vec3;
-use concordem::state::contacts::Link;
+use concordem_contact::kinematics::Frame;
+use concordem_contact::law::Reference;
+use concordem_contact::math::Vec3;
+use concordem_solver::state::contacts::Link;
 
 /// Most reals in the history of a law.
 pub const HISTORY: usize = 12;
@@ -34,7 +34,7 @@ pub struct Record {
     /// Normal and length of the last step.
     pub frame: Frame,
     /// What the law remembers, that of bonds or that of contacts by [`Self::kind`], field by field as in the law's state
-    /// ([`concordem::law::LawState::FIELDS`]), vectors by x, y, z, forces on A; the rest is zero.
+    /// ([`concordem_contact::law::LawState::FIELDS`]), vectors by x, y, z, forces on A; the rest is zero.
     ///
     /// Fields with their number of reals and unit:
     /// - `cohesive_beam`: rest_direction 3 (1), rest_rotation 3 (1)
@@ -121,12 +121,13 @@ impl Record {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use concordem::law::{CohesiveBeam, ContactLaw, Cpm, Frictional, HertzMindlin, LawState, LinearBond};
+    use concordem_contact::law::{CohesiveBeam, ContactLaw, Cpm, Frictional, HertzMindlin, LawState, LinearBond};
 
     #[test]
     fn the_documented_histories_are_the_laws() {
         fn line<L: ContactLaw>(name: &str) -> String {
-            let field = |field: &concordem::law::Field| format!("{} {} ({})", field.name, field.components, field.unit);
+            let field =
+                |field: &concordem_contact::law::Field| format!("{} {} ({})", field.name, field.components, field.unit);
             format!("- `{name}`: {}", L::State::FIELDS.iter().map(field).collect::<Vec<_>>().join(", "))
         }
         let words = |text: &str| text.replace("///", "").split_whitespace().collect::<Vec<_>>().join(" ");

@@ -2,7 +2,7 @@
 
 mod harness;
 
-use concordem::math::Vec3;
+use concordem_contact::math::Vec3;
 use harness::{Atom, attempt, data_file, head, run, set_restart_version, text, thermo};
 
 const GOOD: &str =

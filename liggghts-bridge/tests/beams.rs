@@ -5,7 +5,7 @@ mod harness;
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
-use concordem::math::Vec3;
+use concordem_contact::math::Vec3;
 use harness::{Atom, Host, data_file_for, dump_for, frames, head_for, run_in, thermo};
 
 const RADIUS: f64 = 0.005;

@@ -6,7 +6,7 @@ mod harness;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use concordem::math::Vec3;
+use concordem_contact::math::Vec3;
 use harness::{Atom, Dice, Host, data_file_for, dump_for, head_for, run, run_in, thermo};
 
 const SEEDS: u64 = 102;

@@ -4,13 +4,13 @@ mod harness;
 
 use std::fmt::Write as _;
 
-use concordem::assembly::bonding;
-use concordem::kinematics::deformable::{Condition, Deformable, Update};
-use concordem::law::{Elastic, LinearBond};
-use concordem::math::Vec3;
-use concordem::solver::{MaterialRows, Model, Scheme, Solver};
-use concordem::state::contacts::ContactBlock;
-use concordem::state::{Particles, Sphere, State};
+use concordem_contact::kinematics::deformable::{Condition, Deformable, Update};
+use concordem_contact::law::{Elastic, LinearBond};
+use concordem_contact::math::Vec3;
+use concordem_packing::bonding;
+use concordem_solver::state::contacts::ContactBlock;
+use concordem_solver::state::{Particles, Sphere, State};
+use concordem_solver::{MaterialRows, Model, Scheme, Solver};
 use harness::{Atom, Dice, Host, data_file_for, dump_for, frames, head_for, run_in};
 
 #[test]

@@ -5,7 +5,7 @@ mod harness;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use concordem::math::Vec3;
+use concordem_contact::math::Vec3;
 use concordem_liggghts::driver::{DriverError, Liggghts};
 
 const SCRIPT: &str = "units si\natom_style sphere\natom_modify map array sort 0 0\nboundary f f f\nnewton off   # of bonds\n\

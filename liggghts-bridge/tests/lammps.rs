@@ -6,11 +6,11 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use concordem::assembly::laws::contact_block;
-use concordem::math::Vec3;
-use concordem::solver::{Model, Scheme, Solver};
-use concordem::state::{Particles, Sphere, State};
+use concordem_contact::math::Vec3;
 use concordem_liggghts::options::Options;
+use concordem_scenario::assembly::laws::contact_block;
+use concordem_solver::state::{Particles, Sphere, State};
+use concordem_solver::{Model, Scheme, Solver};
 use harness::{
     Atom, Dice, Host, attempt_in, data_file_for, dump_for, frames, head_for, run_in, set_restart_version, tables, text,
     thermo,

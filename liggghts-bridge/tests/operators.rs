@@ -4,9 +4,9 @@ mod harness;
 
 use std::fmt::Write as _;
 
-use concordem::math::{Mat3, Vec3};
-use concordem::operator::stress::{ParticleVolume, Partition, axial, particle_stress, region_stress};
-use concordem::operator::{ContactSet, LoadSet, Region, Truncation, couple_stress};
+use concordem_contact::math::{Mat3, Vec3};
+use concordem_operator::stress::{ParticleVolume, Partition, axial, particle_stress, region_stress};
+use concordem_operator::{ContactSet, LoadSet, Region, Truncation, couple_stress};
 use harness::{Atom, Dice, Host, data_file_for, dump_for, frames, head_for, run_in, tables, thermo};
 
 const VOLUME: f64 = 7e-5;

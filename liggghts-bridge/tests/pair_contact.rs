@@ -5,11 +5,11 @@ mod harness;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use concordem::law::{Elastic, HertzMindlin};
-use concordem::math::Vec3;
-use concordem::solver::{MaterialRows, Model, Scheme, Solver};
-use concordem::state::contacts::ContactBlock;
-use concordem::state::{Particles, Sphere, State, Wall, WallShape};
+use concordem_contact::law::{Elastic, HertzMindlin};
+use concordem_contact::math::Vec3;
+use concordem_solver::state::contacts::ContactBlock;
+use concordem_solver::state::{Particles, Sphere, State, Wall, WallShape};
+use concordem_solver::{MaterialRows, Model, Scheme, Solver};
 use harness::{Atom, Dice, Dumped, data_file, dump, frames, head, run, tables};
 
 const STEPS: usize = 400;

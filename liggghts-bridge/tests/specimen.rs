@@ -4,12 +4,12 @@ mod harness;
 
 use std::fmt::Write as _;
 
-use concordem::assembly::bonding;
-use concordem::law::{Cpm, CpmParameters};
-use concordem::math::Vec3;
-use concordem::solver::{MaterialRows, Model, Scheme, Solver};
-use concordem::state::contacts::ContactBlock;
-use concordem::state::{Constraint, Particles, Sphere, State};
+use concordem_contact::law::{Cpm, CpmParameters};
+use concordem_contact::math::Vec3;
+use concordem_packing::bonding;
+use concordem_solver::state::contacts::ContactBlock;
+use concordem_solver::state::{Constraint, Particles, Sphere, State};
+use concordem_solver::{MaterialRows, Model, Scheme, Solver};
 use harness::{Atom, Dice, data_file, dump, frames, head, run, thermo};
 
 const DT: f64 = 8e-7;
@@ -117,7 +117,7 @@ fn compare(pull: f64, steps: usize, numbers: &[usize], material: [f64; 3]) -> Ma
 
     // The same by the library's own solver.
     let mut parameters = CpmParameters::new(30e9, 0.2, cohesion, 0.0, onset, 4.0);
-    parameters.friction_angle = concordem::math::atan2(friction, 1.0);
+    parameters.friction_angle = concordem_contact::math::atan2(friction, 1.0);
     parameters.omega_threshold = 0.99;
     let law = Cpm::new(&parameters).unwrap();
     let mut particles = Particles::default();

@@ -4,13 +4,13 @@ mod harness;
 
 use std::fmt::Write as _;
 
-use concordem::kinematics::sphere_sphere::{ImageShift, Motion, fresh_frame};
-use concordem::kinematics::{Frame, Mode};
-use concordem::law::{
+use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion, fresh_frame};
+use concordem_contact::kinematics::{Frame, Mode};
+use concordem_contact::law::{
     BeamModel, CohesiveBeam, ContactGeometry, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Fate,
     Frictional, HertzMindlin, Kinematics, LinearBond, Section,
 };
-use concordem::math::{Quat, Vec3, normalized, quaternion_of_rotation_vector};
+use concordem_contact::math::{Quat, Vec3, normalized, quaternion_of_rotation_vector};
 use harness::{Atom, Host, data_file_for, dump_for, frames, head_for, run_in};
 
 /// A leg of the path: steps, and velocities and spins of both particles.
@@ -101,7 +101,7 @@ fn direct<B: ContactLaw, C: ContactLaw>(
                 if answer.fate == Fate::Broke {
                     bonded = false;
                     kept = law
-                        .kept_reference(concordem::law::Reference { length: rest, area: geometry.area })
+                        .kept_reference(concordem_contact::law::Reference { length: rest, area: geometry.area })
                         .map(|r| r.length);
                 } else {
                     give(answer.force, answer.moment, point.normal, point.arm_a, point.arm_b);
@@ -282,7 +282,7 @@ fn linear_bond_equals_direct_calls() {
 #[test]
 fn cpm_equals_direct_calls() {
     let mut parameters = CpmParameters::new(30e9, 0.2, 3e6, 0.0, 1e-3, 5.0);
-    parameters.friction_angle = concordem::math::atan2(0.8, 1.0);
+    parameters.friction_angle = concordem_contact::math::atan2(0.8, 1.0);
     parameters.omega_threshold = 0.9;
     let law = Cpm::new(&parameters).unwrap();
     let legs = path(1.0);

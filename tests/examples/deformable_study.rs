@@ -7,9 +7,9 @@
 //! ```
 //! Prints one JSON object. `k_n/E_p = 0` stands for rigid particles.
 
-use concordem::assembly::packing::lattice::Lattice;
-use concordem::assembly::packing::random_dense::{RandomDense, random_dense};
 use concordem::kinematics::deformable::Condition;
+use concordem::packing::lattice::Lattice;
+use concordem::packing::random_dense::{RandomDense, random_dense};
 use concordem::solver::coupling::convergence;
 use concordem_tests::deformable::{
     DENSITY, NORMAL, Sample, disc_packing, elastic, growth, mean_field_solid, ratio_for_coordination, wave_speed,

@@ -1,9 +1,9 @@
 //! Do bodies move as mechanics says: oscillators, clumps, walls, periodic cells?
 
-use concordem::assembly::packing::lattice::Lattice;
 use concordem::law::hertz_mindlin::Elastic;
 use concordem::law::{HertzMindlin, LinearBond};
 use concordem::math::{Quat, Vec3, quaternion_of_rotation_vector, rotate};
+use concordem::packing::lattice::Lattice;
 use concordem::solver::integrate::Damping;
 use concordem::solver::{MaterialRows, Model, Scheme, time_step};
 use concordem::state::contacts::ContactBlock;

@@ -3,8 +3,8 @@
 
 use std::f64::consts::PI;
 
-use concordem::assembly::packing::lattice::Lattice;
 use concordem::kinematics::deformable::Condition;
+use concordem::packing::lattice::Lattice;
 use concordem::solver::coupling::convergence;
 use concordem_tests::deformable::{NORMAL, Sample, disc_packing, elastic, growth, mean_field, ratio_for_coordination};
 use concordem_tests::on_threads;

@@ -6,8 +6,8 @@
 //! * simple cubic: `D11 = πĒ/4`, `D12 = 0`, `D44 = πḠ/8`;
 //! * face-centred cubic: `q = 3π/√2`, `D11 = q(Ē+Ḡ)/6`, `D12 = q(Ē−Ḡ)/12`, `D44 = q(Ē+Ḡ)/12`.
 
-use concordem::assembly::packing::lattice::Lattice;
 use concordem::math::Mat3;
+use concordem::packing::lattice::Lattice;
 use concordem::solver::integrate::Damping;
 use concordem::solver::{Model, time_step};
 use concordem_tests::{DENSITY, bonded, concrete, law, on_threads, particles, solver};

@@ -6,13 +6,13 @@
 
 use std::f64::consts::PI;
 
-use concordem::assembly::packing::Packing;
-use concordem::assembly::packing::lattice::Lattice;
-use concordem::assembly::packing::random_dense::{RandomDense, random_dense};
 use concordem::calibration::elastic::fit;
 use concordem::kinematics::deformable::{Condition, Deformable};
 use concordem::law::cpm::CpmParameters;
 use concordem::operator::affine_stiffness::{AffineLink, affine_stiffness, isotropic_moduli};
+use concordem::packing::Packing;
+use concordem::packing::lattice::Lattice;
+use concordem::packing::random_dense::{RandomDense, random_dense};
 use concordem::solver::{Model, time_step};
 use concordem::state::State;
 use concordem::statics::relaxed::{Relaxation, relaxed_stiffness};

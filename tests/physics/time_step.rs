@@ -4,9 +4,9 @@
 //! 1.01 of the limit 2/ω the amplitude of the fastest mode grows by a third in every step; at 0.99 it never exceeds
 //! 1/√(1−0.99²) ≈ 7 times what it is at small steps.
 
-use concordem::assembly::packing::lattice::Lattice;
 use concordem::law::{ContactLaw, LinearBond};
 use concordem::math::Vec3;
+use concordem::packing::lattice::Lattice;
 use concordem::solver::{Model, time_step};
 use concordem::state::{Clump, Constraint, Particles, Sphere, State};
 use concordem_tests::{DENSITY, bonded, concrete, law, noise_vector, on_threads, particles, random_packing, solver};

@@ -1,10 +1,10 @@
 //! Errors of the solver as exceptions of `concordem`.
 
 use concordem::assembly::AssemblyError;
-use concordem::assembly::packing::PackingError;
 use concordem::calibration::elastic::ElasticCalibrationError;
 use concordem::operator::OperatorError;
 use concordem::output::OutputError;
+use concordem::packing::PackingError;
 use concordem::plan::simulation::RunError;
 use concordem::program::Failure;
 use concordem::scenario::{ReadError, Scenario, ScenarioError};

@@ -3,11 +3,11 @@
 use std::io::BufReader;
 use std::path::PathBuf;
 
-use concordem::assembly::packing::random_dense::{RandomDense, Stage, random_dense};
-use concordem::assembly::packing::size::SizeDistribution;
-use concordem::assembly::packing::summary::PackingSummary;
-use concordem::assembly::packing::{Packing, file, lattice::Lattice};
 use concordem::math::Vec3;
+use concordem::packing::random_dense::{RandomDense, Stage, random_dense};
+use concordem::packing::size::SizeDistribution;
+use concordem::packing::summary::PackingSummary;
+use concordem::packing::{Packing, file, lattice::Lattice};
 use concordem::state::{Cell, Sphere};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

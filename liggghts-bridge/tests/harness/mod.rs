@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use concordem::math::Vec3;
+use concordem_contact::math::Vec3;
 
 /// Seconds after which a run counts as hanging.
 const LIMIT: &str = "300";

@@ -3,18 +3,18 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use concordem::assembly::assemble;
-use concordem::kinematics::{Frame, Mode};
-use concordem::law::cpm::{Cpm, CpmParameters, CpmState};
-use concordem::law::{EnergySplit, LawState, Reference};
-use concordem::math::{Mat3, Quat, Vec3, quaternion_of_rotation_vector};
-use concordem::neighbor::spatial_order;
-use concordem::scenario::Scenario;
-use concordem::solver::integrate::Damping;
-use concordem::solver::{MaterialRows, Model, Solver, StepReport};
-use concordem::state::columns::{ColumnData, ColumnKind, ColumnStore, StoredColumn};
-use concordem::state::contacts::{ContactBlock, Link, Pair};
-use concordem::state::{Cell, Constraint, Particles, Sphere, State};
+use concordem_contact::kinematics::{Frame, Mode};
+use concordem_contact::law::cpm::{Cpm, CpmParameters, CpmState};
+use concordem_contact::law::{EnergySplit, LawState, Reference};
+use concordem_contact::math::{Mat3, Quat, Vec3, quaternion_of_rotation_vector};
+use concordem_scenario::assembly::assemble;
+use concordem_scenario::schema::Scenario;
+use concordem_solver::integrate::Damping;
+use concordem_solver::neighbor::spatial_order;
+use concordem_solver::state::columns::{ColumnData, ColumnKind, ColumnStore, StoredColumn};
+use concordem_solver::state::contacts::{ContactBlock, Link, Pair};
+use concordem_solver::state::{Cell, Constraint, Particles, Sphere, State};
+use concordem_solver::{MaterialRows, Model, Solver, StepReport};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -354,7 +354,7 @@ impl Assembly {
     /// The spheres of a scenario, with its bonds and contacts, as they would be built for a run. `bodies` says which body of
     /// the host each sphere of the scenario is; masses (kg) and moments of inertia (kg m²) are the host's.
     pub fn of_scenario(
-        assembly: concordem::assembly::Assembly,
+        assembly: concordem_scenario::assembly::Assembly,
         allow_unstable: bool,
         origin: Origin,
         bodies: &[u32],

@@ -5,12 +5,12 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use concordem::kinematics::sphere_sphere::{ImageShift, Motion, fresh_frame};
-use concordem::kinematics::{Frame, FrameKinematics};
-use concordem::law::{
+use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion, fresh_frame};
+use concordem_contact::kinematics::{Frame, FrameKinematics};
+use concordem_contact::law::{
     BeamModel, BendingTerm, CohesiveBeam, CohesiveBeamState, ContactGeometry, ContactLaw, Fate, Response, Section,
 };
-use concordem::math::{Quat, Vec3, quaternion_of_rotation_vector};
+use concordem_contact::math::{Quat, Vec3, quaternion_of_rotation_vector};
 
 use crate::guard::{Message, guarded};
 

@@ -6,17 +6,17 @@
 
 use std::ffi::{CStr, c_char};
 
-use concordem::law::cpm::{CpmMode, CpmParameters, DamageLaw};
-use concordem::math::{Mat3, Vec3};
-use concordem::operator::stress::{ParticleVolume, Partition, particle_stress, region_stress};
-use concordem::operator::{LoadSet, Region, Truncation};
-use concordem::solver::forces::EvaluatedContacts;
-use concordem::state::Cell;
-use concordem::state::contacts::Link;
+use concordem_contact::law::cpm::{CpmMode, CpmParameters, DamageLaw};
+use concordem_contact::math::{Mat3, Vec3};
+use concordem_operator::stress::{ParticleVolume, Partition, particle_stress, region_stress};
+use concordem_operator::{LoadSet, Region, Truncation};
+use concordem_solver::forces::EvaluatedContacts;
+use concordem_solver::state::Cell;
+use concordem_solver::state::contacts::Link;
 
 use crate::assembly::{Assembly, Bodies, Contacts, Given, Origin, PAUSE_SOFT, PauseThreads, Row, cell_of, mode_of};
 use crate::guard::{Message, guarded};
-use concordem::prefetch::{AHEAD, prefetch};
+use concordem_contact::prefetch::{AHEAD, prefetch};
 
 /// Bonds of a scene, with the threads that find their forces.
 pub struct Bonds {
@@ -335,7 +335,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_forces(
 
 /// One step at the places and with the motion that `states` points to: for each particle the addresses of three, three,
 /// three, and four reals (position, velocity, angular velocity, orientation x, y, z, w); `blocked` to its prescribed degrees
-/// of freedom ([`Constraint`](concordem::state::Constraint)). They are read only if `present` (with `context`) says, to any
+/// of freedom ([`Constraint`](concordem_solver::state::Constraint)). They are read only if `present` (with `context`) says, to any
 /// thread, that they are still those of the particle's body. `pause`: OpenMP's function for [`Assembly::wants_room`], or null.
 /// How many bonds broke, or −1.
 #[unsafe(no_mangle)]

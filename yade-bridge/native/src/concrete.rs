@@ -2,10 +2,10 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use concordem::kinematics::{PointKinematics, Transport};
-use concordem::law::ContactGeometry;
-use concordem::law::cpm::{Answer, Cpm, CpmState, DamageLaw, YadeParameters};
-use concordem::math::Vec3;
+use concordem_contact::kinematics::{PointKinematics, Transport};
+use concordem_contact::law::ContactGeometry;
+use concordem_contact::law::cpm::{Answer, Cpm, CpmState, DamageLaw, YadeParameters};
+use concordem_contact::math::Vec3;
 
 /// One contact and what it answers. Names are those of YADE's classes; SI units.
 #[repr(C)]

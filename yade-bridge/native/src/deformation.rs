@@ -7,11 +7,11 @@
 
 use std::ffi::{CStr, c_char};
 
-use concordem::kinematics::deformable::{Condition, Deformable, Push, Update};
-use concordem::law::Elastic;
-use concordem::math::{Symmetric, Vec3};
-use concordem::solver::deformation::{DeformationPass, DeformationSums};
-use concordem::state::{Constraint, Deformation, Particles};
+use concordem_contact::kinematics::deformable::{Condition, Deformable, Push, Update};
+use concordem_contact::law::Elastic;
+use concordem_contact::math::{Symmetric, Vec3};
+use concordem_solver::deformation::{DeformationPass, DeformationSums};
+use concordem_solver::state::{Constraint, Deformation, Particles};
 
 use crate::beam::vector;
 use crate::guard::{Message, guarded};

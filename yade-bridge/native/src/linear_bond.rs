@@ -9,10 +9,10 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use concordem::kinematics::sphere_sphere::{ImageShift, fresh_frame, measure};
-use concordem::kinematics::{Frame, Mode};
-use concordem::law::{ContactGeometry, ContactLaw, Fate, LinearBond, LinearBondState};
-use concordem::math::{Symmetric, Vec3, quaternion_of_rotation_vector};
+use concordem_contact::kinematics::sphere_sphere::{ImageShift, fresh_frame, measure};
+use concordem_contact::kinematics::{Frame, Mode};
+use concordem_contact::law::{ContactGeometry, ContactLaw, Fate, LinearBond, LinearBondState};
+use concordem_contact::math::{Symmetric, Vec3, quaternion_of_rotation_vector};
 
 use crate::beam::{BodyMotion, Outcome};
 use crate::deformation::{Elasticity, symmetric};

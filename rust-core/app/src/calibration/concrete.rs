@@ -1,0 +1,495 @@
+//! Strengths of concrete from the parameters of CPM links, and back.
+//!
+//! By dimensional analysis (Stránský 2018, section 2.5.3) a specimen of given geometry, loaded slowly, has
+//!
+//! ```text
+//! f_t/(Ē ε₀) = T(χ, tan φ, λ)     f_c/f_t = R(χ, tan φ, λ)     G/(Ē ε₀² r) = D(χ, tan φ, λ)
+//! χ = c₀/(Ē ε₀)                   λ = ε_f/ε₀
+//! ```
+//!
+//! at a fixed shear ratio, which with Ē belongs to the elastic calibration. `G` is what a unit of cross-section dissipates in
+//! tension (J/m²) until the stress has fallen to a tenth of its peak. Each value of these functions is a pair of runs on the
+//! user's specimen, remembered by its arguments ([`Table`]). The inverse finds χ (and λ, if `G` is wanted) by bisection
+//! between measured values of `R`; then `ε₀ = f_t/(Ē T)`, and a last pair of runs with the parameters found says what they
+//! give. Bond-breaking makes the functions of one packing rough; the scatter
+//! over packings says how far a digit means something.
+
+use std::collections::BTreeMap;
+
+use concordem_contact::law::cpm::{Cpm, CpmError, CpmParameters};
+use concordem_scenario::plan::simulation::RunError;
+use concordem_scenario::plan::{Plan, Sample, Simulation};
+use concordem_solver::state::State;
+use concordem_solver::state::contacts::ContactBlock;
+use concordem_solver::{Model, SolverError};
+
+/// Range of `c₀/(Ē ε₀)` that is looked at. Below, links slip before they crack and the strengths hardly differ; above, cohesion
+/// no longer matters.
+pub const COHESION_RANGE: (f64, f64) = (0.15, 12.0);
+
+/// Range of `ε_f/ε₀` that is looked at.
+pub const DUCTILITY_RANGE: (f64, f64) = (2.0, 1000.0);
+
+/// Why there is no answer.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConcreteError {
+    /// The wanted ratio of strengths is out of reach.
+    #[error(
+        "f_c/f_t = {wanted:.3} is out of reach of this packing at friction {friction:.4} and relative ductility \
+         {ductility:.4}: cohesions of {} to {} times the onset stress give {least:.3} to {most:.3}. {remedy}",
+        COHESION_RANGE.0, COHESION_RANGE.1
+    )]
+    StrengthRatio {
+        /// Wanted ratio.
+        wanted: f64,
+        /// Tangent of the angle of friction.
+        friction: f64,
+        /// `ε_f/ε₀`.
+        ductility: f64,
+        /// Smallest ratio found.
+        least: f64,
+        /// Largest ratio found.
+        most: f64,
+        /// What may help.
+        remedy: &'static str,
+    },
+    /// The wanted energy is out of reach.
+    #[error(
+        "a fracture energy of {wanted:.4e} J/m² is out of reach: relative ductilities of {} to {} give {least:.4e} to \
+         {most:.4e} J/m². It grows with the size of the particles: scale them by about the ratio of both",
+        DUCTILITY_RANGE.0, DUCTILITY_RANGE.1
+    )]
+    FractureEnergy {
+        /// Wanted, J/m².
+        wanted: f64,
+        /// Least found, J/m².
+        least: f64,
+        /// Most found, J/m².
+        most: f64,
+    },
+    /// A run did not pass its peak.
+    #[error(
+        "the {direction} run of seed {seed} at cohesion {cohesion:.4} times the onset stress reached its largest strain before \
+         the stress fell: lower the relative ductility"
+    )]
+    NoPeak {
+        /// "tension" or "compression".
+        direction: &'static str,
+        /// Seed.
+        seed: u64,
+        /// `c₀/(Ēε₀)`.
+        cohesion: f64,
+    },
+    /// The specimen's bonds are not of this law.
+    #[error("the specimen has no bonds of the law cpm")]
+    NoLinks,
+    /// The parameters are none.
+    #[error("{0}")]
+    Parameters(#[from] CpmError),
+    /// A run failed.
+    #[error("run: {0}")]
+    Run(#[from] RunError),
+    /// A run could not begin.
+    #[error("run: {0}")]
+    Solver(#[from] SolverError),
+}
+
+/// A specimen before its first step, ready to be pulled or pressed.
+#[derive(Clone)]
+pub struct Specimen {
+    /// State; its bonds are of the law cpm.
+    pub state: State,
+    /// Model.
+    pub model: Model,
+    /// Loading along an axis, and the end of the run.
+    pub plan: Plan,
+    /// Cross-section, m².
+    pub area: f64,
+}
+
+/// Tension and compression of the same packing.
+#[derive(Clone)]
+pub struct Pair {
+    /// Seed of the packing.
+    pub seed: u64,
+    /// The specimen pulled.
+    pub tension: Specimen,
+    /// The specimen pressed.
+    pub compression: Specimen,
+}
+
+/// What a run shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Strength {
+    /// Slope of stress over strain up to 30 % of the strength, Pa.
+    pub young: f64,
+    /// Largest stress with its sign, Pa.
+    pub stress: f64,
+    /// Strain there.
+    pub strain: f64,
+    /// Energy dissipated at the end of the run over the cross-section, J/m².
+    pub dissipation: f64,
+}
+
+impl Specimen {
+    /// Load the specimen with other parameters of its links until the stress falls to `drop_to` of its peak; nothing when
+    /// the run ends before.
+    pub fn load(&self, parameters: &CpmParameters, drop_to: f64) -> Result<Option<Strength>, ConcreteError> {
+        let law = Cpm::new(parameters)?;
+        let mut state = self.state.clone();
+        let blocks = state.bonds.iter_mut().chain(&mut state.contacts);
+        let mut changed = 0;
+        for block in blocks {
+            if let Some(block) = block.as_any_mut().downcast_mut::<ContactBlock<Cpm>>() {
+                block.rows.iter_mut().for_each(|row| *row = law);
+                changed += 1;
+            }
+        }
+        if changed == 0 {
+            return Err(ConcreteError::NoLinks);
+        }
+        let mut plan = self.plan.clone();
+        plan.stop.drop_to = Some(drop_to);
+        let mut simulation = Simulation::new(state, self.model.clone(), plan)?;
+        let mut samples: Vec<Sample> = Vec::new();
+        while simulation.stopped().is_none() {
+            samples.extend(simulation.advance()?.sample);
+        }
+        if simulation.stopped() != Some(concordem_scenario::plan::StopReason::Drop) {
+            return Ok(None);
+        }
+        Ok(Some(self.strength(&samples)))
+    }
+
+    fn strength(&self, samples: &[Sample]) -> Strength {
+        let mut peak = 0;
+        for (k, sample) in samples.iter().enumerate() {
+            if sample.stress.abs() > samples[peak].stress.abs() {
+                peak = k;
+            }
+        }
+        let Sample { stress, strain, .. } = samples[peak];
+        let rising = samples[..peak].iter().filter(|sample| sample.stress.abs() <= 0.3 * stress.abs());
+        let points: Vec<[f64; 2]> = rising.map(|sample| [sample.strain, sample.stress]).collect();
+        let count = points.len().max(1) as f64;
+        let mean = points.iter().fold([0.0; 2], |m, p| [m[0] + p[0] / count, m[1] + p[1] / count]);
+        let (mut xy, mut xx) = (0.0, 0.0);
+        for [x, y] in points {
+            xy += (x - mean[0]) * (y - mean[1]);
+            xx += (x - mean[0]) * (x - mean[0]);
+        }
+        let young = if xx > 0.0 { xy / xx } else { stress / strain };
+        let dissipation = samples.last().map_or(0.0, |s| s.damage + s.friction + s.viscous) / self.area;
+        Strength { young, stress, strain, dissipation }
+    }
+}
+
+/// The arguments of the dimensionless functions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Arguments {
+    /// `χ = c₀/(Ēε₀)`.
+    pub cohesion: f64,
+    /// `tan φ`.
+    pub friction: f64,
+    /// `λ = ε_f/ε₀`.
+    pub ductility: f64,
+}
+
+/// Values of the dimensionless functions of one packing.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Functions {
+    /// `E/Ē` of the specimen in tension, ends included.
+    pub stiffness: f64,
+    /// `T = f_t/(Ēε₀)`.
+    pub tension: f64,
+    /// `R = f_c/f_t`.
+    pub ratio: f64,
+    /// `G/(Ēε₀²)`, m, if the tension run went on until a tenth of the peak.
+    pub dissipation: Option<f64>,
+}
+
+/// Measured values of the dimensionless functions, by their arguments and the seed of the packing.
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Table {
+    /// What the values belong to, as text: the specimen, its motion, elastic parameters, the program. Another text, another table.
+    pub specimen: String,
+    /// Values.
+    pub values: BTreeMap<String, Functions>,
+}
+
+impl Table {
+    fn key(arguments: Arguments, seed: u64) -> String {
+        let Arguments { cohesion, friction, ductility } = arguments;
+        format!("seed {seed}, cohesion {cohesion:.9e}, friction {friction:.9e}, ductility {ductility:.9e}")
+    }
+}
+
+/// What is wanted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wanted {
+    /// Tensile strength, Pa.
+    pub tensile_strength: f64,
+    /// Compressive strength, Pa, positive.
+    pub compressive_strength: f64,
+    /// Energy dissipated by a unit of cross-section in tension, J/m².
+    pub fracture_energy: Option<f64>,
+}
+
+/// Mean and standard deviation over packings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scatter {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation of one packing (0 for a single one).
+    pub deviation: f64,
+}
+
+impl Scatter {
+    fn of(values: impl Iterator<Item = f64> + Clone) -> Self {
+        let count = values.clone().count() as f64;
+        let mean = values.clone().sum::<f64>() / count;
+        let squares: f64 = values.map(|v| (v - mean) * (v - mean)).sum();
+        Self { mean, deviation: if count > 1.0 { (squares / (count - 1.0)).sqrt() } else { 0.0 } }
+    }
+}
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ConcreteFit {
+    /// Parameters of the links.
+    pub parameters: CpmParameters,
+    /// Tensile strength of the packings with these parameters, Pa.
+    pub tensile_strength: Scatter,
+    /// Compressive strength, Pa, positive.
+    pub compressive_strength: Scatter,
+    /// Modulus of the specimen in tension, ends included, Pa.
+    pub young: Scatter,
+    /// Fracture energy, J/m², if one was wanted.
+    pub fracture_energy: Option<Scatter>,
+    /// Relative standard deviation of the cohesion that one packing would give: that of `f_c/f_t` over its slope
+    /// `d ln R/d ln χ`, which is small. Unknown for a single packing.
+    pub cohesion_deviation: Option<f64>,
+    /// Smallest and largest `f_c/f_t` at this friction and ductility.
+    pub reach: (f64, f64),
+    /// Pairs of runs that were made, known ones not counted.
+    pub runs: usize,
+}
+
+/// Where the ratio of strengths is the wanted one.
+struct Crossing {
+    /// `c₀/(Ēε₀)`.
+    cohesion: f64,
+    /// Smallest and largest ratio.
+    reach: (f64, f64),
+    /// `d ln R/d ln χ`.
+    slope: f64,
+}
+
+/// Specimens, and what is known of them.
+pub struct Laboratory<'a> {
+    /// Packings, one per seed.
+    pub pairs: &'a [Pair],
+    /// Elastic parameters, friction, damage law; strengths and ductility in it do not matter.
+    pub base: CpmParameters,
+    /// Onset strain at which the functions are measured: about that of the answer, since inertia depends on it a little.
+    pub onset: f64,
+    /// Whether tension runs go on until the fracture energy is known.
+    pub with_energy: bool,
+    /// What is known.
+    pub table: Table,
+    /// Pairs of runs that were made.
+    pub runs: usize,
+    /// Called after each measurement with the number of pairs of runs and what is known.
+    pub report: Report<'a>,
+}
+
+/// Somebody to be told how far the measurements are.
+pub type Report<'a> = Box<dyn FnMut(usize, &Table) + 'a>;
+
+impl<'a> Laboratory<'a> {
+    /// A laboratory that tells nobody.
+    pub fn new(pairs: &'a [Pair], base: CpmParameters, onset: f64, with_energy: bool, table: Table) -> Self {
+        Self { pairs, base, onset, with_energy, table, runs: 0, report: Box::new(|_, _| {}) }
+    }
+
+    fn parameters(&self, arguments: Arguments, onset: f64) -> CpmParameters {
+        CpmParameters {
+            cohesion: arguments.cohesion * self.base.normal_modulus * onset,
+            friction_angle: libm::atan(arguments.friction),
+            limit_strain: onset,
+            relative_ductility: arguments.ductility,
+            ..self.base
+        }
+    }
+
+    /// Both runs of one packing: tension, compression.
+    fn test(&mut self, parameters: &CpmParameters, pair: &Pair) -> Result<[Strength; 2], ConcreteError> {
+        let cohesion = parameters.cohesion / (parameters.normal_modulus * parameters.limit_strain);
+        let missing = |direction| ConcreteError::NoPeak { direction, seed: pair.seed, cohesion };
+        // A tenth of the peak for the energy; otherwise a fall that is surely no wave.
+        let drop_to = if self.with_energy { 0.1 } else { 0.6 };
+        let tension = pair.tension.load(parameters, drop_to)?.ok_or_else(|| missing("tension"))?;
+        let compression = pair.compression.load(parameters, 0.8)?.ok_or_else(|| missing("compression"))?;
+        self.runs += 1;
+        Ok([tension, compression])
+    }
+
+    /// The functions of one packing.
+    fn measure(&mut self, arguments: Arguments, pair: &Pair) -> Result<Functions, ConcreteError> {
+        let key = Table::key(arguments, pair.seed);
+        if let Some(known) = self.table.values.get(&key)
+            && (known.dissipation.is_some() || !self.with_energy)
+        {
+            return Ok(*known);
+        }
+        let parameters = self.parameters(arguments, self.onset);
+        let [tension, compression] = self.test(&parameters, pair)?;
+        let onset_stress = parameters.normal_modulus * self.onset;
+        let found = Functions {
+            stiffness: tension.young / parameters.normal_modulus,
+            tension: tension.stress / onset_stress,
+            ratio: -compression.stress / tension.stress,
+            dissipation: self.with_energy.then_some(tension.dissipation / (onset_stress * self.onset)),
+        };
+        self.table.values.insert(key, found);
+        (self.report)(self.runs, &self.table);
+        Ok(found)
+    }
+
+    /// The functions of all packings.
+    pub fn functions(&mut self, arguments: Arguments) -> Result<Vec<Functions>, ConcreteError> {
+        let pairs = self.pairs;
+        pairs.iter().map(|pair| self.measure(arguments, pair)).collect()
+    }
+
+    fn mean_ratio(&mut self, arguments: Arguments) -> Result<f64, ConcreteError> {
+        Ok(Scatter::of(self.functions(arguments)?.iter().map(|f| f.ratio)).mean)
+    }
+
+    /// The cohesion at which the mean ratio of strengths is `wanted`.
+    fn cohesion(&mut self, wanted: f64, friction: f64, ductility: f64) -> Result<Crossing, ConcreteError> {
+        let at = |cohesion| Arguments { cohesion, friction, ductility };
+        // A coarse ladder first: the ratio rises with cohesion and levels off, roughly; the crossing with the smallest
+        // cohesion is taken.
+        let steps = 6;
+        let range = COHESION_RANGE.1 / COHESION_RANGE.0;
+        let mut ladder: Vec<(f64, f64)> = Vec::new();
+        for step in 0..=steps {
+            let cohesion = COHESION_RANGE.0 * libm::pow(range, f64::from(step) / f64::from(steps));
+            ladder.push((cohesion, self.mean_ratio(at(cohesion))?));
+        }
+        let (least, most) =
+            ladder.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), &(_, r)| (l.min(r), m.max(r)));
+        let Some(bracket) = ladder.windows(2).find(|w| (w[0].1 - wanted) * (w[1].1 - wanted) <= 0.0) else {
+            return Err(ConcreteError::StrengthRatio {
+                wanted,
+                friction,
+                ductility,
+                least,
+                most,
+                remedy: if wanted > most { "Raise the friction" } else { "Lower the friction" },
+            });
+        };
+        let ((mut low, mut ratio_low), (mut high, mut ratio_high)) = (bracket[0], bracket[1]);
+        // Over the whole ladder up to the largest ratio: between two rungs roughness counts more than the trend.
+        let top = ladder.iter().fold(ladder[0], |top, rung| if rung.1 > top.1 { *rung } else { top });
+        let slope =
+            if top.0 > ladder[0].0 { libm::log(top.1 / ladder[0].1) / libm::log(top.0 / ladder[0].0) } else { 0.0 };
+        let crossing = |cohesion| Crossing { cohesion, reach: (least, most), slope };
+        // Halving by false position on logarithms; the functions are rough below some thousandths.
+        for _ in 0..8 {
+            if (ratio_low - wanted).abs() <= 2e-3 * wanted {
+                return Ok(crossing(low));
+            }
+            if (ratio_high - wanted).abs() <= 2e-3 * wanted {
+                return Ok(crossing(high));
+            }
+            let share = ((wanted - ratio_low) / (ratio_high - ratio_low)).clamp(0.1, 0.9);
+            let middle = low * libm::pow(high / low, share);
+            let ratio = self.mean_ratio(at(middle))?;
+            if (ratio - wanted) * (ratio_low - wanted) <= 0.0 {
+                (high, ratio_high) = (middle, ratio);
+            } else {
+                (low, ratio_low) = (middle, ratio);
+            }
+        }
+        let nearer = if (ratio_low - wanted).abs() < (ratio_high - wanted).abs() { low } else { high };
+        Ok(crossing(nearer))
+    }
+
+    /// Parameters of the links for wanted strengths, at the friction of `base` and, if no energy is wanted, its ductility.
+    pub fn fit(&mut self, wanted: &Wanted) -> Result<ConcreteFit, ConcreteError> {
+        let friction = libm::tan(self.base.friction_angle);
+        let ratio = wanted.compressive_strength / wanted.tensile_strength;
+        let mut ductility = self.base.relative_ductility;
+        if let Some(energy) = wanted.fracture_energy {
+            ductility = self.ductility(wanted, energy, friction, ratio)?;
+        }
+        let Crossing { cohesion, reach, slope } = self.cohesion(ratio, friction, ductility)?;
+        let arguments = Arguments { cohesion, friction, ductility };
+        let functions = self.functions(arguments)?;
+        let tension = Scatter::of(functions.iter().map(|f| f.tension)).mean;
+        let onset = wanted.tensile_strength / (self.base.normal_modulus * tension);
+        let ratio_scatter = Scatter::of(functions.iter().map(|f| f.ratio));
+        let parameters = self.parameters(arguments, onset);
+        let pairs = self.pairs;
+        let shown: Vec<[Strength; 2]> =
+            pairs.iter().map(|pair| self.test(&parameters, pair)).collect::<Result<_, _>>()?;
+        Ok(ConcreteFit {
+            parameters,
+            tensile_strength: Scatter::of(shown.iter().map(|[tension, _]| tension.stress)),
+            compressive_strength: Scatter::of(shown.iter().map(|[_, compression]| -compression.stress)),
+            young: Scatter::of(shown.iter().map(|[tension, _]| tension.young)),
+            fracture_energy: self
+                .with_energy
+                .then(|| Scatter::of(shown.iter().map(|[tension, _]| tension.dissipation))),
+            cohesion_deviation: (functions.len() > 1 && slope > 0.0)
+                .then_some(ratio_scatter.deviation / (ratio_scatter.mean * slope)),
+            reach,
+            runs: self.runs,
+        })
+    }
+
+    /// Relative ductility for a wanted fracture energy. `G = D f_t²/(Ē T²)` at the cohesion that belongs to each ductility.
+    fn ductility(&mut self, wanted: &Wanted, energy: f64, friction: f64, ratio: f64) -> Result<f64, ConcreteError> {
+        let strength = wanted.tensile_strength;
+        let start = self.base.relative_ductility.clamp(DUCTILITY_RANGE.0, DUCTILITY_RANGE.1);
+        let mut energy_of = |ductility: f64| -> Result<f64, ConcreteError> {
+            let Crossing { cohesion, .. } = self.cohesion(ratio, friction, ductility)?;
+            let functions = self.functions(Arguments { cohesion, friction, ductility })?;
+            let tension = Scatter::of(functions.iter().map(|f| f.tension)).mean;
+            let dissipation = Scatter::of(functions.iter().filter_map(|f| f.dissipation)).mean;
+            Ok(dissipation * strength * strength / (self.base.normal_modulus * tension * tension))
+        };
+        let (mut low, mut high) = (start, start);
+        let first = energy_of(start)?;
+        let (mut energy_low, mut energy_high) = (first, first);
+        while energy_high < energy && high < DUCTILITY_RANGE.1 {
+            (low, energy_low) = (high, energy_high);
+            high = (2.5 * high).min(DUCTILITY_RANGE.1);
+            energy_high = energy_of(high)?;
+        }
+        while energy_low > energy && low > DUCTILITY_RANGE.0 {
+            (high, energy_high) = (low, energy_low);
+            low = (low / 2.5).max(DUCTILITY_RANGE.0);
+            energy_low = energy_of(low)?;
+        }
+        if energy_low > energy || energy_high < energy {
+            return Err(ConcreteError::FractureEnergy { wanted: energy, least: energy_low, most: energy_high });
+        }
+        for _ in 0..6 {
+            if (energy_low / energy - 1.0).abs() < 5e-3 {
+                return Ok(low);
+            }
+            if (energy_high / energy - 1.0).abs() < 5e-3 {
+                return Ok(high);
+            }
+            let share = (libm::log(energy / energy_low) / libm::log(energy_high / energy_low)).clamp(0.1, 0.9);
+            let middle = low * libm::pow(high / low, share);
+            let found = energy_of(middle)?;
+            if found < energy { (low, energy_low) = (middle, found) } else { (high, energy_high) = (middle, found) }
+        }
+        Ok(if energy / energy_low < energy_high / energy { low } else { high })
+    }
+}

@@ -1,0 +1,269 @@
+//! The complete state in one file.
+//!
+//! A checkpoint holds every column of the state under `/state`, the state hash, and text on where it comes from. It
+//! appears whole or not at all ([`super::sealed`]), and reading it verifies seal, kind, version, and state hash.
+
+use std::path::Path;
+
+use super::error::{At, OutputError};
+use super::hash::StateHasher;
+use super::hdf::{self, GroupSink, kind};
+use super::sealed;
+use concordem_solver::state::columns::{Column, ColumnError, ColumnSink, ColumnStore, WriteColumns};
+
+/// A checkpoint read back, verified.
+#[derive(Debug)]
+pub struct Checkpoint {
+    /// The state's columns, a source to rebuild it from.
+    pub columns: ColumnStore,
+    /// The state hash.
+    pub state_hash: String,
+    /// Where the checkpoint comes from: the scenario's text, or whatever its writer put there.
+    pub provenance: String,
+    pub(super) run: RunMark,
+}
+
+/// Place of a checkpoint in a run.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(super) struct RunMark {
+    /// Identity of the run; empty outside of one.
+    pub run_id: String,
+    /// Count of result segments that belong to the state.
+    pub segments: u64,
+}
+
+/// Write a checkpoint; gives the state hash. An existing file is replaced in one go, or kept when something fails.
+pub fn write(path: &Path, state: &dyn WriteColumns, provenance: &str) -> Result<String, OutputError> {
+    write_in_run(path, state, provenance, &RunMark::default())
+}
+
+pub(super) fn write_in_run(
+    path: &Path,
+    state: &dyn WriteColumns,
+    provenance: &str,
+    run: &RunMark,
+) -> Result<String, OutputError> {
+    let mut state_hash = String::new();
+    sealed::write(path, &sealed::folder_of(path), |file| {
+        hdf::write_identity(file, kind::CHECKPOINT, path)?;
+        hdf::write_text_attribute(file, "run_id", &run.run_id, path)?;
+        hdf::write_attribute(file, "segments", &run.segments, path)?;
+        hdf::write_text(file, "provenance", provenance, path)?;
+        let group = file.create_group("state").at(path)?;
+        let mut sink = HashingSink {
+            file: GroupSink { group: &group, path, allowed: &[], failure: None },
+            hasher: StateHasher::default(),
+        };
+        let written = state.write(&mut sink);
+        sink.file.outcome(written)?;
+        state_hash = sink.hasher.finish();
+        hdf::write_text_attribute(file, "state_hash", &state_hash, path)
+    })?;
+    Ok(state_hash)
+}
+
+/// Read and verify a checkpoint.
+pub fn read(path: &Path) -> Result<Checkpoint, OutputError> {
+    let file = sealed::open(path)?;
+    hdf::check_identity(&file, kind::CHECKPOINT, path)?;
+    let stored = hdf::read_text_attribute(&file, "state_hash", path)?;
+    let columns = hdf::read_columns(&file.group("state").at(path)?, path)?;
+    let computed = super::hash::state_hash(&columns).at(path)?;
+    if computed != stored {
+        return Err(OutputError::StateHash { path: path.to_owned(), stored, computed });
+    }
+    let run = RunMark {
+        run_id: hdf::read_text_attribute(&file, "run_id", path)?,
+        segments: hdf::read_attribute(&file, "segments", path)?,
+    };
+    let provenance = hdf::read_text(&file, "provenance", path)?;
+    Ok(Checkpoint { columns, state_hash: stored, provenance, run })
+}
+
+/// Writes and hashes in one pass over the state.
+struct HashingSink<'a> {
+    file: GroupSink<'a>,
+    hasher: StateHasher,
+}
+
+impl ColumnSink for HashingSink<'_> {
+    fn column(&mut self, path: &str, column: Column<'_>) -> Result<(), ColumnError> {
+        self.hasher.column(path, column)?;
+        self.file.column(path, column)
+    }
+
+    fn described_column(&mut self, path: &str, column: Column<'_>, description: &str) -> Result<(), ColumnError> {
+        self.hasher.column(path, column)?;
+        self.file.described_column(path, column, description)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use concordem_solver::state::columns::ColumnSource;
+    use std::fs;
+
+    fn state() -> ColumnStore {
+        let mut store = ColumnStore::default();
+        let values = [1.0, -0.0, f64::from_bits(0x7ff8_0000_0000_1234), f64::MIN_POSITIVE / 4.0, 5.0, f64::INFINITY];
+        store.column("particles/position", Column::f64(&values, 3, "m")).unwrap();
+        store.column("particles/id", Column::u32(&[7, u32::MAX])).unwrap();
+        store.column("contacts/cpm/image", Column::i8(&[-1, 0, 1], 3)).unwrap();
+        store.column("contacts/none/kappa", Column::f64(&[], 1, "1")).unwrap();
+        store.column("contacts/none/vector", Column::f64(&[], 3, "1")).unwrap();
+        store.column("tags", Column::u64(&[u64::MAX])).unwrap();
+        store.column("material", Column::u16(&[1, 2, 3])).unwrap();
+        store.column("constraint", Column::u8(&[63])).unwrap();
+        store
+    }
+
+    #[test]
+    fn comes_back_bit_for_bit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("state.h5");
+        let hash = write(&path, &state(), "scenario\n").unwrap();
+        let mut back = read(&path).unwrap();
+        assert_eq!(back.state_hash, hash);
+        assert_eq!(hash, super::super::hash::state_hash(&state()).unwrap());
+        assert_eq!(back.provenance, "scenario\n");
+        // Comparing reals would not tell -0 from 0 nor find a NaN equal to itself: compare bytes.
+        let columns = |store: &ColumnStore| {
+            store
+                .iter()
+                .map(|(path, column)| (path.to_owned(), column.components, column.borrow().bytes().to_vec()))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(columns(&back.columns), columns(&state()));
+        assert!(back.columns.exists("contacts/none/kappa"));
+        // Writing it again in place of the old one gives the same file.
+        let first = fs::read(&path).unwrap();
+        write(&path, &state(), "scenario\n").unwrap();
+        assert!(first == fs::read(&path).unwrap(), "the same state gives the same bytes");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left over");
+    }
+
+    #[test]
+    fn every_cut_and_every_flipped_byte_is_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("state.h5");
+        write(&path, &state(), "scenario").unwrap();
+        let whole = fs::read(&path).unwrap();
+        let damaged = folder.path().join("damaged.h5");
+        // Steps prime to the sizes of HDF5's structures, so that all kinds of places are met.
+        for length in (0..whole.len()).step_by(61) {
+            fs::write(&damaged, &whole[..length]).unwrap();
+            let error = read(&damaged).unwrap_err();
+            assert!(matches!(error, OutputError::NotSealed { .. }), "{length}: {error}");
+        }
+        for position in (0..whole.len()).step_by(37).chain(whole.len() - 56..whole.len()) {
+            let mut bytes = whole.clone();
+            bytes[position] ^= 0x10;
+            fs::write(&damaged, bytes).unwrap();
+            let error = read(&damaged).unwrap_err();
+            let expected = matches!(error, OutputError::NotSealed { .. } | OutputError::Damaged { .. });
+            assert!(expected, "{position}: {error}");
+            assert!(error.to_string().contains("damaged.h5"), "{error}");
+        }
+        let mut longer = whole.clone();
+        longer.extend_from_slice(&whole[whole.len() - 56..]);
+        fs::write(&damaged, longer).unwrap();
+        assert!(matches!(read(&damaged), Err(OutputError::Damaged { .. })));
+    }
+
+    #[test]
+    fn foreign_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("foreign.h5");
+        assert!(matches!(read(&path), Err(OutputError::Missing { .. })));
+        assert!(matches!(read(folder.path()), Err(OutputError::NotSealed { .. })));
+        for text in ["", "x,y\n1,2\n", &"long ".repeat(1000)] {
+            fs::write(&path, text).unwrap();
+            assert!(matches!(read(&path), Err(OutputError::NotSealed { .. })), "{text:.20}");
+        }
+        hdf::options().create(&path).unwrap().close().unwrap();
+        let error = read(&path).unwrap_err();
+        assert!(matches!(error, OutputError::NotSealed { .. }), "{error}");
+        // Sealed, but not HDF5 inside, or HDF5 without our marks.
+        fs::write(&path, "no HDF5").unwrap();
+        sealed_in_place(&path);
+        let error = read(&path).unwrap_err();
+        assert!(matches!(error, OutputError::Hdf5 { .. }), "{error}");
+        sealed::write(&path, folder.path(), |_| Ok(())).unwrap();
+        let error = read(&path).unwrap_err();
+        assert!(matches!(error, OutputError::Hdf5 { .. }), "{error}");
+    }
+
+    fn sealed_in_place(path: &Path) {
+        let mut bytes = fs::read(path).unwrap();
+        let hash = blake3::hash(&bytes);
+        let length = bytes.len() as u64;
+        bytes.extend_from_slice(b"ConcorDEM-seal-1");
+        bytes.extend_from_slice(&length.to_le_bytes());
+        bytes.extend_from_slice(hash.as_bytes());
+        fs::write(path, bytes).unwrap();
+    }
+
+    #[test]
+    fn other_kinds_versions_and_states() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("forged.h5");
+        // A checkpoint with one thing changed, and sealed again.
+        let forged = |change: &dyn Fn(&hdf5::File)| {
+            write(&path, &state(), "").unwrap();
+            let file = hdf::options().open_rw(&path).unwrap();
+            change(&file);
+            file.close().unwrap();
+            sealed_in_place(&path);
+            read(&path).unwrap_err()
+        };
+        let error = forged(&|file| {
+            file.delete_attr("kind").unwrap();
+            hdf::write_text_attribute(file, "kind", kind::RESULT, &path).unwrap();
+        });
+        assert!(error.to_string().ends_with("forged.h5 is a result, not a checkpoint."), "{error}");
+        let error = forged(&|file| file.attr("format_version").unwrap().write_scalar(&99_u64).unwrap());
+        assert!(error.to_string().contains("has format version 99; this program reads version 1"), "{error}");
+        let error = forged(&|file| file.dataset("state/particles/id").unwrap().write_raw(&[7_u32, 8]).unwrap());
+        assert!(matches!(error, OutputError::StateHash { .. }), "{error}");
+        let error = forged(&|file| file.unlink("state/tags").unwrap());
+        assert!(matches!(error, OutputError::StateHash { .. }), "{error}");
+        let error = forged(&|file| file.unlink("state").unwrap());
+        assert!(matches!(error, OutputError::Hdf5 { .. }), "{error}");
+        let error = forged(&|file| {
+            file.new_dataset::<i32>().shape([2]).create("state/odd").unwrap();
+        });
+        assert!(error.to_string().contains("`odd` holds int32"), "{error}");
+    }
+
+    #[test]
+    fn a_failing_state_leaves_the_old_checkpoint() {
+        struct Failing;
+        impl WriteColumns for Failing {
+            fn write(&self, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
+                sink.column("a", Column::u8(&[1]))?;
+                sink.column("b", Column::f64(&[1.0, 2.0], 3, "m"))
+            }
+        }
+        struct Twice;
+        impl WriteColumns for Twice {
+            fn write(&self, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
+                sink.column("a", Column::u8(&[1]))?;
+                sink.column("a", Column::u8(&[1]))
+            }
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("state.h5");
+        let hash = write(&path, &state(), "").unwrap();
+        for failing in [&Failing as &dyn WriteColumns, &Twice] {
+            let error = write(&path, failing, "").unwrap_err();
+            assert!(matches!(error, OutputError::Column { .. }), "{error}");
+        }
+        let error = write(&path, &state(), "a\0b").unwrap_err().to_string();
+        assert!(error.contains("zero character"), "{error}");
+        assert_eq!(read(&path).unwrap().state_hash, hash);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left over");
+        let error = write(&folder.path().join("none/state.h5"), &state(), "").unwrap_err();
+        assert!(matches!(error, OutputError::NoFolder { .. }), "{error}");
+    }
+}

@@ -1,0 +1,254 @@
+//! The few shapes of HDF5 objects that our files are made of.
+
+use std::path::Path;
+use std::str::FromStr;
+
+use hdf5::types::{FloatSize, IntSize, TypeDescriptor, VarLenUnicode};
+use hdf5::{Dataset, Group, H5Type, Location};
+
+use super::error::{At, OutputError};
+use concordem_solver::state::columns::{Column, ColumnData, ColumnError, ColumnSink, ColumnStore, StoredColumn};
+
+/// Version of the layout of all our files.
+pub(crate) const FORMAT_VERSION: u64 = 1;
+
+/// What a file is, as its attribute `kind` says.
+pub(crate) mod kind {
+    pub const CHECKPOINT: &str = "checkpoint";
+    pub const HEADER: &str = "run header";
+    pub const SEGMENT: &str = "result segment";
+    pub const RESULT: &str = "result";
+    pub const SWEEP: &str = "sweep";
+}
+
+pub(crate) use concordem_scenario::assembly::sphere_pack::options;
+
+/// Mark a new file with its kind and version.
+pub(crate) fn write_identity(file: &Group, kind: &str, path: &Path) -> Result<(), OutputError> {
+    write_text_attribute(file, "kind", kind, path)?;
+    write_attribute(file, "format_version", &FORMAT_VERSION, path)?;
+    write_text_attribute(file, "written_by", super::provenance::PROGRAM, path)
+}
+
+/// Refuse a file of another kind or version.
+pub(crate) fn check_identity(file: &Group, expected: &'static str, path: &Path) -> Result<(), OutputError> {
+    let found = read_text_attribute(file, "kind", path)?;
+    if found != expected {
+        return Err(OutputError::Kind { path: path.to_owned(), found, expected });
+    }
+    let version: u64 = read_attribute(file, "format_version", path)?;
+    if version != FORMAT_VERSION {
+        return Err(OutputError::Version {
+            path: path.to_owned(),
+            found: version,
+            supported: FORMAT_VERSION,
+            written_by: read_text_attribute(file, "written_by", path)?,
+        });
+    }
+    Ok(())
+}
+
+/// Refuse names that HDF5 would take for something else.
+pub(crate) fn check_name(name: &str, what: &'static str) -> Result<(), OutputError> {
+    let problem = if name.is_empty() || name == "." || name == ".." {
+        "it is empty or a relative path"
+    } else if name.contains(['/', '\0']) {
+        "it contains a slash or a zero"
+    } else {
+        return Ok(());
+    };
+    Err(OutputError::Name { name: name.to_owned(), what, problem })
+}
+
+fn text_of(text: &str, path: &Path) -> Result<VarLenUnicode, OutputError> {
+    VarLenUnicode::from_str(text).map_err(|_| OutputError::Hdf5 {
+        path: path.to_owned(),
+        message: format!("the text {:?}... contains a zero character", text.chars().take(40).collect::<String>()),
+    })
+}
+
+/// Write a scalar attribute.
+pub(crate) fn write_attribute<T: H5Type>(at: &Location, name: &str, value: &T, path: &Path) -> Result<(), OutputError> {
+    at.new_attr::<T>().create(name).and_then(|attribute| attribute.write_scalar(value)).at(path)
+}
+
+/// Write a text attribute.
+pub(crate) fn write_text_attribute(at: &Location, name: &str, text: &str, path: &Path) -> Result<(), OutputError> {
+    write_attribute(at, name, &text_of(text, path)?, path)
+}
+
+/// Read a scalar attribute.
+pub(crate) fn read_attribute<T: H5Type>(at: &Location, name: &str, path: &Path) -> Result<T, OutputError> {
+    at.attr(name).and_then(|attribute| attribute.as_reader().no_convert().read_scalar()).at(path)
+}
+
+/// Read a text attribute.
+pub(crate) fn read_text_attribute(at: &Location, name: &str, path: &Path) -> Result<String, OutputError> {
+    // The library knows no identity of text types, so conversions must be allowed here.
+    at.attr(name).and_then(|attribute| attribute.read_scalar::<VarLenUnicode>()).at(path).map(|text| text.to_string())
+}
+
+/// Write a text as a dataset.
+pub(crate) fn write_text(group: &Group, name: &str, text: &str, path: &Path) -> Result<(), OutputError> {
+    let text = text_of(text, path)?;
+    group.new_dataset::<VarLenUnicode>().create(name).and_then(|dataset| dataset.write_scalar(&text)).at(path)
+}
+
+/// Read a text dataset.
+pub(crate) fn read_text(group: &Group, name: &str, path: &Path) -> Result<String, OutputError> {
+    group.dataset(name).and_then(|dataset| dataset.read_scalar::<VarLenUnicode>()).at(path).map(|text| text.to_string())
+}
+
+/// Write an array; `components` 1 gives one dimension, more give rows. Parent groups are made as needed.
+pub(crate) fn write_array<T: H5Type>(
+    group: &Group,
+    name: &str,
+    data: &[T],
+    components: usize,
+    path: &Path,
+) -> Result<Dataset, OutputError> {
+    let rows = data.len() / components.max(1);
+    let shape = if components == 1 { vec![rows] } else { vec![rows, components] };
+    let dataset = group
+        .new_dataset::<T>()
+        .obj_track_times(false)
+        .create_intermediate_group(true)
+        .shape(shape)
+        .create(name)
+        .at(path)?;
+    if !data.is_empty() {
+        dataset.write_raw(data).at(path)?;
+    }
+    Ok(dataset)
+}
+
+/// Read an array of exactly this type.
+pub(crate) fn read_array<T: H5Type>(group: &Group, name: &str, path: &Path) -> Result<Vec<T>, OutputError> {
+    let dataset = group.dataset(name).at(path)?;
+    // The library reads nothing from an empty dataset, and complains about it.
+    if dataset.size() == 0 {
+        return Ok(Vec::new());
+    }
+    dataset.as_reader().no_convert().read_raw().at(path)
+}
+
+/// Write a column with its unit and meaning.
+pub(crate) fn write_column(
+    group: &Group,
+    name: &str,
+    column: &Column<'_>,
+    unit: &str,
+    description: &str,
+    path: &Path,
+) -> Result<(), OutputError> {
+    column.rows(name).at(path)?;
+    let dataset = match *column {
+        Column::F64 { data, components, .. } => write_array(group, name, data, components, path),
+        Column::U64 { data, components, .. } => write_array(group, name, data, components, path),
+        Column::U32 { data, components, .. } => write_array(group, name, data, components, path),
+        Column::U16 { data, components, .. } => write_array(group, name, data, components, path),
+        Column::U8 { data, components, .. } => write_array(group, name, data, components, path),
+        Column::I8 { data, components, .. } => write_array(group, name, data, components, path),
+    }?;
+    describe(&dataset, unit, description, path)
+}
+
+/// Give a dataset its unit and meaning.
+pub(crate) fn describe(dataset: &Dataset, unit: &str, description: &str, path: &Path) -> Result<(), OutputError> {
+    write_text_attribute(dataset, "unit", unit, path)?;
+    write_text_attribute(dataset, "description", description, path)
+}
+
+/// Unit and meaning of a dataset.
+pub(crate) fn read_description(dataset: &Dataset, path: &Path) -> Result<(String, String), OutputError> {
+    Ok((read_text_attribute(dataset, "unit", path)?, read_text_attribute(dataset, "description", path)?))
+}
+
+/// Read a column of any type.
+pub(crate) fn read_column(group: &Group, name: &str, path: &Path) -> Result<StoredColumn, OutputError> {
+    let dataset = group.dataset(name).at(path)?;
+    let components = match dataset.shape()[..] {
+        [_] => 1,
+        [_, components] => components,
+        ref shape => {
+            let problem = format!("`{name}` has {} dimensions where 1 or 2 are known", shape.len());
+            return Err(OutputError::Damaged { path: path.to_owned(), problem });
+        }
+    };
+    let descriptor = dataset.dtype().and_then(|dtype| dtype.to_descriptor()).at(path)?;
+    let data = match descriptor {
+        TypeDescriptor::Float(FloatSize::U8) => ColumnData::F64(read_array(group, name, path)?),
+        TypeDescriptor::Unsigned(IntSize::U8) => ColumnData::U64(read_array(group, name, path)?),
+        TypeDescriptor::Unsigned(IntSize::U4) => ColumnData::U32(read_array(group, name, path)?),
+        TypeDescriptor::Unsigned(IntSize::U2) => ColumnData::U16(read_array(group, name, path)?),
+        TypeDescriptor::Unsigned(IntSize::U1) => ColumnData::U8(read_array(group, name, path)?),
+        TypeDescriptor::Integer(IntSize::U1) => ColumnData::I8(read_array(group, name, path)?),
+        other => {
+            let problem = format!("`{name}` holds {other}, which is unknown here");
+            return Err(OutputError::Damaged { path: path.to_owned(), problem });
+        }
+    };
+    Ok(StoredColumn { data, components })
+}
+
+/// Read all columns below a group.
+pub(crate) fn read_columns(group: &Group, path: &Path) -> Result<ColumnStore, OutputError> {
+    fn walk(group: &Group, prefix: &str, store: &mut ColumnStore, path: &Path) -> Result<(), OutputError> {
+        for name in group.member_names().at(path)? {
+            let full = if prefix.is_empty() { name.clone() } else { format!("{prefix}/{name}") };
+            if let Ok(inner) = group.group(&name) {
+                walk(&inner, &full, store, path)?;
+            } else {
+                store.insert(&full, read_column(group, &name, path)?).at(path)?;
+            }
+        }
+        Ok(())
+    }
+    let mut store = ColumnStore::default();
+    walk(group, "", &mut store, path)?;
+    Ok(store)
+}
+
+/// Writes columns into a group, and remembers the first failure in full (the sink's own error type is coarser).
+pub(crate) struct GroupSink<'a> {
+    pub group: &'a Group,
+    pub path: &'a Path,
+    /// Groups in which columns may be put; empty: anywhere.
+    pub allowed: &'a [&'a str],
+    pub failure: Option<OutputError>,
+}
+
+impl GroupSink<'_> {
+    /// The outcome of a writing into this sink.
+    pub fn outcome(self, result: Result<(), ColumnError>) -> Result<(), OutputError> {
+        let path = self.path;
+        match self.failure {
+            Some(failure) => Err(failure),
+            None => result.at(path),
+        }
+    }
+}
+
+impl ColumnSink for GroupSink<'_> {
+    fn column(&mut self, path: &str, column: Column<'_>) -> Result<(), ColumnError> {
+        self.described_column(path, column, "")
+    }
+
+    fn described_column(&mut self, path: &str, column: Column<'_>, description: &str) -> Result<(), ColumnError> {
+        let storage = |message: String| ColumnError::Storage { path: path.to_owned(), message };
+        if path.is_empty() || path.split('/').any(|part| check_name(part, "a column").is_err()) {
+            return Err(storage("the path has an empty or impossible part".into()));
+        }
+        if !self.allowed.is_empty() && !self.allowed.iter().any(|group| path.starts_with(&format!("{group}/"))) {
+            return Err(storage(format!("final columns belong into {}", self.allowed.join(" or "))));
+        }
+        if self.group.link_exists(path) {
+            return Err(ColumnError::Duplicate { path: path.to_owned() });
+        }
+        write_column(self.group, path, &column, column.unit(), description, self.path).map_err(|error| {
+            let message = error.to_string();
+            self.failure = Some(error);
+            storage(message)
+        })
+    }
+}

@@ -1,0 +1,158 @@
+//! Reading a finished result.
+
+use std::path::{Path, PathBuf};
+
+use super::error::{At, OutputError};
+use super::hdf::{self, kind};
+use super::run_files::SeriesColumn;
+use super::{merge, sealed};
+use concordem_contact::math::Vec3;
+use concordem_solver::fracture::Event;
+use concordem_solver::state::columns::StoredColumn;
+
+/// A finished result, verified against its seal and opened.
+#[derive(Debug)]
+pub struct ResultFile {
+    path: PathBuf,
+    file: hdf5::File,
+    series: Vec<SeriesColumn>,
+}
+
+impl ResultFile {
+    /// Open a result.
+    pub fn open(path: &Path) -> Result<Self, OutputError> {
+        let file = sealed::open(path).map_err(|error| match error {
+            OutputError::Missing { path } if super::run_files::parts_folder(&path).is_dir() => {
+                OutputError::Unfinished { path: super::run_files::parts_folder(&path) }
+            }
+            other => other,
+        })?;
+        hdf::check_identity(&file, kind::RESULT, path)?;
+        let group = file.group("samples").at(path)?;
+        let mut series = Vec::new();
+        for name in group.member_names().at(path)? {
+            // Operators have groups of their own.
+            let Ok(dataset) = group.dataset(&name) else { continue };
+            let order: u64 = hdf::read_attribute(&dataset, "order", path)?;
+            let (unit, description) = hdf::read_description(&dataset, path)?;
+            series.push((order, SeriesColumn { name, unit, description }));
+        }
+        series.sort_by_key(|(order, _)| *order);
+        let series = series.into_iter().map(|(_, series)| series).collect();
+        Ok(Self { path: path.to_owned(), file, series })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The series that were sampled, in the order of the run.
+    pub fn series(&self) -> &[SeriesColumn] {
+        &self.series
+    }
+
+    /// Whether there is a series of that name.
+    pub fn has_series(&self, name: &str) -> bool {
+        self.series.iter().any(|series| series.name == name)
+    }
+
+    /// The samples of one series.
+    pub fn samples(&self, name: &str) -> Result<Vec<f64>, OutputError> {
+        if !self.has_series(name) {
+            return Err(OutputError::NoDataset {
+                path: self.path.clone(),
+                name: format!("samples/{name}"),
+                available: self.series.iter().map(|series| series.name.clone()).collect(),
+            });
+        }
+        hdf::read_array(&self.file.group("samples").at(&self.path)?, name, &self.path)
+    }
+
+    /// Names of the operators that were sampled; their columns are in the table `samples/NAME`.
+    pub fn operators(&self) -> Result<Vec<String>, OutputError> {
+        let group = self.file.group("samples").at(&self.path)?;
+        let names = group.member_names().at(&self.path)?;
+        Ok(names.into_iter().filter(|name| group.group(name).is_ok()).collect())
+    }
+
+    /// The event log.
+    pub fn events(&self) -> Result<Vec<Event>, OutputError> {
+        merge::read_events(&self.file, &self.path)
+    }
+
+    /// Hash of the state at the end.
+    pub fn state_hash(&self) -> Result<String, OutputError> {
+        hdf::read_text_attribute(&self.file, "state_hash", &self.path)
+    }
+
+    /// Text of the scenario.
+    pub fn scenario(&self) -> Result<String, OutputError> {
+        hdf::read_text(&self.file.group("provenance").at(&self.path)?, "scenario", &self.path)
+    }
+
+    /// Where the result comes from: pairs of name and value, by name.
+    pub fn provenance(&self) -> Result<Vec<(String, String)>, OutputError> {
+        let group = self.file.group("provenance").at(&self.path)?;
+        let mut names = group.attr_names().at(&self.path)?;
+        names.sort();
+        names
+            .into_iter()
+            .map(|name| {
+                let value = hdf::read_text_attribute(&group, &name, &self.path)?;
+                Ok((name, value))
+            })
+            .collect()
+    }
+
+    /// Columns of a table (`particles`, `contacts/cpm`, …) by name.
+    pub fn table(&self, table: &str) -> Result<Vec<(String, StoredColumn)>, OutputError> {
+        let group = self.group(table)?;
+        let names = group.member_names().at(&self.path)?;
+        names
+            .into_iter()
+            .filter(|name| group.dataset(name).is_ok())
+            .map(|name| {
+                let column = hdf::read_column(&group, &name, &self.path)?;
+                Ok((name, column))
+            })
+            .collect()
+    }
+
+    /// Names of the laws that have contacts in the result.
+    pub fn laws(&self) -> Result<Vec<String>, OutputError> {
+        if self.file.link_exists("contacts") {
+            self.group("contacts")?.member_names().at(&self.path)
+        } else {
+            Ok(Vec::new())
+        }
+    }
+
+    /// Times of the snapshots in `/VTKHDF`, s.
+    pub fn snapshot_times(&self) -> Result<Vec<f64>, OutputError> {
+        if !self.file.link_exists("VTKHDF") {
+            return Ok(Vec::new());
+        }
+        hdf::read_array(&self.group("VTKHDF/Steps")?, "Values", &self.path)
+    }
+
+    /// Box around the particles' centres in all snapshots, m: its lowest and highest corner; None without snapshots.
+    pub fn bounds(&self) -> Result<Option<(Vec3, Vec3)>, OutputError> {
+        if !self.file.link_exists("VTKHDF") {
+            return Ok(None);
+        }
+        let points: Vec<f64> = hdf::read_array(&self.group("VTKHDF")?, "Points", &self.path)?;
+        let points =
+            points.chunks_exact(3).map(Vec3::from_column_slice).filter(|point| point.iter().all(|x| x.is_finite()));
+        Ok(points.fold(None, |bounds, point| {
+            Some(bounds.map_or((point, point), |(low, high): (Vec3, Vec3)| (low.inf(&point), high.sup(&point))))
+        }))
+    }
+
+    fn group(&self, name: &str) -> Result<hdf5::Group, OutputError> {
+        self.file.group(name).or_else(|_| {
+            let available = self.file.member_names().at(&self.path)?;
+            Err(OutputError::NoDataset { path: self.path.clone(), name: name.to_owned(), available })
+        })
+    }
+}

@@ -1,0 +1,102 @@
+//! The files of a finished sweep: HDF5 (all that there is), and comma-separated text.
+//!
+//! | In the HDF5 file | |
+//! |---|---|
+//! | `sweep`, `scenario` | both files, as text |
+//! | `axes/NAME` | numbers of an axis, or its values as lines of text |
+//! | `points/axis_K` | which value of axis K (from 0) each point has |
+//! | `points/young`, … | the quantities of [`point`](crate::sweep::point), one number per point, with unit and meaning |
+//! | `points/stiffness` | 36 numbers per point, Pa (11, 22, 33, 23, 31, 12; engineering shear strains) |
+//! | `problems` | what went wrong: lines of point and text |
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::error::{At, OutputError};
+use super::{hdf, provenance, sealed};
+use crate::sweep::point::{Outcome, STIFFNESS, columns, quantities};
+use crate::sweep::{Axis, Sweep};
+use concordem_solver::state::columns::Column;
+
+/// Write the HDF5 file, whole or not at all. Nothing in it depends on when and how the points were computed.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write(path: &Path, sweep: &Sweep, outcomes: &[Outcome]) -> Result<(), OutputError> {
+    sealed::write(path, &sealed::folder_of(path), |file| {
+        hdf::write_identity(file, hdf::kind::SWEEP, path)?;
+        for (name, value) in provenance::of_program() {
+            hdf::write_text_attribute(file, &name, &value, path)?;
+        }
+        hdf::write_text(file, "sweep", &sweep.source.text, path)?;
+        hdf::write_text(file, "scenario", &sweep.scenario_text, path)?;
+        let axes = file.create_group("axes").at(path)?;
+        for (k, axis) in sweep.axes.iter().enumerate() {
+            let name = dataset_name(axis, k);
+            if let Some(numbers) = numbers(axis) {
+                hdf::write_array(&axes, &name, &numbers, 1, path)?;
+            } else {
+                let lines: Vec<String> = (0..axis.values.len()).map(|k| axis.text(k)).collect();
+                hdf::write_text(&axes, &name, &lines.join("\n"), path)?;
+            }
+        }
+        let points = file.create_group("points").at(path)?;
+        for (k, axis) in sweep.axes.iter().enumerate() {
+            let places: Vec<u32> = (0..outcomes.len()).map(|point| sweep.place(point)[k] as u32).collect();
+            let description = format!("Value of the axis {}, counted from 0", axis.name);
+            hdf::write_column(&points, &format!("axis_{k}"), &Column::u32(&places), "1", &description, path)?;
+        }
+        for (k, quantity) in quantities().iter().enumerate() {
+            let values: Vec<f64> = outcomes.iter().map(|outcome| outcome.values[k]).collect();
+            let column = Column::f64(&values, 1, quantity.unit);
+            hdf::write_column(&points, quantity.name, &column, quantity.unit, quantity.description, path)?;
+        }
+        let first = quantities().len();
+        let stiffness: Vec<f64> = outcomes.iter().flat_map(|outcome| outcome.values[first..].iter().copied()).collect();
+        let description = "Stiffness, 6 by 6, row by row; 11, 22, 33, 23, 31, 12, engineering shear strains";
+        hdf::write_column(&points, STIFFNESS, &Column::f64(&stiffness, 36, "Pa"), "Pa", description, path)?;
+        hdf::write_text(file, "problems", &problems(outcomes), path)
+    })
+}
+
+/// Lines of point and problem.
+pub fn problems(outcomes: &[Outcome]) -> String {
+    outcomes.iter().enumerate().fold(String::new(), |mut text, (point, outcome)| {
+        if let Some(problem) = &outcome.problem {
+            let _ = writeln!(text, "{point}: {}", problem.replace('\n', " "));
+        }
+        text
+    })
+}
+
+/// All points as comma-separated text: axes, quantities, stiffness, problem.
+pub fn csv(sweep: &Sweep, outcomes: &[Outcome]) -> String {
+    let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\"").replace('\n', " "));
+    let mut heads: Vec<String> = sweep.axes.iter().map(|axis| quoted(&axis.name)).collect();
+    heads.extend(columns());
+    heads.push("problem".into());
+    let mut text = heads.join(",") + "\n";
+    for (point, outcome) in outcomes.iter().enumerate() {
+        for (axis, value) in sweep.axes.iter().zip(sweep.place(point)) {
+            let _ = match axis.number(value) {
+                Some(number) => write!(text, "{number:?},"),
+                None => write!(text, "{},", quoted(&axis.text(value))),
+            };
+        }
+        for value in &outcome.values {
+            // Shortest digits that give the same number back; nothing where there is no number.
+            let _ = if value.is_nan() { write!(text, ",") } else { write!(text, "{value:?},") };
+        }
+        let _ = writeln!(text, "{}", outcome.problem.as_deref().map(quoted).unwrap_or_default());
+    }
+    text
+}
+
+fn numbers(axis: &Axis) -> Option<Vec<f64>> {
+    (0..axis.values.len()).map(|k| axis.number(k)).collect()
+}
+
+/// A name that HDF5 takes.
+fn dataset_name(axis: &Axis, k: usize) -> String {
+    format!("{k} {}", axis.name.replace(['/', '\0'], " over "))
+}

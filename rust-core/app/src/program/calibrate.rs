@@ -1,0 +1,217 @@
+//! `concordem calibrate`: parameters of bonds for wanted properties of a material.
+
+mod concrete;
+mod elastic;
+mod elastic_search;
+
+use std::path::PathBuf;
+
+use super::drive::Meter;
+use super::{Console, Facts, Failure, Work};
+use crate::calibration::cohesive_beam::{
+    CalibrationError, Criterion, Load, Sample, SampleRecipe, elastic as elastic_response, match_elastic, scenario_text,
+    strength,
+};
+use crate::calibration::elastic::ElasticCalibrationError;
+use crate::output::OutputError;
+use concordem_contact::law::{BendingTerm, Section};
+use concordem_scenario::schema::Scenario;
+use concordem_scenario::schema::quantity::{Density, Quantity, Stress};
+
+pub use elastic_search::{ElasticRequest, ElasticSearch, Spelling, calibrate_elastic};
+
+/// Arguments of `concordem calibrate`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    target: Target,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Target {
+    /// Young's modulus, Poisson's ratio, and strength of cohesive beams, by the procedure of Jebahi et al. 2015
+    #[command(name = "cohesive_beam")]
+    CohesiveBeam(BeamArguments),
+    /// Young's modulus and Poisson's ratio of cpm, linear_bond, or cohesive_beam bonds, on the packing of a scenario or one made
+    /// here, with deformable particles too
+    Elastic(elastic::Arguments),
+    /// Moduli, strengths, and fracture energy of cpm concrete, on the specimen of a scenario and packings like it
+    Concrete(concrete::Arguments),
+}
+
+/// Arguments of `concordem calibrate cohesive_beam`.
+#[derive(Debug, clap::Args)]
+struct BeamArguments {
+    /// Wanted Young's modulus, "75 GPa"
+    #[arg(long, value_name = "STRESS", value_parser = stress)]
+    young: f64,
+    /// Wanted Poisson's ratio
+    #[arg(long, value_name = "NUMBER")]
+    poisson: f64,
+    /// Wanted tensile strength, "50 MPa"; without it the bonds never break
+    #[arg(long, value_name = "STRESS", value_parser = stress)]
+    tensile_strength: Option<f64>,
+    /// Density of the material, "2200 kg/m^3"
+    #[arg(long, value_name = "DENSITY", value_parser = density)]
+    density: f64,
+    /// Poisson's ratio of the beams themselves
+    #[arg(long, value_name = "NUMBER", default_value_t = 0.3)]
+    beam_poisson: f64,
+    /// Bonds per particle
+    #[arg(long, value_name = "NUMBER", default_value_t = 6.2)]
+    coordination: f64,
+    /// Dispersion of the radii: (largest - smallest)/mean
+    #[arg(long, value_name = "NUMBER", default_value_t = 0.25)]
+    dispersion: f64,
+    /// Spheres of the largest sample; a third and a ninth of them show the convergence
+    #[arg(long, value_name = "NUMBER", default_value_t = 5000, value_parser = clap::value_parser!(u64).range(1000..=1_000_000))]
+    count: u64,
+    /// Seed of the packings
+    #[arg(long, value_name = "NUMBER", default_value_t = 1)]
+    seed: u64,
+    /// Scenario to write
+    #[arg(long, short, value_name = "FILE", default_value = "cohesive-beam.toml")]
+    output: PathBuf,
+    /// Overwrite an existing file
+    #[arg(long, short)]
+    force: bool,
+    #[command(flatten)]
+    work: Work,
+}
+
+fn stress(text: &str) -> Result<f64, String> {
+    positive(text.parse().map_or_else(|_| Stress::parse(text).map(Quantity::si).map_err(|e| e.to_string()), Ok)?)
+}
+
+fn density(text: &str) -> Result<f64, String> {
+    positive(text.parse().map_or_else(|_| Density::parse(text).map(Quantity::si).map_err(|e| e.to_string()), Ok)?)
+}
+
+fn positive(value: f64) -> Result<f64, String> {
+    if value > 0.0 && value.is_finite() { Ok(value) } else { Err(format!("{value} must be positive and finite")) }
+}
+
+pub(super) fn calibrate(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    match &arguments.target {
+        Target::CohesiveBeam(arguments) => calibrate_beam(arguments, console),
+        Target::Elastic(arguments) => elastic::calibrate(arguments, console),
+        Target::Concrete(arguments) => concrete::calibrate(arguments, console),
+    }
+}
+
+fn elastic_failure(scenario: &Scenario, error: ElasticCalibrationError) -> Failure {
+    match error {
+        ElasticCalibrationError::Statics(error) => super::elastic::failed(scenario, error),
+        other => Failure::Elastic(other),
+    }
+}
+
+/// The scenario's text with new values in the tables of its first material; comments and order stay.
+fn with_values(scenario: &Scenario, keys: &[(&str, &str, toml_edit::Value)]) -> Option<String> {
+    let mut document: toml_edit::DocumentMut = scenario.source.text.parse().ok()?;
+    for (law, key, new) in keys {
+        let table = document.get_mut("material")?.get_mut(0)?.get_mut(law)?;
+        replace(table.get_mut(key)?, new.clone())?;
+    }
+    Some(document.to_string())
+}
+
+/// A new value in place of an old one, with its comments.
+fn replace(old: &mut toml_edit::Item, mut new: toml_edit::Value) -> Option<()> {
+    let old = old.as_value_mut()?;
+    *new.decor_mut() = old.decor().clone();
+    *old = new;
+    Some(())
+}
+
+fn calibrate_beam(arguments: &BeamArguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    if arguments.output.exists() && !arguments.force {
+        return Err(OutputError::Exists { path: arguments.output.clone() }.into());
+    }
+    let visible = console.interactive && !arguments.work.quiet;
+    let (facts, text) = arguments
+        .work
+        .install(|| cohesive_beam(arguments, visible).map_err(|error| Failure::Calibration(error.to_string())))?;
+    crate::output::sealed::write_text(&arguments.output, &text)?;
+    console.print(&format!("{}\n{facts}", arguments.output.display()))
+}
+
+fn cohesive_beam(arguments: &BeamArguments, visible: bool) -> Result<(Facts, String), CalibrationError> {
+    let meter = Meter::new(visible);
+    let recipe = |count: usize| SampleRecipe {
+        coordination: arguments.coordination,
+        dispersion: arguments.dispersion,
+        ..SampleRecipe::book(count, arguments.seed)
+    };
+    let make = |count: usize| {
+        Sample::new(&recipe(count), &mut |now| meter.stage("compaction", (now.packing_fraction / 0.65).min(0.99)))
+    };
+    let largest = arguments.count as usize;
+    let sample = make(largest)?;
+    let mut tried = 0;
+    let found = match_elastic(&sample, arguments.young, arguments.poisson, arguments.beam_poisson, &mut |_, _| {
+        tried += 1;
+        meter.stage("elastic constants", (f64::from(tried) / 8.0).min(0.99));
+    })?;
+    let mut facts = Facts::default();
+    let section = match found.beam.section {
+        Section::Ratio(ratio) => format!("radius ratio {ratio:.5}"),
+        Section::Radius(radius) => format!("radius {radius:.5e} m"),
+    };
+    facts.add("beam", format!("young {:.5e} Pa, poisson {}, {section}", found.beam.young, found.beam.poisson));
+    let density = sample.sphere_density(arguments.density);
+    facts.add("density of spheres", format!("{density:.2} kg/m³"));
+    let criterion = match arguments.tensile_strength {
+        None => Criterion::Beam(f64::MAX, BendingTerm::MidSection),
+        Some(wanted) => {
+            // Strength is in proportion to that of the beams: one trial, and one look at the result.
+            let trial = 6.0 * wanted;
+            meter.stage("strength", 0.3);
+            let first = strength(
+                &sample,
+                &found.beam,
+                Criterion::Beam(trial, BendingTerm::MidSection),
+                density,
+                Load::Tension,
+            )?;
+            let right = Criterion::Beam(trial * wanted / first.strength, BendingTerm::MidSection);
+            meter.stage("strength", 0.7);
+            let second = strength(&sample, &found.beam, right, density, Load::Tension)?;
+            if let Criterion::Beam(value, _) = right {
+                facts.add("strength of beams", format!("{value:.5e} Pa, mid-section"));
+            }
+            facts.add("achieved strength", format!("{:.4e} Pa, wanted {wanted:.4e} Pa", second.strength));
+            right
+        }
+    };
+    facts.add("sample", sample_facts(&sample));
+    let achieved = &found.achieved;
+    facts.add("achieved", format!("young {:.5e} Pa, poisson {:.4}", achieved.modulus, achieved.poisson));
+    let bounding = format!("young {:.5e} Pa, poisson {:.4}", achieved.bounding_modulus, achieved.bounding_poisson);
+    facts.add("with the bounding section", bounding);
+    for part in [9, 3] {
+        let smaller = make(largest / part)?;
+        let response = elastic_response(&smaller, &found.beam, Load::Tension)?;
+        let name = format!("{} spheres", smaller.spheres.len());
+        facts.add(&name, format!("young {:.5e} Pa, poisson {:.4}", response.modulus, response.poisson));
+    }
+    meter.finish();
+    let mut text = scenario_text(&sample, None, &found.beam, criterion, density, Load::Tension);
+    if arguments.tensile_strength.is_none() {
+        text = text
+            .lines()
+            .filter(|line| !line.starts_with("tensile_strength"))
+            .fold(String::new(), |all, line| all + line + "\n");
+    }
+    Ok((facts, text))
+}
+
+fn sample_facts(sample: &Sample) -> String {
+    format!(
+        "{} spheres, solid fraction {:.4}, dispersion {}, {:.3} bonds per particle in the bulk",
+        sample.spheres.len(),
+        sample.solid_fraction,
+        sample.recipe.dispersion,
+        sample.coordination
+    )
+}

@@ -1,0 +1,393 @@
+//! Bonds of a scenario for wanted elastic constants: what the program's `calibrate elastic` and Python's `calibrate_elastic` do.
+
+use std::path::Path;
+
+use toml_edit::{DocumentMut, InlineTable, Item, TableLike, Value};
+
+use super::super::Failure;
+use super::{elastic_failure, replace, with_values};
+use crate::calibration::elastic::{ElasticCalibrationError, ElasticFit, fit};
+use concordem_scenario::assembly::{Assembly, AssemblyError, Progress, assemble, deformable, settles};
+use concordem_scenario::schema::quantity::TimeStep;
+use concordem_scenario::schema::{BeamModel, LawName, ProblemKind, Scenario};
+use concordem_solver::Model;
+use concordem_solver::coupling::convergence;
+use concordem_solver::state::State;
+use concordem_statics::{Accuracy, LinkNetwork};
+
+/// The packing in place of a scenario.
+const CELL: &str = r#"# A periodic cell, bonded for wanted elastic constants by `concordem calibrate elastic`.
+version = 1
+title = "Periodic cell for elastic constants"
+
+[packing]
+kind = "random-dense"
+count = 1000
+radius = "1 mm"
+seed = 1
+
+[packing.shape]
+kind = "periodic"
+
+[[material]]
+name = "material"
+density = "2500 kg/m^3"     # of the particles; of no account to elastic constants
+
+[contacts]
+law = "none"
+
+[stop]
+steps = 1
+"#;
+
+/// Normal stiffness over radius and modulus of a deformable particle, where none is given. Strains and forces settle up to 0.6
+/// or more in packings with 8 to 14 bonds per particle; Madan 2019 has 0.09 to 0.35.
+const SOFTNESS: f64 = 0.2;
+
+/// What is wanted of the bonds of a scenario.
+#[derive(Debug, Clone, Copy)]
+pub struct ElasticRequest {
+    /// Wanted Young's modulus, Pa.
+    pub young: f64,
+    /// Wanted Poisson's ratio.
+    pub poisson: f64,
+    /// Law of the bonds; `None`: that of the scenario. What a scenario does not say about this law is filled in.
+    pub law: Option<LawName>,
+    /// Whether particles deform, too; with `linear_bond`.
+    pub deformable: bool,
+    /// Poisson's ratio of deformable particles; `None`: the scenario's, else the wanted one.
+    pub particle_poisson: Option<f64>,
+    /// Normal stiffness of a bond over mean radius (of discs: unit depth) and Young's modulus of deformable particles; `None`: the
+    /// scenario's, else 0.2.
+    pub particle_softness: Option<f64>,
+    /// How messages name these.
+    pub spelling: Spelling,
+}
+
+/// How whoever asks writes what is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spelling {
+    /// `--particle-softness 0.2`
+    Options,
+    /// `particle_softness=0.2`
+    Keywords,
+}
+
+impl Spelling {
+    fn name(self, name: &str) -> String {
+        match self {
+            Self::Options => format!("--{}", name.replace('_', "-")),
+            Self::Keywords => name.to_owned(),
+        }
+    }
+
+    fn with(self, name: &str, value: &str) -> String {
+        match self {
+            Self::Options => format!("{} {value}", self.name(name)),
+            Self::Keywords if value.parse::<f64>().is_ok() => format!("{name}={value}"),
+            Self::Keywords => format!("{name}=\"{value}\""),
+        }
+    }
+}
+
+/// What was found.
+#[derive(Debug, Clone)]
+pub struct ElasticSearch {
+    /// The scenario with the found parameters.
+    pub scenario: Scenario,
+    /// Stiffnesses over those of before, and the constants they give.
+    pub fit: ElasticFit,
+    /// Found parameters, SI: table of the material, key, value.
+    pub parameters: Vec<(&'static str, &'static str, f64)>,
+    /// Spectral radius of the iteration between strains and forces, of particles that the request made deformable.
+    pub spectral_radius: Option<f64>,
+}
+
+/// Stiffnesses of the bonds of a scenario, whose files are beside `folder`, for wanted elastic constants; without a scenario of 1000
+/// equal spheres of 1 mm in a periodic cell. The stiffnesses in the scenario do not matter, nor does its time step.
+///
+/// # Errors
+/// A request that contradicts itself or the scenario; no static solution; constants out of reach.
+pub fn calibrate_elastic(
+    scenario: Option<&Scenario>,
+    folder: &Path,
+    request: &ElasticRequest,
+    progress: Progress<'_>,
+) -> Result<ElasticSearch, Failure> {
+    check(request)?;
+    let mut scenario = asked(scenario, request)?;
+    let given = request.particle_poisson.is_some() || request.particle_softness.is_some();
+    let to_deform = request.deformable && (given || scenario.materials[0].deformable.is_none());
+    let mut built = scenario.clone();
+    // A given time step belongs to the stiffnesses before.
+    built.integration.time_step = TimeStep::Auto;
+    if to_deform {
+        built.materials[0].deformable = None;
+    }
+    let Assembly { state, mut model, .. } =
+        assemble(&built, folder, progress).map_err(|error| Failure::of_assembly(&built, error))?;
+    let spectral_radius = if to_deform { Some(deform(&mut scenario, request, &state, &mut model)?) } else { None };
+    let found = LinkNetwork::of_model(&state, &model).map_err(ElasticCalibrationError::from).and_then(|network| {
+        fit(&network, request.young, request.poisson, Accuracy::default(), &mut |solutions| {
+            progress("statics", (solutions as f64 / 14.0).min(0.99));
+        })
+    });
+    let fit = found.map_err(|error| elastic_failure(&scenario, error))?;
+    let parameters = parameters(&scenario, &fit);
+    let values: Vec<_> = parameters.iter().map(|&(table, key, value)| (table, key, value.into())).collect();
+    let text = with_values(&scenario, &values).ok_or_else(|| uneditable(&scenario))?;
+    let scenario = Scenario::parse(&scenario.source.name, &text)?;
+    Ok(ElasticSearch { scenario, fit, parameters, spectral_radius })
+}
+
+/// Refuse what no scenario could fulfil.
+fn check(request: &ElasticRequest) -> Result<(), Failure> {
+    let ElasticRequest { deformable, particle_poisson, particle_softness, spelling, .. } = *request;
+    let refuse = |name: &str, message: String| Err(Failure::Usage(format!("{} {message}", spelling.name(name))));
+    if let Some(poisson) = particle_poisson.filter(|poisson| !(*poisson > -1.0 && *poisson <= 0.5)) {
+        return refuse("particle_poisson", format!("is {poisson}; it is more than -1 and at most 0.5"));
+    }
+    if let Some(softness) = particle_softness.filter(|softness| !(*softness > 0.0 && softness.is_finite())) {
+        return refuse("particle_softness", format!("is {softness}; it must be positive and finite"));
+    }
+    for (name, given) in
+        [("particle_poisson", particle_poisson.is_some()), ("particle_softness", particle_softness.is_some())]
+    {
+        if given && !deformable {
+            let wanted = spelling.name("deformable");
+            return refuse(name, format!("belongs to deformable particles; add {wanted}, or leave it out"));
+        }
+    }
+    Ok(())
+}
+
+/// The found parameters: tables and keys of the material, values.
+fn parameters(scenario: &Scenario, found: &ElasticFit) -> Vec<(&'static str, &'static str, f64)> {
+    let material = &scenario.materials[0];
+    match scenario.bonds.as_ref().map(|bonds| bonds.law) {
+        Some(LawName::Cpm) => {
+            let young = material.cpm.as_ref().map_or(f64::NAN, |cpm| cpm.young.si());
+            vec![("cpm", "young", young * found.normal_factor), ("cpm", "shear_ratio", found.shear_ratio)]
+        }
+        Some(LawName::LinearBond) => {
+            let normal = material.linear_bond.as_ref().map_or(f64::NAN, |bond| bond.normal_stiffness.si());
+            let normal = normal * found.normal_factor;
+            let mut parameters = vec![
+                ("linear_bond", "normal_stiffness", normal),
+                ("linear_bond", "shear_stiffness", normal * found.shear_ratio),
+            ];
+            if let Some(particles) = &material.deformable {
+                parameters.push(("deformable", "young", particles.young.si() * found.normal_factor));
+            }
+            parameters
+        }
+        _ => {
+            let (Some(beam), Some((radius_factor, young_factor))) = (&material.cohesive_beam, found.beam_factors)
+            else {
+                return Vec::new();
+            };
+            let mut parameters = vec![("cohesive_beam", "young", beam.young.si() * young_factor)];
+            if let Some(ratio) = beam.radius_ratio {
+                parameters.push(("cohesive_beam", "radius_ratio", ratio.si() * radius_factor));
+            } else if let Some(radius) = beam.radius {
+                parameters.push(("cohesive_beam", "radius", radius.si() * radius_factor));
+            }
+            parameters
+        }
+    }
+}
+
+/// The scenario, or the cell in its place, with bonds of the law that is asked for.
+fn asked(scenario: Option<&Scenario>, request: &ElasticRequest) -> Result<Scenario, Failure> {
+    let spelling = request.spelling;
+    let scenario = match scenario {
+        Some(scenario) => scenario.clone(),
+        None if request.law.is_some() => Scenario::parse("the built-in cell", CELL)?,
+        None => {
+            let law = spelling.with("law", "cpm");
+            let message = format!(
+                "name a scenario, or a law for a packing that is made here: {law}, linear_bond, or cohesive_beam"
+            );
+            return Err(Failure::Usage(message));
+        }
+    };
+    let problem = |scenario: &Scenario, key: &str, message: &str, help: &str| {
+        Failure::Scenario(scenario.problem(ProblemKind::Conflict, key, message.to_owned(), help))
+    };
+    let own = scenario.bonds.as_ref().map(|bonds| bonds.law);
+    let Some(law) = request.law.or(own) else {
+        let message = "the scenario has no bonds, so its law is not known";
+        let help = format!("add [bonds], or say which law: {}", spelling.with("law", "linear_bond"));
+        return Err(problem(&scenario, "bonds", message, &help));
+    };
+    let [material] = &scenario.materials[..] else {
+        let message = "one material is calibrated at a time; the scenario has several";
+        let help = "leave one [[material]] and calibrate each phase by itself";
+        return Err(problem(&scenario, "material", message, help));
+    };
+    if law != LawName::LinearBond {
+        let right = spelling.with("law", "linear_bond");
+        if request.deformable {
+            let help = if request.law.is_some() { "take" } else { "leave it out, or take" };
+            let (option, law) = (spelling.name("deformable"), law.key());
+            let message = format!("{option}: the law \"{law}\" does not know deformable particles; {help} {right}");
+            return Err(Failure::Usage(message));
+        }
+        if material.deformable.is_some() {
+            let message = format!("{}: this law does not know deformable particles", spelling.with("law", law.key()));
+            let help = format!("remove this table, or take {right}");
+            return Err(problem(&scenario, "material[0].deformable", &message, &help));
+        }
+    }
+    let scenario = if own == Some(law) { scenario } else { with_law(&scenario, law, request)? };
+    let beam = scenario.materials[0].cohesive_beam.as_ref();
+    if law == LawName::CohesiveBeam && beam.is_some_and(|beam| beam.model != BeamModel::EulerBernoulli) {
+        let message =
+            "only the radius of Euler-Bernoulli beams is sought: of others the stiffnesses have other powers of it";
+        let key = "material[0].cohesive_beam.model";
+        return Err(problem(&scenario, key, message, "write model = \"euler-bernoulli\""));
+    }
+    Ok(scenario)
+}
+
+/// A scenario after a change of its text.
+fn edited(
+    scenario: &Scenario,
+    name: &str,
+    edit: impl FnOnce(&mut DocumentMut) -> Option<()>,
+) -> Result<Scenario, Failure> {
+    let mut document: DocumentMut = scenario.source.text.parse().map_err(|_| uneditable(scenario))?;
+    edit(&mut document).ok_or_else(|| uneditable(scenario))?;
+    Ok(Scenario::parse(name, &document.to_string())?)
+}
+
+fn uneditable(scenario: &Scenario) -> Failure {
+    let message = "the material's table cannot be edited";
+    Failure::Scenario(scenario.problem(ProblemKind::Conflict, "material", message, "write it as [[material]]"))
+}
+
+/// The only material's table.
+fn material_of(document: &mut DocumentMut) -> Option<&mut dyn TableLike> {
+    document.get_mut("material")?.get_mut(0)?.as_table_like_mut()
+}
+
+/// Add a table: with a header where the one around it has one, else in braces. `comment` stands before the header.
+fn add_table(parent: &mut dyn TableLike, has_header: bool, key: &str, comment: &str, values: InlineTable) {
+    if has_header {
+        let mut table = values.into_table();
+        for (mut key, value) in table.iter_mut() {
+            key.leaf_decor_mut().clear();
+            if let Some(value) = value.as_value_mut() {
+                value.decor_mut().clear();
+            }
+        }
+        table.decor_mut().set_prefix(format!("\n{comment}"));
+        parent.insert(key, Item::Table(table));
+    } else {
+        parent.insert(key, Item::Value(Value::InlineTable(values)));
+    }
+}
+
+/// The scenario with bonds of another law, on the same pairs: that law's table with stiffnesses to start from, if there is none,
+/// and contacts that follow. What belonged to the old law alone goes.
+///
+/// Bonds where there were none: the usual interaction ratio, of beams the usual number (Jebahi et al. 2015).
+fn with_law(scenario: &Scenario, law: LawName, request: &ElasticRequest) -> Result<Scenario, Failure> {
+    let old = scenario.bonds.as_ref().map(|bonds| bonds.law);
+    let follow = old.is_some() && scenario.contacts.law.law() == old;
+    let name = format!("{} with {}", scenario.source.name, request.spelling.with("law", law.key()));
+    edited(scenario, &name, |document| {
+        if follow {
+            // There are no contacts of the law of beams.
+            let word = if law == LawName::CohesiveBeam { "none" } else { law.key() };
+            replace(document.get_mut("contacts")?.get_mut("law")?, word.into())?;
+        }
+        if let Some(bonds) = document.get_mut("bonds") {
+            replace(bonds.get_mut("law")?, law.key().into())?;
+        } else {
+            let mut bonds = InlineTable::from_iter([("law", law.key())]);
+            if law == LawName::CohesiveBeam {
+                bonds.insert("coordination", 6.2.into());
+            } else {
+                bonds.insert("interaction_ratio", 1.5.into());
+            }
+            add_table(document.as_table_mut(), true, "bonds", "", bonds);
+        }
+        let has_header = document.get("material")?.is_array_of_tables();
+        let material = material_of(document)?;
+        if let Some(old) = old {
+            material.remove(old.key());
+        }
+        if !scenario.materials[0].has(law) {
+            let (values, comment) = start(law, request.young);
+            add_table(material, has_header, law.key(), comment, values);
+        }
+        Some(())
+    })
+}
+
+/// Parameters to start from, and what to say about them.
+fn start(law: LawName, young: f64) -> (InlineTable, &'static str) {
+    let table = |values: &[(&str, f64)]| values.iter().map(|(key, value)| (*key, *value)).collect::<InlineTable>();
+    match law {
+        LawName::Cpm => {
+            // A cohesion as large as the modulus is never reached.
+            let mut values = table(&[
+                ("young", young),
+                ("shear_ratio", 0.2),
+                ("crack_onset_strain", 1e-4),
+                ("relative_ductility", 30.0),
+                ("cohesion", young),
+                ("friction_coefficient", 0.8),
+            ]);
+            values.insert("never_damage", true.into());
+            (values, "# Elastic: no damage, no slip. Strengths come from `concordem calibrate concrete`.\n")
+        }
+        LawName::CohesiveBeam => {
+            let values = table(&[("young", young), ("poisson", 0.3), ("radius_ratio", 0.5)]);
+            (values, "# Elastic: bonds break only with a tensile_strength.\n")
+        }
+        _ => {
+            let values = table(&[("normal_stiffness", 1e7), ("shear_stiffness", 2e6)]);
+            (values, "# Elastic: bonds break only with a normal_strength or shear_strength.\n")
+        }
+    }
+}
+
+/// Make the particles deformable, in the scenario and in the model, by what is given, the scenario's own, or defaults; returns the
+/// spectral radius of the iteration between their strains and forces, which is the same before and after the search.
+fn deform(scenario: &mut Scenario, request: &ElasticRequest, state: &State, model: &mut Model) -> Result<f64, Failure> {
+    let material = &scenario.materials[0];
+    let stiffness = material.linear_bond.as_ref().ok_or_else(|| uneditable(scenario))?.normal_stiffness.si();
+    let radii = &state.particles.radius;
+    let size = if scenario.dimension == 2 { 1.0 } else { radii.iter().sum::<f64>() / radii.len() as f64 };
+    let own = material.deformable.as_ref();
+    let own_softness = own.map_or(SOFTNESS, |particles| stiffness / (size * particles.young.si()));
+    let softness = request.particle_softness.unwrap_or(own_softness);
+    let own_poisson = own.map_or(request.poisson, |particles| particles.poisson.si());
+    let poisson = request.particle_poisson.unwrap_or(own_poisson);
+    let values = InlineTable::from_iter([("young", stiffness / (softness * size)), ("poisson", poisson)]);
+    let name = format!("{} with {}", scenario.source.name, request.spelling.name("deformable"));
+    *scenario = edited(scenario, &name, |document| {
+        let has_header = document.get("material")?.is_array_of_tables();
+        let material = material_of(document)?;
+        material.remove("deformable");
+        add_table(material, has_header, "deformable", "", values);
+        Some(())
+    })?;
+    model.deformable = deformable(scenario);
+    let Some(particles) = &model.deformable else { return Err(uneditable(scenario)) };
+    let convergence = convergence(state, particles);
+    match settles(particles, &convergence, scenario.integration.allow_unstable) {
+        Err(AssemblyError::NotConvergent { spectral_radius, young, .. }) => {
+            let most = softness * particles.elasticity[0].young / young;
+            let option = request.spelling.with("particle_softness", &softness.to_string());
+            Err(Failure::Calibration(format!(
+                "{option}: strains and forces of these particles would not settle, the spectral radius of their iteration is \
+                 {spectral_radius:.4}; take one below {most:.4}"
+            )))
+        }
+        Err(other) => Err(Failure::of_assembly(scenario, other)),
+        Ok(()) => Ok(convergence.spectral_radius),
+    }
+}

@@ -1,0 +1,167 @@
+//! `concordem check`: what a scenario would build, and how long it would take.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use super::drive::{Meter, build};
+use super::{Console, Facts, Failure, Work};
+use concordem_scenario::assembly::{Assembly, Summary};
+use concordem_scenario::plan::{Plan, Simulation};
+use concordem_scenario::schema::{Loading, Scenario};
+
+/// Arguments of `concordem check`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Scenario file
+    scenario: PathBuf,
+    /// Check the text only; build nothing
+    #[arg(long)]
+    no_build: bool,
+    #[command(flatten)]
+    work: Work,
+}
+
+/// Steps are timed for about this long.
+const TIMING: Duration = Duration::from_millis(1500);
+
+pub(super) fn check(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let scenario = Scenario::read(&arguments.scenario)?;
+    let head = format!("{}: a valid scenario\n", arguments.scenario.display());
+    if arguments.no_build {
+        return console.print(&head);
+    }
+    let visible = console.interactive && !arguments.work.quiet;
+    let facts = arguments.work.install(|| {
+        let meter = Meter::new(visible);
+        let assembly = build(&scenario, &meter)?;
+        meter.finish();
+        facts(&scenario, assembly)
+    })?;
+    console.print(&format!("{head}{facts}"))
+}
+
+fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
+    let Assembly { state, model, plan, summary } = assembly;
+    let Summary { bounds, .. } = &summary;
+    let dt = state.clock.dt;
+    let mut facts = Facts::default();
+    if !scenario.title.is_empty() {
+        facts.add("title", scenario.title.clone());
+    }
+    facts.add("particles", count(summary.particles));
+    if scenario.bonds.is_some() {
+        let per = format!("{}, {:.2} per particle", count(summary.bonds), summary.coordination);
+        facts.add("bonds", per);
+        if let Some((coordination, ratio)) = summary.bulk {
+            facts.add("in the bulk", format!("{coordination:.4} bonds per particle, interaction ratio {ratio:.6}"));
+        }
+    }
+    if let Some(fraction) = summary.packing_fraction {
+        facts.add("solid fraction", format!("{fraction:.4}"));
+    }
+    if let Some((area, length)) = summary.specimen {
+        facts.add("specimen", format!("cross-section {area:.5e} m², length {length:.5e} m"));
+    }
+    facts.add("memory", bytes(summary.memory));
+    let limit = bounds.spectral.max(bounds.per_particle) * model.damping.stability();
+    facts.add("time step", format!("{dt:.5e} s, {:.3} of the stability bound", dt / limit));
+    facts.add(
+        "stability bounds",
+        format!("spectral {:.5e} s, per particle {:.5e} s", bounds.spectral, bounds.per_particle),
+    );
+    if let Some(convergence) = summary.convergence {
+        let settles = if convergence.bound < 1.0 { "settles" } else { "not known to settle" };
+        facts.add(
+            "deformable particles",
+            format!(
+                "spectral radius {:.5} (must be below 1 without relaxation), by the sufficient bound {:.5}: {settles}",
+                convergence.spectral_radius, convergence.bound
+            ),
+        );
+    }
+    if let Some(p_wave) = summary.p_wave {
+        facts.add("P-wave time step", format!("{p_wave:.5e} s (customary, no bound)"));
+    }
+    if summary.unstable {
+        facts.add("warning", "the time step is unstable, as allow_unstable permits");
+    }
+    let steps = most_steps(scenario, &plan, dt);
+    let mut simulation = Simulation::new(state, model, plan)?;
+    // The first step fills caches and is left out.
+    simulation.advance()?;
+    let start = Instant::now();
+    let mut timed = 0_u32;
+    while timed < 1000 && start.elapsed() < TIMING {
+        timed += 1;
+        if simulation.advance()?.stopped.is_some() {
+            break;
+        }
+    }
+    let per_step = start.elapsed().as_secs_f64() / f64::from(timed.max(1));
+    facts.add("time per step", format!("{} on {} threads", seconds(per_step), rayon::current_num_threads()));
+    match steps {
+        Some((steps, reason)) => {
+            facts.add("steps", format!("about {steps:.0} at most, by stop.{reason}"));
+            facts.add("estimated time", format!("{} at most", seconds(steps * per_step)));
+        }
+        None => facts.add("estimated time", "unknown: the run ends when its stop conditions say so"),
+    }
+    Ok(facts)
+}
+
+/// The most steps the run can take, and the stop condition that says so.
+fn most_steps(scenario: &Scenario, plan: &Plan, dt: f64) -> Option<(f64, &'static str)> {
+    let stop = &scenario.stop;
+    let rate = match &scenario.loading {
+        Loading::Uniaxial { strain_rate, .. } => Some(strain_rate.si().abs()),
+        Loading::CellStrain { velocity_gradient } => {
+            velocity_gradient.iter().flatten().map(|rate| rate.si().abs()).reduce(f64::max)
+        }
+        Loading::Platens { closing_velocity, .. } => {
+            plan.loading.dimensions().map(|(_, length)| closing_velocity.si() / length)
+        }
+        Loading::Bending { rate, .. } | Loading::Torsion { rate, .. } => {
+            plan.loading.strain_of_angle().map(|per_angle| rate.si().abs() * per_angle)
+        }
+        Loading::None | Loading::CellStress { .. } => None,
+    };
+    let limits = [
+        stop.steps.map(|steps| (steps as f64, "steps")),
+        stop.time.map(|time| ((time.si() / dt).ceil(), "time")),
+        stop.strain.zip(rate).map(|(strain, rate)| ((strain.si() / (rate * dt)).ceil(), "strain")),
+    ];
+    limits.into_iter().flatten().reduce(|a, b| if b.0 < a.0 { b } else { a })
+}
+
+/// A number with its thousands apart.
+pub(super) fn count(number: usize) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (at, digit) in digits.chars().enumerate() {
+        if at > 0 && (digits.len() - at).is_multiple_of(3) {
+            text.push(' ');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+fn bytes(number: usize) -> String {
+    let number = number as f64;
+    if number >= 1e9 { format!("{:.2} GB", number / 1e9) } else { format!("{:.1} MB", number / 1e6) }
+}
+
+/// A duration for people.
+pub(super) fn seconds(time: f64) -> String {
+    if time < 1e-3 {
+        format!("{:.1} µs", time * 1e6)
+    } else if time < 1.0 {
+        format!("{:.1} ms", time * 1e3)
+    } else if time < 100.0 {
+        format!("{time:.1} s")
+    } else if time < 7200.0 {
+        format!("{:.0} min", time / 60.0)
+    } else {
+        format!("{:.1} h", time / 3600.0)
+    }
+}

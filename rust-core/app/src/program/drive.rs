@@ -1,0 +1,321 @@
+//! A run from its first step, or a checkpoint, to its end, with its files.
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::Failure;
+use super::check::{count, seconds};
+use super::tables::{Tables, bond_damage};
+use crate::output::{OutputError, ResultFile, RunFiles, Snapshot, SnapshotField, csv};
+use concordem_contact::math::Vec3;
+use concordem_scenario::assembly::{Assembly, assemble};
+use concordem_scenario::plan::Simulation;
+use concordem_scenario::schema::Scenario;
+use concordem_solver::state::columns::Column;
+
+/// A checkpoint is written at least this often, beside those the scenario asks for. The result does not depend on it.
+const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
+/// Snapshots wait in memory for the next checkpoint; this many bytes of them call for one.
+const MOST_SNAPSHOT_BYTES: usize = 256 << 20;
+
+/// Where the result of a scenario goes.
+pub(super) fn result_path(scenario: &Scenario) -> PathBuf {
+    match &scenario.output.file {
+        Some(file) => scenario.directory().join(file),
+        None => PathBuf::from(&*scenario.source.name).with_extension("h5"),
+    }
+}
+
+/// Shows how far the work is.
+pub(super) struct Meter {
+    bar: ProgressBar,
+    stage: RefCell<String>,
+}
+
+impl Meter {
+    /// A meter that draws itself on a terminal, or not at all.
+    pub(super) fn new(visible: bool) -> Self {
+        let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let bar = ProgressBar::with_draw_target(Some(1000), target);
+        if let Ok(style) = ProgressStyle::with_template("{prefix:>12} {wide_bar} {percent:>3} %  {elapsed}  {msg}") {
+            bar.set_style(style);
+        }
+        Self { bar, stage: RefCell::new(String::new()) }
+    }
+
+    /// Progress of a stage, 0 to 1.
+    pub(super) fn stage(&self, stage: &str, share: f64) {
+        if *self.stage.borrow() != stage {
+            stage.clone_into(&mut self.stage.borrow_mut());
+            self.bar.reset();
+            self.bar.set_prefix(stage.to_owned());
+            self.bar.set_message("");
+            self.bar.enable_steady_tick(Duration::from_millis(200));
+        }
+        self.bar.set_position((share.clamp(0.0, 1.0) * 1000.0) as u64);
+    }
+
+    pub(super) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// Build a scenario.
+pub(super) fn build(scenario: &Scenario, meter: &Meter) -> Result<Assembly, Failure> {
+    let folder = scenario.directory();
+    let assembly = assemble(scenario, &folder, &mut |stage, share| meter.stage(stage, share));
+    assembly.map_err(|error| {
+        meter.finish();
+        Failure::of_assembly(scenario, error)
+    })
+}
+
+/// Whether SIGINT or SIGTERM came. A second one ends the process at once.
+pub(super) struct Interruption {
+    /// Set by the first signal.
+    pub asked: Arc<AtomicBool>,
+    registered: Vec<signal_hook::SigId>,
+}
+
+impl Interruption {
+    /// Listen from now on, until this is dropped.
+    pub(super) fn listen() -> Self {
+        let asked = Arc::new(AtomicBool::new(false));
+        let mut registered = Vec::new();
+        for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+            let hard = signal_hook::flag::register_conditional_shutdown(
+                signal,
+                i32::from(super::exit::INTERRUPTED),
+                Arc::clone(&asked),
+            );
+            let soft = signal_hook::flag::register(signal, Arc::clone(&asked));
+            registered.extend(hard.into_iter().chain(soft));
+        }
+        Self { asked, registered }
+    }
+}
+
+impl Drop for Interruption {
+    fn drop(&mut self) {
+        for id in self.registered.drain(..) {
+            signal_hook::low_level::unregister(id);
+        }
+    }
+}
+
+/// How a run ended.
+pub(super) enum Outcome {
+    /// The result is in place.
+    Finished {
+        /// It.
+        path: PathBuf,
+        /// A sentence about the run.
+        text: String,
+    },
+    /// A checkpoint is in place.
+    Interrupted {
+        /// The result that the run will have.
+        path: PathBuf,
+        /// Steps done.
+        step: u64,
+    },
+}
+
+/// A run with its files.
+pub(super) struct Run {
+    simulation: Simulation,
+    files: RunFiles,
+    /// Place of every particle before the first step, m, in the state's order (which no run changes).
+    places: Vec<Vec3>,
+    csv: bool,
+    pending_bytes: usize,
+}
+
+impl Run {
+    pub(super) fn new(simulation: Simulation, files: RunFiles, places: &[Vec3], scenario: &Scenario) -> Self {
+        Self { simulation, files, places: places.to_vec(), csv: scenario.output.csv, pending_bytes: 0 }
+    }
+
+    /// Run to the end. `fresh` runs begin with a checkpoint of their first state.
+    pub(super) fn drive(mut self, meter: &Meter, fresh: bool) -> Result<Outcome, Failure> {
+        let interruption = Interruption::listen();
+        let outcome = self.steps(meter, fresh, &interruption.asked);
+        drop(interruption);
+        meter.finish();
+        let Some((steps, time)) = outcome? else {
+            let step = self.simulation.state.clock.step;
+            return Ok(Outcome::Interrupted { path: self.files.path().to_owned(), step });
+        };
+        self.finish(steps, time)
+    }
+
+    /// Steps until the end, and the time they took; nothing when interrupted.
+    fn steps(
+        &mut self,
+        meter: &Meter,
+        fresh: bool,
+        interrupted: &AtomicBool,
+    ) -> Result<Option<(u64, Duration)>, Failure> {
+        let start = Instant::now();
+        let first_step = self.simulation.state.clock.step;
+        let bonds: usize = self.simulation.state.bonds.iter().map(|block| block.len()).sum();
+        if fresh {
+            self.commit()?;
+        }
+        let mut last_commit = Instant::now();
+        let mut last_look = Instant::now();
+        while self.simulation.stopped().is_none() {
+            let step = self.simulation.state.clock.step;
+            let begun = step > first_step;
+            let due = self.simulation.plan.checkpoint_interval.is_some_and(|interval| step.is_multiple_of(interval));
+            let late = last_commit.elapsed() >= CHECKPOINT_EVERY || self.pending_bytes > MOST_SNAPSHOT_BYTES;
+            let stop = interrupted.load(Ordering::Relaxed);
+            if stop || (begun && (due || late)) {
+                self.commit()?;
+                last_commit = Instant::now();
+            }
+            if stop {
+                return Ok(None);
+            }
+            if step == 0 || self.simulation.plan.snapshot_interval.is_some_and(|every| step.is_multiple_of(every)) {
+                self.snapshot()?;
+            }
+            let advance = self.simulation.advance()?;
+            if let Some(sample) = advance.sample {
+                self.files.append_sample(&sample.to_row())?;
+                if last_look.elapsed() > Duration::from_millis(100) {
+                    last_look = Instant::now();
+                    let done = (self.simulation.state.clock.step - first_step) as f64;
+                    let each = start.elapsed().as_secs_f64() / done;
+                    let share = self.simulation.progress();
+                    meter.stage("running", share);
+                    let rate = if bonds > 0 {
+                        format!(", {:.0} ns per bond and step", each * 1e9 / bonds as f64)
+                    } else {
+                        String::new()
+                    };
+                    meter.bar.set_message(format!(
+                        "step {}{rate}, strain {:.3e}, stress {:.3e} Pa",
+                        count(self.simulation.state.clock.step as usize),
+                        sample.strain,
+                        sample.stress
+                    ));
+                }
+            }
+            for row in &advance.operators {
+                self.files.append_operator(row.operator, row.time, row.step, &row.values)?;
+            }
+            for event in advance.events {
+                self.files.append_event(event);
+            }
+            if advance.stopped.is_some() {
+                self.snapshot()?;
+            }
+        }
+        Ok(Some((self.simulation.state.clock.step - first_step, start.elapsed())))
+    }
+
+    fn commit(&mut self) -> Result<(), Failure> {
+        self.files.commit(&self.simulation.state)?;
+        self.pending_bytes = 0;
+        Ok(())
+    }
+
+    fn displacement(&self) -> Vec<Vec3> {
+        let now = &self.simulation.state.particles.position;
+        now.iter().zip(&self.places).map(|(now, then)| now - then).collect()
+    }
+
+    fn snapshot(&mut self) -> Result<(), Failure> {
+        let state = &self.simulation.state;
+        let particles = &state.particles;
+        let displacement = self.displacement();
+        let damage = bond_damage(state);
+        let reals = |data| Column::f64(data, 1, "m");
+        let fields = vec![
+            SnapshotField { name: "radius", description: "Radius", column: reals(&particles.radius) },
+            SnapshotField {
+                name: "displacement",
+                description: "Displacement since the start",
+                column: Column::f64(bytemuck::cast_slice(&displacement), 3, "m"),
+            },
+            SnapshotField {
+                name: "velocity",
+                description: "Velocity",
+                column: Column::f64(bytemuck::cast_slice(&particles.velocity), 3, "m/s"),
+            },
+            SnapshotField {
+                name: "angular_velocity",
+                description: "Angular velocity",
+                column: Column::f64(bytemuck::cast_slice(&particles.angular_velocity), 3, "rad/s"),
+            },
+            SnapshotField {
+                name: "damage",
+                description: "Mean damage of the particle's bonds, broken ones counted as 1",
+                column: Column::f64(&damage, 1, "1"),
+            },
+            SnapshotField {
+                name: "material",
+                description: "Number of the material in the scenario, from 0",
+                column: Column::u16(&particles.material),
+            },
+        ];
+        let snapshot = Snapshot {
+            time: state.clock.time(),
+            step: state.clock.step,
+            id: &particles.id,
+            position: &particles.position,
+            fields,
+        };
+        self.files.append_snapshot(&snapshot)?;
+        // Radius, damage; position, displacement, two velocities; id, material.
+        self.pending_bytes += particles.len() * (2 * 8 + 4 * 24 + 6);
+        Ok(())
+    }
+
+    fn finish(mut self, steps: u64, time: Duration) -> Result<Outcome, Failure> {
+        let path = self.files.path().to_owned();
+        let reason = self.simulation.stopped().map(|reason| reason.to_string()).unwrap_or_default();
+        self.files.note("stopped_because", &reason);
+        self.files.note("threads", &rayon::current_num_threads().to_string());
+        self.files.note("wall_time_s", &format!("{:.3}", time.as_secs_f64()));
+        let displacement = self.displacement();
+        let forces = self.simulation.solver.record(&mut self.simulation.state)?;
+        let state = &self.simulation.state;
+        let tables = Tables { state, displacement: &displacement, forces: &forces };
+        self.files.finish(state, &tables)?;
+        if self.csv {
+            write_csv(&path)?;
+        }
+        let text =
+            format!("{} steps in {}; ended because {reason}", count(steps as usize), seconds(time.as_secs_f64()));
+        Ok(Outcome::Finished { path, text })
+    }
+}
+
+/// Write the samples of the result at `path` beside it.
+pub(super) fn write_csv(path: &Path) -> Result<(), OutputError> {
+    csv::write(&ResultFile::open(path)?, &csv_path(path), true)
+}
+
+/// The table beside a result.
+pub(super) fn csv_path(path: &Path) -> PathBuf {
+    path.with_extension("csv")
+}
+
+/// Refuse names for a result that another file would be written over, or that readers do not take for HDF5.
+pub(super) fn check_result_name(path: &Path) -> Result<(), Failure> {
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("h5" | "hdf5" | "vtkhdf") => Ok(()),
+        _ => Err(Failure::Usage(format!(
+            "--output {}: a result is an HDF5 file and needs the extension .h5, .hdf5, or .vtkhdf: {}",
+            path.display(),
+            path.with_extension("h5").display()
+        ))),
+    }
+}

@@ -1,0 +1,272 @@
+//! `concordem elastic`: Young's modulus and Poisson's ratio of a scenario's packing and bonds, four ways.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use nalgebra::Matrix6;
+
+use super::drive::{Meter, build};
+use super::{Console, Failure, Work};
+use concordem_scenario::assembly::Assembly;
+use concordem_scenario::schema::{ProblemKind, Scenario};
+use concordem_statics::relaxed::{Relaxation, relaxed_stiffness};
+use concordem_statics::{
+    Accuracy, CellStiffness, ClosedForm, Derivatives, ElasticConstants, LinkNetwork, Method, StaticsError,
+    cell_stiffness_and_derivatives, closed_form,
+};
+
+/// Arguments of `concordem elastic`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Scenario file with a periodic packing and bonds; its loading is not used
+    scenario: PathBuf,
+    /// Leave out the relaxed dynamics, the slowest of the four
+    #[arg(long)]
+    no_dynamics: bool,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    json: bool,
+    /// How the static network is solved: without a matrix, or by a sparse factor (up to some 10,000 particles)
+    #[arg(long, value_enum, default_value_t = Solver::Iterative)]
+    solver: Solver,
+    /// Relative residual at which the static solution stops
+    #[arg(long, value_name = "SHARE", default_value_t = Accuracy::default().residual)]
+    residual: f64,
+    #[command(flatten)]
+    work: Work,
+}
+
+/// How the static network is solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Solver {
+    /// Preconditioned conjugate gradients
+    Iterative,
+    /// Sparse Cholesky factor
+    Direct,
+}
+
+/// What was found.
+struct Answers {
+    closed: Option<ClosedForm>,
+    affine: ElasticConstants,
+    cell: CellStiffness,
+    network: ElasticConstants,
+    dynamics: Option<(ElasticConstants, u64)>,
+    /// `ΣLA/3V` for cross-sections of the links by Ē, i.e. `Σ k_N L²/3V`, Pa.
+    stiffness_sum: f64,
+    shear_ratio: f64,
+    particles: usize,
+    deformable: bool,
+    /// Of the static solution, s.
+    time: f64,
+}
+
+pub(super) fn elastic(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    if !(arguments.residual > 0.0 && arguments.residual < 1e-3) {
+        let message =
+            format!("--residual is {:e}; a share between 0 and 1e-3 is wanted, say 1e-11", arguments.residual);
+        return Err(Failure::Usage(message));
+    }
+    let scenario = Scenario::read(&arguments.scenario)?;
+    let visible = console.interactive && !arguments.work.quiet;
+    let answers = arguments.work.install(|| {
+        let meter = Meter::new(visible);
+        let assembly = build(&scenario, &meter)?;
+        let answers = find(arguments, assembly, &meter).map_err(|error| failed(&scenario, error));
+        meter.finish();
+        answers
+    })?;
+    console.print(&if arguments.json { json(&answers) } else { table(&answers) })
+}
+
+/// Why there is no answer, at its place in the scenario.
+pub(super) fn failed(scenario: &Scenario, error: StaticsError) -> Failure {
+    let problem = |key: &str, help: &str| {
+        Failure::Scenario(scenario.problem(ProblemKind::Conflict, key, error.to_string(), help))
+    };
+    match error {
+        StaticsError::NoLinks => problem("bonds", "add [bonds] with a law and an interaction ratio"),
+        StaticsError::NoCell => problem(
+            "packing",
+            "elastic constants are those of a periodic packing: write kind = \"periodic\" under [packing.shape]",
+        ),
+        other => Failure::Statics(other),
+    }
+}
+
+fn find(arguments: &Arguments, assembly: Assembly, meter: &Meter) -> Result<Answers, StaticsError> {
+    let Assembly { state, model, .. } = assembly;
+    let network = LinkNetwork::of_model(&state, &model)?;
+    let method = match arguments.solver {
+        Solver::Iterative => Method::Iterative,
+        Solver::Direct => Method::Direct,
+    };
+    let accuracy = Accuracy { residual: arguments.residual, method, ..Accuracy::default() };
+    meter.stage("statics", 0.0);
+    let start = Instant::now();
+    let cell = cell_stiffness_and_derivatives(&network, accuracy)?;
+    let time = start.elapsed().as_secs_f64();
+    let constants = cell.constants()?;
+    let (normal, shear) = network.moduli_sums();
+    let volume = network.volume.ok_or(StaticsError::NoCell)?;
+    let (stiffness_sum, shear_ratio) = (normal / (3.0 * volume), shear / normal);
+    let dynamics = if arguments.no_dynamics {
+        None
+    } else {
+        meter.stage("dynamics", 0.0);
+        let (stiffness, steps) = relaxed_stiffness(&state, &model, Relaxation::default())?;
+        Some((cell.constants_of(&stiffness)?, steps))
+    };
+    Ok(Answers {
+        closed: closed_form(&network),
+        affine: cell.affine_constants()?,
+        network: constants,
+        dynamics,
+        stiffness_sum,
+        shear_ratio,
+        particles: state.particles.len(),
+        deformable: !network.compliance.is_empty(),
+        time,
+        cell,
+    })
+}
+
+fn table(answers: &Answers) -> String {
+    let Answers { cell, network, .. } = answers;
+    let mut text = format!(
+        "{} particles, {} links ({:.2} per particle); Σk_N L²/3V = {:.6e} Pa, k_T/k_N = {:.6}\n",
+        answers.particles,
+        cell.links,
+        2.0 * cell.links as f64 / answers.particles as f64,
+        answers.stiffness_sum,
+        answers.shear_ratio,
+    );
+    if cell.loose.rattlers + cell.loose.mechanisms > 0 {
+        let _ = writeln!(
+            text,
+            "{} rattlers (no force, left out); {} motions of single particles that no link resists",
+            cell.loose.rattlers, cell.loose.mechanisms
+        );
+    }
+    let _ =
+        writeln!(text, "\n  {:<36}{:>13}{:>11}{:>13}{:>13}{:>11}", "", "E, GPa", "ν", "K, GPa", "G, GPa", "E − net");
+    let mut row = |name: &str, e: f64, nu: f64, k: f64, g: f64| {
+        let gap = 100.0 * (e / network.mean_young - 1.0);
+        let (e, k, g) = (e * 1e-9, k * 1e-9, g * 1e-9);
+        let _ = writeln!(text, "  {name:<36}{e:>13.6}{nu:>11.6}{k:>13.6}{g:>13.6}{gap:>+10.3}%");
+    };
+    if let Some(c) = answers.closed {
+        let name = if answers.deformable { "closed form, mean field" } else { "closed form, all directions alike" };
+        row(name, c.young, c.poisson, c.bulk, c.shear);
+    }
+    let mut of = |name: &str, c: &ElasticConstants| row(name, c.mean_young, c.mean_poisson, c.bulk, c.mean_shear);
+    of("affine sum over the links", &answers.affine);
+    of("static network, particles free", network);
+    if let Some((dynamics, _)) = &answers.dynamics {
+        of("relaxed dynamics", dynamics);
+    }
+    let a = network.anisotropy();
+    let n = network.dimension;
+    let _ = write!(
+        text,
+        "\nAnisotropy of the network: ΔE/E {:.4}, Δν {:.4}, ΔG/G {:.4}, coupling/E {:.4}\n\
+         Directions {}: E {} GPa; {} {} GPa\n",
+        a.young,
+        a.poisson,
+        a.shear,
+        a.coupling,
+        if n == 2 { "1, 2" } else { "1, 2, 3" },
+        list(&network.young[..n], 1e-9),
+        if n == 2 { "G12" } else { "G23, G31, G12" },
+        list(if n == 2 { &network.shear[2..] } else { &network.shear }, 1e-9),
+    );
+    if let Some(derivatives) = &cell.derivatives {
+        text += "\nSensitivities of the network (exact): change per relative change of a stiffness or modulus\n";
+        for (name, change) in by_logarithm(derivatives) {
+            if change.abs().max() > 0.0 {
+                let (e, nu) = network.derivatives(change);
+                let _ = writeln!(text, "  {name:<15} dE/E {:>+10.6}   dν {nu:>+10.6}", e / network.mean_young);
+            }
+        }
+        if answers.deformable {
+            let (e, nu) = network.derivatives(&derivatives.particle_poisson);
+            let e = e / network.mean_young;
+            let _ = writeln!(text, "  {:<15} dE/E {e:>+10.6}   dν {nu:>+10.6}   per unit of it", "particles' ν");
+        }
+    }
+    let (places, names): (&[usize], _) =
+        if n == 2 { (&[0, 1, 5], "11, 22, 12") } else { (&[0, 1, 2, 3, 4, 5], "11, 22, 33, 23, 31, 12") };
+    let _ = writeln!(text, "\nStiffness of the network, GPa ({names}; engineering shear strains)");
+    for &i in places {
+        text += " ";
+        for &j in places {
+            let _ = write!(text, "{:>13.6}", network.stiffness[(i, j)] * 1e-9);
+        }
+        text += "\n";
+    }
+    let _ = writeln!(text, "\nStatic solution: {} iterations at most, {:.2} s", cell.iterations, answers.time);
+    if let Some((_, steps)) = &answers.dynamics {
+        let _ = writeln!(text, "Relaxed dynamics: {steps} steps at most");
+    }
+    text
+}
+
+/// The derivatives by logarithms with their names.
+fn by_logarithm(derivatives: &Derivatives) -> [(&'static str, &Matrix6<f64>); 5] {
+    let [normal, shear, bending, twist] = &derivatives.links;
+    let particles = &derivatives.particle_young;
+    [("normal", normal), ("shear", shear), ("bending", bending), ("twist", twist), ("particles' E", particles)]
+}
+
+fn list(values: &[f64], scale: f64) -> String {
+    values.iter().map(|value| format!("{:.6}", value * scale)).collect::<Vec<_>>().join(", ")
+}
+
+fn json(answers: &Answers) -> String {
+    let matrix =
+        |m: &Matrix6<f64>| -> Vec<Vec<f64>> { m.row_iter().map(|row| row.iter().copied().collect()).collect() };
+    let constants = |c: &ElasticConstants| {
+        serde_json::json!({
+            "dimension": c.dimension, "young_pa": c.mean_young, "poisson": c.mean_poisson, "bulk_pa": c.bulk, "shear_pa": c.mean_shear,
+            "young_by_direction_pa": c.young, "shear_23_31_12_pa": c.shear, "poisson_by_directions": c.poisson,
+            "stiffness_pa": matrix(&c.stiffness), "compliance_per_pa": matrix(&c.compliance),
+            "anisotropy": c.anisotropy(),
+        })
+    };
+    let of = |change: &Matrix6<f64>| {
+        let (e, nu) = answers.network.derivatives(change);
+        serde_json::json!({ "young_pa": e, "poisson": nu })
+    };
+    let derivatives = answers.cell.derivatives.as_ref().map(|derivatives| {
+        let [normal, shear, bending, twist] = &derivatives.links;
+        let mut all = serde_json::json!({
+            "normal": of(normal), "shear": of(shear), "bending": of(bending), "twist": of(twist),
+        });
+        if answers.deformable {
+            all["particle_young"] = of(&derivatives.particle_young);
+        }
+        all
+    });
+    let by_poisson = answers.cell.derivatives.as_ref().filter(|_| answers.deformable);
+    let by_poisson = by_poisson.map(|derivatives| of(&derivatives.particle_poisson));
+    let value = serde_json::json!({
+        "particles": answers.particles,
+        "links": answers.cell.links,
+        "rattlers": answers.cell.loose.rattlers,
+        "mechanisms": answers.cell.loose.mechanisms,
+        "stiffness_sum_pa": answers.stiffness_sum,
+        "shear_ratio": answers.shear_ratio,
+        "iterations": answers.cell.iterations,
+        "static_seconds": answers.time,
+        "closed_form": answers.closed.map(|c| {
+            serde_json::json!({ "young_pa": c.young, "poisson": c.poisson, "bulk_pa": c.bulk, "shear_pa": c.shear })
+        }),
+        "affine": constants(&answers.affine),
+        "static": constants(&answers.network),
+        "static_derivatives_by_log_stiffness": derivatives,
+        "static_derivatives_by_particle_poisson": by_poisson,
+        "relaxed_dynamics": answers.dynamics.as_ref().map(|(c, _)| constants(c)),
+    });
+    format!("{value:#}\n")
+}

@@ -1,0 +1,234 @@
+//! Why a command failed, what it prints, and its exit code.
+
+use std::fmt::Write as _;
+use std::io;
+use std::path::PathBuf;
+
+use super::exit;
+use crate::calibration::elastic::ElasticCalibrationError;
+use crate::output::OutputError;
+use crate::sweep::journal::JournalError;
+use concordem_operator::OperatorError;
+use concordem_scenario::assembly::AssemblyError;
+use concordem_scenario::plan::simulation::RunError;
+use concordem_scenario::schema::{ProblemKind, ReadError, Scenario, ScenarioError};
+use concordem_solver::SolverError;
+use concordem_statics::StaticsError;
+
+/// Why a command failed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Failure {
+    /// Wrong arguments.
+    #[error("{0}")]
+    Usage(String),
+    /// The scenario is wrong.
+    #[error("{0}")]
+    Scenario(ScenarioError),
+    /// The scenario asks for something unstable.
+    #[error("{0}")]
+    Unstable(ScenarioError),
+    /// The scenario cannot be built.
+    #[error("{0}")]
+    Assembly(AssemblyError),
+    /// A file cannot be read or written.
+    #[error("cannot {action} {}: {error}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What was tried: "read".
+        action: &'static str,
+        /// What the system says.
+        error: io::Error,
+    },
+    /// A scenario is no text.
+    #[error("{0}")]
+    NotText(String),
+    /// A result or checkpoint cannot be read or written.
+    #[error("{0}")]
+    Output(#[from] OutputError),
+    /// The calculation failed.
+    #[error("{0}")]
+    Solver(#[from] SolverError),
+    /// A static problem has no answer.
+    #[error("{0}")]
+    Statics(#[from] StaticsError),
+    /// The points of a sweep cannot be kept.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
+    /// The run cannot go on.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// An operator refused.
+    #[error(transparent)]
+    Operator(#[from] OperatorError),
+    /// There are no bonds with the wanted elastic constants.
+    #[error("{0}")]
+    Elastic(ElasticCalibrationError),
+    /// The search for parameters failed.
+    #[error("{0}")]
+    Calibration(String),
+    /// A person, or the system, asked to stop.
+    #[error("{0}")]
+    Interrupted(String),
+}
+
+impl From<ReadError> for Failure {
+    fn from(error: ReadError) -> Self {
+        match error {
+            ReadError::Scenario(error) => Self::Scenario(error),
+            ReadError::Io { path, error } => Self::File { path, action: "read", error },
+            other => Self::NotText(other.to_string()),
+        }
+    }
+}
+
+impl From<ScenarioError> for Failure {
+    fn from(error: ScenarioError) -> Self {
+        Self::Scenario(error)
+    }
+}
+
+impl Failure {
+    /// Why a scenario could not be built, at its place in the scenario where that is known.
+    pub fn of_assembly(scenario: &Scenario, error: AssemblyError) -> Self {
+        match error {
+            AssemblyError::Unfit { key, message } => {
+                Self::Scenario(scenario.problem(ProblemKind::Conflict, &key, message, ""))
+            }
+            AssemblyError::Unstable { given, bound, frequency } => Self::Unstable(scenario.problem(
+                ProblemKind::OutOfRange,
+                "integration.time_step",
+                format!(
+                    "{given:.5e} s is above the stability bound of {bound:.5e} s (largest angular frequency \
+                     {frequency:.4e} rad/s)"
+                ),
+                "write \"auto\" or a smaller step, or set allow_unstable = true to run it all the same",
+            )),
+            AssemblyError::NotConvergent { spectral_radius, lagged, relaxation, young } => {
+                let first = scenario.materials.iter().position(|m| m.deformable.is_some()).unwrap_or(0);
+                let other = if lagged {
+                    format!("update = \"iterated\" and relaxation below {relaxation:.3} in [deformable]")
+                } else {
+                    format!("a relaxation below {relaxation:.3} in [deformable]")
+                };
+                Self::Unstable(scenario.problem(
+                    ProblemKind::OutOfRange,
+                    &format!("material[{first}].deformable.young"),
+                    format!("strains and forces do not settle: spectral radius {spectral_radius:.5}"),
+                    format!(
+                        "take a modulus above {young:.5e} Pa, or {other}, or set integration.allow_unstable = true to \
+                         run it all the same"
+                    ),
+                ))
+            }
+            AssemblyError::NoTimeStep => Self::Scenario(scenario.problem(
+                ProblemKind::Conflict,
+                "integration.time_step",
+                "nothing touches at the start, so \"auto\" has no stiffness to go by",
+                "give a time step in seconds: time_step = \"1 us\"",
+            )),
+            AssemblyError::Packing(error) => {
+                Self::Scenario(scenario.problem(ProblemKind::Conflict, "packing", error.to_string(), ""))
+            }
+            other => Self::Assembly(other),
+        }
+    }
+
+    /// Exit code.
+    pub fn code(&self) -> u8 {
+        match self {
+            Self::Assembly(AssemblyError::File { .. })
+            | Self::File { .. }
+            | Self::NotText(_)
+            | Self::Output(_)
+            | Self::Journal(_) => exit::FILE,
+            Self::Usage(_) | Self::Scenario(_) | Self::Assembly(_) => exit::USAGE,
+            Self::Unstable(_)
+            | Self::Solver(_)
+            | Self::Statics(_)
+            | Self::Elastic(_)
+            | Self::Calibration(_)
+            | Self::Run(_)
+            | Self::Operator(_) => exit::PHYSICS,
+            Self::Interrupted(_) => exit::INTERRUPTED,
+        }
+    }
+
+    /// What to print; with colours and pictures for a person at a terminal.
+    pub(super) fn render(&self, interactive: bool) -> String {
+        match self {
+            Self::Scenario(error) | Self::Unstable(error) => render_scenario(error, interactive),
+            Self::Interrupted(message) => format!("{message}\n"),
+            other => format!("error: {other}\n"),
+        }
+    }
+}
+
+fn render_scenario(error: &ScenarioError, interactive: bool) -> String {
+    let colours = interactive && std::env::var_os("NO_COLOR").is_none();
+    let handler = miette::MietteHandlerOpts::new()
+        .color(colours)
+        .unicode(interactive)
+        .terminal_links(false)
+        .context_lines(1)
+        .without_cause_chain()
+        .width(110)
+        .build();
+    let mut text = String::new();
+    for problem in &error.problems {
+        let one = One { error, problem };
+        // Writing into a string cannot fail; should the picture fail, the plain text says the same.
+        if write!(text, "{}", Picture { handler: &handler, one: &one }).is_err() {
+            let (line, _) = error.source_text.position(problem.span.start);
+            let _ = write!(text, "{}:{line}: {problem}\n  help: {}", error.source_text.name, problem.help);
+        }
+        text.push('\n');
+    }
+    let count = error.problems.len();
+    let plural = if count == 1 { "problem" } else { "problems" };
+    let _ = writeln!(text, "{}: {count} {plural}", error.source_text.name);
+    text
+}
+
+/// One problem with the text it is about.
+#[derive(Debug)]
+struct One<'a> {
+    error: &'a ScenarioError,
+    problem: &'a concordem_scenario::schema::Problem,
+}
+
+impl std::fmt::Display for One<'_> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        std::fmt::Display::fmt(self.problem, formatter)
+    }
+}
+
+impl std::error::Error for One<'_> {}
+
+impl miette::Diagnostic for One<'_> {
+    fn severity(&self) -> Option<miette::Severity> {
+        self.problem.severity()
+    }
+    fn help<'b>(&'b self) -> Option<Box<dyn std::fmt::Display + 'b>> {
+        self.problem.help()
+    }
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = miette::LabeledSpan> + '_>> {
+        self.problem.labels()
+    }
+    fn source_code(&self) -> Option<&dyn miette::SourceCode> {
+        Some(&self.error.source_text)
+    }
+}
+
+struct Picture<'a> {
+    handler: &'a miette::MietteHandler,
+    one: &'a One<'a>,
+}
+
+impl std::fmt::Display for Picture<'_> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        use miette::ReportHandler as _;
+        self.handler.debug(self.one, formatter)
+    }
+}

@@ -1,0 +1,79 @@
+//! `concordem init`: write a template.
+
+use std::path::{Path, PathBuf};
+
+use super::{Console, Facts, Failure};
+use crate::output::OutputError;
+use concordem_scenario::schema::{SWEEP, SWEPT, TEMPLATES, Template, template};
+
+/// Arguments of `concordem init`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Template to write; without it, the templates are listed
+    #[arg(long, short, value_name = "NAME", value_parser = names())]
+    template: Option<String>,
+    /// File or existing folder to write to; NAME.toml by default
+    #[arg(requires = "template")]
+    path: Option<PathBuf>,
+    /// Overwrite an existing file
+    #[arg(long, short)]
+    force: bool,
+}
+
+fn all() -> impl Iterator<Item = &'static Template> {
+    TEMPLATES.iter().chain([&SWEEP])
+}
+
+fn names() -> clap::builder::PossibleValuesParser {
+    clap::builder::PossibleValuesParser::new(
+        all().map(|template| clap::builder::PossibleValue::new(template.name).help(template.description)),
+    )
+}
+
+pub(super) fn init(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let Some(template) = arguments.template.as_deref().and_then(template) else {
+        let mut templates = Facts::default();
+        for template in all() {
+            templates.add(template.name, template.description);
+        }
+        return console.print(&format!("Templates, to be written by `concordem init --template NAME`:\n{templates}"));
+    };
+    let path = target(arguments.path.as_deref(), template.name);
+    write(&path, template, arguments.force)?;
+    if template.name == SWEEP.name {
+        // The scenario that the sweep names stands beside it; one that is there already stays.
+        let beside = path.with_file_name(format!("{SWEPT}.toml"));
+        if let Some(scenario) = TEMPLATES.iter().find(|template| template.name == SWEPT).filter(|_| !beside.exists()) {
+            write(&beside, scenario, false)?;
+        }
+        console.tell(&format!("wrote {0} and {1}; next: concordem sweep {0}", path.display(), beside.display()));
+    } else {
+        console.tell(&format!("wrote {0}; next: concordem check {0}", path.display()));
+    }
+    Ok(())
+}
+
+fn write(path: &Path, template: &Template, force: bool) -> Result<(), Failure> {
+    let failed = |error| Failure::File { path: path.to_owned(), action: "write", error };
+    let mut options = std::fs::OpenOptions::new();
+    options.write(true).truncate(true).create(true);
+    if !force {
+        options.create_new(true);
+    }
+    let mut file = options.open(path).map_err(|error| match error.kind() {
+        std::io::ErrorKind::AlreadyExists => OutputError::Exists { path: path.to_owned() }.into(),
+        _ => failed(error),
+    })?;
+    std::io::Write::write_all(&mut file, template.text.as_bytes()).map_err(failed)
+}
+
+/// Where to write: a file as named, in a folder under the template's name.
+fn target(path: Option<&Path>, name: &str) -> PathBuf {
+    let file = format!("{name}.toml");
+    match path {
+        None => PathBuf::from(file),
+        Some(path) if path.is_dir() => path.join(file),
+        Some(path) if path.extension().is_none() => path.with_extension("toml"),
+        Some(path) => path.to_owned(),
+    }
+}

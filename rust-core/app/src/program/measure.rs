@@ -1,0 +1,386 @@
+//! `concordem measure`: operators on the particles and contacts at the end of a run.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+use super::tables::{UNBONDED, WALLS};
+use super::{Console, Failure};
+use crate::output::ResultFile;
+use concordem_contact::kinematics::Frame;
+use concordem_contact::math::{Mat3, Vec3};
+use concordem_operator::stress::{ParticleVolume, Partition, particle_stress};
+use concordem_operator::tessellation::Mesh;
+use concordem_operator::{OperatorError, Truncation};
+use concordem_scenario::assembly::samples;
+use concordem_scenario::plan::samples::{Bonds, Operator, OperatorSample, Quantity, Sampled};
+use concordem_scenario::schema::quantity::{Area, StrainRate, Velocity, vector};
+use concordem_scenario::schema::{self as scenario, SampleRegion, Scenario};
+use concordem_solver::record::Forces;
+use concordem_solver::state::columns::{ColumnData, StoredColumn};
+use concordem_solver::state::{Cell, Constraint, Particles, Sphere};
+
+/// Arguments of `concordem measure`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Result file
+    file: PathBuf,
+    /// What to evaluate: region-stress, particle-stress, boundary-stress, wall-traction, couple-stress, affine-strain,
+    /// affine-rate, cell-strain, cell-rate, contact-cell-strain, contact-cell-rate, fabric, porosity, damage-tensor, power,
+    /// coarse-grain; may be repeated. By default what the scenario's [[sample]] tables say
+    #[arg(long, value_name = "NAME", value_parser = operator)]
+    operator: Vec<Operator>,
+    /// Where, as in a scenario: '{ kind = "sphere", center = [0, 0, 0], radius = "5 mm" }'; by default the periodic cell
+    #[arg(long, value_name = "TABLE", requires = "operator")]
+    region: Option<String>,
+    /// How contacts across the border count: internal-only, half-crossing, or branch-clipped
+    #[arg(long, value_name = "NAME", value_parser = truncation, requires = "operator")]
+    truncation: Option<Truncation>,
+    /// How branches are divided between particles, for particle-stress: contact-point or half-branch
+    #[arg(long, value_name = "NAME", value_parser = partition, requires = "operator")]
+    partition: Option<Partition>,
+    /// Name of the wall, for wall-traction
+    #[arg(long, value_name = "NAME", requires = "operator")]
+    wall: Option<String>,
+    /// Area that the traction refers to, for wall-traction: "36 mm^2"
+    #[arg(long, value_name = "AREA", requires = "operator")]
+    area: Option<String>,
+    /// Divide a box into this many cells along x, y, z: a map of the field, a row per cell
+    #[arg(long, value_name = "NX,NY,NZ", value_parser = grid, requires = "region")]
+    grid: Option<[usize; 3]>,
+    /// The stress of every particle instead of their mean, for particle-stress: a row per particle, for the volume of its
+    /// sphere (or disc)
+    #[arg(long, requires = "operator")]
+    each: bool,
+    /// Print comma-separated values
+    #[arg(long)]
+    csv: bool,
+}
+
+fn operator(text: &str) -> Result<Operator, String> {
+    let names: Vec<&str> = Operator::ALL.iter().map(|operator| operator.name()).collect();
+    let found = Operator::ALL.into_iter().find(|operator| operator.name() == text);
+    found.ok_or_else(|| format!("choose one of {}", names.join(", ")))
+}
+
+fn truncation(text: &str) -> Result<Truncation, String> {
+    match text {
+        "internal-only" => Ok(Truncation::InternalOnly),
+        "half-crossing" => Ok(Truncation::HalfCrossing),
+        "branch-clipped" => Ok(Truncation::BranchClipped),
+        _ => Err("choose internal-only, half-crossing, or branch-clipped".into()),
+    }
+}
+
+fn partition(text: &str) -> Result<Partition, String> {
+    match text {
+        "contact-point" => Ok(Partition::ContactPoint),
+        "half-branch" => Ok(Partition::HalfBranch),
+        _ => Err("choose contact-point or half-branch".into()),
+    }
+}
+
+fn grid(text: &str) -> Result<[usize; 3], String> {
+    let counts: Option<Vec<usize>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    match counts.as_deref() {
+        Some(&[x, y, z]) if x > 0 && y > 0 && z > 0 => Ok([x, y, z]),
+        _ => Err("give three whole numbers above 0: 4,4,8".into()),
+    }
+}
+
+pub(super) fn measure(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let result = ResultFile::open(&arguments.file)?;
+    let scenario = Scenario::parse(&arguments.file.display().to_string(), &result.scenario()?)?;
+    let moment = Moment::read(&result, &scenario)?;
+    let text = if arguments.operator.is_empty() {
+        let samples = samples::of(&scenario, &moment.particles, moment.cell.is_some())
+            .map_err(|error| Failure::of_assembly(&scenario, error))?;
+        if samples.is_empty() {
+            let message = "the run's scenario has no [[sample]]: say what to measure, with --operator and --region";
+            return Err(Failure::Usage(message.into()));
+        }
+        // Regions move on with the run's time.
+        samples.iter().map(|sample| moment.show(sample, arguments.csv)).collect::<Result<String, _>>()?
+    } else {
+        let wanted = arguments.region.as_deref().map(read_region).transpose()?;
+        let area = arguments.area.as_deref().map(read_area).transpose()?;
+        let mut text = String::new();
+        for &operator in &arguments.operator {
+            let sample = scenario::OperatorSample {
+                operator,
+                name: None,
+                region: wanted.clone(),
+                grid: arguments.grid,
+                truncation: arguments.truncation,
+                partition: arguments.partition,
+                wall: arguments.wall.clone(),
+                area,
+                velocity: [Velocity::new(0.0); 3],
+                velocity_gradient: [[StrainRate::new(0.0); 3]; 3],
+                interval: None,
+            };
+            if let Some(misuse) = sample.misuse(scenario.dimension) {
+                let key = misuse.key.replace('_', "-");
+                return Err(Failure::Usage(format!("--{key}: {}; {}", misuse.message, misuse.help)));
+            }
+            if let Some(wall) = sample.wall.as_ref().filter(|wall| !scenario.wall_names().contains(wall)) {
+                let names = scenario.wall_names().join(", ");
+                return Err(Failure::Usage(format!("--wall: no wall is called \"{wall}\"; there are: {names}")));
+            }
+            let sample = samples::one(&scenario, &moment.particles, moment.cell.is_some(), "--region", &sample)
+                .map_err(|error| Failure::Usage(error.to_string()))?;
+            text += &if arguments.each {
+                if operator != Operator::ParticleStress {
+                    return Err(Failure::Usage("--each is for --operator particle-stress".into()));
+                }
+                moment.each(sample.partition)?
+            } else {
+                moment.show(&sample, arguments.csv)?
+            };
+        }
+        text
+    };
+    console.print(&text)
+}
+
+fn read_area(text: &str) -> Result<Area, Failure> {
+    Area::parse(text).map_err(|error| Failure::Usage(format!("--area: {error}")))
+}
+
+fn read_region(text: &str) -> Result<SampleRegion, Failure> {
+    #[derive(serde::Deserialize)]
+    struct Table {
+        region: SampleRegion,
+    }
+    toml::from_str::<Table>(&format!("region = {text}\n"))
+        .map(|table| table.region)
+        .map_err(|error| Failure::Usage(format!("--region is no region of a scenario: {}", error.message())))
+}
+
+/// The particles and contacts at the end of a run.
+struct Moment {
+    particles: Particles,
+    cell: Option<Cell>,
+    time: f64,
+    bonds: Bonds,
+    forces: Forces,
+    places: Vec<Vec3>,
+    mesh: OnceLock<Result<Mesh, OperatorError>>,
+    gravity: Vec3,
+    plane: bool,
+}
+
+/// The columns of a table.
+struct Table {
+    name: String,
+    file: PathBuf,
+    columns: BTreeMap<String, StoredColumn>,
+}
+
+impl Table {
+    fn read(result: &ResultFile, name: &str) -> Result<Self, Failure> {
+        let columns = result.table(name)?.into_iter().collect();
+        Ok(Self { name: name.to_owned(), file: result.path().to_owned(), columns })
+    }
+
+    fn missing(&self, column: &str) -> Failure {
+        Failure::Usage(format!(
+            "{} has no {}/{column}: it was written by an older version; run its scenario again",
+            self.file.display(),
+            self.name
+        ))
+    }
+
+    fn reals(&self, column: &str) -> Result<&[f64], Failure> {
+        match self.columns.get(column).map(|column| &column.data) {
+            Some(ColumnData::F64(data)) => Ok(data),
+            _ => Err(self.missing(column)),
+        }
+    }
+
+    fn vectors(&self, column: &str) -> Result<Vec<Vec3>, Failure> {
+        Ok(concordem_operator::vectors("column", self.reals(column)?)?.to_vec())
+    }
+
+    fn flags(&self, column: &str) -> Result<Vec<bool>, Failure> {
+        match self.columns.get(column).map(|column| &column.data) {
+            Some(ColumnData::U8(data)) => Ok(data.iter().map(|&flag| flag != 0).collect()),
+            _ => Err(self.missing(column)),
+        }
+    }
+
+    fn indices(&self, column: &str) -> Result<&[u32], Failure> {
+        match self.columns.get(column).map(|column| &column.data) {
+            Some(ColumnData::U32(data)) => Ok(data),
+            _ => Err(self.missing(column)),
+        }
+    }
+}
+
+impl Moment {
+    fn read(result: &ResultFile, scenario: &Scenario) -> Result<Self, Failure> {
+        let table = Table::read(result, "particles")?;
+        let mut particles = Particles::default();
+        let (position, radius, mass) = (table.vectors("position")?, table.reals("radius")?, table.reals("mass")?);
+        for (p, x) in position.iter().enumerate() {
+            particles.push(Sphere { position: *x, radius: radius[p] }, 0, mass[p], 0.0);
+        }
+        particles.velocity = table.vectors("velocity")?;
+        particles.angular_velocity = table.vectors("angular_velocity")?;
+        let Some(ColumnData::U8(prescribed)) = table.columns.get("prescribed").map(|column| &column.data) else {
+            return Err(table.missing("prescribed"));
+        };
+        particles.constraint = prescribed.iter().map(|&bits| Constraint(bits)).collect();
+        for (q, angle) in particles.orientation.iter_mut().zip(table.vectors("rotation")?) {
+            *q = concordem_contact::math::quaternion_of_rotation_vector(&angle);
+        }
+        if let Some(ColumnData::U16(material)) = table.columns.get("material").map(|column| &column.data) {
+            particles.material.clone_from(material);
+        }
+        if let Some(ColumnData::U64(sets)) = table.columns.get("sets").map(|column| &column.data) {
+            particles.tags.clone_from(sets);
+        }
+        table.indices("id")?.clone_into(&mut particles.id);
+        let row: BTreeMap<u32, u32> = particles.id.iter().zip(0..).map(|(&id, row)| (id, row)).collect();
+        let place = |id: u32| row.get(&id).copied().unwrap_or(u32::MAX);
+        let places = position.iter().zip(table.vectors("displacement")?).map(|(x, u)| x - u).collect();
+        let cell = match Table::read(result, "cell") {
+            Ok(table) => {
+                let matrix = |name| -> Result<Mat3, Failure> { Ok(Mat3::from_row_slice(table.reals(name)?)) };
+                let mut cell = Cell::new(matrix("edges")?);
+                cell.deformation_gradient = matrix("deformation_gradient")?;
+                cell.velocity_gradient = matrix("velocity_gradient")?;
+                Some(cell)
+            }
+            Err(_) => None,
+        };
+        let (mut forces, mut bonds) = (Forces::default(), Bonds::default());
+        for law in result.laws()? {
+            let table = Table::read(result, &format!("contacts/{law}"))?;
+            if law == WALLS {
+                forces.walls.particle = table.indices("id")?.iter().map(|&id| place(id)).collect();
+                table.indices("wall")?.clone_into(&mut forces.walls.wall);
+                forces.walls.point = table.vectors("position")?;
+                forces.walls.force = table.vectors("force")?;
+                forces.walls.moment = table.vectors("moment")?;
+                continue;
+            }
+            let pairs: Vec<[u32; 2]> =
+                table.indices("ids")?.chunks_exact(2).map(|pair| [place(pair[0]), place(pair[1])]).collect();
+            let (branch, broken) = (table.vectors("branch")?, table.flags("broken")?);
+            let (point, force, moment) =
+                (table.vectors("position")?, table.vectors("force")?, table.vectors("moment")?);
+            // Broken bonds are damaged, and no contacts.
+            let contacts = &mut forces.contacts;
+            for k in (0..pairs.len()).filter(|&k| !broken[k]) {
+                contacts.pair.push(pairs[k]);
+                contacts.branch.push(branch[k]);
+                contacts.point.push(point[k]);
+                contacts.force.push(force[k]);
+                contacts.moment.push(moment[k]);
+            }
+            if !law.starts_with(UNBONDED) {
+                let (normal, length) = (table.vectors("normal")?, table.reals("length")?);
+                let (damage, lost_strength) = (table.reals("damage")?, table.reals("lost_strength")?);
+                for (k, pair) in pairs.iter().enumerate() {
+                    let a = particles.position.get(pair[0] as usize).copied().unwrap_or_default();
+                    let frame = Frame { normal: normal[k], length: length[k] };
+                    bonds.push(&a, &frame, [damage[k], lost_strength[k]]);
+                }
+            }
+        }
+        // A run ends with a snapshot.
+        let time = result.snapshot_times()?.last().copied().unwrap_or_default();
+        let gravity = vector(&scenario.integration.gravity);
+        let plane = scenario.dimension == 2;
+        Ok(Self { particles, cell, time, bonds, forces, places, mesh: OnceLock::new(), gravity, plane })
+    }
+
+    /// The stress of every particle, as comma-separated values.
+    fn each(&self, partition: Partition) -> Result<String, Failure> {
+        let volume = if self.plane { ParticleVolume::Disc } else { ParticleVolume::Sphere };
+        let volumes = volume.of(&self.particles.radius)?;
+        let contacts = self.forces.contacts.set(&self.particles)?;
+        let stress = particle_stress(&contacts, &self.forces.walls.set(&self.particles)?, partition, &volumes)?;
+        let mut text = String::from("id,volume [m^3]");
+        for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
+            let _ = write!(text, ",stress_{}{} [Pa]", AXES[i], AXES[j]);
+        }
+        text.push('\n');
+        for (p, stress) in stress.iter().enumerate() {
+            let _ = write!(text, "{},{:e}", self.particles.id[p], volumes[p]);
+            for s in stress.transpose().iter() {
+                let _ = write!(text, ",{s:e}");
+            }
+            text.push('\n');
+        }
+        Ok(text)
+    }
+
+    /// The values of an operator as text.
+    fn show(&self, sample: &OperatorSample, csv: bool) -> Result<String, Failure> {
+        let at = Sampled {
+            particles: &self.particles,
+            cell: self.cell,
+            time: self.time,
+            bonds: &self.bonds,
+            forces: &self.forces,
+            places: &self.places,
+            mesh: &self.mesh,
+            gravity: self.gravity,
+            plane: self.plane,
+        };
+        let values = sample.evaluate(&at)?;
+        let quantities = sample.operator.quantities();
+        let mut text = String::new();
+        if csv || sample.grid.is_some() {
+            let grid = if sample.grid.is_some() { "i,j,k," } else { "" };
+            let _ = writeln!(text, "{grid}{}", quantities.iter().flat_map(heads).collect::<Vec<_>>().join(","));
+            for cell in 0..sample.cells() {
+                if let Some([nx, ny, _]) = sample.grid {
+                    let _ = write!(text, "{},{},{},", cell % nx, cell / nx % ny, cell / (nx * ny));
+                }
+                let mut rest = &values[..];
+                let mut line = Vec::new();
+                for quantity in quantities {
+                    let (mine, others) = rest.split_at(quantity.components * sample.cells());
+                    rest = others;
+                    let mine = &mine[cell * quantity.components..][..quantity.components];
+                    line.extend(mine.iter().map(|v| format!("{v:e}")));
+                }
+                let _ = writeln!(text, "{}", line.join(","));
+            }
+            return Ok(text);
+        }
+        let _ = writeln!(text, "{}", sample.name);
+        let mut rest = &values[..];
+        for quantity in quantities {
+            let (mine, others) = rest.split_at(quantity.components);
+            rest = others;
+            let unit = if quantity.unit == "1" { String::new() } else { format!(" {}", quantity.unit) };
+            for (line, row) in mine.chunks(3).enumerate() {
+                let name = if line == 0 { quantity.name } else { "" };
+                let _ = write!(text, "  {name:22}");
+                for value in row {
+                    let _ = write!(text, "{value:>15.6e}");
+                }
+                let _ = writeln!(text, "{}", if line == 0 { &unit } else { "" });
+            }
+        }
+        Ok(text)
+    }
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Heads of the columns of a quantity.
+fn heads(quantity: &Quantity) -> Vec<String> {
+    let unit = quantity.unit;
+    let name = quantity.name;
+    match quantity.components {
+        1 => vec![format!("{name} [{unit}]")],
+        3 => AXES.iter().map(|i| format!("{name}_{i} [{unit}]")).collect(),
+        _ => AXES.iter().flat_map(|i| AXES.iter().map(move |j| format!("{name}_{i}{j} [{unit}]"))).collect(),
+    }
+}

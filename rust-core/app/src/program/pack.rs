@@ -1,0 +1,88 @@
+//! `concordem pack`: only the packing of a scenario.
+
+use std::path::PathBuf;
+
+use super::check::count;
+use super::drive::Meter;
+use super::{Console, Facts, Failure, Work};
+use crate::output::OutputError;
+use concordem_packing::{DirectionHistogram, Packing, PackingError, PackingSummary, export_text, link_vectors};
+use concordem_scenario::schema::{ProblemKind, Scenario};
+
+/// Arguments of `concordem pack`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Scenario file
+    scenario: PathBuf,
+    /// File to write: text with the columns x y z r in metres, or HDF5 if it ends in .h5; SCENARIO.spheres.txt by
+    /// default
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Overwrite an existing file
+    #[arg(long, short)]
+    force: bool,
+    #[command(flatten)]
+    work: Work,
+}
+
+pub(super) fn pack(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let scenario = Scenario::read(&arguments.scenario)?;
+    let path = arguments.output.clone().unwrap_or_else(|| arguments.scenario.with_extension("spheres.txt"));
+    if path.exists() && !arguments.force {
+        return Err(OutputError::Exists { path }.into());
+    }
+    let visible = console.interactive && !arguments.work.quiet;
+    let (packing, text) = arguments.work.install(|| {
+        let meter = Meter::new(visible);
+        let packing = concordem_scenario::assembly::pack(&scenario, &scenario.directory(), &mut |stage, share| {
+            meter.stage(stage, share)
+        })
+        .map_err(|error| Failure::of_assembly(&scenario, error))?;
+        meter.finish();
+        let text = facts(&scenario, &packing)?;
+        Ok((packing, text))
+    })?;
+    if path.extension().is_some_and(|e| e == "h5" || e == "hdf5") {
+        crate::output::sphere_pack::write(&path, &packing).map_err(|message| Failure::File {
+            path: path.clone(),
+            action: "write",
+            error: std::io::Error::other(message),
+        })?;
+        return console.print(&format!("{}\n{text}", path.display()));
+    }
+    let mut bytes = Vec::new();
+    export_text(&packing, &mut bytes).map_err(|error| failed(&scenario, &error))?;
+    crate::output::sealed::write_text(&path, &String::from_utf8_lossy(&bytes))?;
+    console.print(&format!("{}\n{text}", path.display()))
+}
+
+fn failed(scenario: &Scenario, error: &PackingError) -> Failure {
+    Failure::Scenario(scenario.problem(ProblemKind::Conflict, "packing", error.to_string(), ""))
+}
+
+fn facts(scenario: &Scenario, packing: &Packing) -> Result<Facts, Failure> {
+    let failed = |error: PackingError| failed(scenario, &error);
+    let ratio = scenario.bonds.as_ref().map_or(1.0, |bonds| bonds.interaction_ratio.si());
+    let touching = PackingSummary::new(packing, 1.0).map_err(failed)?;
+    let linked = PackingSummary::new(packing, ratio).map_err(failed)?;
+    let links = link_vectors(packing, ratio).map_err(failed)?;
+    let mut facts = Facts::default();
+    facts.add("spheres", count(touching.count));
+    if let Some(fraction) = touching.packing_fraction {
+        facts.add("solid fraction", format!("{fraction:.4}"));
+    }
+    facts.add("contacts per sphere", format!("{:.3}", touching.coordination));
+    facts.add("spheres that nothing holds", count(touching.rattlers));
+    facts.add("largest overlap", format!("{:.3e} of the radii's sum", touching.largest_overlap));
+    if ratio > 1.0 {
+        facts.add(&format!("links per sphere at {ratio}"), format!("{:.3}", linked.coordination));
+    }
+    if !links.is_empty() {
+        let histogram = DirectionHistogram::new(&links, DirectionHistogram::BINS);
+        let deviation = histogram.relative_deviation();
+        let expected = 1.0 / histogram.mean().sqrt();
+        let value = format!("{deviation:.3} of the mean ({expected:.3} for random directions)");
+        facts.add("scatter of link directions", value);
+    }
+    Ok(facts)
+}

@@ -1,0 +1,93 @@
+//! `concordem report`: a web page about results.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+
+use super::{Console, Failure};
+use crate::output::report::{ReferenceFigures, write_report};
+use crate::output::{OutputError, ResultFile};
+use concordem_scenario::schema::{Packing, Scenario, Shape};
+
+/// Arguments of `concordem report`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Results, for instance of tension and of compression
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// Page to write; the first result's name with .html by default
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Overwrite an existing page
+    #[arg(long, short)]
+    force: bool,
+    /// Published figures to stand beside ours
+    #[arg(long, value_enum, default_value_t = Reference::Auto)]
+    reference: Reference,
+}
+
+/// Published figures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Reference {
+    /// By the scenario of the first result
+    Auto,
+    /// None
+    None,
+    /// Specimen 1 of Stránský 2018, section 2.5.3
+    #[value(name = "specimen-1")]
+    Specimen1,
+    /// Specimen 4 of Stránský 2018, section 2.5.3
+    #[value(name = "specimen-4")]
+    Specimen4,
+}
+
+pub(super) fn report(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let results = arguments.files.iter().map(|path| ResultFile::open(path)).collect::<Result<Vec<_>, _>>()?;
+    let path = arguments.output.clone().unwrap_or_else(|| arguments.files[0].with_extension("html"));
+    if path.exists() && !arguments.force {
+        return Err(OutputError::Exists { path }.into());
+    }
+    let scenario = results[0].scenario().map(|text| Scenario::parse("result", &text));
+    let figures = match arguments.reference {
+        Reference::Specimen1 => ReferenceFigures::stransky_specimen_1(),
+        Reference::Specimen4 => ReferenceFigures::stransky_specimen_4(),
+        Reference::None => link_figures(scenario?.ok().as_ref()),
+        Reference::Auto => published(scenario?.ok().as_ref()),
+    };
+    write_report(&results, &path, &figures)?;
+    console.print(&format!("{}\n", path.display()))
+}
+
+fn link_figures(scenario: Option<&Scenario>) -> ReferenceFigures {
+    let cpm = scenario.and_then(|scenario| scenario.materials.first()?.cpm.as_ref());
+    ReferenceFigures::none(cpm.map(|cpm| cpm.young.si()), cpm.map(|cpm| cpm.crack_onset_strain.si()))
+}
+
+/// The published figures for this scenario, if it is one of those specimens.
+fn published(scenario: Option<&Scenario>) -> ReferenceFigures {
+    let specimen = scenario.and_then(|scenario| {
+        let cpm = scenario.materials.first()?.cpm.as_ref()?;
+        let cube = matches!(
+            scenario.packing.shape(),
+            Some(Shape::Box { size }) if size.iter().all(|edge| edge.si() == 0.05)
+        );
+        let radius = match &scenario.packing {
+            Packing::RandomDense { radius: Some(radius), .. } | Packing::Lattice { radius, .. } => radius.si() == 1e-3,
+            Packing::File { .. } => true,
+            _ => false,
+        };
+        let common = cube
+            && radius
+            && scenario.materials.len() == 1
+            && cpm.crack_onset_strain.si() == 1e-4
+            && cpm.relative_ductility.si() == 30.0
+            && cpm.shear_ratio.si() == 0.2
+            && cpm.friction_tangent() == 0.8;
+        match (cpm.young.si(), cpm.cohesion.si()) {
+            (25e9, 3e6) if common => Some(ReferenceFigures::stransky_specimen_1()),
+            (50e9, 6e6) if common => Some(ReferenceFigures::stransky_specimen_4()),
+            _ => None,
+        }
+    });
+    specimen.unwrap_or_else(|| link_figures(scenario))
+}

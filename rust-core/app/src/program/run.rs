@@ -1,0 +1,122 @@
+//! `concordem run`: run a scenario from the start.
+
+use std::path::PathBuf;
+
+use super::drive::{Meter, Outcome, Run, build, check_result_name, csv_path, result_path};
+use super::{Console, Failure, Work};
+use crate::output::hash::StateHasher;
+use crate::output::run_files::parts_folder;
+use crate::output::{OperatorTable, OutputError, RunFiles, RunHeader, SeriesColumn};
+use concordem_scenario::plan::samples::Quantity;
+use concordem_scenario::plan::{OperatorSample, Sample, Simulation};
+use concordem_scenario::schema::Scenario;
+use concordem_solver::state::State;
+use concordem_solver::state::columns::WriteColumns;
+
+/// Arguments of `concordem run`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Scenario file
+    scenario: PathBuf,
+    /// Result file; by default as the scenario says, or its name with .h5
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Overwrite an existing result, or discard an unfinished run
+    #[arg(long, short)]
+    force: bool,
+    #[command(flatten)]
+    work: Work,
+}
+
+pub(super) fn run(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let scenario = Scenario::read(&arguments.scenario)?;
+    let path = arguments.output.clone().unwrap_or_else(|| result_path(&scenario));
+    check_result_name(&path)?;
+    if !arguments.force {
+        // Before the packing is made, which may take minutes.
+        for path in [Some(path.clone()), scenario.output.csv.then(|| csv_path(&path))].into_iter().flatten() {
+            if path.exists() {
+                return Err(OutputError::Exists { path }.into());
+            }
+        }
+        let parts = parts_folder(&path);
+        if parts.exists() {
+            return Err(OutputError::Unfinished { path: parts }.into());
+        }
+    }
+    let visible = console.interactive && !arguments.work.quiet;
+    let outcome = arguments.work.install(|| {
+        let meter = Meter::new(visible);
+        let assembly = build(&scenario, &meter)?;
+        let header = header(&scenario, &assembly.state, &assembly.plan.operators, &assembly.summary)?;
+        let files = RunFiles::create(&path, header, arguments.force)?;
+        let places = assembly.state.particles.position.clone();
+        let simulation = Simulation::new(assembly.state, assembly.model, assembly.plan)?;
+        Run::new(simulation, files, &places, &scenario).drive(&meter, true)
+    })?;
+    conclude(outcome, arguments.work.quiet, console)
+}
+
+/// Say how a run ended.
+pub(super) fn conclude(outcome: Outcome, quiet: bool, console: &mut Console<'_>) -> Result<(), Failure> {
+    match outcome {
+        Outcome::Finished { path, text } => {
+            if !quiet {
+                console.tell(&text);
+            }
+            console.print(&format!("{}\n", path.display()))
+        }
+        Outcome::Interrupted { path, step } => Err(Failure::Interrupted(format!(
+            "interrupted at step {step}; go on with: concordem resume {}",
+            path.display()
+        ))),
+    }
+}
+
+/// Hash of a state.
+pub(super) fn state_hash(state: &State) -> Result<String, Failure> {
+    let mut hasher = StateHasher::default();
+    state.write(&mut hasher).map_err(|source| OutputError::Column { path: PathBuf::from("state"), source })?;
+    Ok(hasher.finish())
+}
+
+/// Name of the provenance entry with the hash of the state before the first step.
+pub(super) const INITIAL_HASH: &str = "initial_state_hash";
+/// Name of the provenance entry with the scenario's file.
+pub(super) const SCENARIO_FILE: &str = "scenario_file";
+
+fn header(
+    scenario: &Scenario,
+    state: &State,
+    operators: &[OperatorSample],
+    summary: &concordem_scenario::assembly::Summary,
+) -> Result<RunHeader, Failure> {
+    let file = PathBuf::from(&*scenario.source.name);
+    let file = std::path::absolute(&file).unwrap_or(file);
+    let bounds = &summary.bounds;
+    let provenance = [
+        (SCENARIO_FILE, file.display().to_string()),
+        (INITIAL_HASH, state_hash(state)?),
+        ("time_step_s", format!("{:e}", state.clock.dt)),
+        ("stability_bound_s", format!("{:e}", bounds.spectral.max(bounds.per_particle))),
+        ("unstable", summary.unstable.to_string()),
+    ];
+    Ok(RunHeader {
+        scenario: scenario.source.text.to_string(),
+        provenance: provenance.map(|(name, value)| (name.to_owned(), value)).to_vec(),
+        series: Sample::COLUMNS
+            .iter()
+            .map(|column| SeriesColumn::new(column.name, column.unit, column.description.trim()))
+            .collect(),
+        operators: operators.iter().map(operator_table).collect(),
+    })
+}
+
+fn operator_table(sample: &OperatorSample) -> OperatorTable {
+    let quantities = sample.operator.quantities().iter();
+    let grid =
+        sample.grid.map_or_else(String::new, |[x, y, z]| format!(", in each of {x} x {y} x {z} cells, x fastest"));
+    let description = format!("{}, every {} steps{grid}", sample.operator.name(), sample.interval);
+    let column = |q: &Quantity| (SeriesColumn::new(q.name, q.unit, q.description), q.components * sample.cells());
+    OperatorTable { name: sample.name.clone(), description, quantities: quantities.map(column).collect() }
+}

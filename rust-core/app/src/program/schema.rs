@@ -1,0 +1,11 @@
+//! `concordem schema`: the JSON Schema of scenarios.
+
+use super::{Console, Failure};
+
+/// Arguments of `concordem schema`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {}
+
+pub(super) fn schema(_: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    console.print(&format!("{:#}\n", concordem_scenario::schema::schema()))
+}

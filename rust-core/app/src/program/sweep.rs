@@ -1,0 +1,172 @@
+//! `concordem sweep`: elastic constants at all combinations of given values of a scenario's keys.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::Ordering;
+
+use rayon::prelude::*;
+
+use super::drive::{Interruption, Meter, check_result_name};
+use super::{Console, Failure, Work};
+use crate::output::sealed::write_text;
+use crate::output::{OutputError, report, sweep as files};
+use crate::sweep::Sweep;
+use crate::sweep::journal::{Journal, path_of};
+use crate::sweep::point::{Outcome, evaluate};
+use concordem_scenario::assembly::place;
+use concordem_scenario::schema::Scenario;
+use concordem_statics::Accuracy;
+
+/// Arguments of `concordem sweep`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// Sweep file; `concordem init --template elastic-sweep` writes one. Interrupted, the same command goes on
+    sweep: PathBuf,
+    /// Result; the sweep's name with .h5 by default. The page of figures stands beside it as .html
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Write all points as comma-separated text, too
+    #[arg(long)]
+    csv: bool,
+    /// Overwrite an existing result, and discard points of an unfinished sweep
+    #[arg(long, short)]
+    force: bool,
+    #[command(flatten)]
+    work: Work,
+}
+
+/// What goes on, for all threads.
+struct Progress {
+    journal: Journal,
+    outcomes: BTreeMap<usize, Outcome>,
+    meter: Meter,
+    failure: Option<Failure>,
+}
+
+pub(super) fn sweep(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let sweep = Sweep::read(&arguments.sweep)?;
+    let path = arguments.output.clone().unwrap_or_else(|| arguments.sweep.with_extension("h5"));
+    check_result_name(&path)?;
+    let page = path.with_extension("html");
+    let table = path.with_extension("csv");
+    let journal_path = path_of(&path);
+    // A sweep that was killed while it wrote its files still has its points: the same command writes the files again.
+    let unfinished = journal_path.exists();
+    for path in [Some(&path), Some(&page), arguments.csv.then_some(&table)].into_iter().flatten() {
+        if path.exists() && !arguments.force && !unfinished {
+            return Err(OutputError::Exists { path: path.clone() }.into());
+        }
+    }
+    if arguments.force && unfinished {
+        std::fs::remove_file(&journal_path).map_err(|error| Failure::File {
+            path: journal_path.clone(),
+            action: "remove",
+            error,
+        })?;
+    }
+    let (journal, outcomes) = Journal::open(&journal_path, &sweep.fingerprint()?)?;
+    let points = sweep.points();
+    let known = outcomes.len();
+    let groups = groups(&sweep, &outcomes)?;
+    if !arguments.work.quiet {
+        let rest = if known > 0 { format!(", {known} are computed already") } else { String::new() };
+        console.tell(&format!("{points} points{rest}; {} packings to make", groups.len()));
+    }
+    let visible = console.interactive && !arguments.work.quiet;
+    let progress = Mutex::new(Progress { journal, outcomes, meter: Meter::new(visible), failure: None });
+    let interruption = Interruption::listen();
+    let accuracy = Accuracy { residual: sweep.residual, ..Accuracy::default() };
+    let stopped = || interruption.asked.load(Ordering::Relaxed) || locked(&progress).failure.is_some();
+    arguments.work.install(|| {
+        groups.par_iter().for_each(|group| {
+            if stopped() {
+                return;
+            }
+            let note = |point: usize, outcome: Outcome| note(&progress, points, point, outcome);
+            // Checked when the sweep was read.
+            let Ok(first) = sweep.scenario(group[0]) else { return };
+            match place(&first, &first.directory(), &mut |_, _| {}) {
+                Err(error) => {
+                    for &point in group {
+                        note(point, Outcome::failed(error.to_string()));
+                    }
+                }
+                Ok(placed) => group.par_iter().for_each(|&point| {
+                    if let (false, Ok(scenario)) = (stopped(), sweep.scenario(point)) {
+                        note(point, evaluate(&scenario, &placed, accuracy, sweep.dynamics));
+                    }
+                }),
+            }
+        });
+        Ok(())
+    })?;
+    drop(interruption);
+    let Progress { outcomes, meter, failure, .. } =
+        progress.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    meter.finish();
+    if let Some(failure) = failure {
+        return Err(failure);
+    }
+    if outcomes.len() < points {
+        return Err(Failure::Interrupted(format!(
+            "interrupted; {} of {points} points are kept in {}, and the same command goes on with the rest",
+            outcomes.len(),
+            journal_path.display()
+        )));
+    }
+    let outcomes: Vec<Outcome> = outcomes.into_values().collect();
+    files::write(&path, &sweep, &outcomes)?;
+    write_text(&page, &report::sweep::page(&sweep, &outcomes))?;
+    if arguments.csv {
+        write_text(&table, &files::csv(&sweep, &outcomes))?;
+    }
+    std::fs::remove_file(&journal_path).map_err(|error| Failure::File {
+        path: journal_path,
+        action: "remove",
+        error,
+    })?;
+    let bad = outcomes.iter().filter(|outcome| outcome.problem.is_some()).count();
+    if bad > 0 {
+        let first = outcomes.iter().find_map(|outcome| outcome.problem.as_deref()).unwrap_or_default();
+        console.tell(&format!("{bad} of {points} points have a problem; the first: {first}"));
+    }
+    console.print(&format!("{}\n{}\n", path.display(), page.display()))
+}
+
+fn locked(progress: &Mutex<Progress>) -> std::sync::MutexGuard<'_, Progress> {
+    // A panic elsewhere ends the program anyhow; what it holds is sound.
+    progress.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+/// Keep a finished point.
+fn note(progress: &Mutex<Progress>, points: usize, point: usize, outcome: Outcome) {
+    let mut now = locked(progress);
+    if let Err(error) = now.journal.add(point, &outcome) {
+        let path = PathBuf::from("the file of finished points");
+        now.failure = Some(Failure::File { path, action: "write", error });
+    }
+    now.outcomes.insert(point, outcome);
+    let share = now.outcomes.len() as f64 / points as f64;
+    now.meter.stage("sweep", share);
+}
+
+/// The points that are still to be computed, those with the same packing together.
+fn groups(sweep: &Sweep, known: &BTreeMap<usize, Outcome>) -> Result<Vec<Vec<usize>>, Failure> {
+    let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+    let mut index: BTreeMap<String, usize> = BTreeMap::new();
+    for point in (0..sweep.points()).filter(|point| !known.contains_key(point)) {
+        let key = packing_key(&sweep.scenario(point)?);
+        let place = *index.entry(key.clone()).or_insert_with(|| {
+            groups.push((key, Vec::new()));
+            groups.len() - 1
+        });
+        groups[place].1.push(point);
+    }
+    Ok(groups.into_iter().map(|group| group.1).collect())
+}
+
+/// Scenarios with the same key have the same packing.
+fn packing_key(scenario: &Scenario) -> String {
+    format!("{} {:?}", scenario.dimension, scenario.packing)
+}

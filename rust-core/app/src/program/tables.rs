@@ -1,0 +1,237 @@
+//! The particles and contacts at the end of a run, as tables for people.
+
+use concordem_contact::kinematics::Frame;
+use concordem_contact::law::Reference;
+use concordem_contact::math::Vec3;
+use concordem_scenario::plan::samples::rotation_vector;
+use concordem_solver::record::{Forces, WallForces};
+use concordem_solver::state::State;
+use concordem_solver::state::columns::{Column, ColumnError, ColumnSink, WriteColumns};
+use concordem_solver::state::contacts::{BrokenBond, ContactView, Contacts, Pair};
+
+/// Tables of a state: `particles/…` with a row per particle in the order of the ids, `cell/…`, `contacts/LAW/…` with a row
+/// per bond, broken ones included, `contacts/unbonded_LAW/…`, `contacts/walls/…`.
+pub(super) struct Tables<'a> {
+    pub state: &'a State,
+    /// Displacement of every particle since the start, m, in the state's order.
+    pub displacement: &'a [Vec3],
+    /// Forces of all contacts of the state.
+    pub forces: &'a Forces,
+}
+
+impl WriteColumns for Tables<'_> {
+    fn write(&self, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
+        let particles = &self.state.particles;
+        let mut order: Vec<usize> = (0..particles.len()).collect();
+        order.sort_by_key(|&p| particles.id[p]);
+        let ids: Vec<u32> = order.iter().map(|&p| particles.id[p]).collect();
+        sink.column("particles/id", Column::u32(&ids))?;
+        let vectors = [
+            ("position", &particles.position[..], "m"),
+            ("displacement", self.displacement, "m"),
+            ("velocity", &particles.velocity, "m/s"),
+            ("angular_velocity", &particles.angular_velocity, "rad/s"),
+        ];
+        for (name, values, unit) in vectors {
+            let reals: Vec<f64> = order.iter().flat_map(|&p| values[p].iter().copied()).collect();
+            sink.column(&format!("particles/{name}"), Column::f64(&reals, 3, unit))?;
+        }
+        let damage = bond_damage(self.state);
+        let scalars =
+            [("radius", &particles.radius[..], "m"), ("mass", &particles.mass, "kg"), ("damage", &damage, "1")];
+        for (name, values, unit) in scalars {
+            let reals: Vec<f64> = order.iter().map(|&p| values[p]).collect();
+            sink.column(&format!("particles/{name}"), Column::f64(&reals, 1, unit))?;
+        }
+        let material: Vec<u16> = order.iter().map(|&p| particles.material[p]).collect();
+        sink.column("particles/material", Column::u16(&material))?;
+        let fragments = concordem_solver::fracture::fragments::fragments(self.state);
+        let fragment: Vec<u32> = order.iter().map(|&p| fragments[p]).collect();
+        sink.column("particles/fragment", Column::u32(&fragment))?;
+        sink.column("particles/sets", Column::u64(&order.iter().map(|&p| particles.tags[p]).collect::<Vec<_>>()))?;
+        let rotation: Vec<f64> =
+            order.iter().flat_map(|&p| rotation_vector(&particles.orientation[p]).data.0[0]).collect();
+        sink.column("particles/rotation", Column::f64(&rotation, 3, "rad"))?;
+        let prescribed: Vec<u8> = order.iter().map(|&p| particles.constraint[p].0).collect();
+        sink.column("particles/prescribed", Column::u8(&prescribed))?;
+        if let Some(cell) = &self.state.cell {
+            for (name, matrix, unit) in [
+                ("edges", &cell.matrix, "m"),
+                ("deformation_gradient", &cell.deformation_gradient, "1"),
+                ("velocity_gradient", &cell.velocity_gradient, "1/s"),
+            ] {
+                let rows = matrix.transpose();
+                sink.column(&format!("cell/{name}"), Column::f64(rows.as_slice(), 3, unit))?;
+            }
+        }
+        let ends = &self.forces.contacts.block_end;
+        let mut from = 0;
+        for (place, (block, &end)) in self.state.bonds.iter().zip(ends).enumerate() {
+            let broken: Vec<BrokenBond> =
+                self.state.broken.iter().filter(|bond| bond.block as usize == place).copied().collect();
+            contacts(self.state, block.contacts(), &broken, block.law(), self.forces, from..end, sink)?;
+            from = end;
+        }
+        if let Some(block) = &self.state.contacts {
+            let end = ends.last().copied().unwrap_or(from);
+            contacts(
+                self.state,
+                block.contacts(),
+                &[],
+                &format!("{UNBONDED}{}", block.law()),
+                self.forces,
+                from..end,
+                sink,
+            )?;
+        }
+        if !self.state.walls.is_empty() {
+            walls(self.state, &self.forces.walls, sink)?;
+        }
+        Ok(())
+    }
+}
+
+/// Name of a table of unbonded contacts, before that of their law.
+pub(super) const UNBONDED: &str = "unbonded_";
+/// Name of the table of contacts with walls.
+pub(super) const WALLS: &str = "walls";
+
+fn walls(state: &State, forces: &WallForces, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
+    let ids: Vec<u32> = forces.particle.iter().map(|&p| state.particles.id[p as usize]).collect();
+    let path = |name: &str| format!("contacts/{WALLS}/{name}");
+    sink.column(&path("id"), Column::u32(&ids))?;
+    sink.column(&path("wall"), Column::u32(&forces.wall))?;
+    for (name, values, unit) in
+        [("position", &forces.point, "m"), ("force", &forces.force, "N"), ("moment", &forces.moment, "N m")]
+    {
+        sink.column(&path(name), Column::f64(bytemuck::cast_slice(values), 3, unit))?;
+    }
+    Ok(())
+}
+
+/// What a table has of each row: name, value, unit.
+type Quantity<T> = (&'static str, fn(&Row) -> T, &'static str);
+
+/// A row of a table of contacts.
+struct Row {
+    pair: Pair,
+    branch: Vec3,
+    position: Vec3,
+    force: Vec3,
+    moment: Vec3,
+    frame: Frame,
+    reference: Reference,
+    damage: f64,
+    lost_strength: f64,
+    broken: bool,
+}
+
+/// A row for every bond, broken ones last and without history, and for every unbonded contact that carries something. Force
+/// and moment act on the first particle, the moment about `position`.
+fn contacts(
+    state: &State,
+    block: &dyn Contacts,
+    broken: &[BrokenBond],
+    name: &str,
+    forces: &Forces,
+    rows: std::ops::Range<usize>,
+    sink: &mut dyn ColumnSink,
+) -> Result<(), ColumnError> {
+    let particles = &state.particles;
+    let bonded = !name.starts_with(UNBONDED);
+    let forces = &forces.contacts;
+    // Row of the forces for every contact, if it carries any.
+    let mut row_of = vec![usize::MAX; block.len()];
+    for row in rows {
+        row_of[forces.place[row] as usize] = row;
+    }
+    let shown: Vec<usize> = (0..block.len()).filter(|&k| bonded || row_of[k] != usize::MAX).collect();
+    let branch_of = |pair: Pair, image: [i8; 3]| {
+        let shift = state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(image));
+        particles.position[pair.b as usize] + shift - particles.position[pair.a as usize]
+    };
+    let live = shown.iter().map(|&k| {
+        let ContactView { pair, link, reference, frame } = block.view(k);
+        let branch = branch_of(pair, link.image);
+        let carried = (row_of[k] != usize::MAX).then_some(row_of[k]);
+        let (position, force, moment) = carried.map_or_else(
+            || {
+                let (arm, _) = block.arms(k, particles, branch.norm());
+                (particles.position[pair.a as usize] + branch.normalize() * arm, Vec3::zeros(), Vec3::zeros())
+            },
+            |row| (forces.point[row], forces.force[row], forces.moment[row]),
+        );
+        let (damage, lost_strength) = (block.damage(k), block.lost_strength(k));
+        Row { pair, branch, position, force, moment, frame, reference, damage, lost_strength, broken: false }
+    });
+    let gone = broken.iter().map(|&BrokenBond { pair, image, reference, frame, .. }| Row {
+        pair,
+        branch: branch_of(pair, image),
+        // Where it was, seen from A.
+        position: particles.position[pair.a as usize] + frame.normal * (0.5 * frame.length),
+        force: Vec3::zeros(),
+        moment: Vec3::zeros(),
+        frame,
+        reference,
+        damage: 1.0,
+        lost_strength: 1.0,
+        broken: true,
+    });
+    let rows: Vec<Row> = live.chain(gone).collect();
+    let path = |column: &str| format!("contacts/{name}/{column}");
+    let ids: Vec<u32> =
+        rows.iter().flat_map(|row| [row.pair.a, row.pair.b]).map(|p| particles.id[p as usize]).collect();
+    sink.column(&path("ids"), Column::U32 { data: &ids, components: 2, unit: "1" })?;
+    let vectors: [Quantity<Vec3>; 5] = [
+        ("position", |row| row.position, "m"),
+        ("branch", |row| row.branch, "m"),
+        ("force", |row| row.force, "N"),
+        ("moment", |row| row.moment, "N m"),
+        ("normal", |row| row.frame.normal, "1"),
+    ];
+    for (column, vector, unit) in vectors {
+        let reals: Vec<f64> = rows.iter().flat_map(|row| vector(row).data.0[0]).collect();
+        sink.column(&path(column), Column::f64(&reals, 3, unit))?;
+    }
+    let scalars: [Quantity<f64>; 5] = [
+        ("length", |row| row.frame.length, "m"),
+        ("reference_length", |row| row.reference.length, "m"),
+        ("area", |row| row.reference.area, "m^2"),
+        ("damage", |row| row.damage, "1"),
+        ("lost_strength", |row| row.lost_strength, "1"),
+    ];
+    for (column, scalar, unit) in scalars {
+        let reals: Vec<f64> = rows.iter().map(scalar).collect();
+        sink.column(&path(column), Column::f64(&reals, 1, unit))?;
+    }
+    let is_broken: Vec<u8> = rows.iter().map(|row| u8::from(row.broken)).collect();
+    sink.column(&path("broken"), Column::u8(&is_broken))?;
+    let (fields, reals) = block.history_reals();
+    let width: usize = fields.iter().map(|field| field.components).sum();
+    let mut offset = 0;
+    for field in fields {
+        let at = |k: usize| k * width + offset;
+        let values = shown.iter().flat_map(|&k| reals[at(k)..at(k) + field.components].iter().copied());
+        let values: Vec<f64> = values.chain(std::iter::repeat_n(0.0, field.components * broken.len())).collect();
+        sink.column(&path(&format!("history_{}", field.name)), Column::f64(&values, field.components, field.unit))?;
+        offset += field.components;
+    }
+    Ok(())
+}
+
+/// Mean damage of the bonds of each particle, broken ones counted as 1; 0 for particles that never had a bond.
+pub(super) fn bond_damage(state: &State) -> Vec<f64> {
+    let mut sum = vec![0.0; state.particles.len()];
+    let mut count = vec![0.0; state.particles.len()];
+    let mut add = |pair: Pair, damage: f64| {
+        for p in [pair.a, pair.b] {
+            sum[p as usize] += damage;
+            count[p as usize] += 1.0;
+        }
+    };
+    for block in &state.bonds {
+        (0..block.len()).for_each(|k| add(block.view(k).pair, block.damage(k)));
+    }
+    state.broken.iter().for_each(|bond| add(bond.pair, 1.0));
+    sum.iter().zip(&count).map(|(sum, count)| if *count > 0.0 { sum / count } else { 0.0 }).collect()
+}

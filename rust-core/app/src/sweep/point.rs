@@ -1,0 +1,162 @@
+//! What is computed at a point of a sweep.
+
+use concordem_scenario::assembly::{Placed, assemble_placed};
+use concordem_scenario::schema::Scenario;
+use concordem_statics::relaxed::{Relaxation, relaxed_stiffness};
+use concordem_statics::{Accuracy, LinkNetwork, cell_stiffness, closed_form};
+
+/// A number of a point: name, unit, meaning.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Quantity {
+    /// Name.
+    pub name: &'static str,
+    /// SI unit, "1" when dimensionless.
+    pub unit: &'static str,
+    /// Meaning.
+    pub description: &'static str,
+}
+
+macro_rules! quantities {
+    ($($name:literal $unit:literal $description:literal,)*) => {
+        const QUANTITIES: &[Quantity] =
+            &[$(Quantity { name: $name, unit: $unit, description: $description }),*];
+    };
+}
+
+quantities! {
+    "particles" "1" "Particles",
+    "links" "1" "Bonds",
+    "coordination" "1" "Bonds per particle",
+    "packing_fraction" "1" "Share of solid in the cell",
+    "rattlers" "1" "Particles that carry no force, left out",
+    "mechanisms" "1" "Motions of single particles that no bond resists",
+    "stiffness_sum" "Pa" "Sum of k_N L^2 over d V, d the dimension",
+    "shear_ratio" "1" "Sum of k_T L^2 over sum of k_N L^2",
+    "spectral_radius" "1" "Of the iteration between strains and forces of deformable particles",
+    "closed_young" "Pa" "Young's modulus, closed form",
+    "closed_poisson" "1" "Poisson's ratio, closed form",
+    "affine_young" "Pa" "Young's modulus, affine sum",
+    "affine_poisson" "1" "Poisson's ratio, affine sum",
+    "young" "Pa" "Young's modulus, static network",
+    "poisson" "1" "Poisson's ratio, static network",
+    "bulk" "Pa" "Bulk modulus, static network",
+    "shear" "Pa" "Shear modulus, static network",
+    "anisotropy_young" "1" "Largest deviation of a Young's modulus from the mean, by the mean",
+    "anisotropy_poisson" "1" "Largest deviation of a Poisson's ratio from the mean",
+    "anisotropy_shear" "1" "Largest deviation of a shear modulus from E/2(1+nu), by that",
+    "anisotropy_coupling" "1" "Largest stiffness that vanishes for isotropy, by E",
+    "iterations" "1" "Iterations of the static solution",
+    "dynamic_young" "Pa" "Young's modulus, relaxed dynamics",
+    "dynamic_poisson" "1" "Poisson's ratio, relaxed dynamics",
+    "dynamic_steps" "1" "Steps of the longest relaxation",
+}
+
+/// Name of the stiffness in files: 36 numbers per point.
+pub const STIFFNESS: &str = "stiffness";
+
+/// The numbers of a point; behind them stand the 36 of the static stiffness, row by row.
+pub fn columns() -> Vec<String> {
+    let names = QUANTITIES.iter().map(|quantity| quantity.name.to_owned());
+    names.chain((0..36).map(|k| format!("{STIFFNESS}_{}{}", k / 6 + 1, k % 6 + 1))).collect()
+}
+
+/// The quantities that have one number per point.
+pub fn quantities() -> &'static [Quantity] {
+    QUANTITIES
+}
+
+/// What came out of a point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// In the order of [`columns`]; NaN where there is no number.
+    pub values: Vec<f64>,
+    /// What went wrong.
+    pub problem: Option<String>,
+}
+
+impl Default for Outcome {
+    fn default() -> Self {
+        Self { values: vec![f64::NAN; QUANTITIES.len() + 36], problem: None }
+    }
+}
+
+impl Outcome {
+    /// An outcome without numbers.
+    pub fn failed(problem: String) -> Self {
+        Self { problem: Some(problem), ..Self::default() }
+    }
+
+    /// The number of this name; NaN if there is none.
+    pub fn get(&self, name: &str) -> f64 {
+        QUANTITIES.iter().position(|quantity| quantity.name == name).map_or(f64::NAN, |k| self.values[k])
+    }
+
+    fn set(&mut self, name: &str, value: f64) {
+        if let Some(k) = QUANTITIES.iter().position(|quantity| quantity.name == name) {
+            self.values[k] = value;
+        }
+    }
+}
+
+/// Elastic constants of a scenario on a packing of its kind.
+pub(crate) fn evaluate(scenario: &Scenario, placed: &Placed, accuracy: Accuracy, dynamics: bool) -> Outcome {
+    let mut outcome = Outcome::default();
+    if let Err(problem) = fill(&mut outcome, scenario, placed, accuracy, dynamics) {
+        outcome.problem = Some(problem);
+    }
+    outcome
+}
+
+fn fill(
+    outcome: &mut Outcome,
+    scenario: &Scenario,
+    placed: &Placed,
+    accuracy: Accuracy,
+    dynamics: bool,
+) -> Result<(), String> {
+    let text = |error: &dyn std::error::Error| error.to_string();
+    let assembly = assemble_placed(scenario, &scenario.directory(), placed, &mut |_, _| {}).map_err(|e| text(&e))?;
+    let (state, model) = (&assembly.state, &assembly.model);
+    let network = LinkNetwork::of_model(state, model).map_err(|e| text(&e))?;
+    let (normal, shear) = network.moduli_sums();
+    let dimension = if network.planar { 2.0 } else { 3.0 };
+    outcome.set("particles", state.particles.len() as f64);
+    outcome.set("links", network.links.len() as f64);
+    outcome.set("coordination", assembly.summary.coordination);
+    outcome.set("packing_fraction", assembly.summary.packing_fraction.unwrap_or(f64::NAN));
+    outcome.set("stiffness_sum", normal / (dimension * network.volume.unwrap_or(f64::NAN)));
+    outcome.set("shear_ratio", shear / normal);
+    outcome.set("spectral_radius", assembly.summary.convergence.map_or(f64::NAN, |c| c.spectral_radius));
+    if let Some(closed) = closed_form(&network) {
+        outcome.set("closed_young", closed.young);
+        outcome.set("closed_poisson", closed.poisson);
+    }
+    let cell = cell_stiffness(&network, accuracy).map_err(|e| text(&e))?;
+    outcome.set("rattlers", cell.loose.rattlers as f64);
+    outcome.set("mechanisms", cell.loose.mechanisms as f64);
+    outcome.set("iterations", cell.iterations as f64);
+    for (k, value) in outcome.values[QUANTITIES.len()..].iter_mut().enumerate() {
+        *value = cell.relaxed[(k / 6, k % 6)];
+    }
+    let affine = cell.affine_constants().map_err(|e| text(&e))?;
+    outcome.set("affine_young", affine.mean_young);
+    outcome.set("affine_poisson", affine.mean_poisson);
+    let constants = cell.constants().map_err(|e| text(&e))?;
+    outcome.set("young", constants.mean_young);
+    outcome.set("poisson", constants.mean_poisson);
+    outcome.set("bulk", constants.bulk);
+    outcome.set("shear", constants.mean_shear);
+    let anisotropy = constants.anisotropy();
+    outcome.set("anisotropy_young", anisotropy.young);
+    outcome.set("anisotropy_poisson", anisotropy.poisson);
+    outcome.set("anisotropy_shear", anisotropy.shear);
+    outcome.set("anisotropy_coupling", anisotropy.coupling);
+    if dynamics {
+        let (stiffness, steps) = relaxed_stiffness(state, model, Relaxation::default()).map_err(|e| text(&e))?;
+        let constants = cell.constants_of(&stiffness).map_err(|e| text(&e))?;
+        outcome.set("dynamic_young", constants.mean_young);
+        outcome.set("dynamic_poisson", constants.mean_poisson);
+        outcome.set("dynamic_steps", steps as f64);
+    }
+    Ok(())
+}

@@ -1,0 +1,429 @@
+//! Frame of a bond that carries moments: how its chord and its two ends are turned against each other.
+//!
+//! At bonding each particle gets a copy of the bond's direction, fixed in its body. With `X` the chord now (unit, from A
+//! to B), `t_A`, `t_B` the copies now, and `D` the rotation of B relative to A since bonding (`D t_A = t_B`):
+//!
+//! * end rotations `θ_p = (α/sin α) X × t_p`, `sin α = |X × t_p|`, `cos α = X·t_p`: the rotation vector that turns the
+//!   chord to the end's own direction (rad, perpendicular to `X`); the book's `θ_y Y + θ_z Z` without its frame, which
+//!   is undefined at rest (Jebahi et al. 2015, below [2.9]);
+//! * twist `τ`: what is left of `D` beyond the smallest rotation that takes `t_A` to `t_B`,
+//!   `tan ½τ = u·(t_A+t_B) / ((1 + t_A·t_B) w + (t_A×t_B)·u)` with `D = (u, w)`: `θ_Bx − θ_Ax` for small rotations.
+//!
+//! They are exact for any rigid motion, however large, and do not depend on the step: all measuring modes share them.
+//! Their derivatives, which make forces conservative, are in [`EndRotations::end_moment`] and
+//! [`EndRotations::twist_axis`].
+
+use super::sphere_sphere::{ImageShift, Motion};
+use super::{Frame, Mode, PointKinematics, Transport};
+use crate::law::{ContactGeometry, Kinematics};
+use crate::math::{Quat, Vec3, atan2, rotate};
+use crate::wall::Foot;
+
+/// Motion of a bond with two ends.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameKinematics {
+    /// Chord as a point contact in the middle of the bond: both arms are half the length, so that the moment of an
+    /// answer is that of the middle section. Shear increment and transport are not used and left empty.
+    pub point: PointKinematics,
+    /// Orientation of A, body to world, unit.
+    pub orientation_a: Quat,
+    /// Orientation of B, body to world, unit.
+    pub orientation_b: Quat,
+    /// Displacement of B relative to A in the step, m.
+    pub displacement: Vec3,
+    /// Rotation of A in the step (vector of its sine), rad.
+    pub turn_a: Vec3,
+    /// Rotation of B in the step, rad.
+    pub turn_b: Vec3,
+}
+
+/// What a bond remembers of its unloaded state. It does not ask that the bodies were turned alike then.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RestFrame {
+    /// Direction from A to B in the axes half way between those of the two bodies, unit.
+    pub direction: Vec3,
+    /// Vector part of the unit quaternion `h` (real part not negative) for which `q_B h = q_A h⁻¹` are these axes.
+    pub rotation: Vec3,
+}
+
+/// Rotations of the ends of a bond against its chord.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EndRotations {
+    /// Rotation vector of the end at A, rad; perpendicular to the chord.
+    pub a: Vec3,
+    /// Rotation vector of the end at B, rad; perpendicular to the chord.
+    pub b: Vec3,
+    /// Twist of B against A, rad.
+    pub twist: f64,
+    chord: Vec3,
+    /// Chord × end direction.
+    sine: [Vec3; 2],
+    /// Chord · end direction.
+    cosine: [f64; 2],
+    /// α/sin α and (1 − α cos α/sin α)/sin² α.
+    factor: [[f64; 2]; 2],
+    /// `(t_A + t_B)/(1 + t_A·t_B)`.
+    twist_axis: Vec3,
+}
+
+/// Below this sine squared (5.7°), series take the place of the arc tangent: eight terms leave 1e-17.
+const SERIES: f64 = 1.0e-2;
+
+/// How angles are found from sines and cosines.
+trait Arcs {
+    /// `α/sin α` and `(1 − α cot α)/sin² α` from `sin² α` and `cos α`.
+    fn factors(sine_squared: f64, cosine: f64) -> [f64; 2];
+    /// Angle whose half has the tangent `imaginary/real`, in (−π, π].
+    fn twice(imaginary: f64, real: f64) -> f64;
+}
+
+/// Angles of any size.
+struct AnyAngles;
+
+/// Small angles by their series alone, without branches; see [`RotationSines::are_small`].
+struct SmallAngles;
+
+impl Arcs for AnyAngles {
+    #[inline(always)]
+    fn factors(sine_squared: f64, cosine: f64) -> [f64; 2] {
+        if sine_squared < SERIES && cosine > 0.0 {
+            return SmallAngles::factors(sine_squared, cosine);
+        }
+        let sine = sine_squared.sqrt();
+        if sine == 0.0 {
+            // Turned by half a turn: the direction of the rotation is undefined.
+            return [1.0, 0.0];
+        }
+        let arc = atan2(sine, cosine) / sine;
+        [arc, (1.0 - arc * cosine) / sine_squared]
+    }
+
+    #[inline(always)]
+    fn twice(imaginary: f64, real: f64) -> f64 {
+        if imaginary * imaginary < SERIES * (real * real) {
+            return SmallAngles::twice(imaginary, real);
+        }
+        // The quaternion −D is the same rotation.
+        let (i, r) = if real < 0.0 { (-imaginary, -real) } else { (imaginary, real) };
+        2.0 * atan2(i, r)
+    }
+}
+
+impl Arcs for SmallAngles {
+    #[inline(always)]
+    fn factors(sine_squared: f64, _cosine: f64) -> [f64; 2] {
+        let y = sine_squared;
+        let arc = 1.0
+            + y * (1.0 / 6.0
+                + y * (3.0 / 40.0
+                    + y * (5.0 / 112.0
+                        + y * (35.0 / 1152.0
+                            + y * (63.0 / 2816.0 + y * (231.0 / 13_312.0 + y * (143.0 / 10_240.0)))))));
+        let rest = 1.0 / 3.0
+            + y * (2.0 / 15.0
+                + y * (8.0 / 105.0
+                    + y * (16.0 / 315.0
+                        + y * (128.0 / 3465.0
+                            + y * (256.0 / 9009.0 + y * (1024.0 / 45_045.0 + y * (2048.0 / 109_395.0)))))));
+        [arc, rest]
+    }
+
+    #[inline(always)]
+    fn twice(imaginary: f64, real: f64) -> f64 {
+        let ratio = imaginary / real;
+        let y = ratio * ratio;
+        let series = 1.0
+            - y * (1.0 / 3.0
+                - y * (1.0 / 5.0 - y * (1.0 / 7.0 - y * (1.0 / 9.0 - y * (1.0 / 11.0 - y * (1.0 / 13.0 - y / 15.0))))));
+        2.0 * ratio * series
+    }
+}
+
+impl RestFrame {
+    /// The frame of a bond that is unloaded now, with chord `normal` between bodies of the given orientations.
+    pub fn new(normal: &Vec3, orientation_a: &Quat, orientation_b: &Quat) -> Self {
+        let relative = orientation_b.conjugate() * orientation_a;
+        // Square root of a unit quaternion: halve the angle, the shorter way round.
+        let relative = if relative.w < 0.0 { -relative } else { relative };
+        let real = (0.5 * (1.0 + relative.w)).sqrt();
+        let rotation = relative.imag() / (2.0 * real);
+        let middle = orientation_b * Quat::from_parts(real, rotation);
+        Self { direction: rotate(&middle.conjugate(), normal), rotation }
+    }
+}
+
+impl RestFrame {
+    /// Orientations of A and B, each carried to the axes half way between them at bonding.
+    #[inline(always)]
+    fn halved(&self, [qa, qb]: [Quat; 2]) -> [Quat; 2] {
+        let half = Quat::from_parts((1.0 - self.rotation.norm_squared()).max(0.0).sqrt(), self.rotation);
+        [qa * half.conjugate(), qb * half]
+    }
+}
+
+/// The line from the centre of A to that of B.
+#[derive(Debug, Clone, Copy)]
+pub struct Chord {
+    /// Its length, m.
+    pub length: f64,
+    /// Its direction.
+    pub normal: Vec3,
+}
+
+impl Chord {
+    /// Of two particles whose centres are `branch` apart, m.
+    #[inline(always)]
+    pub fn of(branch: &Vec3) -> Self {
+        let length = branch.norm();
+        Self { length, normal: branch * (1.0 / length) }
+    }
+
+    /// Rotations of the ends since the state `rest` if all are small, without branches on their size and with the bits of
+    /// [`FrameKinematics::rotations`]; and whether they are small. `TURNED`: whether the bodies may have been turned against
+    /// each other at bonding.
+    #[inline(always)]
+    pub fn small_rotations<const TURNED: bool>(
+        &self,
+        orientations: [Quat; 2],
+        rest: &RestFrame,
+    ) -> (EndRotations, bool) {
+        let orientations = if TURNED {
+            // No short circuit: it would be a branch.
+            let r = rest.rotation;
+            #[allow(clippy::needless_bitwise_bool)]
+            let as_they_are = (r.x == 0.0) & (r.y == 0.0) & (r.z == 0.0);
+            let halved = rest.halved(orientations);
+            let choose = |i: usize| {
+                let (whole, half) = (orientations[i].coords, halved[i].coords);
+                Quat::from(whole.zip_map(&half, |whole, half| if as_they_are { whole } else { half }))
+            };
+            [choose(0), choose(1)]
+        } else {
+            orientations
+        };
+        let sines = RotationSines::between(&self.normal, &orientations, &rest.direction);
+        (sines.angles::<SmallAngles>(), sines.are_small())
+    }
+
+    /// As a point contact in its middle.
+    #[inline(always)]
+    pub fn point(&self, geometry: &ContactGeometry, frame: &Frame, bonded: bool) -> PointKinematics {
+        let Self { length, normal } = *self;
+        PointKinematics {
+            geometry: *geometry,
+            length,
+            length_old: frame.length,
+            elongation: length - geometry.reference_length,
+            elongation_old: frame.length - geometry.reference_length,
+            gap: length - geometry.radius_a - geometry.radius_b,
+            normal,
+            shear_increment: Vec3::zeros(),
+            arm_a: 0.5 * length,
+            arm_b: 0.5 * length,
+            bonded,
+            transport: Transport::identity(normal),
+        }
+    }
+}
+
+/// Sines and cosines of the rotations of a bond's ends.
+#[derive(Clone, Copy)]
+struct RotationSines {
+    chord: Vec3,
+    /// Chord × end direction.
+    sine: [Vec3; 2],
+    /// Its square.
+    sine_squared: [f64; 2],
+    /// Chord · end direction.
+    cosine: [f64; 2],
+    /// Parts of the quaternion of the twist, up to a factor.
+    twist: [f64; 2],
+    /// `(t_A + t_B)/(1 + t_A·t_B)`.
+    twist_axis: Vec3,
+}
+
+impl RotationSines {
+    /// Of ends with these orientations, whose copies of the bond's direction were `direction` at bonding.
+    #[inline(always)]
+    fn between(chord: &Vec3, [qa, qb]: &[Quat; 2], direction: &Vec3) -> Self {
+        let (ta, tb) = (rotate(qa, direction), rotate(qb, direction));
+        // q_B q_A*, written so that it changes its sign exactly when A and B are exchanged.
+        let (ua, ub) = (qa.imag(), qb.imag());
+        let u = (ub * qa.w - ua * qb.w) + ua.cross(&ub);
+        let w = qa.w * qb.w + ua.dot(&ub);
+        let (sine_a, sine_b) = (chord.cross(&ta), chord.cross(&tb));
+        let sum = ta + tb;
+        // Ends that point opposite ways have no twist; the floor keeps the answer a number.
+        let one_and_cosine = (1.0 + ta.dot(&tb)).max(f64::MIN_POSITIVE);
+        Self {
+            chord: *chord,
+            sine: [sine_a, sine_b],
+            sine_squared: [sine_a.norm_squared(), sine_b.norm_squared()],
+            cosine: [chord.dot(&ta), chord.dot(&tb)],
+            twist: [u.dot(&sum), one_and_cosine * w + ta.cross(&tb).dot(&u)],
+            twist_axis: sum / one_and_cosine,
+        }
+    }
+
+    /// Whether all angles are small enough for their series. Not short-circuited, so that it is no branch.
+    #[inline(always)]
+    #[allow(clippy::needless_bitwise_bool)]
+    fn are_small(&self) -> bool {
+        let [imaginary, real] = self.twist;
+        (self.sine_squared[0] < SERIES)
+            & (self.sine_squared[1] < SERIES)
+            & (self.cosine[0] > 0.0)
+            & (self.cosine[1] > 0.0)
+            & (imaginary * imaginary < SERIES * (real * real))
+    }
+
+    #[inline(always)]
+    fn angles<A: Arcs>(&self) -> EndRotations {
+        let factor =
+            [A::factors(self.sine_squared[0], self.cosine[0]), A::factors(self.sine_squared[1], self.cosine[1])];
+        EndRotations {
+            a: self.sine[0] * factor[0][0],
+            b: self.sine[1] * factor[1][0],
+            twist: A::twice(self.twist[0], self.twist[1]),
+            chord: self.chord,
+            sine: self.sine,
+            cosine: self.cosine,
+            factor,
+            twist_axis: self.twist_axis,
+        }
+    }
+}
+
+impl FrameKinematics {
+    /// Measure a bond.
+    #[inline(always)]
+    pub fn new(
+        a: &Motion,
+        b: &Motion,
+        image: &ImageShift,
+        geometry: &ContactGeometry,
+        frame: &Frame,
+        bonded: bool,
+        dt: f64,
+    ) -> Self {
+        let chord = Chord::of(&(b.position + image.displacement - a.position));
+        let sine = |q: &Quat| q.imag() * (2.0 * q.w);
+        Self {
+            point: chord.point(geometry, frame, bonded),
+            orientation_a: a.orientation,
+            orientation_b: b.orientation,
+            displacement: (b.velocity + image.velocity - a.velocity) * dt,
+            turn_a: sine(&a.rotation_increment),
+            turn_b: sine(&b.rotation_increment),
+        }
+    }
+
+    /// The frame of a bond that is unloaded in this state.
+    pub fn rest(&self) -> RestFrame {
+        RestFrame::new(&self.point.normal, &self.orientation_a, &self.orientation_b)
+    }
+
+    /// Rotations of the ends since the state `rest`.
+    #[inline(always)]
+    pub fn rotations(&self, rest: &RestFrame) -> EndRotations {
+        let mut orientations = [self.orientation_a, self.orientation_b];
+        if rest.rotation != Vec3::zeros() {
+            orientations = rest.halved(orientations);
+        }
+        RotationSines::between(&self.point.normal, &orientations, &rest.direction).angles::<AnyAngles>()
+    }
+
+    /// Work that forces of these sizes take from the bodies in the step, J: `force` and `moment_a` on A, `−force` and
+    /// `moment_b` on B, moments about the centres.
+    #[inline(always)]
+    pub fn work(&self, force: &Vec3, moment_a: &Vec3, moment_b: &Vec3) -> f64 {
+        force.dot(&self.displacement) - moment_a.dot(&self.turn_a) - moment_b.dot(&self.turn_b)
+    }
+}
+
+impl EndRotations {
+    /// Moment on the body of end `end` (0: A, 1: B) about its centre, N·m, of an energy whose derivative with respect to
+    /// the end's rotation vector is `derivative` (N·m, perpendicular to the chord).
+    ///
+    /// With `w` the derivative, `s = X × t`, `c = X·t`, `g = α/sin α`, and `h = (1 − g c)/sin² α`, a rotation `δω` of the
+    /// body changes the energy by `w·δθ = δω·[g c w − g (t·w) X + h (w·s) s]`. In plane bending the bracket is `w`.
+    #[inline(always)]
+    pub fn end_moment(&self, end: usize, derivative: &Vec3) -> Vec3 {
+        let (s, c, [g, h]) = (self.sine[end], self.cosine[end], self.factor[end]);
+        // t = c X + s × X, and w ⟂ X.
+        let along = s.cross(&self.chord).dot(derivative);
+        -(derivative * (g * c) - self.chord * (g * along) + s * (h * derivative.dot(&s)))
+    }
+
+    /// Derivative of the twist with respect to a rotation of B (that of A is the opposite): `(t_A+t_B)/(1+t_A·t_B)`;
+    /// the chord itself while the ends point along it.
+    #[inline(always)]
+    pub fn twist_axis(&self) -> Vec3 {
+        self.twist_axis
+    }
+}
+
+impl Kinematics for FrameKinematics {
+    const ONE_MODE: bool = true;
+
+    #[inline(always)]
+    fn measure(
+        _mode: Mode,
+        a: &Motion,
+        b: &Motion,
+        image: &ImageShift,
+        geometry: &ContactGeometry,
+        frame: &Frame,
+        bonded: bool,
+        dt: f64,
+    ) -> Self {
+        Self::new(a, b, image, geometry, frame, bonded, dt)
+    }
+    fn measure_wall(
+        _mode: Mode,
+        _a: &Motion,
+        _foot: &Foot,
+        _wall_velocity: &Vec3,
+        _geometry: &ContactGeometry,
+        _frame: &Frame,
+        _dt: f64,
+    ) -> Option<Self> {
+        None
+    }
+    #[inline(always)]
+    fn point(&self) -> &PointKinematics {
+        &self.point
+    }
+    fn widened(&self, now: f64, before: f64) -> Self {
+        Self { point: self.point.widened(now, before), ..*self }
+    }
+    fn arms(_geometry: &ContactGeometry, length: f64) -> (f64, f64) {
+        (0.5 * length, 0.5 * length)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The series and the arc tangent agree where they meet, to the rounding of a difference of numbers near 1 divided by
+    /// 1e-2 (second factor), and at large angles the factors are what they say.
+    #[test]
+    fn arc_factors_are_continuous_and_right() {
+        let at = |sine: f64| AnyAngles::factors(sine * sine, (1.0 - sine * sine).sqrt());
+        let below = at(0.1 * (1.0 - 1e-12));
+        let above = at(0.1 * (1.0 + 1e-12));
+        for k in 0..2 {
+            assert!((below[k] - above[k]).abs() < 4e-14, "{below:?} {above:?}");
+        }
+        let angle = 2.5_f64;
+        let [g, h] = AnyAngles::factors(angle.sin().powi(2), angle.cos());
+        assert!((g - angle / angle.sin()).abs() < 4e-15 * g, "{g}");
+        assert!((h - (1.0 - angle / angle.tan()) / angle.sin().powi(2)).abs() < 4e-14 * h, "{h}");
+        for angle in [1e-9_f64, 1e-3, 0.19, 0.21, 1.0, 3.1, -0.7] {
+            let (s, c) = (0.5 * angle).sin_cos();
+            assert!((AnyAngles::twice(s, c) - angle).abs() <= 1e-15 * angle.abs().max(1.0), "{angle}");
+            assert!((AnyAngles::twice(-s, -c) - angle).abs() <= 1e-15 * angle.abs().max(1.0), "{angle}");
+        }
+    }
+}

@@ -1,0 +1,360 @@
+//! Particles that deform under the forces on their surface: the deformable discrete element method (Madan 2019, chapter
+//! 2; Rojek, Zubelewicz, Madan & Nosewicz 2018, Int. J. Numer. Methods Eng. 114:828).
+//!
+//! Each particle has one uniform strain, on top of which contacts have their own local overlap. With the unit vectors
+//! `n_c` from the centre to the contact points, forces `f_c` on the particle, radius `R` and volume `V`:
+//!
+//! | | | |
+//! |---|---|---|
+//! | stress | `σ = (1/V) Σ ½(s⊗f + f⊗s)`, `s = R n`; `R T/V` with `T = Σ ½(n⊗f + f⊗n)` | (2.41), (2.44) |
+//! | strain | `ε = D σ` | (2.47) |
+//! | plane strain | `ε = ((1+ν)/E)(σ − ν tr σ 1)` in the plane | (2.48) |
+//! | plane stress | `ε = ((1+ν)σ − ν tr σ 1)/E` in the plane | (2.49) |
+//! | solid | the same in space | extension |
+//! | displacement of a contact point | `u = ε s` | (2.52) |
+//! | corrected elongation | `u_c = u − n·(R_A ε_A + R_B ε_B)·n` | (2.53) |
+//!
+//! in Pa, m, N; tension positive. Discs have unit depth. The lever is the whole radius, as in all closed forms of the
+//! source, contact points and normals are those of the undeformed particles, shear increments do not feel the
+//! deformation. The forces of a step need the strains and the strains the forces; see [`Update`].
+//!
+//! **Who acts.** Contacts with particles and walls; given forces, if they are said to act on the surface
+//! (`Load::dyad` of the solver); and the reactions of prescribed translations. Where a reaction meets the surface
+//! is not known; it is taken opposite to the contacts, with the lever `−R Σn/max(1, |Σn|)`: exactly opposite to a single
+//! contact, outwards at a surface, none where contacts lie all around. Gravity and inertia are body forces and have no
+//! lever.
+//!
+//! **What is not conserved.** Shear forces strain the particles, but do not feel that strain, so that the scheme has no
+//! potential when they act; the ledger books what that makes or loses as a term of its own
+//! (`Ledger::deformation_other`).
+
+use std::f64::consts::PI;
+
+use crate::Constraint;
+use crate::law::Elastic;
+use crate::math::{Symmetric, Vec3};
+
+/// Which strains go with which stresses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Condition {
+    /// Spheres.
+    #[default]
+    Solid,
+    /// Discs without strain across the plane.
+    PlaneStrain,
+    /// Discs without stress across the plane.
+    PlaneStress,
+}
+
+impl Condition {
+    /// Whether particles are discs.
+    #[inline(always)]
+    pub fn is_planar(self) -> bool {
+        self != Self::Solid
+    }
+}
+
+/// When the strains of a step are found.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Update {
+    /// From the forces of the step before (Madan 2019, (3.17)). Stable only while the spectral radius of the iteration
+    /// matrix is below 1; dissipates vibrations, `ζ ≈ ω₀Δt ρ/(2(1+ρ)^{3/2})` for a mode of undeformed frequency `ω₀`.
+    #[default]
+    Lagged,
+    /// Repeated at fixed positions until strains and forces agree (Madan 2019, section 3.2).
+    Iterated {
+        /// Largest change of the particles' force dyads in the last iteration, by their size: root of sums of squares.
+        tolerance: f64,
+        /// Iterations after which the run stops with an error.
+        maximum: u32,
+        /// Share of the change that is taken over. Converges below `2/(1+ρ)`, where `ρ` is the spectral radius; so a
+        /// small share removes the limit of `ρ`.
+        relaxation: f64,
+    },
+}
+
+/// How particles deform.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Deformable {
+    /// Elastic constants by material; [`Elastic::RIGID`] for particles that keep their shape.
+    pub elasticity: Vec<Elastic>,
+    /// Plane or solid.
+    pub condition: Condition,
+    /// When the strains are found.
+    pub update: Update,
+    /// Whether forces of dashpots strain the particles too; in statics it makes no difference. Off: the elastic forces,
+    /// as in section 2.8 of the source.
+    pub dashpots: bool,
+}
+
+/// What a particle gives way to a force dyad; see [`Deformable::compliance`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Compliance {
+    /// Factor of `T`, m/N.
+    direct: f64,
+    /// Factor of `−tr T 1`, m/N.
+    volumetric: f64,
+    condition: Condition,
+}
+
+impl Deformable {
+    /// Volume of a particle, m³.
+    #[inline(always)]
+    pub fn volume(&self, radius: f64) -> f64 {
+        if self.condition.is_planar() { PI * (radius * radius) } else { 4.0 / 3.0 * PI * (radius * radius * radius) }
+    }
+
+    /// Compliance of a particle.
+    #[inline(always)]
+    pub fn compliance(&self, material: u16, radius: f64) -> Compliance {
+        let Elastic { young, poisson } = self.elasticity.get(material as usize).copied().unwrap_or(Elastic::RIGID);
+        // R²/(V E)
+        let shape = if self.condition.is_planar() { 1.0 / (PI * young) } else { 0.75 / (PI * (radius * young)) };
+        let volumetric = match self.condition {
+            Condition::PlaneStrain => poisson * (1.0 + poisson),
+            Condition::PlaneStress | Condition::Solid => poisson,
+        };
+        Compliance { direct: shape * (1.0 + poisson), volumetric: shape * volumetric, condition: self.condition }
+    }
+
+    /// Prescribed translations whose reactions strain particles.
+    pub fn reacting(&self) -> Constraint {
+        if self.condition.is_planar() { Constraint::IN_PLANE } else { Constraint::TRANSLATION }
+    }
+
+    /// Stress of a particle under the force dyad `T` (N), Pa.
+    pub fn stress(&self, dyad: &Symmetric, radius: f64) -> Symmetric {
+        *dyad * (radius / self.volume(radius))
+    }
+}
+
+impl Compliance {
+    /// `R ε`, m: how far the surface moves out, for the force dyad `T` (N).
+    #[inline(always)]
+    pub fn widening(&self, dyad: &Symmetric) -> Symmetric {
+        let [xx, yy, zz, yz, xz, xy] = dyad.0;
+        let (a, b) = (self.direct, self.volumetric * dyad.trace());
+        let across = if self.is_planar() { 0.0 } else { a * zz - b };
+        Symmetric([a * xx - b, a * yy - b, across, a * yz, a * xz, a * xy])
+    }
+
+    /// That of a particle whose modulus is `factor` times as large.
+    #[must_use]
+    pub fn stiffened(&self, factor: f64) -> Self {
+        Self { direct: self.direct / factor, volumetric: self.volumetric / factor, condition: self.condition }
+    }
+
+    /// Derivative by the particle's Poisson's ratio: `direct = s(1+ν)` and `volumetric = sν`, in plane strain `sν(1+ν)`.
+    #[must_use]
+    pub fn by_poisson(&self) -> Self {
+        let (direct, volumetric) = match self.condition {
+            Condition::PlaneStrain if self.direct == 0.0 => (0.0, 0.0),
+            Condition::PlaneStrain => {
+                let poisson = self.volumetric / self.direct;
+                let shape = self.direct / (1.0 + poisson);
+                (shape, shape * (1.0 + 2.0 * poisson))
+            }
+            Condition::PlaneStress | Condition::Solid => {
+                let shape = self.direct - self.volumetric;
+                (shape, shape)
+            }
+        };
+        Self { direct, volumetric, condition: self.condition }
+    }
+
+    /// Whether it is a disc's.
+    #[inline(always)]
+    pub fn is_planar(&self) -> bool {
+        self.condition.is_planar()
+    }
+
+    /// Factors of the trace-free part of a dyad and of its isotropic part (in the plane, or in space), m/N.
+    pub fn principal(&self) -> (f64, f64) {
+        let dimension = if self.is_planar() { 2.0 } else { 3.0 };
+        (self.direct, self.direct - dimension * self.volumetric)
+    }
+}
+
+/// What a contact does to the shape of the particle from whose centre `normal` points to it, and likewise to that of the
+/// other: force and direction are both opposite there. In one line of the processor's cache.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(64))]
+pub struct Push {
+    /// Unit vector to the contact.
+    pub normal: Vec3,
+    /// Elastic normal force on the particle along it, N.
+    pub pressure: f64,
+    /// All other forces that strain the particle, N.
+    pub other: Vec3,
+}
+
+impl Push {
+    /// Of a contact with the force `force` on the particle, of which dashpots exert `viscous` (N); `dashpots_strain`: whether
+    /// that strains particles.
+    #[inline(always)]
+    pub fn of(normal: &Vec3, force: &Vec3, viscous: &Vec3, dashpots_strain: bool) -> Self {
+        let elastic = force - viscous;
+        let pressure = elastic.dot(normal);
+        let other = if dashpots_strain { *force } else { elastic } - normal * pressure;
+        Self { normal: *normal, pressure, other }
+    }
+
+    /// Dyads of the forces.
+    #[inline(always)]
+    pub fn dyads(&self) -> Dyads {
+        let Self { normal, other, pressure } = self;
+        Dyads { normal: Symmetric::square(normal) * *pressure, other: Symmetric::product(normal, other) }
+    }
+
+    /// Elastic normal force on the particle, N.
+    #[inline(always)]
+    pub fn elastic(&self) -> Vec3 {
+        self.normal * self.pressure
+    }
+}
+
+/// What the contacts of a particle do to its shape: dyads `Σ ½(n⊗f + f⊗n)`, N. In lines of the processor's cache of their own.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(64))]
+pub struct Dyads {
+    /// Of elastic normal forces.
+    pub normal: Symmetric,
+    /// Of all other forces that strain the particle.
+    pub other: Symmetric,
+}
+
+impl std::ops::AddAssign for Dyads {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        self.normal += other.normal;
+        self.other += other.other;
+    }
+}
+
+/// Sums over the contacts of a particle whose translation is prescribed; nothing for others.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Held {
+    /// Sum of the directions of the contacts, `Σ n`.
+    pub side: Vec3,
+    /// Sum of the elastic normal forces, N.
+    pub net: Vec3,
+}
+
+impl Held {
+    /// Add a contact.
+    #[inline(always)]
+    pub fn add(&mut self, push: &Push) {
+        self.side += push.normal;
+        self.net += push.elastic();
+    }
+
+    /// Add a contact whose push is that on the other particle.
+    #[inline(always)]
+    pub fn add_opposite(&mut self, push: &Push) {
+        self.side -= push.normal;
+        self.net -= push.elastic();
+    }
+}
+
+/// Where contacts add what they do to the shape of particles; empty if particles do not deform.
+#[derive(Default)]
+pub struct Pushed<'a> {
+    /// By particle.
+    pub dyads: &'a mut [Dyads],
+    /// By particle.
+    pub held: &'a mut [Held],
+}
+
+impl Pushed<'_> {
+    /// The first particles, at most `length`; the others are left.
+    pub fn split_off(&mut self, length: usize) -> Self {
+        let length = length.min(self.dyads.len());
+        Self {
+            dyads: self.dyads.split_off_mut(..length).unwrap_or_default(),
+            held: self.held.split_off_mut(..length).unwrap_or_default(),
+        }
+    }
+
+    /// The same particles, for a shorter time.
+    pub fn reborrow(&mut self) -> Pushed<'_> {
+        Pushed { dyads: self.dyads, held: self.held }
+    }
+}
+
+/// `R ε` of a particle, m, in one line of the processor's cache.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(64))]
+pub struct Widening(pub Symmetric);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn disc(condition: Condition, young: f64, poisson: f64) -> Deformable {
+        let elasticity = vec![Elastic { young, poisson }];
+        Deformable { elasticity, condition, update: Update::Lagged, dashpots: false }
+    }
+
+    /// Madan 2019, section 2.9 (two discs in plane stress, with (2.53)): every printed digit.
+    #[test]
+    fn two_discs_of_the_source() {
+        let (radius, force, approach) = (1e-3, 1e4, 3.65e-7);
+        let deformable = disc(Condition::PlaneStress, 2e11, 0.35);
+        // Pressed between two opposite contacts along y.
+        let dyad = Symmetric::product(&Vec3::y(), &Vec3::y()) * (-2.0 * force);
+        let stress = deformable.stress(&dyad, radius);
+        assert!((stress.0[1] * 1e-6 + 6.37).abs() < 0.005, "{stress:?}");
+        let widening = deformable.compliance(0, radius).widening(&dyad);
+        assert!((widening.0[1] / radius * 1e5 + 3.18).abs() < 0.005);
+        assert!((widening.0[0] / radius * 1e5 - 1.11).abs() < 0.005);
+        // The approach is that of two half discs.
+        assert!((2.0 * widening.0[1] * 1e8 + 6.37).abs() < 0.005);
+        assert!((2.0 * widening.0[0] * 1e8 - 2.23).abs() < 0.005);
+        let overlap = approach + 2.0 * widening.0[1];
+        assert!((overlap * 1e7 - 3.01).abs() < 0.005);
+        assert!((force / overlap * 1e-10 - 3.32).abs() < 0.005);
+    }
+
+    /// Stiffness of a particle between two opposite contacts, exact: `πE/(2(1−ν²))` in plane strain (2.72), `πE/2` in
+    /// plane stress, `2πRE/3` for a sphere. A few roundings.
+    #[test]
+    fn stiffness_between_two_contacts() {
+        let (young, poisson, radius) = (2e11, 0.35, 1e-3);
+        for (condition, expected) in [
+            (Condition::PlaneStrain, PI * young / (2.0 * (1.0 - poisson * poisson))),
+            (Condition::PlaneStress, 0.5 * PI * young),
+            (Condition::Solid, 2.0 / 3.0 * PI * radius * young),
+        ] {
+            let dyad = Symmetric::product(&Vec3::x(), &Vec3::x()) * 2.0;
+            let widening = disc(condition, young, poisson).compliance(0, radius).widening(&dyad);
+            assert!((1.0 / widening.0[0] / expected - 1.0).abs() < 4e-16 * 4.0, "{condition:?}");
+        }
+    }
+
+    /// Against central differences of a quadratic in ν, which are exact: a few roundings, 1e-16/h.
+    #[test]
+    fn compliance_by_poisson_is_its_derivative() {
+        let dyad = Symmetric([1.0, -2.0, 3.0, 0.4, 0.5, 0.6]);
+        let h = 1e-3;
+        for condition in [Condition::PlaneStrain, Condition::PlaneStress, Condition::Solid] {
+            for poisson in [-0.4, 0.0, 0.35] {
+                let at = |poisson: f64| disc(condition, 2.0, poisson).compliance(0, 0.7);
+                let found = at(poisson).by_poisson().widening(&dyad);
+                let difference = at(poisson + h).widening(&dyad) - at(poisson - h).widening(&dyad);
+                for (found, difference) in found.0.iter().zip(difference.0) {
+                    assert!((found - difference / (2.0 * h)).abs() < 1e-12, "{condition:?} {poisson}");
+                }
+            }
+        }
+        let rigid = disc(Condition::PlaneStrain, f64::INFINITY, 0.3).compliance(0, 1.0);
+        assert_eq!(rigid.by_poisson().widening(&dyad), Symmetric::default());
+    }
+
+    /// Rigid particles give way to nothing, exactly.
+    #[test]
+    fn rigid_particles_stay() {
+        let rigid = disc(Condition::Solid, f64::INFINITY, 0.0).compliance(0, 1.0);
+        assert_eq!(rigid.widening(&Symmetric([1.0, -2.0, 3.0, 4.0, 5.0, 6.0])), Symmetric::default());
+    }
+}

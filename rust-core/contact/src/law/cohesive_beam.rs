@@ -1,0 +1,440 @@
+//! Cohesive beam: a massless elastic cylinder between the centres of two particles, brittle (Jebahi, André, Terreros,
+//! Iordanoff 2015, "Discrete element method to model 3D continuous materials", sections 2.4.1 and 4.2.1; the signs of
+//! [2.9], [2.11], [2.12] are printed so that forces and moments do not balance, and are corrected here).
+//!
+//! With the chord `X`, the rest length `l₀`, the elongation `Δl`, the end rotations `θ` and the twist `τ` of
+//! [`bond_frame`](crate::kinematics::bond_frame), section `S = πr²`, `I = πr⁴/4`, `I_O = 2I`, `G = E/2(1+ν)`:
+//!
+//! | | | |
+//! |---|---|---|
+//! | energy | `U = ½k_n Δl² + ½k_s (½l₀)²‖θ_A+θ_B‖² + ½k_b ‖θ_B−θ_A‖² + ½k_t τ²` | J |
+//! | stiffnesses | `k_n = ES/l₀`, `k_s = 12EI/l₀³(1+Φ)`, `k_b = EI/l₀`, `k_t = GI_O/l₀` | |
+//! | Euler-Bernoulli | `Φ = 0`: `U` is `½(ES/l₀)Δl² + (2EI/l₀)(θ_A²+θ_A·θ_B+θ_B²) + ½(GI_O/l₀)τ²` | |
+//! | Timoshenko | `Φ = 12EI/(κGS l₀²)`, κ the shear coefficient | |
+//! | dual spring | `k_s = ratio·k_n`, `k_b = k_t = 0` | |
+//! | spring | `k_s = k_b = k_t = 0` | |
+//!
+//! Forces are the exact derivatives of `U`, so that a bond conserves energy at rotations of any size. For rotations in one
+//! plane, and to first order in all others, they are the four formulas of the book with the signs corrected,
+//!
+//! `F_A = k_n Δl X − (6EI/l₀l)[(θ_Az+θ_Bz)Y − (θ_Ay+θ_By)Z]`,
+//! `M_A = k_t τ X − (2EI/l₀)(2θ_A+θ_B)`, `M_B = −k_t τ X − (2EI/l₀)(θ_A+2θ_B)`, `F_B = −F_A`
+//!
+//! (moments about the centres; the book has one `l`, since it assumes small strain). The length in the shear force is
+//! the present one, because moments balance at the present chord: `M_A + M_B = l X × F_A`.
+//!
+//! **Failure** (Rankine, [4.1]–[4.3]): `σ_max = ½(σ_n + √(σ_n²+4τ²)) ≥ σ_f` breaks the beam, with
+//! `σ_n = k_n Δl/S + M r/I` and `τ = (r/I_O)·½(M_A−M_B)·X`. [4.2] prints `M = ½‖M_A+M_B‖`, which misses a beam bent to a
+//! circle; what it means is a choice, [`BendingTerm`]. A beam that its particles let go of (no longer bonded: see
+//! `fracture::virial`) breaks at its next evaluation. The energy stored at that moment is
+//! released as damage.
+
+use std::f64::consts::{FRAC_2_SQRT_PI, PI};
+
+use super::common::{ParameterError, require};
+use super::{
+    ContactGeometry, ContactLaw, EnergySplit, Fate, Reference, Response, Stiffness, respond_one_by_one, respond_to_one,
+};
+use crate::kinematics::batch::{BATCH, Batch, Columns, Formula, Found};
+use crate::kinematics::{Chord, EndRotations, FrameKinematics, Mode, RestFrame, torques};
+use crate::math::{Quat, Vec3};
+
+/// What the bond resists.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum BeamModel {
+    /// Slender beam: sections stay normal to the axis.
+    EulerBernoulli,
+    /// Beam that shears.
+    Timoshenko {
+        /// Shear coefficient κ of the section, 1 (circle: 0.9, or `6(1+ν)/(7+6ν)`; infinite: Euler-Bernoulli).
+        shear_coefficient: f64,
+    },
+    /// Normal and tangential spring, no moments of its own.
+    DualSpring {
+        /// Tangential stiffness through normal stiffness, 1.
+        ratio: f64,
+    },
+    /// Normal spring alone.
+    Spring,
+}
+
+/// Which moment bends the beam in the failure criterion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum BendingTerm {
+    /// That of the middle section, `½‖(M_A−M_B)_⊥‖`.
+    #[default]
+    MidSection,
+    /// `½‖M_A+M_B‖` as printed in [4.2]: the part made by the shear force alone.
+    HalfSum,
+    /// The larger one of both ends, `max(‖M_A⊥‖, ‖M_B⊥‖)`.
+    LargerEnd,
+}
+
+/// Size of the section.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Section {
+    /// Radius through the mean radius of all particles, r̃; every bond gets the same radius ([2.22] ff.).
+    Ratio(f64),
+    /// Radius, m.
+    Radius(f64),
+}
+
+/// Parameters of a beam.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CohesiveBeam {
+    /// Young's modulus `E_μ` of the beam, Pa.
+    pub young: f64,
+    /// Poisson's ratio `ν_μ` of the beam, 1; sets the stiffness in twist alone (and in shear, Timoshenko).
+    pub poisson: f64,
+    /// Radius of the section. [`ContactGeometry::area`] of a bond is `πr²`.
+    pub section: Section,
+    /// What it resists.
+    pub model: BeamModel,
+    /// Tensile strength `σ_f`, Pa; infinite for a beam that never breaks.
+    pub strength: f64,
+    /// Reading of the bending moment in the criterion.
+    pub bending_term: BendingTerm,
+}
+
+crate::law_state! {
+    /// History of a [`CohesiveBeam`]: its unloaded state, see [`RestFrame`]. All zero before the first evaluation, which
+    /// defines it.
+    pub struct CohesiveBeamState {
+        /// Direction of the unloaded bond in the axes half way between those of the bodies.
+        rest_direction: Vec3, "1", Odd;
+        /// Vector part of the rotation from either body to these axes.
+        rest_rotation: Vec3, "1", Odd;
+    }
+}
+
+/// Stiffnesses of a bond about its middle section.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BeamStiffness {
+    /// `k_n`, N/m.
+    pub normal: f64,
+    /// `k_s`, N/m.
+    pub shear: f64,
+    /// `k_b`, N·m/rad.
+    pub bending: f64,
+    /// `k_t`, N·m/rad.
+    pub twist: f64,
+}
+
+/// Forces of a beam on its two particles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BeamForces {
+    /// Force on A, N; B gets the opposite.
+    pub force: Vec3,
+    /// Moment on A about its centre, N·m.
+    pub moment_a: Vec3,
+    /// Moment on B about its centre, N·m.
+    pub moment_b: Vec3,
+}
+
+/// Part of a moment perpendicular to the chord.
+#[inline(always)]
+fn across(chord: &Vec3, moment: Vec3) -> Vec3 {
+    moment - chord * chord.dot(&moment)
+}
+
+impl BeamForces {
+    #[inline(always)]
+    fn bending_in_the_middle(&self, chord: &Vec3) -> f64 {
+        0.5 * across(chord, self.moment_a - self.moment_b).norm()
+    }
+}
+
+impl CohesiveBeam {
+    /// An Euler-Bernoulli beam that never breaks: modulus (Pa), Poisson's ratio, section.
+    pub fn new(young: f64, poisson: f64, section: Section) -> Result<Self, ParameterError> {
+        let beam = Self {
+            young,
+            poisson,
+            section,
+            model: BeamModel::EulerBernoulli,
+            strength: f64::INFINITY,
+            bending_term: BendingTerm::default(),
+        };
+        beam.validate()?;
+        Ok(beam)
+    }
+
+    /// Refuse parameters without meaning.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        require(positive(self.young), Self::NAME, "young", self.young, "positive and finite (Pa)")?;
+        let poisson = self.poisson;
+        require(poisson > -1.0 && poisson <= 0.5, Self::NAME, "poisson", poisson, "above -1 and at most 0.5")?;
+        match self.section {
+            Section::Ratio(ratio) => {
+                require(positive(ratio), Self::NAME, "radius_ratio", ratio, "positive and finite")?;
+            }
+            Section::Radius(radius) => {
+                require(positive(radius), Self::NAME, "radius", radius, "positive and finite (m)")?;
+            }
+        }
+        match self.model {
+            BeamModel::Timoshenko { shear_coefficient: kappa } => {
+                require(kappa > 0.0, Self::NAME, "shear_coefficient", kappa, "positive")?;
+            }
+            BeamModel::DualSpring { ratio } => {
+                require(ratio >= 0.0 && ratio.is_finite(), Self::NAME, "shear_ratio", ratio, "finite, not negative")?;
+            }
+            BeamModel::EulerBernoulli | BeamModel::Spring => {}
+        }
+        require(self.strength > 0.0, Self::NAME, "strength", self.strength, "positive (Pa; inf for unbreakable)")
+    }
+
+    /// Stiffnesses of a bond of this rest length and section.
+    #[inline(always)]
+    pub fn stiffnesses(&self, geometry: &ContactGeometry) -> BeamStiffness {
+        match self.model {
+            BeamModel::EulerBernoulli => self.stiffnesses_of_beam(geometry, f64::INFINITY),
+            BeamModel::Timoshenko { shear_coefficient } => self.stiffnesses_of_beam(geometry, shear_coefficient),
+            BeamModel::DualSpring { ratio } => {
+                let normal = self.young / geometry.reference_length * geometry.area;
+                BeamStiffness { normal, shear: ratio * normal, bending: 0.0, twist: 0.0 }
+            }
+            BeamModel::Spring => {
+                let normal = self.young / geometry.reference_length * geometry.area;
+                BeamStiffness { normal, shear: 0.0, bending: 0.0, twist: 0.0 }
+            }
+        }
+    }
+
+    /// Those of a Timoshenko beam; an infinite shear coefficient makes it slender, to the last bit.
+    #[inline(always)]
+    fn stiffnesses_of_beam(&self, geometry: &ContactGeometry, shear_coefficient: f64) -> BeamStiffness {
+        let (area, inverse) = (geometry.area, 1.0 / geometry.reference_length);
+        let per_length = self.young * inverse;
+        let normal = per_length * area;
+        // I = S²/4π
+        let bending = per_length * (area * area) * (1.0 / (4.0 * PI));
+        let inverse_squared = inverse * inverse;
+        let slender = 12.0 * bending * inverse_squared;
+        // Φ = 12EI/κGSl², G = E/2(1+ν)
+        let phi = 6.0 * (1.0 + self.poisson) / (PI * shear_coefficient) * (area * inverse_squared);
+        // G I_O/l = E/2(1+ν)·2I/l
+        let twist = bending * (1.0 / (1.0 + self.poisson));
+        BeamStiffness { normal, shear: slender / (1.0 + phi), bending, twist }
+    }
+
+    /// Maximal principal stress on the surface of the beam, Pa, by [4.1]–[4.3] with the chosen reading of the bending
+    /// term; `axial` is the normal force, N, `chord` the unit chord.
+    #[inline(always)]
+    pub fn rankine_stress(&self, area: f64, axial: f64, chord: &Vec3, forces: &BeamForces) -> f64 {
+        let bending = match self.bending_term {
+            BendingTerm::MidSection => forces.bending_in_the_middle(chord),
+            BendingTerm::HalfSum => 0.5 * (forces.moment_a + forces.moment_b).norm(),
+            BendingTerm::LargerEnd => across(chord, forces.moment_a).norm().max(across(chord, forces.moment_b).norm()),
+        };
+        Self::principal_stress(area, axial, chord, forces, bending)
+    }
+
+    #[inline(always)]
+    fn principal_stress(area: f64, axial: f64, chord: &Vec3, forces: &BeamForces, bending: f64) -> f64 {
+        let torsion = 0.5 * (forces.moment_a - forces.moment_b).dot(chord);
+        let inverse = 1.0 / area;
+        // r/I = 4πr/S² = 4√π S^(−3/2), and half of it for I_O.
+        let by_section = (8.0 / FRAC_2_SQRT_PI) * (inverse * inverse.sqrt());
+        let normal = axial * inverse + bending * by_section;
+        let shear = 0.5 * by_section * torsion;
+        0.5 * (normal + (normal * normal + 4.0 * shear * shear).sqrt())
+    }
+}
+
+/// What a beam does.
+struct Answer {
+    forces: BeamForces,
+    /// Normal force, N.
+    axial: f64,
+    /// Energy stored by elongation, shear, bending, twist, J.
+    stored: [f64; 4],
+}
+
+#[inline(always)]
+fn answer(k: &BeamStiffness, reference_length: f64, chord: &Chord, rotations: &EndRotations) -> Answer {
+    let elongation = chord.length - reference_length;
+    let half_length = 0.5 * reference_length;
+    let sum = rotations.a + rotations.b;
+    let difference = rotations.b - rotations.a;
+    let by_shear = k.shear * (half_length * half_length);
+    let (from_shear, from_bending) = (sum * by_shear, difference * k.bending);
+    let torsion = rotations.twist_axis() * (k.twist * rotations.twist);
+    let moment_a = rotations.end_moment(0, &(from_shear - from_bending)) + torsion;
+    let moment_b = rotations.end_moment(1, &(from_shear + from_bending)) - torsion;
+    let axial = k.normal * elongation;
+    let force = chord.normal * axial - chord.normal.cross(&(moment_a + moment_b)) * (1.0 / chord.length);
+    let stored = [
+        0.5 * axial * elongation,
+        0.5 * by_shear * sum.norm_squared(),
+        0.5 * from_bending.dot(&difference),
+        0.5 * k.twist * (rotations.twist * rotations.twist),
+    ];
+    Answer { forces: BeamForces { force, moment_a, moment_b }, axial, stored }
+}
+
+/// Answers of many slender or Timoshenko beams with the same parameters, whose ends have turned little; see
+/// [`CohesiveBeam::respond_batch`].
+struct Intact<'a, const TURNED: bool> {
+    beam: &'a CohesiveBeam,
+    /// Infinite for slender beams.
+    shear_coefficient: f64,
+}
+
+/// Output of [`Intact`]: chord (length, direction), force on A, torques on A and B, stress.
+const OUTPUT: usize = 14;
+
+impl<const TURNED: bool> Formula<19, OUTPUT> for Intact<'_, TURNED> {
+    #[inline(always)]
+    fn apply(&self, input: [f64; 19]) -> [f64; OUTPUT] {
+        let [lx, ly, lz, ai, aj, ak, aw, bi, bj, bk, bw, dx, dy, dz, rx, ry, rz, reference_length, area] = input;
+        let rest = RestFrame { direction: Vec3::new(dx, dy, dz), rotation: Vec3::new(rx, ry, rz) };
+        let chord = Chord::of(&Vec3::new(lx, ly, lz));
+        let orientations = [Quat::new(aw, ai, aj, ak), Quat::new(bw, bi, bj, bk)];
+        let (rotations, small) = chord.small_rotations::<TURNED>(orientations, &rest);
+        // Radii and masses are of no matter to a beam.
+        let geometry =
+            ContactGeometry { reference_length, area, radius_a: 0.0, radius_b: 0.0, mass_a: 0.0, mass_b: 0.0 };
+        let k = self.beam.stiffnesses_of_beam(&geometry, self.shear_coefficient);
+        let Answer { forces, axial, .. } = answer(&k, reference_length, &chord, &rotations);
+        let (n, f, m) = (chord.normal, forces.force, (forces.moment_a - forces.moment_b) * 0.5);
+        let stress = CohesiveBeam::principal_stress(area, axial, &n, &forces, forces.bending_in_the_middle(&n));
+        let [ta, tb] = torques(&n, &f, [0.5 * chord.length; 2]);
+        let (ta, tb) = (ta + m, tb - m);
+        // A direction of zero: the bond's first evaluation.
+        let stress = if small & (rest.direction.norm_squared() > 0.0) { stress } else { f64::NAN };
+        [chord.length, n.x, n.y, n.z, f.x, f.y, f.z, ta.x, ta.y, ta.z, tb.x, tb.y, tb.z, stress]
+    }
+}
+
+impl ContactLaw for CohesiveBeam {
+    type State = CohesiveBeamState;
+    type Kinematics = FrameKinematics;
+    const NAME: &'static str = "cohesive_beam";
+    const TRANSMITS_MOMENT: bool = true;
+
+    #[inline(always)]
+    fn respond(&self, kinematics: &FrameKinematics, old: &CohesiveBeamState, _dt: f64) -> Response<CohesiveBeamState> {
+        let point = &kinematics.point;
+        let rest = if old.rest_direction == Vec3::zeros() {
+            kinematics.rest()
+        } else {
+            RestFrame { direction: old.rest_direction, rotation: old.rest_rotation }
+        };
+        let (geometry, chord) = (&point.geometry, Chord { length: point.length, normal: point.normal });
+        let Answer { forces, axial, stored } =
+            answer(&self.stiffnesses(geometry), geometry.reference_length, &chord, &kinematics.rotations(&rest));
+        let BeamForces { force, moment_a, moment_b } = forces;
+        let [stored_normal, stored_shear, stored_bending, stored_twist] = stored;
+        let mut energy =
+            EnergySplit { stored_normal, stored_shear, stored_bending, stored_twist, ..EnergySplit::default() };
+        let state = CohesiveBeamState { rest_direction: rest.direction, rest_rotation: rest.rotation };
+        let fails = self.strength.is_finite()
+            && self.rankine_stress(geometry.area, axial, &point.normal, &forces) >= self.strength;
+        if fails || !point.bonded {
+            // The forces of this step are void. The energy stored by now is released; it contains the half of this
+            // step's work that the void forces would have taken in, which nobody did: the integration term.
+            energy.damage = energy.stored();
+            energy.integration = -0.5 * kinematics.work(&force, &moment_a, &moment_b);
+            return Response { force: Vec3::zeros(), moment: Vec3::zeros(), state, fate: Fate::Broke, energy };
+        }
+        Response { force, moment: (moment_a - moment_b) * 0.5, state, fate: Fate::Lives, energy }
+    }
+
+    /// Beams that hold, with small rotations, the same parameters, and the default reading of the criterion, are answered in
+    /// columns; all others one by one.
+    #[inline(always)]
+    fn respond_batch<B: Batch<Self>>(mode: Mode, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
+        let count = count.min(BATCH);
+        if count == 0 {
+            return;
+        }
+        let beam = *batch.law(0).0;
+        let shear_coefficient = match beam.model {
+            BeamModel::EulerBernoulli => Some(f64::INFINITY),
+            BeamModel::Timoshenko { shear_coefficient } => Some(shear_coefficient),
+            BeamModel::DualSpring { .. } | BeamModel::Spring => None,
+        };
+        let default_criterion = beam.bending_term == BendingTerm::MidSection;
+        let alike = (1..count).all(|i| batch.row(i) == batch.row(0));
+        let Some(shear_coefficient) = shear_coefficient.filter(|_| default_criterion && alike && !B::SAMPLE) else {
+            respond_one_by_one(mode, count, dt, batch);
+            return;
+        };
+        let mut turned = false;
+        for i in 0..count {
+            let ([xa, xb], [qa, qb], shift) = batch.ends(i);
+            let (Reference { length: reference_length, area }, bonded) = batch.reference(i);
+            let CohesiveBeamState { rest_direction: d, rest_rotation: r } = *batch.history(i);
+            turned |= r != Vec3::zeros();
+            let l = xb + shift - xa;
+            // Stress becomes not a number where the law must be asked.
+            let area = if bonded { area } else { f64::NAN };
+            let row = [
+                l.x,
+                l.y,
+                l.z,
+                qa.i,
+                qa.j,
+                qa.k,
+                qa.w,
+                qb.i,
+                qb.j,
+                qb.k,
+                qb.w,
+                d.x,
+                d.y,
+                d.z,
+                r.x,
+                r.y,
+                r.z,
+                reference_length,
+                area,
+            ];
+            columns.set(i, row);
+        }
+        if turned {
+            columns.apply(&Intact::<true> { beam: &beam, shear_coefficient });
+        } else {
+            columns.apply(&Intact::<false> { beam: &beam, shear_coefficient });
+        }
+        for i in 0..count {
+            let [length, nx, ny, nz, fx, fy, fz, ax, ay, az, bx, by, bz, stress] = columns.get(i);
+            if stress < beam.strength {
+                let chord = Chord { length, normal: Vec3::new(nx, ny, nz) };
+                let (force, torques) = (Vec3::new(fx, fy, fz), [Vec3::new(ax, ay, az), Vec3::new(bx, by, bz)]);
+                batch.take_found(i, &Found { chord, force, torques, energy: None, state: None, push: None });
+            } else {
+                respond_to_one(mode, i, dt, batch);
+            }
+        }
+    }
+
+    fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {
+        let k = self.stiffnesses(geometry);
+        Stiffness { normal: k.normal, shear: k.shear, bending: k.bending, twist: k.twist, ..Stiffness::default() }
+    }
+
+    /// The faces of the crack touch where they parted.
+    fn kept_reference(&self, reference: Reference) -> Option<Reference> {
+        Some(reference)
+    }
+
+    fn bonded_area(&self, _radius_a: f64, _radius_b: f64, mean_radius: f64) -> f64 {
+        let radius = match self.section {
+            Section::Ratio(ratio) => ratio * mean_radius,
+            Section::Radius(radius) => radius,
+        };
+        PI * (radius * radius)
+    }
+
+    fn axial_force(&self, geometry: &ContactGeometry, length: f64) -> Option<f64> {
+        Some(self.young * geometry.area / geometry.reference_length * (length - geometry.reference_length))
+    }
+}
+
+#[cfg(test)]
+#[path = "cohesive_beam_tests.rs"]
+mod tests;

@@ -1,0 +1,212 @@
+//! Contacts and loads as operators see them: borrowed slices, whoever owns them.
+
+use super::error::{OperatorError, check_length};
+use concordem_contact::math::Vec3;
+
+/// Contacts between particles, one row each, seen from A (conventions of `operator`).
+///
+/// Nothing is copied: the solver, a host program, and arrays of Python can all lend their memory. A flat slice of reals
+/// becomes one of vectors by [`vectors`].
+#[derive(Debug, Clone, Copy)]
+pub struct ContactSet<'a> {
+    position: &'a [Vec3],
+    pair: &'a [[u32; 2]],
+    branch: &'a [Vec3],
+    point: &'a [Vec3],
+    force: &'a [Vec3],
+    moment: Option<&'a [Vec3]>,
+}
+
+/// One contact.
+#[derive(Debug, Clone, Copy)]
+pub struct Contact {
+    /// Particle A.
+    pub a: usize,
+    /// Particle B.
+    pub b: usize,
+    /// Centre of A, m.
+    pub position_a: Vec3,
+    /// Branch `l = x_B − x_A`, image of B included, m.
+    pub branch: Vec3,
+    /// From the centre of A to the contact point, m.
+    pub arm_a: Vec3,
+    /// From the centre of B to the contact point, m.
+    pub arm_b: Vec3,
+    /// Force on A, N.
+    pub force: Vec3,
+    /// Moment on A about the contact point, N·m.
+    pub moment: Vec3,
+}
+
+impl<'a> ContactSet<'a> {
+    /// Contacts of the particles at `position` (m): `pair` names A and B, `branch` is `l` (m), `point` the contact point
+    /// next to A (m), `force` the force on A (N), `moment` the moment on A about the contact point (N·m; `None`: none is
+    /// transmitted).
+    pub fn new(
+        position: &'a [Vec3],
+        pair: &'a [[u32; 2]],
+        branch: &'a [Vec3],
+        point: &'a [Vec3],
+        force: &'a [Vec3],
+        moment: Option<&'a [Vec3]>,
+    ) -> Result<Self, OperatorError> {
+        let count = pair.len();
+        check_length("branch", branch.len(), count, "contact")?;
+        check_length("point", point.len(), count, "contact")?;
+        check_length("force", force.len(), count, "contact")?;
+        if let Some(moment) = moment {
+            check_length("moment", moment.len(), count, "contact")?;
+        }
+        let n = position.len();
+        if let Some(entry) = pair.iter().position(|p| p[0] as usize >= n || p[1] as usize >= n) {
+            let index = pair[entry].into_iter().find(|&p| p as usize >= n).unwrap_or_default();
+            return Err(OperatorError::Index { name: "pair", entry, index, count: n });
+        }
+        Ok(Self { position, pair, branch, point, force, moment })
+    }
+
+    /// Number of contacts.
+    pub fn len(&self) -> usize {
+        self.pair.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.pair.is_empty()
+    }
+
+    /// Centres of the particles, m.
+    pub fn position(&self) -> &'a [Vec3] {
+        self.position
+    }
+
+    /// Particles A and B of each contact.
+    pub fn pair(&self) -> &'a [[u32; 2]] {
+        self.pair
+    }
+
+    /// Branch of each contact, m.
+    pub fn branch(&self) -> &'a [Vec3] {
+        self.branch
+    }
+
+    /// Force on A of each contact, N.
+    pub fn force(&self) -> &'a [Vec3] {
+        self.force
+    }
+
+    /// Whether contacts transmit moments.
+    pub fn transmits_moment(&self) -> bool {
+        self.moment.is_some()
+    }
+
+    /// A part of the contacts, between the same particles.
+    #[inline(always)]
+    pub(super) fn part(&self, range: std::ops::Range<usize>) -> Self {
+        Self {
+            position: self.position,
+            pair: &self.pair[range.clone()],
+            branch: &self.branch[range.clone()],
+            point: &self.point[range.clone()],
+            force: &self.force[range.clone()],
+            moment: self.moment.map(|moment| &moment[range]),
+        }
+    }
+
+    /// Contact `k`.
+    #[inline]
+    pub fn get(&self, k: usize) -> Contact {
+        let [a, b] = self.pair[k].map(|p| p as usize);
+        let position_a = self.position[a];
+        let branch = self.branch[k];
+        let arm_a = self.point[k] - position_a;
+        Contact {
+            a,
+            b,
+            position_a,
+            branch,
+            arm_a,
+            arm_b: arm_a - branch,
+            force: self.force[k],
+            moment: self.moment.map_or_else(Vec3::zeros, |m| m[k]),
+        }
+    }
+}
+
+/// Loads on particles from outside: walls, supports, gravity. Force and moment act on the particle.
+#[derive(Debug, Clone, Copy)]
+pub struct LoadSet<'a> {
+    particle: &'a [u32],
+    point: &'a [Vec3],
+    force: &'a [Vec3],
+    moment: Option<&'a [Vec3]>,
+}
+
+impl<'a> LoadSet<'a> {
+    /// Loads on `count` particles: `point` where the force acts (m), `force` (N), `moment` about the point (N·m).
+    pub fn new(
+        count: usize,
+        particle: &'a [u32],
+        point: &'a [Vec3],
+        force: &'a [Vec3],
+        moment: Option<&'a [Vec3]>,
+    ) -> Result<Self, OperatorError> {
+        check_length("point", point.len(), particle.len(), "load")?;
+        check_length("force", force.len(), particle.len(), "load")?;
+        if let Some(moment) = moment {
+            check_length("moment", moment.len(), particle.len(), "load")?;
+        }
+        if let Some(entry) = particle.iter().position(|&p| p as usize >= count) {
+            return Err(OperatorError::Index { name: "particle", entry, index: particle[entry], count });
+        }
+        Ok(Self { particle, point, force, moment })
+    }
+
+    /// No loads.
+    pub fn none() -> Self {
+        Self { particle: &[], point: &[], force: &[], moment: None }
+    }
+
+    /// Number of loads.
+    pub fn len(&self) -> usize {
+        self.particle.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.particle.is_empty()
+    }
+
+    /// Load `k`: particle, point (m), force (N), moment about the point (N·m).
+    #[inline]
+    pub fn get(&self, k: usize) -> (usize, Vec3, Vec3, Vec3) {
+        let moment = self.moment.map_or_else(Vec3::zeros, |m| m[k]);
+        (self.particle[k] as usize, self.point[k], self.force[k], moment)
+    }
+}
+
+/// Rows of three reals as vectors, without a copy.
+pub fn vectors<'a>(name: &'static str, reals: &'a [f64]) -> Result<&'a [Vec3], OperatorError> {
+    if !reals.len().is_multiple_of(3) {
+        return Err(OperatorError::Ragged { name, found: reals.len(), components: 3 });
+    }
+    Ok(bytemuck::cast_slice(reals))
+}
+
+/// Rows of two indices as pairs, without a copy.
+pub fn pairs<'a>(name: &'static str, indices: &'a [u32]) -> Result<&'a [[u32; 2]], OperatorError> {
+    if !indices.len().is_multiple_of(2) {
+        return Err(OperatorError::Ragged { name, found: indices.len(), components: 2 });
+    }
+    Ok(bytemuck::cast_slice(indices))
+}
+
+/// Transport of a beam's end loads to one contact point, after which the beam is a contact like any other.
+///
+/// Given force `F_A` (N) and moment `M_A` (N·m) on the end at the centre of A, the moment on A about `c` is
+/// `m_A = M_A − (c − x_A)×F_A`; the beam's equilibrium makes that of B `−m_A`. Region operators do not depend on the
+/// choice of `c`, those of single particles do; mid-beam is the usual one. (ERDC TR-14-6 Report 3, (45) with true arms.)
+#[inline]
+pub fn moment_about_contact_point(arm_a: &Vec3, force_a: &Vec3, moment_at_centre: &Vec3) -> Vec3 {
+    moment_at_centre - arm_a.cross(force_a)
+}

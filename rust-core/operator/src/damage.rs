@@ -1,0 +1,105 @@
+//! Damage of contacts as damage of the material: scalar conversion and damage tensor (operator O23).
+
+use super::error::{OperatorError, check_length};
+use super::sum::{sum_tiles, sums};
+use concordem_contact::math::{Mat3, Vec3, exp};
+use nalgebra::{Matrix6, Vector6};
+
+/// Damage of strength `ω̂ = 1 − (1−ω)κ/ε₀` from that of stiffness `ω` at the largest strain `κ` so far, with the crack onset
+/// strain `ε₀` (Stránský 2018, (6.5)–(6.6)): the share of strength that is lost.
+///
+/// Zero as long as `κ < ε₀`, where the bare formula would give `1 − κ/ε₀` for an undamaged contact.
+pub fn strength_damage(stiffness_damage: f64, largest_strain: f64, onset_strain: f64) -> Result<f64, OperatorError> {
+    check_onset(onset_strain)?;
+    if largest_strain <= onset_strain {
+        return Ok(0.0);
+    }
+    Ok((1.0 - (1.0 - stiffness_damage) * largest_strain / onset_strain).clamp(0.0, 1.0))
+}
+
+/// The same for exponential softening, where it is a function of `κ` alone: `1 − exp(−(κ−ε₀)/ε_f)`.
+pub fn strength_damage_exponential(
+    largest_strain: f64,
+    onset_strain: f64,
+    softening_strain: f64,
+) -> Result<f64, OperatorError> {
+    check_onset(onset_strain)?;
+    if !(softening_strain > 0.0 && softening_strain.is_finite()) {
+        let name = "softening strain";
+        return Err(OperatorError::Constant { name, value: softening_strain, demand: "it must be positive" });
+    }
+    Ok(if largest_strain <= onset_strain {
+        0.0
+    } else {
+        1.0 - exp(-(largest_strain - onset_strain) / softening_strain)
+    })
+}
+
+fn check_onset(onset: f64) -> Result<(), OperatorError> {
+    if onset > 0.0 && onset.is_finite() {
+        Ok(())
+    } else {
+        Err(OperatorError::Constant { name: "crack onset strain", value: onset, demand: "it must be positive" })
+    }
+}
+
+/// Damage tensor that fits the damages `ω̂` of links with directions `n` best if these are spread evenly (Stránský 2018,
+/// (6.13) with the identity that print lost): `Ω = −(3/2N)(Σω̂) 1 + (15/2N) Σ ω̂ n⊗n`.
+///
+/// `nᵀΩn` then is the damage in direction n. Its trace is three times the mean damage if directions are even. Principal
+/// values may leave [0, 1]. (The version stored in YADE's repository adds the matrix nine times.)
+pub fn damage_tensor(normal: &[Vec3], damage: &[f64]) -> Result<Mat3, OperatorError> {
+    let sums = moments(normal, damage)?;
+    let n = normal.len() as f64;
+    Ok(Mat3::identity() * (-1.5 * sums.scalar / n) + sums.tensor * (7.5 / n))
+}
+
+/// Damage tensor that fits the damages best in the sense of least squares for the directions as they are (Stránský 2018,
+/// (6.7)–(6.8)): solves `Ω : Σ n⊗n⊗n⊗n = Σ ω̂ n⊗n`, six equations for the six components.
+///
+/// Needs directions that determine all six; an error tells when they do not.
+pub fn damage_tensor_exact(normal: &[Vec3], damage: &[f64]) -> Result<Mat3, OperatorError> {
+    let sums = moments(normal, damage)?;
+    // Components 11, 22, 33, √2·23, √2·31, √2·12: in these a symmetric tensor is a vector of the same norm.
+    let right = mandel(&sums.tensor);
+    let scale = sums.fourth.trace();
+    let eigen = nalgebra::SymmetricEigen::new(sums.fourth);
+    // Directions known to 1e-16 determine a component whose weight is above that; 1e-12 leaves four digits.
+    if !(scale > 0.0 && eigen.eigenvalues.min() > 1e-12 * scale) {
+        return Err(OperatorError::Singular {
+            what: "the damage tensor",
+            reason: "the directions of the links do not determine its six components",
+        });
+    }
+    let solution = sums
+        .fourth
+        .cholesky()
+        .map(|c| c.solve(&right))
+        .ok_or(OperatorError::Singular { what: "the damage tensor", reason: "its matrix is not positive definite" })?;
+    let s = std::f64::consts::FRAC_1_SQRT_2;
+    let v = |i: usize| solution[i];
+    Ok(Mat3::new(v(0), s * v(5), s * v(4), s * v(5), v(1), s * v(3), s * v(4), s * v(3), v(2)))
+}
+
+sums!(Moments { scalar: f64, tensor: Mat3, fourth: Matrix6<f64> });
+
+fn mandel(t: &Mat3) -> Vector6<f64> {
+    let s = std::f64::consts::SQRT_2;
+    Vector6::new(t[(0, 0)], t[(1, 1)], t[(2, 2)], s * t[(1, 2)], s * t[(2, 0)], s * t[(0, 1)])
+}
+
+fn moments(normal: &[Vec3], damage: &[f64]) -> Result<Moments, OperatorError> {
+    check_length("damage", damage.len(), normal.len(), "link")?;
+    if normal.is_empty() {
+        return Err(OperatorError::EmptyRegion { what: "link" });
+    }
+    Ok(sum_tiles(normal.len(), |range| {
+        let mut sum = Moments::default();
+        for k in range {
+            let nn = normal[k] * normal[k].transpose();
+            let m = mandel(&nn);
+            sum += Moments { scalar: damage[k], tensor: nn * damage[k], fourth: m * m.transpose() };
+        }
+        sum
+    }))
+}

@@ -1,0 +1,178 @@
+//! What an operator may refuse.
+
+/// Bad input to an operator.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum OperatorError {
+    /// Two slices that must have the same length do not.
+    #[error("`{name}` has {found} entries where {expected} are needed, one for each {each}")]
+    Length {
+        /// The slice.
+        name: &'static str,
+        /// Entries needed.
+        expected: usize,
+        /// Entries found.
+        found: usize,
+        /// What there must be one entry for.
+        each: &'static str,
+    },
+    /// A flat slice is not a whole number of rows.
+    #[error("`{name}` has {found} numbers, which is no multiple of the {components} of a row")]
+    Ragged {
+        /// The slice.
+        name: &'static str,
+        /// Numbers found.
+        found: usize,
+        /// Numbers of a row.
+        components: usize,
+    },
+    /// A contact or load names a particle that does not exist.
+    #[error("entry {entry} of `{name}` names the particle {index}, but there are {count}")]
+    Index {
+        /// The slice.
+        name: &'static str,
+        /// Which entry.
+        entry: usize,
+        /// The index it holds.
+        index: u32,
+        /// Number of particles.
+        count: usize,
+    },
+    /// The volume to divide by is not a positive number.
+    #[error("the volume of {of} is {volume} m³; it must be positive and finite")]
+    Volume {
+        /// Of what.
+        of: &'static str,
+        /// What was found.
+        volume: f64,
+    },
+    /// A region is not what its kind demands.
+    #[error("a {kind} has {name} = {value}; {demand}")]
+    Region {
+        /// Kind of region.
+        kind: &'static str,
+        /// What is wrong.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        demand: &'static str,
+    },
+    /// Nothing lies in the region.
+    #[error("no {what} lies in the region; move or enlarge it")]
+    EmptyRegion {
+        /// Of what there is none.
+        what: &'static str,
+    },
+    /// The truncation needs a region with a shape.
+    #[error(
+        "a region that is a list of particles has no surface to clip branches at; use internal-only or half-crossing"
+    )]
+    NoSurface,
+    /// The points do not span space.
+    #[error(
+        "the {points} points do not span {dimension} dimensions (smallest to largest principal moment {ratio:.1e}): at \
+         least {needed} that do not lie in one {flat} are needed"
+    )]
+    Flat {
+        /// Number of points.
+        points: usize,
+        /// Space dimension.
+        dimension: usize,
+        /// Smallest over largest principal second moment.
+        ratio: f64,
+        /// How many are needed at least.
+        needed: usize,
+        /// plane or line.
+        flat: &'static str,
+    },
+    /// Two points are at the same place.
+    #[error("the points {first} and {second} are at the same place")]
+    Coincident {
+        /// One.
+        first: usize,
+        /// The other.
+        second: usize,
+    },
+    /// Something is not a finite number.
+    #[error("entry {entry} of `{name}` is not a finite number")]
+    NotFinite {
+        /// The slice.
+        name: &'static str,
+        /// Which entry.
+        entry: usize,
+    },
+    /// A triangulation is not closed.
+    #[error("{what}: the triangulation has an open or doubled face at the points {points:?}")]
+    OpenFaces {
+        /// Which triangulation.
+        what: &'static str,
+        /// Corners of the face.
+        points: Vec<u32>,
+    },
+    /// A cell of a diagram is not closed.
+    #[error(
+        "the cell of point {point} reaches beyond the domain; give a domain that encloses all points, or a periodic cell"
+    )]
+    OpenCell {
+        /// Which point.
+        point: usize,
+    },
+    /// The triangulation of a periodic cell does not fill it.
+    #[error(
+        "the periodic triangulation fills {found} m³ of the cell's {expected} m³; the cell is too narrow for its \
+         particles: repeat it"
+    )]
+    PeriodicGap {
+        /// Volume filled.
+        found: f64,
+        /// Volume of the cell.
+        expected: f64,
+    },
+    /// A constant is out of its range.
+    #[error("{name} = {value}; {demand}")]
+    Constant {
+        /// Which.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        demand: &'static str,
+    },
+    /// A system of equations has no unique solution.
+    #[error("{what} cannot be solved: {reason}")]
+    Singular {
+        /// Which system.
+        what: &'static str,
+        /// Why.
+        reason: &'static str,
+    },
+    /// The triangulation library failed.
+    #[error("the triangulation failed: {reason}")]
+    Triangulation {
+        /// What it says.
+        reason: String,
+    },
+}
+
+pub(super) fn check_length(
+    name: &'static str,
+    found: usize,
+    expected: usize,
+    each: &'static str,
+) -> Result<(), OperatorError> {
+    if found == expected { Ok(()) } else { Err(OperatorError::Length { name, expected, found, each }) }
+}
+
+/// The volume, or an error when one cannot divide by it.
+pub(super) fn check_volume(of: &'static str, volume: f64) -> Result<f64, OperatorError> {
+    if volume > 0.0 && volume.is_finite() { Ok(volume) } else { Err(OperatorError::Volume { of, volume }) }
+}
+
+/// All vectors finite?
+pub(super) fn check_finite(name: &'static str, values: &[concordem_contact::math::Vec3]) -> Result<(), OperatorError> {
+    match values.iter().position(|v| !(v.x + v.y + v.z).is_finite()) {
+        Some(entry) => Err(OperatorError::NotFinite { name, entry }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,72 @@
+//! Fabric: how many contacts there are, and which way they point.
+
+use super::contact_set::ContactSet;
+use super::error::OperatorError;
+use super::region::{self, Period, Region, Truncation};
+use super::stress::particle_sums;
+use super::sum::{sum_tiles, sums};
+use concordem_contact::math::{Mat3, Vec3};
+
+/// Contacts of a region by number and direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fabric {
+    /// `(1/N) Σ n⊗n` over the region's contacts, trace 1 (Satake 1982).
+    pub tensor: Mat3,
+    /// Number of contacts, weighted by [`Truncation`].
+    pub contacts: f64,
+    /// Particles whose centres lie inside.
+    pub particles: usize,
+    /// Mean number of contacts per particle, `2 N_c/N_p`.
+    pub coordination: f64,
+    /// Mean branch length, m.
+    pub branch_length: f64,
+}
+
+/// Fabric tensor and coordination number of a region. Directions are those of the branches.
+pub fn fabric(
+    contacts: &ContactSet<'_>,
+    region: &Region,
+    truncation: Truncation,
+    period: Option<&Period>,
+) -> Result<Fabric, OperatorError> {
+    let position = contacts.position();
+    region::check(region, truncation, position.len())?;
+    sums!(Sums { tensor: Mat3, count: f64, length: f64 });
+    let sums: Sums = sum_tiles(contacts.len(), |range| {
+        let mut sum = Sums::default();
+        for k in range {
+            let (l, [a, b]) = (contacts.branch()[k], contacts.pair()[k].map(|p| p as usize));
+            let length = l.norm();
+            let n = l / length;
+            for image in region.images(period, &position[a], &l) {
+                let x = position[a] + period.map_or_else(Vec3::zeros, |p| p.edges * image);
+                let weight = region::weight(region, truncation, a, b, &x, &l);
+                sum += Sums { tensor: (n * weight) * n.transpose(), count: weight, length: weight * length };
+            }
+        }
+        sum
+    });
+    if sums.count == 0.0 {
+        return Err(OperatorError::EmptyRegion { what: "contact" });
+    }
+    let none = Vec3::zeros();
+    let particles = (0..position.len())
+        .map(|p| {
+            let inside =
+                |image| region.contains(p, &(position[p] + period.map_or(none, |period| period.edges * image)));
+            region.images(period, &position[p], &none).filter(|image| inside(*image)).count()
+        })
+        .sum::<usize>();
+    Ok(Fabric {
+        tensor: sums.tensor / sums.count,
+        contacts: sums.count,
+        particles,
+        coordination: 2.0 * sums.count / particles.max(1) as f64,
+        branch_length: sums.length / sums.count,
+    })
+}
+
+/// Number of contacts of every particle.
+pub fn coordination(contacts: &ContactSet<'_>) -> Vec<f64> {
+    particle_sums(contacts, |_| (1.0, 1.0))
+}

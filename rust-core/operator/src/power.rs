@@ -1,0 +1,91 @@
+//! Power: what of the contacts' work the affine part of the motion explains (operator O21).
+
+use super::contact_set::ContactSet;
+use super::couple_stress::resultants;
+use super::error::{OperatorError, check_length, check_volume};
+use super::strain::AffineFit;
+use super::stress::region_stress;
+use super::sum::{sum_tiles, sums};
+use super::{Region, Truncation};
+use concordem_contact::math::{Mat3, Vec3};
+
+/// Power of the internal contacts of a body, all in W. The signs are those of power put into the contacts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PowerReport {
+    /// `−Σ_c (Δv·f^A + Δω·m^A)` with the relative motion `Δv = v_A + ω_A×r^A − v_B − ω_B×r^B`, `Δω = ω_A − ω_B`.
+    pub contacts: f64,
+    /// `−Σ_p (F_p·v_p + M_p·ω_p)` with the net contact wrenches: the same power, summed over particles.
+    pub particles: f64,
+    /// `V σ:γ̇`.
+    pub stress: f64,
+    /// `V μ:κ̇`.
+    pub couple: f64,
+    /// The power of the contacts under the motion that is not affine, `−Σ_p (F_p·v'_p + M_p·ω'_p)`: what stress and strain
+    /// miss.
+    pub gap: f64,
+    /// Stress, Pa.
+    pub stress_tensor: Mat3,
+    /// Couple stress about the fit's centre, N/m.
+    pub couple_stress: Mat3,
+}
+
+/// Power report of a body with its particles' `velocity` (m/s) and `spin` (rad/s), against the affine part `fit` of the
+/// same motion (operators P13, P14): `contacts = stress + couple + gap`, whatever the motion.
+///
+/// `image_velocity` (m/s) is the velocity by which the image of B in each contact differs from B itself (periodic:
+/// `Ḣ·image`; empty: none). The balance holds in a periodic cell, too; only `particles` is as seen by the particles then,
+/// whose net wrenches know nothing of the cell's motion.
+pub fn power(
+    contacts: &ContactSet<'_>,
+    velocity: &[Vec3],
+    spin: &[Vec3],
+    image_velocity: &[Vec3],
+    fit: &AffineFit,
+    volume: f64,
+) -> Result<PowerReport, OperatorError> {
+    let position = contacts.position();
+    check_length("velocity", velocity.len(), position.len(), "particle")?;
+    check_length("spin", spin.len(), position.len(), "particle")?;
+    if !image_velocity.is_empty() {
+        check_length("image_velocity", image_velocity.len(), contacts.len(), "contact")?;
+    }
+    let volume = check_volume("the body", volume)?;
+    sums!(Sums { contacts: f64, gap: f64, couple: Mat3 });
+    let sums: Sums = sum_tiles(contacts.len(), |range| {
+        let mut sums = Sums::default();
+        for k in range {
+            let c = contacts.get(k);
+            let carried = image_velocity.get(k).copied().unwrap_or_default();
+            let (xa, xb) = (c.position_a, c.position_a + c.branch);
+            let power = |[va, wa, vb, wb]: [Vec3; 4]| {
+                let relative = (va + wa.cross(&c.arm_a)) - (vb + wb.cross(&c.arm_b));
+                -(relative.dot(&c.force) + (wa - wb).dot(&c.moment))
+            };
+            let motion = [velocity[c.a], spin[c.a], velocity[c.b] + carried, spin[c.b]];
+            let affine = [fit.displacement(&xa), fit.rotation_at(&xa), fit.displacement(&xb), fit.rotation_at(&xb)];
+            let on_a = c.arm_a.cross(&c.force) + c.moment;
+            let on_b = -(c.arm_b.cross(&c.force) + c.moment);
+            sums += Sums {
+                contacts: power(motion),
+                gap: power(std::array::from_fn(|i| motion[i] - affine[i])),
+                couple: (xa - fit.centre) * on_a.transpose() + (xb - fit.centre) * on_b.transpose(),
+            };
+        }
+        sums
+    });
+    let net = resultants(contacts);
+    let particles: f64 = sum_tiles(position.len(), |range| {
+        range.map(|p| -(net[p].force.dot(&velocity[p]) + net[p].moment.dot(&spin[p]))).sum()
+    });
+    let stress = region_stress(contacts, &Region::All { volume }, Truncation::BranchClipped, None)?.stress;
+    let couple_stress = -sums.couple / volume;
+    Ok(PowerReport {
+        contacts: sums.contacts,
+        particles,
+        stress: volume * stress.dot(&fit.cosserat_strain()),
+        couple: volume * couple_stress.dot(&fit.curvature),
+        gap: sums.gap,
+        stress_tensor: stress,
+        couple_stress,
+    })
+}

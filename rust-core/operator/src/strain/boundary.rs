@@ -1,0 +1,37 @@
+//! Strain from the outer boundary (operator O18).
+
+use crate::error::{OperatorError, check_volume};
+use crate::region::Period;
+use crate::strain::cells::{check, size};
+use crate::tessellation::Mesh;
+use concordem_contact::math::{Mat3, Vec3};
+
+/// Displacement gradient from the motion of a triangulated body's hull alone: `G = (1/V) ∮ u⊗n dA`, with the volume from
+/// `⅓ ∮ x·n dA` (½ in the plane) (operator O18). Not for periodic meshes, which have no hull: see [`cell_gradient`].
+pub fn boundary_strain(mesh: &Mesh, position: &[Vec3], displacement: &[Vec3]) -> Result<Mat3, OperatorError> {
+    check(mesh, position, displacement, None)?;
+    // Measured from a point of the body, so that a far origin costs no digits.
+    let origin = mesh.hull().next().map_or_else(Vec3::zeros, |face| position[face[0].point as usize]);
+    let (mut volume, mut moment) = (0.0, Mat3::zeros());
+    for face in mesh.hull() {
+        let count = face.len() as f64;
+        let mut corners = [Vec3::zeros(); 3];
+        let mut u = Vec3::zeros();
+        let mut x = Vec3::zeros();
+        for (place, corner) in corners.iter_mut().zip(face) {
+            *place = position[corner.point as usize] - origin;
+            x += *place;
+            u += displacement[corner.point as usize];
+        }
+        let area = crate::tessellation::face_area(&corners[..face.len()]);
+        volume += (x / count).dot(&area) / size(mesh.dimension());
+        moment += (u / count) * area.transpose();
+    }
+    Ok(moment / check_volume("the hull", volume)?)
+}
+
+/// Displacement gradient of a periodic cell from its edges: `G = ΔH H⁻¹` — what the boundary integral over a cell is.
+pub fn cell_gradient(period: &Period) -> Result<Mat3, OperatorError> {
+    let inverse = period.edges.try_inverse().ok_or(OperatorError::Volume { of: "the periodic cell", volume: 0.0 })?;
+    Ok(period.change * inverse)
+}

@@ -1,0 +1,137 @@
+//! Strain of space cells (operator O15).
+
+use rayon::prelude::*;
+
+use crate::error::{OperatorError, check_length, check_volume};
+use crate::region::{self, Period, Region, Truncation};
+use crate::strain::Dimension;
+use crate::sum::{sum_tiles, sums};
+use crate::tessellation::Mesh;
+use concordem_contact::math::{Mat3, Vec3};
+
+/// Displacement gradient of one cell of a triangulation.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct CellStrain {
+    /// Volume, m³ (area in the plane, m²).
+    pub volume: f64,
+    /// `∮u⊗n dA = V G`, m³.
+    pub moment: Mat3,
+}
+
+impl CellStrain {
+    /// `G_ij = ∂u_i/∂x_j`; nothing for a cell without volume.
+    pub fn gradient(&self) -> Option<Mat3> {
+        (self.volume != 0.0).then(|| self.moment / self.volume)
+    }
+}
+
+/// Strain of a triangulated body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshStrain {
+    /// Volume-weighted mean of the cells' gradients, `G_ij = ∂u_i/∂x_j`.
+    pub gradient: Mat3,
+    /// Volume, m³.
+    pub volume: f64,
+    /// The cells.
+    pub cells: Vec<CellStrain>,
+}
+
+impl MeshStrain {
+    /// The cells whose middles lie in a region, and their mean; of periodic cells, images that do count. Arguments as those
+    /// given to [`cell_strain`], whose answer this is.
+    pub fn within(
+        &self,
+        mesh: &Mesh,
+        position: &[Vec3],
+        region: &Region,
+        period: Option<&Period>,
+    ) -> Result<Self, OperatorError> {
+        check(mesh, position, position, period)?;
+        check_length("cells", self.cells.len(), mesh.len(), "cell of the mesh")?;
+        region::check(region, Truncation::BranchClipped, mesh.points())?;
+        let mut inside = Vec::new();
+        for (k, cell) in self.cells.iter().enumerate() {
+            let corners = mesh.cell(k);
+            let middle = corners.iter().map(|c| c.place(position, period)).sum::<Vec3>() / corners.len() as f64;
+            region.images_inside(period, 0, &middle).for_each(|_| inside.push(*cell));
+        }
+        if inside.is_empty() {
+            return Err(OperatorError::EmptyRegion { what: "cell" });
+        }
+        let (mut volume, mut moment) = (0.0, Mat3::zeros());
+        for cell in &inside {
+            volume += cell.volume;
+            moment += cell.moment;
+        }
+        let volume = check_volume("the cells in the region", volume)?;
+        Ok(Self { gradient: moment / volume, volume, cells: inside })
+    }
+}
+
+/// Displacement gradient of every cell of a triangulation, and its mean (operator O15; Jebahi et al. 2015, (1.14)–(1.15);
+/// Madan 2019, (4.4)–(4.6)): `G^c = (1/V^c) Σ_faces ū⊗A`, `ū` the mean over the face's corners, `A` its outward area
+/// vector.
+///
+/// `position` (m) is the configuration that gradients refer to, which need not be the one the mesh was made in;
+/// `displacement` in m (or velocity, m/s). Both by point; a periodic mesh needs `period` with its change.
+pub fn cell_strain(
+    mesh: &Mesh,
+    position: &[Vec3],
+    displacement: &[Vec3],
+    period: Option<&Period>,
+) -> Result<MeshStrain, OperatorError> {
+    check(mesh, position, displacement, period)?;
+    let cells: Vec<CellStrain> = (0..mesh.len())
+        .into_par_iter()
+        .with_min_len(256)
+        .map(|k| {
+            let (volume, areas) = mesh.geometry(k, position, period);
+            let corners = mesh.cell(k);
+            let size = corners.len();
+            let mut u = [Vec3::zeros(); 4];
+            let mut total = Vec3::zeros();
+            for (u, corner) in u.iter_mut().zip(corners) {
+                *u = corner.displacement(displacement, period);
+                total += *u;
+            }
+            let mut moment = Mat3::zeros();
+            for (u, area) in u.iter().zip(&areas).take(size) {
+                // Mean over the face's corners: all but the one opposite.
+                moment += (total - u) * area.transpose() / (size - 1) as f64;
+            }
+            CellStrain { volume, moment }
+        })
+        .collect();
+    sums!(Total { volume: f64, moment: Mat3 });
+    let total: Total = sum_tiles(cells.len(), |range| {
+        let mut sum = Total::default();
+        for cell in &cells[range] {
+            sum += Total { volume: cell.volume, moment: cell.moment };
+        }
+        sum
+    });
+    let volume = check_volume("the triangulation", total.volume)?;
+    Ok(MeshStrain { gradient: total.moment / volume, volume, cells })
+}
+
+pub(super) fn check(
+    mesh: &Mesh,
+    position: &[Vec3],
+    displacement: &[Vec3],
+    period: Option<&Period>,
+) -> Result<(), OperatorError> {
+    check_length("position", position.len(), mesh.points(), "point of the mesh")?;
+    check_length("displacement", displacement.len(), mesh.points(), "point of the mesh")?;
+    if mesh.is_periodic() && period.is_none() {
+        return Err(OperatorError::Singular {
+            what: "the strain of a periodic mesh",
+            reason: "its cells need the period's edges and their change",
+        });
+    }
+    Ok(())
+}
+
+/// `Σ_p ⅓` of geometry weights differs between space and plane.
+pub(super) fn size(dimension: Dimension) -> f64 {
+    if dimension == Dimension::Two { 2.0 } else { 3.0 }
+}

@@ -1,0 +1,82 @@
+//! Strain of contact cells with spins (operator O17).
+
+use crate::error::{OperatorError, check_length, check_volume};
+use crate::region::Period;
+use crate::strain::cells::size;
+use crate::sum::{sum_tiles, sums};
+use crate::tessellation::{Neighbour, PowerDiagram};
+use concordem_contact::math::{Mat3, Vec3};
+
+/// Strain by contact cells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SatakeStrain {
+    /// `(1/V) Σ c⊗d`, i: displacement, j: position. Under an affine motion `G` with one spin `θ` of all particles it is
+    /// `G_ij + e_ijk θ_k`, the transpose of the Cosserat strain (P11).
+    pub gradient: Mat3,
+    /// Volume `⅓ Σ d·l` (½ in the plane), m³.
+    pub volume: f64,
+    /// `(1/V) Σ l⊗d`: the unit matrix of the space (P15).
+    pub unity: Mat3,
+}
+
+/// Strain from relative displacements of neighbours at their common faces (operator O17; Satake 2004 in Jebahi et al. 2015,
+/// (1.30)–(1.34)): `(1/V) Σ c^{pq}⊗d^{pq}` with
+/// `c^{pq} = (u_q + θ_q×r^{cq}) − (u_p + θ_p×r^{cp})`, `d` the face's area vector in the power diagram, and c where the
+/// branch meets the face.
+///
+/// The printed rule (1.30) is that of plain Voronoi cells although the text claims that sizes are accounted for; the power
+/// diagram accounts for them. With zero radii in the diagram the printed rule is back.
+///
+/// `displacement` (m or m/s) and `rotation` (rad or rad/s; empty: none) by particle. A diagram that ends at a border needs
+/// the displacement of the border at every border face (`border_displacement`, in the order of
+/// [`PowerDiagram::border`]): the walls' motion; it is taken at the face's centroid. A periodic one needs `period`.
+pub fn satake_strain(
+    diagram: &PowerDiagram,
+    displacement: &[Vec3],
+    rotation: &[Vec3],
+    border_displacement: &[Vec3],
+    period: Option<&Period>,
+) -> Result<SatakeStrain, OperatorError> {
+    let n = diagram.volumes.len();
+    check_length("displacement", displacement.len(), n, "particle")?;
+    if !rotation.is_empty() {
+        check_length("rotation", rotation.len(), n, "particle")?;
+    }
+    check_length("border_displacement", border_displacement.len(), diagram.border().count(), "face on the border")?;
+    let faces = &diagram.faces;
+    // Number of the border faces before each tile's first would need a scan; count them once.
+    let mut border_number = Vec::with_capacity(faces.len());
+    let mut count = 0;
+    for face in faces {
+        border_number.push(count);
+        count += usize::from(matches!(face.neighbour, Neighbour::Border(_)));
+    }
+    let theta = |p: usize| rotation.get(p).copied().unwrap_or_default();
+    sums!(Total { gradient: Mat3, unity: Mat3 });
+    let total: Total = sum_tiles(faces.len(), |range| {
+        let mut sum = Total::default();
+        for k in range {
+            let face = &faces[k];
+            let p = face.point as usize;
+            let relative = match face.neighbour {
+                Neighbour::Particle { point, image } => {
+                    let q = point as usize;
+                    let shift = Vec3::from(image.map(f64::from));
+                    let change = period.map_or_else(Vec3::zeros, |period| period.change * shift);
+                    let normal = face.branch / face.branch.norm();
+                    let (arm_p, arm_q) = (normal * face.distance, normal * face.distance - face.branch);
+                    (displacement[q] + change + theta(q).cross(&arm_q)) - (displacement[p] + theta(p).cross(&arm_p))
+                }
+                Neighbour::Border(_) => {
+                    border_displacement[border_number[k]] - (displacement[p] + theta(p).cross(&face.centroid))
+                }
+            };
+            let area = face.area.transpose();
+            sum.gradient += relative * area;
+            sum.unity += face.branch * area;
+        }
+        sum
+    });
+    let volume = check_volume("the diagram", total.unity.trace() / size(diagram.dimension))?;
+    Ok(SatakeStrain { gradient: total.gradient / volume, volume, unity: total.unity / volume })
+}

@@ -1,0 +1,406 @@
+//! Power (Laguerre) diagram: the cells of points whose power `|x − x_p|² − R_p²` is least. Equal radii, or none, give the
+//! Voronoi diagram.
+//!
+//! Every face is found on its own: the radical plane of two particles, cut by the radical planes of all others and by the
+//! domain. No topology is built, so there is none that rounding could break: a vertex that several planes share within
+//! rounding changes areas by rounding only. Faces are exact to rounding of their coordinates, degenerate lattices included.
+
+use rayon::prelude::*;
+
+use super::{check_points, spacing, wrapped};
+use crate::error::{OperatorError, check_length, check_volume};
+use crate::region::HalfSpace;
+use crate::strain::Dimension;
+use concordem_contact::math::{Mat3, Vec3, any_perpendicular};
+
+/// What bounds the diagram.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Domain {
+    /// A box (z is ignored in the plane).
+    Box {
+        /// Lower corner, m.
+        low: Vec3,
+        /// Upper corner, m.
+        high: Vec3,
+    },
+    /// Intersection of half-spaces that encloses all points.
+    HalfSpaces(Vec<HalfSpace>),
+    /// A periodic cell with these edges as columns, m.
+    Periodic(Mat3),
+}
+
+impl Domain {
+    fn half_spaces(&self, plane: bool) -> Vec<HalfSpace> {
+        match self {
+            Self::Box { low, high } => (0..if plane { 2 } else { 3 })
+                .flat_map(|k| {
+                    let normal = Vec3::ith(k, 1.0);
+                    [HalfSpace { point: *low, normal: -normal }, HalfSpace { point: *high, normal }]
+                })
+                .collect(),
+            Self::HalfSpaces(planes) => {
+                planes.iter().map(|p| HalfSpace { point: p.point, normal: p.normal.normalize() }).collect()
+            }
+            Self::Periodic(_) => Vec::new(),
+        }
+    }
+}
+
+/// What lies behind a face.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Neighbour {
+    /// Another particle, or one of its images.
+    Particle {
+        /// Index.
+        point: u32,
+        /// Image, in numbers of cell edges.
+        image: [i32; 3],
+    },
+    /// The border of the domain: number of the half-space (box: x low, x high, y low, …).
+    Border(u32),
+}
+
+/// A face of the diagram.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Face {
+    /// Particle it belongs to (of two, the one with the lower index).
+    pub point: u32,
+    /// What lies behind.
+    pub neighbour: Neighbour,
+    /// Area times unit normal, away from the particle, m² (m in the plane).
+    pub area: Vec3,
+    /// From the particle to the centroid of the face, m.
+    pub centroid: Vec3,
+    /// Distance of the particle from the plane of the face, m (negative if it lies behind it).
+    pub distance: f64,
+    /// From the particle to the neighbour's centre (border: to the centroid), m.
+    pub branch: Vec3,
+}
+
+/// Power diagram of particles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PowerDiagram {
+    /// Space dimension.
+    pub dimension: Dimension,
+    /// Faces, each once, by particle; those on the border of the domain included.
+    pub faces: Vec<Face>,
+    /// Volume of each particle's cell, m³.
+    pub volumes: Vec<f64>,
+}
+
+impl PowerDiagram {
+    /// Volume of all cells, m³.
+    pub fn volume(&self) -> f64 {
+        self.volumes.iter().sum()
+    }
+
+    /// Faces on the border of the domain, in order.
+    pub fn border(&self) -> impl Iterator<Item = &Face> {
+        self.faces.iter().filter(|face| matches!(face.neighbour, Neighbour::Border(_)))
+    }
+}
+
+/// Power diagram of particles at `position` (m) with `radius` (m; zeros: Voronoi diagram) within a domain.
+pub fn power_diagram(
+    position: &[Vec3],
+    radius: &[f64],
+    domain: &Domain,
+    dimension: Dimension,
+) -> Result<PowerDiagram, OperatorError> {
+    check_length("radius", radius.len(), position.len(), "particle")?;
+    check_points(position)?;
+    if position.is_empty() {
+        return Err(OperatorError::EmptyRegion { what: "particle" });
+    }
+    if let Some(p) = radius.iter().position(|r| !(*r >= 0.0 && r.is_finite())) {
+        let demand = "radii must be finite and not negative";
+        return Err(OperatorError::Constant { name: "radius", value: radius[p], demand });
+    }
+    let plane = dimension == Dimension::Two;
+    let planes = domain.half_spaces(plane);
+    for (p, x) in position.iter().enumerate() {
+        if planes.iter().any(|h| (x - h.point).dot(&h.normal) > 0.0) {
+            return Err(OperatorError::OpenCell { point: p });
+        }
+    }
+    let bins = Bins::new(position, radius, domain, plane)?;
+    let cells: Vec<(Vec<Face>, f64)> =
+        (0..position.len()).into_par_iter().map(|p| bins.cell(p, &planes)).collect::<Result<_, _>>()?;
+    let mut faces = Vec::new();
+    let mut volumes = Vec::with_capacity(cells.len());
+    for (p, (cell, volume)) in cells.into_iter().enumerate() {
+        volumes.push(volume);
+        faces.extend(cell.into_iter().filter(|face| match face.neighbour {
+            Neighbour::Particle { point, image } => (p as u32, [0; 3]) < (point, image),
+            Neighbour::Border(_) => true,
+        }));
+    }
+    Ok(PowerDiagram { dimension, faces, volumes })
+}
+
+/// A neighbour and its radical plane `n·y = h`, `y` from the particle.
+struct Plane {
+    neighbour: Neighbour,
+    normal: Vec3,
+    distance: f64,
+    branch: Vec3,
+    /// Distance of the neighbour's centre.
+    reach: f64,
+}
+
+/// Particles sorted into bins, for the search of neighbours.
+struct Bins<'a> {
+    position: Vec<Vec3>,
+    /// Cells by which the positions were wrapped.
+    moved: Vec<[i32; 3]>,
+    radius: &'a [f64],
+    largest: f64,
+    plane: bool,
+    periodic: bool,
+    edges: Mat3,
+    inverse: Mat3,
+    /// What was taken off the positions (no periodic cell).
+    origin: Vec3,
+    count: [i32; 3],
+    start: Vec<u32>,
+    members: Vec<u32>,
+    spacing: f64,
+    /// Radius that reaches every particle; infinite in a periodic cell.
+    all: f64,
+}
+
+impl<'a> Bins<'a> {
+    fn new(position: &[Vec3], radius: &'a [f64], domain: &Domain, plane: bool) -> Result<Self, OperatorError> {
+        let n = position.len();
+        let (periodic, mut edges, origin) = if let Domain::Periodic(edges) = domain {
+            (true, *edges, Vec3::zeros())
+        } else {
+            let low = position.iter().fold(Vec3::repeat(f64::INFINITY), |m, x| m.inf(x));
+            let high = position.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |m, x| m.sup(x));
+            // A box with a little more than the points, so that none lies on its upper border.
+            let size = (high - low) * 1.001;
+            let least = size.max().max(f64::MIN_POSITIVE.sqrt()) * 1e-3;
+            (false, Mat3::from_diagonal(&size.sup(&Vec3::repeat(least))), low)
+        };
+        if plane {
+            edges[(2, 2)] = 1.0;
+        }
+        let volume = check_volume("the domain", edges.determinant().abs())?;
+        let inverse = edges.try_inverse().ok_or(OperatorError::Volume { of: "the domain", volume })?;
+        let relative: Vec<Vec3> = position.iter().map(|x| x - origin).collect();
+        let (home, moved) = if periodic { wrapped(&relative, &edges)? } else { (relative, vec![[0; 3]; n]) };
+        let spacing = spacing(volume, n, plane);
+        let count = [0, 1, 2].map(|k| {
+            let width = 1.0 / inverse.row(k).norm();
+            if plane && k == 2 { 1 } else { ((width / spacing) as i32).clamp(1, 1 << 9) }
+        });
+        let mut bins = Self {
+            position: home,
+            moved,
+            radius,
+            largest: radius.iter().copied().fold(0.0, f64::max),
+            plane,
+            periodic,
+            edges,
+            inverse,
+            origin,
+            count,
+            start: Vec::new(),
+            members: Vec::new(),
+            spacing,
+            all: if periodic { f64::INFINITY } else { 2.0 * edges.norm() },
+        };
+        let bin_count = count.iter().map(|&c| c as usize).product::<usize>();
+        let of: Vec<usize> = bins.position.iter().map(|x| bins.number(bins.bin(x))).collect();
+        let mut start = vec![0_u32; bin_count + 1];
+        for &b in &of {
+            start[b + 1] += 1;
+        }
+        for b in 0..bin_count {
+            start[b + 1] += start[b];
+        }
+        let mut next = start.clone();
+        let mut members = vec![0; n];
+        for (p, &b) in of.iter().enumerate() {
+            members[next[b] as usize] = p as u32;
+            next[b] += 1;
+        }
+        (bins.start, bins.members) = (start, members);
+        Ok(bins)
+    }
+
+    fn bin(&self, x: &Vec3) -> [i32; 3] {
+        let s = self.inverse * x;
+        [0, 1, 2].map(|k| ((s[k] * f64::from(self.count[k])).floor() as i32).clamp(0, self.count[k] - 1))
+    }
+
+    fn number(&self, bin: [i32; 3]) -> usize {
+        ((bin[2] * self.count[1] + bin[1]) * self.count[0] + bin[0]) as usize
+    }
+
+    /// Radical planes with all particles within `reach` of particle `p`, nearest first.
+    fn planes(&self, p: usize, reach: f64, planes: &mut Vec<Plane>) {
+        planes.clear();
+        let x = self.position[p];
+        let at = self.bin(&x);
+        let extent = [0, 1, 2].map(|k| {
+            if self.plane && k == 2 {
+                return 0;
+            }
+            let bin_width = 1.0 / self.inverse.row(k).norm() / f64::from(self.count[k]);
+            let bins = (reach / bin_width).ceil();
+            if self.periodic { bins as i32 } else { bins.min(f64::from(self.count[k])) as i32 }
+        });
+        let own = self.radius[p];
+        for dz in -extent[2]..=extent[2] {
+            for dy in -extent[1]..=extent[1] {
+                for dx in -extent[0]..=extent[0] {
+                    let mut bin = [at[0] + dx, at[1] + dy, at[2] + dz];
+                    let mut image = [0; 3];
+                    for k in 0..3 {
+                        image[k] = bin[k].div_euclid(self.count[k]);
+                        bin[k] = bin[k].rem_euclid(self.count[k]);
+                    }
+                    if !self.periodic && image != [0; 3] {
+                        continue;
+                    }
+                    let number = self.number(bin);
+                    let shift = self.edges * Vec3::from(image.map(f64::from));
+                    for &q in &self.members[self.start[number] as usize..self.start[number + 1] as usize] {
+                        let q = q as usize;
+                        if q == p && image == [0; 3] {
+                            continue;
+                        }
+                        let branch = self.position[q] + shift - x;
+                        let length = branch.norm();
+                        if length > reach {
+                            continue;
+                        }
+                        let normal = branch / length;
+                        let r = self.radius[q];
+                        let distance = 0.5 * (length + (own - r) * ((own + r) / length));
+                        // In terms of the places given, before they were wrapped.
+                        let mut named = image;
+                        for (k, n) in named.iter_mut().enumerate() {
+                            *n += self.moved[p][k] - self.moved[q][k];
+                        }
+                        let neighbour = Neighbour::Particle { point: q as u32, image: named };
+                        planes.push(Plane { neighbour, normal, distance, branch, reach: length });
+                    }
+                }
+            }
+        }
+        planes.sort_by(|a, b| a.reach.total_cmp(&b.reach));
+    }
+
+    /// Faces and volume of the cell of particle `p`.
+    fn cell(&self, p: usize, domain: &[HalfSpace]) -> Result<(Vec<Face>, f64), OperatorError> {
+        let mut planes = Vec::new();
+        let mut reach = 2.5 * self.spacing;
+        let own = self.radius[p];
+        let x = self.position[p];
+        // Places in `domain` are the given ones.
+        let given = x + self.origin;
+        loop {
+            self.planes(p, reach, &mut planes);
+            for (number, half) in domain.iter().enumerate() {
+                let distance = (half.point - given).dot(&half.normal);
+                planes.push(Plane {
+                    neighbour: Neighbour::Border(number as u32),
+                    normal: half.normal,
+                    distance,
+                    branch: Vec3::zeros(),
+                    reach: distance,
+                });
+            }
+            let (faces, volume, farthest) = self.faces(p, &planes, 4.0 * reach);
+            // No particle beyond `reach` has its radical plane nearer than this.
+            let missed = 0.5 * (reach - (self.largest * self.largest - own * own) / reach);
+            if missed >= farthest || (reach >= self.all && farthest < 3.0 * reach) {
+                return Ok((faces, volume));
+            }
+            if (reach >= self.all && !self.periodic) || reach > 1e3 * self.spacing * (self.position.len() as f64) {
+                return Err(OperatorError::OpenCell { point: p });
+            }
+            reach *= 1.6;
+        }
+    }
+
+    /// The faces that `planes` leave, the volume, and the distance of the farthest vertex.
+    fn faces(&self, p: usize, planes: &[Plane], size: f64) -> (Vec<Face>, f64, f64) {
+        let mut faces = Vec::new();
+        let (mut volume, mut farthest) = (0.0, 0.0_f64);
+        let mut polygon: Vec<Vec3> = Vec::new();
+        let mut cut: Vec<Vec3> = Vec::new();
+        for (k, plane) in planes.iter().enumerate() {
+            self.start_polygon(plane, size, &mut polygon);
+            for (other, by) in planes.iter().enumerate() {
+                if other != k {
+                    clip(&polygon, by, &mut cut);
+                    std::mem::swap(&mut polygon, &mut cut);
+                    if polygon.is_empty() {
+                        break;
+                    }
+                }
+            }
+            let Some((area, centroid)) = area_and_centroid(&polygon, &plane.normal) else { continue };
+            let depth = if self.plane { 0.0 } else { 1.0 };
+            let from_axis = |v: &Vec3| Vec3::new(v.x, v.y, v.z * depth).norm();
+            farthest = polygon.iter().map(from_axis).fold(farthest, f64::max);
+            volume += plane.distance * area / if self.plane { 2.0 } else { 3.0 };
+            faces.push(Face {
+                point: p as u32,
+                neighbour: plane.neighbour,
+                area: plane.normal * area,
+                centroid,
+                distance: plane.distance,
+                branch: if matches!(plane.neighbour, Neighbour::Border(_)) { centroid } else { plane.branch },
+            });
+        }
+        (faces, volume, farthest)
+    }
+
+    /// A square in the plane, large enough to be cut on all sides; in two dimensions a strip of unit depth.
+    fn start_polygon(&self, plane: &Plane, size: f64, polygon: &mut Vec<Vec3>) {
+        let (n, centre) = (plane.normal, plane.normal * plane.distance);
+        let (s, t) = if self.plane {
+            (Vec3::new(-n.y, n.x, 0.0) * size, Vec3::new(0.0, 0.0, 0.5))
+        } else {
+            let s = any_perpendicular(&n);
+            (s * size, n.cross(&s) * size)
+        };
+        polygon.clear();
+        polygon.extend([centre - s - t, centre + s - t, centre + s + t, centre - s + t]);
+    }
+}
+
+/// The part of a convex polygon in front of a plane (Sutherland and Hodgman 1974).
+fn clip(polygon: &[Vec3], by: &Plane, out: &mut Vec<Vec3>) {
+    out.clear();
+    let side = |v: &Vec3| by.normal.dot(v) - by.distance;
+    let Some(mut last) = polygon.last() else { return };
+    let mut last_side = side(last);
+    for v in polygon {
+        let this_side = side(v);
+        if (last_side > 0.0) != (this_side > 0.0) {
+            out.push(last + (v - last) * (last_side / (last_side - this_side)));
+        }
+        if this_side <= 0.0 {
+            out.push(*v);
+        }
+        (last, last_side) = (v, this_side);
+    }
+}
+
+/// Area and centroid of a convex polygon; nothing if it has no inside.
+fn area_and_centroid(polygon: &[Vec3], normal: &Vec3) -> Option<(f64, Vec3)> {
+    let [first, rest @ ..] = polygon else { return None };
+    let (mut area, mut moment) = (0.0, Vec3::zeros());
+    for w in rest.windows(2) {
+        let (a, b) = (w[0] - first, w[1] - first);
+        let twice = a.cross(&b).dot(normal);
+        area += twice;
+        moment += (a + b) * twice;
+    }
+    (area > 0.0).then(|| (0.5 * area, first + moment / (3.0 * area)))
+}

@@ -1,0 +1,187 @@
+//! Regular packings of equal touching spheres.
+
+use super::{Packing, PackingError, Shape, affordable, positive};
+use concordem_contact::math::Vec3;
+use concordem_solver::state::Cell;
+use concordem_solver::state::particles::Sphere;
+
+/// A regular arrangement of equal touching spheres; the two plane ones are discs of unit depth in a plane of constant
+/// z.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Lattice {
+    /// Simple cubic: 6 neighbours, packing fraction π/6.
+    SimpleCubic,
+    /// Body-centred cubic: 8 neighbours, π√3/8.
+    BodyCentered,
+    /// Face-centred cubic: 12 neighbours, π/√18.
+    FaceCentered,
+    /// Hexagonal close packing with the ideal axis ratio √(8/3): 12 neighbours, π/√18.
+    HexagonalClosePacked,
+    /// Plane square: 4 neighbours.
+    Square,
+    /// Plane triangular: 6 neighbours.
+    Triangular,
+}
+
+impl Lattice {
+    /// Whether the arrangement is plane.
+    pub fn is_plane(self) -> bool {
+        matches!(self, Self::Square | Self::Triangular)
+    }
+
+    /// Edges (m) of the right-angled unit cell of spheres of `radius` (m). The third edge of the plane lattices is the
+    /// unit depth of 2-D problems, 1 m.
+    pub fn unit_cell(self, radius: f64) -> Vec3 {
+        let d = 2.0 * radius;
+        match self {
+            Self::SimpleCubic => Vec3::repeat(d),
+            Self::BodyCentered => Vec3::repeat(2.0 * d / 3.0_f64.sqrt()),
+            Self::FaceCentered => Vec3::repeat(d * 2.0_f64.sqrt()),
+            Self::HexagonalClosePacked => Vec3::new(d, d * 3.0_f64.sqrt(), d * (8.0_f64 / 3.0).sqrt()),
+            Self::Square => Vec3::new(d, d, 1.0),
+            Self::Triangular => Vec3::new(d, d * 3.0_f64.sqrt(), 1.0),
+        }
+    }
+
+    /// Places of the spheres in the unit cell, as fractions of its edges.
+    fn basis(self) -> &'static [[f64; 3]] {
+        match self {
+            Self::SimpleCubic | Self::Square => &[[0.0, 0.0, 0.0]],
+            Self::BodyCentered => &[[0.0, 0.0, 0.0], [0.5, 0.5, 0.5]],
+            Self::FaceCentered => &[[0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]],
+            Self::HexagonalClosePacked => {
+                &[[0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.5, 5.0 / 6.0, 0.5], [0.0, 1.0 / 3.0, 0.5]]
+            }
+            Self::Triangular => &[[0.0, 0.0, 0.0], [0.5, 0.5, 0.0]],
+        }
+    }
+
+    /// A periodic packing of `repeats` unit cells along each axis; the plane lattices have one layer whatever the
+    /// third number.
+    ///
+    /// # Errors
+    /// A radius that is not positive, no repeats, too many spheres, and a plane lattice of spheres so large that they
+    /// would touch their own images one unit depth away.
+    pub fn periodic(self, radius: f64, mut repeats: [u32; 3]) -> Result<Packing, PackingError> {
+        positive("the radius of the lattice's spheres", radius)?;
+        if self.is_plane() {
+            repeats[2] = 1;
+            super::within("the radius of a plane periodic lattice of unit depth", radius, 0.0, 0.25)?;
+        }
+        for count in repeats {
+            positive("the number of repeats of the lattice", f64::from(count))?;
+        }
+        let basis = self.basis();
+        let count = repeats.iter().map(|n| f64::from(*n)).product::<f64>() * basis.len() as f64;
+        affordable(count)?;
+        let edges = self.unit_cell(radius);
+        let mut spheres = Vec::with_capacity(count as usize);
+        for k in 0..repeats[2] {
+            for j in 0..repeats[1] {
+                for i in 0..repeats[0] {
+                    let cell = Vec3::new(f64::from(i), f64::from(j), f64::from(k));
+                    spheres.extend(
+                        basis.iter().map(|place| Sphere {
+                            position: (cell + Vec3::from(*place)).component_mul(&edges),
+                            radius,
+                        }),
+                    );
+                }
+            }
+        }
+        let size = edges.component_mul(&Vec3::from(repeats.map(f64::from)));
+        Ok(Packing { spheres, cell: Some(Cell::new_box(size)) })
+    }
+
+    /// All spheres of the lattice through `origin` (m) that lie inside `shape` as a whole. Plane lattices lie in the
+    /// plane z = `origin.z`.
+    ///
+    /// # Errors
+    /// A radius that is not positive, and shapes with room for too many spheres.
+    pub fn fill(self, radius: f64, shape: &Shape, origin: Vec3) -> Result<Packing, PackingError> {
+        positive("the radius of the lattice's spheres", radius)?;
+        let edges = self.unit_cell(radius);
+        let (low, high) = shape.bounds();
+        let mut first = (low - origin).component_div(&edges).map(|c| c.floor() - 1.0);
+        let mut last = (high - origin).component_div(&edges).map(f64::ceil);
+        if self.is_plane() {
+            (first.z, last.z) = (0.0, 0.0);
+        }
+        let count = (last - first).add_scalar(1.0).product() * self.basis().len() as f64;
+        affordable(count)?;
+        // A sphere that touches the surface from inside belongs to the shape, whatever the last digit says.
+        let margin = radius * (1.0 - 1.0e-9);
+        let mut spheres = Vec::new();
+        for k in first.z as i64..=last.z as i64 {
+            for j in first.y as i64..=last.y as i64 {
+                for i in first.x as i64..=last.x as i64 {
+                    let cell = Vec3::new(i as f64, j as f64, k as f64);
+                    for place in self.basis() {
+                        let position = origin + (cell + Vec3::from(*place)).component_mul(&edges);
+                        if shape.contains(&position, margin) {
+                            spheres.push(Sphere { position, radius });
+                        }
+                    }
+                }
+            }
+        }
+        Ok(Packing { spheres, cell: None })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use concordem_solver::neighbor::candidate_pairs;
+
+    #[test]
+    fn neighbors_and_packing_fractions() {
+        let pi = std::f64::consts::PI;
+        let cases = [
+            (Lattice::SimpleCubic, 6, pi / 6.0),
+            (Lattice::BodyCentered, 8, pi * 3.0_f64.sqrt() / 8.0),
+            (Lattice::FaceCentered, 12, pi / 18.0_f64.sqrt()),
+            (Lattice::HexagonalClosePacked, 12, pi / 18.0_f64.sqrt()),
+            // Spheres of radius 0.1 in a layer 1 m deep.
+            (Lattice::Square, 4, 0.1 * pi / 6.0 * 2.0),
+            (Lattice::Triangular, 6, 0.1 * pi / 27.0_f64.sqrt() * 2.0),
+        ];
+        for (lattice, neighbors, fraction) in cases {
+            // One unit cell, smaller than the reach, and several.
+            for repeats in [[1, 1, 1], [3, 2, 4]] {
+                let packing = lattice.periodic(0.1, repeats).unwrap();
+                let count = packing.spheres.len();
+                // 1e-9 of the radius: touching to rounding; the second neighbours are further by 15 % at least.
+                let reach = vec![0.1 * (1.0 + 1.0e-9); count];
+                let pairs = candidate_pairs(&packing.positions(), &reach, packing.cell.as_ref()).unwrap();
+                assert_eq!(2 * pairs.len(), neighbors * count, "{lattice:?} {repeats:?}");
+                // A dozen roundings.
+                approx::assert_relative_eq!(packing.packing_fraction().unwrap(), fraction, max_relative = 1e-14);
+                let less = vec![0.1 * (1.0 - 1.0e-9); count];
+                assert!(candidate_pairs(&packing.positions(), &less, packing.cell.as_ref()).unwrap().is_empty());
+            }
+        }
+    }
+
+    #[test]
+    fn fill_takes_whole_spheres() {
+        let shape = Shape::new_box(Vec3::zeros(), Vec3::repeat(1.0)).unwrap();
+        let packing = Lattice::SimpleCubic.fill(0.05, &shape, Vec3::repeat(0.05)).unwrap();
+        assert_eq!(packing.spheres.len(), 1000);
+        let plane = Lattice::Square.fill(0.05, &shape, Vec3::new(0.05, 0.05, 0.5)).unwrap();
+        assert_eq!(plane.spheres.len(), 100);
+        assert!(Lattice::FaceCentered.fill(0.05, &shape, Vec3::zeros()).unwrap().spheres.len() > 1000);
+    }
+
+    #[test]
+    fn bad_input_is_refused() {
+        let shape = Shape::new_box(Vec3::zeros(), Vec3::repeat(1.0)).unwrap();
+        assert!(matches!(Lattice::SimpleCubic.periodic(0.0, [1; 3]), Err(PackingError::NotPositive { .. })));
+        assert!(matches!(Lattice::SimpleCubic.periodic(1.0, [1, 0, 1]), Err(PackingError::NotPositive { .. })));
+        assert!(matches!(Lattice::SimpleCubic.periodic(1.0, [u32::MAX; 3]), Err(PackingError::TooMany { .. })));
+        assert!(matches!(Lattice::Square.periodic(0.6, [1; 3]), Err(PackingError::OutOfRange { .. })));
+        assert!(matches!(Lattice::Square.fill(f64::NAN, &shape, Vec3::zeros()), Err(PackingError::NotPositive { .. })));
+        assert!(matches!(Lattice::SimpleCubic.fill(1.0e-8, &shape, Vec3::zeros()), Err(PackingError::TooMany { .. })));
+    }
+}

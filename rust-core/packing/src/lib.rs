@@ -1,0 +1,236 @@
+//! Sphere packings: where the particles are before anything happens.
+//!
+//! A [`Packing`] is a list of spheres, with a periodic cell or without. It comes from a [`lattice`], from a
+//! [`mod@file`], or from random compaction; it is tiled and cropped to a [`shape`]; its quality is read by [`summary`] and
+//! [`isotropy`].
+
+pub mod bonding;
+mod cloud;
+pub mod discs;
+pub mod file;
+pub mod growth;
+pub mod isotropy;
+pub mod lattice;
+pub mod random;
+pub mod random_dense;
+pub mod shape;
+pub mod size;
+pub mod summary;
+pub mod tile_crop;
+
+pub use discs::random_discs;
+pub use file::{export_text, import_text};
+pub use growth::{Grown, GrownBox, grown_box};
+pub use isotropy::{DirectionHistogram, link_vectors};
+pub use lattice::Lattice;
+pub use random::Random;
+pub use random_dense::{Compaction, Progress, Protocol, RandomDense, Stage, random_dense};
+pub use shape::Shape;
+pub use size::SizeDistribution;
+pub use summary::PackingSummary;
+pub use tile_crop::{Crop, tile, tile_and_crop};
+
+use concordem_contact::math::Vec3;
+use concordem_solver::neighbor::NeighborError;
+use concordem_solver::state::Cell;
+use concordem_solver::state::particles::Sphere;
+
+/// Spheres in space, periodic if there is a cell.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Packing {
+    /// The spheres.
+    pub spheres: Vec<Sphere>,
+    /// Periodic cell; without one the packing ends where its spheres end.
+    pub cell: Option<Cell>,
+}
+
+/// What can go wrong while a packing is made, read, or measured.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PackingError {
+    /// A number that must be positive and finite is not.
+    #[error("{name} is {value}; it must be positive and finite")]
+    NotPositive {
+        /// What the number means.
+        name: &'static str,
+        /// Its value in SI units.
+        value: f64,
+    },
+    /// A number lies outside its range.
+    #[error("{name} is {value}; it must lie between {low} and {high}")]
+    OutOfRange {
+        /// What the number means.
+        name: &'static str,
+        /// Its value in SI units.
+        value: f64,
+        /// Smallest allowed value.
+        low: f64,
+        /// Largest allowed value.
+        high: f64,
+    },
+    /// A size distribution that is empty or not in order.
+    #[error("size distribution: {reason}")]
+    BadSizes {
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A shape without an inside.
+    #[error("shape: {reason}")]
+    BadShape {
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A triangle mesh that does not enclose a volume.
+    #[error(
+        "the triangle mesh is not closed: {edges} edges do not belong to an even number of triangles, one of them from \
+         ({}, {}, {}) to ({}, {}, {}) m",
+        from[0], from[1], from[2], to[0], to[1], to[2]
+    )]
+    MeshNotClosed {
+        /// Number of open edges.
+        edges: usize,
+        /// Start of one of them, m.
+        from: [f64; 3],
+        /// Its end, m.
+        to: [f64; 3],
+    },
+    /// An operation that needs a periodic cell was given a packing without one.
+    #[error("this needs a periodic packing, but the packing has no cell")]
+    NoCell,
+    /// A shape so large, or spheres so small, that the result would not fit.
+    #[error("this would make {count:e} spheres; at most {limit:e} can be handled")]
+    TooMany {
+        /// Expected number.
+        count: f64,
+        /// Largest possible number.
+        limit: f64,
+    },
+    /// A line of a sphere file that is not four numbers.
+    #[error("line {line}: {reason}: {text:?}")]
+    BadLine {
+        /// Line number, from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+        /// The line's beginning.
+        text: String,
+    },
+    /// Reading or writing failed.
+    #[error("{action}: {source}")]
+    Io {
+        /// What was tried.
+        action: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A cloud too dense for random places.
+    #[error(
+        "no place for a sphere of radius {radius} m in a periodic cube of edge {edge} m with {placed} spheres after \
+         {attempts} attempts"
+    )]
+    NoRoom {
+        /// Spheres placed before.
+        placed: usize,
+        /// Radius of the sphere without a place, m.
+        radius: f64,
+        /// Edge of the cell, m.
+        edge: f64,
+        /// Places tried.
+        attempts: usize,
+    },
+    /// A compaction that did not come to its end.
+    #[error(
+        "the compaction has not settled after {steps} steps: in the {stage} the pressure is {pressure} of the modulus \
+         (wanted {goal}) and the unbalanced force {unbalanced}"
+    )]
+    NotSettled {
+        /// Steps done.
+        steps: u64,
+        /// `"compression"` or `"release"`.
+        stage: &'static str,
+        /// Pressure through modulus.
+        pressure: f64,
+        /// Wanted pressure through modulus.
+        goal: f64,
+        /// Unbalanced force.
+        unbalanced: f64,
+    },
+    /// Discs that do not come to rest.
+    #[error("the discs have not come to rest after {steps} steps; give another seed")]
+    Restless {
+        /// Steps done.
+        steps: u64,
+    },
+    /// A parameter of the contact law used for compaction is out of range.
+    #[error(transparent)]
+    Law(#[from] concordem_contact::law::common::ParameterError),
+    /// The solver failed during compaction.
+    #[error("compaction: {0}")]
+    Solver(#[from] concordem_solver::SolverError),
+    /// The neighbour search refused the packing.
+    #[error(transparent)]
+    Neighbor(#[from] NeighborError),
+}
+
+impl Packing {
+    /// Volume of all spheres, m³ (overlaps counted twice).
+    pub fn solid_volume(&self) -> f64 {
+        self.spheres.iter().map(|s| 4.0 / 3.0 * std::f64::consts::PI * s.radius * s.radius * s.radius).sum()
+    }
+
+    /// Solid volume through cell volume; `None` without a cell.
+    pub fn packing_fraction(&self) -> Option<f64> {
+        self.cell.map(|cell| self.solid_volume() / cell.volume())
+    }
+
+    /// Positions of all spheres, m.
+    pub fn positions(&self) -> Vec<Vec3> {
+        self.spheres.iter().map(|s| s.position).collect()
+    }
+
+    /// Move all positions into the cell, so that they are `H s` with `0 ≤ s < 1`; without a cell nothing happens.
+    pub fn wrap(&mut self) {
+        let Some(cell) = self.cell else { return };
+        let Some(inverse) = cell.matrix.try_inverse() else { return };
+        for sphere in &mut self.spheres {
+            sphere.position -= cell.matrix * (inverse * sphere.position).map(f64::floor);
+        }
+    }
+
+    /// Move all spheres so that the first lies at the origin, and wrap.
+    pub fn center_on_first(&mut self) {
+        let Some(first) = self.spheres.first().map(|s| s.position) else { return };
+        for sphere in &mut self.spheres {
+            sphere.position -= first;
+        }
+        self.wrap();
+    }
+}
+
+/// Refuses numbers that are not positive and finite.
+pub(crate) fn positive(name: &'static str, value: f64) -> Result<f64, PackingError> {
+    if value > 0.0 && value.is_finite() { Ok(value) } else { Err(PackingError::NotPositive { name, value }) }
+}
+
+/// Refuses numbers outside `low..=high`.
+pub(crate) fn within(name: &'static str, value: f64, low: f64, high: f64) -> Result<f64, PackingError> {
+    if value >= low && value <= high { Ok(value) } else { Err(PackingError::OutOfRange { name, value, low, high }) }
+}
+
+/// Refuses numbers of spheres that cannot be numbered.
+pub(crate) fn affordable(count: f64) -> Result<(), PackingError> {
+    const LIMIT: f64 = 4.0e9;
+    if count.is_nan() || count > LIMIT { Err(PackingError::TooMany { count, limit: LIMIT }) } else { Ok(()) }
+}
+
+/// Mass (kg) and moment of inertia (kg·m²) of a sphere, or of a disc of unit depth.
+pub fn mass_of(radius: f64, density: f64, planar: bool) -> (f64, f64) {
+    use std::f64::consts::PI;
+    if planar {
+        let mass = density * PI * radius * radius;
+        (mass, 0.5 * mass * radius * radius)
+    } else {
+        let mass = density * 4.0 / 3.0 * PI * radius * radius * radius;
+        (mass, 0.4 * mass * radius * radius)
+    }
+}

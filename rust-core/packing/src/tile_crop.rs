@@ -1,0 +1,170 @@
+//! Copies of a periodic packing: larger periodic cells, and bodies of any shape cut from them.
+
+use super::{Packing, PackingError, Shape, affordable, within};
+use concordem_contact::math::{Mat3, Vec3};
+use concordem_solver::state::Cell;
+use concordem_solver::state::particles::Sphere;
+
+/// Which spheres belong to a cropped body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Crop {
+    /// Those that lie inside the shape as a whole: nothing sticks out.
+    #[default]
+    WholeSpheres,
+    /// Those whose centres lie inside: the density near the surface is that of the bulk.
+    Centers,
+}
+
+/// A periodic packing of `repeats` copies of a periodic packing along each edge of its cell.
+///
+/// # Errors
+/// No cell, no repeats, or too many spheres.
+pub fn tile(packing: &Packing, repeats: [u32; 3]) -> Result<Packing, PackingError> {
+    let cell = packing.cell.ok_or(PackingError::NoCell)?;
+    let copies: f64 = repeats.iter().map(|n| f64::from(*n)).product();
+    within("the number of copies of the packing", copies, 1.0, f64::MAX)?;
+    let count = copies * packing.spheres.len() as f64;
+    affordable(count)?;
+    let mut spheres = Vec::with_capacity(count as usize);
+    for k in 0..repeats[2] {
+        for j in 0..repeats[1] {
+            for i in 0..repeats[0] {
+                let shift = cell.matrix * Vec3::new(f64::from(i), f64::from(j), f64::from(k));
+                spheres
+                    .extend(packing.spheres.iter().map(|s| Sphere { position: s.position + shift, radius: s.radius }));
+            }
+        }
+    }
+    let matrix = cell.matrix * Mat3::from_diagonal(&Vec3::from(repeats.map(f64::from)));
+    Ok(Packing { spheres, cell: Some(Cell::new(matrix)) })
+}
+
+/// A body cut from a periodic packing: copies of the cell cover `shape`, and the spheres that belong to it stay.
+///
+/// The corner of one copy of the cell lies at `anchor` (m). The spheres come copy by copy, x fastest, each copy in the
+/// packing's order. No new overlaps arise: any two spheres of the body are two of the infinite periodic packing.
+///
+/// # Errors
+/// No cell, or too many spheres.
+pub fn tile_and_crop(packing: &Packing, shape: &Shape, crop: Crop, anchor: Vec3) -> Result<Packing, PackingError> {
+    let cell = packing.cell.ok_or(PackingError::NoCell)?;
+    let inverse = cell
+        .matrix
+        .try_inverse()
+        .ok_or(PackingError::NotPositive { name: "the volume of the packing's cell", value: cell.volume() })?;
+    let mut unit = packing.clone();
+    unit.wrap();
+    let (low, high) = shape.bounds();
+    let mut first = Vec3::repeat(f64::INFINITY);
+    let mut last = Vec3::repeat(f64::NEG_INFINITY);
+    for corner in 0..8 {
+        let pick = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
+        let place = inverse * (Vec3::new(pick(0), pick(1), pick(2)) - anchor);
+        first = first.inf(&place);
+        last = last.sup(&place);
+    }
+    // One copy more on either side: rounding may put a sphere on the wrong side of a face.
+    let first = first.map(|c| c.floor() - 1.0);
+    let last = last.map(|c| c.floor() + 1.0);
+    let count = (last - first).add_scalar(1.0).product() * unit.spheres.len() as f64;
+    affordable(count)?;
+    let mut spheres = Vec::new();
+    for k in first.z as i64..=last.z as i64 {
+        for j in first.y as i64..=last.y as i64 {
+            for i in first.x as i64..=last.x as i64 {
+                let shift = anchor + cell.matrix * Vec3::new(i as f64, j as f64, k as f64);
+                spheres.extend(unit.spheres.iter().filter_map(|sphere| {
+                    let position = sphere.position + shift;
+                    let margin = match crop {
+                        Crop::WholeSpheres => sphere.radius,
+                        Crop::Centers => 0.0,
+                    };
+                    shape.contains(&position, margin).then_some(Sphere { position, radius: sphere.radius })
+                }));
+            }
+        }
+    }
+    Ok(Packing { spheres, cell: None })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{PackingSummary, Random};
+
+    /// Spheres placed at random without overlap in a skewed cell; positions also outside of it.
+    fn loose_packing() -> Packing {
+        let cell = Cell::new(Mat3::new(1.0, 0.3, 0.1, 0.0, 0.9, -0.2, 0.0, 0.0, 1.1));
+        let mut random = Random::new(5);
+        let mut packing = Packing { spheres: Vec::new(), cell: Some(cell) };
+        while packing.spheres.len() < 60 {
+            let position = cell.matrix * (random.uniform_vector() * 3.0);
+            packing.spheres.push(Sphere { position, radius: 0.08 });
+            if PackingSummary::new(&packing, 1.0).unwrap().coordination > 0.0 {
+                packing.spheres.pop();
+            }
+        }
+        packing
+    }
+
+    #[test]
+    fn no_overlaps_at_seams_and_the_right_density() {
+        let packing = loose_packing();
+        let shape = Shape::new_box(Vec3::new(-2.0, -1.0, 0.5), Vec3::new(2.5, 3.0, 4.0)).unwrap();
+        let body = tile_and_crop(&packing, &shape, Crop::Centers, Vec3::new(0.3, 0.2, 0.1)).unwrap();
+        assert_eq!(PackingSummary::new(&body, 1.0 - 1.0e-12).unwrap().coordination, 0.0);
+        // 63 m³ at 60 spheres per 0.99 m³; the surface of 100 m² cuts through copies of the cell, so the count varies
+        // by a few of the ≈100 boundary cells' spheres: 2 % of 3818.
+        let expected = 63.0 * 60.0 / 0.99;
+        approx::assert_relative_eq!(body.spheres.len() as f64, expected, max_relative = 0.02);
+        let whole = tile_and_crop(&packing, &shape, Crop::WholeSpheres, Vec3::new(0.3, 0.2, 0.1)).unwrap();
+        assert!(whole.spheres.len() < body.spheres.len());
+        assert!(whole.spheres.iter().all(|s| shape.contains(&s.position, s.radius)));
+    }
+
+    #[test]
+    fn every_copy_of_every_sphere_inside_is_there() {
+        let packing = loose_packing();
+        let cell = packing.cell.unwrap();
+        let shape = Shape::new_sphere(Vec3::new(0.2, -0.4, 0.7), 1.7).unwrap();
+        let body = tile_and_crop(&packing, &shape, Crop::Centers, Vec3::zeros()).unwrap();
+        let mut expected = 0;
+        for sphere in &packing.spheres {
+            for i in -12..12 {
+                for j in -12..12 {
+                    for k in -12..12 {
+                        let image = Vec3::new(f64::from(i), f64::from(j), f64::from(k));
+                        expected += usize::from(shape.contains(&(sphere.position + cell.matrix * image), 0.0));
+                    }
+                }
+            }
+        }
+        assert_eq!(body.spheres.len(), expected);
+    }
+
+    #[test]
+    fn periodic_copies_keep_density_and_contacts() {
+        let packing = loose_packing();
+        let larger = tile(&packing, [2, 3, 1]).unwrap();
+        assert_eq!(larger.spheres.len(), 360);
+        // A dozen roundings.
+        approx::assert_relative_eq!(
+            larger.packing_fraction().unwrap(),
+            packing.packing_fraction().unwrap(),
+            max_relative = 1e-14
+        );
+        let contacts = |p: &Packing| PackingSummary::new(p, 1.4).unwrap().coordination;
+        assert_eq!(contacts(&larger), contacts(&packing));
+    }
+
+    #[test]
+    fn bad_input_is_refused() {
+        let packing = Packing::default();
+        let shape = Shape::new_sphere(Vec3::zeros(), 1.0).unwrap();
+        assert!(matches!(tile(&packing, [1; 3]), Err(PackingError::NoCell)));
+        assert!(matches!(tile_and_crop(&packing, &shape, Crop::Centers, Vec3::zeros()), Err(PackingError::NoCell)));
+        assert!(matches!(tile(&loose_packing(), [0, 1, 1]), Err(PackingError::OutOfRange { .. })));
+        assert!(matches!(tile(&loose_packing(), [u32::MAX, 1, 1]), Err(PackingError::TooMany { .. })));
+    }
+}

@@ -1,0 +1,122 @@
+//! Operators that a scenario samples.
+
+use super::{AssemblyError, material_index, set_index, unfit};
+use crate::plan::samples::{SampledRegion, SampledWall};
+use crate::plan::{Operator, OperatorSample};
+use crate::schema::quantity::vector;
+use crate::schema::{self, SampleRegion, Scenario};
+use concordem_contact::math::{Mat3, Vec3};
+use concordem_operator::{HalfSpace, Region, Truncation};
+use concordem_solver::state::{Particles, State};
+
+/// The samples of the plan, for these particles.
+pub fn of(scenario: &Scenario, particles: &Particles, periodic: bool) -> Result<Vec<OperatorSample>, AssemblyError> {
+    let each = scenario
+        .samples
+        .iter()
+        .enumerate()
+        .map(|(k, sample)| one(scenario, particles, periodic, &format!("sample[{k}].region"), sample));
+    each.collect()
+}
+
+/// A sample, whose region messages call `key`.
+pub fn one(
+    scenario: &Scenario,
+    particles: &Particles,
+    periodic: bool,
+    key: &str,
+    sample: &schema::OperatorSample,
+) -> Result<OperatorSample, AssemblyError> {
+    let region = match sample.operator {
+        // The wall is where it is.
+        Operator::WallTraction => Some(Region::All { volume: 1.0 }),
+        _ => region(scenario, particles, periodic, key, sample.region.as_ref())?,
+    };
+    let is_list = sample.region.as_ref().is_some_and(SampleRegion::is_list);
+    let default = if is_list { Truncation::HalfCrossing } else { Truncation::default() };
+    let wall = sample.wall.as_ref().zip(sample.area).and_then(|(name, area)| {
+        let wall = scenario.wall_names().iter().position(|wall| wall == name)?;
+        Some(SampledWall { wall: wall as u32, area: area.si() })
+    });
+    let gradient = Mat3::from_fn(|i, j| sample.velocity_gradient[i][j].si());
+    Ok(OperatorSample {
+        name: sample.name().to_owned(),
+        operator: sample.operator,
+        region: region.map_or(SampledRegion::Cell, |region| SampledRegion::Moving {
+            region,
+            velocity: vector(&sample.velocity),
+            gradient,
+        }),
+        grid: sample.grid,
+        truncation: sample.truncation.unwrap_or(default),
+        partition: sample.partition.unwrap_or_default(),
+        wall,
+        interval: sample.interval.unwrap_or(scenario.output.sample_interval),
+    })
+}
+
+/// The region; nothing for the periodic cell.
+fn region(
+    scenario: &Scenario,
+    particles: &Particles,
+    periodic: bool,
+    key: &str,
+    region: Option<&SampleRegion>,
+) -> Result<Option<Region>, AssemblyError> {
+    let plane = scenario.dimension == 2;
+    let region = match region {
+        None | Some(SampleRegion::Cell) => {
+            return if periodic {
+                Ok(None)
+            } else {
+                Err(unfit(key, "the packing has no periodic cell; give a region".into()))
+            };
+        }
+        Some(SampleRegion::All { volume }) => Region::All { volume: volume.si() },
+        Some(SampleRegion::Box { minimum, maximum }) => {
+            let (low, high) = (vector(minimum), vector(maximum));
+            if plane { Region::rectangle([low.x, low.y], [high.x, high.y]) } else { Region::Box { low, high } }
+        }
+        Some(SampleRegion::Sphere { center, radius }) => {
+            let (centre, radius) = (vector(center), radius.si());
+            if plane { Region::disc(centre, radius) } else { Region::Sphere { centre, radius } }
+        }
+        Some(SampleRegion::Cylinder { center, axis, radius, height }) => Region::Cylinder {
+            centre: vector(center),
+            axis: vector(axis).normalize(),
+            radius: radius.si(),
+            half_length: 0.5 * height.si(),
+        },
+        Some(SampleRegion::Ellipsoid { center, half_axes }) => {
+            Region::Ellipsoid { centre: vector(center), axes: Mat3::from_diagonal(&vector(half_axes)) }
+        }
+        Some(SampleRegion::HalfSpaces { planes, volume }) => {
+            let half_space = |plane: &schema::SamplePlane| HalfSpace {
+                point: vector(&plane.point),
+                normal: vector(&plane.normal).normalize(),
+            };
+            Region::HalfSpaces { planes: planes.iter().map(half_space).collect(), volume: volume.si() }
+        }
+        Some(SampleRegion::Set { set, volume }) => {
+            let bit = 1_u64 << set_index(scenario, set);
+            let member = particles.tags.iter().map(|tags| tags & bit != 0).collect();
+            Region::Particles { member, volume: volume.si() }
+        }
+        Some(SampleRegion::Material { material, volume }) => {
+            Region::of_material(&particles.material, material_index(scenario, material), volume.si())
+        }
+    };
+    if let Region::Particles { member, .. } = &region
+        && !member.contains(&true)
+    {
+        return Err(unfit(key, "no particle belongs to it".into()));
+    }
+    region.volume().map_err(|error| unfit(key, error.to_string()))?;
+    Ok(Some(region))
+}
+
+/// Places of all particles, if an operator needs those of the start.
+pub fn places(samples: &[OperatorSample], state: &State) -> Vec<Vec3> {
+    let needed = samples.iter().any(|sample| sample.operator.needs_places());
+    if needed { state.particles.position.clone() } else { Vec::new() }
+}

@@ -1,0 +1,121 @@
+//! Sphere packs in HDF5: `position` (N×3, m), `radius` (N, m), and for a periodic pack `cell` (3×3, m; a row is an
+//! edge vector). Units stand as attributes. Any program may write them; nothing is sealed.
+
+use std::path::Path;
+
+use concordem_contact::math::{Mat3, Vec3};
+use concordem_packing::Packing;
+use concordem_solver::state::{Cell, Sphere};
+
+/// How we open HDF5 files: closing a file closes all that belongs to it. The library's locks are off: an unfinished
+/// file is known to nobody else, a finished one never changes, on some network file systems locks fail, and a child
+/// process that another thread starts while a file is open keeps its lock after we closed it.
+pub fn options() -> hdf5::FileBuilder {
+    let mut options = hdf5::File::with_options();
+    options.with_fapl(|fapl| fapl.fclose_degree(hdf5::file::FileCloseDegree::Strong).file_locking(false));
+    options
+}
+
+/// Read a sphere pack. The error says what is missing or wrong with the file.
+pub fn read(path: &Path) -> Result<Packing, String> {
+    hdf5::silence_errors(true);
+    let file = options().open(path).map_err(|error| format!("not a readable HDF5 file: {error}"))?;
+    let column = |name: &str| -> Result<(Vec<usize>, Vec<f64>), String> {
+        let dataset = file.dataset(name).map_err(|_| format!("has no dataset `{name}`"))?;
+        let values = dataset.read_raw::<f64>().map_err(|error| format!("dataset `{name}` is not of reals: {error}"))?;
+        Ok((dataset.shape(), values))
+    };
+    let (shape, positions) = column("position")?;
+    let (_, radii) = column("radius")?;
+    let count = radii.len();
+    if shape != [count, 3] {
+        return Err(format!("`position` has the shape {shape:?}; with {count} radii it must be [{count}, 3]"));
+    }
+    let cell = if file.link_exists("cell") {
+        let (shape, edges) = column("cell")?;
+        if shape != [3, 3] {
+            return Err(format!("`cell` has the shape {shape:?}; it must be [3, 3]"));
+        }
+        Some(Cell::new(Mat3::from_column_slice(&edges)))
+    } else {
+        None
+    };
+    let spheres: Vec<Sphere> = positions
+        .chunks_exact(3)
+        .zip(&radii)
+        .map(|(x, &radius)| Sphere { position: Vec3::new(x[0], x[1], x[2]), radius })
+        .collect();
+    let bad = |s: &Sphere| !(s.radius > 0.0 && s.radius.is_finite() && s.position.iter().all(|x| x.is_finite()));
+    if let Some(k) = spheres.iter().position(bad) {
+        let s = &spheres[k];
+        return Err(format!(
+            "row {k} is the sphere {:?}, radius {}: coordinates must be finite and radii positive",
+            s.position.as_slice(),
+            s.radius
+        ));
+    }
+    Ok(Packing { spheres, cell })
+}
+
+/// Write a sphere pack; an existing file is replaced when the new one is whole.
+pub fn write(path: &Path, packing: &Packing) -> Result<(), String> {
+    hdf5::silence_errors(true);
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
+    let temporary = tempfile::Builder::new()
+        .prefix(".spheres")
+        .suffix(".h5")
+        .tempfile_in(folder)
+        .map_err(|error| error.to_string())?
+        .into_temp_path();
+    let fill = || -> hdf5::Result<()> {
+        let file = options().create(&temporary)?;
+        let positions: Vec<[f64; 3]> = packing.spheres.iter().map(|s| s.position.into()).collect();
+        let flat: &[f64] = bytemuck::cast_slice(&positions);
+        let place = file.new_dataset::<f64>().shape([packing.spheres.len(), 3]).create("position")?;
+        place.write_raw(flat)?;
+        let radii: Vec<f64> = packing.spheres.iter().map(|s| s.radius).collect();
+        let radius = file.new_dataset::<f64>().shape([radii.len()]).create("radius")?;
+        radius.write_raw(&radii)?;
+        let mut with_unit = vec![place, radius];
+        if let Some(cell) = &packing.cell {
+            let edges = file.new_dataset::<f64>().shape([3, 3]).create("cell")?;
+            edges.write_raw(cell.matrix.as_slice())?;
+            with_unit.push(edges);
+        }
+        for dataset in with_unit {
+            let unit: hdf5::types::VarLenUnicode = "m".parse().unwrap_or_default();
+            dataset.new_attr::<hdf5::types::VarLenUnicode>().create("unit")?.write_scalar(&unit)?;
+        }
+        file.close()
+    };
+    fill().map_err(|error| error.to_string())?;
+    temporary.persist(path).map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pack comes back bit for bit; files that are none say why.
+    #[test]
+    fn packs_come_back() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("pack.h5");
+        let spheres = vec![
+            Sphere { position: Vec3::new(0.1, -0.0, 1.0 / 3.0), radius: 0.5 },
+            Sphere { position: Vec3::new(2.0, 1e-300, 3.0), radius: 0.25 },
+        ];
+        let matrix = Mat3::new(1.0, 0.2, 0.3, 0.0, 2.0, 0.1, 0.0, 0.0, 3.0);
+        for cell in [None, Some(Cell::new(matrix))] {
+            let packing = Packing { spheres: spheres.clone(), cell };
+            write(&path, &packing).expect("written");
+            assert_eq!(read(&path).expect("read"), packing);
+        }
+        std::fs::write(&path, "x y z r").expect("written");
+        assert!(read(&path).expect_err("no HDF5").contains("HDF5"));
+        let file = options().create(&path).expect("created");
+        file.new_dataset::<f64>().shape([1]).create("radius").expect("a dataset");
+        drop(file);
+        assert!(read(&path).expect_err("no positions").contains("`position`"));
+    }
+}

@@ -1,0 +1,225 @@
+//! Operators of scenarios on simulations that run.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::simulation::Simulation;
+use super::{Operator, OperatorSample};
+use crate::assembly::assemble;
+use crate::schema::{Scenario, template};
+use concordem_contact::math::{Mat3, Vec3};
+use concordem_operator::strain::Dimension;
+use concordem_operator::strain::cosserat;
+use concordem_operator::tessellation::{Domain, power_diagram};
+
+fn simulation(text: &str) -> Simulation {
+    let scenario = Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"));
+    let assembly = assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap();
+    let names: Vec<String> = assembly.state.walls.iter().map(|wall| wall.name.clone()).collect();
+    assert_eq!(names, scenario.wall_names());
+    Simulation::new(assembly.state, assembly.model, assembly.plan).unwrap()
+}
+
+/// The rows of all operators at one step.
+struct Rows {
+    plan: Vec<OperatorSample>,
+    values: Vec<Vec<f64>>,
+}
+
+impl Rows {
+    /// Take `steps` steps; the rows are those of the last one, for which the operators' interval must be right.
+    fn of(simulation: &mut Simulation, steps: u64) -> Self {
+        let mut values = Vec::new();
+        for _ in 0..steps {
+            let advance = simulation.advance().unwrap();
+            values = advance.operators.into_iter().map(|row| row.values).collect();
+        }
+        let plan = simulation.plan.operators.clone();
+        assert_eq!(values.len(), plan.len());
+        for (sample, row) in plan.iter().zip(&values) {
+            assert_eq!(row.len(), sample.operator.width() * sample.cells(), "{}", sample.name);
+            assert!(row.iter().all(|value| value.is_finite()), "{}: {row:?}", sample.name);
+        }
+        Self { plan, values }
+    }
+
+    fn reals(&self, name: &str, quantity: &str) -> &[f64] {
+        let k = self.plan.iter().position(|sample| sample.name == name).unwrap();
+        let mut first = 0;
+        for q in self.plan[k].operator.quantities() {
+            let last = first + q.components * self.plan[k].cells();
+            if q.name == quantity {
+                return &self.values[k][first..last];
+            }
+            first = last;
+        }
+        panic!("{name} has no {quantity}")
+    }
+
+    fn tensor(&self, name: &str, quantity: &str) -> Mat3 {
+        Mat3::from_row_slice(self.reals(name, quantity))
+    }
+
+    fn vector(&self, name: &str, quantity: &str) -> Vec3 {
+        Vec3::from_row_slice(self.reals(name, quantity))
+    }
+}
+
+#[track_caller]
+fn near(a: &Mat3, b: &Mat3, error: f64) {
+    assert!((a - b).abs().max() <= error, "{a}{b} differ by {:e}, allowed {error:e}", (a - b).abs().max());
+}
+
+/// A periodic cell under shear and stretch: the cells' strains are the cell's own whatever particles do, contact cells add
+/// their rotations, and three stresses are one. Rounding of sums of a thousand terms: 1e-12 of the largest.
+#[test]
+fn all_operators_of_a_periodic_cell() {
+    let text = template("cpm-periodic").unwrap().text.replace("count = 1000", "count = 120");
+    let text = text.replace("[0, 0, 0.4]", "[2, 0, 4]");
+    let mut samples = String::new();
+    for operator in Operator::ALL {
+        let region = match operator {
+            Operator::BoundaryStress | Operator::WallTraction => continue,
+            Operator::CoarseGrain => "region = { kind = \"sphere\", center = [0, 0, 0], radius = \"9 mm\" }\n",
+            _ => "",
+        };
+        let _ = write!(samples, "[[sample]]\noperator = \"{}\"\ninterval = 299\n{region}", operator.name());
+    }
+    let mut simulation = simulation(&format!("{text}\n{samples}"));
+    let places = simulation.state.particles.position.clone();
+    let rows = Rows::of(&mut simulation, 300);
+    // The rows are those of the state before the last step.
+    let (dt, cell) = (simulation.state.clock.dt, simulation.state.cell.unwrap());
+    let l = cell.velocity_gradient;
+    let matrix = cell.matrix - cell.matrix_change;
+    let first = cell.deformation_gradient.try_inverse().unwrap() * cell.matrix;
+    let gradient = (matrix - first) * first.try_inverse().unwrap();
+    assert!(gradient[(2, 2)] > 100.0 * dt && gradient[(2, 0)] > 100.0 * dt);
+    let strain = gradient.abs().max();
+    near(&rows.tensor("cell-strain", "gradient"), &gradient, 1e-9 * strain);
+    near(&rows.tensor("cell-rate", "gradient"), &l, 1e-12 * l.abs().max());
+    let contact_cells = rows.tensor("contact-cell-strain", "gradient");
+    // They add rotations, weighted with the cells' volumes in the mean: contacts lie on the lines of centres, not in the middle
+    // of the faces, which a few percent of the strain allow for (one step more of rotation, too).
+    let diagram =
+        power_diagram(&places, &simulation.state.particles.radius, &Domain::Periodic(first), Dimension::Three);
+    let volumes = diagram.unwrap().volumes;
+    let turned: Vec3 = simulation
+        .state
+        .particles
+        .orientation
+        .iter()
+        .zip(&volumes)
+        .map(|(q, v)| super::samples::rotation_vector(q) * (v / volumes.iter().sum::<f64>()))
+        .sum();
+    let expected = gradient + cosserat::cross_of_identity(&turned);
+    near(&contact_cells, &expected, 0.02 * strain);
+    // Stresses: by branches, by particles, by net wrenches.
+    let stress = rows.tensor("region-stress", "stress");
+    let size = stress.abs().max();
+    assert!(size > 1e5, "{stress}");
+    near(&rows.tensor("particle-stress", "stress"), &stress, 1e-12 * size);
+    near(&rows.tensor("couple-stress", "stress"), &stress, 1e-12 * size);
+    let solid = rows.reals("particle-stress", "solid_fraction")[0];
+    near(&(rows.tensor("particle-stress", "mean_particle_stress") * solid), &stress, 1e-12 * size);
+    assert_eq!(rows.reals("porosity", "solid_fraction")[0], solid);
+    // Power: what the contacts take is stress on strain rate, and the motion that is not affine.
+    let power = |name: &str| rows.reals("power", name)[0];
+    let all = power("contacts");
+    assert!(all > 0.0 && power("gap").abs() > 1e-6 * all, "{all} {}", power("gap"));
+    assert!((all - power("stress") - power("couple") - power("gap")).abs() < 1e-9 * all);
+    // A kernel that holds some seventy particles sees their density.
+    let mass: f64 = simulation.state.particles.mass.iter().sum();
+    let density = mass / cell.volume();
+    assert!((rows.reals("coarse-grain", "density")[0] / density - 1.0).abs() < 0.05);
+}
+
+/// Grains squeezed in a box: walls' tractions are the boundary's forces, and the boundary's stress is that of the particles
+/// but for weight and inertia.
+#[test]
+fn walls_and_boundary() {
+    let mut samples = String::new();
+    let ends = ["x minimum", "x maximum", "y minimum", "y maximum", "z minimum", "z maximum"];
+    for end in ends {
+        let _ = write!(
+            samples,
+            "[[sample]]\nname = \"{end}\"\noperator = \"wall-traction\"\nwall = \"box {end}\"\narea = \"50 mm^2\"\n"
+        );
+    }
+    for operator in ["boundary-stress", "particle-stress"] {
+        let _ = write!(
+            samples,
+            "[[sample]]\noperator = \"{operator}\"\nregion = {{ kind = \"all\", volume = \"600 mm^3\" }}\n"
+        );
+    }
+    let mut spheres = String::new();
+    for k in 0..64 {
+        let at = [k % 4, k / 4 % 4, k / 16].map(|i| f64::from(2 * i - 3) * 1e-3);
+        let _ = write!(spheres, "[{}, {}, {}, 1e-3],", at[0], at[1], at[2]);
+    }
+    let mut simulation = simulation(&format!(
+        "version = 1\n[packing]\nkind = \"spheres\"\nspheres = [{spheres}]\n[[material]]\nname = \"m\"\ndensity = 2500\n\
+         frictional = {{ young = \"10 MPa\", stiffness_ratio = 0.3, friction_coefficient = 0.4 }}\n[contacts]\n\
+         law = \"frictional\"\n[integration]\ngravity = [0, 0, -9.81]\ndamping = {{ kind = \"local\", coefficient = 0.5 }}\n\
+         [[wall]]\nname = \"box\"\nmaterial = \"m\"\nshape = {{ kind = \"box\", minimum = [\"-3.98 mm\", \"-3.98 mm\", \
+         \"-3.97 mm\"], maximum = [\"3.98 mm\", \"3.98 mm\", \"3.98 mm\"] }}\n[stop]\nsteps = 100000\n[output]\n\
+         sample_interval = 2999\n{samples}"
+    ));
+    let rows = Rows::of(&mut simulation, 3000);
+    let forces = ends.map(|end| rows.vector(end, "force"));
+    for (k, force) in forces.iter().enumerate() {
+        // Out of the box: particles push the walls away.
+        assert!(force[k / 2] * if k % 2 == 0 { -1.0 } else { 1.0 } > 0.0, "{k}: {force}");
+        assert_eq!(rows.vector(ends[k], "traction"), force / 50e-6);
+        assert_eq!(rows.reals(ends[k], "contacts"), [16.0]);
+    }
+    let total = rows.vector("boundary-stress", "force");
+    let size: f64 = forces.iter().map(Vec3::norm).sum();
+    assert!((total + forces.iter().sum::<Vec3>()).norm() < 1e-13 * size);
+    let (outer, inner) = (rows.tensor("boundary-stress", "stress"), rows.tensor("particle-stress", "stress"));
+    assert!(inner.trace() < -100.0, "{inner}");
+    // What is missing are weight and what is left of inertia of 64 grains, 1e-4 N each, against walls that push each of them
+    // with some 1e-1 N.
+    near(&outer, &inner, 0.01 * inner.abs().max());
+}
+
+/// A prism pulled by its end layers: reactions of the held layers, times places, are the stress of the whole but for inertia;
+/// boxes of a grid add up to the box; regions follow.
+#[test]
+fn supports_grids_and_moving_regions() {
+    let region =
+        "{ kind = \"box\", minimum = [\"-3 mm\", \"-4 mm\", \"-5 mm\"], maximum = [\"3 mm\", \"4 mm\", \"5 mm\"] }";
+    let whole = "{ kind = \"all\", volume = \"1296 mm^3\" }";
+    let mut simulation = simulation(&format!(
+        "version = 1\n[packing]\nkind = \"lattice\"\nlattice = \"fcc\"\nradius = \"1 mm\"\n\
+         shape = {{ kind = \"box\", size = [\"9 mm\", \"9 mm\", \"16 mm\"] }}\n[[material]]\nname = \"concrete\"\n\
+         density = 4800\ncpm = {{ young = \"25 GPa\", shear_ratio = 0.2, crack_onset_strain = 1e-4, relative_ductility = 5, \
+         cohesion = \"3 MPa\", friction_coefficient = 0.8 }}\n[bonds]\nlaw = \"cpm\"\ninteraction_ratio = 1.5\n\
+         [contacts]\nlaw = \"none\"\n[integration]\ndamping = {{ kind = \"local\", coefficient = 0.3 }}\n[loading]\n\
+         kind = \"uniaxial\"\nstrain_rate = \"1 1/s\"\n[stop]\nsteps = 10000\n[output]\nsample_interval = 599\n\
+         [[sample]]\noperator = \"boundary-stress\"\nregion = {whole}\n\
+         [[sample]]\noperator = \"region-stress\"\nname = \"whole\"\nregion = {whole}\n\
+         [[sample]]\noperator = \"region-stress\"\nname = \"core\"\nregion = {region}\n\
+         [[sample]]\noperator = \"region-stress\"\nname = \"map\"\nregion = {region}\ngrid = [2, 3, 4]\n\
+         [[sample]]\noperator = \"porosity\"\nname = \"stretched\"\nregion = {region}\n\
+         velocity_gradient = [[0, 0, 0], [0, 0, 0], [0, 0, 500]]\n\
+         [[sample]]\noperator = \"porosity\"\nname = \"gone\"\nregion = {region}\nvelocity = [0, 0, 100]\n"
+    ));
+    let rows = Rows::of(&mut simulation, 600);
+    let (outer, inner) = (rows.tensor("boundary-stress", "stress"), rows.tensor("whole", "stress"));
+    assert!(inner[(2, 2)] > 1e5, "{inner}");
+    near(&outer, &inner, 0.05 * inner.abs().max());
+    // P22: clipped branches add up over a partition of space.
+    let core = rows.tensor("core", "stress") * rows.reals("core", "volume")[0];
+    let (stress, volume) = (rows.reals("map", "stress"), rows.reals("map", "volume"));
+    assert_eq!((stress.len(), volume.len()), (9 * 24, 24));
+    let sum: Mat3 = stress.chunks(9).zip(volume).map(|(s, v)| Mat3::from_row_slice(s) * *v).sum();
+    near(&sum, &core, 1e-12 * core.abs().max());
+    // The time of the row is that of the step before.
+    let time = simulation.state.clock.time() - simulation.state.clock.dt;
+    let grown = rows.reals("stretched", "volume")[0] / 480e-9;
+    assert!((grown / concordem_contact::math::exp(500.0 * time) - 1.0).abs() < 1e-12, "{grown}");
+    assert!(grown > 1.02, "{grown}");
+    // 100 m/s for some 1e-4 s: beyond the specimen, where there is nothing.
+    assert_eq!(rows.reals("gone", "solid_fraction")[0], 0.0);
+}

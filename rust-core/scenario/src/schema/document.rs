@@ -1,0 +1,137 @@
+//! The text of a scenario as a tree of values with their places.
+
+use std::ops::Range;
+
+use serde::de::IntoDeserializer;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::error::{Problem, ProblemKind, Source};
+
+/// A parsed TOML text that still knows where each key stands.
+pub struct Document<'a> {
+    pub(super) source: &'a Source,
+    pub(super) root: Spanned<DeTable<'a>>,
+}
+
+impl<'a> Document<'a> {
+    /// Read the text; on errors of syntax, all of them.
+    pub fn parse(source: &'a Source) -> Result<Self, Vec<Problem>> {
+        let (root, errors) = DeTable::parse_recoverable(&source.text);
+        let document = Self { source, root };
+        if errors.is_empty() {
+            return Ok(document);
+        }
+        let mut problems: Vec<Problem> = Vec::new();
+        for error in &errors {
+            let span = error.span().unwrap_or(0..0);
+            let line = source.position(span.start).0;
+            // One message per line: what follows the first is mostly its consequence.
+            if problems.iter().all(|problem| source.position(problem.span.start).0 != line) {
+                problems.push(syntax_problem(source, line, span, error.message()));
+            }
+        }
+        Err(problems)
+    }
+
+    /// The scenario, by serde.
+    pub fn deserialize<T: serde::de::DeserializeOwned>(&self) -> Result<T, Problem> {
+        T::deserialize(self.root.clone().into_deserializer()).map_err(|error| {
+            let span = error.span().unwrap_or(0..0);
+            Problem {
+                kind: ProblemKind::WrongType,
+                key: String::new(),
+                value: Some(self.excerpt(&span)).filter(|text| !text.is_empty()),
+                span,
+                message: error.message().to_owned(),
+                help: "`concordem schema` says what a scenario may contain".to_owned(),
+            }
+        })
+    }
+
+    /// Place and text of the value at a key path such as `material[0].cpm.young`. Where there is no such value, the
+    /// place of the innermost table that is there, and no text.
+    pub fn locate(&self, path: &str) -> (Range<usize>, Option<String>) {
+        let mut place = 0..0;
+        let mut table: Option<&DeTable<'_>> = Some(self.root.get_ref());
+        let mut value: Option<&Spanned<DeValue<'_>>> = None;
+        for segment in path.split('.').filter(|segment| !segment.is_empty()) {
+            let (name, indices) = match segment.find('[') {
+                Some(at) => (&segment[..at], &segment[at..]),
+                None => (segment, ""),
+            };
+            let Some((key, found)) = table.and_then(|table| table.get_key_value(name)) else { return (place, None) };
+            place = key.span();
+            let mut found = found;
+            for index in indices.split(['[', ']']).filter(|index| !index.is_empty()) {
+                let Some(item) = index
+                    .parse()
+                    .ok()
+                    .and_then(|index: usize| found.get_ref().as_array().and_then(|array| array.get(index)))
+                else {
+                    return (place, None);
+                };
+                found = item;
+                place = self.place_of_item(found, &place);
+            }
+            table = found.get_ref().as_table();
+            value = Some(found);
+        }
+        match value {
+            Some(value) if value.get_ref().as_table().is_none() => (value.span(), Some(self.excerpt(&value.span()))),
+            _ => (place, None),
+        }
+    }
+
+    /// Place of an item of an array: its header for a table, itself otherwise.
+    pub(super) fn place_of_item(&self, item: &Spanned<DeValue<'_>>, parent: &Range<usize>) -> Range<usize> {
+        let span = item.span();
+        if span.is_empty() { parent.clone() } else { self.first_line(span) }
+    }
+
+    /// The part of a span in its first line.
+    pub(super) fn first_line(&self, span: Range<usize>) -> Range<usize> {
+        let text = self.source.text.get(span.clone()).unwrap_or("");
+        let length = text.find('\n').unwrap_or(text.len());
+        span.start..span.start + text[..length].trim_end().len()
+    }
+
+    /// A value as written, on one line and of bounded length.
+    pub(super) fn excerpt(&self, span: &Range<usize>) -> String {
+        let text = self.source.text.get(span.clone()).unwrap_or("");
+        let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        if line.chars().count() > 60 { line.chars().take(57).chain("...".chars()).collect() } else { line }
+    }
+}
+
+fn syntax_problem(source: &Source, line: usize, span: Range<usize>, message: &str) -> Problem {
+    let text = source.text.lines().nth(line - 1).unwrap_or("");
+    let value = text.split_once('=').map(|(_, value)| value.trim());
+    let starts_as_number =
+        |value: &str| value.starts_with(|c: char| c.is_ascii_digit() || c == '-' || c == '+' || c == '.');
+    let help = match value {
+        _ if message.contains("string") && message.contains("expected `") => "close the string with a quote".to_owned(),
+        Some(value) if starts_as_number(value) && value.contains(',') && !value.contains('[') => {
+            "decimal fractions take a point: 1.5".to_owned()
+        }
+        Some(value) if starts_as_number(value) && value.contains(|c: char| c.is_alphabetic() || c == '%') => {
+            let value = value.split('#').next().unwrap_or(value).trim();
+            format!("a number with a unit goes into quotes: \"{value}\"")
+        }
+        Some(value) if value.starts_with(|c: char| c.is_alphabetic()) => {
+            "words go into quotes: \"...\"; only true and false go without".to_owned()
+        }
+        _ if message.contains("duplicate key") => {
+            "keep one of the two; a list of tables is written [[name]]".to_owned()
+        }
+        _ => "a scenario is TOML: `key = value` lines under `[table]` headings; see https://toml.io".to_owned(),
+    };
+    Problem {
+        kind: ProblemKind::Syntax,
+        key: String::new(),
+        value: Some(text.trim().to_owned()).filter(|text| !text.is_empty()),
+        span,
+        message: format!("not valid TOML: {message}"),
+        help,
+    }
+}

@@ -1,0 +1,161 @@
+//! What can be wrong with a scenario, said so that its author can mend it.
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Name and text of a scenario.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Source {
+    /// Name of the file, or another name for messages.
+    pub name: Arc<str>,
+    /// Text.
+    pub text: Arc<str>,
+}
+
+impl Source {
+    /// Line and column of a byte, both counted from 1; columns count characters.
+    pub fn position(&self, byte: usize) -> (usize, usize) {
+        let mut byte = byte.min(self.text.len());
+        while !self.text.is_char_boundary(byte) {
+            byte -= 1;
+        }
+        let before = &self.text[..byte];
+        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+    }
+}
+
+/// Class of a problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ProblemKind {
+    /// The text is not TOML.
+    Syntax,
+    /// A key that does not exist.
+    UnknownKey,
+    /// A key that is needed and not there.
+    MissingKey,
+    /// A value of the wrong type, or a word that is not one of those allowed.
+    WrongType,
+    /// A string with a wrong or missing unit.
+    WrongUnit,
+    /// A value outside of its range.
+    OutOfRange,
+    /// A name that nothing has.
+    UnknownName,
+    /// Values that do not fit together.
+    Conflict,
+    /// A file that cannot be read.
+    File,
+}
+
+/// One thing wrong with a scenario.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Problem {
+    /// Class.
+    pub kind: ProblemKind,
+    /// Where: `material[0].cpm.young`; empty for the file as a whole. Counted from 0.
+    pub key: String,
+    /// The offending value, as written.
+    pub value: Option<String>,
+    /// Bytes of the text.
+    pub span: Range<usize>,
+    /// What is wrong.
+    pub message: String,
+    /// What to do.
+    pub help: String,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.key.is_empty() {
+            match &self.value {
+                Some(value) => write!(formatter, "{} = {value}: ", self.key)?,
+                None => write!(formatter, "{}: ", self.key)?,
+            }
+        }
+        formatter.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Problem {}
+
+/// Everything found wrong with a scenario. Its text names line, key, value, and remedy.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}", self.plain())]
+#[non_exhaustive]
+pub struct ScenarioError {
+    /// The scenario.
+    pub source_text: Source,
+    /// The problems, in the order of the file; never empty.
+    pub problems: Vec<Problem>,
+}
+
+impl ScenarioError {
+    /// Sort the problems by place and drop repeated ones.
+    pub fn new(source: &Source, mut problems: Vec<Problem>) -> Self {
+        problems.sort_by(|a, b| (a.span.start, a.span.end, &a.key).cmp(&(b.span.start, b.span.end, &b.key)));
+        problems.dedup();
+        Self { source_text: source.clone(), problems }
+    }
+
+    fn plain(&self) -> String {
+        let one = |problem: &Problem| {
+            let (line, column) = self.source_text.position(problem.span.start);
+            let help = if problem.help.is_empty() { String::new() } else { format!("\n  help: {}", problem.help) };
+            format!("{}:{line}:{column}: {problem}{help}", self.source_text.name)
+        };
+        self.problems.iter().map(one).collect::<Vec<_>>().join("\n")
+    }
+}
+
+/// Rendering with a picture of the text, by miette.
+mod rendered {
+    use super::{Problem, ScenarioError};
+    use miette::{Diagnostic, LabeledSpan, Severity, SourceCode};
+    use std::fmt::Display;
+
+    impl Diagnostic for Problem {
+        fn severity(&self) -> Option<Severity> {
+            Some(Severity::Error)
+        }
+        fn help<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
+            if self.help.is_empty() { None } else { Some(Box::new(&self.help)) }
+        }
+        fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+            Some(Box::new(std::iter::once(LabeledSpan::underline(self.span.clone()))))
+        }
+    }
+
+    impl Diagnostic for ScenarioError {
+        fn source_code(&self) -> Option<&dyn SourceCode> {
+            Some(&self.source_text)
+        }
+        fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
+            Some(Box::new(self.problems.iter().map(|problem| problem as &dyn Diagnostic)))
+        }
+    }
+
+    impl SourceCode for super::Source {
+        fn read_span<'a>(
+            &'a self,
+            span: &miette::SourceSpan,
+            before: usize,
+            after: usize,
+        ) -> Result<Box<dyn miette::SpanContents<'a> + 'a>, miette::MietteError> {
+            let contents = self.text.read_span(span, before, after)?;
+            Ok(Box::new(
+                miette::MietteSpanContents::new_named(
+                    self.name.to_string(),
+                    contents.data(),
+                    *contents.span(),
+                    contents.line(),
+                    contents.column(),
+                    contents.line_count(),
+                )
+                .with_language("TOML"),
+            ))
+        }
+    }
+}

@@ -1,0 +1,438 @@
+//! How deformable particles couple their contacts: whether the iteration between forces and strains converges (Madan
+//! 2019, (3.5)–(3.16)), and what it does to the fastest vibration.
+//!
+//! At fixed positions a change of the forces of normal springs gives, through the strains, the next one: `f ← B f`,
+//! `B = −k Nᵀ C N`, where `N` collects forces to dyads (`T_p = Σ_c (n⊗n)_c f_c` over both particles of each contact), `C` is
+//! the compliance of the particles ([`Compliance`]) and `k` the stiffnesses. `B` is similar to the symmetric
+//! `−P`, `P = C^½ N k Nᵀ C^½ ≥ 0`, in the space of particles' dyads. The iteration and, with it, the lagged scheme
+//! converge for `ρ(B) = λ_max(P) < 1`. Shear forces `g = k_t H x` do not enter: they add their dyads `S g` to the source of the
+//! iteration, `f = k G x − k Nᵀ C (N f + S g)`, which does not change while positions stand still.
+//! * Spectral: `λ_max(P)` by Lanczos iteration, matrix-free.
+//! * Sufficient: `max_p λ_max(2 C^½ Σ_c k (n⊗n)(n⊗n) C^½)`, because every contact satisfies
+//!   `½k(a + b)² ≤ k a² + k b²`.
+//!
+//! Reactions of prescribed translations strain the particles too and make `P` unsymmetric; where there are any, the
+//! spectral radius is found by power iteration as well, and the larger value counts.
+//!
+//! **Time step.** In the highest mode of the lagged scheme the sign alternates from step to step, `T` lagging by one: the
+//! central differences then see the stiffness (`R = (1−P)⁻¹`; `G`, `H` from displacements to elongations and slides)
+//!
+//! `A = K + Yᵀ(Y + Z)`, `Y = R^½ C^½ N k G`, `Z = R^½ C^½ S k_t H`.
+//!
+//! Iterated strains make it `A = K − Yᵀ(Y + Z)` with `R = (1+P)⁻¹`. Shear forces strain particles and do not feel the strain
+//! (`Z` without `Zᵀ`), so `A` is not symmetric. No real part of its eigenvalues is larger than the largest eigenvalue of
+//! its symmetric part (Bendixson 1902, Acta Math. 25:359), and that is sharp, since the antisymmetric part matters by its
+//! square (2e-5 to 6e-4 of the time step, by the eigenvalues of packings); so the symmetric part is used. From
+//! `YᵀY ≤ ρ/(1−ρ) Gᵀ k G`, `ZᵀZ ≤ ρ_s/(1−ρ) Hᵀ k_t H` with `ρ_s = λ_max(C^½ S k_t Sᵀ C^½)`, and
+//! `YᵀZ + ZᵀY ≤ η YᵀY + ZᵀZ/η` with the best `η`, it is at most `K·(1 + (ρ + √(ρ² + ρ ρ_s))/(2(1−ρ)))`; iterated, a complete
+//! square leaves `K·(1 + ρ_s/4)`.
+//!
+//! Reactions of prescribed translations are left out of `A`: they matter next to the held particles only, by less than
+//! 2e-4 of the time step in rows and in square, triangular and disturbed lattices with `ρ` up to 0.85.
+
+use nalgebra::{Matrix6, SymmetricEigen, Vector6};
+use rayon::prelude::*;
+
+use super::deformation::reaction_lever;
+use super::lanczos::{self, Interval};
+use crate::state::State;
+use crate::state::contacts::{Contacts, Link};
+use concordem_contact::kinematics::deformable::{Compliance, Deformable, Update};
+use concordem_contact::kinematics::sphere_sphere::fresh_frame;
+use concordem_contact::math::{Symmetric, Vec3, any_perpendicular};
+
+/// Whether strains and forces find each other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Convergence {
+    /// Spectral radius `ρ(B)`: upper end of its interval.
+    pub spectral_radius: f64,
+    /// Width of that interval.
+    pub uncertainty: f64,
+    /// The sufficient bound: the iteration converges if it is below 1.
+    pub bound: f64,
+    /// Iterations taken.
+    pub iterations: usize,
+}
+
+/// Normal and shear spring between particles, or a particle and a wall.
+#[derive(Debug, Clone, Copy)]
+struct Spring {
+    a: u32,
+    /// `u32::MAX` for a wall.
+    b: u32,
+    normal: Vec3,
+    stiffness: f64,
+    shear: f64,
+    /// Distances from the centres to the contact point, m.
+    arms: [f64; 2],
+}
+
+impl Spring {
+    fn ends(&self) -> impl Iterator<Item = usize> {
+        [self.a, self.b].into_iter().filter(|&p| p != u32::MAX).map(|p| p as usize)
+    }
+
+    /// `n⊗n` with shear components times √2, so that the scalar product is that of matrices.
+    fn dyad(&self) -> Vector6<f64> {
+        vector(&Symmetric::product(&self.normal, &self.normal))
+    }
+
+    /// Normal and shear force (N) that rigid particles would have after these displacements and rotations.
+    fn force(&self, motion: &impl Fn(usize) -> (Vec3, Vec3)) -> (f64, Vec3) {
+        let [(ua, wa), (ub, wb)] =
+            [self.a, self.b].map(|p| if p == u32::MAX { Default::default() } else { motion(p as usize) });
+        let n = self.normal;
+        let relative = ub - ua + n.cross(&(wa * self.arms[0] + wb * self.arms[1]));
+        let elongation = n.dot(&relative);
+        (self.stiffness * elongation, (relative - n * elongation) * self.shear)
+    }
+}
+
+fn vector(s: &Symmetric) -> Vector6<f64> {
+    let root = std::f64::consts::SQRT_2;
+    let [xx, yy, zz, yz, xz, xy] = s.0;
+    Vector6::new(xx, yy, zz, root * yz, root * xz, root * xy)
+}
+
+/// The inverse of [`vector`].
+fn matrix(v: &Vector6<f64>) -> Symmetric {
+    let root = std::f64::consts::FRAC_1_SQRT_2;
+    Symmetric([v[0], v[1], v[2], root * v[3], root * v[4], root * v[5]])
+}
+
+/// The two factors of `C^½`.
+fn root_of(compliance: &Compliance) -> (f64, f64) {
+    let (direct, isotropic) = compliance.principal();
+    (direct.sqrt(), isotropic.max(0.0).sqrt())
+}
+
+/// The springs of a state that carry at its positions, and the compliances of its particles.
+pub struct Coupling {
+    springs: Vec<Spring>,
+    /// Square roots of the compliances: of the trace-free and of the isotropic part.
+    roots: Vec<(f64, f64)>,
+    planar: bool,
+    /// Constrained translations (without that across the plane) and lever of their reaction.
+    held: Vec<(usize, u8, Vec3)>,
+}
+
+impl Coupling {
+    /// Coupling at the present positions: bonds, and contacts that touch.
+    pub fn new(state: &State, deformable: &Deformable) -> Self {
+        let particles = &state.particles;
+        let mut springs = Vec::new();
+        let mut add = |block: &dyn Contacts| {
+            for k in 0..block.len() {
+                let view = block.view(k);
+                let (a, b) = (view.pair.a as usize, view.pair.b as usize);
+                let shift = state.cell.as_ref().map_or_else(Vec3::zeros, |cell| cell.shift(view.link.image));
+                let frame = fresh_frame(&particles.position[a], &particles.position[b], &shift);
+                let touching = if view.link.has(Link::KEPT_REFERENCE) {
+                    view.reference.length
+                } else {
+                    particles.radius[a] + particles.radius[b]
+                };
+                if view.link.carries() || (!view.link.has(Link::BROKEN) && frame.length <= touching) {
+                    let stiffness = block.stiffness(k, particles, false);
+                    let (arm_a, arm_b) = block.arms(k, particles, frame.length);
+                    springs.push(Spring {
+                        a: view.pair.a,
+                        b: view.pair.b,
+                        normal: frame.normal,
+                        stiffness: stiffness.normal,
+                        shear: stiffness.shear,
+                        arms: [arm_a, arm_b],
+                    });
+                }
+            }
+        };
+        for block in &state.bonds {
+            add(block.contacts());
+        }
+        if let Some(block) = &state.contacts {
+            add(block.contacts());
+        }
+        if let Some(block) = &state.wall_contacts {
+            let block = block.contacts();
+            let table = super::walls::element_table(&state.walls);
+            for k in 0..block.len() {
+                let view = block.view(k);
+                let a = view.pair.a as usize;
+                let (wall, element) = table[view.pair.b as usize];
+                if let Some(foot) = state.walls[wall as usize].foot(element as usize, &particles.position[a])
+                    && foot.distance <= particles.radius[a]
+                {
+                    let stiffness = block.stiffness(k, particles, true);
+                    springs.push(Spring {
+                        a: view.pair.a,
+                        b: u32::MAX,
+                        normal: foot.normal,
+                        stiffness: stiffness.normal,
+                        shear: stiffness.shear,
+                        arms: [particles.radius[a], 0.0],
+                    });
+                }
+            }
+        }
+        let planar = deformable.condition.is_planar();
+        let roots = particles
+            .material
+            .iter()
+            .zip(&particles.radius)
+            .map(|(&material, &radius)| root_of(&deformable.compliance(material, radius)))
+            .collect();
+        let held_by = |p: usize| particles.constraint[p].0 & deformable.reacting().0;
+        let mut normals = vec![Vec3::zeros(); particles.len()];
+        for spring in &springs {
+            normals[spring.a as usize] += spring.normal;
+            if spring.b != u32::MAX {
+                normals[spring.b as usize] -= spring.normal;
+            }
+        }
+        let held = (0..particles.len())
+            .filter(|&p| held_by(p) != 0)
+            .map(|p| (p, held_by(p), reaction_lever(&normals[p])))
+            .collect();
+        Self { springs, roots, planar, held }
+    }
+
+    /// Coupling of normal springs between free particles of these compliances: particles A and B, direction from A to B,
+    /// stiffness (N/m).
+    pub fn between(springs: impl Iterator<Item = (u32, u32, Vec3, f64)>, compliances: &[Compliance]) -> Self {
+        Self {
+            springs: springs
+                .map(|(a, b, normal, stiffness)| Spring { a, b, normal, stiffness, shear: 0.0, arms: [0.0; 2] })
+                .collect(),
+            roots: compliances.iter().map(root_of).collect(),
+            planar: compliances.first().is_some_and(Compliance::is_planar),
+            held: Vec::new(),
+        }
+    }
+
+    /// `Rε` (m) of the particles in equilibrium, if with rigid particles the forces' dyads were `rigid` (N):
+    /// `C^½ (1+P)⁻¹ C^½ T`, a symmetric map.
+    pub fn widening(&self, rigid: &[Symmetric]) -> Vec<Symmetric> {
+        let right = rigid.iter().enumerate().map(|(p, dyad)| self.root(p, &vector(dyad))).collect();
+        let solution = self.solve(right, 1.0, 1e-15);
+        solution.iter().enumerate().map(|(p, solution)| matrix(&self.root(p, solution))).collect()
+    }
+
+    /// `C^½ x` of particle `p`.
+    #[inline(always)]
+    fn root(&self, p: usize, x: &Vector6<f64>) -> Vector6<f64> {
+        let (direct, isotropic) = self.roots[p];
+        let dimension = if self.planar { 2.0 } else { 3.0 };
+        let mean = (x[0] + x[1] + if self.planar { 0.0 } else { x[2] }) / dimension;
+        let change = (isotropic - direct) * mean;
+        let mut y = x * direct;
+        y[0] += change;
+        y[1] += change;
+        if !self.planar {
+            y[2] += change;
+        }
+        y
+    }
+
+    /// `y = P x`.
+    fn apply(&self, x: &[Vector6<f64>], y: &mut [Vector6<f64>]) {
+        let rooted: Vec<Vector6<f64>> = x.iter().enumerate().map(|(p, x)| self.root(p, x)).collect();
+        y.fill(Vector6::zeros());
+        for spring in &self.springs {
+            let dyad = spring.dyad();
+            let force = spring.stiffness * spring.ends().map(|p| dyad.dot(&rooted[p])).sum::<f64>();
+            for p in spring.ends() {
+                y[p] += dyad * force;
+            }
+        }
+        for (p, y) in y.iter_mut().enumerate() {
+            *y = self.root(p, y);
+        }
+    }
+
+    /// `C^½ (N + reactions) k Nᵀ C^½ x`.
+    fn apply_with_reactions(&self, x: &[Vector6<f64>], y: &mut [Vector6<f64>]) {
+        let rooted: Vec<Vector6<f64>> = x.iter().enumerate().map(|(p, x)| self.root(p, x)).collect();
+        let mut net = vec![Vec3::zeros(); x.len()];
+        y.fill(Vector6::zeros());
+        for spring in &self.springs {
+            let dyad = spring.dyad();
+            let force = spring.stiffness * spring.ends().map(|p| dyad.dot(&rooted[p])).sum::<f64>();
+            for (end, p) in spring.ends().enumerate() {
+                y[p] += dyad * force;
+                net[p] += spring.normal * if end == 0 { force } else { -force };
+            }
+        }
+        for (p, held, lever) in &self.held {
+            let reaction = Vec3::from_fn(|i, _| if held >> i & 1 == 1 { -net[*p][i] } else { 0.0 });
+            y[*p] += vector(&Symmetric::product(lever, &reaction));
+        }
+        for (p, y) in y.iter_mut().enumerate() {
+            *y = self.root(p, y);
+        }
+    }
+
+    /// Spectral radius and sufficient bound.
+    pub fn convergence(&self) -> Convergence {
+        let n = self.roots.len();
+        let bound = self.largest_of_blocks(|spring| {
+            let dyad = spring.dyad();
+            dyad * dyad.transpose() * spring.stiffness
+        });
+        // The interval is widened by the residual, so a small one is worth its iterations.
+        let found = lanczos::largest_eigenvalue(n, |_, _| true, bound, 1e-6, |x, y| self.apply(x, y));
+        let Interval { mut upper, mut width, mut iterations } = found;
+        if !self.held.is_empty() && upper > 0.0 {
+            let (value, change, steps) = self.power_iteration();
+            if value > upper {
+                (upper, width) = (value, change);
+            }
+            iterations += steps;
+        }
+        Convergence { spectral_radius: upper, uncertainty: width, bound, iterations }
+    }
+
+    /// `max_p λ_max(2 C^½ Σ_c block_c C^½)` over the springs of a particle (without the 2 for walls): at least the largest
+    /// eigenvalue of the whole.
+    fn largest_of_blocks(&self, block: impl Fn(&Spring) -> Matrix6<f64>) -> f64 {
+        let mut blocks = vec![Matrix6::<f64>::zeros(); self.roots.len()];
+        for spring in &self.springs {
+            let block = block(spring) * if spring.b == u32::MAX { 1.0 } else { 2.0 };
+            for p in spring.ends() {
+                blocks[p] += block;
+            }
+        }
+        blocks
+            .par_iter()
+            .enumerate()
+            .map(|(p, block)| {
+                let half =
+                    Matrix6::from_columns(&std::array::from_fn::<_, 6, _>(|i| self.root(p, &block.column(i).into())));
+                let whole = half.transpose();
+                let scaled =
+                    Matrix6::from_columns(&std::array::from_fn::<_, 6, _>(|i| self.root(p, &whole.column(i).into())));
+                SymmetricEigen::new(scaled).eigenvalues.max()
+            })
+            .reduce(|| 0.0, f64::max)
+    }
+
+    /// Upper bound of `ρ_s`, by particle; 0 without shear springs.
+    pub(super) fn shear_bound(&self) -> f64 {
+        if self.springs.iter().all(|spring| spring.shear == 0.0) {
+            return 0.0;
+        }
+        self.largest_of_blocks(|spring| {
+            let first = any_perpendicular(&spring.normal);
+            let dyads = [first, spring.normal.cross(&first)].map(|t| vector(&Symmetric::product(&spring.normal, &t)));
+            dyads.iter().map(|dyad| dyad * dyad.transpose()).sum::<Matrix6<f64>>() * spring.shear
+        })
+    }
+
+    /// Size of the largest eigenvalue with reactions, its last change, and the iterations taken.
+    fn power_iteration(&self) -> (f64, f64, usize) {
+        const STEPS: usize = 2000;
+        let n = self.roots.len();
+        let mut x = lanczos::start(n, |_, _| true);
+        let mut y = vec![Vector6::zeros(); n];
+        let (mut value, mut change) = (0.0, f64::INFINITY);
+        for step in 1..=STEPS {
+            self.apply_with_reactions(&x, &mut y);
+            let size = y.iter().map(Vector6::norm_squared).sum::<f64>().sqrt();
+            if size == 0.0 {
+                return (0.0, 0.0, step);
+            }
+            change = (size - value).abs();
+            value = size;
+            for (x, y) in x.iter_mut().zip(&y) {
+                *x = y / size;
+            }
+            if change < 1e-9 * value {
+                return (value, change, step);
+            }
+        }
+        (value, change, STEPS)
+    }
+
+    /// What the strains of the particles add to the stiffness of rigid ones, times displacements and rotations `motion(p)`:
+    /// the symmetric part of `A − K` in the highest mode of the [`Update`]. `add(p, force, torque)` for both ends of each
+    /// spring.
+    pub(super) fn add_stiffness(
+        &self,
+        update: Update,
+        motion: impl Fn(usize) -> (Vec3, Vec3),
+        mut add: impl FnMut(usize, Vec3, Vec3),
+    ) {
+        let sign = if update == Update::Lagged { -1.0 } else { 1.0 };
+        let n = self.roots.len();
+        let (mut by_normal, mut by_shear) = (vec![Vector6::zeros(); n], vec![Vector6::zeros(); n]);
+        for spring in &self.springs {
+            let (normal, shear) = spring.force(&motion);
+            let (normal, shear) = (spring.dyad() * normal, vector(&Symmetric::product(&spring.normal, &shear)));
+            for p in spring.ends() {
+                by_normal[p] += normal;
+                by_shear[p] += shear;
+            }
+        }
+        // C^½ (1 ± P)⁻¹ C^½ of either. A relative error of 1e-10 in the added force is far below the tolerance of the Lanczos
+        // iteration.
+        let widen = |dyads: Vec<Vector6<f64>>| {
+            let right = dyads.iter().enumerate().map(|(p, dyad)| self.root(p, dyad)).collect();
+            let mut solution = self.solve(right, sign, 1e-10);
+            for (p, solution) in solution.iter_mut().enumerate() {
+                *solution = self.root(p, solution);
+            }
+            solution
+        };
+        let (by_normal, by_shear) = (widen(by_normal), widen(by_shear));
+        for spring in &self.springs {
+            let n = spring.normal;
+            let dyad = spring.dyad();
+            let normal: f64 = spring.ends().map(|p| dyad.dot(&(by_normal[p] + by_shear[p] * 0.5))).sum();
+            let turned: Vec3 = spring.ends().map(|p| matrix(&by_normal[p]).times(&n)).sum();
+            let shear = (turned - n * n.dot(&turned)) * (0.5 * spring.shear);
+            let force = (n * (spring.stiffness * normal) + shear) * -sign;
+            for (end, p) in spring.ends().enumerate() {
+                add(p, if end == 0 { -force } else { force }, -n.cross(&force) * spring.arms[end]);
+            }
+        }
+    }
+
+    /// `(1 + sign P)⁻¹ r` by conjugate gradients up to a relative residual; with the sign −1 for `ρ < 1`.
+    fn solve(&self, right: Vec<Vector6<f64>>, sign: f64, accuracy: f64) -> Vec<Vector6<f64>> {
+        const STEPS: usize = 1000;
+        let n = right.len();
+        let dot = |a: &[Vector6<f64>], b: &[Vector6<f64>]| a.iter().zip(b).map(|(x, y)| x.dot(y)).sum::<f64>();
+        let mut solution = vec![Vector6::zeros(); n];
+        let mut residual = right;
+        let mut direction = residual.clone();
+        let mut image = vec![Vector6::zeros(); n];
+        let mut square = dot(&residual, &residual);
+        let target = accuracy * accuracy * square;
+        for _ in 0..STEPS {
+            if square <= target {
+                break;
+            }
+            self.apply(&direction, &mut image);
+            for (image, direction) in image.iter_mut().zip(&direction) {
+                *image = direction + *image * sign;
+            }
+            let step = square / dot(&direction, &image);
+            for ((solution, residual), (direction, image)) in
+                solution.iter_mut().zip(&mut residual).zip(direction.iter().zip(&image))
+            {
+                *solution += direction * step;
+                *residual -= image * step;
+            }
+            let next = dot(&residual, &residual);
+            for (direction, residual) in direction.iter_mut().zip(&residual) {
+                *direction = residual + *direction * (next / square);
+            }
+            square = next;
+        }
+        solution
+    }
+}
+
+/// [`Coupling::convergence`] of a state.
+pub fn convergence(state: &State, deformable: &Deformable) -> Convergence {
+    Coupling::new(state, deformable).convergence()
+}

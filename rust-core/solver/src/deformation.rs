@@ -1,0 +1,323 @@
+//! The pass over deformable particles: from the forces of a step to the strains that the contacts see
+//! ([`kinematics::deformable`](concordem_contact::kinematics::deformable)), and their share of the ledger.
+//!
+//! **Ledger.** In a step the centres come nearer by what the contacts and the particles give way. Of the trapezoidal work
+//! of a contact's normal force, `½(f_o+f)Δu_c` is the contact's own business, and the rest, summed over the contacts of a
+//! particle, is `½(N_o+N):ΔW` with the dyads `N` of elastic normal forces and `W = Rε`. With `T` all that strains the
+//! particle, `S` the dyad `W` was computed from, `O = T − N − X` what strains it without feeling the strain (shear
+//! forces), and `X` given loads and reactions:
+//!
+//! `½(N_o+N):ΔW = ½Δ(S:W) + ½[(T_o+T) − (S_o+S)]:ΔW − ½(O_o+O):ΔW − ½(X_o+X):ΔW`,
+//!
+//! which are, in this order, the change of the energy stored in particles, what the lag of the strains behind the forces
+//! dissipates, what shear makes or loses, and the work of loads and reactions on the particle's outer half. Exact up to
+//! the turn of the normals in one step.
+
+use rayon::prelude::*;
+
+use super::forces::{TILE, TileMap};
+use crate::state::particles::load_dyad;
+use crate::state::{Constraint, Deformation, Particles};
+use concordem_contact::kinematics::deformable::{Deformable, Dyads, Held, Update, Widening};
+use concordem_contact::math::{Symmetric, Vec3};
+
+/// Sums over particles of one step, J; see the [module](self).
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct DeformationSums {
+    /// Energy stored in particles.
+    pub stored: f64,
+    /// Dissipated in the step by the lag.
+    pub lag: f64,
+    /// Lost in the step to forces that strain particles and do not feel it.
+    pub other: f64,
+    /// Work of given forces in the step.
+    pub loads: f64,
+    /// Work of reactions in the step.
+    pub reactions: f64,
+}
+
+/// Scratch of the pass.
+#[derive(Default)]
+pub struct DeformationPass {
+    /// What the contacts see, by particle; empty if particles do not deform.
+    pub widening: Vec<Widening>,
+    /// What they saw one step ago, m; empty if most contacts do not ask.
+    pub widening_before: Vec<Symmetric>,
+    /// What the contacts did, by particle.
+    pub dyads: Vec<Dyads>,
+    /// What the reaction of held particles needs to know.
+    pub held: Vec<Held>,
+    /// Whether these two are zero.
+    clean: bool,
+    /// The dyads that the present strains were computed from, if they are iterated; else these are those of the last step.
+    guess: Vec<Symmetric>,
+    /// What stays as in the first evaluation of a step while the strains are iterated.
+    kept: Vec<Kept>,
+}
+
+/// What acts on a particle besides elastic normal forces.
+#[derive(Debug, Clone, Copy, Default)]
+struct Kept {
+    /// Dyad of the other forces that strain it, N.
+    other: Symmetric,
+    /// Sum of the directions of its contacts, if it is held.
+    side: Vec3,
+    /// Sum of the other contact forces, N.
+    rest: Vec3,
+}
+
+/// How many particles ahead what contacts of other tiles did is fetched.
+const FETCHED_AHEAD: usize = 8;
+
+impl DeformationPass {
+    /// Strains of a step before its forces are known: from the forces of the last one; with `before` those of the last step,
+    /// too. Returns the largest size of any particle's strain.
+    pub fn begin(&mut self, deformable: &Deformable, particles: &mut Particles, before: bool) -> f64 {
+        let n = particles.len();
+        particles.deformation.resize(n, Deformation::default());
+        self.guess.clear();
+        if deformable.update != Update::Lagged {
+            self.guess.extend(particles.deformation.iter().map(|d| d.dyad));
+        }
+        self.dyads.resize(n, Dyads::default());
+        self.held.resize(n, Held::default());
+        self.widening.resize(n, Widening::default());
+        let of = |p: usize, dyad: &Symmetric| {
+            deformable.compliance(particles.material[p], particles.radius[p]).widening(dyad)
+        };
+        self.widening_before.clear();
+        if before {
+            let rows = particles.deformation.par_iter().enumerate().with_min_len(TILE);
+            rows.map(|(p, d)| of(p, &d.used)).collect_into_vec(&mut self.widening_before);
+        }
+        let chunks = self.widening.par_chunks_mut(TILE).zip(particles.deformation.par_chunks(TILE)).enumerate();
+        chunks
+            .map(|(chunk, (widening, deformation))| {
+                pulp::Arch::new().dispatch(
+                    #[inline(always)]
+                    || {
+                        let mut largest = 0.0;
+                        for (i, (now, d)) in widening.iter_mut().zip(deformation).enumerate() {
+                            let p = chunk * TILE + i;
+                            now.0 = of(p, &d.dyad);
+                            largest = larger(largest, strain_squared(&now.0, particles.radius[p]));
+                        }
+                        largest
+                    },
+                )
+            })
+            .reduce(|| 0.0, larger)
+            .sqrt()
+    }
+
+    /// Strains from the present guess. Returns the largest size of any particle's strain.
+    fn widen(&mut self, deformable: &Deformable, particles: &Particles) -> f64 {
+        self.widening
+            .par_iter_mut()
+            .zip(&self.guess)
+            .enumerate()
+            .with_min_len(TILE)
+            .map(|(p, (widening, guess))| {
+                let radius = particles.radius[p];
+                widening.0 = deformable.compliance(particles.material[p], radius).widening(guess);
+                strain_squared(&widening.0, radius)
+            })
+            .reduce(|| 0.0, larger)
+            .sqrt()
+    }
+
+    /// Forget what contacts did in the last evaluation, for the next one.
+    pub fn clear(&mut self) {
+        if !self.clean {
+            self.dyads.par_chunks_mut(TILE).for_each(|dyads| dyads.fill(Dyads::default()));
+            self.held.par_chunks_mut(TILE).for_each(|held| held.fill(Held::default()));
+        }
+        self.clean = false;
+    }
+
+    /// Add what contacts of other tiles did, in fixed order.
+    pub fn gather(&mut self, maps: &[&TileMap], particles: &Particles, reacting: Constraint) {
+        let rows = self.dyads.par_iter_mut().zip(&mut self.held).enumerate().with_min_len(TILE);
+        rows.for_each(|(p, (dyads, held))| {
+            add_incoming(maps, p, dyads, particles.constraint[p].any(reacting).then_some(held));
+        });
+    }
+
+    /// Keep all but the elastic normal forces as they are now for the iterations that follow. Other forces depend on the
+    /// strains only through the limit of friction, which jumps when a contact closes against its dashpot, and the lever of a
+    /// reaction jumps with every contact that opens or closes: iterated, they would not settle.
+    pub fn keep_others(&mut self, force: &[Vec3]) {
+        let mut kept = std::mem::take(&mut self.kept);
+        kept.clear();
+        kept.extend((0..self.dyads.len()).map(|p| others(&self.dyads[p].other, &self.held[p], &force[p])));
+        self.kept = kept;
+    }
+
+    /// Difference between the dyads that the forces of the last evaluation give and those that its strains were computed
+    /// from: root of the sum of squares, by that of the former.
+    pub fn disagreement(&self, particles: &Particles) -> f64 {
+        let (mut change, mut size) = (0.0, 0.0);
+        for (p, guess) in self.guess.iter().enumerate() {
+            let reaction = reaction_of(p, &self.held[p], &self.kept[p], particles);
+            let result =
+                total(&self.dyads[p].normal, &self.kept[p].other, &load_dyad(&particles.loads, p as u32), &reaction);
+            let difference = result - *guess;
+            change += difference.contract(&difference);
+            size += result.contract(&result);
+        }
+        // No force at all is a solution.
+        if change == 0.0 { 0.0 } else { (change / size).sqrt() }
+    }
+
+    /// Take over a share `relaxation` of that difference. Returns the largest size of any particle's strain.
+    pub fn relax(&mut self, deformable: &Deformable, relaxation: f64, particles: &Particles) -> f64 {
+        let mut relaxed = std::mem::take(&mut self.guess);
+        for (p, guess) in relaxed.iter_mut().enumerate() {
+            let reaction = reaction_of(p, &self.held[p], &self.kept[p], particles);
+            let result =
+                total(&self.dyads[p].normal, &self.kept[p].other, &load_dyad(&particles.loads, p as u32), &reaction);
+            *guess += (result - *guess) * relaxation;
+        }
+        self.guess = relaxed;
+        self.widen(deformable, particles)
+    }
+
+    /// Note the forces of the step, for the next one, and sum up what the deformation did in this one. What contacts of other
+    /// tiles did is added first ([`Self::gather`]), unless it has been: then `maps` is empty.
+    pub fn finish(
+        &mut self,
+        deformable: &Deformable,
+        particles: &mut Particles,
+        force: &[Vec3],
+        maps: &[&TileMap],
+    ) -> DeformationSums {
+        let mut deformation = std::mem::take(&mut particles.deformation);
+        let Self { dyads, held, guess, .. } = self;
+        let (particles_now, guess, reacting) = (&*particles, &*guess, deformable.reacting());
+        let chunks = deformation.par_chunks_mut(TILE).zip(dyads.par_chunks_mut(TILE)).zip(held.par_chunks_mut(TILE));
+        // The newest instructions of the processor give the same bits: nothing is fused or reordered.
+        let parts = chunks.enumerate().map(|(chunk, ((deformation, dyads), held))| {
+            pulp::Arch::new().dispatch(
+                #[inline(always)]
+                || {
+                    let mut sums = DeformationSums::default();
+                    for (i, ((deformation, dyads), held)) in deformation.iter_mut().zip(dyads).zip(held).enumerate() {
+                        let p = chunk * TILE + i;
+                        for map in maps {
+                            map.fetch_pushes(p + FETCHED_AHEAD);
+                        }
+                        let mut reaction = Symmetric::default();
+                        if particles_now.constraint[p].any(reacting) {
+                            add_incoming(maps, p, dyads, Some(held));
+                            let held = std::mem::take(held);
+                            reaction = reaction_of(p, &held, &others(&dyads.other, &held, &force[p]), particles_now);
+                        } else {
+                            add_incoming(maps, p, dyads, None);
+                        }
+                        let Dyads { normal, other } = std::mem::take(dyads);
+                        let load = load_dyad(&particles_now.loads, p as u32);
+                        let dyad = total(&normal, &other, &load, &reaction);
+                        let used = guess.get(p).copied().unwrap_or(deformation.dyad);
+                        let new = Deformation { dyad, used, other, reaction };
+                        let old = std::mem::replace(deformation, new);
+                        let compliance = deformable.compliance(particles_now.material[p], particles_now.radius[p]);
+                        let now = compliance.widening(&new.used);
+                        let change = now - compliance.widening(&old.used);
+                        sums.stored += 0.5 * new.used.contract(&now);
+                        sums.lag += 0.5 * ((old.dyad + new.dyad) - (old.used + new.used)).contract(&change);
+                        sums.other -= 0.5 * (old.other + new.other).contract(&change);
+                        sums.loads += load.contract(&change);
+                        sums.reactions += 0.5 * (old.reaction + new.reaction).contract(&change);
+                    }
+                    sums
+                },
+            )
+        });
+        let parts: Vec<DeformationSums> = parts.collect();
+        self.clean = true;
+        particles.deformation = deformation;
+        parts.iter().fold(DeformationSums::default(), |a, b| DeformationSums {
+            stored: a.stored + b.stored,
+            lag: a.lag + b.lag,
+            other: a.other + b.other,
+            loads: a.loads + b.loads,
+            reactions: a.reactions + b.reactions,
+        })
+    }
+
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        self.widening.len() * size_of::<Widening>()
+            + self.widening_before.len() * size_of::<Symmetric>()
+            + self.dyads.len() * size_of::<Dyads>()
+            + self.held.len() * size_of::<Held>()
+            + self.guess.len() * size_of::<Symmetric>()
+            + self.kept.len() * size_of::<Kept>()
+    }
+}
+
+/// Add what contacts of other tiles did to particle `p`, in fixed order; `held`, if its translation is prescribed.
+#[inline(always)]
+fn add_incoming(maps: &[&TileMap], p: usize, dyads: &mut Dyads, mut held: Option<&mut Held>) {
+    for map in maps {
+        for incoming in map.incoming_pushes(p) {
+            *dyads += incoming.dyads();
+            if let Some(held) = &mut held {
+                held.add_opposite(incoming);
+            }
+        }
+    }
+}
+
+/// All but the elastic normal forces on a particle; `other`: the dyad of the other contact forces, `force`: the net contact
+/// force.
+#[inline(always)]
+fn others(other: &Symmetric, held: &Held, force: &Vec3) -> Kept {
+    Kept { other: *other, side: held.side, rest: force - held.net }
+}
+
+/// All that strains a particle, N: dyads of the elastic normal forces, of the other contact forces, of given loads, and of the
+/// reaction.
+#[inline(always)]
+fn total(normal: &Symmetric, other: &Symmetric, load: &Symmetric, reaction: &Symmetric) -> Symmetric {
+    *normal + *other + *load + *reaction
+}
+
+/// `ε:ε` of a particle with this `Rε` (m) and radius (m).
+#[inline(always)]
+fn strain_squared(widening: &Symmetric, radius: f64) -> f64 {
+    widening.contract(widening) / (radius * radius)
+}
+
+/// The larger one; what is no number is larger than all.
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
+}
+
+/// Dyad of the reaction of a prescribed translation, N, with the elastic normal forces of now and what was `kept`.
+#[inline(always)]
+fn reaction_of(p: usize, held: &Held, kept: &Kept, particles: &Particles) -> Symmetric {
+    let prescribed = particles.constraint[p].0 & Constraint::TRANSLATION.0;
+    if prescribed == 0 {
+        return Symmetric::default();
+    }
+    let force = held.net + kept.rest;
+    let (load, _) = particles.load(p as u32);
+    let reaction = Vec3::from_fn(|i, _| if prescribed >> i & 1 == 1 { -(force[i] + load[i]) } else { 0.0 });
+    Symmetric::product(&reaction_lever(&kept.side), &reaction)
+}
+
+/// Lever of the reaction of a prescribed translation, by the radius: see
+/// [`kinematics::deformable`](concordem_contact::kinematics::deformable). `side` is the sum of the directions of the contacts.
+pub fn reaction_lever(side: &Vec3) -> Vec3 {
+    side / -side.norm().max(1.0)
+}
+
+/// Tolerance, limit, and share of the iteration, if there is one.
+pub(super) fn iteration(deformable: Option<&Deformable>) -> Option<(f64, u32, f64)> {
+    match deformable?.update {
+        Update::Lagged => None,
+        Update::Iterated { tolerance, maximum, relaxation } => Some((tolerance, maximum, relaxation)),
+    }
+}

@@ -1,0 +1,186 @@
+//! Energy ledger: where the work of the boundary went. Every term has its own formula; the residual is what does not
+//! add up.
+
+use super::deformation::DeformationSums;
+use super::integrate::KickSums;
+use concordem_contact::law::EnergySplit;
+
+/// A sum that keeps the rounding error of its additions (Neumaier 1974).
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Sum {
+    value: f64,
+    correction: f64,
+}
+
+impl Sum {
+    /// Add a term.
+    pub fn add(&mut self, term: f64) {
+        let total = self.value + term;
+        self.correction +=
+            if self.value.abs() >= term.abs() { (self.value - total) + term } else { (term - total) + self.value };
+        self.value = total;
+    }
+
+    /// The sum so far.
+    pub fn get(&self) -> f64 {
+        self.value + self.correction
+    }
+
+    /// Parts, for checkpoints.
+    pub fn parts(&self) -> [f64; 2] {
+        [self.value, self.correction]
+    }
+
+    /// From its parts.
+    pub fn from_parts(parts: [f64; 2]) -> Self {
+        Self { value: parts[0], correction: parts[1] }
+    }
+}
+
+/// The ledger at the time of the last force evaluation. All in J.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Ledger {
+    /// Whether the first step was booked (it sets the initial energy).
+    pub started: bool,
+    /// Kinetic plus stored energy at the start.
+    pub initial: f64,
+    /// Kinetic energy `Σ ½ m v⁻·v⁺ + ½ I ω⁻·ω⁺`.
+    pub kinetic: f64,
+    /// Stored in contacts: normal, shear, bending, twist.
+    pub stored: [f64; 4],
+    /// Stored in deformable particles.
+    pub deformation: f64,
+    /// Dissipated by damage and breaking.
+    pub damage: Sum,
+    /// Dissipated by plastic slip and friction.
+    pub friction: Sum,
+    /// Dissipated by dashpots.
+    pub viscous: Sum,
+    /// Integration error at kinks of laws.
+    pub integration: Sum,
+    /// Taken by artificial damping, up to the present instant / to the end of the present kick.
+    pub numerical_damping: Sum,
+    /// Work of prescribed motion, of walls and of the cell's deformation.
+    pub boundary_work: Sum,
+    /// Work of gravity and given forces.
+    pub external_work: Sum,
+    /// Dissipated by the lag of the particles' strains behind the forces.
+    pub deformation_lag: Sum,
+    /// Lost (or made, if negative) by forces that strain particles and do not feel it.
+    pub deformation_other: Sum,
+    /// The parts of the three works that belong to the half step after the instant.
+    pending: [f64; 3],
+}
+
+impl Ledger {
+    /// Book one step: energies of the contacts, sums of the kick, what the deformation of particles did (the work of loads
+    /// and reactions is that of the caller), and work of cell and walls (before, after).
+    pub fn book(&mut self, contacts: &EnergySplit, kick: &KickSums, deformation: &DeformationSums, others: [f64; 2]) {
+        self.kinetic = kick.kinetic;
+        self.stored = [contacts.stored_normal, contacts.stored_shear, contacts.stored_bending, contacts.stored_twist];
+        self.deformation = deformation.stored;
+        let before = [kick.damping[0], kick.boundary[0] + others[0], kick.external[0]];
+        if self.started {
+            self.damage.add(contacts.damage);
+            self.friction.add(contacts.friction);
+            self.viscous.add(contacts.viscous);
+            self.integration.add(contacts.integration);
+            self.deformation_lag.add(deformation.lag);
+            self.deformation_other.add(deformation.other);
+            for (sum, k) in
+                [&mut self.numerical_damping, &mut self.boundary_work, &mut self.external_work].into_iter().zip(0..3)
+            {
+                sum.add(self.pending[k]);
+                sum.add(before[k]);
+            }
+        } else {
+            self.started = true;
+            self.initial = self.kinetic + self.stored.iter().sum::<f64>() + self.deformation;
+        }
+        self.pending = [kick.damping[1], kick.boundary[1] + others[1], kick.external[1]];
+    }
+
+    /// Energy stored in contacts, J.
+    pub fn stored_total(&self) -> f64 {
+        self.stored.iter().sum()
+    }
+
+    /// What does not add up: initial energy plus work done, minus what is there and what was dissipated.
+    pub fn residual(&self) -> f64 {
+        let mut sum = Sum::default();
+        for term in [
+            self.initial,
+            self.boundary_work.get(),
+            self.external_work.get(),
+            -self.kinetic,
+            -self.stored[0],
+            -self.stored[1],
+            -self.stored[2],
+            -self.stored[3],
+            -self.damage.get(),
+            -self.friction.get(),
+            -self.viscous.get(),
+            -self.integration.get(),
+            -self.numerical_damping.get(),
+            -self.deformation,
+            -self.deformation_lag.get(),
+            -self.deformation_other.get(),
+        ] {
+            sum.add(term);
+        }
+        sum.get()
+    }
+
+    /// The numbers of deformable particles, for checkpoints.
+    pub fn deformation_reals(&self) -> [f64; 5] {
+        let ([a, b], [c, d]) = (self.deformation_lag.parts(), self.deformation_other.parts());
+        [self.deformation, a, b, c, d]
+    }
+
+    /// Take the numbers of [`Self::deformation_reals`].
+    pub fn set_deformation(&mut self, [stored, a, b, c, d]: [f64; 5]) {
+        self.deformation = stored;
+        self.deformation_lag = Sum::from_parts([a, b]);
+        self.deformation_other = Sum::from_parts([c, d]);
+    }
+
+    /// All other numbers, for checkpoints.
+    pub fn to_reals(&self) -> Vec<f64> {
+        let mut reals = vec![f64::from(u8::from(self.started)), self.initial, self.kinetic];
+        reals.extend(self.stored);
+        for sum in [
+            self.damage,
+            self.friction,
+            self.viscous,
+            self.integration,
+            self.numerical_damping,
+            self.boundary_work,
+            self.external_work,
+        ] {
+            reals.extend(sum.parts());
+        }
+        reals.extend(self.pending);
+        reals
+    }
+
+    /// From [`Self::to_reals`]; `None` when the number of reals is wrong.
+    pub fn from_reals(reals: &[f64]) -> Option<Self> {
+        let reals: &[f64; 24] = reals.try_into().ok()?;
+        let sum = |k: usize| Sum::from_parts([reals[7 + 2 * k], reals[8 + 2 * k]]);
+        Some(Self {
+            started: reals[0] != 0.0,
+            initial: reals[1],
+            kinetic: reals[2],
+            stored: [reals[3], reals[4], reals[5], reals[6]],
+            damage: sum(0),
+            friction: sum(1),
+            viscous: sum(2),
+            integration: sum(3),
+            numerical_damping: sum(4),
+            boundary_work: sum(5),
+            external_work: sum(6),
+            pending: [reals[21], reals[22], reals[23]],
+            ..Self::default()
+        })
+    }
+}

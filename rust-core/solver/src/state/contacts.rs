@@ -1,0 +1,387 @@
+//! Contacts: one contiguous block per law, sorted by particle index, hence along the space-filling curve.
+
+use std::any::Any;
+
+use super::columns::{Column, ColumnError, ColumnSink, ColumnSource};
+use crate::state::Particles;
+use concordem_contact::kinematics::Frame;
+use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, LawState, Reference, Stiffness};
+
+/// The two particles of a contact by index, `a ≤ b` (equal only for a particle and its own periodic image). In a wall
+/// block `b` is the wall.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Pair {
+    /// Particle A.
+    pub a: u32,
+    /// Particle B, or wall.
+    pub b: u32,
+}
+
+/// A bond that broke. It is in no block any more; damage counts it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BrokenBond {
+    /// Place of its block in [`State::bonds`](super::State::bonds).
+    pub block: u16,
+    /// Its particles.
+    pub pair: Pair,
+    /// Image of B, as [`Link::image`].
+    pub image: [i8; 3],
+    /// Length without strain and area.
+    pub reference: Reference,
+    /// Direction and length when it broke.
+    pub frame: Frame,
+}
+
+/// Periodic image of B, parameter row, and flags of a contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Link {
+    /// Row of the law's parameter table.
+    pub row: u16,
+    /// A sum of the constants `Link::BONDED`, ...
+    pub flags: u8,
+    /// B is seen at `x_B + H·image`.
+    pub image: [i8; 3],
+    /// Unused, zero.
+    pub padding: u16,
+}
+
+impl Link {
+    /// Made at bonding: cohesive.
+    pub const BONDED: u8 = 1;
+    /// Has history: a bond, or an unbonded contact that touches.
+    pub const ACTIVE: u8 = 2;
+    /// Broke; carries nothing and is removed at the next neighbour search.
+    pub const BROKEN: u8 = 4;
+    /// An unbonded contact whose reference length was kept from a broken bond.
+    pub const KEPT_REFERENCE: u8 = 8;
+    /// Damage passed the event threshold and is in the event log.
+    pub const REPORTED: u8 = 16;
+    /// Evaluated for the sake of B alone: A belongs to another share of a distributed computation, where the contact's
+    /// energies are counted.
+    pub const COUNTED_ELSEWHERE: u8 = 32;
+
+    /// Whether the contact has something to answer: active and not broken.
+    #[inline(always)]
+    pub fn carries(self) -> bool {
+        self.flags & (Self::ACTIVE | Self::BROKEN) == Self::ACTIVE
+    }
+    /// Whether all of `flags` are set.
+    #[inline(always)]
+    pub fn has(self, flags: u8) -> bool {
+        self.flags & flags == flags
+    }
+}
+
+/// All contacts under one law.
+#[derive(Debug, Clone, Default)]
+pub struct ContactBlock<L: ContactLaw> {
+    /// Parameter rows (part of the model; constant).
+    pub rows: Vec<L>,
+    /// The particles.
+    pub pair: Vec<Pair>,
+    /// Image, row, flags.
+    pub link: Vec<Link>,
+    /// Reference length and area.
+    pub reference: Vec<Reference>,
+    /// Normal and length of the last step.
+    pub frame: Vec<Frame>,
+    /// History.
+    pub history: Vec<L::State>,
+}
+
+/// One contact, whatever its law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactView {
+    /// Particles.
+    pub pair: Pair,
+    /// Image, row, flags.
+    pub link: Link,
+    /// Reference length and area.
+    pub reference: Reference,
+    /// Normal and length of the last step.
+    pub frame: Frame,
+}
+
+impl<L: ContactLaw> ContactBlock<L> {
+    /// An empty block with the given parameter rows.
+    pub fn new(rows: Vec<L>) -> Self {
+        Self { rows, pair: Vec::new(), link: Vec::new(), reference: Vec::new(), frame: Vec::new(), history: Vec::new() }
+    }
+
+    /// Number of contacts, broken and inactive ones included.
+    pub fn len(&self) -> usize {
+        self.pair.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.pair.is_empty()
+    }
+
+    /// Add a contact without history; call [`Self::sort`] when all are there.
+    pub fn push(&mut self, pair: Pair, link: Link, reference: Reference, frame: Frame) {
+        self.pair.push(pair);
+        self.link.push(link);
+        self.reference.push(reference);
+        self.frame.push(frame);
+        self.history.push(L::State::default());
+    }
+
+    /// Entry `k` of the result is entry `order[k]` of `self`.
+    fn permute(&mut self, order: &[u32]) {
+        fn pick<T: Copy>(values: &mut Vec<T>, order: &[u32]) {
+            *values = order.iter().map(|&k| values[k as usize]).collect();
+        }
+        pick(&mut self.pair, order);
+        pick(&mut self.link, order);
+        pick(&mut self.reference, order);
+        pick(&mut self.frame, order);
+        pick(&mut self.history, order);
+    }
+
+    /// Sort by (a, b, image).
+    pub fn sort(&mut self) {
+        let mut order: Vec<u32> = (0..self.len() as u32).collect();
+        order.sort_unstable_by_key(|&k| (self.pair[k as usize], self.link[k as usize].image));
+        if order.iter().enumerate().any(|(k, &o)| k != o as usize) {
+            self.permute(&order);
+        }
+    }
+
+    /// Keep the contacts for which `keep` holds.
+    pub fn retain(&mut self, keep: impl Fn(&Link) -> bool) {
+        let order: Vec<u32> = (0..self.len() as u32).filter(|&k| keep(&self.link[k as usize])).collect();
+        if order.len() != self.len() {
+            self.permute(&order);
+        }
+    }
+
+    /// Constants of contact `k`. In a wall block B has no radius and infinite mass.
+    #[inline(always)]
+    pub fn geometry(&self, k: usize, particles: &Particles, with_wall: bool) -> ContactGeometry {
+        let (a, b) = (self.pair[k].a as usize, self.pair[k].b as usize);
+        ContactGeometry {
+            reference_length: self.reference[k].length,
+            area: self.reference[k].area,
+            radius_a: particles.radius[a],
+            radius_b: if with_wall { 0.0 } else { particles.radius[b] },
+            mass_a: particles.mass[a],
+            mass_b: if with_wall { f64::INFINITY } else { particles.mass[b] },
+        }
+    }
+}
+
+/// A block of contacts, whatever its law: what everything but the inner loop needs.
+pub trait Contacts: Send + Sync {
+    /// Name of the law.
+    fn law(&self) -> &'static str;
+    /// Whether the law goes with particles that deform.
+    fn deforms(&self) -> bool;
+    /// Whether contacts are measured by orientations, and not by rotations of the step.
+    fn reads_orientations(&self) -> bool;
+    /// [`ContactLaw::READS_OLD_ELONGATION`].
+    fn reads_old_elongation(&self) -> bool;
+    /// Number of entries, broken and inactive ones included.
+    fn len(&self) -> usize;
+    /// Whether there is none.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+    /// Contact `k`.
+    fn view(&self, k: usize) -> ContactView;
+    /// Largest stiffness of contact `k`.
+    fn stiffness(&self, k: usize, particles: &Particles, with_wall: bool) -> Stiffness;
+    /// Damage of contact `k`, 0 to 1.
+    fn damage(&self, k: usize) -> f64;
+    /// Share of its strength that contact `k` has lost, 0 to 1.
+    fn lost_strength(&self, k: usize) -> f64;
+    /// Add a contact without history; [`Self::sort`] must follow.
+    fn push(&mut self, pair: Pair, link: Link, reference: Reference, frame: Frame);
+    /// Add a contact whose history is `history`, in the order of [`Self::history_reals`]; [`Self::sort`] must follow.
+    /// Reals that are missing are zero, those beyond the law's are left out.
+    fn push_with_history(&mut self, pair: Pair, link: Link, reference: Reference, frame: Frame, history: &[f64]);
+    /// Sort by particles and image.
+    fn sort(&mut self);
+    /// Keep only contacts whose flags pass.
+    fn retain_links(&mut self, keep: &dyn Fn(&Link) -> bool);
+    /// Cross-section of a bond of parameter row `row`, see [`ContactLaw::bonded_area`].
+    fn bonded_area(&self, row: u16, radius_a: f64, radius_b: f64, mean_radius: f64) -> f64;
+    /// Axial force of bond `k`, N, by its length at the last evaluation; see [`ContactLaw::axial_force`].
+    fn axial_force(&self, k: usize, particles: &Particles) -> Option<f64>;
+    /// Distances from the centres to the contact point of contact `k` when the centres are `length` apart, m.
+    fn arms(&self, k: usize, particles: &Particles, length: f64) -> (f64, f64);
+    /// Let go of the bonds for which `condition` holds: they break at their next evaluation.
+    fn release(&mut self, condition: &dyn Fn(&Pair) -> bool);
+    /// Reference of an unbonded contact that begins.
+    fn unbonded_reference(&self, length: f64, radius_a: f64, radius_b: f64) -> Reference;
+    /// Reference a broken bond keeps.
+    fn kept_reference(&self, k: usize) -> Option<Reference>;
+    /// History of all contacts as reals, with its fields.
+    fn history_reals(&self) -> (&'static [concordem_contact::law::Field], &[f64]);
+    /// Write all columns under `path`.
+    fn write(&self, path: &str, sink: &mut dyn ColumnSink) -> Result<(), ColumnError>;
+    /// Replace all columns by those under `path`.
+    fn read(&mut self, path: &str, source: &mut dyn ColumnSource) -> Result<(), ColumnError>;
+    /// Bytes held per contact.
+    fn bytes_per_contact(&self) -> usize;
+    /// For downcasting to the typed block.
+    fn as_any(&self) -> &dyn Any;
+    /// For downcasting to the typed block.
+    fn as_any_mut(&mut self) -> &mut dyn Any;
+}
+
+/// Write the columns of one contact list: only entries with history, since candidates follow from the positions.
+fn write_columns<L: ContactLaw>(
+    block: &ContactBlock<L>,
+    path: &str,
+    sink: &mut dyn ColumnSink,
+) -> Result<(), ColumnError> {
+    let has_history = |link: &Link| link.flags & (Link::ACTIVE | Link::KEPT_REFERENCE | Link::BROKEN) != 0;
+    let mut only = ContactBlock::<L>::new(Vec::new());
+    let block = if block.link.iter().all(has_history) {
+        block
+    } else {
+        only.clone_from(block);
+        only.retain(has_history);
+        &only
+    };
+    let u32s = |data, components| Column::U32 { data, components, unit: "1" };
+    let reals = |data, components, unit| Column::F64 { data, components, unit };
+    sink.column(&format!("{path}/pair"), u32s(bytemuck::cast_slice(&block.pair), 2))?;
+    sink.column(
+        &format!("{path}/link"),
+        Column::U8 { data: bytemuck::cast_slice(&block.link), components: 8, unit: "1" },
+    )?;
+    sink.column(&format!("{path}/reference"), reals(bytemuck::cast_slice(&block.reference), 2, "m, m^2"))?;
+    sink.column(&format!("{path}/frame"), reals(bytemuck::cast_slice(&block.frame), 4, "1, 1, 1, m"))?;
+    let width = size_of::<L::State>() / 8;
+    sink.column(&format!("{path}/history"), reals(bytemuck::cast_slice(&block.history), width, "see fields"))
+}
+
+impl<L: ContactLaw> Contacts for ContactBlock<L> {
+    fn law(&self) -> &'static str {
+        L::NAME
+    }
+    fn deforms(&self) -> bool {
+        L::DEFORMS
+    }
+    fn reads_orientations(&self) -> bool {
+        L::Kinematics::ONE_MODE
+    }
+    fn reads_old_elongation(&self) -> bool {
+        L::READS_OLD_ELONGATION
+    }
+    fn len(&self) -> usize {
+        self.pair.len()
+    }
+    fn view(&self, k: usize) -> ContactView {
+        ContactView { pair: self.pair[k], link: self.link[k], reference: self.reference[k], frame: self.frame[k] }
+    }
+    fn stiffness(&self, k: usize, particles: &Particles, with_wall: bool) -> Stiffness {
+        let mut geometry = self.geometry(k, particles, with_wall);
+        if !self.link[k].has(Link::ACTIVE) && !self.link[k].has(Link::KEPT_REFERENCE) {
+            // A candidate: as if it touched now.
+            let touching =
+                L::unbonded_reference(geometry.radius_a + geometry.radius_b, geometry.radius_a, geometry.radius_b);
+            geometry.reference_length = touching.length;
+            geometry.area = touching.area;
+        }
+        self.rows[self.link[k].row as usize].stiffness(&geometry)
+    }
+    fn damage(&self, k: usize) -> f64 {
+        L::damage(&self.history[k])
+    }
+    fn lost_strength(&self, k: usize) -> f64 {
+        self.rows[self.link[k].row as usize].lost_strength(&self.history[k])
+    }
+    fn push(&mut self, pair: Pair, link: Link, reference: Reference, frame: Frame) {
+        Self::push(self, pair, link, reference, frame);
+    }
+    fn push_with_history(&mut self, pair: Pair, link: Link, reference: Reference, frame: Frame, history: &[f64]) {
+        Self::push(self, pair, link, reference, frame);
+        if let Some(state) = self.history.last_mut() {
+            let reals: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(state));
+            for (to, from) in reals.iter_mut().zip(history) {
+                *to = *from;
+            }
+        }
+    }
+    fn sort(&mut self) {
+        Self::sort(self);
+    }
+    fn retain_links(&mut self, keep: &dyn Fn(&Link) -> bool) {
+        self.retain(keep);
+    }
+    fn bonded_area(&self, row: u16, radius_a: f64, radius_b: f64, mean_radius: f64) -> f64 {
+        self.rows[row as usize].bonded_area(radius_a, radius_b, mean_radius)
+    }
+    fn axial_force(&self, k: usize, particles: &Particles) -> Option<f64> {
+        let geometry = self.geometry(k, particles, false);
+        self.rows[self.link[k].row as usize].axial_force(&geometry, self.frame[k].length)
+    }
+    fn arms(&self, k: usize, particles: &Particles, length: f64) -> (f64, f64) {
+        L::Kinematics::arms(&self.geometry(k, particles, false), length)
+    }
+    fn release(&mut self, condition: &dyn Fn(&Pair) -> bool) {
+        for (pair, link) in self.pair.iter().zip(&mut self.link) {
+            if condition(pair) {
+                link.flags &= !Link::BONDED;
+            }
+        }
+    }
+    fn unbonded_reference(&self, length: f64, radius_a: f64, radius_b: f64) -> Reference {
+        L::unbonded_reference(length, radius_a, radius_b)
+    }
+    fn kept_reference(&self, k: usize) -> Option<Reference> {
+        self.rows[self.link[k].row as usize].kept_reference(self.reference[k])
+    }
+    fn history_reals(&self) -> (&'static [concordem_contact::law::Field], &[f64]) {
+        (L::State::FIELDS, bytemuck::cast_slice(&self.history))
+    }
+    fn write(&self, path: &str, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
+        write_columns(self, path, sink)
+    }
+    fn read(&mut self, path: &str, source: &mut dyn ColumnSource) -> Result<(), ColumnError> {
+        let pair = source.u32(&format!("{path}/pair"))?;
+        let link = source.u8(&format!("{path}/link"))?;
+        let reference = source.f64(&format!("{path}/reference"))?;
+        let frame = source.f64(&format!("{path}/frame"))?;
+        let history = source.f64(&format!("{path}/history"))?;
+        let count = pair.len() / 2;
+        let width = size_of::<L::State>() / 8;
+        for (name, found, expected) in [
+            ("link", link.len(), 8 * count),
+            ("reference", reference.len(), 2 * count),
+            ("frame", frame.len(), 4 * count),
+            ("history", history.len(), width * count),
+        ] {
+            if found != expected {
+                return Err(ColumnError::Length { path: format!("{path}/{name}"), expected, found });
+            }
+        }
+        self.pair = pair.chunks_exact(2).map(|p| Pair { a: p[0], b: p[1] }).collect();
+        self.link = link.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
+        self.reference = reference.chunks_exact(2).map(|r| Reference { length: r[0], area: r[1] }).collect();
+        self.frame = bytemuck::cast_slice(&frame).to_vec();
+        self.history = bytemuck::cast_slice(&history).to_vec();
+        if let Some(bad) = self.link.iter().position(|l| usize::from(l.row) >= self.rows.len()) {
+            return Err(ColumnError::Value {
+                path: format!("{path}/link"),
+                row: bad,
+                problem: "names a parameter row that the scenario does not have".into(),
+            });
+        }
+        Ok(())
+    }
+    fn bytes_per_contact(&self) -> usize {
+        size_of::<Pair>() + size_of::<Link>() + size_of::<Reference>() + size_of::<Frame>() + size_of::<L::State>()
+    }
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+    fn as_any_mut(&mut self) -> &mut dyn Any {
+        self
+    }
+}

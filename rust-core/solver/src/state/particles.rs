@@ -1,0 +1,226 @@
+//! Particles as a struct of arrays.
+
+pub use concordem_contact::Constraint;
+use rayon::prelude::*;
+
+use concordem_contact::kinematics::Pose;
+use concordem_contact::math::{Quat, Symmetric, Vec3};
+
+/// Spherical particles (discs in 2-D), struct of arrays; index = place along a space-filling curve, `id` = the
+/// user's stable name of a particle.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Particles {
+    /// Stable id, unique.
+    pub id: Vec<u32>,
+    /// Position, m.
+    pub position: Vec<Vec3>,
+    /// Velocity, m/s; at the half step before the positions' time (leapfrog).
+    pub velocity: Vec<Vec3>,
+    /// Orientation, body → world, unit.
+    pub orientation: Vec<Quat>,
+    /// Rotation of the last step as a unit quaternion (the orientation before it was
+    /// `rotation_increment⁻¹ · orientation`).
+    pub rotation_increment: Vec<Quat>,
+    /// Angular velocity, rad/s; at the half step.
+    pub angular_velocity: Vec<Vec3>,
+    /// Radius, m.
+    pub radius: Vec<f64>,
+    /// Mass, kg.
+    pub mass: Vec<f64>,
+    /// Moment of inertia about any axis, kg·m².
+    pub inertia: Vec<f64>,
+    /// Material, index into the model's table.
+    pub material: Vec<u16>,
+    /// Rigid clump the particle belongs to, or `u32::MAX`.
+    pub clump: Vec<u32>,
+    /// Prescribed degrees of freedom.
+    pub constraint: Vec<Constraint>,
+    /// Tags of the scenario's named sets, one bit each.
+    pub tags: Vec<u64>,
+    /// Net force (N) and torque (N·m) of the last step, where the damping remembers them; else empty.
+    pub previous: Vec<[Vec3; 2]>,
+    /// What strains the particles, where they deform; else empty.
+    pub deformation: Vec<Deformation>,
+    /// Constant external loads, at most one per particle, by ascending particle.
+    pub loads: Vec<Load>,
+}
+
+/// A constant external load on a particle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Load {
+    /// Index of the particle.
+    pub particle: u32,
+    /// Force, N.
+    pub force: Vec3,
+    /// Moment, N·m.
+    pub moment: Vec3,
+    /// `±Σ f⊗f/|f|`, N, of forces that pull (+) on the particle's surface or push (−) against it: what they add to the
+    /// dyad that strains a deformable particle. Zero for forces on the body.
+    pub dyad: Symmetric,
+}
+
+/// What strains a deformable particle: dyads `Σ ½(n⊗f + f⊗n)` over the forces on its surface, `n` from the centre to where
+/// they act, N.
+#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Deformation {
+    /// Of all forces of the last step.
+    pub dyad: Symmetric,
+    /// What the strains of the last step were computed from.
+    pub used: Symmetric,
+    /// Of the contact forces that do not feel the strain.
+    pub other: Symmetric,
+    /// Of the reaction of a prescribed motion.
+    pub reaction: Symmetric,
+}
+
+/// How a given force reaches its particle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoadLever {
+    /// It acts on the whole body, like a weight.
+    #[default]
+    Body,
+    /// It pulls at the point of the surface that lies in its direction.
+    Pull,
+    /// It pushes against the point of the surface that lies against its direction.
+    Push,
+}
+
+/// One particle to be added: the usual defaults are a resting, free sphere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sphere {
+    /// Centre, m.
+    pub position: Vec3,
+    /// Radius, m.
+    pub radius: f64,
+}
+
+impl Particles {
+    /// Write what the measure of contacts reads into `poses`, in the particles' order: with orientations, or with rotations of
+    /// the step.
+    pub fn poses(&self, oriented: bool, poses: &mut Vec<Pose>) {
+        let rotation = if oriented { &self.orientation } else { &self.rotation_increment };
+        self.position
+            .par_iter()
+            .zip(rotation)
+            .zip(&self.radius)
+            .with_min_len(1024)
+            .map(|((&position, &rotation), &radius)| Pose { position, rotation, radius })
+            .collect_into_vec(poses);
+    }
+
+    /// Number of particles.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
+
+    /// Add a resting free particle of `material` with the given mass (kg) and moment of inertia (kg·m²); its id is
+    /// its index at that time.
+    pub fn push(&mut self, sphere: Sphere, material: u16, mass: f64, inertia: f64) {
+        self.id.push(self.len() as u32);
+        self.position.push(sphere.position);
+        self.velocity.push(Vec3::zeros());
+        self.orientation.push(Quat::identity());
+        self.rotation_increment.push(Quat::identity());
+        self.angular_velocity.push(Vec3::zeros());
+        self.radius.push(sphere.radius);
+        self.mass.push(mass);
+        self.inertia.push(inertia);
+        self.material.push(material);
+        self.clump.push(u32::MAX);
+        self.constraint.push(Constraint::FREE);
+        self.tags.push(0);
+    }
+
+    /// Add to the external load of a particle: force in N, moment in N·m. The force acts on the body.
+    pub fn add_load(&mut self, particle: u32, force: Vec3, moment: Vec3) {
+        self.add_load_at(particle, force, moment, LoadLever::Body);
+    }
+
+    /// [`Self::add_load`] with a force that acts as `lever` says.
+    pub fn add_load_at(&mut self, particle: u32, force: Vec3, moment: Vec3, lever: LoadLever) {
+        let size = force.norm();
+        let sign = match lever {
+            LoadLever::Body => 0.0,
+            LoadLever::Pull => 1.0,
+            LoadLever::Push => -1.0,
+        };
+        let dyad = if size > 0.0 { Symmetric::product(&(force * (sign / size)), &force) } else { Symmetric::default() };
+        match self.loads.binary_search_by_key(&particle, |load| load.particle) {
+            Ok(at) => {
+                self.loads[at].force += force;
+                self.loads[at].moment += moment;
+                self.loads[at].dyad += dyad;
+            }
+            Err(at) => self.loads.insert(at, Load { particle, force, moment, dyad }),
+        }
+    }
+
+    /// External load of a particle: force in N, moment in N·m.
+    #[inline]
+    pub fn load(&self, particle: u32) -> (Vec3, Vec3) {
+        load_of(&self.loads, particle)
+    }
+
+    /// The same particles in another order: entry `k` of the result is entry `order[k]` of `self`.
+    #[must_use]
+    pub fn permuted(&self, order: &[u32]) -> Self {
+        fn pick<T: Copy>(values: &[T], order: &[u32]) -> Vec<T> {
+            order.iter().map(|&k| values[k as usize]).collect()
+        }
+        Self {
+            id: pick(&self.id, order),
+            position: pick(&self.position, order),
+            velocity: pick(&self.velocity, order),
+            orientation: pick(&self.orientation, order),
+            rotation_increment: pick(&self.rotation_increment, order),
+            angular_velocity: pick(&self.angular_velocity, order),
+            radius: pick(&self.radius, order),
+            mass: pick(&self.mass, order),
+            inertia: pick(&self.inertia, order),
+            material: pick(&self.material, order),
+            clump: pick(&self.clump, order),
+            constraint: pick(&self.constraint, order),
+            tags: pick(&self.tags, order),
+            previous: if self.previous.is_empty() { Vec::new() } else { pick(&self.previous, order) },
+            deformation: if self.deformation.is_empty() { Vec::new() } else { pick(&self.deformation, order) },
+            loads: {
+                let place: std::collections::BTreeMap<u32, u32> =
+                    order.iter().enumerate().map(|(new, &old)| (old, new as u32)).collect();
+                let moved = |load: &Load| place.get(&load.particle).map(|&particle| Load { particle, ..*load });
+                let mut loads: Vec<Load> = self.loads.iter().filter_map(moved).collect();
+                loads.sort_unstable_by_key(|load| load.particle);
+                loads
+            },
+        }
+    }
+}
+
+/// What a particle's load among `loads`, which are sorted by particle, adds to its dyad, N.
+#[inline]
+pub fn load_dyad(loads: &[Load], particle: u32) -> Symmetric {
+    if loads.is_empty() {
+        return Symmetric::default();
+    }
+    loads
+        .binary_search_by_key(&particle, |load| load.particle)
+        .map_or_else(|_| Symmetric::default(), |at| loads[at].dyad)
+}
+
+/// Load of a particle among `loads`, which are sorted by particle.
+#[inline]
+pub fn load_of(loads: &[Load], particle: u32) -> (Vec3, Vec3) {
+    if loads.is_empty() {
+        return (Vec3::zeros(), Vec3::zeros());
+    }
+    loads
+        .binary_search_by_key(&particle, |load| load.particle)
+        .map_or_else(|_| (Vec3::zeros(), Vec3::zeros()), |at| (loads[at].force, loads[at].moment))
+}

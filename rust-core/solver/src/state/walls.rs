@@ -1,0 +1,167 @@
+//! Walls: plane, cylinder, and triangle surfaces with prescribed motion.
+
+use concordem_contact::math::Vec3;
+pub use concordem_contact::wall::Foot;
+
+/// Shape of a wall at zero displacement.
+#[derive(Debug, Clone, PartialEq)]
+pub enum WallShape {
+    /// Solid half-space behind a plane.
+    Plane {
+        /// A point of the surface, m.
+        point: Vec3,
+        /// Unit normal, pointing out of the wall to where particles are.
+        normal: Vec3,
+    },
+    /// Circular cylinder, endless along its axis.
+    Cylinder {
+        /// A point of the axis, m.
+        point: Vec3,
+        /// Unit vector of the axis.
+        axis: Vec3,
+        /// Radius, m.
+        radius: f64,
+        /// Particles are inside (a vessel) or outside (a rod).
+        inside: bool,
+    },
+    /// Triangles, touched from both sides.
+    Facets {
+        /// Corners, m.
+        triangles: Vec<[Vec3; 3]>,
+    },
+}
+
+/// A wall.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wall {
+    /// Name in the scenario.
+    pub name: String,
+    /// Shape at zero displacement.
+    pub shape: WallShape,
+    /// Material, index into the model's table.
+    pub material: u16,
+    /// Displacement so far, m.
+    pub displacement: Vec3,
+    /// Velocity, m/s.
+    pub velocity: Vec3,
+    /// Force of the particles on the wall in the last step, N.
+    pub force: Vec3,
+    /// Its moment about the origin of the displaced wall, N·m.
+    pub torque: Vec3,
+}
+
+impl Wall {
+    /// Number of elements: triangles, or 1.
+    pub fn element_count(&self) -> usize {
+        match &self.shape {
+            WallShape::Facets { triangles } => triangles.len(),
+            _ => 1,
+        }
+    }
+
+    /// Foot of the perpendicular from `x` on element `element`; `None` when undefined (centre on the surface's
+    /// singular set).
+    pub fn foot(&self, element: usize, x: &Vec3) -> Option<Foot> {
+        let x = x - self.displacement;
+        match &self.shape {
+            WallShape::Plane { point, normal } => {
+                Some(Foot { normal: -normal, distance: (x - point).dot(normal), interior: true })
+            }
+            WallShape::Cylinder { point, axis, radius, inside } => {
+                let r = x - point;
+                let radial = r - axis * r.dot(axis);
+                let rho = radial.norm();
+                if rho == 0.0 {
+                    return None;
+                }
+                let outward = radial / rho;
+                Some(if *inside {
+                    Foot { normal: outward, distance: radius - rho, interior: true }
+                } else {
+                    Foot { normal: -outward, distance: rho - radius, interior: true }
+                })
+            }
+            WallShape::Facets { triangles } => {
+                let (nearest, interior) = nearest_on_triangle(&x, &triangles[element]);
+                let to = nearest - x;
+                let distance = to.norm();
+                (distance > 0.0).then(|| Foot { normal: to / distance, distance, interior })
+            }
+        }
+    }
+
+    /// Centre and radius of a ball around element `element`; `None` when it is endless.
+    pub fn bounds(&self, element: usize) -> Option<(Vec3, f64)> {
+        match &self.shape {
+            WallShape::Facets { triangles } => {
+                let t = &triangles[element];
+                let centre = (t[0] + t[1] + t[2]) / 3.0;
+                let radius = t.iter().map(|c| (c - centre).norm()).fold(0.0, f64::max);
+                Some((centre + self.displacement, radius))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Nearest point of a triangle, and whether it lies inside the face (Ericson 2005, §5.1.5: regions by barycentric
+/// signs).
+fn nearest_on_triangle(x: &Vec3, [a, b, c]: &[Vec3; 3]) -> (Vec3, bool) {
+    let (ab, ac, ax) = (b - a, c - a, x - a);
+    let (d1, d2) = (ab.dot(&ax), ac.dot(&ax));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return (*a, false);
+    }
+    let bx = x - b;
+    let (d3, d4) = (ab.dot(&bx), ac.dot(&bx));
+    if d3 >= 0.0 && d4 <= d3 {
+        return (*b, false);
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return (a + ab * (d1 / (d1 - d3)), false);
+    }
+    let cx = x - c;
+    let (d5, d6) = (ab.dot(&cx), ac.dot(&cx));
+    if d6 >= 0.0 && d5 <= d6 {
+        return (*c, false);
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return (a + ac * (d2 / (d2 - d6)), false);
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        return (b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))), false);
+    }
+    let denominator = 1.0 / (va + vb + vc);
+    (a + ab * (vb * denominator) + ac * (vc * denominator), true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nearest points of a triangle against a dense sampling of it; the sampling error is its spacing.
+    #[test]
+    fn nearest_point_of_a_triangle() {
+        let t = [Vec3::new(0.0, 0.0, 0.0), Vec3::new(1.0, 0.1, 0.2), Vec3::new(0.3, 0.9, -0.1)];
+        for k in 0..200 {
+            let u = |m: u32| f64::from((k * 7919 + m * 104_729) % 1000) / 250.0 - 1.5;
+            let x = Vec3::new(u(1), u(2), u(3));
+            let (nearest, _) = nearest_on_triangle(&x, &t);
+            let mut best = f64::INFINITY;
+            let n = 200;
+            for i in 0..=n {
+                for j in 0..=n - i {
+                    let p = t[0]
+                        + (t[1] - t[0]) * (f64::from(i) / f64::from(n))
+                        + (t[2] - t[0]) * (f64::from(j) / f64::from(n));
+                    best = best.min((p - x).norm());
+                }
+            }
+            let found = (nearest - x).norm();
+            assert!(found <= best + 1e-12 && found >= best - 0.01, "{found} {best}");
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! All links of an assembly.
+
+use super::{Link, StaticsError};
+use concordem_contact::kinematics::deformable::Compliance;
+use concordem_solver::Model;
+use concordem_solver::state::contacts::Link as LinkFlags;
+use concordem_solver::state::{Constraint, State};
+
+/// The links of an assembly of `particles` particles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinkNetwork {
+    /// Number of particles.
+    pub particles: usize,
+    /// Links, in the order of the blocks they come from.
+    pub links: Vec<Link>,
+    /// Volume of the periodic cell, m³, if there is one.
+    pub volume: Option<f64>,
+    /// Typical arm, m: rotations are multiplied by it where they stand beside displacements.
+    pub scale: f64,
+    /// Particles are discs in the plane z = 0: strains along and across z mean nothing.
+    pub planar: bool,
+    /// What particles give way to the forces on them, by particle; empty if all are rigid.
+    pub compliance: Vec<Compliance>,
+}
+
+/// Particles that links do not hold.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Loose {
+    /// Particles that carry no force in equilibrium: without links, or with one link to the rest (taken away one after
+    /// the other).
+    pub rattlers: usize,
+    /// Motions of single particles that no link resists, rattlers not counted: a particle on two links that turns about
+    /// the line through both contact points; rotations of particles whose links resist none.
+    pub mechanisms: usize,
+}
+
+impl LinkNetwork {
+    /// The intact bonds of a state between particles that deform as the model says ([`Model::deformable`]).
+    ///
+    /// # Errors
+    /// [`StaticsError::NoLinks`].
+    pub fn of_model(state: &State, model: &Model) -> Result<Self, StaticsError> {
+        let mut network = Self::of_state(state)?;
+        if let Some(deformable) = &model.deformable {
+            let bodies = state.particles.material.iter().zip(&state.particles.radius);
+            network.compliance = bodies.map(|(&material, &radius)| deformable.compliance(material, radius)).collect();
+        }
+        Ok(network)
+    }
+
+    /// The intact bonds of a state, elastic and in its present geometry, between rigid particles.
+    pub fn of_state(state: &State) -> Result<Self, StaticsError> {
+        let mut links = Vec::new();
+        for block in &state.bonds {
+            let block = block.contacts();
+            for k in 0..block.len() {
+                let view = block.view(k);
+                if !view.link.has(LinkFlags::BONDED) || view.link.has(LinkFlags::BROKEN) {
+                    continue;
+                }
+                let (a, b) = (view.pair.a as usize, view.pair.b as usize);
+                let x = &state.particles.position;
+                let shift = state.cell.as_ref().map(|cell| cell.shift(view.link.image)).unwrap_or_default();
+                let branch = x[b] + shift - x[a];
+                let length = branch.norm();
+                let (arm_a, arm_b) = block.arms(k, &state.particles, length);
+                links.push(Link {
+                    a: view.pair.a,
+                    b: view.pair.b,
+                    branch,
+                    normal: branch / length,
+                    arm_a,
+                    arm_b,
+                    stiffness: block.stiffness(k, &state.particles, false),
+                });
+            }
+        }
+        if links.is_empty() {
+            return Err(StaticsError::NoLinks);
+        }
+        let volume = state.cell.as_ref().map(concordem_solver::state::Cell::volume);
+        let planar = is_planar(state);
+        Ok(Self { planar, ..Self::new(state.particles.len(), links, volume) })
+    }
+
+    /// A network of given links between rigid particles in space.
+    pub fn new(particles: usize, links: Vec<Link>, volume: Option<f64>) -> Self {
+        let scale = links.iter().map(|l| 0.5 * (l.arm_a + l.arm_b)).sum::<f64>() / links.len().max(1) as f64;
+        Self { particles, links, volume, scale, planar: false, compliance: Vec::new() }
+    }
+
+    /// Take away the links of rattlers: a particle with one link to the rest feels no force in it. Returns their number.
+    pub fn remove_rattlers(&mut self) -> usize {
+        let mut count = vec![0u32; self.particles];
+        let mut of: Vec<Vec<u32>> = vec![Vec::new(); self.particles];
+        for (k, link) in self.links.iter().enumerate() {
+            for p in [link.a, link.b] {
+                count[p as usize] += 1;
+                of[p as usize].push(k as u32);
+            }
+        }
+        let mut gone = vec![false; self.links.len()];
+        let mut waiting: Vec<usize> = (0..self.particles).filter(|&p| count[p] <= 1).collect();
+        let mut rattlers = 0;
+        while let Some(p) = waiting.pop() {
+            rattlers += 1;
+            for &k in &of[p] {
+                if gone[k as usize] {
+                    continue;
+                }
+                gone[k as usize] = true;
+                let link = &self.links[k as usize];
+                let other = (if link.a as usize == p { link.b } else { link.a }) as usize;
+                count[p] -= 1;
+                if other != p {
+                    count[other] -= 1;
+                    if count[other] == 1 {
+                        waiting.push(other);
+                    }
+                }
+            }
+        }
+        let mut k = 0;
+        self.links.retain(|_| {
+            k += 1;
+            !gone[k - 1]
+        });
+        rattlers
+    }
+
+    /// Sums over all links of k L² (J), for k_N and k_T: `Σ Ē A L` and `Σ Ḡ A L`.
+    pub fn moduli_sums(&self) -> (f64, f64) {
+        self.links.iter().fold((0.0, 0.0), |(normal, shear), link| {
+            let square = link.branch.norm_squared();
+            (normal + link.stiffness.normal * square, shear + link.stiffness.shear * square)
+        })
+    }
+
+    /// The network with shear stiffnesses multiplied by `shear` and all of them, and the moduli of deformable particles, by
+    /// `all`.
+    pub fn scaled(&self, all: f64, shear: f64) -> Self {
+        let mut network = self.clone();
+        for link in &mut network.links {
+            let k = &mut link.stiffness;
+            k.normal *= all;
+            k.shear *= all * shear;
+            k.bending *= all;
+            k.twist *= all;
+        }
+        for compliance in &mut network.compliance {
+            *compliance = compliance.stiffened(all);
+        }
+        network
+    }
+}
+
+/// Whether all particles are discs that stay in the plane z = 0.
+pub(super) fn is_planar(state: &State) -> bool {
+    let across = Constraint(0b011_100).0;
+    let held = &state.particles.constraint;
+    !held.is_empty() && held.iter().all(|constraint| constraint.0 & across == across)
+}
