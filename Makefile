@@ -2,7 +2,7 @@
 CARGO ?= cargo
 CONCORDEM := target/release/concordem
 DEMO := demo
-SCENARIOS := rust-core/src/scenario/templates
+SCENARIOS := rust-core/scenario/src/schema/templates
 
 .PHONY: help demo liggghts lammps test check bench docs validate validate-full clean-demo
 

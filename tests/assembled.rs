@@ -4,8 +4,8 @@ use std::path::Path;
 
 use concordem::assembly::{Assembly, AssemblyError, assemble};
 use concordem::math::{Vec3, rotate};
-use concordem::plan::Loading;
 use concordem::scenario::Scenario;
+use concordem::schedule::Loading;
 use concordem::solver::Solver;
 
 fn built(text: &str) -> Result<Assembly, AssemblyError> {
@@ -176,8 +176,8 @@ fn fixed_layers_do_not_drift() {
         "{PULL}lateral = \"fixed\"\n[[set]]\nname = \"all\"\nselection = {{ kind = \"all\" }}\n[[initial]]\nset = \"all\"\n\
          velocity = [1, 0, 0]\nangular_velocity = [0, 1, 0]"
     ));
-    let Assembly { state, plan, .. } = made(&text);
-    let Loading::Uniaxial { layers, .. } = &plan.loading else { panic!("uniaxial") };
+    let Assembly { state, schedule, .. } = made(&text);
+    let Loading::Uniaxial { layers, .. } = &schedule.loading else { panic!("uniaxial") };
     assert_eq!(layers.each_ref().map(Vec::len), [9, 9]);
     for &p in layers.iter().flatten() {
         let (velocity, spin) = (state.particles.velocity[p as usize], state.particles.angular_velocity[p as usize]);
@@ -195,10 +195,10 @@ fn end_layers_reach_as_far_as_bonds() {
         .replace("interaction_ratio = 1.1", "coordination = 18")
         .replace("\"sc\"", "\"fcc\"")
         .replace("[3, 3, 10]", "[3, 3, 5]");
-    let Assembly { plan, summary, .. } = made(&text);
+    let Assembly { schedule, summary, .. } = made(&text);
     let (_, ratio) = summary.bulk.expect("a coordination");
     assert!((ratio - 3f64.sqrt()).abs() < 1e-12, "{ratio}");
-    let Loading::Uniaxial { layers, .. } = &plan.loading else { panic!("uniaxial") };
+    let Loading::Uniaxial { layers, .. } = &schedule.loading else { panic!("uniaxial") };
     assert_eq!(layers.each_ref().map(Vec::len), [54, 54]);
 }
 

@@ -5,9 +5,9 @@
 //! through the solver's own kinematics and law. "Equal" means the same 64 bits; there is no tolerance in this file.
 
 use concordem::kinematics::sphere_sphere::{ImageShift, Motion, measure};
-use concordem::kinematics::{Frame, Mode};
-use concordem::law::cpm::{Cpm, CpmMode, CpmParameters, CpmState, DamageLaw, contact_area};
-use concordem::law::{ContactGeometry, ContactLaw, Fate};
+use concordem::kinematics::{MotionMeasure, PreviousGeometry};
+use concordem::law::cpm::{Cpm, CpmFormulation, CpmParameters, CpmState, DamageLaw, contact_area};
+use concordem::law::{ContactGeometry, ContactLaw, Status};
 use concordem::math::{Quat, Vec3};
 use concordem_tests::gold::{Row, Table, read};
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 /// Parameters of one material; what is a property of the law in YADE comes from `law`.
 fn parameters(material: &Row<'_>, law: &Row<'_>) -> CpmParameters {
     CpmParameters {
-        mode: CpmMode::YadePublic,
+        mode: CpmFormulation::YadePublic,
         damage_law: if material.real("dam_law") == 0.0 { DamageLaw::Linear } else { DamageLaw::Exponential },
         omega_threshold: law.real("omega_threshold"),
         never_damage: material.flag("never_damage"),
@@ -59,12 +59,12 @@ fn motion(row: &Row<'_>, number: u8) -> Motion {
 /// One contact in the course of time.
 struct Replay {
     law: Cpm,
-    mode: Mode,
+    mode: MotionMeasure,
     image: ImageShift,
     dt: f64,
     geometry: ContactGeometry,
     bonded: bool,
-    frame: Option<Frame>,
+    frame: Option<PreviousGeometry>,
     state: CpmState,
 }
 
@@ -103,7 +103,7 @@ impl Replay {
         let shift = gold.vector("shift");
         Self {
             law,
-            mode: if gold.flag("ratcheting") { Mode::YadeRatcheting } else { Mode::Yade },
+            mode: if gold.flag("ratcheting") { MotionMeasure::YadeRatcheting } else { MotionMeasure::Yade },
             image: ImageShift { displacement: shift, velocity: Vec3::zeros(), periodic: shift != Vec3::zeros() },
             dt: gold.real("dt"),
             geometry: ContactGeometry { reference_length: length, area, radius_a, radius_b, mass_a: 1.0, mass_b: 1.0 },
@@ -127,7 +127,7 @@ impl Replay {
             plastic_shear_strain: row.vector("eps_t_plastic"),
         };
         let length = self.geometry.radius_a + self.geometry.radius_b - penetration;
-        self.frame = Some(Frame { normal: row.vector("normal"), length });
+        self.frame = Some(PreviousGeometry { normal: row.vector("normal"), length });
     }
 
     /// Replay one step and compare all that YADE wrote down.
@@ -138,7 +138,7 @@ impl Replay {
             let l = b.position + self.image.displacement - a.position;
             let length = concordem::math::yade_order::norm(&l);
             same(length, self.geometry.reference_length, "reference length", place);
-            Frame { normal: l / length, length }
+            PreviousGeometry { normal: l / length, length }
         });
         let k = measure(self.mode, &a, &b, &self.image, &self.geometry, &frame, self.bonded, self.dt);
         let old = self.state;
@@ -146,9 +146,9 @@ impl Replay {
         coverage.steps += 1;
         coverage.unbonded += usize::from(!self.bonded);
         let alive = row.flag("alive");
-        assert_eq!(response.fate == Fate::Lives, alive, "{place}: {:?}", response.fate);
+        assert_eq!(response.status == Status::Lives, alive, "{place}: {:?}", response.status);
         if !alive {
-            assert_eq!(response.fate, if self.bonded { Fate::Broke } else { Fate::Opened });
+            assert_eq!(response.status, if self.bonded { Status::Broke } else { Status::Opened });
             coverage.broke += usize::from(self.bonded);
             coverage.opened += usize::from(!self.bonded);
             return;
@@ -173,7 +173,7 @@ impl Replay {
         coverage.damaging += usize::from(state.omega > old.omega && self.bonded);
         coverage.softening += usize::from(state.plastic_normal_strain != old.plastic_normal_strain);
         self.state = state;
-        self.frame = Some(Frame { normal: k.normal, length: k.length });
+        self.frame = Some(PreviousGeometry { normal: k.normal, length: k.length });
     }
 }
 
@@ -301,15 +301,15 @@ fn follow(tables: &BTreeMap<String, Table>, run: &str, law: Cpm) -> (usize, usiz
             let bonded = contact.pair == Pair::Bonded;
             let frame = contact.frame.unwrap_or_else(|| straight(one, two));
             let image = ImageShift::default();
-            let k = measure(Mode::YadeRatcheting, one, two, &image, &contact.geometry, &frame, bonded, dt);
+            let k = measure(MotionMeasure::YadeRatcheting, one, two, &image, &contact.geometry, &frame, bonded, dt);
             let response = law.respond(&k, &contact.state, dt);
-            if response.fate != Fate::Lives {
+            if response.status != Status::Lives {
                 broken += usize::from(bonded);
                 contact.pair = Pair::Apart;
                 continue;
             }
             contact.state = response.state;
-            contact.frame = Some(Frame { normal: k.normal, length: k.length });
+            contact.frame = Some(PreviousGeometry { normal: k.normal, length: k.length });
             force[contact.a] += response.force;
             force[contact.b] -= response.force;
             // YADE forms the contact point first; arms times the normal would differ in the last bit
@@ -341,10 +341,10 @@ fn follow(tables: &BTreeMap<String, Table>, run: &str, law: Cpm) -> (usize, usiz
     (broken, renewed)
 }
 
-fn straight(one: &Motion, two: &Motion) -> Frame {
+fn straight(one: &Motion, two: &Motion) -> PreviousGeometry {
     let l = two.position - one.position;
     let length = concordem::math::yade_order::norm(&l);
-    Frame { normal: l / length, length }
+    PreviousGeometry { normal: l / length, length }
 }
 
 struct Contact {
@@ -352,7 +352,7 @@ struct Contact {
     b: usize,
     geometry: ContactGeometry,
     pair: Pair,
-    frame: Option<Frame>,
+    frame: Option<PreviousGeometry>,
     state: CpmState,
 }
 

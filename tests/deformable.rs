@@ -11,7 +11,7 @@ use concordem::packing::mass_of;
 use concordem::packing::{Packing, Random, random_discs};
 use concordem::solver::integrate::Damping;
 use concordem::solver::{Model, Solver, time_step};
-use concordem::state::contacts::{ContactBlock, Link};
+use concordem::state::contacts::{ContactBlock, ContactFlags};
 use concordem::state::{Constraint, Particles, State};
 
 use crate::one_material;
@@ -248,7 +248,7 @@ pub fn wave_speed(
         .expect("valid stiffness");
     let mut bonds = ContactBlock::new(vec![law]);
     bond(&mut bonds, &one_material(), &state.particles, Some(&cell), sample.ratio).expect("sound");
-    bonds.retain(|link: &Link| link.image[0] == 0 && (transverse || link.image[1] == 0));
+    bonds.retain(|link: &ContactFlags| link.image[0] == 0 && (transverse || link.image[1] == 0));
     state.bonds = vec![Box::new(bonds)];
     if !transverse {
         state.cell = None;

@@ -11,7 +11,7 @@ use concordem::math::Vec3;
 use concordem::packing::Packing;
 use concordem::packing::bonding::bond;
 use concordem::packing::file::import_text;
-use concordem::solver::{MaterialRows, Model, Solver};
+use concordem::solver::{Model, PairCoefficients, Solver};
 use concordem::state::contacts::ContactBlock;
 use concordem::state::{Cell, Constraint, Particles, State};
 
@@ -42,8 +42,8 @@ pub fn particles(packing: &Packing, density: f64) -> Particles {
 }
 
 /// One material that interacts with itself.
-pub fn one_material() -> MaterialRows {
-    let mut rows = MaterialRows::new(1);
+pub fn one_material() -> PairCoefficients {
+    let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     rows
 }

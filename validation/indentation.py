@@ -18,7 +18,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 ROOT = Path(__file__).resolve().parent.parent
-TEMPLATE = ROOT / "rust-core/src/scenario/templates/beam-indentation.toml"
+TEMPLATE = ROOT / "rust-core/scenario/src/schema/templates/beam-indentation.toml"
 BEAM = 'tensile_strength = "292 MPa"\nbending_term = "mid-section"\n'
 CRITERIA = {"strength of beams, 292 MPa": BEAM, "strength of particles, 64 MPa": 'hydrostatic_strength = "64 MPa"\n'}
 

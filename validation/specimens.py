@@ -40,7 +40,7 @@ LAYERS = {"full-reach": None, "thin": '"2.2 mm"'}
 
 
 def scenario(direction, specimen, kinematics, friction, layer, size):
-    text = (ROOT / f"rust-core/src/scenario/templates/cpm-specimen-{direction}.toml").read_text()
+    text = (ROOT / f"rust-core/scenario/src/schema/templates/cpm-specimen-{direction}.toml").read_text()
     values = dict(SPECIMENS[specimen], kinematics=f'"{kinematics}"', friction=friction)
     for key, value in values.items():
         quoted = f'"{value}"' if re.search(r"[GM]Pa", value) else value

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Cost of a step in LAMMPS with `bond_style concordem/cohesive_beam` through that with `bpm/rotational`: the same spheres, the same
 bonds, both with a criterion of breakage that is asked at every step (and not met). In the open box on one processor our own solver
-takes part (rust-core/examples/speed.rs: whole steps, with neighbours and damping).
+takes part (rust-core/app/examples/speed.rs: whole steps, with neighbours and damping).
 
 Prints the median of several rounds; rounds alternate, so that a busy machine slows both alike. On one processor the time is that
 of the processor (LAMMPS' "CPU use"), on more the wall's, since MPICH waits busily. With --json the figures.

@@ -19,10 +19,10 @@
 //! [`HertzMindlin`](concordem_contact::law::HertzMindlin) and [`Frictional`](concordem_contact::law::Frictional).
 
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion};
-use concordem_contact::kinematics::{Frame, Mode, PointKinematics, Transport};
-use concordem_contact::law::{ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, Response, Stiffness};
+use concordem_contact::kinematics::{MotionMeasure, PointKinematics, PreviousGeometry, Transport};
+use concordem_contact::law::{ContactGeometry, ContactLaw, EnergySplit, Kinematics, Response, Status, Stiffness};
 use concordem_contact::math::Vec3;
-use concordem_solver::state::walls::Foot;
+use concordem_solver::state::walls::ClosestPoint;
 
 /// A point contact and its velocities at the instant, which LIGGGHTS takes where the library takes mean rates of the step.
 #[derive(Debug, Clone, Copy)]
@@ -38,12 +38,12 @@ pub struct InstantKinematics {
 impl Kinematics for InstantKinematics {
     #[inline(always)]
     fn measure(
-        _mode: Mode,
+        _mode: MotionMeasure,
         a: &Motion,
         b: &Motion,
         image: &ImageShift,
         geometry: &ContactGeometry,
-        frame: &Frame,
+        frame: &PreviousGeometry,
         bonded: bool,
         dt: f64,
     ) -> Self {
@@ -77,16 +77,16 @@ impl Kinematics for InstantKinematics {
     }
     /// The arm ends in the middle of the overlap, as between spheres.
     fn measure_wall(
-        _mode: Mode,
+        _mode: MotionMeasure,
         a: &Motion,
-        foot: &Foot,
+        closest_point: &ClosestPoint,
         wall_velocity: &Vec3,
         geometry: &ContactGeometry,
-        frame: &Frame,
+        frame: &PreviousGeometry,
         dt: f64,
     ) -> Option<Self> {
-        let normal = foot.normal;
-        let gap = foot.distance - geometry.radius_a;
+        let normal = closest_point.normal;
+        let gap = closest_point.distance - geometry.radius_a;
         let arm_a = geometry.radius_a + 0.5 * gap;
         let velocity = wall_velocity - a.velocity;
         let normal_velocity = velocity.dot(&normal);
@@ -94,9 +94,9 @@ impl Kinematics for InstantKinematics {
         Some(Self {
             point: PointKinematics {
                 geometry: *geometry,
-                length: foot.distance,
+                length: closest_point.distance,
                 length_old: frame.length,
-                elongation: foot.distance - geometry.reference_length,
+                elongation: closest_point.distance - geometry.reference_length,
                 elongation_old: frame.length - geometry.reference_length,
                 gap,
                 normal,
@@ -114,8 +114,8 @@ impl Kinematics for InstantKinematics {
     fn point(&self) -> &PointKinematics {
         &self.point
     }
-    fn widened(&self, now: f64, before: f64) -> Self {
-        Self { point: self.point.widened(now, before), ..*self }
+    fn with_surface_displacement(&self, now: f64, before: f64) -> Self {
+        Self { point: self.point.with_surface_displacement(now, before), ..*self }
     }
 }
 
@@ -206,15 +206,15 @@ impl ContactLaw for HostContact {
     fn respond(&self, k: &InstantKinematics, old: &HostContactState, _dt: f64) -> Response<HostContactState> {
         let geometry = &k.point.geometry;
         let overlap = -k.point.gap;
-        let respond = |force, shear_displacement, fate| Response {
+        let respond = |force, shear_displacement, status| Response {
             force,
             moment: Vec3::zeros(),
             state: HostContactState { shear_displacement },
-            fate,
+            status,
             energy: EnergySplit::default(),
         };
         if overlap <= 0.0 {
-            return respond(Vec3::zeros(), Vec3::zeros(), Fate::Opened);
+            return respond(Vec3::zeros(), Vec3::zeros(), Status::Opened);
         }
         let mass = geometry.reduced_mass();
         let (kn, kt, gn, gt) = match self.model {
@@ -240,11 +240,11 @@ impl ContactLaw for HostContact {
         let push = kn * overlap - gn * k.normal_velocity;
         let pressing = k.point.normal * -push;
         match self.shear {
-            HostShear::Off => respond(pressing, Vec3::zeros(), Fate::Lives),
+            HostShear::Off => respond(pressing, Vec3::zeros(), Status::Lives),
             HostShear::NoHistory => {
                 let speed = k.tangential_velocity.norm();
                 let coefficient = if speed > 0.0 { (self.friction * push.abs() / speed).min(gt) } else { 0.0 };
-                respond(pressing + k.tangential_velocity * coefficient, Vec3::zeros(), Fate::Lives)
+                respond(pressing + k.tangential_velocity * coefficient, Vec3::zeros(), Status::Lives)
             }
             HostShear::History => {
                 let moved = old.shear_displacement + k.point.shear_increment;
@@ -253,10 +253,10 @@ impl ContactLaw for HostContact {
                 let (elastic, limit) = (kt * size, self.friction * push.abs());
                 if elastic > limit {
                     let cut = displacement * (limit / elastic);
-                    respond(pressing + cut * kt, cut, Fate::Lives)
+                    respond(pressing + cut * kt, cut, Status::Lives)
                 } else {
                     let force = displacement * kt + k.tangential_velocity * gt;
-                    respond(pressing + force, displacement, Fate::Lives)
+                    respond(pressing + force, displacement, Status::Lives)
                 }
             }
         }

@@ -3,14 +3,14 @@
 //! A processor holds every bond and contact that has an end among its own atoms, and evaluates it, so that forces need not
 //! be communicated. One whose ends belong to two processors is held and evaluated on both: from the same numbers, by the
 //! same function, hence with the same bits. An atom that migrates takes all its bonds along. Within a processor atoms are
-//! ordered by id, and forces are added in that order ([`Solver::for_share`]): the net force of an atom does not depend on
+//! ordered by id, and forces are added in that order ([`Solver::for_subdomain`]): the net force of an atom does not depend on
 //! how many processors there are.
 
 use std::collections::HashMap;
 
-use concordem_contact::kinematics::Frame;
+use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::kinematics::deformable::{Deformable, Update};
-use concordem_contact::kinematics::sphere_sphere::fresh_frame;
+use concordem_contact::kinematics::sphere_sphere::initial_geometry;
 use concordem_contact::law::{Elastic, EnergySplit, Reference};
 use concordem_contact::math::{Mat3, Quat, Symmetric, Vec3, normalized, quaternion_of_rotation_vector};
 use concordem_operator::stress::{ParticleVolume, Partition, particle_moments, region_stress};
@@ -20,9 +20,9 @@ use concordem_scenario::schema::LawName;
 use concordem_solver::forces::EvaluatedContacts;
 use concordem_solver::neighbor::{NeighborError, candidate_pairs};
 use concordem_solver::record::ContactForces;
-use concordem_solver::state::contacts::{Contacts, Link, Pair};
+use concordem_solver::state::contacts::{ContactFlags, Contacts, Pair};
 use concordem_solver::state::{Cell, Deformation, Sphere, State};
-use concordem_solver::{MaterialRows, Model, Solver, SolverError};
+use concordem_solver::{Model, PairCoefficients, Solver, SolverError};
 
 use crate::atoms::{Atoms, add, vector};
 use crate::options::{Creation, Options};
@@ -188,7 +188,7 @@ pub struct Network {
     options: Options,
     model: Model,
     layout: Layout,
-    bond_rows: MaterialRows,
+    bond_rows: PairCoefficients,
     /// Reals in the history of a bond and of a contact.
     width: usize,
     state: State,
@@ -437,7 +437,7 @@ impl Network {
             };
             if record.is_fresh() {
                 let shift = cell.map_or_else(Vec3::zeros, |cell: Cell| cell.shift(image));
-                record.frame = fresh_frame(&particles.position[a], &particles.position[b], &shift);
+                record.frame = initial_geometry(&particles.position[a], &particles.position[b], &shift);
                 let length = record.reference.length;
                 record.reference = Reference {
                     length: if length > 0.0 { length } else { record.frame.length },
@@ -445,11 +445,11 @@ impl Network {
                 };
             }
             longest = longest.max(record.reference.length);
-            if record.flags & Link::ACTIVE != 0 {
+            if record.flags & ContactFlags::ACTIVE != 0 {
                 longest = longest.max(record.frame.length);
             }
-            let elsewhere = if self.owned[a] { 0 } else { Link::COUNTED_ELSEWHERE };
-            let link = Link { row, flags: record.flags | elsewhere, image, padding: 0 };
+            let elsewhere = if self.owned[a] { 0 } else { ContactFlags::NOT_OWNED };
+            let link = ContactFlags { row, flags: record.flags | elsewhere, image, padding: 0 };
             let pair = Pair { a: a as u32, b: b as u32 };
             match record.kind {
                 Kind::Bond => bonds.push_with_history(pair, link, record.reference, record.frame, &record.history),
@@ -466,7 +466,7 @@ impl Network {
             }
         }
         self.state.clock.dt = atoms.dt;
-        self.solver = Some(Solver::for_share(self.model.clone(), &mut self.state, self.owned.clone())?);
+        self.solver = Some(Solver::for_subdomain(self.model.clone(), &mut self.state, self.owned.clone())?);
         Ok(())
     }
 
@@ -535,7 +535,7 @@ impl Network {
             let tags = [self.tags[a], self.tags[b]];
             let rows = &self.bond_rows;
             let shift = self.state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(pair.image));
-            let distance = fresh_frame(&particles.position[a], &particles.position[b], &shift).length;
+            let distance = initial_geometry(&particles.position[a], &particles.position[b], &shift).length;
             if distance >= factor * (particles.radius[a] + particles.radius[b]) {
                 continue;
             }
@@ -637,8 +637,8 @@ impl Network {
         if sample {
             self.stored = report.energy;
         }
-        for (_, incident) in report.incidents.iter().filter(|(_, incident)| incident.broke) {
-            let Pair { a, b } = incident.pair;
+        for (_, bond_event) in report.bond_events.iter().filter(|(_, bond_event)| bond_event.broke) {
+            let Pair { a, b } = bond_event.pair;
             self.broken += f64::from(u8::from(self.owned[a as usize]));
             self.broken_now.push([self.tags[a as usize], self.tags[b as usize]]);
         }
@@ -673,8 +673,8 @@ impl Network {
         let (mut count, mut longest) = (0.0, 0.0f64);
         for k in 0..bonds.len() {
             let view = bonds.view(k);
-            if !view.link.has(Link::BROKEN) {
-                count += f64::from(u8::from(!view.link.has(Link::COUNTED_ELSEWHERE)));
+            if !view.link.has(ContactFlags::BROKEN) {
+                count += f64::from(u8::from(!view.link.has(ContactFlags::NOT_OWNED)));
                 longest = longest.max(view.frame.length).max(view.reference.length);
             }
         }
@@ -682,7 +682,7 @@ impl Network {
             let block = block.contacts();
             let counts = |k: &usize| {
                 let link = block.view(*k).link;
-                link.carries() && !link.has(Link::COUNTED_ELSEWHERE)
+                link.carries() && !link.has(ContactFlags::NOT_OWNED)
             };
             (0..block.len()).filter(counts).count()
         });
@@ -706,7 +706,7 @@ impl Network {
     pub fn ends(&self) -> [f64; 2] {
         let bonds = self.state.bonds[0].contacts();
         let mut ends = [0.0; 2];
-        for view in (0..bonds.len()).map(|k| bonds.view(k)).filter(|view| !view.link.has(Link::BROKEN)) {
+        for view in (0..bonds.len()).map(|k| bonds.view(k)).filter(|view| !view.link.has(ContactFlags::BROKEN)) {
             for (end, p) in ends.iter_mut().zip([view.pair.a, view.pair.b]) {
                 *end += f64::from(u8::from(self.owned[p as usize]));
             }
@@ -850,7 +850,7 @@ impl Network {
     pub fn histories(&self) -> Vec<f64> {
         let mut reals = Vec::new();
         for (kind, block) in blocks(&self.state) {
-            for k in (0..block.len()).filter(|&k| !block.view(k).link.has(Link::COUNTED_ELSEWHERE)) {
+            for k in (0..block.len()).filter(|&k| !block.view(k).link.has(ContactFlags::NOT_OWNED)) {
                 if let Some(record) = record_of(&self.state, &self.tags, kind, k) {
                     record.write(self.width, &mut reals);
                 }
@@ -880,7 +880,7 @@ impl Network {
                     let [ta, tb] = self.tags_of(pair);
                     let (area, damage, bonded) = if still {
                         let view = block.view(k);
-                        (view.reference.area, block.damage(k), f64::from(u8::from(view.link.has(Link::BONDED))))
+                        (view.reference.area, block.damage(k), f64::from(u8::from(view.link.has(ContactFlags::BONDED))))
                     } else {
                         (0.0, 1.0, 0.0)
                     };
@@ -915,8 +915,8 @@ fn record_of(state: &State, tags: &[i32], kind: Kind, k: usize) -> Option<Record
         Kind::Contact => state.contacts.as_ref()?.contacts(),
     };
     let view = block.view(k);
-    let remembers = view.link.flags & (Link::ACTIVE | Link::KEPT_REFERENCE) != 0;
-    if view.link.has(Link::BROKEN) || !remembers {
+    let remembers = view.link.flags & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE) != 0;
+    if view.link.has(ContactFlags::BROKEN) || !remembers {
         return None;
     }
     let (fields, reals) = block.history_reals();
@@ -924,11 +924,15 @@ fn record_of(state: &State, tags: &[i32], kind: Kind, k: usize) -> Option<Record
     let mut history = [0.0; HISTORY];
     history[..width].copy_from_slice(&reals[k * width..(k + 1) * width]);
     // What a contact remembers while it does not touch is of no consequence, and differs between processors.
-    let frame = if view.link.has(Link::ACTIVE) { view.frame } else { Frame { normal: Vec3::x(), length: 1.0 } };
+    let frame = if view.link.has(ContactFlags::ACTIVE) {
+        view.frame
+    } else {
+        PreviousGeometry { normal: Vec3::x(), length: 1.0 }
+    };
     Some(Record {
         tags: [tags[view.pair.a as usize], tags[view.pair.b as usize]],
         kind,
-        flags: view.link.flags & !Link::COUNTED_ELSEWHERE,
+        flags: view.link.flags & !ContactFlags::NOT_OWNED,
         reference: view.reference,
         frame,
         history,
@@ -942,7 +946,9 @@ fn adjacency(state: &State) -> Adjacency {
         for (kind, block) in blocks(state) {
             for k in 0..block.len() {
                 let view = block.view(k);
-                if view.link.flags & (Link::ACTIVE | Link::KEPT_REFERENCE) != 0 && !view.link.has(Link::BROKEN) {
+                if view.link.flags & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE) != 0
+                    && !view.link.has(ContactFlags::BROKEN)
+                {
                     visit(view.pair, kind, k as u32);
                 }
             }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use concordem_contact::kinematics::Mode;
+use concordem_contact::kinematics::MotionMeasure;
 use concordem_contact::kinematics::deformable::Condition;
 use concordem_scenario::schema::{ContactLawName, Interface, LawName, Material};
 use serde::Deserialize;
@@ -125,7 +125,7 @@ pub struct Options {
     /// Law of atoms of the group that touch without a bond.
     pub contact: ContactLawName,
     /// How motion is measured.
-    pub mode: Mode,
+    pub mode: MotionMeasure,
     /// Where bonds come from.
     pub creation: Creation,
     /// Step at which they are made; `None`: the first one computed.
@@ -245,7 +245,7 @@ impl Options {
                     twice(mode.is_some())?;
                     let wanted = "finite, first-order, yade, or yade-ratcheting";
                     let word = value(wanted)?;
-                    mode = Some(named::<Mode>(word).ok_or_else(|| bad(word, wanted))?);
+                    mode = Some(named::<MotionMeasure>(word).ok_or_else(|| bad(word, wanted))?);
                 }
                 "bond" => {
                     twice(creation.is_some())?;
@@ -427,7 +427,7 @@ mod tests {
         assert_eq!(bond.shear_stiffness.si(), 0.5e6);
         assert_eq!(options.materials[0].frictional.as_ref().unwrap().friction_coefficient.si(), 0.3);
         assert_eq!(options.creation, Creation::Distance(1.2));
-        assert_eq!((options.mode, options.at), (Mode::FirstOrder, Some(10)));
+        assert_eq!((options.mode, options.at), (MotionMeasure::FirstOrder, Some(10)));
     }
 
     #[test]

@@ -1,15 +1,15 @@
 //! Contacts found by LIGGGHTS' neighbour lists, with LIGGGHTS' own contact history.
 
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion};
-use concordem_contact::kinematics::{Frame, Mode};
+use concordem_contact::kinematics::{MotionMeasure, PreviousGeometry};
 use concordem_contact::law::restitution::{End, damping_of_restitution};
 use concordem_contact::law::{
-    ContactGeometry, ContactLaw, ContactStiffness, Elastic, Fate, Frictional, HertzMindlin, Kinematics, LawState,
-    ParameterError, Parity,
+    ContactGeometry, ContactLaw, ContactStiffness, Elastic, Frictional, HertzMindlin, Kinematics, LawState,
+    ParameterError, Parity, Status,
 };
 use concordem_contact::math::{Quat, Vec3, quaternion_of_rotation_vector};
-use concordem_solver::MaterialRows;
-use concordem_solver::state::walls::Foot;
+use concordem_solver::PairCoefficients;
+use concordem_solver::state::walls::ClosestPoint;
 
 use crate::host_laws::{HostContact, HostModel, HostShear};
 
@@ -119,8 +119,8 @@ pub trait PairLaw {
 /// A law with its rows. `FRAMED`: whether its kinematics needs the contact's frame of the last step.
 pub struct Rows<L, const FRAMED: bool> {
     laws: Vec<L>,
-    map: MaterialRows,
-    mode: Mode,
+    map: PairCoefficients,
+    mode: MotionMeasure,
 }
 
 impl<L: ContactLaw, const FRAMED: bool> Rows<L, FRAMED> {
@@ -130,7 +130,7 @@ impl<L: ContactLaw, const FRAMED: bool> Rows<L, FRAMED> {
     const WIDTH: usize = Self::HEAD + size_of::<L::State>() / 8;
 
     /// Rows of a law for pairs of types.
-    pub fn new(laws: Vec<L>, map: MaterialRows, mode: Mode) -> Self {
+    pub fn new(laws: Vec<L>, map: PairCoefficients, mode: MotionMeasure) -> Self {
         Self { laws, map, mode }
     }
 }
@@ -185,14 +185,14 @@ impl<L: ContactLaw, const FRAMED: bool> Rows<L, FRAMED> {
             let a = *mine.get_or_insert_with(|| motion(i));
             let b = motion(j);
             let reals = &mut history[jj * stride..][..Self::WIDTH];
-            let mut frame = Frame::default();
+            let mut frame = PreviousGeometry::default();
             if FRAMED {
                 frame = if flags[jj] == 0 || !pass.advance {
                     let before = if pass.advance { between - (b.velocity - a.velocity) * pass.dt } else { between };
                     let length = before.norm();
-                    Frame { normal: before / length, length }
+                    PreviousGeometry { normal: before / length, length }
                 } else {
-                    Frame { normal: Vec3::new(reals[0], reals[1], reals[2]), length: reals[3] }
+                    PreviousGeometry { normal: Vec3::new(reals[0], reals[1], reals[2]), length: reals[3] }
                 };
             }
             let mut old = L::State::default();
@@ -221,7 +221,7 @@ impl<L: ContactLaw, const FRAMED: bool> Rows<L, FRAMED> {
                 }
                 reals[Self::HEAD..Self::WIDTH].copy_from_slice(answer.state.as_reals());
             }
-            if answer.fate != Fate::Lives {
+            if answer.status != Status::Lives {
                 continue;
             }
             let lever = point.normal.cross(&answer.force);
@@ -292,15 +292,15 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for Rows<L, FRAMED> {
             rotation_increment: if FRAMED { quaternion_of_rotation_vector(&(spin * dt)) } else { Quat::identity() },
             orientation: Quat::identity(),
         };
-        let foot = Foot { normal: vec3(&contact.normal), distance: contact.distance, interior: true };
+        let closest_point = ClosestPoint { normal: vec3(&contact.normal), distance: contact.distance, interior: true };
         let velocity = vec3(&contact.wall_velocity);
         let reals = &mut history[..Self::WIDTH];
-        let mut frame = Frame { normal: foot.normal, length: foot.distance };
+        let mut frame = PreviousGeometry { normal: closest_point.normal, length: closest_point.distance };
         if FRAMED && dt > 0.0 {
             if reals[3] == 0.0 {
-                frame.length += (motion.velocity - velocity).dot(&foot.normal) * dt;
+                frame.length += (motion.velocity - velocity).dot(&closest_point.normal) * dt;
             } else {
-                frame = Frame { normal: Vec3::new(reals[0], reals[1], reals[2]), length: reals[3] };
+                frame = PreviousGeometry { normal: Vec3::new(reals[0], reals[1], reals[2]), length: reals[3] };
             }
         }
         let reference = L::unbonded_reference(contact.radius, contact.radius, 0.0);
@@ -315,22 +315,23 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for Rows<L, FRAMED> {
         let mut old = L::State::default();
         let state: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut old));
         state.copy_from_slice(&reals[Self::HEAD..]);
-        let Some(k) = L::Kinematics::measure_wall(self.mode, &motion, &foot, &velocity, &geometry, &frame, dt) else {
+        let Some(k) = L::Kinematics::measure_wall(self.mode, &motion, &closest_point, &velocity, &geometry, &frame, dt)
+        else {
             return none;
         };
         let answer = self.laws[row as usize].respond(&k, &old, dt);
         if dt > 0.0 {
             reals.fill(0.0);
-            if answer.fate == Fate::Lives {
+            if answer.status == Status::Lives {
                 if FRAMED {
-                    reals[..3].copy_from_slice(foot.normal.as_slice());
-                    reals[3] = foot.distance;
+                    reals[..3].copy_from_slice(closest_point.normal.as_slice());
+                    reals[3] = closest_point.distance;
                 }
                 reals[Self::HEAD..].copy_from_slice(answer.state.as_reals());
             }
         }
-        if answer.fate == Fate::Lives {
-            [answer.force, foot.normal.cross(&answer.force) * k.point().arm_a + answer.moment]
+        if answer.status == Status::Lives {
+            [answer.force, closest_point.normal.cross(&answer.force) * k.point().arm_a + answer.moment]
         } else {
             none
         }
@@ -370,7 +371,7 @@ fn rows<L: ContactLaw, const FRAMED: bool>(
     types: usize,
     row: impl Fn(usize, usize) -> Result<L, ParameterError>,
 ) -> Result<Box<dyn PairLaw>, ParameterError> {
-    let mut map = MaterialRows::new(types);
+    let mut map = PairCoefficients::new(types);
     let mut all = Vec::with_capacity(types * types);
     for a in 0..types {
         for b in 0..types {
@@ -378,7 +379,7 @@ fn rows<L: ContactLaw, const FRAMED: bool>(
             all.push(row(a, b)?);
         }
     }
-    Ok(Box::new(Rows::<L, FRAMED>::new(all, map, Mode::Finite)))
+    Ok(Box::new(Rows::<L, FRAMED>::new(all, map, MotionMeasure::Finite)))
 }
 
 /// The law of model number `model` (of [`MODELS`]); `shear` counts for the host's forms.

@@ -1,9 +1,9 @@
 //! A bond or contact on its way between processors, or in a restart file: all there is to know of it, by atom ids.
 
-use concordem_contact::kinematics::Frame;
+use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::law::Reference;
 use concordem_contact::math::Vec3;
-use concordem_solver::state::contacts::Link;
+use concordem_solver::state::contacts::ContactFlags;
 
 /// Most reals in the history of a law.
 pub const HISTORY: usize = 12;
@@ -27,12 +27,12 @@ pub struct Record {
     pub tags: [i32; 2],
     /// Bond or contact.
     pub kind: Kind,
-    /// Flags of its link, without [`Link::COUNTED_ELSEWHERE`].
+    /// Flags of its link, without [`ContactFlags::NOT_OWNED`].
     pub flags: u8,
     /// Reference; a length of 0 stands for a bond yet to be measured.
     pub reference: Reference,
     /// Normal and length of the last step.
-    pub frame: Frame,
+    pub frame: PreviousGeometry,
     /// What the law remembers, that of bonds or that of contacts by [`Self::kind`], field by field as in the law's state
     /// ([`concordem_contact::law::LawState::FIELDS`]), vectors by x, y, z, forces on A; the rest is zero.
     ///
@@ -57,9 +57,9 @@ impl Record {
         Self {
             tags,
             kind: Kind::Bond,
-            flags: Link::BONDED | Link::ACTIVE,
+            flags: ContactFlags::BONDED | ContactFlags::ACTIVE,
             reference: Reference { length: length.unwrap_or(0.0), area: 0.0 },
-            frame: Frame::default(),
+            frame: PreviousGeometry::default(),
             history: [0.0; HISTORY],
         }
     }
@@ -112,7 +112,7 @@ impl Record {
             kind: if code >= 256 { Kind::Contact } else { Kind::Bond },
             flags: (code & 255) as u8,
             reference: Reference { length: reals[3], area: reals[4] },
-            frame: Frame { normal: Vec3::new(reals[5], reals[6], reals[7]), length: reals[8] },
+            frame: PreviousGeometry { normal: Vec3::new(reals[5], reals[6], reals[7]), length: reals[8] },
             history,
         })
     }
@@ -147,8 +147,8 @@ mod tests {
     fn what_is_written_is_read() {
         let mut record = Record::fresh([3, 2_000_000_011], Some(0.5));
         record.kind = Kind::Contact;
-        record.flags = Link::KEPT_REFERENCE | Link::ACTIVE;
-        record.frame = Frame { normal: Vec3::new(0.1, -0.2, 0.3), length: 7.0 };
+        record.flags = ContactFlags::KEPT_REFERENCE | ContactFlags::ACTIVE;
+        record.frame = PreviousGeometry { normal: Vec3::new(0.1, -0.2, 0.3), length: 7.0 };
         record.history[..7].copy_from_slice(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, -7.0]);
         let mut buffer = Vec::new();
         record.write(7, &mut buffer);

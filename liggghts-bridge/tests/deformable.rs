@@ -10,7 +10,7 @@ use concordem_contact::math::Vec3;
 use concordem_packing::bonding;
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::state::{Particles, Sphere, State};
-use concordem_solver::{MaterialRows, Model, Scheme, Solver};
+use concordem_solver::{Model, PairCoefficients, Scheme, Solver};
 use harness::{Atom, Dice, Host, data_file_for, dump_for, frames, head_for, run_in};
 
 #[test]
@@ -68,7 +68,7 @@ fn compare(host: Host, numbers: &[usize]) {
         particles.push(Sphere { position: atom.position, radius: r }, 0, mass, 0.4 * mass * (r * r));
         *particles.velocity.last_mut().unwrap() = atom.velocity;
     }
-    let mut rows = MaterialRows::new(1);
+    let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let mut bonds = ContactBlock::new(vec![LinearBond::new(1e7, 3e6, 0.0, f64::INFINITY, f64::INFINITY).unwrap()]);
     bonding::bond(&mut bonds, &rows, &particles, None, 1.1).unwrap();

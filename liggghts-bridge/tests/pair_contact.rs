@@ -9,7 +9,7 @@ use concordem_contact::law::{Elastic, HertzMindlin};
 use concordem_contact::math::Vec3;
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::state::{Particles, Sphere, State, Wall, WallShape};
-use concordem_solver::{MaterialRows, Model, Scheme, Solver};
+use concordem_solver::{Model, PairCoefficients, Scheme, Solver};
 use harness::{Atom, Dice, Dumped, data_file, dump, frames, head, run, tables};
 
 const STEPS: usize = 400;
@@ -285,7 +285,7 @@ fn the_librarys_law_at_a_wall_is_that_of_its_solver() {
         ..State::default()
     };
     state.clock.dt = DT;
-    let mut wall_rows = MaterialRows::new(2);
+    let mut wall_rows = PairCoefficients::new(2);
     wall_rows.set(0, 1, 0);
     let model = Model { wall_rows, scheme: Scheme::VelocityVerlet, ..Model::default() };
     let mut solver = Solver::new(model, &mut state).unwrap();

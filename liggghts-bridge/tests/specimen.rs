@@ -9,7 +9,7 @@ use concordem_contact::math::Vec3;
 use concordem_packing::bonding;
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::state::{Constraint, Particles, Sphere, State};
-use concordem_solver::{MaterialRows, Model, Scheme, Solver};
+use concordem_solver::{Model, PairCoefficients, Scheme, Solver};
 use harness::{Atom, Dice, data_file, dump, frames, head, run, thermo};
 
 const DT: f64 = 8e-7;
@@ -130,7 +130,7 @@ fn compare(pull: f64, steps: usize, numbers: &[usize], material: [f64; 3]) -> Ma
             *particles.constraint.last_mut().unwrap() = Constraint::ALL;
         }
     }
-    let mut rows = MaterialRows::new(1);
+    let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let mut bonds = ContactBlock::new(vec![law]);
     bonding::bond(&mut bonds, &rows, &particles, None, 1.5).unwrap();

@@ -4,11 +4,11 @@ mod harness;
 
 use std::fmt::Write as _;
 
-use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion, fresh_frame};
-use concordem_contact::kinematics::{Frame, Mode};
+use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion, initial_geometry};
+use concordem_contact::kinematics::{MotionMeasure, PreviousGeometry};
 use concordem_contact::law::{
-    BeamModel, CohesiveBeam, ContactGeometry, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Fate,
-    Frictional, HertzMindlin, Kinematics, LinearBond, Section,
+    BeamModel, CohesiveBeam, ContactGeometry, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional,
+    HertzMindlin, Kinematics, LinearBond, Section, Status,
 };
 use concordem_contact::math::{Quat, Vec3, normalized, quaternion_of_rotation_vector};
 use harness::{Atom, Host, data_file_for, dump_for, frames, head_for, run_in};
@@ -50,7 +50,7 @@ fn direct<B: ContactLaw, C: ContactLaw>(
     bond: Option<&B>,
     contact: &C,
     legs: &[Leg],
-    mode: Mode,
+    mode: MotionMeasure,
 ) -> Vec<([Vec3; 2], [Vec3; 2])> {
     let mass = RADIUS.map(|r| 4.0 * std::f64::consts::PI / 3.0 * r * r * r * DENSITY);
     let mut at = start().map(|position| Motion {
@@ -60,7 +60,7 @@ fn direct<B: ContactLaw, C: ContactLaw>(
         rotation_increment: Quat::identity(),
         orientation: Quat::identity(),
     });
-    let mut frame = fresh_frame(&at[0].position, &at[1].position, &Vec3::zeros());
+    let mut frame = initial_geometry(&at[0].position, &at[1].position, &Vec3::zeros());
     let rest = frame.length;
     let mut geometry = ContactGeometry {
         reference_length: rest,
@@ -96,9 +96,9 @@ fn direct<B: ContactLaw, C: ContactLaw>(
                 let k = B::Kinematics::measure(mode, &at[0], &at[1], &image, &geometry, &frame, true, DT);
                 let answer = law.respond(&k, &bond_history, DT);
                 let point = *k.point();
-                frame = Frame { normal: point.normal, length: point.length };
+                frame = PreviousGeometry { normal: point.normal, length: point.length };
                 bond_history = answer.state;
-                if answer.fate == Fate::Broke {
+                if answer.status == Status::Broke {
                     bonded = false;
                     kept = law
                         .kept_reference(concordem_contact::law::Reference { length: rest, area: geometry.area })
@@ -110,7 +110,7 @@ fn direct<B: ContactLaw, C: ContactLaw>(
                 let touching = kept.unwrap_or(RADIUS[0] + RADIUS[1]);
                 if history.is_none() && between.norm() - touching < 0.0 {
                     let before = between - (at[1].velocity - at[0].velocity) * DT;
-                    frame = Frame { normal: before / before.norm(), length: before.norm() };
+                    frame = PreviousGeometry { normal: before / before.norm(), length: before.norm() };
                     if kept.is_none() {
                         let reference = C::unbonded_reference(between.norm(), RADIUS[0], RADIUS[1]);
                         geometry.reference_length = reference.length;
@@ -122,9 +122,9 @@ fn direct<B: ContactLaw, C: ContactLaw>(
                     let k = C::Kinematics::measure(mode, &at[0], &at[1], &image, &geometry, &frame, false, DT);
                     let answer = contact.respond(&k, &old, DT);
                     let point = *k.point();
-                    frame = Frame { normal: point.normal, length: point.length };
+                    frame = PreviousGeometry { normal: point.normal, length: point.length };
                     history = Some(answer.state);
-                    if answer.fate == Fate::Lives {
+                    if answer.status == Status::Lives {
                         give(answer.force, answer.moment, point.normal, point.arm_a, point.arm_b);
                     } else {
                         history = None;
@@ -270,9 +270,11 @@ fn linear_bond_equals_direct_calls() {
     let after = Frictional::new(ContactStiffness::Given { normal: 1e6, shear: 4e5 }, 0.4, 0.1).unwrap();
     let text = "linear_bond normal_stiffness 1e6 shear_stiffness 4e5 damping_ratio 0.1 normal_strength 300 shear_strength 250 \
                 friction_coefficient 0.4 bond distance 1.2 contact linear_bond";
-    for (mode, name) in
-        [(Mode::Finite, "finite"), (Mode::FirstOrder, "first-order"), (Mode::YadeRatcheting, "yade-ratcheting")]
-    {
+    for (mode, name) in [
+        (MotionMeasure::Finite, "finite"),
+        (MotionMeasure::FirstOrder, "first-order"),
+        (MotionMeasure::YadeRatcheting, "yade-ratcheting"),
+    ] {
         let legs = path(1.0);
         let expected = direct(Some(&bond), &after, &legs, mode);
         compare(&format!("{text} kinematics {name}"), &legs, &expected, true);
@@ -286,7 +288,7 @@ fn cpm_equals_direct_calls() {
     parameters.omega_threshold = 0.9;
     let law = Cpm::new(&parameters).unwrap();
     let legs = path(1.0);
-    let expected = direct(Some(&law), &law, &legs, Mode::Finite);
+    let expected = direct(Some(&law), &law, &legs, MotionMeasure::Finite);
     compare(
         "cpm young 30e9 shear_ratio 0.2 cohesion 3e6 friction_coefficient 0.8 crack_onset_strain 1e-3 \
          relative_ductility 5 omega_threshold 0.9 bond distance 1.5 contact cpm",
@@ -308,7 +310,7 @@ fn cohesive_beam_equals_direct_calls() {
         beam.model = model;
         beam.strength = strength;
         let legs = path(1.0);
-        let expected = direct(Some(&beam), &after, &legs, Mode::Finite);
+        let expected = direct(Some(&beam), &after, &legs, MotionMeasure::Finite);
         let breaks = strength.is_finite();
         let failure = if breaks { "tensile_strength 3e8" } else { "" };
         compare(
@@ -327,7 +329,7 @@ fn cohesive_beam_equals_direct_calls() {
 fn linear_contacts_equal_direct_calls() {
     let law = Frictional::new(ContactStiffness::Given { normal: 1e6, shear: 4e5 }, 0.4, 0.2).unwrap();
     let legs = path(1.0);
-    let expected = direct::<LinearBond, _>(None, &law, &legs, Mode::FirstOrder);
+    let expected = direct::<LinearBond, _>(None, &law, &legs, MotionMeasure::FirstOrder);
     assert!(expected.iter().filter(|wrench| wrench.0[0] != Vec3::zeros()).count() > 50);
     compare(
         "linear_bond normal_stiffness 1 shear_stiffness 1 bond none kinematics first-order contact frictional \
@@ -343,7 +345,7 @@ fn hertz_mindlin_equals_direct_calls() {
     let glass = Elastic { young: 70e6, poisson: 0.2 };
     let law = HertzMindlin::new(glass, glass, 0.35, 0.8).unwrap();
     let legs = path(1.0);
-    let expected = direct::<LinearBond, _>(None, &law, &legs, Mode::Finite);
+    let expected = direct::<LinearBond, _>(None, &law, &legs, MotionMeasure::Finite);
     assert!(expected.iter().filter(|wrench| wrench.0[0] != Vec3::zeros()).count() > 50);
     compare(
         "linear_bond normal_stiffness 1 shear_stiffness 1 bond none contact hertz_mindlin contact.young 70e6 contact.poisson \

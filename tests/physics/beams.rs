@@ -13,8 +13,8 @@ use concordem::law::{
 };
 use concordem::math::Vec3;
 use concordem::output::hash::state_hash;
-use concordem::plan::{Sample, Simulation};
 use concordem::scenario::Scenario;
+use concordem::schedule::{Record, Simulation};
 use concordem::solver::integrate::Damping;
 use concordem::solver::{Model, Scheme, time_step};
 use concordem::state::columns::ColumnStore;
@@ -196,8 +196,8 @@ fn pulse_runs_with_the_celerity_of_a_bar() {
     let bar = (tension.modulus / density).sqrt();
     let speed = |radii: f64| {
         let found = impact(&sample, &beam, sample.sphere_density(density), radii * sample.radius, bar).unwrap();
-        println!("struck over {radii} radii: {:.4} of {bar:.0} m/s", found.celerity / bar);
-        found.celerity / bar
+        println!("struck over {radii} radii: {:.4} of {bar:.0} m/s", found.wave_speed / bar);
+        found.wave_speed / bar
     };
     let (short, long) = (speed(1.0), speed(4.0));
     assert!((long - 1.0).abs() < 0.05, "{long}");
@@ -438,10 +438,10 @@ fn ledger_closes_through_beam_fracture() {
             let mut broken = 0;
             for step in 0..600 {
                 let report = solver.step_with(&mut state, step % 20 == 0).unwrap();
-                broken += report.incidents.iter().filter(|(_, incident)| incident.broke).count();
-                for (_, incident) in &report.incidents {
-                    let total: f64 = incident.stored.iter().sum();
-                    assert_eq!(incident.energy, total, "released energy is what was stored, by modes");
+                broken += report.bond_events.iter().filter(|(_, bond_event)| bond_event.broke).count();
+                for (_, bond_event) in &report.bond_events {
+                    let total: f64 = bond_event.stored.iter().sum();
+                    assert_eq!(bond_event.energy, total, "released energy is what was stored, by modes");
                 }
                 if step % 20 == 0 && step > 0 {
                     worst = worst.max((state.ledger.residual() / state.ledger.boundary_work.get()).abs());
@@ -562,7 +562,7 @@ fn particle_lets_go_of_its_bonds() {
         let mut two = solver(model(pressure * 0.9999), &mut state);
         two.step(&mut state).unwrap();
         let report = two.step(&mut state).unwrap();
-        assert_eq!(report.incidents.len(), 6);
+        assert_eq!(report.bond_events.len(), 6);
         assert_eq!(state.bond_count(), 1, "the bond between its neighbours stays");
         assert_eq!(count(&fragments(&state)), 7);
     });
@@ -588,9 +588,9 @@ fn lattice(shape: &str, loading: &str, strength: &str) -> String {
 }
 
 /// Last sample of a run, and the simulation.
-fn run_out(assembly: Assembly) -> (Sample, Simulation) {
-    let mut simulation = Simulation::new(assembly.state, assembly.model, assembly.plan).unwrap();
-    let mut last = Sample::default();
+fn run_out(assembly: Assembly) -> (Record, Simulation) {
+    let mut simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap();
+    let mut last = Record::default();
     loop {
         let advance = simulation.advance().unwrap();
         last = advance.sample.unwrap_or(last);
@@ -661,8 +661,8 @@ fn bending_restarts_anywhere() {
         let loading = "kind = \"bending\"\naxis = \"x\"\nabout = \"z\"\nrate = 50.0";
         let text = lattice(shape, loading, "tensile_strength = \"2 MPa\"");
         let run = |interval: u64| {
-            let Assembly { state, model, plan, .. } = assembled(&text);
-            let mut simulation = Simulation::new(state, model.clone(), plan.clone()).unwrap();
+            let Assembly { state, model, schedule, .. } = assembled(&text);
+            let mut simulation = Simulation::new(state, model.clone(), schedule.clone()).unwrap();
             let mut broken = 0;
             loop {
                 let advance = simulation.advance().unwrap();
@@ -674,7 +674,7 @@ fn bending_restarts_anywhere() {
                     let mut columns = ColumnStore::of(&simulation.state).unwrap();
                     let mut again = assembled(&text).state;
                     again.read(&mut columns).unwrap();
-                    simulation = Simulation::new(again, model.clone(), plan.clone()).unwrap();
+                    simulation = Simulation::new(again, model.clone(), schedule.clone()).unwrap();
                 }
             }
             assert!(broken > 0, "the prism must break");

@@ -5,7 +5,7 @@ use concordem::law::{HertzMindlin, LinearBond};
 use concordem::math::{Quat, Vec3, quaternion_of_rotation_vector, rotate};
 use concordem::packing::lattice::Lattice;
 use concordem::solver::integrate::Damping;
-use concordem::solver::{MaterialRows, Model, Scheme, time_step};
+use concordem::solver::{Model, PairCoefficients, Scheme, time_step};
 use concordem::state::contacts::ContactBlock;
 use concordem::state::{Clump, Constraint, Particles, Sphere, State, Wall, WallShape};
 use concordem_tests::{bonded, noise_vector, on_threads, one_material, solver};
@@ -225,7 +225,7 @@ fn sphere_on(shape: WallShape, height: f64, friction: f64, restitution: f64) -> 
         wall_contacts: Some(Box::new(ContactBlock::new(vec![contact]))),
         ..State::default()
     };
-    let mut wall_rows = MaterialRows::new(2);
+    let mut wall_rows = PairCoefficients::new(2);
     wall_rows.set(0, 1, 0);
     (state, Model { wall_rows, ..Model::default() })
 }

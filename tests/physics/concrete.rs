@@ -27,7 +27,7 @@ fn specimen(seed: u64, rate: &str) -> (Specimen, CpmParameters) {
     let block = built.state.bonds[0].as_any().downcast_ref::<ContactBlock<Cpm>>().expect("cpm bonds");
     let parameters = *block.rows[0].parameters();
     let area = built.summary.specimen.expect("a loaded specimen").0;
-    (Specimen { state: built.state, model: built.model, plan: built.plan, area }, parameters)
+    (Specimen { state: built.state, model: built.model, schedule: built.schedule, area }, parameters)
 }
 
 /// The strengths that planted parameters give lead back to them, from other parameters: the strengths and the energy to

@@ -5,9 +5,9 @@ use concordem::law::{CpmParameters, HertzMindlin};
 use concordem::math::Vec3;
 use concordem::output::hash::state_hash;
 use concordem::solver::integrate::Damping;
-use concordem::solver::{MaterialRows, Model};
+use concordem::solver::{Model, PairCoefficients};
 use concordem::state::columns::ColumnStore;
-use concordem::state::contacts::{ContactBlock, Link};
+use concordem::state::contacts::{ContactBlock, ContactFlags};
 use concordem::state::{Clock, Clump, Particles, Sphere, State, Wall, WallShape};
 use concordem_tests::{
     DENSITY, TIME_STEP, bonded, concrete, law, noise, noise_vector, on_threads, one_material, particles, pull,
@@ -35,7 +35,7 @@ fn specimen(copies: usize, height: f64) -> (State, Model) {
 
 fn active(state: &State) -> usize {
     let block = state.contacts.as_ref().unwrap().contacts();
-    (0..block.len()).filter(|&k| block.view(k).link.has(Link::ACTIVE)).count()
+    (0..block.len()).filter(|&k| block.view(k).link.has(ContactFlags::ACTIVE)).count()
 }
 
 /// Hash at the end; at each of the steps in `restarts` the state goes through columns into a new solver.
@@ -129,7 +129,7 @@ fn bouncing() -> (State, Model) {
         clock: Clock { step: 0, dt: 5e-4 },
         ..State::default()
     };
-    let (mut contact_rows, mut wall_rows) = (MaterialRows::new(2), MaterialRows::new(2));
+    let (mut contact_rows, mut wall_rows) = (PairCoefficients::new(2), PairCoefficients::new(2));
     contact_rows.set(0, 0, 0);
     wall_rows.set(0, 1, 0);
     let model = Model { contact_rows, wall_rows, gravity: Vec3::new(-3.0, 0.0, -9.81), ..Model::default() };

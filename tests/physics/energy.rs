@@ -1,6 +1,6 @@
 //! Is energy conserved where it must be, and does the ledger account for all of it where it is not?
 
-use concordem::kinematics::Mode;
+use concordem::kinematics::MotionMeasure;
 use concordem::law::LinearBond;
 use concordem::law::cpm::CpmParameters;
 use concordem::math::{Mat3, Vec3};
@@ -247,7 +247,7 @@ fn the_cell_of_yade_carries_prescribed_motion() {
     on_threads(1, || {
         let (mut state, [held, _]) = held_in_a_cell();
         state.clock.dt = 0.02;
-        let mut solver = solver(Model { mode: Mode::Yade, ..Model::default() }, &mut state);
+        let mut solver = solver(Model { mode: MotionMeasure::Yade, ..Model::default() }, &mut state);
         let mut expected = Vec3::zeros();
         for time in [1.0, 2.0, 3.0] {
             let cell = state.cell.unwrap();

@@ -5,13 +5,13 @@
 //! part by rounding, and the specimen amplifies differences once bonds soften. Until then, beyond the peak, forces agree
 //! within 1e-10; later the two runs are two samples of the same chaotic failure.
 
-use concordem::kinematics::{Frame, Mode};
+use concordem::kinematics::{MotionMeasure, PreviousGeometry};
 use concordem::law::Reference;
-use concordem::law::cpm::{CpmMode, CpmParameters, contact_area};
+use concordem::law::cpm::{CpmFormulation, CpmParameters, contact_area};
 use concordem::math::Vec3;
 use concordem::solver::Model;
 use concordem::solver::integrate::Damping;
-use concordem::state::contacts::{ContactBlock, Link, Pair};
+use concordem::state::contacts::{ContactBlock, ContactFlags, Pair};
 use concordem::state::{Constraint, Particles, Sphere, State};
 use concordem_tests::gold::{Table, read};
 use concordem_tests::{law, on_threads, one_material, solver};
@@ -26,7 +26,7 @@ fn gold(run: &str) -> Gold {
     let samples = read("specimen.bin");
     let (material, functor) = (samples[&format!("{run}.materials")].row(0), samples[&format!("{run}.law")].row(0));
     let parameters = CpmParameters {
-        mode: CpmMode::YadePublic,
+        mode: CpmFormulation::YadePublic,
         omega_threshold: functor.real("omega_threshold"),
         soft_strain: functor.real("eps_soft"),
         relative_soft_stiffness: functor.real("rel_kn_soft"),
@@ -48,7 +48,7 @@ struct Ends {
 }
 
 /// The specimen at YADE's start, with YADE's bonds.
-fn specimen(gold: &Gold, run: &str, parameters: &CpmParameters, mode: Mode) -> (State, Model, Ends) {
+fn specimen(gold: &Gold, run: &str, parameters: &CpmParameters, mode: MotionMeasure) -> (State, Model, Ends) {
     let setup = gold.trajectory[&format!("{run}.setup")].row(0);
     let mut particles = Particles::default();
     let mut ends = Ends { low: Vec::new(), high: Vec::new() };
@@ -70,9 +70,10 @@ fn specimen(gold: &Gold, run: &str, parameters: &CpmParameters, mode: Mode) -> (
         let radius = |p: u32| particles.radius[p as usize];
         let l = particles.position[b as usize] - particles.position[a as usize];
         let length = row.real("length");
-        let link = Link { row: 0, flags: Link::BONDED | Link::ACTIVE, image: [0; 3], padding: 0 };
+        let link =
+            ContactFlags { row: 0, flags: ContactFlags::BONDED | ContactFlags::ACTIVE, image: [0; 3], padding: 0 };
         let reference = Reference { length, area: contact_area(radius(a), radius(b)) };
-        bonds.push(Pair { a, b }, link, reference, Frame { normal: l / l.norm(), length });
+        bonds.push(Pair { a, b }, link, reference, PreviousGeometry { normal: l / l.norm(), length });
     }
     let mut state = State { particles, bonds: vec![Box::new(bonds)], ..State::default() };
     state.contacts = Some(Box::new(ContactBlock::new(vec![law])));
@@ -118,7 +119,7 @@ fn tension_follows_yade() {
         .map(|row| (row.real("step") as u64, row.real("force_low"), row.real("force_high")))
         .collect();
     let steps = yade.last().unwrap().0 + 10;
-    let (mut state, model, ends) = specimen(&gold, "tension", &gold.parameters, Mode::YadeRatcheting);
+    let (mut state, model, ends) = specimen(&gold, "tension", &gold.parameters, MotionMeasure::YadeRatcheting);
     let start = state.particles.position.clone();
     let mut early = f64::NAN;
     let ours = on_threads(1, || {
@@ -140,8 +141,8 @@ fn tension_follows_yade() {
             }
         })
     });
-    let thesis = CpmParameters { mode: CpmMode::Thesis, ..gold.parameters };
-    let (mut state, model, ends) = specimen(&gold, "tension", &thesis, Mode::Finite);
+    let thesis = CpmParameters { mode: CpmFormulation::Thesis, ..gold.parameters };
+    let (mut state, model, ends) = specimen(&gold, "tension", &thesis, MotionMeasure::Finite);
     let corrected = on_threads(1, || follow(&mut state, model, &ends, steps, |_, _| ()));
     let mut largest = 0.0_f64;
     let mut worst = 0.0_f64;

@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 use concordem::assembly::{Assembly, Summary, assemble};
 use concordem::fracture::Event;
 use concordem::output::{checkpoint, hash};
-use concordem::plan::simulation::OperatorRow;
-use concordem::plan::{Sample, Simulation as Run, StopReason};
+use concordem::schedule::simulation::OperatorRow;
+use concordem::schedule::{Record, Simulation as Run, StopReason};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -32,7 +32,7 @@ const REPORT: Duration = Duration::from_millis(200);
 pub struct Inner {
     /// State, solver, plan.
     pub run: Run,
-    samples: Vec<Sample>,
+    samples: Vec<Record>,
     operators: Vec<Vec<OperatorRow>>,
     events: Vec<Event>,
     addresses: Addresses,
@@ -136,7 +136,7 @@ fn close(py: Python<'_>, report: Option<&Py<PyAny>>) -> PyResult<()> {
 
 impl Inner {
     /// Advance until time, steps, or the run are over.
-    fn advance(&mut self, steps: &mut u64) -> Result<Option<StopReason>, concordem::plan::simulation::RunError> {
+    fn advance(&mut self, steps: &mut u64) -> Result<Option<StopReason>, concordem::schedule::simulation::RunError> {
         let start = Instant::now();
         while *steps > 0 {
             if let Some(reason) = self.run.stopped() {
@@ -168,12 +168,12 @@ impl Simulation {
         let py = scenario.py();
         let Scenario { inner, folder } = scenario.get();
         let assembly = guarded(py, threads, progress, |progress| assemble(inner, folder, progress))?;
-        let Assembly { mut state, model, plan, summary } = assembly.map_err(|error| of_assembly(inner, error))?;
+        let Assembly { mut state, model, schedule, summary } = assembly.map_err(|error| of_assembly(inner, error))?;
         if let Some(mut checkpoint) = checkpoint {
             state.read(&mut checkpoint.columns).or_raise()?;
         }
-        let operators = vec![Vec::new(); plan.operators.len()];
-        let run = py.detach(|| Run::new(state, model, plan)).or_raise()?;
+        let operators = vec![Vec::new(); schedule.operators.len()];
+        let run = py.detach(|| Run::new(state, model, schedule)).or_raise()?;
         let addresses = Addresses::of(&run.state.particles);
         let inner = Inner { run, samples: Vec::new(), operators, events: Vec::new(), addresses };
         Ok(Self { inner: Mutex::new(inner), pool: pool(threads)?, scenario: scenario.clone().unbind(), summary })
@@ -336,8 +336,8 @@ impl Simulation {
     #[getter]
     fn samples<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let inner = self.lock()?;
-        let table_rows: Vec<Vec<f64>> = inner.samples.iter().map(Sample::to_row).collect();
-        let columns = Sample::COLUMNS
+        let table_rows: Vec<Vec<f64>> = inner.samples.iter().map(Record::to_row).collect();
+        let columns = Record::COLUMNS
             .iter()
             .enumerate()
             .map(|(k, column)| {
@@ -357,7 +357,7 @@ impl Simulation {
     fn operator_samples<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let inner = self.lock()?;
         let dict = PyDict::new(py);
-        for (operator, entries) in inner.run.plan.operators.iter().zip(&inner.operators) {
+        for (operator, entries) in inner.run.schedule.operators.iter().zip(&inner.operators) {
             let times: Vec<f64> = entries.iter().map(|row| row.time).collect();
             let steps: Vec<u64> = entries.iter().map(|row| row.step).collect();
             let mut columns = vec![

@@ -5,7 +5,7 @@
 //! because a view keeps the simulation alive. Contacts are found anew during a run, so tables of them are copies.
 
 use concordem::state::Particles;
-use concordem::state::contacts::{Contacts, Link};
+use concordem::state::contacts::{ContactFlags, Contacts};
 use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{Element, PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
@@ -237,7 +237,7 @@ pub fn contact_table<'py>(
     let second = |b: u32| if particles { ids[b as usize] } else { b };
     let images: Vec<[i8; 3]> = views.iter().map(|v| v.link.image).collect();
     let normals: Vec<_> = views.iter().map(|v| v.frame.normal).collect();
-    let bonded: Vec<bool> = views.iter().map(|v| v.link.has(Link::BONDED)).collect();
+    let bonded: Vec<bool> = views.iter().map(|v| v.link.has(ContactFlags::BONDED)).collect();
     let damage: Vec<f64> = kept.iter().map(|&k| block.damage(k)).collect();
     let mut columns: Vec<(&str, &str, Bound<'py, PyAny>)> = vec![
         ("a", "1", u32s(&|v| ids[v.pair.a as usize])),

@@ -7,9 +7,9 @@ use criterion::{BatchSize, BenchmarkGroup, BenchmarkId, Criterion, Throughput, c
 use std::hint::black_box;
 
 use concordem::kinematics::deformable::{Condition, Deformable, Update};
-use concordem::kinematics::sphere_sphere::{ImageShift, Motion, fresh_frame, measure};
-use concordem::kinematics::{Frame, Mode};
-use concordem::law::cpm::CpmMode;
+use concordem::kinematics::sphere_sphere::{ImageShift, Motion, initial_geometry, measure};
+use concordem::kinematics::{MotionMeasure, PreviousGeometry};
+use concordem::law::cpm::CpmFormulation;
 use concordem::law::{
     CohesiveBeam, ContactGeometry, ContactLaw, Cpm, CpmParameters, CpmState, Elastic, LinearBond, Section,
 };
@@ -17,7 +17,7 @@ use concordem::math::{Quat, Vec3};
 use concordem::neighbor::{candidate_pairs, spatial_order};
 use concordem::packing::bonding::bond;
 use concordem::packing::mass_of;
-use concordem::solver::{MaterialRows, Model, Solver};
+use concordem::solver::{Model, PairCoefficients, Solver};
 use concordem::state::contacts::ContactBlock;
 use concordem::state::{Particles, Sphere, State};
 use measurement::ProcessorTime;
@@ -59,12 +59,14 @@ fn single_contact(c: &mut Criterion) {
         orientation: Quat::identity(),
     };
     let (a, b) = (still(Vec3::zeros()), still(Vec3::new(2.0001e-3, 1e-7, 0.0)));
-    let frame: Frame = fresh_frame(&a.position, &Vec3::new(2e-3, 0.0, 0.0), &Vec3::zeros());
+    let frame: PreviousGeometry = initial_geometry(&a.position, &Vec3::new(2e-3, 0.0, 0.0), &Vec3::zeros());
     let none = ImageShift::default();
     c.bench_function("kinematics, finite", |bench| {
-        bench.iter(|| measure(Mode::Finite, black_box(&a), black_box(&b), &none, &geometry, &frame, true, 1e-7));
+        bench.iter(|| {
+            measure(MotionMeasure::Finite, black_box(&a), black_box(&b), &none, &geometry, &frame, true, 1e-7)
+        });
     });
-    let kinematics = measure(Mode::Finite, &a, &b, &none, &geometry, &frame, true, 1e-7);
+    let kinematics = measure(MotionMeasure::Finite, &a, &b, &none, &geometry, &frame, true, 1e-7);
     c.bench_function("law, cpm", |bench| {
         bench.iter(|| law.respond(black_box(&kinematics), black_box(&CpmState::default()), 1e-7));
     });
@@ -92,7 +94,7 @@ fn bonded_step<L: ContactLaw>(
     law: L,
     model: &Model,
 ) {
-    let mut rows = MaterialRows::new(1);
+    let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let mut bonds = ContactBlock::new(vec![law]);
     let count = bond(&mut bonds, &rows, particles, None, 1.5).expect("finite positions");
@@ -127,9 +129,9 @@ fn whole_step(c: &mut Criterion<ProcessorTime>) {
     bonded_step(&mut group, "cpm", &block(47), law(), &plain);
     let particles = block(30);
     bonded_step(&mut group, "cpm", &particles, law(), &plain);
-    let yade = Model { mode: Mode::YadeRatcheting, ..Model::default() };
+    let yade = Model { mode: MotionMeasure::YadeRatcheting, ..Model::default() };
     bonded_step(&mut group, "cpm, kinematics of YADE", &particles, law(), &yade);
-    let parameters = CpmParameters { mode: CpmMode::YadePublic, ..*law().parameters() };
+    let parameters = CpmParameters { mode: CpmFormulation::YadePublic, ..*law().parameters() };
     let of_yade = Cpm::new(&parameters).expect("valid parameters");
     bonded_step(&mut group, "cpm, law and kinematics of YADE", &particles, of_yade, &yade);
     let beam = CohesiveBeam::new(25e9, 0.2, Section::Ratio(0.7)).expect("valid parameters");

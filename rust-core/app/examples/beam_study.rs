@@ -159,7 +159,7 @@ fn impacts(study: &mut Study, count: usize, slenderness: f64, radii: &[f64], see
     let (mut by_half, mut by_peaks) = (Vec::new(), Vec::new());
     for struck in radii {
         let found = impact(&sample, &beam, sphere_density, struck * sample.radius, bar)?;
-        by_half.push(found.celerity / bar);
+        by_half.push(found.wave_speed / bar);
         by_peaks.push(found.by_peaks / bar);
     }
     let solid: f64 = sample

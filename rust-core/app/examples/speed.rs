@@ -12,7 +12,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::time::Instant;
 
-use concordem::kinematics::Mode;
+use concordem::kinematics::MotionMeasure;
 use concordem::kinematics::deformable::{Condition, Deformable, Update};
 use concordem::law::{
     CohesiveBeam, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, LinearBond, ParameterError,
@@ -23,7 +23,7 @@ use concordem::packing::bonding::bond;
 use concordem::packing::import_text;
 use concordem::packing::mass_of;
 use concordem::solver::integrate::Damping;
-use concordem::solver::{MaterialRows, Model, Solver};
+use concordem::solver::{Model, PairCoefficients, Solver};
 use concordem::state::contacts::{ContactBlock, Contacts};
 use concordem::state::{Constraint, Particles, State};
 
@@ -44,8 +44,8 @@ fn measure() -> Outcome {
     let ratio: f64 = arguments.get(1).map_or(Ok(1.5), |a| a.parse())?;
     let steps: usize = arguments.get(2).map_or(Ok(500), |a| a.parse())?;
     let mode = match arguments.get(3).map(String::as_str) {
-        Some("yade-ratcheting") => Mode::YadeRatcheting,
-        _ => Mode::Finite,
+        Some("yade-ratcheting") => MotionMeasure::YadeRatcheting,
+        _ => MotionMeasure::Finite,
     };
     let mut model = Model { mode, damping: Damping::Local { translation: 0.3, rotation: 0.3 }, ..Model::default() };
     match arguments.get(4).map_or("cpm", String::as_str) {
@@ -110,7 +110,7 @@ fn run<L: ContactLaw, C: ContactLaw>(
             particles.constraint[p] = Constraint::translation_along(2).with(Constraint::ROTATION);
         }
     }
-    let mut rows = MaterialRows::new(1);
+    let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let mut bonds = ContactBlock::new(vec![law]);
     let count = bond(&mut bonds, &rows, &particles, None, ratio)?;

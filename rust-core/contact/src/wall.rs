@@ -4,7 +4,7 @@ use crate::math::Vec3;
 
 /// The point of a wall element nearest to a particle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Foot {
+pub struct ClosestPoint {
     /// Unit vector from the particle's centre to the wall.
     pub normal: Vec3,
     /// Distance of the centre from the surface, m (negative behind a plane or cylinder).

@@ -1,11 +1,11 @@
 //! Bonds between particles near each other at the start.
 
-use concordem_contact::kinematics::sphere_sphere::fresh_frame;
+use concordem_contact::kinematics::sphere_sphere::initial_geometry;
 use concordem_contact::law::Reference;
 use concordem_contact::math::Vec3;
-use concordem_solver::MaterialRows;
+use concordem_solver::PairCoefficients;
 use concordem_solver::neighbor::{NeighborError, candidate_pairs};
-use concordem_solver::state::contacts::{Contacts, Link, Pair};
+use concordem_solver::state::contacts::{ContactFlags, Contacts, Pair};
 use concordem_solver::state::{Cell, Particles};
 
 /// Bond all pairs whose centre distance is below `interaction_ratio` times the sum of their radii (Stránský 2018,
@@ -14,7 +14,7 @@ use concordem_solver::state::{Cell, Particles};
 /// of bonds.
 pub fn bond(
     block: &mut dyn Contacts,
-    rows: &MaterialRows,
+    rows: &PairCoefficients,
     particles: &Particles,
     cell: Option<&Cell>,
     interaction_ratio: f64,
@@ -28,8 +28,13 @@ pub fn bond(
         }
         let Some(row) = rows.get(particles.material[a], particles.material[b]) else { continue };
         let shift = cell.map_or_else(Vec3::zeros, |cell| cell.shift(candidate.image));
-        let frame = fresh_frame(&particles.position[a], &particles.position[b], &shift);
-        let link = Link { row, flags: Link::BONDED | Link::ACTIVE, image: candidate.image, padding: 0 };
+        let frame = initial_geometry(&particles.position[a], &particles.position[b], &shift);
+        let link = ContactFlags {
+            row,
+            flags: ContactFlags::BONDED | ContactFlags::ACTIVE,
+            image: candidate.image,
+            padding: 0,
+        };
         let area = block.bonded_area(row, particles.radius[a], particles.radius[b], mean_radius);
         block.push(Pair { a: candidate.a, b: candidate.b }, link, Reference { length: frame.length, area }, frame);
     }

@@ -14,7 +14,7 @@ use concordem_solver::integrate::Damping;
 use concordem_solver::neighbor::spatial_order;
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::state::{Cell, Constraint, Particles, Sphere, State};
-use concordem_solver::{MaterialRows, Model, Solver};
+use concordem_solver::{Model, PairCoefficients, Solver};
 
 /// Normal stiffness of the contacts, N/m, and density, kg/m³. They set the units of force and time and nothing else.
 const STIFFNESS: f64 = 7e10;
@@ -65,7 +65,7 @@ pub fn random_discs(
     let mean = particles.mass.iter().sum::<f64>() / particles.len() as f64;
     particles.mass.fill(mean);
     let law = Frictional::new(ContactStiffness::Given { normal: STIFFNESS, shear: 0.0 }, 0.0, 0.0)?;
-    let mut rows = MaterialRows::new(1);
+    let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let mut state = State {
         particles,

@@ -16,7 +16,7 @@ use concordem_solver::integrate::Damping;
 use concordem_solver::neighbor::spatial_order;
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::state::{Particles, State, Wall, WallShape};
-use concordem_solver::{MaterialRows, Model, Solver, StepReport, time_step};
+use concordem_solver::{Model, PairCoefficients, Solver, StepReport, time_step};
 
 /// What is to be grown.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,7 +89,7 @@ pub fn grown_box(recipe: &GrownBox, progress: &mut dyn FnMut(u64, f64, f64, f64)
     let mut state = small_spheres(recipe)?;
     let wanted: f64 = recipe.sizes.radii(recipe.count, recipe.seed)?.iter().sum();
     let damping = Damping::Local { translation: DAMPING, rotation: DAMPING };
-    let mut rows = MaterialRows::new(1);
+    let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let model = Model { damping, contact_rows: rows.clone(), wall_rows: rows, ..Model::default() };
     let area = recipe.edge * recipe.edge;

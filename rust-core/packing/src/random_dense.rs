@@ -21,9 +21,9 @@ use concordem_contact::law::{ContactStiffness, Frictional};
 use concordem_contact::math::{Mat3, Vec3, cbrt};
 use concordem_solver::integrate::Damping;
 use concordem_solver::neighbor::spatial_order;
-use concordem_solver::state::contacts::{ContactBlock, Link};
+use concordem_solver::state::contacts::{ContactBlock, ContactFlags};
 use concordem_solver::state::{Cell, Particles, State};
-use concordem_solver::{MaterialRows, Model, Solver};
+use concordem_solver::{Model, PairCoefficients, Solver};
 
 /// Modulus of the spheres, Pa. Only its ratio to the stresses matters.
 const MODULUS: f64 = 30.0e9;
@@ -189,7 +189,7 @@ pub fn random_dense(recipe: &RandomDense, progress: &mut dyn FnMut(Progress)) ->
     let spheres = random_cloud(radii, edge, &mut random)?;
 
     let mut state = loose_state(&spheres, edge, recipe)?;
-    let mut rows = MaterialRows::new(1);
+    let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let model = Model {
         damping: Damping::Local { translation: recipe.damping, rotation: recipe.damping },
@@ -301,7 +301,7 @@ impl Servo {
         let Some(block) = block else { return };
         let (mut force, mut stiffness, mut count) = (Vec3::zeros(), 0.0, 0_u32);
         for k in 0..block.len() {
-            if !block.link[k].has(Link::ACTIVE) {
+            if !block.link[k].has(ContactFlags::ACTIVE) {
                 continue;
             }
             let geometry = block.geometry(k, &state.particles, false);

@@ -10,7 +10,7 @@ use concordem_scenario::assembly::{Assembly, assemble};
 use concordem_scenario::schema::Scenario;
 use concordem_solver::Solver;
 use concordem_solver::state::State;
-use concordem_solver::state::contacts::Link;
+use concordem_solver::state::contacts::ContactFlags;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -253,7 +253,8 @@ fn power_is_balanced_on_a_loaded_beam_specimen() {
     for damping in [LOCAL, "{ kind = \"tchamwa-wielgosz\", phi = 1.3 }"] {
         let state = power_is_balanced("beams", random_prism(BEAM, damping));
         // Broken beams are removed at the next search of neighbours.
-        let links = (0..state.bonds[0].len()).filter(|&k| !state.bonds[0].view(k).link.has(Link::BROKEN)).count();
+        let links =
+            (0..state.bonds[0].len()).filter(|&k| !state.bonds[0].view(k).link.has(ContactFlags::BROKEN)).count();
         let all = random_prism(BEAM, damping).state.bonds[0].len();
         assert!(links < all && links > all / 4, "{links} of {all} beams are left: some break, the specimen holds");
     }
@@ -264,15 +265,15 @@ fn power_is_balanced_on_a_loaded_beam_specimen() {
 #[test]
 fn stress_of_a_loaded_specimen() {
     let slow = PRISM.replace("LAW", CPM).replace("20 1/s", "1 1/s").replace("gravity = [0, 0, -9.81]", "");
-    let Assembly { mut state, model, plan, .. } = built(&slow);
+    let Assembly { mut state, model, schedule, .. } = built(&slow);
     let mut solver = Solver::new(model, &mut state).unwrap();
     for _ in 0..600 {
         solver.step_with(&mut state, false).unwrap();
     }
     let forces = solver.record(&mut state).unwrap();
     solver.step_with(&mut state, false).unwrap();
-    let (area, _) = plan.loading.dimensions().unwrap();
-    let concordem_scenario::plan::Loading::Uniaxial { layers, .. } = &plan.loading else { panic!("uniaxial") };
+    let (area, _) = schedule.loading.dimensions().unwrap();
+    let concordem_scenario::schedule::Loading::Uniaxial { layers, .. } = &schedule.loading else { panic!("uniaxial") };
     let force = |layer: &[u32]| layer.iter().map(|&p| solver.forces()[p as usize].z).sum::<f64>();
     let ends = 0.5 * (force(&layers[0]) - force(&layers[1])) / area;
     let set = forces.contacts.set(&state.particles).unwrap();

@@ -36,9 +36,9 @@ use rayon::prelude::*;
 use super::deformation::reaction_lever;
 use super::lanczos::{self, Interval};
 use crate::state::State;
-use crate::state::contacts::{Contacts, Link};
+use crate::state::contacts::{ContactFlags, Contacts};
 use concordem_contact::kinematics::deformable::{Compliance, Deformable, Update};
-use concordem_contact::kinematics::sphere_sphere::fresh_frame;
+use concordem_contact::kinematics::sphere_sphere::initial_geometry;
 use concordem_contact::math::{Symmetric, Vec3, any_perpendicular};
 
 /// Whether strains and forces find each other.
@@ -126,13 +126,13 @@ impl Coupling {
                 let view = block.view(k);
                 let (a, b) = (view.pair.a as usize, view.pair.b as usize);
                 let shift = state.cell.as_ref().map_or_else(Vec3::zeros, |cell| cell.shift(view.link.image));
-                let frame = fresh_frame(&particles.position[a], &particles.position[b], &shift);
-                let touching = if view.link.has(Link::KEPT_REFERENCE) {
+                let frame = initial_geometry(&particles.position[a], &particles.position[b], &shift);
+                let touching = if view.link.has(ContactFlags::KEPT_REFERENCE) {
                     view.reference.length
                 } else {
                     particles.radius[a] + particles.radius[b]
                 };
-                if view.link.carries() || (!view.link.has(Link::BROKEN) && frame.length <= touching) {
+                if view.link.carries() || (!view.link.has(ContactFlags::BROKEN) && frame.length <= touching) {
                     let stiffness = block.stiffness(k, particles, false);
                     let (arm_a, arm_b) = block.arms(k, particles, frame.length);
                     springs.push(Spring {
@@ -159,14 +159,15 @@ impl Coupling {
                 let view = block.view(k);
                 let a = view.pair.a as usize;
                 let (wall, element) = table[view.pair.b as usize];
-                if let Some(foot) = state.walls[wall as usize].foot(element as usize, &particles.position[a])
-                    && foot.distance <= particles.radius[a]
+                if let Some(closest_point) =
+                    state.walls[wall as usize].closest_point(element as usize, &particles.position[a])
+                    && closest_point.distance <= particles.radius[a]
                 {
                     let stiffness = block.stiffness(k, particles, true);
                     springs.push(Spring {
                         a: view.pair.a,
                         b: u32::MAX,
-                        normal: foot.normal,
+                        normal: closest_point.normal,
                         stiffness: stiffness.normal,
                         shear: stiffness.shear,
                         arms: [particles.radius[a], 0.0],
@@ -211,7 +212,7 @@ impl Coupling {
 
     /// `Rε` (m) of the particles in equilibrium, if with rigid particles the forces' dyads were `rigid` (N):
     /// `C^½ (1+P)⁻¹ C^½ T`, a symmetric map.
-    pub fn widening(&self, rigid: &[Symmetric]) -> Vec<Symmetric> {
+    pub fn surface_displacement(&self, rigid: &[Symmetric]) -> Vec<Symmetric> {
         let right = rigid.iter().enumerate().map(|(p, dyad)| self.root(p, &vector(dyad))).collect();
         let solution = self.solve(right, 1.0, 1e-15);
         solution.iter().enumerate().map(|(p, solution)| matrix(&self.root(p, solution))).collect()

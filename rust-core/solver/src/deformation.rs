@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use super::forces::{TILE, TileMap};
 use crate::state::particles::load_dyad;
 use crate::state::{Constraint, Deformation, Particles};
-use concordem_contact::kinematics::deformable::{Deformable, Dyads, Held, Update, Widening};
+use concordem_contact::kinematics::deformable::{Deformable, Dyads, Held, SurfaceDisplacement, Update};
 use concordem_contact::math::{Symmetric, Vec3};
 
 /// Sums over particles of one step, J; see the [module](self).
@@ -40,9 +40,9 @@ pub struct DeformationSums {
 #[derive(Default)]
 pub struct DeformationPass {
     /// What the contacts see, by particle; empty if particles do not deform.
-    pub widening: Vec<Widening>,
+    pub surface_displacement: Vec<SurfaceDisplacement>,
     /// What they saw one step ago, m; empty if most contacts do not ask.
-    pub widening_before: Vec<Symmetric>,
+    pub surface_displacement_before: Vec<Symmetric>,
     /// What the contacts did, by particle.
     pub dyads: Vec<Dyads>,
     /// What the reaction of held particles needs to know.
@@ -81,23 +81,24 @@ impl DeformationPass {
         }
         self.dyads.resize(n, Dyads::default());
         self.held.resize(n, Held::default());
-        self.widening.resize(n, Widening::default());
+        self.surface_displacement.resize(n, SurfaceDisplacement::default());
         let of = |p: usize, dyad: &Symmetric| {
-            deformable.compliance(particles.material[p], particles.radius[p]).widening(dyad)
+            deformable.compliance(particles.material[p], particles.radius[p]).surface_displacement(dyad)
         };
-        self.widening_before.clear();
+        self.surface_displacement_before.clear();
         if before {
             let rows = particles.deformation.par_iter().enumerate().with_min_len(TILE);
-            rows.map(|(p, d)| of(p, &d.used)).collect_into_vec(&mut self.widening_before);
+            rows.map(|(p, d)| of(p, &d.used)).collect_into_vec(&mut self.surface_displacement_before);
         }
-        let chunks = self.widening.par_chunks_mut(TILE).zip(particles.deformation.par_chunks(TILE)).enumerate();
+        let chunks =
+            self.surface_displacement.par_chunks_mut(TILE).zip(particles.deformation.par_chunks(TILE)).enumerate();
         chunks
-            .map(|(chunk, (widening, deformation))| {
+            .map(|(chunk, (surface_displacement, deformation))| {
                 pulp::Arch::new().dispatch(
                     #[inline(always)]
                     || {
                         let mut largest = 0.0;
-                        for (i, (now, d)) in widening.iter_mut().zip(deformation).enumerate() {
+                        for (i, (now, d)) in surface_displacement.iter_mut().zip(deformation).enumerate() {
                             let p = chunk * TILE + i;
                             now.0 = of(p, &d.dyad);
                             largest = larger(largest, strain_squared(&now.0, particles.radius[p]));
@@ -112,15 +113,16 @@ impl DeformationPass {
 
     /// Strains from the present guess. Returns the largest size of any particle's strain.
     fn widen(&mut self, deformable: &Deformable, particles: &Particles) -> f64 {
-        self.widening
+        self.surface_displacement
             .par_iter_mut()
             .zip(&self.guess)
             .enumerate()
             .with_min_len(TILE)
-            .map(|(p, (widening, guess))| {
+            .map(|(p, (surface_displacement, guess))| {
                 let radius = particles.radius[p];
-                widening.0 = deformable.compliance(particles.material[p], radius).widening(guess);
-                strain_squared(&widening.0, radius)
+                surface_displacement.0 =
+                    deformable.compliance(particles.material[p], radius).surface_displacement(guess);
+                strain_squared(&surface_displacement.0, radius)
             })
             .reduce(|| 0.0, larger)
             .sqrt()
@@ -204,7 +206,7 @@ impl DeformationPass {
                     for (i, ((deformation, dyads), held)) in deformation.iter_mut().zip(dyads).zip(held).enumerate() {
                         let p = chunk * TILE + i;
                         for map in maps {
-                            map.fetch_pushes(p + FETCHED_AHEAD);
+                            map.prefetch_virials(p + FETCHED_AHEAD);
                         }
                         let mut reaction = Symmetric::default();
                         if particles_now.constraint[p].any(reacting) {
@@ -221,8 +223,8 @@ impl DeformationPass {
                         let new = Deformation { dyad, used, other, reaction };
                         let old = std::mem::replace(deformation, new);
                         let compliance = deformable.compliance(particles_now.material[p], particles_now.radius[p]);
-                        let now = compliance.widening(&new.used);
-                        let change = now - compliance.widening(&old.used);
+                        let now = compliance.surface_displacement(&new.used);
+                        let change = now - compliance.surface_displacement(&old.used);
                         sums.stored += 0.5 * new.used.contract(&now);
                         sums.lag += 0.5 * ((old.dyad + new.dyad) - (old.used + new.used)).contract(&change);
                         sums.other -= 0.5 * (old.other + new.other).contract(&change);
@@ -247,8 +249,8 @@ impl DeformationPass {
 
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
-        self.widening.len() * size_of::<Widening>()
-            + self.widening_before.len() * size_of::<Symmetric>()
+        self.surface_displacement.len() * size_of::<SurfaceDisplacement>()
+            + self.surface_displacement_before.len() * size_of::<Symmetric>()
             + self.dyads.len() * size_of::<Dyads>()
             + self.held.len() * size_of::<Held>()
             + self.guess.len() * size_of::<Symmetric>()
@@ -260,7 +262,7 @@ impl DeformationPass {
 #[inline(always)]
 fn add_incoming(maps: &[&TileMap], p: usize, dyads: &mut Dyads, mut held: Option<&mut Held>) {
     for map in maps {
-        for incoming in map.incoming_pushes(p) {
+        for incoming in map.incoming_virials(p) {
             *dyads += incoming.dyads();
             if let Some(held) = &mut held {
                 held.add_opposite(incoming);
@@ -285,8 +287,8 @@ fn total(normal: &Symmetric, other: &Symmetric, load: &Symmetric, reaction: &Sym
 
 /// `ε:ε` of a particle with this `Rε` (m) and radius (m).
 #[inline(always)]
-fn strain_squared(widening: &Symmetric, radius: f64) -> f64 {
-    widening.contract(widening) / (radius * radius)
+fn strain_squared(surface_displacement: &Symmetric, radius: f64) -> f64 {
+    surface_displacement.contract(surface_displacement) / (radius * radius)
 }
 
 /// The larger one; what is no number is larger than all.

@@ -9,20 +9,22 @@
 use rayon::prelude::*;
 
 use crate::record::{self, ContactForces, WallForces};
-use crate::state::contacts::{ContactBlock, Contacts, Link, Pair};
+use crate::state::contacts::{ContactBlock, ContactFlags, Contacts, Pair};
 use crate::state::{Cell, Constraint, Particles, Wall};
 use crate::walls;
-use concordem_contact::kinematics::deformable::{Deformable, Push, Pushed, Widening};
+use concordem_contact::kinematics::deformable::{Deformable, ParticleVirial, ParticleVirials, SurfaceDisplacement};
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion};
-use concordem_contact::kinematics::{BATCH, Batch, Chord, Columns, Found, Frame, Mode, PointKinematics, Pose, torques};
+use concordem_contact::kinematics::{
+    BATCH, Batch, BatchResult, BranchVector, Columns, MotionMeasure, PointKinematics, Pose, PreviousGeometry, torques,
+};
 use concordem_contact::law::{
-    ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, LawState, Reference, Response,
+    ContactGeometry, ContactLaw, EnergySplit, Kinematics, LawState, Reference, Response, Status,
 };
 use concordem_contact::math::{Mat3, Quat, Symmetric, Vec3};
 use concordem_contact::prefetch::prefetch_row;
 
 /// Particles per tile; a solver that evaluates a share of a distributed computation has one tile instead
-/// ([`Solver::for_share`](super::Solver::for_share)).
+/// ([`Solver::for_subdomain`](super::Solver::for_subdomain)).
 pub const TILE: usize = 1024;
 
 /// Force and torque.
@@ -46,7 +48,7 @@ pub struct StepContext<'a> {
     /// Periodic cell.
     pub cell: Option<&'a Cell>,
     /// How motion is measured.
-    pub mode: Mode,
+    pub mode: MotionMeasure,
     /// Time step, s.
     pub dt: f64,
     /// Damage at which a bond enters the event log.
@@ -55,9 +57,9 @@ pub struct StepContext<'a> {
     /// sample is taken. (Dissipation is summed at every step.)
     pub sample: bool,
     /// How far the surfaces of particles moved out, by particle; empty if particles do not deform.
-    pub widening: &'a [Widening],
+    pub surface_displacement: &'a [SurfaceDisplacement],
     /// The same one step ago, m; empty if most contacts do not ask.
-    pub widening_before: &'a [Symmetric],
+    pub surface_displacement_before: &'a [Symmetric],
     /// How particles deform, if they do.
     pub deformable: Option<&'a Deformable>,
     /// Whether forces of dashpots strain the particles.
@@ -70,30 +72,33 @@ impl StepContext<'_> {
     /// By how much the surfaces of particles `a` and `b` moved towards each other along the normals of now and of one
     /// step ago, m.
     #[inline(always)]
-    pub fn widening_between(&self, a: usize, b: usize, normal: &Vec3, normal_old: &Vec3) -> (f64, f64) {
-        let before = self.widening_before(a) + self.widening_before(b);
-        ((self.widening[a].0 + self.widening[b].0).quadratic(normal), before.quadratic(normal_old))
+    pub fn surface_approach(&self, a: usize, b: usize, normal: &Vec3, normal_old: &Vec3) -> (f64, f64) {
+        let before = self.surface_displacement_before(a) + self.surface_displacement_before(b);
+        (
+            (self.surface_displacement[a].0 + self.surface_displacement[b].0).quadratic(normal),
+            before.quadratic(normal_old),
+        )
     }
 
     /// How far the surface of particle `p` had moved out one step ago, m.
     #[inline(always)]
-    pub fn widening_before(&self, p: usize) -> Symmetric {
-        self.widening_before.get(p).copied().unwrap_or_else(|| self.find_widening_before(p))
+    pub fn surface_displacement_before(&self, p: usize) -> Symmetric {
+        self.surface_displacement_before.get(p).copied().unwrap_or_else(|| self.find_surface_displacement_before(p))
     }
 
     #[cold]
     #[inline(never)]
-    fn find_widening_before(&self, p: usize) -> Symmetric {
+    fn find_surface_displacement_before(&self, p: usize) -> Symmetric {
         let Particles { material, radius, deformation, .. } = self.particles;
         self.deformable.map_or_else(Symmetric::default, |deformable| {
-            deformable.compliance(material[p], radius[p]).widening(&deformation[p].used)
+            deformable.compliance(material[p], radius[p]).surface_displacement(&deformation[p].used)
         })
     }
 }
 
 /// What happened to a bond, noted by index.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Incident {
+pub struct BondEvent {
     /// The particles, by index.
     pub pair: Pair,
     /// Whether the bond broke (else: its damage passed the threshold).
@@ -110,7 +115,7 @@ pub struct Incident {
 
 /// Sums over a block, and its incidents.
 #[derive(Debug, Clone, Default)]
-pub struct Tally {
+pub struct Totals {
     /// Energies.
     pub energy: EnergySplit,
     /// `Σ l⊗f`, with the force on A, J; divided by the volume it is the stress (tension positive, position first).
@@ -122,10 +127,10 @@ pub struct Tally {
     /// Contacts that carry something.
     pub active: u64,
     /// Incidents in order of contacts.
-    pub incidents: Vec<Incident>,
+    pub bond_events: Vec<BondEvent>,
 }
 
-impl Tally {
+impl Totals {
     /// Add another tally.
     pub fn merge(&mut self, other: Self) {
         self.energy += other.energy;
@@ -133,7 +138,7 @@ impl Tally {
         self.crossing += other.crossing;
         self.active += other.active;
         self.force_squared += other.force_squared;
-        self.incidents.extend(other.incidents);
+        self.bond_events.extend(other.bond_events);
     }
 }
 
@@ -153,7 +158,7 @@ pub struct TileMap {
     /// The halo.
     halo: Vec<Wrench>,
     /// The same slots for what deforms particles, if they do.
-    push_halo: Vec<Push>,
+    virial_halo: Vec<ParticleVirial>,
 }
 
 impl TileMap {
@@ -193,7 +198,7 @@ impl TileMap {
             target_count[target as usize] += 1;
         }
         let halo = vec![Wrench::default(); targets.len()];
-        Self { tile: tile_length, contact_start, halo_start, target_start, slots, halo, push_halo: Vec::new() }
+        Self { tile: tile_length, contact_start, halo_start, target_start, slots, halo, virial_halo: Vec::new() }
     }
 
     /// Halo contributions to particle `p`, in order.
@@ -205,23 +210,23 @@ impl TileMap {
 
     /// What contacts of other tiles do to the shape of particle `p`, in order.
     #[inline(always)]
-    pub fn incoming_pushes(&self, p: usize) -> impl Iterator<Item = &Push> {
+    pub fn incoming_virials(&self, p: usize) -> impl Iterator<Item = &ParticleVirial> {
         let range = self.target_start[p] as usize..self.target_start[p + 1] as usize;
-        self.slots[range].iter().map(|&slot| &self.push_halo[slot as usize])
+        self.slots[range].iter().map(|&slot| &self.virial_halo[slot as usize])
     }
 
-    /// Fetch [`Self::incoming_pushes`] of particle `p`, which will be read soon.
+    /// Fetch [`Self::incoming_virials`] of particle `p`, which will be read soon.
     #[inline(always)]
-    pub fn fetch_pushes(&self, p: usize) {
+    pub fn prefetch_virials(&self, p: usize) {
         let Some(&[start, end]) = self.target_start.get(p..p + 2) else { return };
         for &slot in &self.slots[start as usize..end as usize] {
-            prefetch_row(&self.push_halo, slot as usize);
+            prefetch_row(&self.virial_halo, slot as usize);
         }
     }
 
     /// Memory in bytes.
     pub fn bytes(&self) -> usize {
-        size_of::<Push>() * self.push_halo.len()
+        size_of::<ParticleVirial>() * self.virial_halo.len()
             + 4 * (self.contact_start.len() + self.halo_start.len() + self.target_start.len() + self.slots.len())
             + size_of::<Wrench>() * self.halo.len()
     }
@@ -236,17 +241,17 @@ fn is_local(b: u32, base: usize, tile_len: usize) -> bool {
 pub trait EvaluatedContacts: Contacts {
     /// Evaluate all contacts: forces and torques on particles of the contact's own tile are added to `force` and
     /// `torque`, the others go to the map's halo. Histories advance by one step. If particles deform, the same is done
-    /// with `pushed`, which is empty otherwise.
+    /// with `virials`, which is empty otherwise.
     fn evaluate(
         &mut self,
         context: &StepContext<'_>,
         map: &mut TileMap,
         force: &mut [Vec3],
         torque: &mut [Vec3],
-        pushed: Pushed<'_>,
-    ) -> Tally;
+        virials: ParticleVirials<'_>,
+    ) -> Totals;
     /// Evaluate contacts with walls; `b` of a pair numbers the wall elements through all walls. Forces on particles are
-    /// added to `force` and `torque` (and `pushed`, if particles deform), forces of the particles on the walls to the walls.
+    /// added to `force` and `torque` (and `virials`, if particles deform), forces of the particles on the walls to the walls.
     /// Histories advance.
     fn evaluate_walls(
         &mut self,
@@ -254,8 +259,8 @@ pub trait EvaluatedContacts: Contacts {
         walls: &mut [Wall],
         force: &mut [Vec3],
         torque: &mut [Vec3],
-        pushed: Pushed<'_>,
-    ) -> Tally;
+        virials: ParticleVirials<'_>,
+    ) -> Totals;
     /// Add the forces of all contacts at the present positions; histories stay.
     fn record(&self, context: &StepContext<'_>, out: &mut ContactForces);
     /// The same for contacts with walls.
@@ -272,15 +277,15 @@ struct Tile<'a, L: ContactLaw> {
     base: usize,
     length: usize,
     pair: &'a [Pair],
-    link: &'a mut [Link],
+    link: &'a mut [ContactFlags],
     reference: &'a mut [Reference],
-    frame: &'a mut [Frame],
+    frame: &'a mut [PreviousGeometry],
     history: &'a mut [L::State],
     force: &'a mut [Vec3],
     torque: &'a mut [Vec3],
     halo: &'a mut [Wrench],
-    pushed: Pushed<'a>,
-    push_halo: &'a mut [Push],
+    virials: ParticleVirials<'a>,
+    virial_halo: &'a mut [ParticleVirial],
 }
 
 impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
@@ -290,13 +295,13 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
         map: &mut TileMap,
         force: &mut [Vec3],
         torque: &mut [Vec3],
-        mut pushed: Pushed<'_>,
-    ) -> Tally {
+        mut virials: ParticleVirials<'_>,
+    ) -> Totals {
         let rows = &self.rows;
-        if !pushed.dyads.is_empty() {
-            map.push_halo.resize(map.halo.len(), Push::default());
+        if !virials.dyads.is_empty() {
+            map.virial_halo.resize(map.halo.len(), ParticleVirial::default());
         }
-        let mut push_halo = &mut map.push_halo[..];
+        let mut virial_halo = &mut map.virial_halo[..];
         let mut tiles = Vec::with_capacity(map.contact_start.len());
         let mut pair = &self.pair[..];
         let mut link = &mut self.link[..];
@@ -319,14 +324,14 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
                 force,
                 torque,
                 halo: halo.split_off_mut(..slots).unwrap_or_default(),
-                pushed: pushed.split_off(length),
-                push_halo: push_halo.split_off_mut(..slots.min(push_halo.len())).unwrap_or_default(),
+                virials: virials.split_off(length),
+                virial_halo: virial_halo.split_off_mut(..slots.min(virial_halo.len())).unwrap_or_default(),
             });
         }
-        let tallies: Vec<Tally> = tiles.into_par_iter().map(|tile| dispatch(context, rows, tile)).collect();
-        let mut total = Tally::default();
-        for tally in tallies {
-            total.merge(tally);
+        let tile_totals: Vec<Totals> = tiles.into_par_iter().map(|tile| dispatch(context, rows, tile)).collect();
+        let mut total = Totals::default();
+        for totals in tile_totals {
+            total.merge(totals);
         }
         total
     }
@@ -336,9 +341,9 @@ impl<L: ContactLaw> EvaluatedContacts for ContactBlock<L> {
         walls: &mut [Wall],
         force: &mut [Vec3],
         torque: &mut [Vec3],
-        mut pushed: Pushed<'_>,
-    ) -> Tally {
-        walls::evaluate(self, context, walls, force, torque, &mut pushed, None)
+        mut virials: ParticleVirials<'_>,
+    ) -> Totals {
+        walls::evaluate(self, context, walls, force, torque, &mut virials, None)
     }
     fn record(&self, context: &StepContext<'_>, out: &mut ContactForces) {
         record::record(self, context, out);
@@ -368,14 +373,14 @@ struct PlainTileLoop<'a, 'b, L: ContactLaw, const PERIODIC: bool, const YADE: bo
 impl<L: ContactLaw, const PERIODIC: bool, const YADE: bool, const DEFORM: bool> pulp::NullaryFnOnce
     for PlainTileLoop<'_, '_, L, PERIODIC, YADE, DEFORM>
 {
-    type Output = Tally;
+    type Output = Totals;
     #[inline(always)]
-    fn call(self) -> Tally {
+    fn call(self) -> Totals {
         // Said so that measures of other modes are not compiled.
         let mode = match self.context.mode {
-            Mode::Yade if YADE => Mode::Yade,
-            _ if YADE => Mode::YadeRatcheting,
-            _ => Mode::Finite,
+            MotionMeasure::Yade if YADE => MotionMeasure::Yade,
+            _ if YADE => MotionMeasure::YadeRatcheting,
+            _ => MotionMeasure::Finite,
         };
         run::<L, PERIODIC, false, DEFORM>(mode, self.context, self.rows, self.tile)
     }
@@ -383,13 +388,13 @@ impl<L: ContactLaw, const PERIODIC: bool, const YADE: bool, const DEFORM: bool> 
 
 /// Choose the loop: the default measure and, without a cell, YADE's have loops of their own when there is no sample; the others
 /// share one, to keep the program small.
-fn dispatch<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: Tile<'_, L>) -> Tally {
+fn dispatch<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: Tile<'_, L>) -> Totals {
     let (mode, periodic) = (context.mode, context.cell.is_some());
-    let finite = !context.sample && (mode == Mode::Finite || L::Kinematics::ONE_MODE);
-    let yade = !context.sample && !periodic && matches!(mode, Mode::Yade | Mode::YadeRatcheting);
+    let finite = !context.sample && (mode == MotionMeasure::Finite || L::Kinematics::ONE_MODE);
+    let yade = !context.sample && !periodic && matches!(mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
     let arch = pulp::Arch::new();
     // Conditions on constants of the law first: what they exclude is not compiled.
-    if L::DEFORMS && !context.widening.is_empty() {
+    if L::DEFORMS && !context.surface_displacement.is_empty() {
         if finite && !periodic {
             arch.dispatch(PlainTileLoop::<L, false, false, true> { context, rows, tile })
         } else {
@@ -423,19 +428,19 @@ pub fn motion_of(particles: &Particles, p: usize) -> Motion {
 /// The loop over the contacts of a tile.
 #[inline(always)]
 fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>(
-    mode: Mode,
+    mode: MotionMeasure,
     context: &StepContext<'_>,
     rows: &[L],
     tile: Tile<'_, L>,
-) -> Tally {
+) -> Totals {
     let count = tile.pair.len();
-    let (tally, waiting) = (Tally::default(), [Waiting::default(); BATCH]);
-    let mut queue = Queue::<L, PERIODIC, SAMPLE, DEFORM> { context, rows, tile, tally, waiting };
+    let (totals, pending) = (Totals::default(), [PendingContact::default(); BATCH]);
+    let mut queue = TileEvaluator::<L, PERIODIC, SAMPLE, DEFORM> { context, rows, tile, totals, pending };
     let mut columns = Columns::default();
     let (mut k, mut next_slot) = (0, 0);
     while k < count {
-        let mut waiting = 0;
-        while k < count && waiting < BATCH {
+        let mut pending = 0;
+        while k < count && pending < BATCH {
             queue.fetch(k + 2 * BATCH);
             let slot = if is_local(queue.tile.pair[k].b, queue.tile.base, queue.tile.length) {
                 LOCAL
@@ -446,32 +451,32 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bo
             // Bonds carry from the start; candidates when their surfaces (or those a broken bond kept) meet.
             let carried = queue.tile.link[k].carries();
             if carried || queue.activate(k) {
-                queue.waiting[waiting] = Waiting { contact: k as u32, slot, begins: !carried };
-                waiting += 1;
+                queue.pending[pending] = PendingContact { contact: k as u32, slot, begins: !carried };
+                pending += 1;
             } else if slot != LOCAL {
                 queue.leave_empty(slot);
             }
             k += 1;
         }
-        L::respond_batch(mode, waiting, context.dt, &mut queue, &mut columns);
+        L::respond_batch(mode, pending, context.dt, &mut queue, &mut columns);
     }
-    queue.tally
+    queue.totals
 }
 
 /// In place of a halo slot: B lies in the tile.
 const LOCAL: u32 = u32::MAX;
 
 /// A tile at work: contacts wait here until a batch of them is measured, then the law answers them in order.
-struct Queue<'a, L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> {
+struct TileEvaluator<'a, L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> {
     context: &'a StepContext<'a>,
     rows: &'a [L],
     tile: Tile<'a, L>,
-    tally: Tally,
-    waiting: [Waiting; BATCH],
+    totals: Totals,
+    pending: [PendingContact; BATCH],
 }
 
 #[derive(Clone, Copy, Default)]
-struct Waiting {
+struct PendingContact {
     contact: u32,
     /// Slot in the halo.
     slot: u32,
@@ -480,12 +485,12 @@ struct Waiting {
 }
 
 impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>
-    Queue<'_, L, PERIODIC, SAMPLE, DEFORM>
+    TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
 {
     /// Whether particles deform. The loop for cells and samples serves both kinds of particles.
     #[inline(always)]
     fn deforms(&self) -> bool {
-        DEFORM && (!PERIODIC || !self.context.widening.is_empty())
+        DEFORM && (!PERIODIC || !self.context.surface_displacement.is_empty())
     }
 
     /// Nothing comes from the contact of this halo slot.
@@ -493,7 +498,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     fn leave_empty(&mut self, slot: u32) {
         self.tile.halo[slot as usize] = Wrench::default();
         if self.deforms() {
-            self.tile.push_halo[slot as usize] = Push::default();
+            self.tile.virial_halo[slot as usize] = ParticleVirial::default();
         }
     }
 
@@ -511,41 +516,41 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         let Some(pair) = self.tile.pair.get(k) else { return };
         let (b, particles) = (pair.b as usize, self.context.particles);
         prefetch_row(self.context.poses, b);
-        if !PERIODIC && !L::Kinematics::ONE_MODE && self.context.mode != Mode::Finite {
+        if !PERIODIC && !L::Kinematics::ONE_MODE && self.context.mode != MotionMeasure::Finite {
             prefetch_row(&particles.position, b);
             prefetch_row(&particles.velocity, b);
             prefetch_row(&particles.angular_velocity, b);
         }
         if self.deforms() {
-            prefetch_row(self.context.widening, b);
+            prefetch_row(self.context.surface_displacement, b);
         }
     }
 
     /// By how much the surfaces of a contact's particles had moved towards each other one step ago, m.
     #[inline(always)]
-    fn widened_before(&self, contact: u32) -> f64 {
-        let before = |p: u32| self.context.widening_before(p as usize);
+    fn surface_approach_before(&self, contact: u32) -> f64 {
+        let before = |p: u32| self.context.surface_displacement_before(p as usize);
         let Pair { a, b } = self.tile.pair[contact as usize];
         (before(a) + before(b)).quadratic(&self.tile.frame[contact as usize].normal)
     }
 
-    /// [`Batch::answer`] to a contact that ends, whose answer depends on the elongation of one step ago, too. `now`: by how
+    /// [`Batch::evaluate`] to a contact that ends, whose answer depends on the elongation of one step ago, too. `now`: by how
     /// much its particles widened, m.
     #[cold]
     #[inline(never)]
-    fn answer_again(&mut self, i: usize, kinematics: L::Kinematics, now: f64) {
-        let contact = self.waiting[i].contact;
-        let deformed = kinematics.widened(now, self.widened_before(contact));
+    fn evaluate_again(&mut self, i: usize, kinematics: L::Kinematics, now: f64) {
+        let contact = self.pending[i].contact;
+        let deformed = kinematics.with_surface_displacement(now, self.surface_approach_before(contact));
         let (law, history) = self.law(i);
         let response = law.respond(&deformed, history, self.context.dt);
-        self.take(i, deformed.point(), &response);
+        self.commit(i, deformed.point(), &response);
     }
 
     /// Make a contact of candidate `k` if its surfaces, or those a broken bond kept, meet; whether they do.
     #[inline(never)]
     fn activate(&mut self, k: usize) -> bool {
         let link = &self.tile.link[k];
-        if link.has(Link::BROKEN) {
+        if link.has(ContactFlags::BROKEN) {
             return false;
         }
         let (a, b) = (self.tile.pair[k].a as usize, self.tile.pair[k].b as usize);
@@ -556,19 +561,19 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         let between = motion_b.position + image.displacement - motion_a.position;
         // Where it was one step ago follows from the velocities, so that candidates need no memory.
         let before = between - (motion_b.velocity + image.velocity - motion_a.velocity) * self.context.dt;
-        let widening = if self.deforms() {
+        let surface_displacement = if self.deforms() {
             let normal = between.normalize();
-            self.context.widening_between(a, b, &normal, &normal).0
+            self.context.surface_approach(a, b, &normal, &normal).0
         } else {
             0.0
         };
         let (link, reference, frame) = (&mut self.tile.link[k], &mut self.tile.reference[k], &mut self.tile.frame[k]);
-        activate::<L>(link, reference, frame, &between, &before, [radius_a, radius_b], widening)
+        activate::<L>(link, reference, frame, &between, &before, [radius_a, radius_b], surface_displacement)
     }
 }
 
 impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> Batch<L>
-    for Queue<'_, L, PERIODIC, SAMPLE, DEFORM>
+    for TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
 {
     const PERIODIC: bool = PERIODIC;
     const SAMPLE: bool = SAMPLE;
@@ -576,7 +581,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
 
     #[inline(always)]
     fn poses(&self, i: usize) -> ([Pose; 2], Vec3) {
-        let k = self.waiting[i].contact as usize;
+        let k = self.pending[i].contact as usize;
         let Pair { a, b } = self.tile.pair[k];
         let mut both = [self.context.poses[a as usize], self.context.poses[b as usize]];
         if self.context.oriented {
@@ -589,7 +594,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
 
     #[inline(always)]
     fn motions(&self, i: usize) -> ([Motion; 2], ImageShift) {
-        let k = self.waiting[i].contact as usize;
+        let k = self.pending[i].contact as usize;
         let Pair { a, b } = self.tile.pair[k];
         let particles = self.context.particles;
         ([motion_of(particles, a as usize), motion_of(particles, b as usize)], self.image(k))
@@ -597,7 +602,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
 
     #[inline(always)]
     fn ends(&self, i: usize) -> ([Vec3; 2], [Quat; 2], Vec3) {
-        let k = self.waiting[i].contact as usize;
+        let k = self.pending[i].contact as usize;
         let Pair { a, b } = self.tile.pair[k];
         debug_assert!(self.context.oriented);
         let both = [&self.context.poses[a as usize], &self.context.poses[b as usize]];
@@ -605,8 +610,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 
     #[inline(always)]
-    fn constants(&self, i: usize) -> (ContactGeometry, Frame, bool) {
-        let Pair { a, b } = self.tile.pair[self.waiting[i].contact as usize];
+    fn constants(&self, i: usize) -> (ContactGeometry, PreviousGeometry, bool) {
+        let Pair { a, b } = self.tile.pair[self.pending[i].contact as usize];
         let [radius_a, radius_b] = [a, b].map(|p| self.context.poses[p as usize].radius);
         let ([mass_a, mass_b], (Reference { length, area }, bonded)) = (self.masses(i), self.reference(i));
         let geometry = ContactGeometry { reference_length: length, area, radius_a, radius_b, mass_a, mass_b };
@@ -615,41 +620,41 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
 
     #[inline(always)]
     fn reference(&self, i: usize) -> (Reference, bool) {
-        let k = self.waiting[i].contact as usize;
-        (self.tile.reference[k], self.tile.link[k].has(Link::BONDED))
+        let k = self.pending[i].contact as usize;
+        (self.tile.reference[k], self.tile.link[k].has(ContactFlags::BONDED))
     }
 
     #[inline(always)]
-    fn frame(&self, i: usize) -> Frame {
-        self.tile.frame[self.waiting[i].contact as usize]
+    fn frame(&self, i: usize) -> PreviousGeometry {
+        self.tile.frame[self.pending[i].contact as usize]
     }
 
     #[inline(always)]
     fn masses(&self, i: usize) -> [f64; 2] {
-        let Pair { a, b } = self.tile.pair[self.waiting[i].contact as usize];
+        let Pair { a, b } = self.tile.pair[self.pending[i].contact as usize];
         [a, b].map(|p| self.context.particles.mass[p as usize])
     }
 
     #[inline(always)]
     fn history(&self, i: usize) -> &L::State {
-        &self.tile.history[self.waiting[i].contact as usize]
+        &self.tile.history[self.pending[i].contact as usize]
     }
 
     #[inline(always)]
     fn law(&self, i: usize) -> (&L, &L::State) {
-        let k = self.waiting[i].contact as usize;
+        let k = self.pending[i].contact as usize;
         (&self.rows[self.tile.link[k].row as usize], &self.tile.history[k])
     }
 
     #[inline(always)]
     fn row(&self, i: usize) -> u16 {
-        self.tile.link[self.waiting[i].contact as usize].row
+        self.tile.link[self.pending[i].contact as usize].row
     }
 
     #[inline(always)]
-    fn widening(&self, i: usize) -> Symmetric {
-        let Pair { a, b } = self.tile.pair[self.waiting[i].contact as usize];
-        self.context.widening[a as usize].0 + self.context.widening[b as usize].0
+    fn surface_displacement(&self, i: usize) -> Symmetric {
+        let Pair { a, b } = self.tile.pair[self.pending[i].contact as usize];
+        self.context.surface_displacement[a as usize].0 + self.context.surface_displacement[b as usize].0
     }
 
     #[inline(always)]
@@ -658,92 +663,101 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 
     #[inline(always)]
-    fn answer(&mut self, i: usize, kinematics: &L::Kinematics) {
+    fn evaluate(&mut self, i: usize, kinematics: &L::Kinematics) {
         let (law, history) = self.law(i);
         if !self.deforms() {
             let response = law.respond(kinematics, history, self.context.dt);
-            self.take(i, kinematics.point(), &response);
+            self.commit(i, kinematics.point(), &response);
             return;
         }
-        let Waiting { contact, begins, .. } = self.waiting[i];
-        let now = self.widening(i).quadratic(&kinematics.point().normal);
+        let PendingContact { contact, begins, .. } = self.pending[i];
+        let now = self.surface_displacement(i).quadratic(&kinematics.point().normal);
         let told = L::READS_OLD_ELONGATION || begins;
-        let before = if told { self.widened_before(contact) } else { f64::NAN };
-        let deformed = kinematics.widened(now, before);
+        let before = if told { self.surface_approach_before(contact) } else { f64::NAN };
+        let deformed = kinematics.with_surface_displacement(now, before);
         let response = law.respond(&deformed, history, self.context.dt);
-        if !told && response.fate != Fate::Lives {
-            self.answer_again(i, *kinematics, now);
+        if !told && response.status != Status::Lives {
+            self.evaluate_again(i, *kinematics, now);
             return;
         }
-        self.take(i, deformed.point(), &response);
+        self.commit(i, deformed.point(), &response);
     }
 
     #[inline(always)]
-    fn take(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>) {
+    fn commit(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>) {
         if self.deforms() {
             let viscous = L::viscous_force(&point.normal, &response.state);
-            let push = Push::of(&point.normal, &response.force, &viscous, self.context.dashpots_strain);
-            self.take_with(i, point, response, Some(&push));
+            let push = ParticleVirial::of(&point.normal, &response.force, &viscous, self.context.dashpots_strain);
+            self.commit_with(i, point, response, Some(&push));
         } else {
-            self.take_with(i, point, response, None);
+            self.commit_with(i, point, response, None);
         }
     }
 
     #[inline(always)]
-    fn take_found(&mut self, i: usize, found: &Found<L::State>) {
+    fn commit_result(&mut self, i: usize, found: &BatchResult<L::State>) {
         debug_assert!(!SAMPLE && found.push.is_some() == self.deforms());
-        let Waiting { contact, slot, .. } = self.waiting[i];
+        let PendingContact { contact, slot, .. } = self.pending[i];
         let k = contact as usize;
-        let Found { chord: Chord { length, normal }, force, torques, energy, state, push } = found;
-        self.tile.frame[k] = Frame { normal: *normal, length: *length };
+        let BatchResult { branch: BranchVector { length, normal }, force, torques, energy, state, push } = found;
+        self.tile.frame[k] = PreviousGeometry { normal: *normal, length: *length };
         if let Some(state) = state {
             self.tile.history[k] = *state;
         }
-        let counted = !self.tile.link[k].has(Link::COUNTED_ELSEWHERE);
+        let counted = !self.tile.link[k].has(ContactFlags::NOT_OWNED);
         if let Some([viscous, integration]) = energy
             && counted
         {
-            self.tally.energy.viscous += viscous;
-            self.tally.energy.integration += integration;
+            self.totals.energy.viscous += viscous;
+            self.totals.energy.integration += integration;
         }
         // Damage that passes its threshold would have to be reported.
         debug_assert!(L::damage(&self.tile.history[k]) == 0.0);
-        self.carry(k, slot, *length, normal, force, torques, push.as_ref());
+        self.accumulate(k, slot, *length, normal, force, torques, push.as_ref());
     }
 }
 
 impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>
-    Queue<'_, L, PERIODIC, SAMPLE, DEFORM>
+    TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
 {
-    /// [`Batch::take`]; `strain`: what the contact does to the shape of its particles, if they deform.
+    /// [`Batch::commit`]; `strain`: what the contact does to the shape of its particles, if they deform.
     #[inline(always)]
-    fn take_with(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>, strain: Option<&Push>) {
-        let Waiting { contact, slot, begins } = self.waiting[i];
+    fn commit_with(
+        &mut self,
+        i: usize,
+        point: &PointKinematics,
+        response: &Response<L::State>,
+        strain: Option<&ParticleVirial>,
+    ) {
+        let PendingContact { contact, slot, begins } = self.pending[i];
         let k = contact as usize;
         let pair = self.tile.pair[k];
         let a = pair.a as usize;
         let link = &mut self.tile.link[k];
         let history = &mut self.tile.history[k];
-        let tally = &mut self.tally;
+        let totals = &mut self.totals;
         let &PointKinematics { normal, arm_a, arm_b, .. } = point;
-        if begins && link.has(Link::KEPT_REFERENCE) && !link.has(Link::COUNTED_ELSEWHERE) && point.elongation_old < 0.0
+        if begins
+            && link.has(ContactFlags::KEPT_REFERENCE)
+            && !link.has(ContactFlags::NOT_OWNED)
+            && point.elongation_old < 0.0
         {
-            tally.energy.damage -= taken_over(point, &response.force, &response.energy);
+            totals.energy.damage -= inherited_energy(point, &response.force, &response.energy);
         }
-        self.tile.frame[k] = Frame { normal, length: point.length };
-        let counted = !link.has(Link::COUNTED_ELSEWHERE);
+        self.tile.frame[k] = PreviousGeometry { normal, length: point.length };
+        let counted = !link.has(ContactFlags::NOT_OWNED);
         if counted {
-            tally.energy.damage += response.energy.damage;
-            tally.energy.friction += response.energy.friction;
-            tally.energy.viscous += response.energy.viscous;
-            tally.energy.integration += response.energy.integration;
+            totals.energy.damage += response.energy.damage;
+            totals.energy.friction += response.energy.friction;
+            totals.energy.viscous += response.energy.viscous;
+            totals.energy.integration += response.energy.integration;
         }
-        if response.fate != Fate::Lives {
-            end(link, history, response.fate, response.state);
-            if response.fate == Fate::Broke {
+        if response.status != Status::Lives {
+            end(link, history, response.status, response.state);
+            if response.status == Status::Broke {
                 let place = self.context.poses[a].position + normal * arm_a;
                 note(
-                    &mut tally.incidents,
+                    &mut totals.bond_events,
                     pair,
                     1.0,
                     place,
@@ -759,11 +773,11 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         }
         *history = response.state;
         let damage = L::damage(history);
-        if damage >= self.context.damage_threshold && !link.has(Link::REPORTED) {
-            link.flags |= Link::REPORTED;
+        if damage >= self.context.damage_threshold && !link.has(ContactFlags::REPORTED) {
+            link.flags |= ContactFlags::REPORTED;
             let place = self.context.poses[a].position + normal * arm_a;
             note(
-                &mut tally.incidents,
+                &mut totals.bond_events,
                 pair,
                 damage,
                 place,
@@ -774,24 +788,24 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         }
         let force = response.force;
         if SAMPLE && counted {
-            tally.energy.stored_normal += response.energy.stored_normal;
-            tally.energy.stored_shear += response.energy.stored_shear;
-            tally.energy.stored_bending += response.energy.stored_bending;
-            tally.energy.stored_twist += response.energy.stored_twist;
-            tally.force_squared += force.norm_squared();
+            totals.energy.stored_normal += response.energy.stored_normal;
+            totals.energy.stored_shear += response.energy.stored_shear;
+            totals.energy.stored_bending += response.energy.stored_bending;
+            totals.energy.stored_twist += response.energy.stored_twist;
+            totals.force_squared += force.norm_squared();
         }
         let [mut torque_a, mut torque_b] = torques(&normal, &force, [arm_a, arm_b]);
         if L::TRANSMITS_MOMENT {
             torque_a += response.moment;
             torque_b -= response.moment;
         }
-        self.carry(k, slot, point.length, &normal, &force, &[torque_a, torque_b], strain);
+        self.accumulate(k, slot, point.length, &normal, &force, &[torque_a, torque_b], strain);
     }
 
     /// Count contact `k` of this length (m) and normal, which carries `force` on A (N), and add that, the torques on A and B (N·m),
     /// and the strain, if particles deform, to what acts on them.
     #[inline(always)]
-    fn carry(
+    fn accumulate(
         &mut self,
         k: usize,
         slot: u32,
@@ -799,22 +813,22 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         normal: &Vec3,
         force: &Vec3,
         torques: &[Vec3; 2],
-        strain: Option<&Push>,
+        strain: Option<&ParticleVirial>,
     ) {
-        let (pair, link, tally) = (self.tile.pair[k], &self.tile.link[k], &mut self.tally);
-        let counted = !link.has(Link::COUNTED_ELSEWHERE);
-        tally.active += u64::from(counted);
+        let (pair, link, totals) = (self.tile.pair[k], &self.tile.link[k], &mut self.totals);
+        let counted = !link.has(ContactFlags::NOT_OWNED);
+        totals.active += u64::from(counted);
         if PERIODIC && counted {
-            tally.virial += (normal * length) * force.transpose();
+            totals.virial += (normal * length) * force.transpose();
             if link.image != [0, 0, 0] {
                 let i = link.image;
-                tally.crossing += force * Vec3::new(f64::from(i[0]), f64::from(i[1]), f64::from(i[2])).transpose();
+                totals.crossing += force * Vec3::new(f64::from(i[0]), f64::from(i[1]), f64::from(i[2])).transpose();
             }
         }
         let (a, b) = (pair.a as usize - self.tile.base, (pair.b as usize).wrapping_sub(self.tile.base));
         if let Some(push) = strain {
             let dyads = push.dyads();
-            let Pushed { dyads: sums, held } = &mut self.tile.pushed;
+            let ParticleVirials { dyads: sums, held } = &mut self.tile.virials;
             let (constraint, reacting) = (&self.context.particles.constraint, self.context.reacting);
             sums[a] += dyads;
             if constraint[pair.a as usize].any(reacting) {
@@ -826,7 +840,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
                     held[b].add_opposite(push);
                 }
             } else {
-                self.tile.push_halo[slot as usize] = *push;
+                self.tile.virial_halo[slot as usize] = *push;
             }
         }
         self.tile.force[a] += force;
@@ -843,34 +857,35 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
 /// What a contact holds at its beginning that nobody did as work in its first step, J: it goes on from a bond that broke
 /// while it was pressed together, whose energy was booked as released, and takes a part of it back.
 #[inline(always)]
-fn taken_over(point: &PointKinematics, force: &Vec3, energy: &EnergySplit) -> f64 {
+fn inherited_energy(point: &PointKinematics, force: &Vec3, energy: &EnergySplit) -> f64 {
     let along = point.normal * (point.elongation - point.elongation_old);
     let work = 0.5 * force.dot(&(along + point.shear_increment));
     energy.stored() + energy.dissipated() + energy.integration - work
 }
 
-/// Make a contact of a candidate whose surfaces, or those a broken bond kept, meet when particles are `widening` (m) wider
+/// Make a contact of a candidate whose surfaces, or those a broken bond kept, meet when particles are `surface_displacement` (m) wider
 /// than their radii say; whether they do.
 #[cold]
 #[inline(never)]
 pub(super) fn activate<L: ContactLaw>(
-    link: &mut Link,
+    link: &mut ContactFlags,
     reference: &mut Reference,
-    frame: &mut Frame,
+    frame: &mut PreviousGeometry,
     between: &Vec3,
     before: &Vec3,
     [radius_a, radius_b]: [f64; 2],
-    widening: f64,
+    surface_displacement: f64,
 ) -> bool {
     let length = between.norm();
-    let opening = if link.has(Link::KEPT_REFERENCE) { length - reference.length } else { length - radius_a - radius_b };
-    if opening - widening >= 0.0 {
+    let opening =
+        if link.has(ContactFlags::KEPT_REFERENCE) { length - reference.length } else { length - radius_a - radius_b };
+    if opening - surface_displacement >= 0.0 {
         return false;
     }
     let length_before = before.norm();
-    *frame = Frame { normal: before / length_before, length: length_before };
-    link.flags |= Link::ACTIVE;
-    if !link.has(Link::KEPT_REFERENCE) {
+    *frame = PreviousGeometry { normal: before / length_before, length: length_before };
+    link.flags |= ContactFlags::ACTIVE;
+    if !link.has(ContactFlags::KEPT_REFERENCE) {
         *reference = L::unbonded_reference(length, radius_a, radius_b);
     }
     true
@@ -878,13 +893,13 @@ pub(super) fn activate<L: ContactLaw>(
 
 /// Mark a contact that broke or opened.
 #[inline(always)]
-fn end<S: LawState>(link: &mut Link, history: &mut S, fate: Fate, last: S) {
-    if fate == Fate::Broke {
+fn end<S: LawState>(link: &mut ContactFlags, history: &mut S, status: Status, last: S) {
+    if status == Status::Broke {
         *history = last;
-        link.flags |= Link::BROKEN;
+        link.flags |= ContactFlags::BROKEN;
     } else {
         *history = S::default();
-        link.flags &= !(Link::ACTIVE | Link::REPORTED);
+        link.flags &= !(ContactFlags::ACTIVE | ContactFlags::REPORTED);
     }
 }
 
@@ -898,6 +913,6 @@ fn stored_by_mode(energy: &EnergySplit) -> [f64; 4] {
 /// memory from its beginning, not in registers, for every contact.)
 #[cold]
 #[inline(never)]
-fn note(log: &mut Vec<Incident>, pair: Pair, damage: f64, position: Vec3, energy: f64, stored: [f64; 4], broke: bool) {
-    log.push(Incident { pair, broke, damage, position, energy, stored });
+fn note(log: &mut Vec<BondEvent>, pair: Pair, damage: f64, position: Vec3, energy: f64, stored: [f64; 4], broke: bool) {
+    log.push(BondEvent { pair, broke, damage, position, energy, stored });
 }

@@ -18,14 +18,14 @@ pub mod walls;
 
 use crate::fracture::virial::{self, HydrostaticStrength};
 use crate::neighbor::{NeighborError, VerletList, candidate_pairs};
-use crate::state::contacts::{BrokenBond, Contacts, Link, Pair};
+use crate::state::contacts::{BrokenBond, ContactFlags, Contacts, Pair};
 use crate::state::{Cell, Constraint, Particles, State};
-use concordem_contact::kinematics::deformable::{Deformable, Pushed};
-use concordem_contact::kinematics::{Frame, Mode, Pose, sphere_sphere};
+use concordem_contact::kinematics::deformable::{Deformable, ParticleVirials};
+use concordem_contact::kinematics::{MotionMeasure, Pose, PreviousGeometry, sphere_sphere};
 use concordem_contact::law::EnergySplit;
 use concordem_contact::math::{Mat3, Vec3};
 use deformation::{DeformationPass, DeformationSums};
-use forces::{EvaluatedContacts, Incident, StepContext, TileMap};
+use forces::{BondEvent, EvaluatedContacts, StepContext, TileMap};
 use integrate::{Damping, KickContext, KickSums};
 use rayon::prelude::*;
 
@@ -42,12 +42,12 @@ pub enum Scheme {
 
 /// Which row of a law's parameter table serves which pair of materials.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct MaterialRows {
+pub struct PairCoefficients {
     count: usize,
     rows: Vec<u16>,
 }
 
-impl MaterialRows {
+impl PairCoefficients {
     /// No interaction.
     pub const NONE: u16 = u16::MAX;
 
@@ -71,7 +71,7 @@ impl MaterialRows {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     /// How motion is measured.
-    pub mode: Mode,
+    pub mode: MotionMeasure,
     /// Integration scheme.
     pub scheme: Scheme,
     /// Artificial damping.
@@ -81,9 +81,9 @@ pub struct Model {
     /// Damage at which a bond enters the event log.
     pub damage_threshold: f64,
     /// Parameter rows of unbonded contacts by material.
-    pub contact_rows: MaterialRows,
+    pub contact_rows: PairCoefficients,
     /// Parameter rows of wall contacts by material.
-    pub wall_rows: MaterialRows,
+    pub wall_rows: PairCoefficients,
     /// Skin of the neighbour search, as a share of the smallest radius.
     pub skin: f64,
     /// Thresholds of the failure of whole particles.
@@ -95,13 +95,13 @@ pub struct Model {
 impl Default for Model {
     fn default() -> Self {
         Self {
-            mode: Mode::Finite,
+            mode: MotionMeasure::Finite,
             scheme: Scheme::Leapfrog,
             damping: Damping::None,
             gravity: Vec3::zeros(),
             damage_threshold: 0.9,
-            contact_rows: MaterialRows::default(),
-            wall_rows: MaterialRows::default(),
+            contact_rows: PairCoefficients::default(),
+            wall_rows: PairCoefficients::default(),
             skin: 0.2,
             hydrostatic_strength: HydrostaticStrength::default(),
             deformable: None,
@@ -172,7 +172,7 @@ pub struct StepReport {
     /// Contacts that carry something: bonds, unbonded, walls.
     pub active: [u64; 3],
     /// Incidents by bond block.
-    pub incidents: Vec<(usize, Incident)>,
+    pub bond_events: Vec<(usize, BondEvent)>,
     /// `Σ|f|²` over all contacts, N², if sampled.
     pub force_squared: f64,
     /// Whether neighbours were searched anew in this step.
@@ -203,7 +203,7 @@ pub struct Solver {
     searches: u64,
     /// Particles per tile.
     tile: usize,
-    /// Which particles are of this solver's share, see [`Self::for_share`]; empty: all.
+    /// Which particles are of this solver's share, see [`Self::for_subdomain`]; empty: all.
     owned: Vec<bool>,
 }
 
@@ -218,12 +218,12 @@ impl Solver {
     /// `owned` tells which particles are of this share; the others are copies of neighbours from other shares. The state
     /// must hold every contact of an owned particle. A contact of particles from two shares is evaluated in both, which
     /// finds the same bits, and its energies are counted where A is owned (elsewhere the link has
-    /// [`Link::COUNTED_ELSEWHERE`], which the search sets on the contacts it begins; on bonds the host sets it). Net forces
+    /// [`ContactFlags::NOT_OWNED`], which the search sets on the contacts it begins; on bonds the host sets it). Net forces
     /// are complete on owned particles only.
     ///
     /// Contacts are added in the order of their pairs, one after the other. With particles in the order of names that
     /// all shares know, the net forces do not depend on how the particles are shared out, not by a bit.
-    pub fn for_share(model: Model, state: &mut State, owned: Vec<bool>) -> Result<Self, SolverError> {
+    pub fn for_subdomain(model: Model, state: &mut State, owned: Vec<bool>) -> Result<Self, SolverError> {
         let tile = state.particles.len().max(1);
         Self::with_tiles(model, state, tile, owned)
     }
@@ -350,7 +350,7 @@ impl Solver {
             let mut any_broken = false;
             for k in 0..block.len() {
                 let view = block.view(k);
-                if view.link.has(Link::BROKEN) {
+                if view.link.has(ContactFlags::BROKEN) {
                     any_broken = true;
                     // The host of a share keeps its own account, over all shares.
                     if self.owned.is_empty() {
@@ -366,7 +366,7 @@ impl Solver {
                 }
             }
             if any_broken {
-                block.retain_links(&|link| !link.has(Link::BROKEN));
+                block.retain_links(&|link| !link.has(ContactFlags::BROKEN));
             }
         }
         bonded.sort_unstable();
@@ -376,7 +376,7 @@ impl Solver {
             let reach: Vec<f64> = particles.radius.iter().map(|r| r * widest + 0.5 * skin).collect();
             let candidates = candidate_pairs(&particles.position, &reach, state.cell.as_ref()).map_err(neighbor)?;
             // Contacts with history stay, those with a kept reference as well while they may touch again.
-            block.retain_links(&|link| link.has(Link::ACTIVE) || link.has(Link::KEPT_REFERENCE));
+            block.retain_links(&|link| link.has(ContactFlags::ACTIVE) || link.has(ContactFlags::KEPT_REFERENCE));
             let present: Vec<(Pair, [i8; 3])> = (0..block.len())
                 .map(|k| {
                     let view = block.view(k);
@@ -390,8 +390,8 @@ impl Solver {
                         .contact_rows
                         .get(particles.material[pair.a as usize], particles.material[pair.b as usize])
                 {
-                    let flags = Link::KEPT_REFERENCE | self.elsewhere(pair);
-                    let link = Link { row, flags, image, padding: 0 };
+                    let flags = ContactFlags::KEPT_REFERENCE | self.elsewhere(pair);
+                    let link = ContactFlags { row, flags, image, padding: 0 };
                     block.push(pair, link, reference, frame);
                     bonded.push((pair, image));
                 }
@@ -414,8 +414,8 @@ impl Solver {
                     continue;
                 };
                 let shift = state.cell.map_or(Vec3::zeros(), |cell| cell.shift(candidate.image));
-                let frame = sphere_sphere::fresh_frame(&particles.position[a], &particles.position[b], &shift);
-                let link = Link { row, flags: self.elsewhere(pair), image: candidate.image, padding: 0 };
+                let frame = sphere_sphere::initial_geometry(&particles.position[a], &particles.position[b], &shift);
+                let link = ContactFlags { row, flags: self.elsewhere(pair), image: candidate.image, padding: 0 };
                 block.push(pair, link, concordem_contact::law::Reference::default(), frame);
             }
             block.sort();
@@ -438,7 +438,7 @@ impl Solver {
     /// The flag of a contact that begins and is counted in another share, if it is.
     fn elsewhere(&self, pair: Pair) -> u8 {
         let counted = self.owned.is_empty() || self.owned[pair.a as usize];
-        if counted { 0 } else { Link::COUNTED_ELSEWHERE }
+        if counted { 0 } else { ContactFlags::NOT_OWNED }
     }
 
     fn needs_search(&self, state: &State, strain: f64) -> bool {
@@ -483,8 +483,8 @@ impl Solver {
             dt: state.clock.dt,
             damage_threshold: self.model.damage_threshold,
             sample: false,
-            widening: &self.pass.widening,
-            widening_before: &self.pass.widening_before,
+            surface_displacement: &self.pass.surface_displacement,
+            surface_displacement_before: &self.pass.surface_displacement_before,
             deformable: self.model.deformable.as_ref(),
             dashpots_strain: false,
             reacting: Constraint::FREE,
@@ -509,7 +509,7 @@ impl Solver {
     pub fn find_forces(&mut self, state: &mut State, sample: bool) -> Result<StepReport, SolverError> {
         let mut report = StepReport::default();
         let (_, strain) = self.search_and_evaluate(state, sample, &mut report)?;
-        if report.incidents.iter().any(|(_, incident)| incident.broke) {
+        if report.bond_events.iter().any(|(_, bond_event)| bond_event.broke) {
             self.search(state, strain)?;
         }
         Ok(report)
@@ -562,7 +562,7 @@ impl Solver {
         let sample = sample || !state.ledger.started;
         let dt = state.clock.dt;
         let (crossing, strain) = self.search_and_evaluate(state, sample, &mut report)?;
-        let bonds_changed = report.incidents.iter().any(|(_, incident)| incident.broke);
+        let bonds_changed = report.bond_events.iter().any(|(_, bond_event)| bond_event.broke);
         // What the damping remembers; particles that come into it start from nothing.
         let remembered = if self.model.damping.remembers() { state.particles.len() } else { 0 };
         if state.particles.previous.len() != remembered {
@@ -577,7 +577,7 @@ impl Solver {
             damping: self.model.damping,
             cell: state.cell.as_ref(),
             gradient_change: self.gradient_change,
-            convective: matches!(self.model.mode, Mode::Yade | Mode::YadeRatcheting),
+            convective: matches!(self.model.mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting),
             targets: self.targets.as_deref(),
         };
         report.kick = integrate::kick_and_drift(&kick, &mut state.particles, &self.force, &self.torque);
@@ -638,8 +638,9 @@ impl Solver {
         self.pass.clear();
         report.evaluations += 1;
         let (force, torque, pass) = (&mut self.force[..], &mut self.torque[..], &mut self.pass);
-        let DeformationPass { widening, widening_before, dyads, held, .. } = pass;
-        let mut pushed = if self.model.deformable.is_some() { Pushed { dyads, held } } else { Pushed::default() };
+        let DeformationPass { surface_displacement, surface_displacement_before, dyads, held, .. } = pass;
+        let mut virials =
+            if self.model.deformable.is_some() { ParticleVirials { dyads, held } } else { ParticleVirials::default() };
         let reacting = self.model.deformable.as_ref().map_or(Constraint::FREE, Deformable::reacting);
         let context = StepContext {
             particles: &state.particles,
@@ -650,33 +651,33 @@ impl Solver {
             dt: state.clock.dt,
             damage_threshold: self.model.damage_threshold,
             sample,
-            widening,
-            widening_before,
+            surface_displacement,
+            surface_displacement_before,
             deformable: self.model.deformable.as_ref(),
             dashpots_strain: self.model.deformable.as_ref().is_some_and(|d| d.dashpots),
             reacting,
         };
         let mut crossing = Mat3::zeros();
-        let mut merge = |tally: forces::Tally, kind: usize, block: usize| {
-            report.energy += tally.energy;
-            report.virial += tally.virial;
-            crossing += tally.crossing;
-            report.active[kind] += tally.active;
-            report.force_squared += tally.force_squared;
-            report.incidents.extend(tally.incidents.into_iter().map(|incident| (block, incident)));
+        let mut merge = |totals: forces::Totals, kind: usize, block: usize| {
+            report.energy += totals.energy;
+            report.virial += totals.virial;
+            crossing += totals.crossing;
+            report.active[kind] += totals.active;
+            report.force_squared += totals.force_squared;
+            report.bond_events.extend(totals.bond_events.into_iter().map(|bond_event| (block, bond_event)));
         };
         for (k, (block, map)) in state.bonds.iter_mut().zip(&mut self.bond_maps).enumerate() {
-            merge(block.evaluate(&context, map, force, torque, pushed.reborrow()), 0, k);
+            merge(block.evaluate(&context, map, force, torque, virials.reborrow()), 0, k);
         }
         if let Some(block) = &mut state.contacts {
-            let mut tally = block.evaluate(&context, &mut self.contact_map, force, torque, pushed.reborrow());
-            tally.incidents.clear();
-            merge(tally, 1, usize::MAX);
+            let mut totals = block.evaluate(&context, &mut self.contact_map, force, torque, virials.reborrow());
+            totals.bond_events.clear();
+            merge(totals, 1, usize::MAX);
         }
         if let Some(block) = &mut state.wall_contacts {
-            let mut tally = block.evaluate_walls(&context, &mut state.walls, force, torque, pushed.reborrow());
-            tally.incidents.clear();
-            merge(tally, 2, usize::MAX);
+            let mut totals = block.evaluate_walls(&context, &mut state.walls, force, torque, virials.reborrow());
+            totals.bond_events.clear();
+            merge(totals, 2, usize::MAX);
         }
         let maps = maps(&self.bond_maps, &self.contact_map, state);
         integrate::gather(force, torque, &maps);
@@ -707,7 +708,7 @@ impl Solver {
                     *strain = self.pass.relax(deformable, relaxation, &state.particles);
                 }
                 // A bond that broke once stays so: bonds that break and heal in turn would keep strains from settling.
-                start.release(&report.incidents);
+                start.release(&report.bond_events);
                 start.restore(state);
                 if self.needs_search(state, *strain) {
                     self.search(state, *strain)?;
@@ -751,11 +752,12 @@ impl Histories {
         }
     }
 
-    /// Let go of the bonds that broke among `incidents`: they break when they are evaluated.
-    fn release(&mut self, incidents: &[(usize, Incident)]) {
+    /// Let go of the bonds that broke among `bond_events`: they break when they are evaluated.
+    fn release(&mut self, bond_events: &[(usize, BondEvent)]) {
         for (k, block) in self.bonds.iter_mut().enumerate() {
-            let broke = |(at, incident): &&(usize, Incident)| *at == k && incident.broke;
-            let mut pairs: Vec<Pair> = incidents.iter().filter(broke).map(|(_, incident)| incident.pair).collect();
+            let broke = |(at, bond_event): &&(usize, BondEvent)| *at == k && bond_event.broke;
+            let mut pairs: Vec<Pair> =
+                bond_events.iter().filter(broke).map(|(_, bond_event)| bond_event.pair).collect();
             if !pairs.is_empty() {
                 pairs.sort_unstable();
                 block.contacts_mut().release(&|pair| pairs.binary_search(pair).is_ok());
@@ -778,7 +780,7 @@ fn search_walls(
     particles: &Particles,
     skin: f64,
 ) -> Result<(), NeighborError> {
-    block.retain_links(&|link| link.has(Link::ACTIVE));
+    block.retain_links(&|link| link.has(ContactFlags::ACTIVE));
     let present: Vec<Pair> = (0..block.len()).map(|k| block.view(k).pair).collect();
     let elements = walls::element_table(walls);
     let mut pairs = Vec::new();
@@ -791,7 +793,10 @@ fn search_walls(
             continue;
         }
         for p in 0..n {
-            if wall.foot(e as usize, &particles.position[p]).is_some_and(|f| f.distance < particles.radius[p] + skin) {
+            if wall
+                .closest_point(e as usize, &particles.position[p])
+                .is_some_and(|f| f.distance < particles.radius[p] + skin)
+            {
                 pairs.push(Pair { a: p as u32, b: number as u32 });
             }
         }
@@ -815,8 +820,8 @@ fn search_walls(
         let a = pair.a as usize;
         let wall = &walls[elements[pair.b as usize].0 as usize];
         if let Some(row) = model.wall_rows.get(particles.material[a], wall.material) {
-            let link = Link { row, flags: 0, image: [0; 3], padding: 0 };
-            block.push(pair, link, concordem_contact::law::Reference::default(), Frame::default());
+            let link = ContactFlags { row, flags: 0, image: [0; 3], padding: 0 };
+            block.push(pair, link, concordem_contact::law::Reference::default(), PreviousGeometry::default());
         }
     }
     block.sort();

@@ -7,11 +7,11 @@ use rayon::prelude::*;
 
 use super::forces::{StepContext, activate};
 use super::walls;
-use crate::state::contacts::{ContactBlock, Link};
+use crate::state::contacts::{ContactBlock, ContactFlags};
 use crate::state::{Particles, Wall};
-use concordem_contact::kinematics::deformable::Pushed;
+use concordem_contact::kinematics::deformable::ParticleVirials;
 use concordem_contact::kinematics::sphere_sphere::ImageShift;
-use concordem_contact::law::{ContactGeometry, ContactLaw, Fate, Kinematics, Response};
+use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Response, Status};
 use concordem_contact::math::Vec3;
 use concordem_operator::{ContactSet, LoadSet, OperatorError};
 
@@ -116,24 +116,24 @@ pub(super) fn record<L: ContactLaw>(block: &ContactBlock<L>, context: &StepConte
 fn row<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepContext<'_>) -> Option<Row> {
     let particles = context.particles;
     let (pair, mut link, mut reference, mut frame) = (block.pair[k], block.link[k], block.reference[k], block.frame[k]);
-    if link.has(Link::BROKEN) {
+    if link.has(ContactFlags::BROKEN) {
         return None;
     }
     let (a, b) = (pair.a as usize, pair.b as usize);
     let image = context.cell.map_or_else(ImageShift::default, |cell| ImageShift::of(cell, link.image, context.mode));
     let (motion_a, motion_b) = (super::forces::motion_of(particles, a), super::forces::motion_of(particles, b));
     let branch = motion_b.position + image.displacement - motion_a.position;
-    if !link.has(Link::ACTIVE) {
+    if !link.has(ContactFlags::ACTIVE) {
         let before = branch - (motion_b.velocity + image.velocity - motion_a.velocity) * context.dt;
         let (radius_a, radius_b) = (particles.radius[a], particles.radius[b]);
-        let widening = if context.widening.is_empty() {
+        let surface_displacement = if context.surface_displacement.is_empty() {
             0.0
         } else {
             let normal = branch.normalize();
-            context.widening_between(a, b, &normal, &normal).0
+            context.surface_approach(a, b, &normal, &normal).0
         };
         let (link, reference, frame) = (&mut link, &mut reference, &mut frame);
-        if !activate::<L>(link, reference, frame, &branch, &before, [radius_a, radius_b], widening) {
+        if !activate::<L>(link, reference, frame, &branch, &before, [radius_a, radius_b], surface_displacement) {
             return None;
         }
     }
@@ -149,18 +149,18 @@ fn row<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepContext<'
         &image,
         &geometry,
         &frame,
-        link.has(Link::BONDED),
+        link.has(ContactFlags::BONDED),
         context.dt,
     );
-    if !context.widening.is_empty() {
+    if !context.surface_displacement.is_empty() {
         let normal = kinematics.point().normal;
-        let (now, before) = context.widening_between(a, b, &normal, &frame.normal);
-        kinematics = kinematics.widened(now, before);
+        let (now, before) = context.surface_approach(a, b, &normal, &frame.normal);
+        kinematics = kinematics.with_surface_displacement(now, before);
     }
-    let Response { force, moment, fate, .. } =
+    let Response { force, moment, status, .. } =
         block.rows[link.row as usize].respond(&kinematics, &block.history[k], context.dt);
     let point = kinematics.point();
-    (fate == Fate::Lives).then(|| Row {
+    (status == Status::Lives).then(|| Row {
         pair: [pair.a, pair.b],
         branch,
         point: motion_a.position + point.normal * point.arm_a,
@@ -181,5 +181,13 @@ pub(super) fn record_walls<L: ContactLaw>(
     let (mut block, mut walls) = (block.clone(), walls.to_vec());
     let n = context.particles.len();
     let (mut force, mut torque) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
-    walls::evaluate(&mut block, context, &mut walls, &mut force, &mut torque, &mut Pushed::default(), Some(out));
+    walls::evaluate(
+        &mut block,
+        context,
+        &mut walls,
+        &mut force,
+        &mut torque,
+        &mut ParticleVirials::default(),
+        Some(out),
+    );
 }

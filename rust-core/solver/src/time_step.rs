@@ -20,10 +20,10 @@ use rayon::prelude::*;
 
 use super::coupling::{Convergence, Coupling};
 use super::lanczos;
-use crate::state::contacts::{Contacts, Link};
+use crate::state::contacts::{ContactFlags, Contacts};
 use crate::state::{Cell, Particles, State};
 use concordem_contact::kinematics::deformable::{Deformable, Update};
-use concordem_contact::kinematics::sphere_sphere::fresh_frame;
+use concordem_contact::kinematics::sphere_sphere::initial_geometry;
 use concordem_contact::law::Stiffness;
 use concordem_contact::math::{Mat3, Vec3};
 
@@ -70,12 +70,12 @@ fn elements(state: &State) -> Vec<Element> {
     let mut add = |block: &dyn Contacts| {
         for k in 0..block.len() {
             let view = block.view(k);
-            if view.link.has(Link::BROKEN) {
+            if view.link.has(ContactFlags::BROKEN) {
                 continue;
             }
             let (a, b) = (view.pair.a as usize, view.pair.b as usize);
             let shift = state.cell.as_ref().map_or_else(Vec3::zeros, |cell: &Cell| cell.shift(view.link.image));
-            let frame = fresh_frame(&particles.position[a], &particles.position[b], &shift);
+            let frame = initial_geometry(&particles.position[a], &particles.position[b], &shift);
             let (arm_a, arm_b) = block.arms(k, particles, frame.length);
             all.push(Element {
                 a: view.pair.a,
@@ -106,8 +106,13 @@ fn wall_elements(state: &State) -> Vec<(u32, Vec3, f64, Stiffness)> {
             let view = block.view(k);
             let a = view.pair.a as usize;
             let (w, e) = table[view.pair.b as usize];
-            let foot = state.walls[w as usize].foot(e as usize, &state.particles.position[a])?;
-            Some((view.pair.a, foot.normal, state.particles.radius[a], block.stiffness(k, &state.particles, true)))
+            let closest_point = state.walls[w as usize].closest_point(e as usize, &state.particles.position[a])?;
+            Some((
+                view.pair.a,
+                closest_point.normal,
+                state.particles.radius[a],
+                block.stiffness(k, &state.particles, true),
+            ))
         })
         .collect()
 }

@@ -6,15 +6,15 @@
 //! surface acts once, not once per triangle. Where the
 //! nearest point passes from one triangle to the next, the new contact goes on with the history of the old one.
 
-use super::forces::{Incident, StepContext, Tally, motion_of};
+use super::forces::{BondEvent, StepContext, Totals, motion_of};
 use crate::record::WallForces;
 use crate::state::Wall;
-use crate::state::contacts::{ContactBlock, Link};
-use concordem_contact::kinematics::Frame;
-use concordem_contact::kinematics::deformable::{Push, Pushed};
-use concordem_contact::law::{ContactGeometry, ContactLaw, Fate, Kinematics};
+use crate::state::contacts::{ContactBlock, ContactFlags};
+use concordem_contact::kinematics::PreviousGeometry;
+use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
+use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Status};
 use concordem_contact::math::Vec3;
-use concordem_contact::wall::Foot;
+use concordem_contact::wall::ClosestPoint;
 
 /// Two points of a surface closer than this share of the particle's radius are the same point.
 const SAME_POINT: f64 = 1e-6;
@@ -38,18 +38,18 @@ pub fn evaluate<L: ContactLaw>(
     walls: &mut [Wall],
     force: &mut [Vec3],
     torque: &mut [Vec3],
-    pushed: &mut Pushed<'_>,
+    virials: &mut ParticleVirials<'_>,
     mut record: Option<&mut WallForces>,
-) -> Tally {
+) -> Totals {
     let elements = element_table(walls);
     let particles = context.particles;
-    let mut tally = Tally::default();
+    let mut totals = Totals::default();
     for wall in walls.iter_mut() {
         wall.force = Vec3::zeros();
         wall.torque = Vec3::zeros();
     }
     let mut start = 0;
-    let mut feet: Vec<Option<Foot>> = Vec::new();
+    let mut feet: Vec<Option<ClosestPoint>> = Vec::new();
     let mut holds: Vec<bool> = Vec::new();
     while start < block.len() {
         let a = block.pair[start].a as usize;
@@ -59,18 +59,21 @@ pub fn evaluate<L: ContactLaw>(
         feet.clear();
         feet.extend(block.pair[start..end].iter().map(|pair| {
             let (w, e) = elements[pair.b as usize];
-            walls[w as usize].foot(e as usize, &centre)
+            walls[w as usize].closest_point(e as usize, &centre)
         }));
         // Radius towards a wall, with what the particle widened.
-        let widened = |normal: &Vec3| radius + context.widening.get(a).map_or(0.0, |w| w.0.quadratic(normal));
-        let touching = |k: usize| feet[k].filter(|foot| foot.distance < widened(&foot.normal));
+        let with_surface_displacement =
+            |normal: &Vec3| radius + context.surface_displacement.get(a).map_or(0.0, |w| w.0.quadratic(normal));
+        let touching = |k: usize| {
+            feet[k].filter(|closest_point| closest_point.distance < with_surface_displacement(&closest_point.normal))
+        };
         // Which of them act.
         holds.clear();
         holds.extend((0..end - start).map(|k| {
-            let Some(foot) = touching(k) else { return false };
+            let Some(closest_point) = touching(k) else { return false };
             let w = elements[block.pair[start + k].b as usize].0;
-            let point = foot.normal * foot.distance;
-            foot.interior
+            let point = closest_point.normal * closest_point.distance;
+            closest_point.interior
                 || !(0..end - start).any(|other| {
                     let (w_other, e) = elements[block.pair[start + other].b as usize];
                     other != k
@@ -84,7 +87,7 @@ pub fn evaluate<L: ContactLaw>(
                             } else {
                                 let x = centre + point;
                                 walls[w as usize]
-                                    .foot(e as usize, &x)
+                                    .closest_point(e as usize, &x)
                                     .is_none_or(|f| f.distance.abs() < SAME_POINT * radius)
                             }
                         })
@@ -92,24 +95,25 @@ pub fn evaluate<L: ContactLaw>(
         }));
         // Contacts that begin take over from one of the same surface that ends.
         for k in start..end {
-            if let (true, Some(foot)) = (holds[k - start], feet[k - start])
-                && !block.link[k].has(Link::ACTIVE)
+            if let (true, Some(closest_point)) = (holds[k - start], feet[k - start])
+                && !block.link[k].has(ContactFlags::ACTIVE)
             {
-                begin(block, &elements, start, k, &foot.normal, &holds);
+                begin(block, &elements, start, k, &closest_point.normal, &holds);
             }
         }
         for k in start..end {
             let w = elements[block.pair[k].b as usize].0;
-            let Some(foot) = feet[k - start] else {
+            let Some(closest_point) = feet[k - start] else {
                 forget(block, k);
                 continue;
             };
-            let opens = block.link[k].has(Link::ACTIVE) && foot.distance >= widened(&foot.normal);
+            let opens = block.link[k].has(ContactFlags::ACTIVE)
+                && closest_point.distance >= with_surface_displacement(&closest_point.normal);
             if !holds[k - start] && !opens {
                 forget(block, k);
                 continue;
             }
-            let point = foot.normal * foot.distance;
+            let point = closest_point.normal * closest_point.distance;
             let motion = motion_of(particles, a);
             let mut geometry = ContactGeometry {
                 reference_length: block.reference[k].length,
@@ -119,12 +123,15 @@ pub fn evaluate<L: ContactLaw>(
                 mass_a: particles.mass[a],
                 mass_b: f64::INFINITY,
             };
-            if !block.link[k].has(Link::ACTIVE) {
-                block.link[k].flags |= Link::ACTIVE;
+            if !block.link[k].has(ContactFlags::ACTIVE) {
+                block.link[k].flags |= ContactFlags::ACTIVE;
                 block.reference[k] = L::unbonded_reference(radius, radius, 0.0);
                 // Where it was one step ago follows from the velocities, so that candidates need no memory.
-                let approach = (motion.velocity - walls[w as usize].velocity).dot(&foot.normal);
-                block.frame[k] = Frame { normal: foot.normal, length: foot.distance + approach * context.dt };
+                let approach = (motion.velocity - walls[w as usize].velocity).dot(&closest_point.normal);
+                block.frame[k] = PreviousGeometry {
+                    normal: closest_point.normal,
+                    length: closest_point.distance + approach * context.dt,
+                };
                 geometry.reference_length = block.reference[k].length;
                 geometry.area = block.reference[k].area;
             }
@@ -132,7 +139,7 @@ pub fn evaluate<L: ContactLaw>(
             let Some(mut kinematics) = L::Kinematics::measure_wall(
                 context.mode,
                 &motion,
-                &foot,
+                &closest_point,
                 &velocity,
                 &geometry,
                 &block.frame[k],
@@ -140,16 +147,17 @@ pub fn evaluate<L: ContactLaw>(
             ) else {
                 continue;
             };
-            if let Some(widening) = context.widening.get(a) {
-                let before = context.widening_before(a).quadratic(&block.frame[k].normal);
-                kinematics = kinematics.widened(widening.0.quadratic(&foot.normal), before);
+            if let Some(surface_displacement) = context.surface_displacement.get(a) {
+                let before = context.surface_displacement_before(a).quadratic(&block.frame[k].normal);
+                kinematics = kinematics
+                    .with_surface_displacement(surface_displacement.0.quadratic(&closest_point.normal), before);
             }
             let response = block.rows[block.link[k].row as usize].respond(&kinematics, &block.history[k], context.dt);
-            block.frame[k] = Frame { normal: foot.normal, length: foot.distance };
-            tally.energy += response.energy;
-            match response.fate {
-                Fate::Lives => block.history[k] = response.state,
-                Fate::Broke => tally.incidents.push(Incident {
+            block.frame[k] = PreviousGeometry { normal: closest_point.normal, length: closest_point.distance };
+            totals.energy += response.energy;
+            match response.status {
+                Status::Lives => block.history[k] = response.state,
+                Status::Broke => totals.bond_events.push(BondEvent {
                     pair: block.pair[k],
                     broke: true,
                     damage: 1.0,
@@ -157,23 +165,24 @@ pub fn evaluate<L: ContactLaw>(
                     energy: response.energy.damage,
                     stored: [0.0; 4],
                 }),
-                Fate::Opened => {}
+                Status::Opened => {}
             }
-            if response.fate != Fate::Lives {
+            if response.status != Status::Lives {
                 forget(block, k);
                 continue;
             }
-            tally.active += 1;
+            totals.active += 1;
             if context.sample {
-                tally.force_squared += response.force.norm_squared();
+                totals.force_squared += response.force.norm_squared();
             }
             force[a] += response.force;
-            if let Some(sum) = pushed.dyads.get_mut(a) {
-                let viscous = L::viscous_force(&foot.normal, &response.state);
-                let push = Push::of(&foot.normal, &response.force, &viscous, context.dashpots_strain);
+            if let Some(sum) = virials.dyads.get_mut(a) {
+                let viscous = L::viscous_force(&closest_point.normal, &response.state);
+                let push =
+                    ParticleVirial::of(&closest_point.normal, &response.force, &viscous, context.dashpots_strain);
                 *sum += push.dyads();
                 if particles.constraint[a].any(context.reacting) {
-                    pushed.held[a].add(&push);
+                    virials.held[a].add(&push);
                 }
             }
             torque[a] += point.cross(&response.force);
@@ -190,7 +199,7 @@ pub fn evaluate<L: ContactLaw>(
         }
         start = end;
     }
-    tally
+    totals
 }
 
 /// Let contact `k` go on with the history of the active contact of the same wall and row that ends in this step, if
@@ -209,7 +218,7 @@ fn begin<L: ContactLaw>(
     let mut nearest = SAME_SURFACE;
     for (other, _) in (start..).zip(holds).filter(|(_, holds)| !**holds) {
         let cosine = block.frame[other].normal.dot(normal);
-        if block.link[other].has(Link::ACTIVE)
+        if block.link[other].has(ContactFlags::ACTIVE)
             && wall(other) == wall(k)
             && block.link[other].row == block.link[k].row
             && cosine > nearest
@@ -218,7 +227,7 @@ fn begin<L: ContactLaw>(
         }
     }
     if let Some(other) = best {
-        block.link[k].flags |= Link::ACTIVE;
+        block.link[k].flags |= ContactFlags::ACTIVE;
         block.reference[k] = block.reference[other];
         block.frame[k] = block.frame[other];
         block.history[k] = block.history[other];
@@ -227,6 +236,6 @@ fn begin<L: ContactLaw>(
 }
 
 fn forget<L: ContactLaw>(block: &mut ContactBlock<L>, k: usize) {
-    block.link[k].flags &= !Link::ACTIVE;
+    block.link[k].flags &= !ContactFlags::ACTIVE;
     block.history[k] = L::State::default();
 }

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use concordem_contact::kinematics::Mode;
+use concordem_contact::kinematics::MotionMeasure;
 use concordem_contact::kinematics::deformable::{Condition, Deformable, Update};
 use concordem_contact::law::{ContactLaw, ContactStiffness, Elastic, Frictional, HertzMindlin, LinearBond};
 use concordem_contact::math::{Symmetric, Vec3};
@@ -44,7 +44,7 @@ fn discs(places: &[(f64, f64)], radius: impl Fn(usize) -> f64) -> Particles {
 }
 
 fn bonded<L: ContactLaw>(particles: Particles, law: L, ratio: f64) -> State {
-    let mut rows = MaterialRows::new(1);
+    let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let mut bonds = ContactBlock::new(vec![law]);
     bond(&mut bonds, &rows, &particles, None, ratio).unwrap();
@@ -209,7 +209,7 @@ fn spectral_radii_of_the_specimens() {
 
 struct Pressed {
     shortening: f64,
-    widening: f64,
+    surface_displacement: f64,
     state: State,
 }
 
@@ -219,8 +219,8 @@ fn pressed(deformable: Option<&Deformable>) -> Pressed {
     let corner = |x: usize, y: usize| y * 9 + x;
     for x in 0..9 {
         let down = Vec3::new(0.0, -FORCE, 0.0);
-        state.particles.add_load_at(corner(x, 0) as u32, -down, Vec3::zeros(), LoadLever::Push);
-        state.particles.add_load_at(corner(x, 19) as u32, down, Vec3::zeros(), LoadLever::Push);
+        state.particles.add_load_at(corner(x, 0) as u32, -down, Vec3::zeros(), LoadLever::ParticleVirial);
+        state.particles.add_load_at(corner(x, 19) as u32, down, Vec3::zeros(), LoadLever::ParticleVirial);
     }
     for y in 0..20 {
         let column = &mut state.particles.constraint[corner(4, y)];
@@ -237,7 +237,7 @@ fn pressed(deformable: Option<&Deformable>) -> Pressed {
     let x = |p: usize| state.particles.position[p];
     Pressed {
         shortening: 38e-3 - (x(corner(4, 19)).y - x(corner(4, 0)).y),
-        widening: x(corner(8, 10)).x - x(corner(0, 10)).x - 16e-3,
+        surface_displacement: x(corner(8, 10)).x - x(corner(0, 10)).x - 16e-3,
         state,
     }
 }
@@ -256,11 +256,11 @@ fn square_specimen_meets_the_tables() {
         (2e11, [3.7757e-6, 0.151, 50.32, 0.719, 0.1699, 0.0503, 0.1724]),
     ] {
         let deformable = deformable(young, poisson);
-        let Pressed { shortening, widening, state } = pressed(Some(&deformable));
+        let Pressed { shortening, surface_displacement, state } = pressed(Some(&deformable));
         let disc = disc_stiffness(young, poisson);
         let stiffness = NORMAL / (1.0 + 2.0 * NORMAL / disc);
         let expected = 19.0 * FORCE / stiffness;
-        let ratio = (widening / 16e-3) / (shortening / 38e-3);
+        let ratio = (surface_displacement / 16e-3) / (shortening / 38e-3);
         let expected_ratio =
             4.0 * poisson * (1.0 + poisson) * NORMAL / (4.0 * (1.0 - poisson * poisson) * NORMAL + PI * young);
         // Stress 90 kN over 18 mm, gauge length between the centres of the end rows.
@@ -333,7 +333,7 @@ fn between_plates() {
         force: Vec3::zeros(),
         torque: Vec3::zeros(),
     };
-    let mut rows = MaterialRows::new(1);
+    let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let run = |walls: Box<dyn EvaluatedContacts>, deformable: &Deformable| {
         let mut particles = discs(&[(0.0, 0.0)], |_| RADIUS);
@@ -669,7 +669,7 @@ fn broken_discs_close_their_ledger_on_any_threads_and_after_restart() {
         let contact = ContactStiffness::Given { normal: NORMAL, shear: 0.5 * NORMAL };
         state.contacts = Some(Box::new(ContactBlock::new(vec![Frictional::new(contact, 0.4, 0.05).unwrap()])));
         let top = 3.0_f64.sqrt() * RADIUS * (rows - 1) as f64;
-        state.particles.add_load_at(500, Vec3::new(300.0, 100.0, 0.0), Vec3::zeros(), LoadLever::Push);
+        state.particles.add_load_at(500, Vec3::new(300.0, 100.0, 0.0), Vec3::zeros(), LoadLever::ParticleVirial);
         for p in 0..columns * rows {
             let y = state.particles.position[p].y;
             state.particles.velocity[p].y += 20.0 * (y / top - 0.5);
@@ -680,7 +680,7 @@ fn broken_discs_close_their_ledger_on_any_threads_and_after_restart() {
         }
         state
     };
-    let mut rows = MaterialRows::new(1);
+    let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let iterated = Update::Iterated { tolerance: 1e-9, maximum: 100, relaxation: 0.8 };
     for (update, steps) in [(Update::Lagged, 400), (iterated, 60)] {
@@ -741,26 +741,26 @@ fn strains_of_one_step_ago_are_the_same_with_and_without_a_table() {
     }
     let of = |pass: &mut DeformationPass, state: &mut State, table: bool| -> Vec<Symmetric> {
         pass.begin(&deformable, &mut state.particles, table);
-        assert_eq!(pass.widening_before.is_empty(), !table);
+        assert_eq!(pass.surface_displacement_before.is_empty(), !table);
         let context = StepContext {
             particles: &state.particles,
             poses: &[],
             oriented: false,
             cell: None,
-            mode: Mode::Finite,
+            mode: MotionMeasure::Finite,
             dt: state.clock.dt,
             damage_threshold: 1.0,
             sample: false,
-            widening: &pass.widening,
-            widening_before: &pass.widening_before,
+            surface_displacement: &pass.surface_displacement,
+            surface_displacement_before: &pass.surface_displacement_before,
             deformable: Some(&deformable),
             dashpots_strain: false,
             reacting: Constraint::FREE,
         };
-        (0..state.particles.len()).map(|p| context.widening_before(p)).collect()
+        (0..state.particles.len()).map(|p| context.surface_displacement_before(p)).collect()
     };
     let mut pass = DeformationPass::default();
     let (table, found) = (of(&mut pass, &mut state, true), of(&mut pass, &mut state, false));
-    assert!(table.iter().any(|widening| *widening != Symmetric::default()));
+    assert!(table.iter().any(|surface_displacement| *surface_displacement != Symmetric::default()));
     assert_eq!(table, found);
 }

@@ -1,8 +1,8 @@
 //! The solver against closed forms and itself.
 
 use concordem_contact::kinematics::deformable::{Condition, Deformable, Update};
-use concordem_contact::kinematics::{Mode, sphere_sphere};
-use concordem_contact::law::cpm::CpmMode;
+use concordem_contact::kinematics::{MotionMeasure, sphere_sphere};
+use concordem_contact::law::cpm::CpmFormulation;
 use concordem_contact::law::{
     BeamModel, BendingTerm, CohesiveBeam, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional,
     LinearBond, Reference, Section,
@@ -14,7 +14,7 @@ use concordem_solver::neighbor::candidate_pairs;
 use concordem_solver::state::State;
 use concordem_solver::state::columns::ColumnStore;
 use concordem_solver::state::contacts::ContactBlock;
-use concordem_solver::state::contacts::{Link, Pair};
+use concordem_solver::state::contacts::{ContactFlags, Pair};
 use concordem_solver::state::{Cell, Constraint, Load, Particles, Sphere};
 use concordem_solver::*;
 
@@ -36,10 +36,11 @@ fn block_of<L: ContactLaw>(n: usize, rows: Vec<L>, periodic: bool) -> State {
     for pair in candidate_pairs(&particles.position, &vec![1.5; particles.len()], cell.as_ref()).unwrap() {
         let (a, b) = (pair.a as usize, pair.b as usize);
         let shift = cell.map_or(Vec3::zeros(), |cell| cell.shift(pair.image));
-        let frame = sphere_sphere::fresh_frame(&particles.position[a], &particles.position[b], &shift);
+        let frame = sphere_sphere::initial_geometry(&particles.position[a], &particles.position[b], &shift);
         // Runs of one row and places where they change.
         let row = (bonds.len() / 100 % row_count) as u16;
-        let link = Link { row, flags: Link::BONDED | Link::ACTIVE, image: pair.image, padding: 0 };
+        let link =
+            ContactFlags { row, flags: ContactFlags::BONDED | ContactFlags::ACTIVE, image: pair.image, padding: 0 };
         bonds.push(Pair { a: pair.a, b: pair.b }, link, Reference { length: frame.length, area: 1.0 }, frame);
     }
     State { particles, bonds: vec![Box::new(bonds)], cell, ..State::default() }
@@ -146,7 +147,7 @@ fn a_host_that_moves_the_particles_gets_the_same_bits() {
         let contact = LinearBond::new(1.0, 0.4, 0.0, f64::INFINITY, f64::INFINITY).unwrap();
         state.contacts = Some(Box::new(ContactBlock::new(vec![contact])));
         state.clock.dt = 0.2;
-        let mut contact_rows = MaterialRows::new(1);
+        let mut contact_rows = PairCoefficients::new(1);
         contact_rows.set(0, 0, 0);
         let model = Model { contact_rows, ..Model::default() };
         let solver = Solver::new(model, &mut state).unwrap();
@@ -157,10 +158,10 @@ fn a_host_that_moves_the_particles_gets_the_same_bits() {
     let mut broken = 0;
     for _ in 0..200 {
         let report = solver.step_with(&mut own, false).unwrap();
-        broken += report.incidents.iter().filter(|(_, incident)| incident.broke).count();
+        broken += report.bond_events.iter().filter(|(_, bond_event)| bond_event.broke).count();
         let hosts = force.find_forces(&mut hosted, false).unwrap();
         hosted.clock.step += 1;
-        assert_eq!(hosts.incidents, report.incidents);
+        assert_eq!(hosts.bond_events, report.bond_events);
         let kick = KickContext {
             dt: hosted.clock.dt,
             fraction: 1.0,
@@ -182,7 +183,7 @@ fn a_host_that_moves_the_particles_gets_the_same_bits() {
 /// Steps that are sampled answer contacts one by one, those that are not in columns: the same bits, of all laws and measures, in
 /// two tiles, with rows that change, turned bodies, and bonds that break. The last step is sampled in both, so that the ledgers
 /// tell the same.
-fn columns_are_one_by_one<L: ContactLaw>(name: &str, rows: &[L], mode: Mode, periodic: bool, turned: bool) {
+fn columns_are_one_by_one<L: ContactLaw>(name: &str, rows: &[L], mode: MotionMeasure, periodic: bool, turned: bool) {
     columns_are_one_by_one_in(name, rows, &Model { mode, ..Model::default() }, periodic, turned);
 }
 
@@ -204,7 +205,7 @@ fn columns_are_one_by_one_in<L: ContactLaw>(name: &str, rows: &[L], model: &Mode
         let (bonds, mut broken) = (state.bond_count(), 0);
         for step in 0..50 {
             let report = solver.step_with(&mut state, sampled || step == 49).unwrap();
-            broken += report.incidents.iter().filter(|(_, incident)| incident.broke).count();
+            broken += report.bond_events.iter().filter(|(_, bond_event)| bond_event.broke).count();
         }
         assert!((10..bonds * 9 / 10).contains(&broken), "{name}: {broken} of {bonds} broke, which says little");
         ColumnStore::of(&state).unwrap()
@@ -215,10 +216,10 @@ fn columns_are_one_by_one_in<L: ContactLaw>(name: &str, rows: &[L], model: &Mode
 
 #[test]
 fn columns_give_the_bits_of_one_by_one() {
-    let every = [Mode::Finite, Mode::FirstOrder, Mode::Yade, Mode::YadeRatcheting];
+    let every = [MotionMeasure::Finite, MotionMeasure::FirstOrder, MotionMeasure::Yade, MotionMeasure::YadeRatcheting];
     let linear = LinearBond::new(1.0, 0.4, 0.1, 0.03, 0.03).unwrap();
     let concrete = CpmParameters { omega_threshold: 0.9, ..CpmParameters::new(2.0, 0.4, 0.03, 0.6, 0.002, 1.5) };
-    let of_yade = CpmParameters { mode: CpmMode::YadePublic, ..concrete };
+    let of_yade = CpmParameters { mode: CpmFormulation::YadePublic, ..concrete };
     let beam = CohesiveBeam { strength: 0.09, ..CohesiveBeam::new(2.0, 0.2, Section::Radius(0.5)).unwrap() };
     let larger_end = CohesiveBeam { bending_term: BendingTerm::LargerEnd, strength: 0.2, ..beam };
     let model = BeamModel::Timoshenko { shear_coefficient: 0.9 };
@@ -249,10 +250,10 @@ fn columns_give_the_bits_of_one_by_one() {
                 ("beams by their larger end", vec![larger_end]),
                 ("springs", vec![spring]),
             ] {
-                columns_are_one_by_one(name, &rows, Mode::Finite, periodic, turned);
+                columns_are_one_by_one(name, &rows, MotionMeasure::Finite, periodic, turned);
             }
         }
-        columns_are_one_by_one("slender beams", &[beam], Mode::YadeRatcheting, periodic, true);
+        columns_are_one_by_one("slender beams", &[beam], MotionMeasure::YadeRatcheting, periodic, true);
     }
 }
 
@@ -311,7 +312,7 @@ fn shares_find_the_forces_of_the_whole() {
     let bond = LinearBond::new(1.0, 0.4, 0.1, 1e-3, 1e-3).unwrap();
     let friction =
         Frictional::new(ContactStiffness::Given { normal: 1.0, shear: 0.4 }, 0.5, 0.1).expect("valid parameters");
-    let mut rows = MaterialRows::new(1);
+    let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let model = Model { contact_rows: rows, ..Model::default() };
     let dt = 0.1;
@@ -323,7 +324,7 @@ fn shares_find_the_forces_of_the_whole() {
             let mut view = bonds.view(k);
             let (a, b) = (owned[view.pair.a as usize], owned[view.pair.b as usize]);
             if !a {
-                view.link.flags |= Link::COUNTED_ELSEWHERE;
+                view.link.flags |= ContactFlags::NOT_OWNED;
             }
             if a || b {
                 kept.push(view.pair, view.link, view.reference, view.frame);
@@ -332,7 +333,7 @@ fn shares_find_the_forces_of_the_whole() {
         state.bonds = vec![Box::new(kept)];
         state.contacts = Some(Box::new(ContactBlock::new(vec![friction])));
         state.clock.dt = dt;
-        let solver = Solver::for_share(model.clone(), &mut state, owned).unwrap();
+        let solver = Solver::for_subdomain(model.clone(), &mut state, owned).unwrap();
         (state, solver)
     };
     let n = 216;
@@ -357,7 +358,7 @@ fn shares_find_the_forces_of_the_whole() {
             }
             sums.push(solver.find_forces(state, true).unwrap());
         }
-        broken += sums[0].incidents.len();
+        broken += sums[0].bond_events.len();
         let total = |sum: &StepReport| sum.energy.stored() + sum.energy.dissipated();
         let (whole, shared) = (total(&sums[0]), total(&sums[1]) + total(&sums[2]));
         assert!((whole - shared).abs() <= 1e-13 * whole, "{whole:e} {shared:e}");
@@ -373,7 +374,7 @@ fn shares_find_the_forces_of_the_whole() {
         }
     }
     let contacts = parts[0].0.contacts.as_ref().unwrap().contacts();
-    let touching = (0..contacts.len()).filter(|&k| contacts.view(k).link.has(Link::ACTIVE)).count();
+    let touching = (0..contacts.len()).filter(|&k| contacts.view(k).link.has(ContactFlags::ACTIVE)).count();
     assert!(broken > 100 && touching > 10, "{broken} {touching}");
 }
 
@@ -387,7 +388,7 @@ fn yades_modes_carry_particles_with_the_cell_as_yade_does() {
     let cell = Cell::new_box(Vec3::repeat(1.0));
     let mut state = State { particles, cell: Some(cell), ..State::default() };
     state.clock.dt = 1e-3;
-    let model = Model { mode: Mode::YadeRatcheting, ..Model::default() };
+    let model = Model { mode: MotionMeasure::YadeRatcheting, ..Model::default() };
     let mut solver = Solver::new(model, &mut state).unwrap();
     solver.set_velocity_gradient(&cell, Mat3::from_diagonal(&Vec3::new(0.0, 0.0, 0.5)));
     let yade = [

@@ -224,10 +224,10 @@ fn derivatives(
     for column in strains(network.planar) {
         let answers = operator.answers(&states[column], Some(column));
         let dyads = operator.dyads(&answers);
-        let widening = |compliance: &[Compliance]| -> Vec<Symmetric> {
-            compliance.iter().zip(&dyads).map(|(compliance, dyad)| compliance.widening(dyad)).collect()
+        let surface_displacement = |compliance: &[Compliance]| -> Vec<Symmetric> {
+            compliance.iter().zip(&dyads).map(|(compliance, dyad)| compliance.surface_displacement(dyad)).collect()
         };
-        let (by_young, by_poisson) = (widening(&network.compliance), widening(&by_poisson));
+        let (by_young, by_poisson) = (surface_displacement(&network.compliance), surface_displacement(&by_poisson));
         for (k, (link, (force, moment))) in network.links.iter().zip(&answers).enumerate() {
             let carried = LinkStrain { displacement: *force, rotation: *moment }.split(&link.normal);
             let (young, poisson) = (relief(link, &by_young), -relief(link, &by_poisson));

@@ -3,7 +3,7 @@
 use super::{Link, StaticsError};
 use concordem_contact::kinematics::deformable::Compliance;
 use concordem_solver::Model;
-use concordem_solver::state::contacts::Link as LinkFlags;
+use concordem_solver::state::contacts::ContactFlags;
 use concordem_solver::state::{Constraint, State};
 
 /// The links of an assembly of `particles` particles.
@@ -55,7 +55,7 @@ impl LinkNetwork {
             let block = block.contacts();
             for k in 0..block.len() {
                 let view = block.view(k);
-                if !view.link.has(LinkFlags::BONDED) || view.link.has(LinkFlags::BROKEN) {
+                if !view.link.has(ContactFlags::BONDED) || view.link.has(ContactFlags::BROKEN) {
                     continue;
                 }
                 let (a, b) = (view.pair.a as usize, view.pair.b as usize);
@@ -100,9 +100,9 @@ impl LinkNetwork {
             }
         }
         let mut gone = vec![false; self.links.len()];
-        let mut waiting: Vec<usize> = (0..self.particles).filter(|&p| count[p] <= 1).collect();
+        let mut pending: Vec<usize> = (0..self.particles).filter(|&p| count[p] <= 1).collect();
         let mut rattlers = 0;
-        while let Some(p) = waiting.pop() {
+        while let Some(p) = pending.pop() {
             rattlers += 1;
             for &k in &of[p] {
                 if gone[k as usize] {
@@ -115,7 +115,7 @@ impl LinkNetwork {
                 if other != p {
                     count[other] -= 1;
                     if count[other] == 1 {
-                        waiting.push(other);
+                        pending.push(other);
                     }
                 }
             }

@@ -113,8 +113,9 @@ pub(super) fn add(y: &mut [f64], p: usize, part: &NodeMotion, scale: f64) {
 }
 
 /// Force (N) that particles which are so much wider (m) take from a link: `k_N n (n·(W_A + W_B)n)`.
-pub(super) fn relief(link: &super::Link, widening: &[Symmetric]) -> Vec3 {
-    let elongation = (widening[link.a as usize] + widening[link.b as usize]).quadratic(&link.normal);
+pub(super) fn relief(link: &super::Link, surface_displacement: &[Symmetric]) -> Vec3 {
+    let elongation =
+        (surface_displacement[link.a as usize] + surface_displacement[link.b as usize]).quadratic(&link.normal);
     link.normal * (link.stiffness.normal * elongation)
 }
 
@@ -152,9 +153,10 @@ impl<'a> Operator<'a> {
                 let force = link.stiffness.normal * link.normal.dot(&felt.displacement);
                 Symmetric::product(&link.normal, &link.normal) * force
             });
-            let widening = coupling.widening(&self.on_both_ends(normal));
+            let surface_displacement = coupling.surface_displacement(&self.on_both_ends(normal));
             for (link, felt) in links.iter().zip(&mut felt) {
-                felt.displacement -= (widening[link.a as usize] + widening[link.b as usize]).times(&link.normal);
+                felt.displacement -=
+                    (surface_displacement[link.a as usize] + surface_displacement[link.b as usize]).times(&link.normal);
             }
         }
         felt
@@ -166,9 +168,9 @@ impl<'a> Operator<'a> {
         let felt = self.felt(x, strain);
         let mut answers: Vec<(Vec3, Vec3)> = links.iter().zip(&felt).map(|(link, felt)| link.answer(felt)).collect();
         if let Some(coupling) = self.coupling.as_ref().filter(|_| !self.transposed) {
-            let widening = coupling.widening(&self.dyads(&answers));
+            let surface_displacement = coupling.surface_displacement(&self.dyads(&answers));
             for (link, (force, _)) in links.iter().zip(&mut answers) {
-                *force -= relief(link, &widening);
+                *force -= relief(link, &surface_displacement);
             }
         }
         answers

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use concordem_contact::kinematics::{Frame, Mode};
+use concordem_contact::kinematics::{MotionMeasure, PreviousGeometry};
 use concordem_contact::law::cpm::{Cpm, CpmParameters, CpmState};
 use concordem_contact::law::{EnergySplit, LawState, Reference};
 use concordem_contact::math::{Mat3, Quat, Vec3, quaternion_of_rotation_vector};
@@ -12,9 +12,9 @@ use concordem_scenario::schema::Scenario;
 use concordem_solver::integrate::Damping;
 use concordem_solver::neighbor::spatial_order;
 use concordem_solver::state::columns::{ColumnData, ColumnKind, ColumnStore, StoredColumn};
-use concordem_solver::state::contacts::{ContactBlock, Link, Pair};
+use concordem_solver::state::contacts::{ContactBlock, ContactFlags, Pair};
 use concordem_solver::state::{Cell, Constraint, Particles, Sphere, State};
-use concordem_solver::{MaterialRows, Model, Solver, StepReport};
+use concordem_solver::{Model, PairCoefficients, Solver, StepReport};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -82,7 +82,7 @@ pub enum Origin {
     /// Taken over from the host's own concrete.
     Concrete {
         /// Measure of motion.
-        kinematics: Mode,
+        kinematics: MotionMeasure,
         /// Number of materials.
         materials: usize,
         /// Damping, if the assembly moves its particles itself.
@@ -102,12 +102,12 @@ pub enum Origin {
 }
 
 /// The measure of motion of that name.
-pub fn mode_of(name: &str) -> Result<Mode, String> {
+pub fn mode_of(name: &str) -> Result<MotionMeasure, String> {
     match name {
-        "finite" => Ok(Mode::Finite),
-        "first-order" => Ok(Mode::FirstOrder),
-        "yade" => Ok(Mode::Yade),
-        "yade-ratcheting" => Ok(Mode::YadeRatcheting),
+        "finite" => Ok(MotionMeasure::Finite),
+        "first-order" => Ok(MotionMeasure::FirstOrder),
+        "yade" => Ok(MotionMeasure::Yade),
+        "yade-ratcheting" => Ok(MotionMeasure::YadeRatcheting),
         other => Err(format!(
             "kinematics is \"{other}\"; it may be \"finite\", \"first-order\", \"yade\", \"yade-ratcheting\""
         )),
@@ -168,9 +168,9 @@ impl Bodies<'_> {
 }
 
 /// Laws and which one is between two materials.
-fn laws_of(rows: &[Row], materials: usize) -> Result<(Vec<Cpm>, MaterialRows), String> {
+fn laws_of(rows: &[Row], materials: usize) -> Result<(Vec<Cpm>, PairCoefficients), String> {
     let mut laws = Vec::new();
-    let mut map = MaterialRows::new(materials);
+    let mut map = PairCoefficients::new(materials);
     for Row { a, b, parameters } in rows {
         let law = Cpm::new(parameters).map_err(|error| error.to_string())?;
         map.set(*a, *b, laws.len() as u16);
@@ -233,7 +233,7 @@ impl Assembly {
     pub fn new(mut state: State, model: Model, origin: Origin) -> Result<Self, String> {
         // Of the measures, only those of YADE read velocities in place of rotations.
         let beams = state.bonds.iter().any(|block| block.law() == "cohesive_beam");
-        let needs_rotation = beams || !matches!(model.mode, Mode::Yade | Mode::YadeRatcheting);
+        let needs_rotation = beams || !matches!(model.mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
         let needs_constraint = model.deformable.is_some();
         let solver = Solver::new(model, &mut state).map_err(|error| error.to_string())?;
         let losses = vec![0; state.particles.len()];
@@ -334,10 +334,10 @@ impl Assembly {
                 state = state.swapped();
             }
             let bonded = contacts.bonded[k];
-            let flags = Link::ACTIVE | if bonded { Link::BONDED } else { 0 };
-            let link = Link { row, flags, image, padding: 0 };
+            let flags = ContactFlags::ACTIVE | if bonded { ContactFlags::BONDED } else { 0 };
+            let link = ContactFlags { row, flags, image, padding: 0 };
             let block = if bonded { &mut bonds } else { &mut loose };
-            let frame = Frame { normal, length: contacts.distance[k] };
+            let frame = PreviousGeometry { normal, length: contacts.distance[k] };
             block.push(Pair { a, b }, link, Reference { length, area }, frame);
             if let Some(last) = block.history.last_mut() {
                 *last = state;
@@ -426,9 +426,9 @@ impl Assembly {
     /// Note the bonds that broke in a step, and what was dissipated; the number of bonds.
     pub fn count(&mut self, report: &StepReport) -> usize {
         let mut count = 0;
-        for (_, incident) in report.incidents.iter().filter(|(_, incident)| incident.broke) {
-            self.losses[incident.pair.a as usize] += 1;
-            self.losses[incident.pair.b as usize] += 1;
+        for (_, bond_event) in report.bond_events.iter().filter(|(_, bond_event)| bond_event.broke) {
+            self.losses[bond_event.pair.a as usize] += 1;
+            self.losses[bond_event.pair.b as usize] += 1;
             count += 1;
         }
         self.broken += count as u64;
@@ -581,7 +581,7 @@ mod tests {
     use super::*;
 
     /// Three spheres of concrete in a row, the first two bonded; the third comes from the right.
-    fn row_of_three(kinematics: Mode) -> Assembly {
+    fn row_of_three(kinematics: MotionMeasure) -> Assembly {
         let position = [Vec3::zeros(), Vec3::new(2e-3, 0.0, 0.0), Vec3::new(4.1e-3, 0.0, 0.0)];
         let velocity = [Vec3::zeros(), Vec3::new(0.1, 0.02, 0.0), Vec3::new(-3.0, 0.0, 0.0)];
         let bodies = Bodies {
@@ -634,7 +634,7 @@ mod tests {
 
     #[test]
     fn words_hold_everything() {
-        for kinematics in [Mode::Finite, Mode::YadeRatcheting] {
+        for kinematics in [MotionMeasure::Finite, MotionMeasure::YadeRatcheting] {
             let mut straight = row_of_three(kinematics);
             drive(&mut straight, 500);
             let words = straight.to_words().expect("words");
@@ -648,7 +648,7 @@ mod tests {
 
     #[test]
     fn words_that_are_not_whole_are_refused() {
-        let words = row_of_three(Mode::Finite).to_words().expect("words");
+        let words = row_of_three(MotionMeasure::Finite).to_words().expect("words");
         for length in (0..words.len()).step_by(7) {
             assert!(Assembly::from_words(&words[..length]).is_err(), "{length} of {}", words.len());
         }
@@ -656,7 +656,7 @@ mod tests {
 
     #[test]
     fn what_makes_no_sense_is_refused() {
-        let mut assembly = row_of_three(Mode::Finite);
+        let mut assembly = row_of_three(MotionMeasure::Finite);
         let nan = Vec3::new(f64::NAN, 0.0, 0.0);
         let place = assembly.state.particles.id.iter().position(|&id| id == 11).expect("it is there");
         let given = |k| Given { velocity: if k == place { nan } else { Vec3::zeros() }, ..Given::default() };

@@ -5,10 +5,10 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion, fresh_frame};
-use concordem_contact::kinematics::{Frame, FrameKinematics};
+use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion, initial_geometry};
+use concordem_contact::kinematics::{FrameKinematics, PreviousGeometry};
 use concordem_contact::law::{
-    BeamModel, BendingTerm, CohesiveBeam, CohesiveBeamState, ContactGeometry, ContactLaw, Fate, Response, Section,
+    BeamModel, BendingTerm, CohesiveBeam, CohesiveBeamState, ContactGeometry, ContactLaw, Response, Section, Status,
 };
 use concordem_contact::math::{Quat, Vec3, quaternion_of_rotation_vector};
 
@@ -169,7 +169,7 @@ fn answer(
     let image = ImageShift { displacement: c.shift.into(), velocity: c.shift_velocity.into(), periodic: false };
     let geometry = c.parameters.geometry();
     // The law reads no length of the last step.
-    let frame = Frame { normal: Vec3::zeros(), length: geometry.reference_length };
+    let frame = PreviousGeometry { normal: Vec3::zeros(), length: geometry.reference_length };
     let kinematics = FrameKinematics::new(a, b, &image, &geometry, &frame, true, c.dt);
     (kinematics, law.respond(&kinematics, old, c.dt))
 }
@@ -179,7 +179,7 @@ unsafe fn respond(c: &mut BeamContact) -> Outcome {
     // SAFETY: the caller's promise.
     let mut motions = unsafe { [c.bodies[0].read(), c.bodies[1].read()] };
     if c.parameters.length <= 0.0 {
-        c.parameters.length = fresh_frame(&motions[0].position, &motions[1].position, &c.shift.into()).length;
+        c.parameters.length = initial_geometry(&motions[0].position, &motions[1].position, &c.shift.into()).length;
     }
     let Ok(law) = c.parameters.law() else { return Outcome::Parameters };
     // SAFETY: the caller's promise.
@@ -187,14 +187,14 @@ unsafe fn respond(c: &mut BeamContact) -> Outcome {
         CohesiveBeamState { rest_direction: vector(c.rest_direction), rest_rotation: vector(c.rest_rotation) }
     };
     let (mut kinematics, mut response) = answer(&law, c, &motions, &old);
-    if response.fate != Fate::Lives {
+    if response.status != Status::Lives {
         // Only the work of the step in which it breaks asks how far the bodies turned.
         for motion in &mut motions {
             motion.rotation_increment = quaternion_of_rotation_vector(&(motion.angular_velocity * c.dt));
         }
         (kinematics, response) = answer(&law, c, &motions, &old);
     }
-    let Response { force, moment, state, fate, energy } = response;
+    let Response { force, moment, state, status, energy } = response;
     if !(force.norm_squared() + moment.norm_squared() + energy.stored()).is_finite() {
         return Outcome::NotANumber;
     }
@@ -206,7 +206,7 @@ unsafe fn respond(c: &mut BeamContact) -> Outcome {
     c.normal = point.normal.into();
     c.damage_energy = energy.damage;
     c.integration_energy = energy.integration;
-    c.stored_energy = if fate == Fate::Lives { energy.stored() } else { 0.0 };
+    c.stored_energy = if status == Status::Lives { energy.stored() } else { 0.0 };
     // SAFETY: the caller's promise.
     unsafe {
         for k in 0..3 {
@@ -214,7 +214,7 @@ unsafe fn respond(c: &mut BeamContact) -> Outcome {
             *c.rest_rotation.add(k) = state.rest_rotation[k];
         }
     }
-    if fate == Fate::Lives { Outcome::Lives } else { Outcome::Broke }
+    if status == Status::Lives { Outcome::Lives } else { Outcome::Broke }
 }
 
 /// One step of a beam; see [`Outcome`].

@@ -6,13 +6,13 @@
 
 use std::ffi::{CStr, c_char};
 
-use concordem_contact::law::cpm::{CpmMode, CpmParameters, DamageLaw};
+use concordem_contact::law::cpm::{CpmFormulation, CpmParameters, DamageLaw};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_operator::stress::{ParticleVolume, Partition, particle_stress, region_stress};
 use concordem_operator::{LoadSet, Region, Truncation};
 use concordem_solver::forces::EvaluatedContacts;
 use concordem_solver::state::Cell;
-use concordem_solver::state::contacts::Link;
+use concordem_solver::state::contacts::ContactFlags;
 
 use crate::assembly::{Assembly, Bodies, Contacts, Given, Origin, PAUSE_SOFT, PauseThreads, Row, cell_of, mode_of};
 use crate::guard::{Message, guarded};
@@ -134,7 +134,7 @@ unsafe fn bodies<'a>(arrays: &BodyArrays) -> Bodies<'a> {
 }
 
 impl RowValues {
-    fn row(&self, mode: CpmMode) -> Result<Row, String> {
+    fn row(&self, mode: CpmFormulation) -> Result<Row, String> {
         let damage_law = match self.damage_law {
             0 => DamageLaw::Linear,
             1 => DamageLaw::Exponential,
@@ -162,11 +162,11 @@ impl RowValues {
     }
 }
 
-fn law_mode(name: &str) -> Result<CpmMode, String> {
+fn law_mode(name: &str) -> Result<CpmFormulation, String> {
     match name {
-        "yade-public" => Ok(CpmMode::YadePublic),
-        "thesis" => Ok(CpmMode::Thesis),
-        "woo" => Ok(CpmMode::Woo),
+        "yade-public" => Ok(CpmFormulation::YadePublic),
+        "thesis" => Ok(CpmFormulation::Thesis),
+        "woo" => Ok(CpmFormulation::Woo),
         other => Err(format!("mode is \"{other}\"; it may be \"yade-public\", \"thesis\", \"woo\"")),
     }
 }
@@ -456,7 +456,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_particles(
             for block in &state.bonds {
                 for k in 0..block.len() {
                     let view = block.view(k);
-                    if view.link.has(Link::BROKEN) {
+                    if view.link.has(ContactFlags::BROKEN) {
                         continue;
                     }
                     let of_strength = strength_lost(&**block, k, crack_onset);

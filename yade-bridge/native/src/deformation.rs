@@ -7,7 +7,7 @@
 
 use std::ffi::{CStr, c_char};
 
-use concordem_contact::kinematics::deformable::{Condition, Deformable, Push, Update};
+use concordem_contact::kinematics::deformable::{Condition, Deformable, ParticleVirial, Update};
 use concordem_contact::law::Elastic;
 use concordem_contact::math::{Symmetric, Vec3};
 use concordem_solver::deformation::{DeformationPass, DeformationSums};
@@ -42,8 +42,8 @@ pub struct DeformableBody {
     other: *mut f64,
     reaction: *mut f64,
     /// How far its surface will have moved out in the next step, and has in this one, m.
-    widening: *mut f64,
-    widening_before: *mut f64,
+    surface_displacement: *mut f64,
+    surface_displacement_before: *mut f64,
     /// Stress, Pa.
     stress: *mut f64,
 }
@@ -170,7 +170,7 @@ impl Scratch {
             force.resize(particles.len(), Vec3::zeros());
             let reacting = deformable.reacting();
             for bond in &*bonds {
-                let push = Push::of(&bond.normal, &bond.force, &bond.viscous, deformable.dashpots);
+                let push = ParticleVirial::of(&bond.normal, &bond.force, &bond.viscous, deformable.dashpots);
                 let ([a, b], dyads) = (bond.bodies.map(|body| body as usize), push.dyads());
                 force[a] += bond.force;
                 force[b] -= bond.force;
@@ -195,7 +195,7 @@ impl Scratch {
 
     /// Give the host what was found.
     unsafe fn write(&self, deformable: &Deformable, bodies: &[DeformableBody]) {
-        let widenings = self.pass.widening.iter().zip(&self.pass.widening_before);
+        let widenings = self.pass.surface_displacement.iter().zip(&self.pass.surface_displacement_before);
         for ((body, d), (now, before)) in bodies.iter().zip(&self.particles.deformation).zip(widenings) {
             let stress = deformable.stress(&d.dyad, body.radius);
             for (to, from) in [
@@ -203,8 +203,8 @@ impl Scratch {
                 (body.used, &d.used),
                 (body.other, &d.other),
                 (body.reaction, &d.reaction),
-                (body.widening, &now.0),
-                (body.widening_before, before),
+                (body.surface_displacement, &now.0),
+                (body.surface_displacement_before, before),
                 (body.stress, &stress),
             ] {
                 // SAFETY: the caller's promise: six reals.

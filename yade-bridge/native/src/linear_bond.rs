@@ -1,7 +1,7 @@
 //! The brittle linear bond on one contact of YADE (`LinearBondPhys_Rust` on `ScGeom`), between particles that may deform: the
 //! library's law on the bodies' own places and rotations.
 //!
-//! Motion is measured by [`Mode::Finite`], the default of the solver and of the bonded engine: YADE's integrator turns a body
+//! Motion is measured by [`MotionMeasure::Finite`], the default of the solver and of the bonded engine: YADE's integrator turns a body
 //! by `ω Δt` in a step and moves it by `v Δt`, as ours does, so that increments of finite rotations are known and the work of
 //! the bonds adds up to their energies.
 
@@ -9,9 +9,9 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use concordem_contact::kinematics::sphere_sphere::{ImageShift, fresh_frame, measure};
-use concordem_contact::kinematics::{Frame, Mode};
-use concordem_contact::law::{ContactGeometry, ContactLaw, Fate, LinearBond, LinearBondState};
+use concordem_contact::kinematics::sphere_sphere::{ImageShift, initial_geometry, measure};
+use concordem_contact::kinematics::{MotionMeasure, PreviousGeometry};
+use concordem_contact::law::{ContactGeometry, ContactLaw, LinearBond, LinearBondState, Status};
 use concordem_contact::math::{Symmetric, Vec3, quaternion_of_rotation_vector};
 
 use crate::beam::{BodyMotion, Outcome};
@@ -40,7 +40,7 @@ pub struct BondedBody {
     mass: f64,
     /// How far its surface moved out in this step and in the one before, m: six reals each ([`Symmetric`]), or null if it is
     /// rigid.
-    widening: [*const f64; 2],
+    surface_displacement: [*const f64; 2],
 }
 
 /// One bond, its history, and what it answers; SI units.
@@ -88,9 +88,9 @@ impl LinearBondParameters {
 
 impl BondedBody {
     /// How far the surface moved out, now and one step ago.
-    unsafe fn widening(&self) -> [Symmetric; 2] {
+    unsafe fn surface_displacement(&self) -> [Symmetric; 2] {
         // SAFETY: six reals, or null.
-        self.widening.map(|p| if p.is_null() { Symmetric::default() } else { unsafe { symmetric(p) } })
+        self.surface_displacement.map(|p| if p.is_null() { Symmetric::default() } else { unsafe { symmetric(p) } })
     }
 }
 
@@ -98,14 +98,15 @@ impl BondedBody {
 unsafe fn respond(c: &mut LinearBondContact) -> Outcome {
     // SAFETY: the caller's promise.
     let mut motions = unsafe { [c.bodies[0].motion.read(), c.bodies[1].motion.read()] };
-    let (mut reference_length, mut frame) = (c.reference_length, Frame { normal: c.normal.into(), length: c.length });
+    let (mut reference_length, mut frame) =
+        (c.reference_length, PreviousGeometry { normal: c.normal.into(), length: c.length });
     if reference_length > 0.0 {
         for motion in &mut motions {
             motion.rotation_increment = quaternion_of_rotation_vector(&(motion.angular_velocity * c.dt));
         }
     } else {
         // The bond begins here: how the bodies came to where they are does not strain it.
-        frame = fresh_frame(&motions[0].position, &motions[1].position, &c.shift.into());
+        frame = initial_geometry(&motions[0].position, &motions[1].position, &c.shift.into());
         reference_length = frame.length;
     }
     let [a, b] = &c.bodies;
@@ -119,11 +120,12 @@ unsafe fn respond(c: &mut LinearBondContact) -> Outcome {
         mass_b: b.mass,
     };
     let image = ImageShift { displacement: c.shift.into(), ..ImageShift::default() };
-    let kinematics = measure(Mode::Finite, &motions[0], &motions[1], &image, &geometry, &frame, true, c.dt);
+    let kinematics = measure(MotionMeasure::Finite, &motions[0], &motions[1], &image, &geometry, &frame, true, c.dt);
     // SAFETY: the caller's promise.
-    let [[a, a_old], [b, b_old]] = unsafe { [a.widening(), b.widening()] };
+    let [[a, a_old], [b, b_old]] = unsafe { [a.surface_displacement(), b.surface_displacement()] };
     let normal = kinematics.normal;
-    let kinematics = kinematics.widened((a + b).quadratic(&normal), (a_old + b_old).quadratic(&frame.normal));
+    let kinematics =
+        kinematics.with_surface_displacement((a + b).quadratic(&normal), (a_old + b_old).quadratic(&frame.normal));
     let old = LinearBondState {
         shear_displacement: c.shear_displacement.into(),
         normal_dashpot: c.normal_dashpot,
@@ -146,7 +148,7 @@ unsafe fn respond(c: &mut LinearBondContact) -> Outcome {
     c.damage_energy = energy.damage;
     c.viscous_energy = energy.viscous;
     c.integration_energy = energy.integration;
-    let lives = response.fate == Fate::Lives;
+    let lives = response.status == Status::Lives;
     c.stored_energy = if lives { energy.stored() } else { 0.0 };
     if lives { Outcome::Lives } else { Outcome::Broke }
 }

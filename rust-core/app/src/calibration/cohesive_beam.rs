@@ -21,8 +21,8 @@ use concordem_packing::mass_of;
 use concordem_packing::random_dense::{Progress, RandomDense, random_dense};
 use concordem_packing::{Crop, Packing, PackingError, Shape, SizeDistribution, export_text, tile_and_crop};
 use concordem_scenario::assembly::{AssemblyError, assemble};
-use concordem_scenario::plan::Simulation;
-use concordem_scenario::plan::simulation::RunError;
+use concordem_scenario::schedule::Simulation;
+use concordem_scenario::schedule::simulation::RunError;
 use concordem_scenario::schema::{Scenario, ScenarioError};
 use concordem_solver::fracture::Event;
 use concordem_solver::fracture::fragments::{count, fragments};
@@ -31,7 +31,7 @@ use concordem_solver::integrate::Damping;
 use concordem_solver::neighbor::{NeighborError, spatial_order};
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::state::{Constraint, Particles, Sphere, State};
-use concordem_solver::{MaterialRows, Model, Scheme, Solver, SolverError, time_step};
+use concordem_solver::{Model, PairCoefficients, Scheme, Solver, SolverError, time_step};
 
 /// Why a sample or a search fails.
 #[derive(Debug, thiserror::Error)]
@@ -205,7 +205,7 @@ impl Sample {
         }
         let order = spatial_order(&particles.position, None);
         let particles = particles.permuted(&order);
-        let mut rows = MaterialRows::new(1);
+        let mut rows = PairCoefficients::new(1);
         rows.set(0, 0, 0);
         let mut bonds = ContactBlock::new(vec![beam]);
         bond(&mut bonds, &rows, &particles, None, self.interaction_ratio)?;
@@ -540,7 +540,7 @@ pub fn vibration(
 pub struct Impact {
     /// Distance of two sections by the time between the moments when their displacement is half of what the pulse leaves
     /// behind, m/s.
-    pub celerity: f64,
+    pub wave_speed: f64,
     /// The same by the peaks of their velocity, m/s.
     pub by_peaks: f64,
     /// Distance of the sections, m.
@@ -620,7 +620,7 @@ pub fn impact(
     };
     let halves = steps(displacements.each_ref().map(|trace| half_way(trace)))?;
     let peaks = steps(velocities.each_ref().map(|trace| peak(trace)))?;
-    Ok(Impact { celerity: distance / (halves * dt), by_peaks: distance / (peaks * dt), distance, dt })
+    Ok(Impact { wave_speed: distance / (halves * dt), by_peaks: distance / (peaks * dt), distance, dt })
 }
 
 /// Where a trace first passes half of its largest value, by lines between its points.
@@ -765,7 +765,7 @@ pub fn strength(
     let scenario = Scenario::parse("calibration", &text)?;
     let assembly = assemble(&scenario, folder.path(), &mut |_, _| {})?;
     let particles = assembly.summary.particles;
-    let mut simulation = Simulation::new(assembly.state, assembly.model, assembly.plan)?;
+    let mut simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
     let (mut peak, mut strain, mut last) = (0.0_f64, 0.0, 0.0);
     let mut first_break = f64::NAN;
     let mut events = Vec::new();
@@ -969,12 +969,12 @@ mod tests {
             let expected = (arrivals[1].0 - arrivals[0].0) / (arrivals[1].1 - arrivals[0].1);
             println!(
                 "struck {share}: {:.9} of the bar's (modes {:.9}), by peaks {:.6}",
-                found.celerity / bar,
+                found.wave_speed / bar,
                 expected / bar,
                 found.by_peaks / bar
             );
-            assert!((found.celerity / expected - 1.0).abs() < 1e-6, "{} {expected}", found.celerity);
-            (found.celerity / bar - 1.0).abs()
+            assert!((found.wave_speed / expected - 1.0).abs() < 1e-6, "{} {expected}", found.wave_speed);
+            (found.wave_speed / bar - 1.0).abs()
         };
         let (long, short) = (error(0.2), error(0.1));
         assert!(long < 5e-3 && long < short, "{long:e} {short:e}");

@@ -17,8 +17,8 @@
 use std::collections::BTreeMap;
 
 use concordem_contact::law::cpm::{Cpm, CpmError, CpmParameters};
-use concordem_scenario::plan::simulation::RunError;
-use concordem_scenario::plan::{Plan, Sample, Simulation};
+use concordem_scenario::schedule::simulation::RunError;
+use concordem_scenario::schedule::{Record, Schedule, Simulation};
 use concordem_solver::state::State;
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::{Model, SolverError};
@@ -103,7 +103,7 @@ pub struct Specimen {
     /// Model.
     pub model: Model,
     /// Loading along an axis, and the end of the run.
-    pub plan: Plan,
+    pub schedule: Schedule,
     /// Cross-section, m².
     pub area: f64,
 }
@@ -149,27 +149,27 @@ impl Specimen {
         if changed == 0 {
             return Err(ConcreteError::NoLinks);
         }
-        let mut plan = self.plan.clone();
-        plan.stop.drop_to = Some(drop_to);
-        let mut simulation = Simulation::new(state, self.model.clone(), plan)?;
-        let mut samples: Vec<Sample> = Vec::new();
+        let mut schedule = self.schedule.clone();
+        schedule.stop.drop_to = Some(drop_to);
+        let mut simulation = Simulation::new(state, self.model.clone(), schedule)?;
+        let mut samples: Vec<Record> = Vec::new();
         while simulation.stopped().is_none() {
             samples.extend(simulation.advance()?.sample);
         }
-        if simulation.stopped() != Some(concordem_scenario::plan::StopReason::Drop) {
+        if simulation.stopped() != Some(concordem_scenario::schedule::StopReason::Drop) {
             return Ok(None);
         }
         Ok(Some(self.strength(&samples)))
     }
 
-    fn strength(&self, samples: &[Sample]) -> Strength {
+    fn strength(&self, samples: &[Record]) -> Strength {
         let mut peak = 0;
         for (k, sample) in samples.iter().enumerate() {
             if sample.stress.abs() > samples[peak].stress.abs() {
                 peak = k;
             }
         }
-        let Sample { stress, strain, .. } = samples[peak];
+        let Record { stress, strain, .. } = samples[peak];
         let rising = samples[..peak].iter().filter(|sample| sample.stress.abs() <= 0.3 * stress.abs());
         let points: Vec<[f64; 2]> = rising.map(|sample| [sample.strain, sample.stress]).collect();
         let count = points.len().max(1) as f64;

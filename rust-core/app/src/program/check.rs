@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use super::drive::{Meter, build};
 use super::{Console, Facts, Failure, Work};
 use concordem_scenario::assembly::{Assembly, Summary};
-use concordem_scenario::plan::{Plan, Simulation};
+use concordem_scenario::schedule::{Schedule, Simulation};
 use concordem_scenario::schema::{Loading, Scenario};
 
 /// Arguments of `concordem check`.
@@ -41,7 +41,7 @@ pub(super) fn check(arguments: &Arguments, console: &mut Console<'_>) -> Result<
 }
 
 fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
-    let Assembly { state, model, plan, summary } = assembly;
+    let Assembly { state, model, schedule, summary } = assembly;
     let Summary { bounds, .. } = &summary;
     let dt = state.clock.dt;
     let mut facts = Facts::default();
@@ -85,8 +85,8 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
     if summary.unstable {
         facts.add("warning", "the time step is unstable, as allow_unstable permits");
     }
-    let steps = most_steps(scenario, &plan, dt);
-    let mut simulation = Simulation::new(state, model, plan)?;
+    let steps = most_steps(scenario, &schedule, dt);
+    let mut simulation = Simulation::new(state, model, schedule)?;
     // The first step fills caches and is left out.
     simulation.advance()?;
     let start = Instant::now();
@@ -110,7 +110,7 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
 }
 
 /// The most steps the run can take, and the stop condition that says so.
-fn most_steps(scenario: &Scenario, plan: &Plan, dt: f64) -> Option<(f64, &'static str)> {
+fn most_steps(scenario: &Scenario, schedule: &Schedule, dt: f64) -> Option<(f64, &'static str)> {
     let stop = &scenario.stop;
     let rate = match &scenario.loading {
         Loading::Uniaxial { strain_rate, .. } => Some(strain_rate.si().abs()),
@@ -118,10 +118,10 @@ fn most_steps(scenario: &Scenario, plan: &Plan, dt: f64) -> Option<(f64, &'stati
             velocity_gradient.iter().flatten().map(|rate| rate.si().abs()).reduce(f64::max)
         }
         Loading::Platens { closing_velocity, .. } => {
-            plan.loading.dimensions().map(|(_, length)| closing_velocity.si() / length)
+            schedule.loading.dimensions().map(|(_, length)| closing_velocity.si() / length)
         }
         Loading::Bending { rate, .. } | Loading::Torsion { rate, .. } => {
-            plan.loading.strain_of_angle().map(|per_angle| rate.si().abs() * per_angle)
+            schedule.loading.strain_of_angle().map(|per_angle| rate.si().abs() * per_angle)
         }
         Loading::None | Loading::CellStress { .. } => None,
     };

@@ -14,7 +14,7 @@ use super::tables::{Tables, bond_damage};
 use crate::output::{OutputError, ResultFile, RunFiles, Snapshot, SnapshotField, csv};
 use concordem_contact::math::Vec3;
 use concordem_scenario::assembly::{Assembly, assemble};
-use concordem_scenario::plan::Simulation;
+use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::columns::Column;
 
@@ -172,7 +172,8 @@ impl Run {
         while self.simulation.stopped().is_none() {
             let step = self.simulation.state.clock.step;
             let begun = step > first_step;
-            let due = self.simulation.plan.checkpoint_interval.is_some_and(|interval| step.is_multiple_of(interval));
+            let due =
+                self.simulation.schedule.checkpoint_interval.is_some_and(|interval| step.is_multiple_of(interval));
             let late = last_commit.elapsed() >= CHECKPOINT_EVERY || self.pending_bytes > MOST_SNAPSHOT_BYTES;
             let stop = interrupted.load(Ordering::Relaxed);
             if stop || (begun && (due || late)) {
@@ -182,7 +183,7 @@ impl Run {
             if stop {
                 return Ok(None);
             }
-            if step == 0 || self.simulation.plan.snapshot_interval.is_some_and(|every| step.is_multiple_of(every)) {
+            if step == 0 || self.simulation.schedule.snapshot_interval.is_some_and(|every| step.is_multiple_of(every)) {
                 self.snapshot()?;
             }
             let advance = self.simulation.advance()?;

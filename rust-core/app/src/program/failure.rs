@@ -10,7 +10,7 @@ use crate::output::OutputError;
 use crate::sweep::journal::JournalError;
 use concordem_operator::OperatorError;
 use concordem_scenario::assembly::AssemblyError;
-use concordem_scenario::plan::simulation::RunError;
+use concordem_scenario::schedule::simulation::RunError;
 use concordem_scenario::schema::{ProblemKind, ReadError, Scenario, ScenarioError};
 use concordem_solver::SolverError;
 use concordem_statics::StaticsError;

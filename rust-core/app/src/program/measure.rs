@@ -8,13 +8,13 @@ use std::sync::OnceLock;
 use super::tables::{UNBONDED, WALLS};
 use super::{Console, Failure};
 use crate::output::ResultFile;
-use concordem_contact::kinematics::Frame;
+use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_operator::stress::{ParticleVolume, Partition, particle_stress};
 use concordem_operator::tessellation::Mesh;
 use concordem_operator::{OperatorError, Truncation};
 use concordem_scenario::assembly::samples;
-use concordem_scenario::plan::samples::{Bonds, Operator, OperatorSample, Quantity, Sampled};
+use concordem_scenario::schedule::samples::{Bonds, Operator, OperatorSample, Quantity, Sampled};
 use concordem_scenario::schema::quantity::{Area, StrainRate, Velocity, vector};
 use concordem_scenario::schema::{self as scenario, SampleRegion, Scenario};
 use concordem_solver::record::Forces;
@@ -285,7 +285,7 @@ impl Moment {
                 let (damage, lost_strength) = (table.reals("damage")?, table.reals("lost_strength")?);
                 for (k, pair) in pairs.iter().enumerate() {
                     let a = particles.position.get(pair[0] as usize).copied().unwrap_or_default();
-                    let frame = Frame { normal: normal[k], length: length[k] };
+                    let frame = PreviousGeometry { normal: normal[k], length: length[k] };
                     bonds.push(&a, &frame, [damage[k], lost_strength[k]]);
                 }
             }

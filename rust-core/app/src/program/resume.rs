@@ -6,7 +6,7 @@ use super::drive::{Meter, Run, build, csv_path, result_path, write_csv};
 use super::run::{INITIAL_HASH, SCENARIO_FILE, conclude, state_hash};
 use super::{Console, Failure, Work};
 use crate::output::{OutputError, ResultFile, Resumed, RunFiles};
-use concordem_scenario::plan::Simulation;
+use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
 
 /// Arguments of `concordem resume`.
@@ -57,7 +57,7 @@ pub(super) fn resume(arguments: &Arguments, console: &mut Console<'_>) -> Result
             .state
             .read(&mut checkpoint.columns)
             .map_err(|source| OutputError::Column { path: path.clone(), source })?;
-        let simulation = Simulation::new(assembly.state, assembly.model, assembly.plan)?;
+        let simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
         Run::new(simulation, *files, &places, &scenario).drive(&meter, false)
     })?;
     conclude(outcome, arguments.work.quiet, console)

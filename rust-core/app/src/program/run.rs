@@ -7,8 +7,8 @@ use super::{Console, Failure, Work};
 use crate::output::hash::StateHasher;
 use crate::output::run_files::parts_folder;
 use crate::output::{OperatorTable, OutputError, RunFiles, RunHeader, SeriesColumn};
-use concordem_scenario::plan::samples::Quantity;
-use concordem_scenario::plan::{OperatorSample, Sample, Simulation};
+use concordem_scenario::schedule::samples::Quantity;
+use concordem_scenario::schedule::{OperatorSample, Record, Simulation};
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::State;
 use concordem_solver::state::columns::WriteColumns;
@@ -48,10 +48,10 @@ pub(super) fn run(arguments: &Arguments, console: &mut Console<'_>) -> Result<()
     let outcome = arguments.work.install(|| {
         let meter = Meter::new(visible);
         let assembly = build(&scenario, &meter)?;
-        let header = header(&scenario, &assembly.state, &assembly.plan.operators, &assembly.summary)?;
+        let header = header(&scenario, &assembly.state, &assembly.schedule.operators, &assembly.summary)?;
         let files = RunFiles::create(&path, header, arguments.force)?;
         let places = assembly.state.particles.position.clone();
-        let simulation = Simulation::new(assembly.state, assembly.model, assembly.plan)?;
+        let simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
         Run::new(simulation, files, &places, &scenario).drive(&meter, true)
     })?;
     conclude(outcome, arguments.work.quiet, console)
@@ -104,7 +104,7 @@ fn header(
     Ok(RunHeader {
         scenario: scenario.source.text.to_string(),
         provenance: provenance.map(|(name, value)| (name.to_owned(), value)).to_vec(),
-        series: Sample::COLUMNS
+        series: Record::COLUMNS
             .iter()
             .map(|column| SeriesColumn::new(column.name, column.unit, column.description.trim()))
             .collect(),

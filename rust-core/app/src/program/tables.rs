@@ -1,9 +1,9 @@
 //! The particles and contacts at the end of a run, as tables for people.
 
-use concordem_contact::kinematics::Frame;
+use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::law::Reference;
 use concordem_contact::math::Vec3;
-use concordem_scenario::plan::samples::rotation_vector;
+use concordem_scenario::schedule::samples::rotation_vector;
 use concordem_solver::record::{Forces, WallForces};
 use concordem_solver::state::State;
 use concordem_solver::state::columns::{Column, ColumnError, ColumnSink, WriteColumns};
@@ -119,7 +119,7 @@ struct Row {
     position: Vec3,
     force: Vec3,
     moment: Vec3,
-    frame: Frame,
+    frame: PreviousGeometry,
     reference: Reference,
     damage: f64,
     lost_strength: f64,

@@ -2,9 +2,9 @@
 //! arrays, where the compiler uses the wide registers of the processor. Nothing is fused or reordered: the bits are those of
 //! the formula applied to each contact alone.
 
-use super::deformable::Push;
+use super::deformable::ParticleVirial;
 use super::sphere_sphere::{ImageShift, Motion};
-use super::{Chord, Frame, PointKinematics};
+use super::{BranchVector, PointKinematics, PreviousGeometry};
 use crate::law::{ContactGeometry, ContactLaw, Reference, Response};
 use crate::math::{Quat, Symmetric, Vec3};
 
@@ -38,11 +38,11 @@ pub trait Batch<L: ContactLaw> {
     /// Positions and orientations of A and B, and the displacement of B's image (m).
     fn ends(&self, i: usize) -> ([Vec3; 2], [Quat; 2], Vec3);
     /// Geometry, memory of the last step, and whether the contact is a bond.
-    fn constants(&self, i: usize) -> (ContactGeometry, Frame, bool);
+    fn constants(&self, i: usize) -> (ContactGeometry, PreviousGeometry, bool);
     /// Of [`Self::constants`] the reference, and whether the contact is a bond.
     fn reference(&self, i: usize) -> (Reference, bool);
     /// Of [`Self::constants`] the memory of the last step.
-    fn frame(&self, i: usize) -> Frame;
+    fn frame(&self, i: usize) -> PreviousGeometry;
     /// Of [`Self::constants`] the masses of A and B, kg.
     fn masses(&self, i: usize) -> [f64; 2];
     /// History of contact `i`.
@@ -52,23 +52,23 @@ pub trait Batch<L: ContactLaw> {
     /// Number of the parameters of contact `i`: contacts with equal numbers have equal ones.
     fn row(&self, i: usize) -> u16;
     /// How far the surfaces of A and B moved out, in sum, m; only if particles deform.
-    fn widening(&self, i: usize) -> Symmetric;
+    fn surface_displacement(&self, i: usize) -> Symmetric;
     /// Whether forces of dashpots strain particles.
     fn dashpots_strain(&self) -> bool;
     /// Takes the measure of contact `i`, which the law answers. Each contact is answered once, in ascending order, by this
     /// or by one of the two that follow.
-    fn answer(&mut self, i: usize, kinematics: &L::Kinematics);
+    fn evaluate(&mut self, i: usize, kinematics: &L::Kinematics);
     /// Takes the measure of contact `i` and the law's answer to it.
-    fn take(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>);
+    fn commit(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>);
     /// Takes what a law found in columns for the bond `i`, which lives on.
-    fn take_found(&mut self, i: usize, found: &Found<L::State>);
+    fn commit_result(&mut self, i: usize, found: &BatchResult<L::State>);
 }
 
 /// What a law without damage found for a bond that lives on, when no stored energies are wanted.
 #[derive(Debug, Clone, Copy)]
-pub struct Found<S> {
+pub struct BatchResult<S> {
     /// The line between the centres.
-    pub chord: Chord,
+    pub branch: BranchVector,
     /// Force on A, N.
     pub force: Vec3,
     /// Torques on A and B about their centres, N·m.
@@ -78,7 +78,7 @@ pub struct Found<S> {
     /// History after the step; none if it is the one before.
     pub state: Option<S>,
     /// What the contact does to the shape of its particles, if they deform.
-    pub push: Option<Push>,
+    pub push: Option<ParticleVirial>,
 }
 
 /// Most components of an input or output.

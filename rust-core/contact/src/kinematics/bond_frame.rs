@@ -14,10 +14,10 @@
 //! [`EndRotations::twist_axis`].
 
 use super::sphere_sphere::{ImageShift, Motion};
-use super::{Frame, Mode, PointKinematics, Transport};
+use super::{MotionMeasure, PointKinematics, PreviousGeometry, Transport};
 use crate::law::{ContactGeometry, Kinematics};
 use crate::math::{Quat, Vec3, atan2, rotate};
-use crate::wall::Foot;
+use crate::wall::ClosestPoint;
 
 /// Motion of a bond with two ends.
 #[derive(Debug, Clone, Copy)]
@@ -55,7 +55,7 @@ pub struct EndRotations {
     pub b: Vec3,
     /// Twist of B against A, rad.
     pub twist: f64,
-    chord: Vec3,
+    branch: Vec3,
     /// Chord × end direction.
     sine: [Vec3; 2],
     /// Chord · end direction.
@@ -163,14 +163,14 @@ impl RestFrame {
 
 /// The line from the centre of A to that of B.
 #[derive(Debug, Clone, Copy)]
-pub struct Chord {
+pub struct BranchVector {
     /// Its length, m.
     pub length: f64,
     /// Its direction.
     pub normal: Vec3,
 }
 
-impl Chord {
+impl BranchVector {
     /// Of two particles whose centres are `branch` apart, m.
     #[inline(always)]
     pub fn of(branch: &Vec3) -> Self {
@@ -207,7 +207,7 @@ impl Chord {
 
     /// As a point contact in its middle.
     #[inline(always)]
-    pub fn point(&self, geometry: &ContactGeometry, frame: &Frame, bonded: bool) -> PointKinematics {
+    pub fn point(&self, geometry: &ContactGeometry, frame: &PreviousGeometry, bonded: bool) -> PointKinematics {
         let Self { length, normal } = *self;
         PointKinematics {
             geometry: *geometry,
@@ -229,7 +229,7 @@ impl Chord {
 /// Sines and cosines of the rotations of a bond's ends.
 #[derive(Clone, Copy)]
 struct RotationSines {
-    chord: Vec3,
+    branch: Vec3,
     /// Chord × end direction.
     sine: [Vec3; 2],
     /// Its square.
@@ -245,21 +245,21 @@ struct RotationSines {
 impl RotationSines {
     /// Of ends with these orientations, whose copies of the bond's direction were `direction` at bonding.
     #[inline(always)]
-    fn between(chord: &Vec3, [qa, qb]: &[Quat; 2], direction: &Vec3) -> Self {
+    fn between(branch: &Vec3, [qa, qb]: &[Quat; 2], direction: &Vec3) -> Self {
         let (ta, tb) = (rotate(qa, direction), rotate(qb, direction));
         // q_B q_A*, written so that it changes its sign exactly when A and B are exchanged.
         let (ua, ub) = (qa.imag(), qb.imag());
         let u = (ub * qa.w - ua * qb.w) + ua.cross(&ub);
         let w = qa.w * qb.w + ua.dot(&ub);
-        let (sine_a, sine_b) = (chord.cross(&ta), chord.cross(&tb));
+        let (sine_a, sine_b) = (branch.cross(&ta), branch.cross(&tb));
         let sum = ta + tb;
         // Ends that point opposite ways have no twist; the floor keeps the answer a number.
         let one_and_cosine = (1.0 + ta.dot(&tb)).max(f64::MIN_POSITIVE);
         Self {
-            chord: *chord,
+            branch: *branch,
             sine: [sine_a, sine_b],
             sine_squared: [sine_a.norm_squared(), sine_b.norm_squared()],
-            cosine: [chord.dot(&ta), chord.dot(&tb)],
+            cosine: [branch.dot(&ta), branch.dot(&tb)],
             twist: [u.dot(&sum), one_and_cosine * w + ta.cross(&tb).dot(&u)],
             twist_axis: sum / one_and_cosine,
         }
@@ -285,7 +285,7 @@ impl RotationSines {
             a: self.sine[0] * factor[0][0],
             b: self.sine[1] * factor[1][0],
             twist: A::twice(self.twist[0], self.twist[1]),
-            chord: self.chord,
+            branch: self.branch,
             sine: self.sine,
             cosine: self.cosine,
             factor,
@@ -302,14 +302,14 @@ impl FrameKinematics {
         b: &Motion,
         image: &ImageShift,
         geometry: &ContactGeometry,
-        frame: &Frame,
+        frame: &PreviousGeometry,
         bonded: bool,
         dt: f64,
     ) -> Self {
-        let chord = Chord::of(&(b.position + image.displacement - a.position));
+        let branch = BranchVector::of(&(b.position + image.displacement - a.position));
         let sine = |q: &Quat| q.imag() * (2.0 * q.w);
         Self {
-            point: chord.point(geometry, frame, bonded),
+            point: branch.point(geometry, frame, bonded),
             orientation_a: a.orientation,
             orientation_b: b.orientation,
             displacement: (b.velocity + image.velocity - a.velocity) * dt,
@@ -351,8 +351,8 @@ impl EndRotations {
     pub fn end_moment(&self, end: usize, derivative: &Vec3) -> Vec3 {
         let (s, c, [g, h]) = (self.sine[end], self.cosine[end], self.factor[end]);
         // t = c X + s × X, and w ⟂ X.
-        let along = s.cross(&self.chord).dot(derivative);
-        -(derivative * (g * c) - self.chord * (g * along) + s * (h * derivative.dot(&s)))
+        let along = s.cross(&self.branch).dot(derivative);
+        -(derivative * (g * c) - self.branch * (g * along) + s * (h * derivative.dot(&s)))
     }
 
     /// Derivative of the twist with respect to a rotation of B (that of A is the opposite): `(t_A+t_B)/(1+t_A·t_B)`;
@@ -368,24 +368,24 @@ impl Kinematics for FrameKinematics {
 
     #[inline(always)]
     fn measure(
-        _mode: Mode,
+        _mode: MotionMeasure,
         a: &Motion,
         b: &Motion,
         image: &ImageShift,
         geometry: &ContactGeometry,
-        frame: &Frame,
+        frame: &PreviousGeometry,
         bonded: bool,
         dt: f64,
     ) -> Self {
         Self::new(a, b, image, geometry, frame, bonded, dt)
     }
     fn measure_wall(
-        _mode: Mode,
+        _mode: MotionMeasure,
         _a: &Motion,
-        _foot: &Foot,
+        _foot: &ClosestPoint,
         _wall_velocity: &Vec3,
         _geometry: &ContactGeometry,
-        _frame: &Frame,
+        _frame: &PreviousGeometry,
         _dt: f64,
     ) -> Option<Self> {
         None
@@ -394,8 +394,8 @@ impl Kinematics for FrameKinematics {
     fn point(&self) -> &PointKinematics {
         &self.point
     }
-    fn widened(&self, now: f64, before: f64) -> Self {
-        Self { point: self.point.widened(now, before), ..*self }
+    fn with_surface_displacement(&self, now: f64, before: f64) -> Self {
+        Self { point: self.point.with_surface_displacement(now, before), ..*self }
     }
     fn arms(_geometry: &ContactGeometry, length: f64) -> (f64, f64) {
         (0.5 * length, 0.5 * length)

@@ -132,7 +132,7 @@ impl Deformable {
 impl Compliance {
     /// `R ε`, m: how far the surface moves out, for the force dyad `T` (N).
     #[inline(always)]
-    pub fn widening(&self, dyad: &Symmetric) -> Symmetric {
+    pub fn surface_displacement(&self, dyad: &Symmetric) -> Symmetric {
         let [xx, yy, zz, yz, xz, xy] = dyad.0;
         let (a, b) = (self.direct, self.volumetric * dyad.trace());
         let across = if self.is_planar() { 0.0 } else { a * zz - b };
@@ -180,7 +180,7 @@ impl Compliance {
 /// other: force and direction are both opposite there. In one line of the processor's cache.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(64))]
-pub struct Push {
+pub struct ParticleVirial {
     /// Unit vector to the contact.
     pub normal: Vec3,
     /// Elastic normal force on the particle along it, N.
@@ -189,7 +189,7 @@ pub struct Push {
     pub other: Vec3,
 }
 
-impl Push {
+impl ParticleVirial {
     /// Of a contact with the force `force` on the particle, of which dashpots exert `viscous` (N); `dashpots_strain`: whether
     /// that strains particles.
     #[inline(always)]
@@ -244,14 +244,14 @@ pub struct Held {
 impl Held {
     /// Add a contact.
     #[inline(always)]
-    pub fn add(&mut self, push: &Push) {
+    pub fn add(&mut self, push: &ParticleVirial) {
         self.side += push.normal;
         self.net += push.elastic();
     }
 
     /// Add a contact whose push is that on the other particle.
     #[inline(always)]
-    pub fn add_opposite(&mut self, push: &Push) {
+    pub fn add_opposite(&mut self, push: &ParticleVirial) {
         self.side -= push.normal;
         self.net -= push.elastic();
     }
@@ -259,14 +259,14 @@ impl Held {
 
 /// Where contacts add what they do to the shape of particles; empty if particles do not deform.
 #[derive(Default)]
-pub struct Pushed<'a> {
+pub struct ParticleVirials<'a> {
     /// By particle.
     pub dyads: &'a mut [Dyads],
     /// By particle.
     pub held: &'a mut [Held],
 }
 
-impl Pushed<'_> {
+impl ParticleVirials<'_> {
     /// The first particles, at most `length`; the others are left.
     pub fn split_off(&mut self, length: usize) -> Self {
         let length = length.min(self.dyads.len());
@@ -277,15 +277,15 @@ impl Pushed<'_> {
     }
 
     /// The same particles, for a shorter time.
-    pub fn reborrow(&mut self) -> Pushed<'_> {
-        Pushed { dyads: self.dyads, held: self.held }
+    pub fn reborrow(&mut self) -> ParticleVirials<'_> {
+        ParticleVirials { dyads: self.dyads, held: self.held }
     }
 }
 
 /// `R ε` of a particle, m, in one line of the processor's cache.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(64))]
-pub struct Widening(pub Symmetric);
+pub struct SurfaceDisplacement(pub Symmetric);
 
 #[cfg(test)]
 mod tests {
@@ -305,13 +305,13 @@ mod tests {
         let dyad = Symmetric::product(&Vec3::y(), &Vec3::y()) * (-2.0 * force);
         let stress = deformable.stress(&dyad, radius);
         assert!((stress.0[1] * 1e-6 + 6.37).abs() < 0.005, "{stress:?}");
-        let widening = deformable.compliance(0, radius).widening(&dyad);
-        assert!((widening.0[1] / radius * 1e5 + 3.18).abs() < 0.005);
-        assert!((widening.0[0] / radius * 1e5 - 1.11).abs() < 0.005);
+        let surface_displacement = deformable.compliance(0, radius).surface_displacement(&dyad);
+        assert!((surface_displacement.0[1] / radius * 1e5 + 3.18).abs() < 0.005);
+        assert!((surface_displacement.0[0] / radius * 1e5 - 1.11).abs() < 0.005);
         // The approach is that of two half discs.
-        assert!((2.0 * widening.0[1] * 1e8 + 6.37).abs() < 0.005);
-        assert!((2.0 * widening.0[0] * 1e8 - 2.23).abs() < 0.005);
-        let overlap = approach + 2.0 * widening.0[1];
+        assert!((2.0 * surface_displacement.0[1] * 1e8 + 6.37).abs() < 0.005);
+        assert!((2.0 * surface_displacement.0[0] * 1e8 - 2.23).abs() < 0.005);
+        let overlap = approach + 2.0 * surface_displacement.0[1];
         assert!((overlap * 1e7 - 3.01).abs() < 0.005);
         assert!((force / overlap * 1e-10 - 3.32).abs() < 0.005);
     }
@@ -327,8 +327,9 @@ mod tests {
             (Condition::Solid, 2.0 / 3.0 * PI * radius * young),
         ] {
             let dyad = Symmetric::product(&Vec3::x(), &Vec3::x()) * 2.0;
-            let widening = disc(condition, young, poisson).compliance(0, radius).widening(&dyad);
-            assert!((1.0 / widening.0[0] / expected - 1.0).abs() < 4e-16 * 4.0, "{condition:?}");
+            let surface_displacement =
+                disc(condition, young, poisson).compliance(0, radius).surface_displacement(&dyad);
+            assert!((1.0 / surface_displacement.0[0] / expected - 1.0).abs() < 4e-16 * 4.0, "{condition:?}");
         }
     }
 
@@ -340,21 +341,22 @@ mod tests {
         for condition in [Condition::PlaneStrain, Condition::PlaneStress, Condition::Solid] {
             for poisson in [-0.4, 0.0, 0.35] {
                 let at = |poisson: f64| disc(condition, 2.0, poisson).compliance(0, 0.7);
-                let found = at(poisson).by_poisson().widening(&dyad);
-                let difference = at(poisson + h).widening(&dyad) - at(poisson - h).widening(&dyad);
+                let found = at(poisson).by_poisson().surface_displacement(&dyad);
+                let difference =
+                    at(poisson + h).surface_displacement(&dyad) - at(poisson - h).surface_displacement(&dyad);
                 for (found, difference) in found.0.iter().zip(difference.0) {
                     assert!((found - difference / (2.0 * h)).abs() < 1e-12, "{condition:?} {poisson}");
                 }
             }
         }
         let rigid = disc(Condition::PlaneStrain, f64::INFINITY, 0.3).compliance(0, 1.0);
-        assert_eq!(rigid.by_poisson().widening(&dyad), Symmetric::default());
+        assert_eq!(rigid.by_poisson().surface_displacement(&dyad), Symmetric::default());
     }
 
     /// Rigid particles give way to nothing, exactly.
     #[test]
     fn rigid_particles_stay() {
         let rigid = disc(Condition::Solid, f64::INFINITY, 0.0).compliance(0, 1.0);
-        assert_eq!(rigid.widening(&Symmetric([1.0, -2.0, 3.0, 4.0, 5.0, 6.0])), Symmetric::default());
+        assert_eq!(rigid.surface_displacement(&Symmetric([1.0, -2.0, 3.0, 4.0, 5.0, 6.0])), Symmetric::default());
     }
 }

@@ -1,10 +1,10 @@
 //! Kinematics: how the two sides of a contact moved relative to each other in one step.
 //!
 //! Measures of the same motion, selected in the scenario by `kinematics`, between spheres and at walls:
-//! * [`Mode::Finite`] (default): exact for finite rotations, see [`sphere_sphere`] and [`sphere_wall`];
-//! * [`Mode::FirstOrder`]: Stránský 2018, (2.3)–(2.12) with the corrected sign of (2.8), and rotation of the shear
+//! * [`MotionMeasure::Finite`] (default): exact for finite rotations, see [`sphere_sphere`] and [`sphere_wall`];
+//! * [`MotionMeasure::FirstOrder`]: Stránský 2018, (2.3)–(2.12) with the corrected sign of (2.8), and rotation of the shear
 //!   history to first order in the step;
-//! * [`Mode::Yade`]: YADE's `ScGeom` with its ratcheting correction and its arms.
+//! * [`MotionMeasure::Yade`]: YADE's `ScGeom` with its ratcheting correction and its arms.
 //!
 //! Bonds that carry moments are measured by [`bond_frame`], in all modes alike. Many contacts are measured together, with the
 //! same bits: [`batch`]. Particles that deform under their contacts
@@ -17,8 +17,8 @@ pub mod sphere_sphere;
 pub mod sphere_wall;
 pub mod transport;
 
-pub use batch::{BATCH, Batch, Columns, Found, Pose};
-pub use bond_frame::{Chord, EndRotations, FrameKinematics, RestFrame};
+pub use batch::{BATCH, Batch, BatchResult, Columns, Pose};
+pub use bond_frame::{BranchVector, EndRotations, FrameKinematics, RestFrame};
 pub use transport::Transport;
 
 use crate::law::ContactGeometry;
@@ -27,7 +27,7 @@ use crate::math::Vec3;
 /// How relative motion is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Mode {
+pub enum MotionMeasure {
     /// Finite increments, exactly objective under rigid motion.
     #[default]
     Finite,
@@ -80,7 +80,7 @@ impl PointKinematics {
     /// rates of the centres stay.
     #[inline(always)]
     #[must_use]
-    pub fn widened(mut self, now: f64, before: f64) -> Self {
+    pub fn with_surface_displacement(mut self, now: f64, before: f64) -> Self {
         self.elongation -= now;
         self.elongation_old -= before;
         self.gap -= now;
@@ -99,7 +99,7 @@ pub fn torques(normal: &Vec3, force: &Vec3, arms: [f64; 2]) -> [Vec3; 2] {
 /// What a contact remembers of its own geometry from one step to the next.
 #[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
-pub struct Frame {
+pub struct PreviousGeometry {
     /// Unit normal from A to B.
     pub normal: Vec3,
     /// Centre distance, m.

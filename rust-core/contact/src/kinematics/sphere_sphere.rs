@@ -17,7 +17,7 @@
 
 use super::batch::{BATCH, Batch, Columns, Formula};
 use super::transport::Turn;
-use super::{Frame, Mode, PointKinematics, Transport};
+use super::{MotionMeasure, PointKinematics, PreviousGeometry, Transport};
 use crate::Cell;
 use crate::law::{ContactGeometry, ContactLaw};
 use crate::math::{Quat, Vec3};
@@ -52,11 +52,13 @@ impl ImageShift {
     /// The image with the given indices in a cell. In YADE's modes its velocity is that of the edges at the step's beginning,
     /// `L·(H − ΔH)·image` (YADE's `intrShiftVel`).
     #[inline(always)]
-    pub fn of(cell: &Cell, image: [i8; 3], mode: Mode) -> Self {
+    pub fn of(cell: &Cell, image: [i8; 3], mode: MotionMeasure) -> Self {
         let displacement = cell.shift(image);
         let from = match mode {
-            Mode::Finite | Mode::FirstOrder => displacement,
-            Mode::Yade | Mode::YadeRatcheting => displacement - cell.matrix_change * Vec3::from(image.map(f64::from)),
+            MotionMeasure::Finite | MotionMeasure::FirstOrder => displacement,
+            MotionMeasure::Yade | MotionMeasure::YadeRatcheting => {
+                displacement - cell.matrix_change * Vec3::from(image.map(f64::from))
+            }
         };
         Self { displacement, velocity: cell.velocity_gradient * from, periodic: true }
     }
@@ -65,29 +67,29 @@ impl ImageShift {
 /// Measure a contact in the given mode. `frame` is the contact's memory of the last step.
 #[inline(always)]
 pub fn measure(
-    mode: Mode,
+    mode: MotionMeasure,
     a: &Motion,
     b: &Motion,
     image: &ImageShift,
     geometry: &ContactGeometry,
-    frame: &Frame,
+    frame: &PreviousGeometry,
     bonded: bool,
     dt: f64,
 ) -> PointKinematics {
     match mode {
-        Mode::Finite => finite(a, b, image, geometry, frame, bonded),
-        Mode::FirstOrder => first_order(a, b, image, geometry, frame, bonded, dt),
-        Mode::Yade => yade(a, b, image, geometry, frame, bonded, dt, false),
-        Mode::YadeRatcheting => yade(a, b, image, geometry, frame, bonded, dt, true),
+        MotionMeasure::Finite => finite(a, b, image, geometry, frame, bonded),
+        MotionMeasure::FirstOrder => first_order(a, b, image, geometry, frame, bonded, dt),
+        MotionMeasure::Yade => yade(a, b, image, geometry, frame, bonded, dt, false),
+        MotionMeasure::YadeRatcheting => yade(a, b, image, geometry, frame, bonded, dt, true),
     }
 }
 
 /// Frame of a contact whose history starts now.
 #[inline]
-pub fn fresh_frame(a: &Vec3, b: &Vec3, shift: &Vec3) -> Frame {
+pub fn initial_geometry(a: &Vec3, b: &Vec3, shift: &Vec3) -> PreviousGeometry {
     let l = b + shift - a;
     let length = l.norm();
-    Frame { normal: l / length, length }
+    PreviousGeometry { normal: l / length, length }
 }
 
 #[inline(always)]
@@ -96,7 +98,7 @@ fn finite(
     b: &Motion,
     image: &ImageShift,
     geometry: &ContactGeometry,
-    frame: &Frame,
+    frame: &PreviousGeometry,
     bonded: bool,
 ) -> PointKinematics {
     let measure = finite_measure(&FiniteInput {
@@ -118,7 +120,7 @@ struct FiniteInput {
     rotation_b: Quat,
     radius_a: f64,
     radius_b: f64,
-    frame: Frame,
+    frame: PreviousGeometry,
 }
 
 /// What the finite measure finds.
@@ -163,7 +165,7 @@ impl FiniteMeasure {
     pub fn set<L: ContactLaw, B: Batch<L>>(columns: &mut Columns, i: usize, batch: &B) {
         let ([a, b], shift) = batch.poses(i);
         let (l, p, q) = (b.position + shift - a.position, a.rotation, b.rotation);
-        let Frame { normal: n, length } = batch.frame(i);
+        let PreviousGeometry { normal: n, length } = batch.frame(i);
         let row = [l.x, l.y, l.z, p.i, p.j, p.k, p.w, q.i, q.j, q.k, q.w, a.radius, b.radius, n.x, n.y, n.z, length];
         columns.set(i, row);
     }
@@ -178,7 +180,7 @@ impl FiniteMeasure {
             rotation_b: Quat::new(qw, qi, qj, qk),
             radius_a,
             radius_b,
-            frame: Frame { normal: Vec3::new(nx, ny, nz), length },
+            frame: PreviousGeometry { normal: Vec3::new(nx, ny, nz), length },
         })
     }
 
@@ -191,7 +193,7 @@ impl FiniteMeasure {
 
     /// As the input of a law.
     #[inline(always)]
-    pub fn point(&self, geometry: &ContactGeometry, frame: &Frame, bonded: bool) -> PointKinematics {
+    pub fn point(&self, geometry: &ContactGeometry, frame: &PreviousGeometry, bonded: bool) -> PointKinematics {
         PointKinematics {
             geometry: *geometry,
             length: self.length,
@@ -221,7 +223,7 @@ impl Formula<FINITE_INPUT, 13> for Finite {
     }
 }
 
-/// [`measure`] in the mode [`Mode::Finite`] of the first `count` contacts of a batch, with the same bits, and the law's
+/// [`measure`] in the mode [`MotionMeasure::Finite`] of the first `count` contacts of a batch, with the same bits, and the law's
 /// answers.
 #[inline(always)]
 pub fn finite_batch<L: ContactLaw<Kinematics = PointKinematics>, B: Batch<L>>(
@@ -244,7 +246,7 @@ pub fn finite_batch<L: ContactLaw<Kinematics = PointKinematics>, B: Batch<L>>(
             turn: Turn { bisector: Vec3::new(bx, by, bz), cosine, sine },
         };
         let (geometry, frame, bonded) = batch.constants(i);
-        batch.answer(i, &measure.point(&geometry, &frame, bonded));
+        batch.evaluate(i, &measure.point(&geometry, &frame, bonded));
     }
 }
 
@@ -254,7 +256,7 @@ fn first_order(
     b: &Motion,
     image: &ImageShift,
     geometry: &ContactGeometry,
-    frame: &Frame,
+    frame: &PreviousGeometry,
     bonded: bool,
     dt: f64,
 ) -> PointKinematics {
@@ -289,7 +291,7 @@ fn yade(
     b: &Motion,
     image: &ImageShift,
     geometry: &ContactGeometry,
-    frame: &Frame,
+    frame: &PreviousGeometry,
     bonded: bool,
     dt: f64,
     ratcheting_correction: bool,
@@ -331,7 +333,7 @@ pub struct YadeMeasure {
 
 impl YadeInput {
     #[inline(always)]
-    fn of(a: &Motion, b: &Motion, image: &ImageShift, geometry: &ContactGeometry, frame: &Frame) -> Self {
+    fn of(a: &Motion, b: &Motion, image: &ImageShift, geometry: &ContactGeometry, frame: &PreviousGeometry) -> Self {
         Self {
             position_a: a.position,
             position_b: b.position,
@@ -362,7 +364,7 @@ fn yade_measure(input: &YadeInput, periodic: bool, dt: f64, ratcheting_correctio
     let normal = l / length;
     let penetration = radius_a + radius_b - length;
     let reference_penetration = radius_a + radius_b - reference_length;
-    let incident = if ratcheting_correction {
+    let bond_event = if ratcheting_correction {
         let alpha = (radius_a + radius_b) / (radius_a + radius_b - penetration);
         (velocity_b - velocity_a) * alpha + cross(&spin_b, &(normal * -radius_b)) - cross(&spin_a, &(normal * radius_a))
             + shift_velocity * alpha
@@ -372,7 +374,7 @@ fn yade_measure(input: &YadeInput, periodic: bool, dt: f64, ratcheting_correctio
         let arm_b = contact_point - position_b - shift;
         (velocity_b + cross(&spin_b, &arm_b)) - (velocity_a + cross(&spin_a, &arm_a)) + shift_velocity
     };
-    let tangential = incident - normal * dot(&normal, &incident);
+    let tangential = bond_event - normal * dot(&normal, &bond_event);
     let twist = dt * 0.5 * dot(&normal_old, &(spin_a + spin_b));
     let periodic_arm = 0.5 * (reference_penetration - penetration);
     let (arm_a, arm_b) = if periodic {
@@ -413,7 +415,7 @@ impl YadeMeasure {
 
     /// As the input of a law.
     #[inline(always)]
-    pub fn point(&self, geometry: &ContactGeometry, frame: &Frame, bonded: bool) -> PointKinematics {
+    pub fn point(&self, geometry: &ContactGeometry, frame: &PreviousGeometry, bonded: bool) -> PointKinematics {
         PointKinematics {
             geometry: *geometry,
             length: self.length,
@@ -448,7 +450,14 @@ pub struct Yade {
 impl Yade {
     /// Write the input of contact `i`.
     #[inline(always)]
-    pub fn set(columns: &mut Columns, i: usize, a: &Motion, b: &Motion, geometry: &ContactGeometry, frame: &Frame) {
+    pub fn set(
+        columns: &mut Columns,
+        i: usize,
+        a: &Motion,
+        b: &Motion,
+        geometry: &ContactGeometry,
+        frame: &PreviousGeometry,
+    ) {
         let ContactGeometry { radius_a, radius_b, reference_length, .. } = *geometry;
         columns.set_from(0, i, [a.position.x, a.position.y, a.position.z]);
         columns.set_from(3, i, [b.position.x, b.position.y, b.position.z]);
@@ -513,7 +522,7 @@ pub fn yade_batch<L: ContactLaw<Kinematics = PointKinematics>, B: Batch<L>>(
     for i in 0..count {
         let measure = YadeMeasure::of_row(columns.get(i));
         let (geometry, frame, bonded) = batch.constants(i);
-        batch.answer(i, &measure.point(&geometry, &frame, bonded));
+        batch.evaluate(i, &measure.point(&geometry, &frame, bonded));
     }
 }
 
@@ -538,7 +547,7 @@ mod tests {
             mass_b: 2.0,
         };
         let (mut xa, mut xb) = (Vec3::new(0.1, 0.2, 0.3), Vec3::new(1.4, 1.1, 1.7));
-        let mut frame = fresh_frame(&xa, &xb, &Vec3::zeros());
+        let mut frame = initial_geometry(&xa, &xb, &Vec3::zeros());
         let mut carried = crate::math::any_perpendicular(&frame.normal);
         let mut expected = carried;
         for _ in 0..100 {
@@ -552,10 +561,19 @@ mod tests {
                 rotation_increment: step,
                 orientation: Quat::identity(),
             };
-            let k = measure(Mode::Finite, &still(xa), &still(xb), &ImageShift::default(), &geometry, &frame, true, 1.0);
+            let k = measure(
+                MotionMeasure::Finite,
+                &still(xa),
+                &still(xb),
+                &ImageShift::default(),
+                &geometry,
+                &frame,
+                true,
+                1.0,
+            );
             assert!(k.shear_increment.norm() < 4e-15, "{}", k.shear_increment.norm());
             carried = k.transport.apply(&carried);
-            frame = Frame { normal: k.normal, length: k.length };
+            frame = PreviousGeometry { normal: k.normal, length: k.length };
         }
         assert!((carried - expected).norm() < 1e-13, "{}", (carried - expected).norm());
     }

@@ -18,32 +18,32 @@
 
 use super::sphere_sphere::Motion;
 use super::transport::Turn;
-use super::{Frame, Mode, PointKinematics, Transport};
+use super::{MotionMeasure, PointKinematics, PreviousGeometry, Transport};
 use crate::law::ContactGeometry;
 use crate::math::{Quat, Vec3, yade_order};
-use crate::wall::Foot;
+use crate::wall::ClosestPoint;
 
 /// Measure a contact of sphere `a` with a wall moving at `wall_velocity` (m/s) in the given mode.
 pub fn measure(
-    mode: Mode,
+    mode: MotionMeasure,
     a: &Motion,
-    foot: &Foot,
+    closest_point: &ClosestPoint,
     wall_velocity: &Vec3,
     geometry: &ContactGeometry,
-    frame: &Frame,
+    frame: &PreviousGeometry,
     dt: f64,
 ) -> PointKinematics {
-    let (normal, length) = (foot.normal, foot.distance);
+    let (normal, length) = (closest_point.normal, closest_point.distance);
     let (shear_increment, transport) = match mode {
-        Mode::Finite => finite(a, foot, wall_velocity, frame, dt),
-        Mode::FirstOrder => {
+        MotionMeasure::Finite => finite(a, closest_point, wall_velocity, frame, dt),
+        MotionMeasure::FirstOrder => {
             let velocity = wall_velocity - a.velocity + normal.cross(&a.angular_velocity) * length;
             let twist = frame.normal * (0.5 * dt * frame.normal.dot(&a.angular_velocity));
             let transport = Transport::FirstOrder { swing: frame.normal.cross(&normal), twist };
             ((velocity - normal * normal.dot(&velocity)) * dt, transport)
         }
-        Mode::Yade => yade(a, foot, wall_velocity, geometry, frame, dt, false),
-        Mode::YadeRatcheting => yade(a, foot, wall_velocity, geometry, frame, dt, true),
+        MotionMeasure::Yade => yade(a, closest_point, wall_velocity, geometry, frame, dt, false),
+        MotionMeasure::YadeRatcheting => yade(a, closest_point, wall_velocity, geometry, frame, dt, true),
     };
     PointKinematics {
         geometry: *geometry,
@@ -61,15 +61,21 @@ pub fn measure(
     }
 }
 
-fn finite(a: &Motion, foot: &Foot, wall_velocity: &Vec3, frame: &Frame, dt: f64) -> (Vec3, Transport) {
-    let normal = foot.normal;
+fn finite(
+    a: &Motion,
+    closest_point: &ClosestPoint,
+    wall_velocity: &Vec3,
+    frame: &PreviousGeometry,
+    dt: f64,
+) -> (Vec3, Transport) {
+    let normal = closest_point.normal;
     let displacement = (wall_velocity - a.velocity) * dt;
     let turn = a.rotation_increment.imag() * (2.0 * a.rotation_increment.w);
     let spin_sum = Quat::from(a.rotation_increment.coords + Quat::identity().coords);
     let transport = Turn::finite(&frame.normal, &normal, &frame.normal.cross(&normal), &spin_sum).transport(normal);
     let tangential = |displacement: Vec3, normal: &Vec3| displacement - normal * normal.dot(&displacement);
     let early = tangential(displacement - turn.cross(&frame.normal) * frame.length, &frame.normal);
-    let late = tangential(displacement - turn.cross(&normal) * foot.distance, &normal);
+    let late = tangential(displacement - turn.cross(&normal) * closest_point.distance, &normal);
     ((transport.apply(&early) + late) * 0.5, transport)
 }
 
@@ -77,22 +83,22 @@ fn finite(a: &Motion, foot: &Foot, wall_velocity: &Vec3, frame: &Frame, dt: f64)
 /// is the wall: all signs are opposite, which changes no bit).
 fn yade(
     a: &Motion,
-    foot: &Foot,
+    closest_point: &ClosestPoint,
     wall_velocity: &Vec3,
     geometry: &ContactGeometry,
-    frame: &Frame,
+    frame: &PreviousGeometry,
     dt: f64,
     ratcheting_correction: bool,
 ) -> (Vec3, Transport) {
     use yade_order::{cross, dot};
-    let (normal, radius) = (foot.normal, geometry.radius_a);
-    let incident = if ratcheting_correction {
-        let alpha = (radius + radius) / (radius + radius - (radius - foot.distance));
+    let (normal, radius) = (closest_point.normal, geometry.radius_a);
+    let bond_event = if ratcheting_correction {
+        let alpha = (radius + radius) / (radius + radius - (radius - closest_point.distance));
         (wall_velocity - a.velocity) * alpha - cross(&a.angular_velocity, &(normal * radius))
     } else {
-        wall_velocity - (a.velocity + cross(&a.angular_velocity, &(normal * foot.distance)))
+        wall_velocity - (a.velocity + cross(&a.angular_velocity, &(normal * closest_point.distance)))
     };
-    let tangential = incident - normal * dot(&normal, &incident);
+    let tangential = bond_event - normal * dot(&normal, &bond_event);
     let twist = dt * 0.5 * dot(&frame.normal, &a.angular_velocity);
     (tangential * dt, Transport::FirstOrder { swing: cross(&frame.normal, &normal), twist: frame.normal * twist })
 }
@@ -106,7 +112,7 @@ mod tests {
     const DISTANCE: f64 = 0.75;
     const DT: f64 = 1e-3;
 
-    fn measured(mode: Mode, velocity: Vec3, spin: Vec3, old_normal: Vec3, old_length: f64) -> PointKinematics {
+    fn measured(mode: MotionMeasure, velocity: Vec3, spin: Vec3, old_normal: Vec3, old_length: f64) -> PointKinematics {
         let geometry = ContactGeometry {
             reference_length: RADIUS,
             area: 1.0,
@@ -122,9 +128,9 @@ mod tests {
             rotation_increment: quaternion_of_rotation_vector(&(spin * DT)),
             orientation: Quat::identity(),
         };
-        let foot = Foot { normal: -Vec3::z(), distance: DISTANCE, interior: true };
-        let frame = Frame { normal: old_normal, length: old_length };
-        measure(mode, &motion, &foot, &Vec3::new(0.1, 0.0, 0.02), &geometry, &frame, DT)
+        let closest_point = ClosestPoint { normal: -Vec3::z(), distance: DISTANCE, interior: true };
+        let frame = PreviousGeometry { normal: old_normal, length: old_length };
+        measure(mode, &motion, &closest_point, &Vec3::new(0.1, 0.0, 0.02), &geometry, &frame, DT)
     }
 
     /// Sliding at 0.3 m/s and rolling at 20 rad/s on a floor at rest in its normal: closed forms of the four modes. The finite
@@ -142,10 +148,10 @@ mod tests {
         let drift = 0.1 - slide;
         let alpha = 2.0 * RADIUS / (RADIUS + DISTANCE);
         for (mode, expected) in [
-            (Mode::Finite, drift * DT + DISTANCE * (roll * DT).sin()),
-            (Mode::FirstOrder, (drift + DISTANCE * roll) * DT),
-            (Mode::Yade, (drift + DISTANCE * roll) * DT),
-            (Mode::YadeRatcheting, (alpha * drift + RADIUS * roll) * DT),
+            (MotionMeasure::Finite, drift * DT + DISTANCE * (roll * DT).sin()),
+            (MotionMeasure::FirstOrder, (drift + DISTANCE * roll) * DT),
+            (MotionMeasure::Yade, (drift + DISTANCE * roll) * DT),
+            (MotionMeasure::YadeRatcheting, (alpha * drift + RADIUS * roll) * DT),
         ] {
             // some ten roundings of numbers of the size of the result
             assert!((along(mode) - expected).abs() < 2e-15 * expected.abs(), "{mode:?} {} {expected}", along(mode));
@@ -157,21 +163,21 @@ mod tests {
     #[test]
     fn modes_carry_history_alike_to_first_order() {
         let old = Vec3::new(1e-3, -5e-4, -1.0).normalize();
-        let carry = |mode| {
+        let accumulate = |mode| {
             let k = measured(mode, Vec3::new(0.3, 0.2, 0.1), Vec3::new(1.0, 2.0, 20.0), old, DISTANCE - 1e-4);
             assert!(k.shear_increment.dot(&k.normal).abs() < 1e-18);
             (k.transport.apply(&Vec3::new(1.0, 0.0, 1e-3).normalize()), k.shear_increment)
         };
-        let (finite, shear) = carry(Mode::Finite);
+        let (finite, shear) = accumulate(MotionMeasure::Finite);
         // half the sphere's twist, 10 rad/s · 1 ms about +z
         assert!((finite.y - 0.01).abs() < 1e-5, "{finite}");
-        for mode in [Mode::FirstOrder, Mode::Yade, Mode::YadeRatcheting] {
-            let (turned, increment) = carry(mode);
+        for mode in [MotionMeasure::FirstOrder, MotionMeasure::Yade, MotionMeasure::YadeRatcheting] {
+            let (turned, increment) = accumulate(mode);
             assert!((turned - finite).norm() < 1e-4, "{mode:?} {turned} {finite}");
-            let lever = if mode == Mode::YadeRatcheting { (RADIUS - DISTANCE) * 3.0 } else { 0.0 };
+            let lever = if mode == MotionMeasure::YadeRatcheting { (RADIUS - DISTANCE) * 3.0 } else { 0.0 };
             assert!((increment - shear).norm() < (lever + 5e-3) * DT, "{mode:?} {increment} {shear}");
         }
-        let (first, yade) = (carry(Mode::FirstOrder), carry(Mode::Yade));
+        let (first, yade) = (accumulate(MotionMeasure::FirstOrder), accumulate(MotionMeasure::Yade));
         assert!((first.0 - yade.0).norm() < 1e-15 && (first.1 - yade.1).norm() < 1e-18);
     }
 }

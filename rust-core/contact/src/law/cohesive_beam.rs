@@ -33,10 +33,10 @@ use std::f64::consts::{FRAC_2_SQRT_PI, PI};
 
 use super::common::{ParameterError, require};
 use super::{
-    ContactGeometry, ContactLaw, EnergySplit, Fate, Reference, Response, Stiffness, respond_one_by_one, respond_to_one,
+    ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, evaluate_each, evaluate_one,
 };
-use crate::kinematics::batch::{BATCH, Batch, Columns, Formula, Found};
-use crate::kinematics::{Chord, EndRotations, FrameKinematics, Mode, RestFrame, torques};
+use crate::kinematics::batch::{BATCH, Batch, BatchResult, Columns, Formula};
+use crate::kinematics::{BranchVector, EndRotations, FrameKinematics, MotionMeasure, RestFrame, torques};
 use crate::math::{Quat, Vec3};
 
 /// What the bond resists.
@@ -134,14 +134,14 @@ pub struct BeamForces {
 
 /// Part of a moment perpendicular to the chord.
 #[inline(always)]
-fn across(chord: &Vec3, moment: Vec3) -> Vec3 {
-    moment - chord * chord.dot(&moment)
+fn across(branch: &Vec3, moment: Vec3) -> Vec3 {
+    moment - branch * branch.dot(&moment)
 }
 
 impl BeamForces {
     #[inline(always)]
-    fn bending_in_the_middle(&self, chord: &Vec3) -> f64 {
-        0.5 * across(chord, self.moment_a - self.moment_b).norm()
+    fn bending_in_the_middle(&self, branch: &Vec3) -> f64 {
+        0.5 * across(branch, self.moment_a - self.moment_b).norm()
     }
 }
 
@@ -221,20 +221,22 @@ impl CohesiveBeam {
     }
 
     /// Maximal principal stress on the surface of the beam, Pa, by [4.1]–[4.3] with the chosen reading of the bending
-    /// term; `axial` is the normal force, N, `chord` the unit chord.
+    /// term; `axial` is the normal force, N, `branch` the unit chord.
     #[inline(always)]
-    pub fn rankine_stress(&self, area: f64, axial: f64, chord: &Vec3, forces: &BeamForces) -> f64 {
+    pub fn rankine_stress(&self, area: f64, axial: f64, branch: &Vec3, forces: &BeamForces) -> f64 {
         let bending = match self.bending_term {
-            BendingTerm::MidSection => forces.bending_in_the_middle(chord),
+            BendingTerm::MidSection => forces.bending_in_the_middle(branch),
             BendingTerm::HalfSum => 0.5 * (forces.moment_a + forces.moment_b).norm(),
-            BendingTerm::LargerEnd => across(chord, forces.moment_a).norm().max(across(chord, forces.moment_b).norm()),
+            BendingTerm::LargerEnd => {
+                across(branch, forces.moment_a).norm().max(across(branch, forces.moment_b).norm())
+            }
         };
-        Self::principal_stress(area, axial, chord, forces, bending)
+        Self::principal_stress(area, axial, branch, forces, bending)
     }
 
     #[inline(always)]
-    fn principal_stress(area: f64, axial: f64, chord: &Vec3, forces: &BeamForces, bending: f64) -> f64 {
-        let torsion = 0.5 * (forces.moment_a - forces.moment_b).dot(chord);
+    fn principal_stress(area: f64, axial: f64, branch: &Vec3, forces: &BeamForces, bending: f64) -> f64 {
+        let torsion = 0.5 * (forces.moment_a - forces.moment_b).dot(branch);
         let inverse = 1.0 / area;
         // r/I = 4πr/S² = 4√π S^(−3/2), and half of it for I_O.
         let by_section = (8.0 / FRAC_2_SQRT_PI) * (inverse * inverse.sqrt());
@@ -254,8 +256,8 @@ struct Answer {
 }
 
 #[inline(always)]
-fn answer(k: &BeamStiffness, reference_length: f64, chord: &Chord, rotations: &EndRotations) -> Answer {
-    let elongation = chord.length - reference_length;
+fn answer(k: &BeamStiffness, reference_length: f64, branch: &BranchVector, rotations: &EndRotations) -> Answer {
+    let elongation = branch.length - reference_length;
     let half_length = 0.5 * reference_length;
     let sum = rotations.a + rotations.b;
     let difference = rotations.b - rotations.a;
@@ -265,7 +267,7 @@ fn answer(k: &BeamStiffness, reference_length: f64, chord: &Chord, rotations: &E
     let moment_a = rotations.end_moment(0, &(from_shear - from_bending)) + torsion;
     let moment_b = rotations.end_moment(1, &(from_shear + from_bending)) - torsion;
     let axial = k.normal * elongation;
-    let force = chord.normal * axial - chord.normal.cross(&(moment_a + moment_b)) * (1.0 / chord.length);
+    let force = branch.normal * axial - branch.normal.cross(&(moment_a + moment_b)) * (1.0 / branch.length);
     let stored = [
         0.5 * axial * elongation,
         0.5 * by_shear * sum.norm_squared(),
@@ -291,21 +293,21 @@ impl<const TURNED: bool> Formula<19, OUTPUT> for Intact<'_, TURNED> {
     fn apply(&self, input: [f64; 19]) -> [f64; OUTPUT] {
         let [lx, ly, lz, ai, aj, ak, aw, bi, bj, bk, bw, dx, dy, dz, rx, ry, rz, reference_length, area] = input;
         let rest = RestFrame { direction: Vec3::new(dx, dy, dz), rotation: Vec3::new(rx, ry, rz) };
-        let chord = Chord::of(&Vec3::new(lx, ly, lz));
+        let branch = BranchVector::of(&Vec3::new(lx, ly, lz));
         let orientations = [Quat::new(aw, ai, aj, ak), Quat::new(bw, bi, bj, bk)];
-        let (rotations, small) = chord.small_rotations::<TURNED>(orientations, &rest);
+        let (rotations, small) = branch.small_rotations::<TURNED>(orientations, &rest);
         // Radii and masses are of no matter to a beam.
         let geometry =
             ContactGeometry { reference_length, area, radius_a: 0.0, radius_b: 0.0, mass_a: 0.0, mass_b: 0.0 };
         let k = self.beam.stiffnesses_of_beam(&geometry, self.shear_coefficient);
-        let Answer { forces, axial, .. } = answer(&k, reference_length, &chord, &rotations);
-        let (n, f, m) = (chord.normal, forces.force, (forces.moment_a - forces.moment_b) * 0.5);
+        let Answer { forces, axial, .. } = answer(&k, reference_length, &branch, &rotations);
+        let (n, f, m) = (branch.normal, forces.force, (forces.moment_a - forces.moment_b) * 0.5);
         let stress = CohesiveBeam::principal_stress(area, axial, &n, &forces, forces.bending_in_the_middle(&n));
-        let [ta, tb] = torques(&n, &f, [0.5 * chord.length; 2]);
+        let [ta, tb] = torques(&n, &f, [0.5 * branch.length; 2]);
         let (ta, tb) = (ta + m, tb - m);
         // A direction of zero: the bond's first evaluation.
         let stress = if small & (rest.direction.norm_squared() > 0.0) { stress } else { f64::NAN };
-        [chord.length, n.x, n.y, n.z, f.x, f.y, f.z, ta.x, ta.y, ta.z, tb.x, tb.y, tb.z, stress]
+        [branch.length, n.x, n.y, n.z, f.x, f.y, f.z, ta.x, ta.y, ta.z, tb.x, tb.y, tb.z, stress]
     }
 }
 
@@ -323,9 +325,9 @@ impl ContactLaw for CohesiveBeam {
         } else {
             RestFrame { direction: old.rest_direction, rotation: old.rest_rotation }
         };
-        let (geometry, chord) = (&point.geometry, Chord { length: point.length, normal: point.normal });
+        let (geometry, branch) = (&point.geometry, BranchVector { length: point.length, normal: point.normal });
         let Answer { forces, axial, stored } =
-            answer(&self.stiffnesses(geometry), geometry.reference_length, &chord, &kinematics.rotations(&rest));
+            answer(&self.stiffnesses(geometry), geometry.reference_length, &branch, &kinematics.rotations(&rest));
         let BeamForces { force, moment_a, moment_b } = forces;
         let [stored_normal, stored_shear, stored_bending, stored_twist] = stored;
         let mut energy =
@@ -338,15 +340,15 @@ impl ContactLaw for CohesiveBeam {
             // step's work that the void forces would have taken in, which nobody did: the integration term.
             energy.damage = energy.stored();
             energy.integration = -0.5 * kinematics.work(&force, &moment_a, &moment_b);
-            return Response { force: Vec3::zeros(), moment: Vec3::zeros(), state, fate: Fate::Broke, energy };
+            return Response { force: Vec3::zeros(), moment: Vec3::zeros(), state, status: Status::Broke, energy };
         }
-        Response { force, moment: (moment_a - moment_b) * 0.5, state, fate: Fate::Lives, energy }
+        Response { force, moment: (moment_a - moment_b) * 0.5, state, status: Status::Lives, energy }
     }
 
     /// Beams that hold, with small rotations, the same parameters, and the default reading of the criterion, are answered in
     /// columns; all others one by one.
     #[inline(always)]
-    fn respond_batch<B: Batch<Self>>(mode: Mode, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
+    fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
         let count = count.min(BATCH);
         if count == 0 {
             return;
@@ -360,7 +362,7 @@ impl ContactLaw for CohesiveBeam {
         let default_criterion = beam.bending_term == BendingTerm::MidSection;
         let alike = (1..count).all(|i| batch.row(i) == batch.row(0));
         let Some(shear_coefficient) = shear_coefficient.filter(|_| default_criterion && alike && !B::SAMPLE) else {
-            respond_one_by_one(mode, count, dt, batch);
+            evaluate_each(mode, count, dt, batch);
             return;
         };
         let mut turned = false;
@@ -403,11 +405,11 @@ impl ContactLaw for CohesiveBeam {
         for i in 0..count {
             let [length, nx, ny, nz, fx, fy, fz, ax, ay, az, bx, by, bz, stress] = columns.get(i);
             if stress < beam.strength {
-                let chord = Chord { length, normal: Vec3::new(nx, ny, nz) };
+                let branch = BranchVector { length, normal: Vec3::new(nx, ny, nz) };
                 let (force, torques) = (Vec3::new(fx, fy, fz), [Vec3::new(ax, ay, az), Vec3::new(bx, by, bz)]);
-                batch.take_found(i, &Found { chord, force, torques, energy: None, state: None, push: None });
+                batch.commit_result(i, &BatchResult { branch, force, torques, energy: None, state: None, push: None });
             } else {
-                respond_to_one(mode, i, dt, batch);
+                evaluate_one(mode, i, dt, batch);
             }
         }
     }

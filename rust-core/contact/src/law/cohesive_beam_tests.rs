@@ -290,7 +290,7 @@ fn rankine_stress_in_three_readings() {
 fn which_deformation_breaks() {
     let broke = |reading: BendingTerm, station: FrameStation| {
         let beam = CohesiveBeam { strength: 0.1 * YOUNG, bending_term: reading, ..beam() };
-        at(beam, station).0.response.fate == Fate::Broke
+        at(beam, station).0.response.status == Status::Broke
     };
     let mid = BendingTerm::MidSection;
     let pull = |elongation: f64| FrameStation { elongation, ..FrameStation::default() };

@@ -39,9 +39,9 @@
 //! assert!(report.passed(), "{report}");
 //! ```
 
-use super::{ContactGeometry, ContactLaw, EnergySplit, Fate, LawState, Response};
-use crate::kinematics::sphere_sphere::{ImageShift, Motion, fresh_frame, measure};
-use crate::kinematics::{Frame, Mode, PointKinematics, Transport};
+use super::{ContactGeometry, ContactLaw, EnergySplit, LawState, Response, Status};
+use crate::kinematics::sphere_sphere::{ImageShift, Motion, initial_geometry, measure};
+use crate::kinematics::{MotionMeasure, PointKinematics, PreviousGeometry, Transport};
 use crate::math::{Quat, Vec3, atan2, normalized, quaternion_of_rotation_vector, rotate, sin_cos};
 use std::f64::consts::{PI, TAU};
 use std::fmt;
@@ -308,13 +308,13 @@ pub struct Record<S> {
 }
 
 /// Lead the pair along `path`. The first record is a step at rest at the start. The driver stops when the bond breaks.
-pub fn drive<H: Host>(subject: &Subject<H>, mode: Mode, path: &Path) -> Vec<Record<H::State>> {
+pub fn drive<H: Host>(subject: &Subject<H>, mode: MotionMeasure, path: &Path) -> Vec<Record<H::State>> {
     drive_with(subject, mode, path, subject.dt, false)
 }
 
 fn drive_with<H: Host>(
     subject: &Subject<H>,
-    mode: Mode,
+    mode: MotionMeasure,
     path: &Path,
     dt: f64,
     exchanged: bool,
@@ -326,7 +326,7 @@ fn drive_with<H: Host>(
     }
     let mut records: Vec<Record<H::State>> = Vec::with_capacity(path.poses.len());
     let Some(first) = path.poses.first() else { return records };
-    let mut frame = fresh_frame(&first[0].position, &first[1].position, &Vec3::zeros());
+    let mut frame = initial_geometry(&first[0].position, &first[1].position, &Vec3::zeros());
     let mut state = H::State::default();
     let mut previous = *first;
     let mut force_old = Vec3::zeros();
@@ -357,12 +357,12 @@ fn drive_with<H: Host>(
         let local = rotate(&axes.conjugate(), &response.force);
         let record = Record { kinematics, old: state, response, released, work, force: local.into() };
         records.push(record);
-        if response.fate == Fate::Broke {
+        if response.status == Status::Broke {
             break;
         }
         state = response.state;
         force_old = response.force;
-        frame = Frame { normal: kinematics.normal, length: kinematics.length };
+        frame = PreviousGeometry { normal: kinematics.normal, length: kinematics.length };
         previous = *pose;
     }
     records
@@ -378,12 +378,12 @@ pub(super) fn rotation_vector(q: &Quat) -> Vec3 {
 /// Clear what a law need not fill in: force and history of a contact that broke or opened, and the stored energies of
 /// one that broke, which name how the released energy was stored. Returns their sum, J.
 pub(super) fn take_away_what_is_void<S: LawState>(response: &mut Response<S>) -> f64 {
-    if response.fate != Fate::Lives {
+    if response.status != Status::Lives {
         response.force = Vec3::zeros();
         response.moment = Vec3::zeros();
         response.state = S::default();
     }
-    if response.fate != Fate::Broke {
+    if response.status != Status::Broke {
         return 0.0;
     }
     let released = response.energy.stored();
@@ -558,7 +558,8 @@ impl<H: Host> Subject<H> {
 // ---------------------------------------------------------------------------------------------------------------
 // Checks
 
-const MODES: [Mode; 4] = [Mode::Finite, Mode::FirstOrder, Mode::Yade, Mode::YadeRatcheting];
+const MODES: [MotionMeasure; 4] =
+    [MotionMeasure::Finite, MotionMeasure::FirstOrder, MotionMeasure::Yade, MotionMeasure::YadeRatcheting];
 
 /// Run every check but the atlas, which needs closed forms.
 pub fn check<H: Host>(subject: &Subject<H>) -> Report {
@@ -634,7 +635,7 @@ fn exchange<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
                     let mut mirror = subject.host.respond_exchanged(&k, &record.old.swapped(), subject.dt);
                     take_away_what_is_void(&mut mirror);
                     let response = &record.response;
-                    let same = mirror.fate == response.fate
+                    let same = mirror.status == response.status
                         && mirror.energy == response.energy
                         && mirror.force == -response.force
                         && mirror.moment == -response.moment
@@ -681,7 +682,7 @@ impl Window {
 
 /// Load to the held deformation, rest for two steps, then carry the pair through a rigid motion in `steps` steps;
 /// the largest relative change of the force in the moving axes.
-fn change_under<H: Host>(subject: &Subject<H>, mode: Mode, steps: usize, rigid: RigidMotion<'_>) -> f64 {
+fn change_under<H: Host>(subject: &Subject<H>, mode: MotionMeasure, steps: usize, rigid: RigidMotion<'_>) -> f64 {
     let mut stations = legs(&[Station::default(), subject.held], STEPS);
     let loaded = stations.len() + 2;
     stations.resize(loaded + steps, subject.held);
@@ -715,7 +716,7 @@ fn objectivity<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
     let shift = |share: f64| Pose { position: Vec3::new(1.0, -2.0, 0.5) * (size * share), ..at_rest(share) };
     findings.push(Finding::at_most(
         "held and translated: change of force, Finite",
-        change_under(subject, Mode::Finite, TURN_STEPS, &shift),
+        change_under(subject, MotionMeasure::Finite, TURN_STEPS, &shift),
         bound,
         reason,
     ));
@@ -726,7 +727,7 @@ fn objectivity<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
     ] {
         findings.push(Finding::at_most(
             format!("held and turned by 2π {name} in 100 steps: change of force, Finite"),
-            change_under(subject, Mode::Finite, TURN_STEPS, &turn(axis)),
+            change_under(subject, MotionMeasure::Finite, TURN_STEPS, &turn(axis)),
             bound,
             reason,
         ));
@@ -737,8 +738,8 @@ fn objectivity<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
         let mut error = 0.0_f64;
         for seed in 0..SEEDS {
             let stations = subject.closed_path(&subject.elastic, true, seed, steps);
-            let still = drive(subject, Mode::Finite, &subject.path(&stations));
-            let moving = drive(subject, Mode::Finite, &subject.moving_path(&stations, seed));
+            let still = drive(subject, MotionMeasure::Finite, &subject.path(&stations));
+            let moving = drive(subject, MotionMeasure::Finite, &subject.moving_path(&stations, seed));
             let scale = largest(still.iter().map(|r| norm(&r.force)));
             let change = largest(still.iter().zip(&moving).map(|(s, m)| distance(&s.force, &m.force) / scale));
             error = largest([error, change, still.len().abs_diff(moving.len()) as f64].into_iter());
@@ -765,7 +766,7 @@ fn objectivity<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
     }
     // First-order transport stretches a vector by √(1+θ²) per step, 2π²/N per turn; the first-order shear increment
     // of a rigid turn is L(θ − sin θ) per step, L(2π)³/(6N²) per turn.
-    for mode in [Mode::FirstOrder, Mode::Yade, Mode::YadeRatcheting] {
+    for mode in [MotionMeasure::FirstOrder, MotionMeasure::Yade, MotionMeasure::YadeRatcheting] {
         for (name, axis) in [("about a tangent", Vec3::y()), ("about the normal", Vec3::x())] {
             let [once, twice, four_times] =
                 [1000, 2000, 4000].map(|steps| change_under(subject, mode, steps, &turn(axis)));
@@ -797,7 +798,7 @@ fn conservation<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
             let (mut loss, mut dissipated, mut change) = (0.0_f64, 0.0_f64, 0.0_f64);
             for seed in 0..SEEDS {
                 let stations = subject.closed_path(&subject.elastic, sheared, seed, STEPS);
-                let records = drive(subject, Mode::Finite, &subject.path(&stations));
+                let records = drive(subject, MotionMeasure::Finite, &subject.path(&stations));
                 let ledger = Ledger::of(&records);
                 loss = loss.max((ledger.work - ledger.integration).abs() / ledger.absolute_work);
                 dissipated = dissipated.max(ledger.dissipated.abs() / ledger.absolute_work);
@@ -837,7 +838,7 @@ fn conservation<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
                         station.elongation = subject.held.elongation;
                     }
                 }
-                let ledger = Ledger::of(&drive(subject, Mode::Finite, &subject.path(&stations)));
+                let ledger = Ledger::of(&drive(subject, MotionMeasure::Finite, &subject.path(&stations)));
                 violation = violation.max(ledger.dissipated / ledger.absolute_work);
             }
             findings.push(Finding::at_least(
@@ -857,7 +858,7 @@ fn dissipation<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
             // coarse paths, in which a step can turn everything round, and fine ones
             let steps = [1, 2, 5, STEPS][seed as usize % 4];
             let stations = subject.closed_path(window, true, seed, steps);
-            let records = drive(subject, Mode::Finite, &subject.moving_path(&stations, seed));
+            let records = drive(subject, MotionMeasure::Finite, &subject.moving_path(&stations, seed));
             let scale = largest(records.iter().map(|r| r.response.energy.stored()));
             if scale > 0.0 {
                 for record in &records {
@@ -898,7 +899,7 @@ fn pull<H: Host>(subject: &Subject<H>, steps: usize) -> Failure {
         [subject.elastic.elongation[0], subject.failure].map(|elongation| Station { elongation, ..Station::default() });
     // at the same speed whatever the step, so that dashpots answer alike
     let dt = subject.dt * PULL_STEPS as f64 / steps as f64;
-    let records = drive_with(subject, Mode::Finite, &subject.path(&legs(&knots, steps)), dt, false);
+    let records = drive_with(subject, MotionMeasure::Finite, &subject.path(&legs(&knots, steps)), dt, false);
     let jump = |pair: &[Record<H::State>]| distance(&pair[0].force, &pair[1].force);
     let steps_of = |records: &[Record<H::State>]| largest(records.windows(2).map(jump));
     let peak = largest(records.iter().map(|r| r.force[0].abs()));
@@ -906,7 +907,7 @@ fn pull<H: Host>(subject: &Subject<H>, steps: usize) -> Failure {
     let mut out =
         Failure { jump: steps_of(&records) / peak, loss: 0.0, ordinary: 1.0, damage: 0.0, released: 0.0, stored: 0.0 };
     if let [before @ .., last] = records.as_slice()
-        && last.response.fate == Fate::Broke
+        && last.response.status == Status::Broke
     {
         out.ordinary = steps_of(before) / strength;
         out.damage = last.response.energy.damage;
@@ -969,14 +970,14 @@ fn energy_balance<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
         let (mut residual, mut step, mut coarse, mut fine, mut work) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for seed in 0..SEEDS {
             let stations = subject.closed_path(window, true, seed, STEPS);
-            let ledger = Ledger::of(&drive(subject, Mode::Finite, &subject.moving_path(&stations, seed)));
+            let ledger = Ledger::of(&drive(subject, MotionMeasure::Finite, &subject.moving_path(&stations, seed)));
             let unexplained = ledger.work - ledger.stored_change - ledger.dissipated - ledger.integration;
             residual = largest([residual, unexplained.abs() / ledger.absolute_work].into_iter());
             step = largest([step, ledger.unexplained / ledger.absolute_work].into_iter());
             coarse += ledger.absolute_integration;
             work += ledger.absolute_work;
             let stations = subject.closed_path(window, true, seed, 2 * STEPS);
-            let refined = drive_with(subject, Mode::Finite, &subject.path(&stations), 0.5 * subject.dt, false);
+            let refined = drive_with(subject, MotionMeasure::Finite, &subject.path(&stations), 0.5 * subject.dt, false);
             fine += Ledger::of(&refined).absolute_integration;
         }
         findings.push(Finding::at_most(
@@ -1040,7 +1041,8 @@ fn determinism<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
 
 fn extremes<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
     let size = subject.geometry.reference_length;
-    let loaded = drive(subject, Mode::Finite, &subject.path(&legs(&[Station::default(), subject.held], STEPS)));
+    let loaded =
+        drive(subject, MotionMeasure::Finite, &subject.path(&legs(&[Station::default(), subject.held], STEPS)));
     let mut states = vec![H::State::default()];
     states.extend(loaded.last().map(|record| record.response.state));
     let elongations = [0.0, 1e-300, -1e-300, 1e-16, -1e-16, 1e-6, -1e-6, -0.5, -0.999, 1.0, 1e6].map(|x| x * size);
@@ -1158,7 +1160,7 @@ pub fn atlas<H: Host, F: FnMut(&Observed) -> Option<[f64; 3]>>(
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (name, stations) in paths {
-        let records = drive(subject, Mode::Finite, &subject.path(stations));
+        let records = drive(subject, MotionMeasure::Finite, &subject.path(stations));
         let mut expected = closed_form();
         let (mut error, mut scale) = (0.0, 0.0_f64);
         for (step, station) in stations.iter().enumerate() {
@@ -1166,13 +1168,13 @@ pub fn atlas<H: Host, F: FnMut(&Observed) -> Option<[f64; 3]>>(
             let k = &record.kinematics;
             let station = Station { elongation: k.elongation, ..*station };
             let Some(force) = expected(&Observed { station, gap: k.gap, dt: subject.dt, step }) else {
-                if record.response.fate != Fate::Broke {
+                if record.response.status != Status::Broke {
                     error = f64::INFINITY;
                 }
                 break;
             };
             scale = scale.max(norm(&force));
-            let broken = if record.response.fate == Fate::Broke { f64::INFINITY } else { 0.0 };
+            let broken = if record.response.status == Status::Broke { f64::INFINITY } else { 0.0 };
             error = largest([error, distance(&force, &record.force) + broken].into_iter());
         }
         // a path without any force must agree exactly
@@ -1313,7 +1315,8 @@ mod tests {
         let subject = subject(Defect::None);
         let stations = subject.closed_path(&subject.elastic, true, 11, 25);
         let mut shear = Vec3::zeros();
-        for (record, station) in drive(&subject, Mode::Finite, &subject.path(&stations)).iter().zip(&stations) {
+        for (record, station) in drive(&subject, MotionMeasure::Finite, &subject.path(&stations)).iter().zip(&stations)
+        {
             shear += record.kinematics.shear_increment;
             assert!((record.kinematics.elongation - station.elongation).abs() < 4e-16 * 4.0);
             assert!((shear - Vec3::new(0.0, station.shear[0], station.shear[1])).norm() < 2e-14);
@@ -1339,7 +1342,7 @@ mod tests {
     // -----------------------------------------------------------------------------------------------------------
     // The cohesive particle model, with the parameters of concrete: strains of 1e-4, so rounding of positions shows.
 
-    use crate::law::cpm::{Cpm, CpmMode, CpmParameters, DamageLaw, contact_area};
+    use crate::law::cpm::{Cpm, CpmFormulation, CpmParameters, DamageLaw, contact_area};
 
     fn concrete() -> CpmParameters {
         CpmParameters::new(30e9, 0.2, 3e6, libm::atan(0.8), 1e-4, 30.0)
@@ -1463,7 +1466,7 @@ mod tests {
     /// objective and not balanced.
     #[test]
     fn cpm_of_yade_shows_its_quirks() {
-        let subject = cpm("cpm, yade-public", &CpmParameters { mode: CpmMode::YadePublic, ..concrete() });
+        let subject = cpm("cpm, yade-public", &CpmParameters { mode: CpmFormulation::YadePublic, ..concrete() });
         let known = [
             "energy balance of random moving paths, inelastic",
             "energy balance of the worst step of these paths, inelastic",
@@ -1475,7 +1478,7 @@ mod tests {
     /// Woo's form recovers slip in unloading: its friction can be negative.
     #[test]
     fn cpm_of_woo_conforms() {
-        let mut subject = cpm("cpm, woo", &CpmParameters { mode: CpmMode::Woo, ..concrete() });
+        let mut subject = cpm("cpm, woo", &CpmParameters { mode: CpmFormulation::Woo, ..concrete() });
         subject.properties.dissipation_nonnegative = false;
         passes_but(&check(&subject), &[]);
     }

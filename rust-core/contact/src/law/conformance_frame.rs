@@ -18,9 +18,9 @@ use super::conformance::{
     Finding, Native, Pose, Random, Report, RigidMotion, at_rest, largest, random_motion, rotation_vector,
     take_away_what_is_void,
 };
-use super::{ContactGeometry, ContactLaw, Fate, Kinematics, LawState, Response};
-use crate::kinematics::sphere_sphere::{ImageShift, Motion, fresh_frame};
-use crate::kinematics::{Frame, FrameKinematics, Mode};
+use super::{ContactGeometry, ContactLaw, Kinematics, LawState, Response, Status};
+use crate::kinematics::sphere_sphere::{ImageShift, Motion, initial_geometry};
+use crate::kinematics::{FrameKinematics, MotionMeasure, PreviousGeometry};
 use crate::math::{Quat, Vec3, normalized, quaternion_of_rotation_vector, rotate, sin_cos};
 
 /// Whoever runs a law of bond frames.
@@ -108,7 +108,7 @@ pub fn poses(geometry: &ContactGeometry, station: &FrameStation, start: &[Quat; 
 /// Measure a step between two pairs of poses.
 fn measured(
     geometry: &ContactGeometry,
-    frame: &Frame,
+    frame: &PreviousGeometry,
     before: &[Pose; 2],
     now: &[Pose; 2],
     bonded: bool,
@@ -124,7 +124,16 @@ fn measured(
             orientation: now[k].orientation,
         }
     };
-    FrameKinematics::measure(Mode::Finite, &motion(0), &motion(1), &ImageShift::default(), geometry, frame, bonded, dt)
+    FrameKinematics::measure(
+        MotionMeasure::Finite,
+        &motion(0),
+        &motion(1),
+        &ImageShift::default(),
+        geometry,
+        frame,
+        bonded,
+        dt,
+    )
 }
 
 /// Moments on A and B about their centres, of an answer with the solver's arms.
@@ -154,16 +163,16 @@ pub fn drive<H: FrameHost>(
     let mut old_answer = [Vec3::zeros(); 3];
     for (index, station) in stations.iter().enumerate() {
         let motion = rigid(index as f64 / steps);
-        let carry = |pose: Pose| Pose {
+        let accumulate = |pose: Pose| Pose {
             position: rotate(&motion.orientation, &pose.position) + motion.position,
             orientation: normalized(&(motion.orientation * pose.orientation)),
         };
-        let mut now = poses(&subject.geometry, station, start).map(carry);
+        let mut now = poses(&subject.geometry, station, start).map(accumulate);
         if exchanged {
             now.reverse();
         }
         let before = previous.unwrap_or(now);
-        let frame = fresh_frame(&before[0].position, &before[1].position, &Vec3::zeros());
+        let frame = initial_geometry(&before[0].position, &before[1].position, &Vec3::zeros());
         let kinematics = measured(&geometry, &frame, &before, &now, true, subject.dt);
         let mut response = subject.host.respond(&kinematics, &state, subject.dt);
         let released = take_away_what_is_void(&mut response);
@@ -182,7 +191,7 @@ pub fn drive<H: FrameHost>(
             moments: moments.map(|m| local(&m)),
             work,
         });
-        if response.fate == Fate::Broke {
+        if response.status == Status::Broke {
             break;
         }
         state = response.state;
@@ -355,7 +364,7 @@ fn derivatives<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Findi
         let station = subject.station(&mut random);
         let origin = poses(&subject.geometry, &FrameStation::default(), &start);
         let here = poses(&subject.geometry, &station, &start);
-        let frame = fresh_frame(&origin[0].position, &origin[1].position, &Vec3::zeros());
+        let frame = initial_geometry(&origin[0].position, &origin[1].position, &Vec3::zeros());
         let first = measured(&subject.geometry, &frame, &origin, &origin, true, subject.dt);
         let state = subject.host.respond(&first, &H::State::default(), subject.dt).state;
         let energy = |now: &[Pose; 2]| {
@@ -366,7 +375,7 @@ fn derivatives<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Findi
         let [ma, mb] = about_centres(&kinematics, &answer);
         let length = subject.geometry.reference_length;
         let scale = answer.force.norm() * length + ma.norm() + mb.norm();
-        if scale == 0.0 || answer.fate != Fate::Lives {
+        if scale == 0.0 || answer.status != Status::Lives {
             continue;
         }
         for axis in 0..3 {
@@ -419,7 +428,7 @@ fn brittleness<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Findi
     let stations = legs(&[FrameStation::default(), pulled], 400);
     let records = drive(subject, &stations, &at_rest, &starts(1), false);
     let Some(last) = records.last() else { return };
-    let broke = f64::from(u8::from(last.response.fate == Fate::Broke));
+    let broke = f64::from(u8::from(last.response.status == Status::Broke));
     findings.push(Finding::at_least("the bond breaks when pulled", broke, 1.0, "declared"));
     let damage = last.response.energy.damage;
     findings.push(Finding::at_most(

@@ -44,15 +44,15 @@
 //!
 //! # Modes
 //!
-//! * [`CpmMode::Thesis`] (default): the equations above. Slip is returned exactly and ε_Tp is carried with the contact
+//! * [`CpmFormulation::Thesis`] (default): the equations above. Slip is returned exactly and ε_Tp is carried with the contact
 //!   like ε_T. All options may be switched on; with all of them this is the published full model.
-//! * [`CpmMode::YadePublic`]: YADE's `Law2_ScGeom_CpmPhys_Cpm`, bit for bit when fed with
-//!   [`Mode::Yade`](crate::kinematics::Mode) kinematics. Quirks: the plastic increment uses the already scaled stress,
+//! * [`CpmFormulation::YadePublic`]: YADE's `Law2_ScGeom_CpmPhys_Cpm`, bit for bit when fed with
+//!   [`MotionMeasure::Yade`](crate::kinematics::MotionMeasure) kinematics. Quirks: the plastic increment uses the already scaled stress,
 //!   Δε_Tp = s(1−s)σ_trial/Ḡ instead of (1−s)σ_trial/Ḡ; ε_Tp is not rotated with the contact; the hardening line uses e
 //!   in place of ε_N (so the hardening modulus depends on the step size: in the limit of small steps the branch is
 //!   perfectly plastic whatever K̃); linear damage exceeds 1 beyond ε_f. Other yield surfaces and viscosity are
 //!   parameters without effect there, and are refused here. Uses the system's `exp` and `tan`.
-//! * [`CpmMode::Woo`]: Woo's `Law2_L6Geom_ConcretePhys`. Quirks: shear has no memory, the trial stress is Ḡ times the
+//! * [`CpmFormulation::Woo`]: Woo's `Law2_L6Geom_ConcretePhys`. Quirks: shear has no memory, the trial stress is Ḡ times the
 //!   total ε_T (the published model has ε_Tp), so unloading recovers slip, and slip viscosity depends on Δt; ε_d is
 //!   compared with ω ε_N also in compression; σ₀ is subtracted but ε_N is not adjusted; ξ is not used.
 //!
@@ -74,11 +74,11 @@
 //! In YADE mode the slip is Δε_T − Δσ_T/Ḡ, which is not the increment of YADE's ε_Tp (quirk above).
 
 use super::{
-    ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, Reference, Response, Stiffness, respond_to_one,
+    ContactGeometry, ContactLaw, EnergySplit, Kinematics, Reference, Response, Status, Stiffness, evaluate_one,
 };
 use crate::kinematics::batch::Formula;
 use crate::kinematics::sphere_sphere::{FINITE_INPUT, FiniteMeasure, YADE_INPUT, YADE_OUTPUT, Yade, YadeMeasure};
-use crate::kinematics::{BATCH, Batch, Columns, Frame, Mode, PointKinematics, Transport};
+use crate::kinematics::{BATCH, Batch, Columns, MotionMeasure, PointKinematics, PreviousGeometry, Transport};
 use crate::law_state;
 use crate::math::{self, Vec3};
 use schemars::JsonSchema;
@@ -107,7 +107,7 @@ law_state! {
 /// Which published form of the law is computed. The differences are listed in the [module documentation](self).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum CpmMode {
+pub enum CpmFormulation {
     /// Stránský 2018, corrected; with all options the full model of Šmilauer 2010.
     #[default]
     Thesis,
@@ -149,7 +149,7 @@ pub enum YieldSurface {
 pub struct CpmParameters {
     /// Published form to compute.
     #[serde(default)]
-    pub mode: CpmMode,
+    pub mode: CpmFormulation,
     /// Normal modulus Ē of the link, Pa (YADE `young`).
     pub normal_modulus: f64,
     /// Ratio Ḡ/Ē of shear to normal modulus, 1 (YADE `poisson`, Woo `ktDivKn`). Not Poisson's ratio.
@@ -250,7 +250,7 @@ impl CpmParameters {
         relative_ductility: f64,
     ) -> Self {
         Self {
-            mode: CpmMode::Thesis,
+            mode: CpmFormulation::Thesis,
             normal_modulus,
             shear_ratio,
             cohesion,
@@ -285,11 +285,11 @@ impl CpmParameters {
         if self.yield_surface != other.yield_surface {
             return Err(CpmError::Unlike { name: "yield_surface" });
         }
-        if self.damage_law != other.damage_law && self.mode != CpmMode::YadePublic {
+        if self.damage_law != other.damage_law && self.mode != CpmFormulation::YadePublic {
             return Err(CpmError::Unlike { name: "damage_law" });
         }
         let mean = |field: fn(&Self) -> f64| 0.5 * (field(self) + field(other));
-        let friction_angle = if self.mode == CpmMode::Woo {
+        let friction_angle = if self.mode == CpmFormulation::Woo {
             libm::atan(0.5 * (libm::tan(self.friction_angle) + libm::tan(other.friction_angle)))
         } else {
             mean(|p| p.friction_angle)
@@ -361,7 +361,7 @@ impl CpmParameters {
             check("cohesion", self.cohesion, self.cohesion > 0.0, "positive with viscous slip")?;
             check("shear_ratio", self.shear_ratio, self.shear_ratio > 0.0, "positive with viscous slip")?;
         }
-        if self.mode == CpmMode::YadePublic {
+        if self.mode == CpmFormulation::YadePublic {
             if self.yield_surface != YieldSurface::MohrCoulomb {
                 return Err(CpmError::NotInYade { name: "yield_surface" });
             }
@@ -386,14 +386,14 @@ impl CpmParameters {
     }
 
     fn prestress_is_beyond_the_plastic_limit(&self) -> bool {
-        self.mode == CpmMode::Thesis
+        self.mode == CpmFormulation::Thesis
             && self.soft_strain < 0.0
             && self.isotropic_prestress < self.normal_modulus * self.soft_strain
     }
 
     /// Shift of the normal strain that the isotropic prestress makes (Šmilauer 2010, "Isotropic confinement").
     fn prestress_strain(&self) -> f64 {
-        if self.mode == CpmMode::Woo {
+        if self.mode == CpmFormulation::Woo {
             0.0
         } else if self.prestress_is_beyond_the_plastic_limit() {
             self.soft_strain
@@ -485,7 +485,7 @@ impl Cpm {
         parameters.validate()?;
         let softening_strain = parameters.softening_strain();
         let shear_modulus = parameters.shear_modulus();
-        let tan_friction = if parameters.mode == CpmMode::YadePublic {
+        let tan_friction = if parameters.mode == CpmFormulation::YadePublic {
             parameters.friction_angle.tan()
         } else {
             libm::tan(parameters.friction_angle)
@@ -499,7 +499,7 @@ impl Cpm {
             inverse_softening_strain: 1.0 / softening_strain,
             inverse_shear_modulus: if shear_modulus > 0.0 { 1.0 / shear_modulus } else { 0.0 },
             linear_factor: 1.0 / (1.0 - parameters.limit_strain / softening_strain),
-            plain: parameters.mode == CpmMode::Thesis
+            plain: parameters.mode == CpmFormulation::Thesis
                 && parameters.yield_surface == YieldSurface::MohrCoulomb
                 && parameters.shear_contribution == 0.0
                 && parameters.soft_strain >= 0.0
@@ -516,7 +516,7 @@ impl Cpm {
         let (young, softening_strain) = (c.normal_modulus, c.softening_strain);
         Self {
             parameters: CpmParameters {
-                mode: CpmMode::YadePublic,
+                mode: CpmFormulation::YadePublic,
                 normal_modulus: young,
                 shear_ratio: c.shear_modulus / young,
                 cohesion: c.cohesion,
@@ -688,7 +688,7 @@ impl Cpm {
             return release(k, volume, normal_stress, &shear_stress, strain_step, &shear_step, &energy);
         }
         let force = (k.normal * normal_stress + shear_stress) * area;
-        Response { force, moment: Vec3::zeros(), state, fate: Fate::Lives, energy }
+        Response { force, moment: Vec3::zeros(), state, status: Status::Lives, energy }
     }
 
     /// What [`Self::respond_exact`] finds where the damage of a bond whose κ grows is `damage` of it.
@@ -701,7 +701,7 @@ impl Cpm {
         damage_of: impl Fn(f64) -> f64,
     ) -> Answer {
         let p = &self.parameters;
-        let woo = !PLAIN && p.mode == CpmMode::Woo;
+        let woo = !PLAIN && p.mode == CpmFormulation::Woo;
         let length = k.geometry.reference_length;
         let inverse_length = 1.0 / length;
         let volume = k.geometry.area * length;
@@ -844,7 +844,7 @@ impl Cpm {
     /// All that is not plain, apart from the loops: it would be compiled with each of them.
     #[inline(never)]
     fn respond_with_options(&self, k: &PointKinematics, old: &CpmState, dt: f64) -> Response<CpmState> {
-        if self.parameters.mode == CpmMode::YadePublic {
+        if self.parameters.mode == CpmFormulation::YadePublic {
             self.respond_yade(k, old)
         } else {
             self.respond_exact::<false>(k, old, dt)
@@ -867,7 +867,7 @@ impl Cpm {
             force: k.normal * (answer.normal_stress * area) + answer.shear_stress * area,
             moment: Vec3::zeros(),
             state: answer.state,
-            fate: Fate::Lives,
+            status: Status::Lives,
             energy: answer.energy,
         }
     }
@@ -1036,7 +1036,7 @@ fn omega_before(k: &PointKinematics, old: &CpmState) -> f64 {
 }
 
 /// Answer of a contact that is lost in this step: no force, no history, its energy let go. That of a bond stays named
-/// by mode in the `stored_*` members, see [`Fate::Broke`].
+/// by mode in the `stored_*` members, see [`Status::Broke`].
 // Inlined, so that the answer of the common path stays in registers.
 #[inline(always)]
 fn release(
@@ -1063,7 +1063,7 @@ fn release(
         force: Vec3::zeros(),
         moment: Vec3::zeros(),
         state: CpmState::default(),
-        fate: if k.bonded { Fate::Broke } else { Fate::Opened },
+        status: if k.bonded { Status::Broke } else { Status::Opened },
         energy,
     }
 }
@@ -1153,7 +1153,7 @@ impl Formula<AS_YADE_INPUT, AS_YADE_OUTPUT> for AsYade<'_> {
         // Masses are of no matter to this law.
         let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a: 0.0, mass_b: 0.0 };
         let measure = self.kinematics.measure(motion);
-        let k = measure.point(&geometry, &Frame { normal: normal_old, length: length_old }, bonded > 0.0);
+        let k = measure.point(&geometry, &PreviousGeometry { normal: normal_old, length: length_old }, bonded > 0.0);
         let old = state_of(history);
         let answer = law.answer_with_damage(&k, &old, |kappa| {
             if kappa == old.kappa {
@@ -1182,7 +1182,7 @@ impl Formula<PLAIN_INPUT, PLAIN_OUTPUT> for Plain<'_> {
         let [.., radius_a, radius_b, nx, ny, nz, length] = motion;
         // Masses are of no matter to this law, the step is not to the plain one.
         let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a: 0.0, mass_b: 0.0 };
-        let frame = Frame { normal: Vec3::new(nx, ny, nz), length };
+        let frame = PreviousGeometry { normal: Vec3::new(nx, ny, nz), length };
         let k = FiniteMeasure::of(motion).point(&geometry, &frame, bonded > 0.0);
         let answer = law.answer_exact::<true>(&k, &state_of(history), 0.0, |kappa| {
             if kappa <= law.parameters.limit_strain || law.parameters.never_damage { 0.0 } else { f64::NAN }
@@ -1219,7 +1219,7 @@ fn answer_in(columns: &Columns, first: usize, i: usize) -> Option<Response<CpmSt
     let [fx, fy, fz, stored_normal, stored_shear, friction, damage, integration] = columns.get_from(first, i);
     let energy = EnergySplit { stored_normal, stored_shear, damage, friction, integration, ..EnergySplit::default() };
     let (force, moment) = (Vec3::new(fx, fy, fz), Vec3::zeros());
-    Some(Response { force, moment, state, fate: Fate::Lives, energy })
+    Some(Response { force, moment, state, status: Status::Lives, energy })
 }
 
 /// A part of a row.
@@ -1245,14 +1245,14 @@ impl ContactLaw for Cpm {
     /// Contacts of the same parameters are answered in columns, but for those whose damage grows or that are lost, in mode
     /// yade-public with YADE's measure, and in the plain form of mode thesis with the finite one.
     #[inline(always)]
-    fn respond_batch<B: Batch<Self>>(mode: Mode, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
+    fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
         let count = count.min(BATCH);
         if count == 0 {
             return;
         }
         let law = *batch.law(0).0;
         let alike = !B::SAMPLE && (1..count).all(|i| batch.row(i) == batch.row(0));
-        if alike && mode == Mode::Finite && law.plain {
+        if alike && mode == MotionMeasure::Finite && law.plain {
             for i in 0..count {
                 FiniteMeasure::set(columns, i, batch);
                 let (ContactGeometry { reference_length, area, .. }, _, bonded) = batch.constants(i);
@@ -1262,20 +1262,20 @@ impl ContactLaw for Cpm {
             columns.apply(&Plain { law: &law });
             for i in 0..count {
                 let Some(response) = answer_in(columns, 5, i) else {
-                    respond_to_one(mode, i, dt, batch);
+                    evaluate_one(mode, i, dt, batch);
                     continue;
                 };
                 let [length, gap, nx, ny, nz] = columns.get(i);
                 let (geometry, frame, bonded) = batch.constants(i);
                 let point = FiniteMeasure::place(length, gap, Vec3::new(nx, ny, nz)).point(&geometry, &frame, bonded);
-                batch.take(i, &point, &response);
+                batch.commit(i, &point, &response);
             }
             return;
         }
         let as_yade = !B::PERIODIC
             && alike
-            && matches!(mode, Mode::Yade | Mode::YadeRatcheting)
-            && law.parameters.mode == CpmMode::YadePublic;
+            && matches!(mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting)
+            && law.parameters.mode == CpmFormulation::YadePublic;
         if !as_yade {
             PointKinematics::measure_batch::<Self, B>(mode, count, dt, batch, columns);
             return;
@@ -1288,19 +1288,19 @@ impl ContactLaw for Cpm {
             columns.set_from(YADE_INPUT + 3, i, columns_of(batch.law(i).1));
         }
         // Said so that the other measure is not computed with it.
-        if mode == Mode::YadeRatcheting {
+        if mode == MotionMeasure::YadeRatcheting {
             columns.apply(&AsYade { law: &law, kinematics: Yade { dt, ratcheting_correction: true } });
         } else {
             columns.apply(&AsYade { law: &law, kinematics: Yade { dt, ratcheting_correction: false } });
         }
         for i in 0..count {
             let Some(response) = answer_in(columns, YADE_OUTPUT, i) else {
-                respond_to_one(mode, i, dt, batch);
+                evaluate_one(mode, i, dt, batch);
                 continue;
             };
             let (geometry, frame, bonded) = batch.constants(i);
             let point = YadeMeasure::of_row(columns.get(i)).point(&geometry, &frame, bonded);
-            batch.take(i, &point, &response);
+            batch.commit(i, &point, &response);
         }
     }
 
@@ -1336,8 +1336,8 @@ impl ContactLaw for Cpm {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kinematics::sphere_sphere::{ImageShift, Motion, fresh_frame, measure};
-    use crate::kinematics::{Frame, Mode};
+    use crate::kinematics::sphere_sphere::{ImageShift, Motion, initial_geometry, measure};
+    use crate::kinematics::{MotionMeasure, PreviousGeometry};
     use crate::law::LawState;
     use crate::math::{any_perpendicular, quaternion_of_rotation_vector, rotate};
     use proptest::prelude::*;
@@ -1391,7 +1391,7 @@ mod tests {
         normal_stress: f64,
         shear_stress: Vec3,
         energy: EnergySplit,
-        fate: Fate,
+        status: Status,
         work: f64,
         dissipated: EnergySplit,
         dt: f64,
@@ -1406,7 +1406,7 @@ mod tests {
                 normal_stress: 0.0,
                 shear_stress: Vec3::zeros(),
                 energy: EnergySplit::default(),
-                fate: Fate::Lives,
+                status: Status::Lives,
                 work: 0.0,
                 dissipated: EnergySplit::default(),
                 dt: 1.0,
@@ -1430,7 +1430,7 @@ mod tests {
             self.dissipated.integration += response.energy.integration;
             self.energy = response.energy;
             self.state = response.state;
-            self.fate = response.fate;
+            self.status = response.status;
             self.normal_stress
         }
 
@@ -1441,7 +1441,7 @@ mod tests {
         fn imbalance(&self) -> f64 {
             let d = &self.dissipated;
             // what a broken bond names as stored is released
-            let stored = if self.fate == Fate::Broke { 0.0 } else { self.energy.stored() };
+            let stored = if self.status == Status::Broke { 0.0 } else { self.energy.stored() };
             self.work - stored - d.damage - d.friction - d.viscous - d.integration
         }
     }
@@ -1479,7 +1479,7 @@ mod tests {
         assert!((bond.pull(0.3e-4) - 14330.63).abs() < 0.0051);
         assert!((bond.pull(2.8e-4) - 30119.42).abs() < 0.0051);
         close(bond.pull(-0.6e-4), -60000.0, 1e-15);
-        assert_eq!(bond.fate, Fate::Lives);
+        assert_eq!(bond.status, Status::Lives);
     }
 
     /// Reference of a single bond made by YADE 2023.02a: printed digits, and the closed forms to 1e-12.
@@ -1494,7 +1494,7 @@ mod tests {
             (1e-3, 0.93103448, 2.06896552e6, 0.92591818, 2.22245466e6),
             (2e-3, 0.98275862, 1.03448276e6, 0.97345903, 1.59245835e6),
         ];
-        for mode in [CpmMode::Thesis, CpmMode::YadePublic, CpmMode::Woo] {
+        for mode in [CpmFormulation::Thesis, CpmFormulation::YadePublic, CpmFormulation::Woo] {
             let linear = law(CpmParameters { mode, damage_law: DamageLaw::Linear, ..concrete() });
             let exponential = law(CpmParameters { mode, ..concrete() });
             let (mut first, mut second) = (Bond::new(linear), Bond::new(exponential));
@@ -1514,12 +1514,12 @@ mod tests {
     /// Linear damage ends at ε_f: the bond breaks there even with a threshold of 1.
     #[test]
     fn linear_damage_breaks_at_the_softening_strain() {
-        for mode in [CpmMode::Thesis, CpmMode::YadePublic] {
+        for mode in [CpmFormulation::Thesis, CpmFormulation::YadePublic] {
             let mut bond = Bond::new(law(CpmParameters { mode, damage_law: DamageLaw::Linear, ..concrete() }));
             bond.pull(2.9e-3);
-            assert_eq!(bond.fate, Fate::Lives);
+            assert_eq!(bond.status, Status::Lives);
             bond.pull(3.1e-3);
-            assert_eq!(bond.fate, Fate::Broke);
+            assert_eq!(bond.status, Status::Broke);
             assert_eq!(bond.normal_stress, 0.0);
             assert_eq!(bond.state, CpmState::default());
         }
@@ -1533,7 +1533,7 @@ mod tests {
         let law = law(CpmParameters { omega_threshold: threshold, ..concrete() });
         let mut bond = Bond::new(law);
         let mut strain = 0.0;
-        while bond.fate == Fate::Lives {
+        while bond.status == Status::Lives {
             strain += 1e-6;
             bond.pull(strain);
         }
@@ -1549,7 +1549,7 @@ mod tests {
     /// Plateau max(0, (1−ω)c₀ − σ_N tan φ), unloading slope Ḡ, exact in one step of any size (modes thesis and yade).
     #[test]
     fn shear_plateau_and_unloading() {
-        for mode in [CpmMode::Thesis, CpmMode::YadePublic] {
+        for mode in [CpmFormulation::Thesis, CpmFormulation::YadePublic] {
             for strain in [-2e-4, 0.0, 0.5e-4, 3e-4] {
                 let law = law(CpmParameters { mode, ..concrete() });
                 let mut bond = Bond::new(law);
@@ -1563,7 +1563,7 @@ mod tests {
                 if plateau > 0.0 {
                     close(bond.shear_stress.y / bond.shear_stress.z, 0.75, 1e-14);
                 }
-                if mode == CpmMode::Thesis && plateau > 1e5 {
+                if mode == CpmFormulation::Thesis && plateau > 1e5 {
                     let before = bond.shear_stress;
                     let back = Vec3::new(0.0, -3e-6, -4e-6);
                     bond.go(strain, back);
@@ -1582,8 +1582,8 @@ mod tests {
             bond.go(0.0, Vec3::new(0.0, 1e-3, 0.0));
             (bond.shear_stress.y, bond.state.plastic_shear_strain.y)
         };
-        let (exact_stress, exact) = plastic(CpmMode::Thesis);
-        let (yade_stress, yade) = plastic(CpmMode::YadePublic);
+        let (exact_stress, exact) = plastic(CpmFormulation::Thesis);
+        let (yade_stress, yade) = plastic(CpmFormulation::YadePublic);
         close(exact_stress, 3e6, 1e-15);
         close(yade_stress, 3e6, 1e-15);
         close(exact, 5e-4, 1e-14);
@@ -1599,8 +1599,8 @@ mod tests {
             bond.go(0.0, Vec3::new(0.0, -4e-4, 0.0));
             bond.shear_stress.y
         };
-        close(back(CpmMode::Woo), 6e9 * 4e-4, 1e-14);
-        close(back(CpmMode::Thesis), 6e9 * (5e-4 - 4e-4), 1e-12);
+        close(back(CpmFormulation::Woo), 6e9 * 4e-4, 1e-14);
+        close(back(CpmFormulation::Thesis), 6e9 * (5e-4 - 4e-4), 1e-12);
     }
 
     /// Each yield surface against its formula, its zero, and (3) its smoothness at σ_N = 0.
@@ -1652,7 +1652,7 @@ mod tests {
         assert_eq!(solve_beta(f64::NEG_INFINITY, 0.3), 0.0);
     }
 
-    fn viscous(mode: CpmMode) -> CpmParameters {
+    fn viscous(mode: CpmFormulation) -> CpmParameters {
         CpmParameters {
             mode,
             damage_time: 1.0,
@@ -1669,7 +1669,7 @@ mod tests {
     /// Δt = 1e-60 s: eᵝ = c^(−1/M) is below 1e-50.
     #[test]
     fn rate_limits() {
-        for mode in [CpmMode::Thesis, CpmMode::Woo] {
+        for mode in [CpmFormulation::Thesis, CpmFormulation::Woo] {
             let run = |dt, parameters| {
                 let mut bond = Bond::new(law(parameters));
                 bond.dt = dt;
@@ -1751,17 +1751,17 @@ mod tests {
             (end - 30e9 * -1e-3) / (30e9 * -2e-3)
         };
         for steps in [3, 300] {
-            close(slope(CpmMode::Thesis, steps), 0.3, 1e-12);
-            close(slope(CpmMode::Woo, steps), 0.3, 1e-12);
+            close(slope(CpmFormulation::Thesis, steps), 0.3, 1e-12);
+            close(slope(CpmFormulation::Woo, steps), 0.3, 1e-12);
         }
         // YADE: e − ε_s → K̃(e + Δε − ε_s), which settles at K̃/(1−K̃) Δε: perfectly plastic for small steps
-        close(slope(CpmMode::YadePublic, 3000), 0.3 / 0.7 * 1e-6 / 2e-3, 1e-6);
+        close(slope(CpmFormulation::YadePublic, 3000), 0.3 / 0.7 * 1e-6 / 2e-3, 1e-6);
     }
 
     /// Confinement shifts the origin: no force at rest, Ē as slope, Mohr–Coulomb radius raised by |σ₀| tan φ.
     #[test]
     fn isotropic_prestress() {
-        for mode in [CpmMode::Thesis, CpmMode::YadePublic] {
+        for mode in [CpmFormulation::Thesis, CpmFormulation::YadePublic] {
             let mut bond = Bond::new(law(CpmParameters { mode, isotropic_prestress: -5e6, ..concrete() }));
             assert!(bond.pull(0.0).abs() < 1e-8);
             close(bond.pull(1e-4), 30e9 * 1e-4, 1e-14);
@@ -1785,7 +1785,7 @@ mod tests {
     /// A contact that is no bond: friction only, no tension, over when it opens.
     #[test]
     fn unbonded_contact() {
-        for mode in [CpmMode::Thesis, CpmMode::YadePublic, CpmMode::Woo] {
+        for mode in [CpmFormulation::Thesis, CpmFormulation::YadePublic, CpmFormulation::Woo] {
             let mut bond = Bond::new(law(CpmParameters { mode, ..concrete() }));
             bond.bonded = false;
             close(bond.pull(-1e-4), -3e6, 1e-15);
@@ -1793,7 +1793,7 @@ mod tests {
             bond.go(-1e-4, Vec3::new(0.0, 5e-3, 0.0));
             close(bond.shear_stress.y, 0.8 * 3e6, 1e-15);
             bond.pull(1e-5);
-            assert_eq!((bond.fate, bond.normal_stress, bond.shear_stress), (Fate::Opened, 0.0, Vec3::zeros()));
+            assert_eq!((bond.status, bond.normal_stress, bond.shear_stress), (Status::Opened, 0.0, Vec3::zeros()));
             assert!(bond.imbalance().abs() < 1e-13 * bond.work.abs(), "{mode:?} {}", bond.imbalance());
         }
     }
@@ -1857,7 +1857,7 @@ mod tests {
         for p in bad {
             assert!(matches!(Cpm::new(&p), Err(CpmError::OutOfRange { .. })), "{p:?}");
         }
-        let yade = CpmParameters { mode: CpmMode::YadePublic, damage_time: 1.0, ..concrete() };
+        let yade = CpmParameters { mode: CpmFormulation::YadePublic, damage_time: 1.0, ..concrete() };
         assert_eq!(Cpm::new(&yade), Err(CpmError::NotInYade { name: "damage_time" }));
         let soft = CpmParameters { normal_modulus: 10e9, friction_angle: 0.3, never_damage: true, ..concrete() };
         let mean = concrete().average(&soft).expect("alike");
@@ -1869,10 +1869,10 @@ mod tests {
     /// A free pair moved by a script of strain, shear and rotation, measured by the solver's kinematics.
     struct Pair {
         law: Cpm,
-        mode: Mode,
+        mode: MotionMeasure,
         a: Motion,
         b: Motion,
-        frame: Frame,
+        frame: PreviousGeometry,
         state: CpmState,
         force: Vec3,
         normal_force: f64,
@@ -1886,11 +1886,11 @@ mod tests {
         work: f64,
         size: f64,
         ledger: f64,
-        fate: Fate,
+        status: Status,
     }
 
     impl Pair {
-        fn new(law: Cpm, mode: Mode, bonded: bool) -> Self {
+        fn new(law: Cpm, mode: MotionMeasure, bonded: bool) -> Self {
             let still = |position| Motion {
                 position,
                 velocity: Vec3::zeros(),
@@ -1899,11 +1899,11 @@ mod tests {
                 orientation: math::Quat::identity(),
             };
             let (xa, xb) = (Vec3::zeros(), Vec3::new(0.0, 1.2, 1.6));
-            let frame = fresh_frame(&xa, &xb, &Vec3::zeros());
+            let frame = initial_geometry(&xa, &xb, &Vec3::zeros());
             assert_eq!(frame.length, 2.0);
             // Woo's prestress acts from the first evaluation on
             let parameters = law.parameters();
-            let at_rest = if parameters.mode == CpmMode::Woo { -parameters.isotropic_prestress } else { 0.0 };
+            let at_rest = if parameters.mode == CpmFormulation::Woo { -parameters.isotropic_prestress } else { 0.0 };
             Self {
                 law,
                 mode,
@@ -1923,7 +1923,7 @@ mod tests {
         /// tell it: first-order transport leaves a part of the shear stress along the normal.)
         fn shear_stress(&self, state: &CpmState) -> Vec3 {
             let trial = (state.shear_strain - state.plastic_shear_strain) * self.law.shear_modulus;
-            if self.law.parameters.mode != CpmMode::YadePublic {
+            if self.law.parameters.mode != CpmFormulation::YadePublic {
                 return trial;
             }
             let elastic = state.normal_strain + self.law.prestress_strain - state.plastic_normal_strain;
@@ -1945,7 +1945,7 @@ mod tests {
             let image = ImageShift::default();
             let k = measure(self.mode, &self.a, &self.b, &image, &geometry, &self.frame, self.bonded, dt);
             let response = self.law.respond(&k, &self.state, dt);
-            let lives = response.fate == Fate::Lives;
+            let lives = response.status == Status::Lives;
             let shear_old = k.transport.apply(&self.shear_force);
             let shear_new = if lives { self.shear_stress(&response.state) * geometry.area } else { Vec3::zeros() };
             let normal_old = self.normal_force;
@@ -1957,14 +1957,14 @@ mod tests {
             let normal_work = 0.5 * (normal_old + normal_new) * (k.length - k.length_old);
             let shear_work = 0.5 * (shear_old + shear_new).dot(&k.shear_increment);
             let e = &response.energy;
-            let stored = if response.fate == Fate::Broke { 0.0 } else { e.stored() };
+            let stored = if response.status == Status::Broke { 0.0 } else { e.stored() };
             let ledger = stored - self.stored + e.damage + e.friction + e.viscous + e.integration;
             self.stored = stored;
             self.force = response.force;
             self.normal_force = normal_new;
             self.shear_force = shear_new;
             self.state = response.state;
-            self.frame = Frame { normal: k.normal, length: k.length };
+            self.frame = PreviousGeometry { normal: k.normal, length: k.length };
             let work = normal_work + shear_work;
             let size = 0.5 * (normal_old.abs() + normal_new.abs()) * (k.length - k.length_old).abs()
                 + 0.5 * (shear_old.norm() + shear_new.norm()) * k.shear_increment.norm()
@@ -1973,7 +1973,7 @@ mod tests {
                 + e.friction.abs()
                 + e.viscous.abs()
                 + e.integration.abs();
-            Balance { work, size, ledger, fate: response.fate }
+            Balance { work, size, ledger, status: response.status }
         }
     }
 
@@ -1994,14 +1994,19 @@ mod tests {
         (-size..size, -size..size, -size..size).prop_map(|(x, y, z)| Vec3::new(x, y, z))
     }
 
-    fn check_balance(law: Cpm, mode: Mode, bonded: bool, path: &[(Vec3, Vec3, Vec3)]) -> Result<(), TestCaseError> {
+    fn check_balance(
+        law: Cpm,
+        mode: MotionMeasure,
+        bonded: bool,
+        path: &[(Vec3, Vec3, Vec3)],
+    ) -> Result<(), TestCaseError> {
         let mut pair = Pair::new(law, mode, bonded);
         let (mut error, mut size) = (0.0_f64, 0.0_f64);
         for (relative, spin_a, spin_b) in path {
             let balance = pair.step(*relative, *spin_a, *spin_b, 1e-3);
             error += (balance.work - balance.ledger).abs();
             size += balance.size;
-            if balance.fate != Fate::Lives {
+            if balance.status != Status::Lives {
                 break;
             }
         }
@@ -2021,10 +2026,10 @@ mod tests {
             bonded in any::<bool>(),
             path in prop::collection::vec((small_vector(4e-4), small_vector(3e-4), small_vector(3e-4)), 60),
         ) {
-            check_balance(law(option(index)), Mode::Finite, bonded, &path)?;
-            check_balance(law(option(index)), Mode::FirstOrder, bonded, &path)?;
+            check_balance(law(option(index)), MotionMeasure::Finite, bonded, &path)?;
+            check_balance(law(option(index)), MotionMeasure::FirstOrder, bonded, &path)?;
             if index == 0 && bonded {
-                check_balance(law(viscous(CpmMode::Thesis)), Mode::Finite, bonded, &path)?;
+                check_balance(law(viscous(CpmFormulation::Thesis)), MotionMeasure::Finite, bonded, &path)?;
             }
         }
 
@@ -2035,14 +2040,14 @@ mod tests {
             bonded in any::<bool>(),
             path in prop::collection::vec((small_vector(4e-4), small_vector(3e-4), small_vector(3e-4)), 60),
         ) {
-            let p = CpmParameters { mode: CpmMode::Woo, ..option(index) };
-            check_balance(law(p), Mode::FirstOrder, bonded, &path)?;
+            let p = CpmParameters { mode: CpmFormulation::Woo, ..option(index) };
+            check_balance(law(p), MotionMeasure::FirstOrder, bonded, &path)?;
             if index != 4 {
-                let p = CpmParameters { mode: CpmMode::YadePublic, ..option(index) };
-                check_balance(law(p), Mode::YadeRatcheting, bonded, &path)?;
-                check_balance(law(p), Mode::Yade, bonded, &path)?;
+                let p = CpmParameters { mode: CpmFormulation::YadePublic, ..option(index) };
+                check_balance(law(p), MotionMeasure::YadeRatcheting, bonded, &path)?;
+                check_balance(law(p), MotionMeasure::Yade, bonded, &path)?;
             }
-            check_balance(law(viscous(CpmMode::Woo)), Mode::FirstOrder, bonded, &path)?;
+            check_balance(law(viscous(CpmFormulation::Woo)), MotionMeasure::FirstOrder, bonded, &path)?;
         }
 
         /// Damage never dissipates a negative energy in thesis mode.
@@ -2055,7 +2060,7 @@ mod tests {
             for (strain, shear) in path {
                 bond.go(strain, Vec3::new(0.0, shear.y, shear.z));
                 prop_assert!(bond.energy.damage >= 0.0);
-                if bond.fate != Fate::Lives {
+                if bond.status != Status::Lives {
                     break;
                 }
             }
@@ -2068,9 +2073,9 @@ mod tests {
             mode_index in 0..3_usize,
             path in prop::collection::vec((-5e-4..1e-3, small_vector(4e-4)), 20),
         ) {
-            let mode = [CpmMode::Thesis, CpmMode::YadePublic, CpmMode::Woo][mode_index];
+            let mode = [CpmFormulation::Thesis, CpmFormulation::YadePublic, CpmFormulation::Woo][mode_index];
             // option 4 has a yield surface that YADE mode refuses
-            let index = if mode == CpmMode::YadePublic { index % 4 } else { index };
+            let index = if mode == CpmFormulation::YadePublic { index % 4 } else { index };
             let law = law(CpmParameters { mode, ..option(index) });
             let (mut state, mut swapped) = (CpmState::default(), CpmState::default());
             let mut from = 0.0;
@@ -2112,7 +2117,7 @@ mod tests {
     fn yade_recorded_slip_misses_dissipation() {
         for delta in [0.1_f64, 0.01] {
             let step = delta * 5e-4;
-            let mut bond = Bond::new(law(CpmParameters { mode: CpmMode::YadePublic, ..concrete() }));
+            let mut bond = Bond::new(law(CpmParameters { mode: CpmFormulation::YadePublic, ..concrete() }));
             let mut recorded = 0.0;
             let mut previous = 0.0;
             for _ in 0..(10.0 / delta).round() as i32 {
@@ -2133,7 +2138,7 @@ mod tests {
     /// Tolerance: 360 steps, each a rounding of lengths of 2 m against strains of 1e-4, adding up like a random walk.
     #[test]
     fn rigid_rotation_changes_no_stress() {
-        let mut pair = Pair::new(law(concrete()), Mode::Finite, true);
+        let mut pair = Pair::new(law(concrete()), MotionMeasure::Finite, true);
         let n = pair.frame.normal;
         let t = any_perpendicular(&n);
         pair.step(n * 1e-4 + t * 2e-4, Vec3::zeros(), Vec3::zeros(), 1e-3);
@@ -2153,9 +2158,9 @@ mod tests {
     #[test]
     fn no_nan_at_extremes() {
         let mut cases: Vec<CpmParameters> = (0..6).map(option).collect();
-        cases.push(viscous(CpmMode::Thesis));
-        cases.push(viscous(CpmMode::Woo));
-        cases.push(CpmParameters { mode: CpmMode::YadePublic, ..concrete() });
+        cases.push(viscous(CpmFormulation::Thesis));
+        cases.push(viscous(CpmFormulation::Woo));
+        cases.push(CpmParameters { mode: CpmFormulation::YadePublic, ..concrete() });
         cases.push(CpmParameters { cohesion: 0.0, shear_ratio: 0.0, friction_angle: 0.0, ..concrete() });
         for p in cases {
             for dt in [1e-300, 1e-6, 1e300] {

@@ -17,7 +17,7 @@
 //! `½k_n(u_old⁻u⁺ − u⁻u_old⁺)`, which is the [`EnergySplit::integration`] term.
 
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Fate, Response, Stiffness};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
 use crate::kinematics::PointKinematics;
 use crate::math::Vec3;
 
@@ -156,7 +156,7 @@ impl ContactLaw for Frictional {
                 force: Vec3::zeros(),
                 moment: Vec3::zeros(),
                 state: FrictionalState::default(),
-                fate: Fate::Opened,
+                status: Status::Opened,
                 energy,
             };
         }
@@ -192,7 +192,7 @@ impl ContactLaw for Frictional {
             force: kinematics.normal * normal_force + elastic_shear + shear_dashpot,
             moment: Vec3::zeros(),
             state: FrictionalState { shear_displacement, normal_dashpot, shear_dashpot },
-            fate: Fate::Lives,
+            status: Status::Lives,
             energy,
         }
     }
@@ -345,7 +345,7 @@ mod tests {
                         transport: crate::kinematics::Transport::identity(-Vec3::y()),
                     };
                     let answer = law.respond(&k, &state, dt);
-                    if answer.fate == Fate::Opened {
+                    if answer.status == Status::Opened {
                         break;
                     }
                     state = answer.state;

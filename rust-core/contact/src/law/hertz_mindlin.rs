@@ -28,7 +28,7 @@
 
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
 use super::restitution::{End, damping_of_restitution};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Fate, Response, Stiffness};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
 use crate::kinematics::PointKinematics;
 use crate::math::Vec3;
 
@@ -188,7 +188,7 @@ impl ContactLaw for HertzMindlin {
                 force: Vec3::zeros(),
                 moment: Vec3::zeros(),
                 state: HertzMindlinState::default(),
-                fate: Fate::Opened,
+                status: Status::Opened,
                 energy,
             };
         }
@@ -236,7 +236,7 @@ impl ContactLaw for HertzMindlin {
             force: kinematics.normal * normal_force + shear_force + shear_dashpot,
             moment: Vec3::zeros(),
             state: HertzMindlinState { shear_force, normal_dashpot, shear_dashpot },
-            fate: Fate::Lives,
+            status: Status::Lives,
             energy,
         }
     }
@@ -268,8 +268,8 @@ mod tests {
     //! Benchmark tests 1 to 4 of Chung & Ooi 2011, Granular Matter 13:643, by direct integration of the two bodies.
 
     use super::*;
-    use crate::kinematics::sphere_sphere::{ImageShift, Motion, fresh_frame, measure};
-    use crate::kinematics::{Frame, Mode, Transport};
+    use crate::kinematics::sphere_sphere::{ImageShift, Motion, initial_geometry, measure};
+    use crate::kinematics::{MotionMeasure, PreviousGeometry, Transport};
     use crate::math::sin_cos;
 
     /// Course of a collision.
@@ -313,19 +313,20 @@ mod tests {
             orientation: crate::math::Quat::identity(),
         };
         let (mut a, mut b) = (body(-radius, speed), body(radius, -speed));
-        let mut frame = fresh_frame(&a.position, &b.position, &Vec3::zeros());
+        let mut frame = initial_geometry(&a.position, &b.position, &Vec3::zeros());
         let mut state = HertzMindlinState::default();
         let mut out = Collision::default();
         let mut steps = 0;
         loop {
             a.position += a.velocity * dt;
             b.position += b.velocity * dt;
-            let kinematics = measure(Mode::Finite, &a, &b, &ImageShift::default(), &geometry, &frame, false, dt);
+            let kinematics =
+                measure(MotionMeasure::Finite, &a, &b, &ImageShift::default(), &geometry, &frame, false, dt);
             let answer = law.respond(&kinematics, &state, dt);
             out.largest_force = out.largest_force.max(answer.force.norm());
             out.largest_overlap = out.largest_overlap.max(-kinematics.elongation);
             steps += 1;
-            if answer.fate == Fate::Opened {
+            if answer.status == Status::Opened {
                 out.duration = f64::from(steps) * dt;
                 out.velocity = a.velocity;
                 return out;
@@ -333,7 +334,7 @@ mod tests {
             a.velocity += answer.force * (dt / mass);
             b.velocity -= answer.force * (dt / mass);
             state = answer.state;
-            frame = Frame { normal: kinematics.normal, length: kinematics.length };
+            frame = PreviousGeometry { normal: kinematics.normal, length: kinematics.length };
         }
     }
 
@@ -382,7 +383,7 @@ mod tests {
             out.largest_force = out.largest_force.max(answer.force.norm());
             out.largest_overlap = out.largest_overlap.max(-gap);
             steps += 1;
-            if answer.fate == Fate::Opened {
+            if answer.status == Status::Opened {
                 out.duration = f64::from(steps) * dt;
                 out.velocity = velocity;
                 out.spin = spin;

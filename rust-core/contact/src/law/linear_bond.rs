@@ -19,12 +19,14 @@
 
 use super::common::{ParameterError, reciprocal_of_step, require};
 use super::{
-    ContactGeometry, ContactLaw, EnergySplit, Fate, Kinematics, Reference, Response, Stiffness, respond_to_one,
+    ContactGeometry, ContactLaw, EnergySplit, Kinematics, Reference, Response, Status, Stiffness, evaluate_one,
 };
 use crate::kinematics::batch::Formula;
-use crate::kinematics::deformable::Push;
+use crate::kinematics::deformable::ParticleVirial;
 use crate::kinematics::sphere_sphere::{FINITE_INPUT, FiniteMeasure};
-use crate::kinematics::{BATCH, Batch, Chord, Columns, Found, Frame, Mode, PointKinematics, torques};
+use crate::kinematics::{
+    BATCH, Batch, BatchResult, BranchVector, Columns, MotionMeasure, PointKinematics, PreviousGeometry, torques,
+};
 use crate::math::{Symmetric, Vec3};
 
 /// Parameters of the brittle linear bond.
@@ -171,7 +173,7 @@ impl LinearBond {
             force: kinematics.normal * normal_force + shear_force,
             moment: Vec3::zeros(),
             state: LinearBondState { shear_displacement, normal_dashpot, shear_dashpot },
-            fate: Fate::Lives,
+            status: Status::Lives,
             energy,
         };
         (response, fails)
@@ -204,12 +206,12 @@ struct Intact<'a, const DAMPED: bool> {
 }
 
 impl<const DAMPED: bool> Intact<'_, DAMPED> {
-    /// `widening` (m) along the normal.
+    /// `surface_displacement` (m) along the normal.
     #[inline(always)]
     fn answer(
         &self,
         input: [f64; INPUT],
-        widening: impl FnOnce(&Vec3) -> f64,
+        surface_displacement: impl FnOnce(&Vec3) -> f64,
     ) -> ([f64; OUTPUT], Vec3, Response<LinearBondState>) {
         let measure = FiniteMeasure::of(std::array::from_fn(|i| input[i]));
         let [reference_length, mass_a, mass_b] = std::array::from_fn(|i| input[FINITE_INPUT + i]);
@@ -217,9 +219,9 @@ impl<const DAMPED: bool> Intact<'_, DAMPED> {
         // The area is of no matter to this law.
         let geometry = ContactGeometry { reference_length, area: 0.0, radius_a, radius_b, mass_a, mass_b };
         let viscosities = if DAMPED { self.bond.dashpots(&geometry) } else { (0.0, 0.0) };
-        let frame = Frame { normal: Vec3::new(nx, ny, nz), length };
+        let frame = PreviousGeometry { normal: Vec3::new(nx, ny, nz), length };
         let point = measure.point(&geometry, &frame, true);
-        let point = point.widened(widening(&point.normal), f64::NAN);
+        let point = point.with_surface_displacement(surface_displacement(&point.normal), f64::NAN);
         let old = state_of(std::array::from_fn(|i| input[FINITE_INPUT + 3 + i]));
         let (response, fails) = self.bond.intact(&point, &old, viscosities, self.dt);
         let (n, f, e) = (point.normal, response.force, response.energy);
@@ -266,12 +268,12 @@ struct IntactStraining<'a, const DAMPED: bool> {
 impl<const DAMPED: bool> Formula<{ INPUT + 6 }, { OUTPUT + 4 }> for IntactStraining<'_, DAMPED> {
     #[inline(always)]
     fn apply(&self, input: [f64; INPUT + 6]) -> [f64; OUTPUT + 4] {
-        let widening = Symmetric(std::array::from_fn(|i| input[INPUT + i]));
+        let surface_displacement = Symmetric(std::array::from_fn(|i| input[INPUT + i]));
         let intact = Intact::<DAMPED> { bond: self.bond, dt: self.dt };
         let (row, normal, Response { force, state, .. }) =
-            intact.answer(std::array::from_fn(|i| input[i]), |normal| widening.quadratic(normal));
+            intact.answer(std::array::from_fn(|i| input[i]), |normal| surface_displacement.quadratic(normal));
         let viscous = LinearBond::viscous_force(&normal, &state);
-        let push = Push::of(&normal, &force, &viscous, self.dashpots_strain);
+        let push = ParticleVirial::of(&normal, &force, &viscous, self.dashpots_strain);
         let other = push.other;
         let mut output = [0.0; OUTPUT + 4];
         output[..OUTPUT].copy_from_slice(&row);
@@ -314,21 +316,21 @@ impl ContactLaw for LinearBond {
             force: Vec3::zeros(),
             moment: Vec3::zeros(),
             state: LinearBondState::default(),
-            fate: Fate::Broke,
+            status: Status::Broke,
             energy,
         }
     }
 
     /// Bonds that hold, of the same parameters, measured by the finite measure, are answered in columns.
     #[inline(always)]
-    fn respond_batch<B: Batch<Self>>(mode: Mode, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
+    fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
         let count = count.min(BATCH);
         if count == 0 {
             return;
         }
         let bond = *batch.law(0).0;
         // The loop with a sample serves rigid particles and others.
-        if mode != Mode::Finite || B::SAMPLE || (1..count).any(|i| batch.row(i) != batch.row(0)) {
+        if mode != MotionMeasure::Finite || B::SAMPLE || (1..count).any(|i| batch.row(i) != batch.row(0)) {
             PointKinematics::measure_batch::<Self, B>(mode, count, dt, batch, columns);
             return;
         }
@@ -340,7 +342,7 @@ impl ContactLaw for LinearBond {
             columns.set_from(FINITE_INPUT, i, [if bonded { length } else { f64::NAN }, mass_a, mass_b]);
             columns.set_from(FINITE_INPUT + 3, i, columns_of(batch.history(i)));
             if B::DEFORM {
-                columns.set_from(INPUT, i, batch.widening(i).0);
+                columns.set_from(INPUT, i, batch.surface_displacement(i).0);
             }
         }
         let dashpots_strain = B::DEFORM && batch.dashpots_strain();
@@ -354,23 +356,23 @@ impl ContactLaw for LinearBond {
         for i in 0..count {
             let [holds, length, nx, ny, nz, fx, fy, fz, ax, ay, az, bx, by, bz] = columns.get(i);
             if holds == 0.0 {
-                respond_to_one(mode, i, dt, batch);
+                evaluate_one(mode, i, dt, batch);
                 continue;
             }
             let normal = Vec3::new(nx, ny, nz);
             let push = B::DEFORM.then(|| {
                 let [pressure, ox, oy, oz] = columns.get_from(OUTPUT, i);
-                Push { normal, pressure, other: Vec3::new(ox, oy, oz) }
+                ParticleVirial { normal, pressure, other: Vec3::new(ox, oy, oz) }
             });
-            let found = Found {
-                chord: Chord { length, normal },
+            let found = BatchResult {
+                branch: BranchVector { length, normal },
                 force: Vec3::new(fx, fy, fz),
                 torques: [Vec3::new(ax, ay, az), Vec3::new(bx, by, bz)],
                 energy: Some(columns.get_from(14, i)),
                 state: Some(state_of(columns.get_from(16, i))),
                 push,
             };
-            batch.take_found(i, &found);
+            batch.commit_result(i, &found);
         }
     }
 
@@ -517,11 +519,11 @@ mod tests {
             };
             bond.respond(&k, &LinearBondState::default(), 1e-3)
         };
-        assert_eq!(at(-0.5, 0.0).fate, Fate::Lives);
-        assert_eq!(at(0.9e-3, 0.0).fate, Fate::Lives);
-        assert_eq!(at(1.1e-3, 0.0).fate, Fate::Broke);
-        assert_eq!(at(-0.5, 2.4e-3).fate, Fate::Lives);
-        assert_eq!(at(-0.5, 2.6e-3).fate, Fate::Broke);
+        assert_eq!(at(-0.5, 0.0).status, Status::Lives);
+        assert_eq!(at(0.9e-3, 0.0).status, Status::Lives);
+        assert_eq!(at(1.1e-3, 0.0).status, Status::Broke);
+        assert_eq!(at(-0.5, 2.4e-3).status, Status::Lives);
+        assert_eq!(at(-0.5, 2.6e-3).status, Status::Broke);
         let broken = at(1.1e-3, 0.0);
         assert_eq!(broken.force, Vec3::zeros());
         assert_eq!(broken.energy.damage, 0.5 * (1e6 * 1.1e-3) * 1.1e-3);

@@ -26,9 +26,9 @@ pub use state::{Field, LawState, Parity};
 
 use crate::kinematics::sphere_sphere::{self, ImageShift, Motion};
 use crate::kinematics::sphere_wall;
-use crate::kinematics::{Batch, Columns, Frame, Mode, PointKinematics};
+use crate::kinematics::{Batch, Columns, MotionMeasure, PointKinematics, PreviousGeometry};
 use crate::math::Vec3;
-use crate::wall::Foot;
+use crate::wall::ClosestPoint;
 
 /// A contact law: a row of parameters that answers kinematics with a wrench.
 pub trait ContactLaw: Copy + Send + Sync + 'static {
@@ -55,7 +55,7 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     /// Measures the first `count` contacts of a batch, at most [`BATCH`](crate::kinematics::BATCH), and answers them, with the
     /// bits of [`Kinematics::measure`] and [`Self::respond`]. A law may find its answers in columns, too.
     #[inline(always)]
-    fn respond_batch<B: Batch<Self>>(mode: Mode, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
+    fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
         Self::Kinematics::measure_batch::<Self, B>(mode, count, dt, batch, columns);
     }
 
@@ -122,41 +122,41 @@ pub trait Kinematics: Copy + Send + Sync {
     const ONE_MODE: bool = false;
     /// Measure a contact; see [`sphere_sphere::measure`].
     fn measure(
-        mode: Mode,
+        mode: MotionMeasure,
         a: &Motion,
         b: &Motion,
         image: &ImageShift,
         geometry: &ContactGeometry,
-        frame: &Frame,
+        frame: &PreviousGeometry,
         bonded: bool,
         dt: f64,
     ) -> Self;
     /// Measure and answer the first `count` contacts of a batch; see [`ContactLaw::respond_batch`].
     #[inline(always)]
     fn measure_batch<L: ContactLaw<Kinematics = Self>, B: Batch<L>>(
-        mode: Mode,
+        mode: MotionMeasure,
         count: usize,
         dt: f64,
         batch: &mut B,
         _columns: &mut Columns,
     ) {
-        respond_one_by_one(mode, count, dt, batch);
+        evaluate_each(mode, count, dt, batch);
     }
-    /// Measure a contact of particle `a` with a wall moving at `wall_velocity` (m/s), whose nearest point is `foot`;
+    /// Measure a contact of particle `a` with a wall moving at `wall_velocity` (m/s), whose nearest point is `closest_point`;
     /// `None` when laws of this kind have no contact with walls.
     fn measure_wall(
-        mode: Mode,
+        mode: MotionMeasure,
         a: &Motion,
-        foot: &Foot,
+        closest_point: &ClosestPoint,
         wall_velocity: &Vec3,
         geometry: &ContactGeometry,
-        frame: &Frame,
+        frame: &PreviousGeometry,
         dt: f64,
     ) -> Option<Self>;
     /// The point-contact part of the measure: normal, length, arms.
     fn point(&self) -> &PointKinematics;
-    /// The same measure between particles that deform; see [`PointKinematics::widened`].
-    fn widened(&self, now: f64, before: f64) -> Self;
+    /// The same measure between particles that deform; see [`PointKinematics::with_surface_displacement`].
+    fn with_surface_displacement(&self, now: f64, before: f64) -> Self;
     /// Distances from the centres of A and B to the contact point at centre distance `length`, m.
     fn arms(geometry: &ContactGeometry, length: f64) -> (f64, f64) {
         let half_gap = 0.5 * (length - geometry.radius_a - geometry.radius_b);
@@ -166,37 +166,37 @@ pub trait Kinematics: Copy + Send + Sync {
 
 /// Measure and answer the first `count` contacts of a batch one after the other.
 #[inline(always)]
-fn respond_one_by_one<L: ContactLaw, B: Batch<L>>(mode: Mode, count: usize, dt: f64, batch: &mut B) {
+fn evaluate_each<L: ContactLaw, B: Batch<L>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B) {
     for i in 0..count {
-        respond_to(mode, i, dt, batch);
+        evaluate_contact(mode, i, dt, batch);
     }
 }
 
 /// Measure and answer contact `i` of a batch that is not like the others.
 #[cold]
 #[inline(never)]
-fn respond_to_one<L: ContactLaw, B: Batch<L>>(mode: Mode, i: usize, dt: f64, batch: &mut B) {
-    respond_to(mode, i, dt, batch);
+fn evaluate_one<L: ContactLaw, B: Batch<L>>(mode: MotionMeasure, i: usize, dt: f64, batch: &mut B) {
+    evaluate_contact(mode, i, dt, batch);
 }
 
 /// Measure and answer contact `i` of a batch.
 #[inline(always)]
-fn respond_to<L: ContactLaw, B: Batch<L>>(mode: Mode, i: usize, dt: f64, batch: &mut B) {
+fn evaluate_contact<L: ContactLaw, B: Batch<L>>(mode: MotionMeasure, i: usize, dt: f64, batch: &mut B) {
     let ([a, b], image) = batch.motions(i);
     let (geometry, frame, bonded) = batch.constants(i);
     let measured = L::Kinematics::measure(mode, &a, &b, &image, &geometry, &frame, bonded, dt);
-    batch.answer(i, &measured);
+    batch.evaluate(i, &measured);
 }
 
 impl Kinematics for PointKinematics {
     #[inline(always)]
     fn measure(
-        mode: Mode,
+        mode: MotionMeasure,
         a: &Motion,
         b: &Motion,
         image: &ImageShift,
         geometry: &ContactGeometry,
-        frame: &Frame,
+        frame: &PreviousGeometry,
         bonded: bool,
         dt: f64,
     ) -> Self {
@@ -204,37 +204,37 @@ impl Kinematics for PointKinematics {
     }
     #[inline(always)]
     fn measure_batch<L: ContactLaw<Kinematics = Self>, B: Batch<L>>(
-        mode: Mode,
+        mode: MotionMeasure,
         count: usize,
         dt: f64,
         batch: &mut B,
         columns: &mut Columns,
     ) {
         match mode {
-            Mode::Finite => sphere_sphere::finite_batch(count, batch, columns),
-            Mode::Yade if !B::PERIODIC => sphere_sphere::yade_batch(count, dt, false, batch, columns),
-            Mode::YadeRatcheting if !B::PERIODIC => sphere_sphere::yade_batch(count, dt, true, batch, columns),
-            _ => respond_one_by_one(mode, count, dt, batch),
+            MotionMeasure::Finite => sphere_sphere::finite_batch(count, batch, columns),
+            MotionMeasure::Yade if !B::PERIODIC => sphere_sphere::yade_batch(count, dt, false, batch, columns),
+            MotionMeasure::YadeRatcheting if !B::PERIODIC => sphere_sphere::yade_batch(count, dt, true, batch, columns),
+            _ => evaluate_each(mode, count, dt, batch),
         }
     }
     fn measure_wall(
-        mode: Mode,
+        mode: MotionMeasure,
         a: &Motion,
-        foot: &Foot,
+        closest_point: &ClosestPoint,
         wall_velocity: &Vec3,
         geometry: &ContactGeometry,
-        frame: &Frame,
+        frame: &PreviousGeometry,
         dt: f64,
     ) -> Option<Self> {
-        Some(sphere_wall::measure(mode, a, foot, wall_velocity, geometry, frame, dt))
+        Some(sphere_wall::measure(mode, a, closest_point, wall_velocity, geometry, frame, dt))
     }
     #[inline(always)]
     fn point(&self) -> &PointKinematics {
         self
     }
     #[inline(always)]
-    fn widened(&self, now: f64, before: f64) -> Self {
-        PointKinematics::widened(*self, now, before)
+    fn with_surface_displacement(&self, now: f64, before: f64) -> Self {
+        PointKinematics::with_surface_displacement(*self, now, before)
     }
 }
 
@@ -310,14 +310,14 @@ pub struct Response<S> {
     /// History after the step.
     pub state: S,
     /// Whether the contact lives on.
-    pub fate: Fate,
+    pub status: Status,
     /// Energies of the contact.
     pub energy: EnergySplit,
 }
 
 /// What becomes of a contact after a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Fate {
+pub enum Status {
     /// It goes on.
     #[default]
     Lives,

@@ -160,8 +160,8 @@ fn moving_regions() {
             let image = origin + f * (x - origin) + shift;
             assert_eq!(region.contains(0, &x), moved.contains(0, &image), "{region:?}");
         }
-        let pushed = region.translated(&shift);
-        assert!((pushed.volume().unwrap() - region.volume().unwrap()).abs() < 1e-14);
+        let virials = region.translated(&shift);
+        assert!((virials.volume().unwrap() - region.volume().unwrap()).abs() < 1e-14);
     }
     // A cylinder along its axis.
     let cylinder = Region::Cylinder { centre: Vec3::zeros(), axis: Vec3::z(), radius: 0.4, half_length: 0.5 };

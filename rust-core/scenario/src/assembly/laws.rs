@@ -5,7 +5,7 @@ use concordem_contact::law::{
     BeamModel, CohesiveBeam, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, HertzMindlin,
     LinearBond, Section,
 };
-use concordem_solver::MaterialRows;
+use concordem_solver::PairCoefficients;
 use concordem_solver::forces::EvaluatedContacts;
 use concordem_solver::state::contacts::ContactBlock;
 
@@ -24,7 +24,7 @@ trait FromTables: ContactLaw {
 }
 
 /// A block without contacts, and which of its rows serves which materials.
-pub type BlockAndRows = (Box<dyn EvaluatedContacts>, MaterialRows);
+pub type BlockAndRows = (Box<dyn EvaluatedContacts>, PairCoefficients);
 
 /// A block of law `law` without contacts, with all its rows, and which row serves which pairs of `materials`. Pairs of
 /// which one has no table of the law get no row.
@@ -64,7 +64,7 @@ fn table<L: FromTables>(
     interfaces: &[schema::Interface],
 ) -> Result<BlockAndRows, AssemblyError> {
     let mut rows = Vec::new();
-    let mut map = MaterialRows::new(materials.len());
+    let mut map = PairCoefficients::new(materials.len());
     for (i, a) in materials.iter().enumerate() {
         for (j, b) in materials.iter().enumerate().skip(i) {
             let interface = interfaces.iter().find(|interface| {
@@ -82,7 +82,7 @@ fn table<L: FromTables>(
                 message,
             })?;
             // Every ordered pair has a row, so that 255 materials make 65025 of them.
-            let most = usize::from(MaterialRows::NONE);
+            let most = usize::from(PairCoefficients::NONE);
             if rows.len() + if i == j { 1 } else { 2 } > most {
                 let message = format!(
                     "the materials with parameters of \"{0}\" make more pairs than the {most} that contacts can tell apart; \

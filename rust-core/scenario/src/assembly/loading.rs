@@ -1,8 +1,8 @@
 //! Loading of a scenario: layers, plates, cell; sets initial velocities and constraints.
 
 use super::{AssemblyError, bounds_along, layer, material_index, member_of_clump, place::Placed, unfit};
-use crate::plan::Loading;
-use crate::plan::loading::Gauge;
+use crate::schedule::Loading;
+use crate::schedule::loading::Gauge;
 use crate::schema::{self, End, Lateral, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::state::{Constraint, Particles, State, Wall, WallShape};

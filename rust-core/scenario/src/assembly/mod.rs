@@ -8,7 +8,7 @@ pub mod sphere_pack;
 
 use std::path::Path;
 
-use crate::plan::{Plan, Stop};
+use crate::schedule::{Schedule, Stop};
 use crate::schema::{self, Scenario, Selection};
 use concordem_contact::kinematics::deformable::{Condition, Deformable, Update};
 use concordem_contact::law::Elastic;
@@ -110,7 +110,7 @@ pub struct Assembly {
     /// The model.
     pub model: Model,
     /// The plan.
-    pub plan: Plan,
+    pub schedule: Schedule,
     /// Facts about what was built.
     pub summary: Summary,
 }
@@ -311,7 +311,7 @@ pub fn assemble_placed(
     // Loading, which also sets velocities and constraints.
     let loading = loading::build(scenario, placed, interaction_ratio, &mut state)?;
     let operators = samples::of(scenario, &state.particles, state.cell.is_some())?;
-    let plan = Plan {
+    let schedule = Schedule {
         loading,
         places: samples::places(&operators, &state),
         operators,
@@ -357,14 +357,14 @@ pub fn assemble_placed(
         coordination: if n > 0 { 2.0 * bonds as f64 / n as f64 } else { 0.0 },
         bulk,
         packing_fraction: placed.packing_fraction,
-        specimen: plan.loading.dimensions(),
+        specimen: schedule.loading.dimensions(),
         bounds,
         convergence,
         p_wave: stiffest_modulus(scenario).map(|young| time_step::p_wave(&state.particles, young)),
         unstable,
         memory: memory(&probe),
     };
-    Ok(Assembly { state, model, plan, summary })
+    Ok(Assembly { state, model, schedule, summary })
 }
 
 /// The error of a scenario whose key `key` does not fit what was built.

@@ -1,8 +1,8 @@
 //! Operators that a scenario samples.
 
 use super::{AssemblyError, material_index, set_index, unfit};
-use crate::plan::samples::{SampledRegion, SampledWall};
-use crate::plan::{Operator, OperatorSample};
+use crate::schedule::samples::{SampledRegion, SampledWall};
+use crate::schedule::{Operator, OperatorSample};
 use crate::schema::quantity::vector;
 use crate::schema::{self, SampleRegion, Scenario};
 use concordem_contact::math::{Mat3, Vec3};

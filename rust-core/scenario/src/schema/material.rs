@@ -2,7 +2,7 @@
 
 pub use concordem_contact::kinematics::deformable::Condition;
 pub use concordem_contact::law::cohesive_beam::BendingTerm;
-pub use concordem_contact::law::cpm::{CpmMode, DamageLaw, YieldSurface};
+pub use concordem_contact::law::cpm::{CpmFormulation, DamageLaw, YieldSurface};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -229,7 +229,7 @@ pub struct Cpm {
     pub friction_coefficient: Option<Number>,
     /// Which published form of the model.
     #[serde(default)]
-    pub mode: CpmMode,
+    pub mode: CpmFormulation,
     /// Shape of the softening branch.
     #[serde(default)]
     pub damage_law: DamageLaw,

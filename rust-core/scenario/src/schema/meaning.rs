@@ -7,8 +7,8 @@ use super::error::{Problem, ProblemKind};
 use super::quantity::{Component, Dimension, Length, Quantity, vector};
 use super::structure::{listing, nearest};
 use super::{
-    Axis, BeamModel, CohesiveBeam, Cpm, CpmMode, DamageLaw, DeformableUpdate, Frictional, LawName, Loading, Misuse,
-    Packing, Radii, SampleRegion, Scenario, Selection, Shape, WallShape, YieldSurface,
+    Axis, BeamModel, CohesiveBeam, Cpm, CpmFormulation, DamageLaw, DeformableUpdate, Frictional, LawName, Loading,
+    Misuse, Packing, Radii, SampleRegion, Scenario, Selection, Shape, WallShape, YieldSurface,
 };
 use concordem_contact::math::Vec3;
 
@@ -352,7 +352,7 @@ impl Checker<'_> {
         let names = self.material_names().into_iter().map(str::to_owned).collect::<Vec<_>>();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         self.unique("material", &names);
-        let mut first_mode: Option<(CpmMode, String)> = None;
+        let mut first_mode: Option<(CpmFormulation, String)> = None;
         let laws = scenario
             .materials
             .iter()
@@ -449,7 +449,7 @@ impl Checker<'_> {
                 cpm.plasticity_rate_exponent.is_some(),
             ),
         ];
-        let woo = cpm.mode == CpmMode::Woo;
+        let woo = cpm.mode == CpmFormulation::Woo;
         for (time, has_time, exponent, has_exponent) in rates {
             if has_time != has_exponent && woo {
                 let (there, missing) = if has_time { (time, exponent) } else { (exponent, time) };
@@ -949,7 +949,7 @@ impl Checker<'_> {
             } else if names[..at].contains(&name) {
                 let help = "give each its own: name = \"core stress\"";
                 self.conflict(&key, "another [[sample]] has this name", help);
-            } else if crate::plan::Sample::COLUMNS.iter().any(|column| column.name == name) {
+            } else if crate::schedule::Record::COLUMNS.iter().any(|column| column.name == name) {
                 let help = format!("choose another, like \"{name} in the core\"");
                 self.conflict(&key, "the result has a series of this name already", help);
             }
@@ -963,7 +963,7 @@ impl Checker<'_> {
                 self.known(&format!("{path}.wall"), "wall", wall, &names);
             }
             let region = format!("{path}.region");
-            let needs_region = sample.operator != crate::plan::Operator::WallTraction;
+            let needs_region = sample.operator != crate::schedule::Operator::WallTraction;
             match &sample.region {
                 None | Some(SampleRegion::Cell) if needs_region && !misused && !scenario.packing.is_periodic() => {
                     let key = if sample.region.is_some() { &region } else { &path };

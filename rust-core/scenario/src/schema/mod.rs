@@ -42,7 +42,7 @@ use serde::{Deserialize, Serialize};
 pub use bodies::{AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Selection, Side, Wall, WallShape};
 pub use error::{Problem, ProblemKind, ScenarioError, Source};
 pub use material::{
-    BeamModel, Bonds, CohesiveBeam, Condition, ContactLawName, Contacts, Cpm, CpmMode, DamageLaw, Deformable,
+    BeamModel, Bonds, CohesiveBeam, Condition, ContactLawName, Contacts, Cpm, CpmFormulation, DamageLaw, Deformable,
     DeformableUpdate, Frictional, HertzMindlin, Interface, LawName, LinearBond, Material, ParticleElasticity,
     YieldSurface,
 };
@@ -55,7 +55,7 @@ pub use templates::{SWEEP, SWEPT, TEMPLATES, Template, template};
 
 pub use document::Document;
 
-use concordem_contact::kinematics::Mode;
+use concordem_contact::kinematics::MotionMeasure;
 
 /// A scenario. Numbers are in SI units or strings with a unit (`"30 GPa"`); tension is positive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -73,7 +73,7 @@ pub struct Scenario {
     pub dimension: u8,
     /// How relative motion at contacts is measured.
     #[serde(default)]
-    pub kinematics: Mode,
+    pub kinematics: MotionMeasure,
     /// Where the particles come from.
     pub packing: Packing,
     /// Materials.

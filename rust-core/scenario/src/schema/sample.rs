@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::quantity::{Area, Length, Number, StrainRate, Velocity, Volume};
-use crate::plan::Operator;
+use crate::schedule::Operator;
 use concordem_operator::Truncation;
 use concordem_operator::stress::Partition;
 

@@ -1,7 +1,7 @@
 //! Fragments: sets of particles that intact bonds hold together.
 
 use crate::state::State;
-use crate::state::contacts::Link;
+use crate::state::contacts::ContactFlags;
 
 /// Fragment of each particle, by index: the smallest stable id of the particles in it. So a fragment keeps its name while
 /// pieces break off, unless that one particle leaves; a particle without bonds is a fragment of its own. Members of a
@@ -21,7 +21,7 @@ pub fn fragments(state: &State) -> Vec<u32> {
     for block in &state.bonds {
         for k in 0..block.len() {
             let view = block.view(k);
-            if !view.link.has(Link::BROKEN) {
+            if !view.link.has(ContactFlags::BROKEN) {
                 join(&mut parent, view.pair.a, view.pair.b);
             }
         }

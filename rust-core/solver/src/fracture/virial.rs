@@ -10,7 +10,7 @@
 use std::f64::consts::PI;
 
 use crate::state::State;
-use crate::state::contacts::Link;
+use crate::state::contacts::ContactFlags;
 
 /// Thresholds of the criterion, by material.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -36,7 +36,7 @@ pub fn mean_stress(state: &State, planar: bool) -> Option<Vec<f64>> {
     for block in &state.bonds {
         for k in 0..block.len() {
             let view = block.view(k);
-            if view.link.has(Link::BROKEN) {
+            if view.link.has(ContactFlags::BROKEN) {
                 continue;
             }
             let half = 0.5 * block.axial_force(k, particles)? * view.frame.length;

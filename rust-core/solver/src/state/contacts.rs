@@ -4,7 +4,7 @@ use std::any::Any;
 
 use super::columns::{Column, ColumnError, ColumnSink, ColumnSource};
 use crate::state::Particles;
-use concordem_contact::kinematics::Frame;
+use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, LawState, Reference, Stiffness};
 
 /// The two particles of a contact by index, `a ≤ b` (equal only for a particle and its own periodic image). In a wall
@@ -25,21 +25,21 @@ pub struct BrokenBond {
     pub block: u16,
     /// Its particles.
     pub pair: Pair,
-    /// Image of B, as [`Link::image`].
+    /// Image of B, as [`ContactFlags::image`].
     pub image: [i8; 3],
     /// Length without strain and area.
     pub reference: Reference,
     /// Direction and length when it broke.
-    pub frame: Frame,
+    pub frame: PreviousGeometry,
 }
 
 /// Periodic image of B, parameter row, and flags of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
-pub struct Link {
+pub struct ContactFlags {
     /// Row of the law's parameter table.
     pub row: u16,
-    /// A sum of the constants `Link::BONDED`, ...
+    /// A sum of the constants `ContactFlags::BONDED`, ...
     pub flags: u8,
     /// B is seen at `x_B + H·image`.
     pub image: [i8; 3],
@@ -47,7 +47,7 @@ pub struct Link {
     pub padding: u16,
 }
 
-impl Link {
+impl ContactFlags {
     /// Made at bonding: cohesive.
     pub const BONDED: u8 = 1;
     /// Has history: a bond, or an unbonded contact that touches.
@@ -60,7 +60,7 @@ impl Link {
     pub const REPORTED: u8 = 16;
     /// Evaluated for the sake of B alone: A belongs to another share of a distributed computation, where the contact's
     /// energies are counted.
-    pub const COUNTED_ELSEWHERE: u8 = 32;
+    pub const NOT_OWNED: u8 = 32;
 
     /// Whether the contact has something to answer: active and not broken.
     #[inline(always)]
@@ -82,11 +82,11 @@ pub struct ContactBlock<L: ContactLaw> {
     /// The particles.
     pub pair: Vec<Pair>,
     /// Image, row, flags.
-    pub link: Vec<Link>,
+    pub link: Vec<ContactFlags>,
     /// Reference length and area.
     pub reference: Vec<Reference>,
     /// Normal and length of the last step.
-    pub frame: Vec<Frame>,
+    pub frame: Vec<PreviousGeometry>,
     /// History.
     pub history: Vec<L::State>,
 }
@@ -97,11 +97,11 @@ pub struct ContactView {
     /// Particles.
     pub pair: Pair,
     /// Image, row, flags.
-    pub link: Link,
+    pub link: ContactFlags,
     /// Reference length and area.
     pub reference: Reference,
     /// Normal and length of the last step.
-    pub frame: Frame,
+    pub frame: PreviousGeometry,
 }
 
 impl<L: ContactLaw> ContactBlock<L> {
@@ -121,7 +121,7 @@ impl<L: ContactLaw> ContactBlock<L> {
     }
 
     /// Add a contact without history; call [`Self::sort`] when all are there.
-    pub fn push(&mut self, pair: Pair, link: Link, reference: Reference, frame: Frame) {
+    pub fn push(&mut self, pair: Pair, link: ContactFlags, reference: Reference, frame: PreviousGeometry) {
         self.pair.push(pair);
         self.link.push(link);
         self.reference.push(reference);
@@ -151,7 +151,7 @@ impl<L: ContactLaw> ContactBlock<L> {
     }
 
     /// Keep the contacts for which `keep` holds.
-    pub fn retain(&mut self, keep: impl Fn(&Link) -> bool) {
+    pub fn retain(&mut self, keep: impl Fn(&ContactFlags) -> bool) {
         let order: Vec<u32> = (0..self.len() as u32).filter(|&k| keep(&self.link[k as usize])).collect();
         if order.len() != self.len() {
             self.permute(&order);
@@ -198,14 +198,21 @@ pub trait Contacts: Send + Sync {
     /// Share of its strength that contact `k` has lost, 0 to 1.
     fn lost_strength(&self, k: usize) -> f64;
     /// Add a contact without history; [`Self::sort`] must follow.
-    fn push(&mut self, pair: Pair, link: Link, reference: Reference, frame: Frame);
+    fn push(&mut self, pair: Pair, link: ContactFlags, reference: Reference, frame: PreviousGeometry);
     /// Add a contact whose history is `history`, in the order of [`Self::history_reals`]; [`Self::sort`] must follow.
     /// Reals that are missing are zero, those beyond the law's are left out.
-    fn push_with_history(&mut self, pair: Pair, link: Link, reference: Reference, frame: Frame, history: &[f64]);
+    fn push_with_history(
+        &mut self,
+        pair: Pair,
+        link: ContactFlags,
+        reference: Reference,
+        frame: PreviousGeometry,
+        history: &[f64],
+    );
     /// Sort by particles and image.
     fn sort(&mut self);
     /// Keep only contacts whose flags pass.
-    fn retain_links(&mut self, keep: &dyn Fn(&Link) -> bool);
+    fn retain_links(&mut self, keep: &dyn Fn(&ContactFlags) -> bool);
     /// Cross-section of a bond of parameter row `row`, see [`ContactLaw::bonded_area`].
     fn bonded_area(&self, row: u16, radius_a: f64, radius_b: f64, mean_radius: f64) -> f64;
     /// Axial force of bond `k`, N, by its length at the last evaluation; see [`ContactLaw::axial_force`].
@@ -238,7 +245,9 @@ fn write_columns<L: ContactLaw>(
     path: &str,
     sink: &mut dyn ColumnSink,
 ) -> Result<(), ColumnError> {
-    let has_history = |link: &Link| link.flags & (Link::ACTIVE | Link::KEPT_REFERENCE | Link::BROKEN) != 0;
+    let has_history = |link: &ContactFlags| {
+        link.flags & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE | ContactFlags::BROKEN) != 0
+    };
     let mut only = ContactBlock::<L>::new(Vec::new());
     let block = if block.link.iter().all(has_history) {
         block
@@ -281,7 +290,7 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     }
     fn stiffness(&self, k: usize, particles: &Particles, with_wall: bool) -> Stiffness {
         let mut geometry = self.geometry(k, particles, with_wall);
-        if !self.link[k].has(Link::ACTIVE) && !self.link[k].has(Link::KEPT_REFERENCE) {
+        if !self.link[k].has(ContactFlags::ACTIVE) && !self.link[k].has(ContactFlags::KEPT_REFERENCE) {
             // A candidate: as if it touched now.
             let touching =
                 L::unbonded_reference(geometry.radius_a + geometry.radius_b, geometry.radius_a, geometry.radius_b);
@@ -296,10 +305,17 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     fn lost_strength(&self, k: usize) -> f64 {
         self.rows[self.link[k].row as usize].lost_strength(&self.history[k])
     }
-    fn push(&mut self, pair: Pair, link: Link, reference: Reference, frame: Frame) {
+    fn push(&mut self, pair: Pair, link: ContactFlags, reference: Reference, frame: PreviousGeometry) {
         Self::push(self, pair, link, reference, frame);
     }
-    fn push_with_history(&mut self, pair: Pair, link: Link, reference: Reference, frame: Frame, history: &[f64]) {
+    fn push_with_history(
+        &mut self,
+        pair: Pair,
+        link: ContactFlags,
+        reference: Reference,
+        frame: PreviousGeometry,
+        history: &[f64],
+    ) {
         Self::push(self, pair, link, reference, frame);
         if let Some(state) = self.history.last_mut() {
             let reals: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(state));
@@ -311,7 +327,7 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     fn sort(&mut self) {
         Self::sort(self);
     }
-    fn retain_links(&mut self, keep: &dyn Fn(&Link) -> bool) {
+    fn retain_links(&mut self, keep: &dyn Fn(&ContactFlags) -> bool) {
         self.retain(keep);
     }
     fn bonded_area(&self, row: u16, radius_a: f64, radius_b: f64, mean_radius: f64) -> f64 {
@@ -327,7 +343,7 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     fn release(&mut self, condition: &dyn Fn(&Pair) -> bool) {
         for (pair, link) in self.pair.iter().zip(&mut self.link) {
             if condition(pair) {
-                link.flags &= !Link::BONDED;
+                link.flags &= !ContactFlags::BONDED;
             }
         }
     }
@@ -376,7 +392,11 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
         Ok(())
     }
     fn bytes_per_contact(&self) -> usize {
-        size_of::<Pair>() + size_of::<Link>() + size_of::<Reference>() + size_of::<Frame>() + size_of::<L::State>()
+        size_of::<Pair>()
+            + size_of::<ContactFlags>()
+            + size_of::<Reference>()
+            + size_of::<PreviousGeometry>()
+            + size_of::<L::State>()
     }
     fn as_any(&self) -> &dyn Any {
         self

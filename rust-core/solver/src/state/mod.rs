@@ -17,7 +17,7 @@ pub use walls::{Wall, WallShape};
 use crate::energy::Ledger;
 use crate::forces::EvaluatedContacts;
 use columns::with_length;
-use concordem_contact::kinematics::Frame;
+use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::law::Reference;
 use concordem_contact::math::{Mat3, Quat, Symmetric, Vec3};
 
@@ -61,7 +61,7 @@ pub struct State {
     /// Energies.
     pub ledger: Ledger,
     /// Memory of the plan: peaks, servo terms, and other reals of the loading by position.
-    pub plan_memory: Vec<f64>,
+    pub schedule_memory: Vec<f64>,
 }
 
 impl Clone for State {
@@ -77,7 +77,7 @@ impl Clone for State {
             clumps: self.clumps.clone(),
             clock: self.clock,
             ledger: self.ledger,
-            plan_memory: self.plan_memory.clone(),
+            schedule_memory: self.schedule_memory.clone(),
         }
     }
 }
@@ -85,7 +85,10 @@ impl Clone for State {
 impl State {
     /// All bonds that have not broken.
     pub fn bond_count(&self) -> usize {
-        self.bonds.iter().map(|b| (0..b.len()).filter(|&k| !b.view(k).link.has(contacts::Link::BROKEN)).count()).sum()
+        self.bonds
+            .iter()
+            .map(|b| (0..b.len()).filter(|&k| !b.view(k).link.has(contacts::ContactFlags::BROKEN)).count())
+            .sum()
     }
 
     /// Replace all that changes by the columns of a checkpoint. The state must come from the same scenario: laws and
@@ -197,7 +200,7 @@ impl State {
                 load.dyad = Symmetric([r[0], r[1], r[2], r[3], r[4], r[5]]);
             }
         }
-        self.plan_memory = source.f64("plan")?;
+        self.schedule_memory = source.f64("plan")?;
         self.particles = particles;
         self.cell = cell;
         self.clock = Clock { step, dt };
@@ -211,7 +214,7 @@ fn write_broken(broken: &[BrokenBond], sink: &mut dyn ColumnSink) -> Result<(), 
     let image: Vec<i8> = broken.iter().flat_map(|bond| bond.image).collect();
     let block: Vec<u16> = broken.iter().map(|bond| bond.block).collect();
     let reference: Vec<Reference> = broken.iter().map(|bond| bond.reference).collect();
-    let frame: Vec<Frame> = broken.iter().map(|bond| bond.frame).collect();
+    let frame: Vec<PreviousGeometry> = broken.iter().map(|bond| bond.frame).collect();
     sink.column("broken/block", Column::u16(&block))?;
     sink.column("broken/pair", Column::U32 { data: bytemuck::cast_slice(&pair), components: 2, unit: "1" })?;
     sink.column("broken/image", Column::I8 { data: &image, components: 3, unit: "1" })?;
@@ -234,7 +237,7 @@ fn read_broken(source: &mut dyn ColumnSource) -> Result<Vec<BrokenBond>, ColumnE
         pair: Pair { a: pair[2 * k], b: pair[2 * k + 1] },
         image: [image[3 * k], image[3 * k + 1], image[3 * k + 2]],
         reference: Reference { length: reference[2 * k], area: reference[2 * k + 1] },
-        frame: Frame { normal: Vec3::from_column_slice(&frame[4 * k..4 * k + 3]), length: frame[4 * k + 3] },
+        frame: PreviousGeometry { normal: Vec3::from_column_slice(&frame[4 * k..4 * k + 3]), length: frame[4 * k + 3] },
     };
     Ok((0..n).map(bond).collect())
 }
@@ -318,6 +321,6 @@ impl WriteColumns for State {
         if !p.deformation.is_empty() {
             reals(sink, "ledger_deformation", &self.ledger.deformation_reals(), "J")?;
         }
-        reals(sink, "plan", &self.plan_memory, "see plan")
+        reals(sink, "plan", &self.schedule_memory, "see plan")
     }
 }

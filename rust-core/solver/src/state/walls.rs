@@ -1,7 +1,7 @@
 //! Walls: plane, cylinder, and triangle surfaces with prescribed motion.
 
 use concordem_contact::math::Vec3;
-pub use concordem_contact::wall::Foot;
+pub use concordem_contact::wall::ClosestPoint;
 
 /// Shape of a wall at zero displacement.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,11 +61,11 @@ impl Wall {
 
     /// Foot of the perpendicular from `x` on element `element`; `None` when undefined (centre on the surface's
     /// singular set).
-    pub fn foot(&self, element: usize, x: &Vec3) -> Option<Foot> {
+    pub fn closest_point(&self, element: usize, x: &Vec3) -> Option<ClosestPoint> {
         let x = x - self.displacement;
         match &self.shape {
             WallShape::Plane { point, normal } => {
-                Some(Foot { normal: -normal, distance: (x - point).dot(normal), interior: true })
+                Some(ClosestPoint { normal: -normal, distance: (x - point).dot(normal), interior: true })
             }
             WallShape::Cylinder { point, axis, radius, inside } => {
                 let r = x - point;
@@ -76,16 +76,16 @@ impl Wall {
                 }
                 let outward = radial / rho;
                 Some(if *inside {
-                    Foot { normal: outward, distance: radius - rho, interior: true }
+                    ClosestPoint { normal: outward, distance: radius - rho, interior: true }
                 } else {
-                    Foot { normal: -outward, distance: rho - radius, interior: true }
+                    ClosestPoint { normal: -outward, distance: rho - radius, interior: true }
                 })
             }
             WallShape::Facets { triangles } => {
                 let (nearest, interior) = nearest_on_triangle(&x, &triangles[element]);
                 let to = nearest - x;
                 let distance = to.norm();
-                (distance > 0.0).then(|| Foot { normal: to / distance, distance, interior })
+                (distance > 0.0).then(|| ClosestPoint { normal: to / distance, distance, interior })
             }
         }
     }

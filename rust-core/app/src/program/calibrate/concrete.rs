@@ -121,7 +121,7 @@ fn fitting(scenario: &Scenario) -> Result<(), Failure> {
     Ok(())
 }
 
-struct Found {
+struct BatchResult {
     elastic: ElasticFit,
     fit: ConcreteFit,
     /// Particles across the specimen.
@@ -129,7 +129,12 @@ struct Found {
     known: usize,
 }
 
-fn find(arguments: &Arguments, mut scenario: Scenario, table_path: &Path, meter: &Meter) -> Result<Found, Failure> {
+fn find(
+    arguments: &Arguments,
+    mut scenario: Scenario,
+    table_path: &Path,
+    meter: &Meter,
+) -> Result<BatchResult, Failure> {
     let elastic = elastic(arguments, &scenario, meter)?;
     let cpm = scenario.materials[0].cpm.as_mut().ok_or_else(|| Failure::Calibration("no cpm parameters".into()))?;
     cpm.shear_ratio = Number::new(elastic.shear_ratio);
@@ -169,7 +174,7 @@ fn find(arguments: &Arguments, mut scenario: Scenario, table_path: &Path, meter:
     if let Some(error) = failed {
         return Err(error.into());
     }
-    Ok(Found { elastic, fit, width, known })
+    Ok(BatchResult { elastic, fit, width, known })
 }
 
 /// Ē and Ḡ/Ē from the periodic packing that the specimen is cut from.
@@ -205,7 +210,7 @@ fn specimen(scenario: &Scenario, factor: f64, meter: &Meter) -> Result<Specimen,
     scenario.stop = stop();
     let assembly = build(&scenario, meter)?;
     let area = assembly.summary.specimen.map_or(f64::NAN, |(area, _)| area);
-    Ok(Specimen { state: assembly.state, model: assembly.model, plan: assembly.plan, area })
+    Ok(Specimen { state: assembly.state, model: assembly.model, schedule: assembly.schedule, area })
 }
 
 fn law_of(state: &State) -> Option<concordem_contact::law::CpmParameters> {
@@ -273,8 +278,8 @@ fn save(path: &Path, table: &Table) -> Result<(), OutputError> {
     write_text(path, &serde_json::to_string_pretty(table).unwrap_or_default())
 }
 
-fn facts(arguments: &Arguments, scenario: &Scenario, found: &Found, table: &Path) -> Facts {
-    let Found { elastic, fit, width, known } = found;
+fn facts(arguments: &Arguments, scenario: &Scenario, found: &BatchResult, table: &Path) -> Facts {
+    let BatchResult { elastic, fit, width, known } = found;
     let p = &fit.parameters;
     let mut facts = Facts::default();
     facts.add("young of the links", format!("{:.6e} Pa", p.normal_modulus));

@@ -9,12 +9,12 @@ pub mod stop;
 
 pub use loading::Loading;
 pub use samples::{Operator, OperatorSample};
-pub use simulation::{Advance, Sample, SeriesColumn, Simulation};
+pub use simulation::{Advance, Record, SeriesColumn, Simulation};
 pub use stop::{Stop, StopReason};
 
 /// Intervals and thresholds of a run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Plan {
+pub struct Schedule {
     /// How the specimen is loaded.
     pub loading: Loading,
     /// When the run ends.
@@ -33,7 +33,7 @@ pub struct Plan {
     pub checkpoint_interval: Option<u64>,
 }
 
-impl Default for Plan {
+impl Default for Schedule {
     fn default() -> Self {
         Self {
             loading: Loading::None,

@@ -17,12 +17,12 @@ fn simulation(text: &str) -> Simulation {
     let assembly = assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap();
     let names: Vec<String> = assembly.state.walls.iter().map(|wall| wall.name.clone()).collect();
     assert_eq!(names, scenario.wall_names());
-    Simulation::new(assembly.state, assembly.model, assembly.plan).unwrap()
+    Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap()
 }
 
 /// The rows of all operators at one step.
 struct Rows {
-    plan: Vec<OperatorSample>,
+    schedule: Vec<OperatorSample>,
     values: Vec<Vec<f64>>,
 }
 
@@ -34,20 +34,20 @@ impl Rows {
             let advance = simulation.advance().unwrap();
             values = advance.operators.into_iter().map(|row| row.values).collect();
         }
-        let plan = simulation.plan.operators.clone();
-        assert_eq!(values.len(), plan.len());
-        for (sample, row) in plan.iter().zip(&values) {
+        let schedule = simulation.schedule.operators.clone();
+        assert_eq!(values.len(), schedule.len());
+        for (sample, row) in schedule.iter().zip(&values) {
             assert_eq!(row.len(), sample.operator.width() * sample.cells(), "{}", sample.name);
             assert!(row.iter().all(|value| value.is_finite()), "{}: {row:?}", sample.name);
         }
-        Self { plan, values }
+        Self { schedule, values }
     }
 
     fn reals(&self, name: &str, quantity: &str) -> &[f64] {
-        let k = self.plan.iter().position(|sample| sample.name == name).unwrap();
+        let k = self.schedule.iter().position(|sample| sample.name == name).unwrap();
         let mut first = 0;
-        for q in self.plan[k].operator.quantities() {
-            let last = first + q.components * self.plan[k].cells();
+        for q in self.schedule[k].operator.quantities() {
+            let last = first + q.components * self.schedule[k].cells();
             if q.name == quantity {
                 return &self.values[k][first..last];
             }

@@ -3,12 +3,12 @@
 use std::sync::OnceLock;
 
 use super::samples::{Bonds, Operator, Sampled};
-use super::{Plan, StopReason, stop};
+use super::{Schedule, StopReason, stop};
 use concordem_operator::OperatorError;
 use concordem_operator::tessellation::Mesh;
 use concordem_solver::fracture::Event;
 use concordem_solver::state::State;
-use concordem_solver::state::contacts::Link;
+use concordem_solver::state::contacts::ContactFlags;
 use concordem_solver::{Model, Solver, SolverError, StepReport};
 
 /// A column of the time series.
@@ -26,8 +26,8 @@ macro_rules! series {
     ($($(#[doc = $doc:literal])+ $name:ident : $unit:literal,)*) => {
         /// One row of the time series.
         #[derive(Debug, Clone, Copy, Default, PartialEq)]
-        pub struct Sample { $($(#[doc = $doc])+ pub $name: f64,)* }
-        impl Sample {
+        pub struct Record { $($(#[doc = $doc])+ pub $name: f64,)* }
+        impl Record {
             /// The columns, in the order of [`Self::to_row`].
             pub const COLUMNS: &'static [SeriesColumn] = &[$(SeriesColumn {
                 name: stringify!($name),
@@ -118,7 +118,7 @@ pub enum RunError {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Advance {
     /// A sample, if this step was one to take.
-    pub sample: Option<Sample>,
+    pub sample: Option<Record>,
     /// Rows of the operators that were due: their place in the plan, and their values.
     pub operators: Vec<OperatorRow>,
     /// Bond incidents of the step.
@@ -140,7 +140,7 @@ pub struct OperatorRow {
     pub values: Vec<f64>,
 }
 
-/// Indices into [`State::plan_memory`].
+/// Indices into [`State::schedule_memory`].
 mod memory {
     pub const PEAK: usize = 0;
     pub const BROKEN: usize = 1;
@@ -158,7 +158,7 @@ pub struct Simulation {
     /// The solver.
     pub solver: Solver,
     /// The plan.
-    pub plan: Plan,
+    pub schedule: Schedule,
     last: StepReport,
     /// Delaunay cells of the particles at the start, when an operator needs them.
     mesh: OnceLock<Result<Mesh, OperatorError>>,
@@ -166,12 +166,12 @@ pub struct Simulation {
 
 impl Simulation {
     /// Make a simulation run, from the start or from the state of a checkpoint.
-    pub fn new(mut state: State, model: Model, plan: Plan) -> Result<Self, SolverError> {
-        state.plan_memory.resize(memory::COUNT, 0.0);
+    pub fn new(mut state: State, model: Model, schedule: Schedule) -> Result<Self, SolverError> {
+        state.schedule_memory.resize(memory::COUNT, 0.0);
         let solver = Solver::new(model, &mut state)?;
         let mut last = StepReport::default();
-        last.virial.copy_from_slice(&state.plan_memory[memory::VIRIAL..memory::STOPPED]);
-        Ok(Self { state, solver, plan, last, mesh: OnceLock::new() })
+        last.virial.copy_from_slice(&state.schedule_memory[memory::VIRIAL..memory::STOPPED]);
+        Ok(Self { state, solver, schedule, last, mesh: OnceLock::new() })
     }
 
     /// The report of the last step.
@@ -181,17 +181,18 @@ impl Simulation {
 
     /// Why the run has ended, if it has.
     pub fn stopped(&self) -> Option<StopReason> {
-        StopReason::of_code(self.state.plan_memory[memory::STOPPED])
+        StopReason::of_code(self.state.schedule_memory[memory::STOPPED])
     }
 
     /// Values of the operators that are due, at the positions of which the next step computes the forces.
     fn operators(&mut self) -> Result<Vec<OperatorRow>, RunError> {
         let step = self.state.clock.step;
-        if self.plan.operators.iter().all(|sample| !step.is_multiple_of(sample.interval)) {
+        if self.schedule.operators.iter().all(|sample| !step.is_multiple_of(sample.interval)) {
             return Ok(Vec::new());
         }
         let forces = self.solver.record(&mut self.state)?;
-        let due = || self.plan.operators.iter().enumerate().filter(|(_, sample)| step.is_multiple_of(sample.interval));
+        let due =
+            || self.schedule.operators.iter().enumerate().filter(|(_, sample)| step.is_multiple_of(sample.interval));
         let damage = due().any(|(_, sample)| sample.operator == Operator::DamageTensor);
         let at = Sampled {
             particles: &self.state.particles,
@@ -199,10 +200,10 @@ impl Simulation {
             time: self.state.clock.time(),
             bonds: &if damage { Bonds::of(&self.state) } else { Bonds::default() },
             forces: &forces,
-            places: &self.plan.places,
+            places: &self.schedule.places,
             mesh: &self.mesh,
             gravity: self.solver.model().gravity,
-            plane: self.plan.plane,
+            plane: self.schedule.plane,
         };
         due()
             .map(|(operator, sample)| {
@@ -220,42 +221,42 @@ impl Simulation {
     pub fn advance(&mut self) -> Result<Advance, RunError> {
         let operators = self.operators()?;
         let step = self.state.clock.step;
-        let due = step.is_multiple_of(self.plan.sample_interval);
-        let axial = [self.state.plan_memory[memory::AXIAL], self.state.plan_memory[memory::AXIAL + 1]];
-        self.plan.loading.act(&self.state, &mut self.solver, &self.last, axial);
+        let due = step.is_multiple_of(self.schedule.sample_interval);
+        let axial = [self.state.schedule_memory[memory::AXIAL], self.state.schedule_memory[memory::AXIAL + 1]];
+        self.schedule.loading.act(&self.state, &mut self.solver, &self.last, axial);
         let time = self.state.clock.time();
         let (strain, gauge_strain) = if due {
-            (self.plan.loading.strain(&self.state), self.plan.loading.gauge_strain(&self.state))
+            (self.schedule.loading.strain(&self.state), self.schedule.loading.gauge_strain(&self.state))
         } else {
             (0.0, 0.0)
         };
         let volume = self.state.cell.map_or(1.0, |cell| cell.volume());
         let report = self.solver.step_with(&mut self.state, due)?;
         let events = self.events(&report, time, step);
-        for (_, incident) in &report.incidents {
-            self.state.plan_memory[if incident.broke { memory::BROKEN } else { memory::DAMAGED }] += 1.0;
+        for (_, bond_event) in &report.bond_events {
+            self.state.schedule_memory[if bond_event.broke { memory::BROKEN } else { memory::DAMAGED }] += 1.0;
         }
-        self.state.plan_memory[memory::VIRIAL..memory::STOPPED].copy_from_slice(report.virial.as_slice());
-        self.state.plan_memory[memory::AXIAL..].copy_from_slice(&self.plan.loading.axial_forces(&self.solver));
+        self.state.schedule_memory[memory::VIRIAL..memory::STOPPED].copy_from_slice(report.virial.as_slice());
+        self.state.schedule_memory[memory::AXIAL..].copy_from_slice(&self.schedule.loading.axial_forces(&self.solver));
         let mut stopped = None;
         let sample = due.then(|| {
-            let measure = self.plan.loading.stress(&self.state, &self.solver, &report, volume);
-            stop::update_peak(&mut self.state.plan_memory[memory::PEAK], measure.stress);
+            let measure = self.schedule.loading.stress(&self.state, &self.solver, &report, volume);
+            stop::update_peak(&mut self.state.schedule_memory[memory::PEAK], measure.stress);
             let ledger = &self.state.ledger;
             let kick = &report.kick;
             let contacts: u64 = report.active.iter().sum();
             let net = (kick.net_force_squared / (kick.free_particles.max(1)) as f64).sqrt();
             let contact = (report.force_squared / contacts.max(1) as f64).sqrt();
             let unbalanced = if contact > 0.0 { net / contact } else { 0.0 };
-            stopped = self.plan.stop.reason(
+            stopped = self.schedule.stop.reason(
                 time,
                 strain,
                 measure.stress,
-                self.state.plan_memory[memory::PEAK],
+                self.state.schedule_memory[memory::PEAK],
                 unbalanced,
-                self.plan.loading.reached(&measure) && contact > 0.0,
+                self.schedule.loading.reached(&measure) && contact > 0.0,
             );
-            Sample {
+            Record {
                 time,
                 step: step as f64,
                 strain,
@@ -277,38 +278,38 @@ impl Simulation {
                 boundary_work: ledger.boundary_work.get(),
                 external_work: ledger.external_work.get(),
                 residual: ledger.residual(),
-                broken: self.state.plan_memory[memory::BROKEN],
-                damaged: self.state.plan_memory[memory::DAMAGED],
+                broken: self.state.schedule_memory[memory::BROKEN],
+                damaged: self.state.schedule_memory[memory::DAMAGED],
                 contacts: contacts as f64,
                 unbalanced,
             }
         });
-        if stopped.is_none() && self.plan.stop.steps.is_some_and(|limit| self.state.clock.step >= limit) {
+        if stopped.is_none() && self.schedule.stop.steps.is_some_and(|limit| self.state.clock.step >= limit) {
             stopped = Some(StopReason::Steps);
         }
         // Kept in the state, so that a run that is killed while its result is written knows that it has ended.
-        self.state.plan_memory[memory::STOPPED] = stopped.map_or(0.0, StopReason::code);
+        self.state.schedule_memory[memory::STOPPED] = stopped.map_or(0.0, StopReason::code);
         self.last = report;
         Ok(Advance { sample, operators, events, stopped })
     }
 
     fn events(&self, report: &StepReport, time: f64, step: u64) -> Vec<Event> {
         report
-            .incidents
+            .bond_events
             .iter()
-            .map(|(_, incident)| {
-                let total: f64 = incident.stored.iter().sum();
-                let share = |k: usize| if total > 0.0 { incident.stored[k] / total } else { 0.0 };
-                let ids = [incident.pair.a, incident.pair.b].map(|p| self.state.particles.id[p as usize]);
+            .map(|(_, bond_event)| {
+                let total: f64 = bond_event.stored.iter().sum();
+                let share = |k: usize| if total > 0.0 { bond_event.stored[k] / total } else { 0.0 };
+                let ids = [bond_event.pair.a, bond_event.pair.b].map(|p| self.state.particles.id[p as usize]);
                 Event {
                     time,
                     step,
                     id_a: ids[0].min(ids[1]),
                     id_b: ids[0].max(ids[1]),
-                    position: incident.position,
+                    position: bond_event.position,
                     mode_shares: [share(0), share(1), share(2), share(3)],
-                    energy: incident.energy,
-                    damage: incident.damage,
+                    energy: bond_event.energy,
+                    damage: bond_event.damage,
                 }
             })
             .collect()
@@ -316,7 +317,7 @@ impl Simulation {
 
     /// How far the run is, 0 to 1, by the condition that is nearest (a drop of stress is not foreseen).
     pub fn progress(&self) -> f64 {
-        let stop = &self.plan.stop;
+        let stop = &self.schedule.stop;
         let mut share: f64 = 0.0;
         if let Some(steps) = stop.steps {
             share = share.max(self.state.clock.step as f64 / steps as f64);
@@ -325,7 +326,7 @@ impl Simulation {
             share = share.max(self.state.clock.time() / time);
         }
         if let Some(strain) = stop.strain {
-            share = share.max(self.plan.loading.strain(&self.state).abs() / strain);
+            share = share.max(self.schedule.loading.strain(&self.state).abs() / strain);
         }
         share.min(1.0)
     }
@@ -335,7 +336,7 @@ impl Simulation {
         self.state
             .bonds
             .iter()
-            .map(|block| (0..block.len()).filter(|&k| !block.view(k).link.has(Link::BROKEN)).count())
+            .map(|block| (0..block.len()).filter(|&k| !block.view(k).link.has(ContactFlags::BROKEN)).count())
             .sum()
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use concordem_contact::kinematics::Frame;
+use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::math::{Mat3, Quat, Vec3, atan2};
 use concordem_operator::coarse_grain::{Kernel, coarse_grain};
 use concordem_operator::power::power;
@@ -372,7 +372,7 @@ impl Bonds {
     }
 
     /// Add a bond whose particle A is at `a` (m), with its damage and lost strength.
-    pub fn push(&mut self, a: &Vec3, frame: &Frame, [damage, lost_strength]: [f64; 2]) {
+    pub fn push(&mut self, a: &Vec3, frame: &PreviousGeometry, [damage, lost_strength]: [f64; 2]) {
         self.middle.push(a + frame.normal * (0.5 * frame.length));
         self.normal.push(frame.normal);
         self.damage.push(damage);
