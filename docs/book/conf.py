@@ -1,0 +1,47 @@
+"""Sphinx configuration. `docs/build` runs everything; this file alone builds the pages."""
+
+import importlib.util
+from pathlib import Path
+
+HERE = Path(__file__).parent
+
+project = "ConcorDEM"
+author = "The ConcorDEM developers"
+copyright = author
+extensions = ["myst_parser", "sphinx.ext.mathjax", "sphinx_copybutton"]
+exclude_patterns = ["_build", "reference/generated/parts"]
+myst_enable_extensions = ["attrs_block", "attrs_inline", "deflist", "dollarmath"]
+myst_heading_anchors = 3
+# Units such as `N/m^3` and prompts are code; only what looks like math is math.
+myst_dmath_double_inline = True
+suppress_warnings = ["myst.header"]
+
+html_theme = "furo"
+html_title = "ConcorDEM"
+html_copy_source = False
+html_show_sphinx = False
+html_theme_options = {"navigation_with_keys": True}
+html_css_files = ["book.css"]
+
+# MathJax comes from a wheel: the pages need no network.
+_mathjax = importlib.util.find_spec("sphinx-mathjax-offline")
+if _mathjax is None or _mathjax.origin is None:
+    raise RuntimeError("install docs/requirements.txt")
+html_static_path = ["_static", str(Path(_mathjax.origin).parent / "static/mathjax/tex-svg.js")]
+mathjax_path = "tex-svg.js"
+mathjax3_config = {"options": {"enableMenu": False}}
+
+copybutton_prompt_text = "$ "
+
+# Pages whose text another folder owns; a branch without that text gets a page that says so.
+INCLUDED = {"reference/glossary": "docs/glossary.md", "reference/limits": "docs/limits.md"}
+
+
+def _replace_missing(_app, docname, source):
+    path = INCLUDED.get(docname)
+    if path and not (HERE.parents[1] / path).exists():
+        source[0] = source[0].split("```")[0] + f"`{path.split('/')[-1]}` is not written yet.\n"
+
+
+def setup(app):
+    app.connect("source-read", _replace_missing)
