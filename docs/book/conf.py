@@ -9,10 +9,9 @@ project = "ConcorDEM"
 author = "The ConcorDEM developers"
 copyright = author
 extensions = ["myst_parser", "sphinx.ext.mathjax", "sphinx_copybutton"]
-exclude_patterns = ["_build", "reference/generated/parts"]
+exclude_patterns = ["_build"]
 myst_enable_extensions = ["attrs_block", "attrs_inline", "deflist", "dollarmath"]
 myst_heading_anchors = 3
-# Units such as `N/m^3` and prompts are code; only what looks like math is math.
 myst_dmath_double_inline = True
 suppress_warnings = ["myst.header"]
 
@@ -23,12 +22,12 @@ html_show_sphinx = False
 html_theme_options = {"navigation_with_keys": True}
 html_css_files = ["book.css"]
 
-# MathJax comes from a wheel: the pages need no network.
+# MathJax comes from a wheel, with all extensions of TeX in one file: the pages need no network.
 _mathjax = importlib.util.find_spec("sphinx-mathjax-offline")
 if _mathjax is None or _mathjax.origin is None:
     raise RuntimeError("install docs/requirements.txt")
-html_static_path = ["_static", str(Path(_mathjax.origin).parent / "static/mathjax/tex-svg.js")]
-mathjax_path = "tex-svg.js"
+html_static_path = ["_static", str(Path(_mathjax.origin).parent / "static/mathjax/tex-svg-full.js")]
+mathjax_path = "tex-svg-full.js"
 mathjax3_config = {"options": {"enableMenu": False}}
 
 copybutton_prompt_text = "$ "

@@ -182,7 +182,7 @@ def definition(schema):
 
 def bounds(schema):
     signs = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
-    return ", ".join(f"{sign} {schema[key]:g}" for key, sign in signs.items() if key in schema)
+    return ", ".join(f"{sign} {schema[key]:,}" for key, sign in signs.items() if key in schema)
 
 
 def type_of(schema, root):
@@ -192,8 +192,10 @@ def type_of(schema, root):
     if "x-dimension" in both:
         units = [unit for unit in both["x-units"] if unit != "1"]
         text = both["x-dimension"]
+        if text == "pure number":
+            text, units = "number", []
         if units:
-            text += f" ({units[0]}" + (f"; also {', '.join(units[1:])}" if units[1:] else "") + ")"
+            text += f" in {units[0]}" + (f" (also {', '.join(units[1:])})" if units[1:] else "")
         text += "".join(f' or `"{word}"`' for word in both.get("x-words", []))
     elif root.words(inner):
         text = "word"
@@ -261,7 +263,7 @@ class ScenarioPages:
         if kinds:
             lines += ["`kind` chooses one of these:", ""]
             for kind, variant in kinds.items():
-                lines += [f"{'#' * level} {path}, kind = \"{kind}\"", "", sentence(variant.get("description", "")), ""]
+                lines += [f"{'#' * level} `{path}`, kind `{kind}`", "", sentence(variant.get("description", "")), ""]
                 keys = self.keys(name, kind, variant)
                 lines += keys or ["No further keys.", ""]
             variants = list(kinds.values())
@@ -278,7 +280,7 @@ class ScenarioPages:
                 if self.schema.is_table(resolved) and title not in [one[1] for one in inner]:
                     inner.append((f"{path}.{key}", title, resolved))
         for inner_path, title, resolved in inner:
-            lines += [f"{'#' * level} {inner_path}", "", sentence(resolved.get("description", "")), ""]
+            lines += [f"{'#' * level} `{inner_path}`", "", sentence(resolved.get("description", "")), ""]
             lines += self.table(inner_path, resolved, level + 1, title)
         return lines
 
@@ -535,9 +537,15 @@ def signature(function):
     """A function as it is written in the stub."""
     arguments = ast.unparse(function.args).replace("self, ", "").replace("cls, ", "")
     arguments = "" if arguments in ("self", "cls") else arguments
-    arguments = re.sub(r"\b_types\.|\bself, /$", "", arguments).removesuffix(", /")
-    answer = ast.unparse(function.returns).replace("_types.", "") if function.returns else ""
+    arguments = plain(re.sub(r"\bself, /$", "", arguments).removesuffix(", /"))
+    arguments = re.sub(r"(?<=[\w\]])=(?=\S)", " = ", arguments)
+    answer = plain(ast.unparse(function.returns)) if function.returns else ""
     return f"{function.name}({arguments})" + (f" -> {answer}" if answer not in ("", "None") else "")
+
+
+def plain(annotation):
+    """A type without the stub's private names."""
+    return re.sub(r"\b_types\.|\b_(?=[A-Z])", "", annotation)
 
 
 def entry(name, doc):
@@ -552,13 +560,13 @@ def stub_class(node, docs):
         decorators = [ast.unparse(one) for one in member.decorator_list]
         doc = docs.get((node.name, member.name.strip("_")), "")
         if "property" in decorators:
-            answer = ast.unparse(member.returns).replace("_types.", "")
+            answer = plain(ast.unparse(member.returns))
             lines += entry(f"{member.name}: {answer}", doc)
         else:
             text = signature(member)
             if member.name == "__new__":
                 text = text.replace("__new__", node.name)
-                doc = doc or docs.get((node.name, "new"), "")
+                doc = doc or docs.get((node.name, "new"), "") or "Constructor."
             lines += entry(text, doc)
     return lines
 
@@ -610,7 +618,8 @@ def python():
             if isinstance(node, ast.ImportFrom) and node.module == "_core":
                 yield from ((one.name, one.asname or one.name) for one in node.names)
 
-    lines = ["# Python package", "", "`Reals` is an array of 64-bit floats; arrays are in SI units, tension is positive.", "", "## concordem", ""]
+    lines = ["# Python package", "", "Arrays are in SI units; tension is positive. `Reals` is an array of 64-bit floats, `Path` a string or path, `Progress` true,",
+             "false, or a function of a stage and a share. Truncation and partition are the words of the scenario.", "", "## concordem", ""]
     described = []
 
     def add(path, prefix):
