@@ -366,6 +366,7 @@ RUNS = {
     "deformable-discs": [],
     "hertz-impact": [],
     "granular-box": ["count = 500", "count = 50", '["80 mm", "80 mm", "80 mm"]', '["40 mm", "40 mm", "40 mm"]'],
+    "samples": ["count = 500", "count = 200", '["20 mm", "20 mm", "40 mm"]', '["14 mm", "14 mm", "24 mm"]'],
     "beam-bending": ["count = 1000", "count = 200", '["32 mm", "14 mm", "14 mm"]', '["24 mm", "10 mm", "10 mm"]'],
 }
 GROUPS = {
@@ -384,19 +385,26 @@ def results(program, run):
     import h5py
 
     tables = {}
+    schema = Schema(json.loads(run(program, "schema")))
+    words = [word for word, _ in schema.words(schema.root["$defs"]["Operator"])]
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
 
         def make(item):
             name, changes = item
             path = folder / f"{name}.toml"
-            run(program, "init", "--template", name, path)
+            if name == "samples":
+                # Every operator; no template has them.
+                path.write_text((ROOT / "tests/scenarios/good/samples.toml").read_text(encoding="utf-8"), encoding="utf-8")
+            else:
+                run(program, "init", "--template", name, path)
             text = path.read_text(encoding="utf-8")
             for old, new in zip(changes[::2], changes[1::2]):
                 assert old in text, (name, old)
                 text = text.replace(old, new)
             head, tail = re.split(r"^\[stop\].*$", text, maxsplit=1, flags=re.M)
-            path.write_text(f"{head}[stop]\nsteps = 20\n\n[output]{tail.split('[output]')[1]}", encoding="utf-8")
+            tail = re.split(r"^(?=\[)", tail, maxsplit=1, flags=re.M)[1]
+            path.write_text(f"{head}[stop]\nsteps = 20\n\n{tail}", encoding="utf-8")
             run(program, "run", "--quiet", path)
             return path.with_suffix(".h5")
 
@@ -425,6 +433,12 @@ def results(program, run):
                 if law.removeprefix("unbonded_") == law or law.removeprefix("unbonded_") not in laws:
                     lines += [f"Further columns of `{law}`:", "", *listing(own)]
             lines += ["Columns of `walls`, the contacts with walls:", "", *listing(columns(rows, "walls"))]
+        elif group == "samples":
+            operators = sorted({name.split("/")[0] for name in rows if "/" in name})
+            lines += listing({name: value for name, value in rows.items() if "/" not in name})
+            for operator in operators:
+                if operator in words:
+                    lines += [f"### /samples/{operator}", "", *listing(columns(rows, operator))]
         elif rows:
             lines += listing(rows)
         if f"/{group}" in attributes:
