@@ -244,6 +244,8 @@ class ScenarioPages:
             text = toml(example)
             if len(text) <= 110:
                 lines += [f"  Example: `{name} = {text}`", ""]
+            elif isinstance(example, dict):
+                lines += [f"  Example: `{name} = {{ {next(f'{key} = {toml(one)}' for key, one in example.items())}, … }}`", ""]
         return lines
 
     def keys(self, name, kind, schema):
@@ -300,7 +302,7 @@ class ScenarioPages:
         heading = f"[[{key}]]" if many else f"[{key}]"
         lines = [f"# `{heading}`", "", sentence(schema.get("description", "")), ""]
         described = (items if many else resolved).get("description", "")
-        if described and described != schema.get("description"):
+        if len(described) > 30 and described != schema.get("description"):
             lines += [sentence(described), ""]
         if many:
             lines += ["May occur several times." + (" At least one is required." if key in root["required"] else ""), ""]
