@@ -1,6 +1,8 @@
 """Sphinx configuration. `docs/build` runs everything; this file alone builds the pages."""
 
 import importlib.util
+import os
+import re
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -42,5 +44,22 @@ def _replace_missing(_app, docname, source):
         source[0] = source[0].split("```")[0] + f"`{path.split('/')[-1]}` is not written yet.\n"
 
 
+def _relocate_links(_app, relative_path, _parent, content):
+    """Links of an included file start from its own folder; those to files outside of the book become paths."""
+    folder = (HERE / relative_path).resolve().parent
+    if folder != HERE.parent:
+        return
+
+    def moved(link):
+        text, target, anchor = link[1], link[2], link[3] or ""
+        path = (folder / target).resolve()
+        if HERE in path.parents:
+            return f"[{text}]({os.path.relpath(path, HERE / 'reference')}{anchor})"
+        return f"{text} (`{path.relative_to(HERE.parents[1])}`)" if path.exists() else link[0]
+
+    content[0] = re.sub(r"\[([^\]]*)\]\((?!\w+:)([^)#\s]+)(#[^)\s]*)?\)", moved, content[0])
+
+
 def setup(app):
+    app.connect("include-read", _relocate_links)
     app.connect("source-read", _replace_missing)
