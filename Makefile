@@ -4,7 +4,7 @@ CONCORDEM := target/release/concordem
 DEMO := demo
 SCENARIOS := rust-core/scenario/src/schema/templates
 
-.PHONY: help demo liggghts lammps test test-build $(TEST_STEPS) check bench docs validate validate-full clean-demo
+.PHONY: help demo liggghts lammps test test-build $(TEST_STEPS) check bench docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -14,6 +14,7 @@ help:
 	@echo "make check          formatting and lints"
 	@echo "make bench          speed of laws, neighbour search, and whole steps; ratio to YADE"
 	@echo "make docs           documentation of the library, into target/doc"
+	@echo "make book           the book, into docs/book/_build/html; runs its code blocks"
 	@echo "make validate       the same scenarios in ConcorDEM, YADE, LIGGGHTS, LAMMPS, ESyS-Particle, closed forms; a report (minutes)"
 	@echo "make validate-full  all cases, and the long studies behind the published figures (hours; resumable)"
 
@@ -120,6 +121,9 @@ bench:
 docs:
 	.ci/setup build
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps -p concordem
+
+book: $(CONCORDEM)
+	docs/build
 
 # A missing peer fails where CI is set, and is said otherwise. PYTHONPATH: no installation is needed.
 validate: $(CONCORDEM)

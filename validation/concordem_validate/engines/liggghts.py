@@ -1,7 +1,7 @@
 """LIGGGHTS 3.8.0 as Debian ships it: scenario and start state become a data file and a deck.
 
 Native models: `hertz_mindlin` → `hertz tangential history`, `frictional` with stiffnesses → `hooke/stiffness tangential
-history`. The public build has no bonds: bonded laws come by our library (docs/liggghts.md), `fix concordem/bond` with the
+history`. The public build has no bonds: bonded laws come by our library (docs/book/reference/liggghts.md), `fix concordem/bond` with the
 bonds of the start state. There the law is ours, and the host's are motion, lists, and processors.
 """
 import hashlib
