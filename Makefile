@@ -60,21 +60,23 @@ test:
 	$(MAKE) --no-print-directory --keep-going --jobs=$(JOBS) --output-sync=target $(TEST_STEPS)
 	@echo; cat target/test-times.txt
 
-# Everything that the steps start: program, tests, examples, libraries for the hosts, Python package.
+# Everything that the steps start: program, tests, examples, libraries for the hosts, Python package. The same selection of
+# packages in every call of cargo: another one may choose other features of dependencies, and compile them again.
+TESTED := --release --workspace --exclude concordem-python --exclude concordem-bench
 test-build:
-	$(CARGO) build --release --workspace --exclude concordem-python --exclude concordem-bench --lib --bins --examples --tests
+	$(CARGO) build $(TESTED) --lib --bins --examples --tests
 	liggghts-bridge/build
 	liggghts-bridge/lammps/build
 	yade-bridge/test.sh wheel
 
 # Unit, integration and documentation tests of the library and of the program.
 test-rust:
-	@.ci/timed $@ $(CARGO) test --release $(RUST_TESTED)
-RUST_TESTED := --workspace --exclude concordem-python --exclude concordem-bench --exclude concordem-liggghts
+	@.ci/timed $@ $(CARGO) test $(TESTED) --exclude concordem-liggghts
 
 # Our styles inside LIGGGHTS and LAMMPS, under MPI.
+HOST_TESTS := $(patsubst liggghts-bridge/tests/%.rs,--test %,$(wildcard liggghts-bridge/tests/*.rs))
 test-hosts:
-	@.ci/timed $@ $(CARGO) test --release -p concordem-liggghts
+	@.ci/timed $@ $(CARGO) test $(TESTED) $(HOST_TESTS)
 
 test-gold:
 	@.ci/timed $@ tests/golden/yade/check_gold.sh
@@ -105,6 +107,7 @@ test-lint:
 
 test-docs:
 	@.ci/timed docs $(MAKE) --no-print-directory docs
+	@.ci/timed book docs/build
 
 check:
 	.ci/setup build
@@ -120,7 +123,7 @@ bench:
 
 docs:
 	.ci/setup build
-	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps -p concordem
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps --workspace --exclude concordem-python --exclude concordem-bench
 
 book: $(CONCORDEM)
 	docs/build
