@@ -8,7 +8,7 @@ use std::path::Path;
 
 use concordem_contact::math::Vec3;
 use concordem_liggghts::options::Options;
-use concordem_scenario::assembly::laws::contact_block;
+use concordem_solver::laws::contact_block;
 use concordem_solver::state::{Particles, Sphere, State};
 use concordem_solver::{Model, Scheme, Solver};
 use harness::{

@@ -19,6 +19,12 @@ pub enum ParameterError {
         /// What would be accepted.
         requirement: &'static str,
     },
+    /// Tables of two materials that cannot be combined.
+    #[error("{0}")]
+    Unlike(&'static str),
+    /// The concrete particle model refuses.
+    #[error(transparent)]
+    Cpm(#[from] super::cpm::CpmError),
 }
 
 /// Refuse a parameter unless `accepted`. Comparisons with NaN are false, so a NaN is refused too.
