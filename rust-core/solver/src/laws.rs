@@ -15,16 +15,14 @@ pub type BlockAndRows = (Box<dyn EvaluatedContacts>, PairCoefficients);
 #[non_exhaustive]
 pub enum LawError {
     /// The parameters of two materials do not make a law.
-    #[error("law `{law}` between materials `{a}` and `{b}`: {source}")]
+    #[error("law `{law}` between materials `{}` and `{}`: {source}", materials[0], materials[1])]
     Parameters {
         /// Law.
         law: &'static str,
-        /// First material.
-        a: String,
-        /// Second material.
-        b: String,
+        /// Names of the two materials.
+        materials: Box<[String; 2]>,
         /// What is wrong.
-        source: ParameterError,
+        source: Box<ParameterError>,
     },
     /// More pairs of materials than rows can be numbered.
     #[error(
@@ -99,9 +97,8 @@ where
             let (Some(table_a), Some(table_b)) = (between.or(a.table()), between.or(b.table())) else { continue };
             let made = row(table_a, table_b).map_err(|source| LawError::Parameters {
                 law: L::NAME,
-                a: a.name.clone(),
-                b: b.name.clone(),
-                source,
+                materials: Box::new([a.name.clone(), b.name.clone()]),
+                source: Box::new(source),
             })?;
             // Every ordered pair has a row, so that 255 materials make 65025 of them.
             let most = usize::from(PairCoefficients::NONE);

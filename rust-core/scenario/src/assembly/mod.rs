@@ -107,7 +107,10 @@ pub enum AssemblyError {
 impl From<LawError> for AssemblyError {
     fn from(error: LawError) -> Self {
         match error {
-            LawError::Parameters { law, a, b, source } => Self::Parameters { law, a, b, message: source.to_string() },
+            LawError::Parameters { law, materials, source } => {
+                let [a, b] = *materials;
+                Self::Parameters { law, a, b, message: source.to_string() }
+            }
             other => unfit("material", other.to_string()),
         }
     }
