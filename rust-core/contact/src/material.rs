@@ -24,7 +24,7 @@ fn about<L: RegisteredLaw>() -> String {
 }
 
 macro_rules! with_tables {
-    ($($key:ident: $Law:ident),* $(,)?) => {
+    ($($key:ident: $Law:ident,)*) => {
         /// A material.
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]

@@ -38,7 +38,7 @@ pub enum LawError {
 }
 
 macro_rules! dispatch {
-    ($($key:ident: $Law:ident),* $(,)?) => {
+    ($($key:ident: $Law:ident,)*) => {
         /// A block of bonds of `law` without contacts, with all its rows, and which row serves which pairs of `materials`.
         /// Pairs of which one material has no table of the law get no row.
         ///

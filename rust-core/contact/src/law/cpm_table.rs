@@ -1,7 +1,7 @@
 //! The concrete particle model in scenarios: its table of parameters, and the rows made of it.
 
 use super::cpm::{Cpm, CpmError, CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
-use super::table::{Fault, LawTable, RegisteredLaw, friction_tangent};
+use super::table::{Fault, LawTable, RegisteredLaw};
 use super::{ContactLaw, ParameterError};
 use crate::math;
 use crate::quantity::{Angle, Number, Stress, Time};
@@ -85,7 +85,14 @@ fn one() -> Number {
 impl CpmTable {
     /// Tangent of the angle of friction; 0 when neither form of it is given (such a scenario does not pass the checks).
     pub fn friction_tangent(&self) -> f64 {
-        friction_tangent(self.friction_coefficient, self.friction_angle)
+        match (self.friction_coefficient, self.friction_angle) {
+            (Some(coefficient), _) => coefficient.si(),
+            (None, Some(angle)) => {
+                let (sine, cosine) = math::sin_cos(angle.si());
+                sine / cosine
+            }
+            (None, None) => 0.0,
+        }
     }
 
     /// Parameters of a link within this material.

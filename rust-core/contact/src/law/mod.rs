@@ -31,7 +31,7 @@ pub use state::{Field, LawState, Parity};
 pub use table::{Fault, FaultKind, HasTable, LawFacts, LawTable, RegisteredLaw};
 
 macro_rules! laws {
-    ($($key:ident: $Law:ident),* $(,)?) => { $(pub use $key::$Law;)* };
+    ($($key:ident: $Law:ident,)*) => { $(pub use $key::$Law;)* };
 }
 crate::for_each_law!(laws);
 

@@ -15,7 +15,7 @@ use super::table::LawFacts;
 ///
 /// ```
 /// macro_rules! names {
-///     ($($key:ident: $Law:ident),*) => { [$(stringify!($key)),*] };
+///     ($($key:ident: $Law:ident,)*) => { [$(stringify!($key)),*] };
 /// }
 /// let names = concordem_contact::for_each_law!(names);
 /// assert_eq!(names[0], "cpm");
@@ -28,13 +28,13 @@ macro_rules! for_each_law {
             linear_bond: LinearBond,
             cohesive_beam: CohesiveBeam,
             frictional: Frictional,
-            hertz_mindlin: HertzMindlin
+            hertz_mindlin: HertzMindlin,
         }
     };
 }
 
 macro_rules! law_names {
-    ($($key:ident: $Law:ident),* $(,)?) => {
+    ($($key:ident: $Law:ident,)*) => {
         /// A law, by the name of its parameter table.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         pub enum LawName {
@@ -114,8 +114,7 @@ impl<'de> Deserialize<'de> for LawName {
     }
 }
 
-/// A choice of words with their descriptions, as derived for an enum; `refused` are words that have another place, with the
-/// message and the help for whoever writes them here.
+/// A choice of words with their descriptions, as derived for an enum.
 fn choice<'a>(words: impl Iterator<Item = (&'a str, &'a str)>, about: &str) -> Schema {
     let words: Vec<Schema> =
         words.map(|(word, about)| json_schema!({ "type": "string", "const": word, "description": about })).collect();
@@ -133,7 +132,7 @@ fn listing(laws: impl Iterator<Item = LawName>) -> String {
     }
 }
 
-/// Words that are laws, but not here: message and help for the user.
+/// Name words that mean something, but not here, with the message and the help for whoever writes them.
 fn refuse(schema: &mut Schema, laws: impl Iterator<Item = LawName>, message: &str, help: &str) {
     let words: Vec<&str> = laws.map(LawName::key).collect();
     let refused = json_schema!({ "words": words, "message": message, "help": help });

@@ -7,7 +7,6 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::{ContactLaw, Field, Kinematics, LawState, ParameterError};
-use crate::quantity::{Angle, Number};
 
 /// A law with a table of parameters. All laws of [`for_each_law!`](crate::for_each_law) have one.
 ///
@@ -149,16 +148,4 @@ impl LawFacts {
 pub trait HasTable<L: RegisteredLaw> {
     /// The table, if it is there.
     fn table(&self) -> Option<&L::Table>;
-}
-
-/// Tangent of the angle of friction, given as such or as an angle; 0 if neither is given.
-pub(super) fn friction_tangent(coefficient: Option<Number>, angle: Option<Angle>) -> f64 {
-    match (coefficient, angle) {
-        (Some(coefficient), _) => coefficient.si(),
-        (None, Some(angle)) => {
-            let (sine, cosine) = crate::math::sin_cos(angle.si());
-            sine / cosine
-        }
-        (None, None) => 0.0,
-    }
 }
