@@ -36,6 +36,9 @@ struct ConcordemMessage {
 /* Reals of concordem_network_sums, _totals, and of a row of _rows. */
 enum { CONCORDEM_SUMS = 12, CONCORDEM_TOTALS = 9, CONCORDEM_ROW = 16 };
 
+// Name of law `index` of bonds, or of contacts; its length, -1 past the last.
+int32_t concordem_law_name(int32_t bonds, int32_t index, char *name, size_t capacity);
+
 ConcordemNetwork *concordem_network_new(const char *const *words, int32_t count, int32_t types, ConcordemFacts *,
                                         const ConcordemMessage *);
 void concordem_network_delete(ConcordemNetwork *);

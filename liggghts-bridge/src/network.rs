@@ -11,13 +11,13 @@ use std::collections::HashMap;
 use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::kinematics::deformable::{Deformable, Update};
 use concordem_contact::kinematics::sphere_sphere::initial_geometry;
-use concordem_contact::law::{Elastic, EnergySplit, Reference};
+use concordem_contact::law::{EnergySplit, LawName, Reference};
+use concordem_contact::material::Material;
 use concordem_contact::math::{Mat3, Quat, Symmetric, Vec3, normalized, quaternion_of_rotation_vector};
 use concordem_operator::stress::{ParticleVolume, Partition, particle_moments, region_stress};
 use concordem_operator::{ContactSet, LoadSet, OperatorError, Region, Truncation, couple_stress};
-use concordem_scenario::assembly::{AssemblyError, laws};
-use concordem_scenario::schema::LawName;
 use concordem_solver::forces::EvaluatedContacts;
+use concordem_solver::laws::{self, LawError};
 use concordem_solver::neighbor::{NeighborError, candidate_pairs};
 use concordem_solver::record::ContactForces;
 use concordem_solver::state::contacts::{ContactFlags, Contacts, Pair};
@@ -34,7 +34,7 @@ use crate::records::{HISTORY, Kind, Record};
 pub enum NetworkError {
     /// The parameters make no law.
     #[error("{0}")]
-    Parameters(#[from] AssemblyError),
+    Parameters(#[from] LawError),
     /// The neighbour search refused.
     #[error("{0}")]
     Neighbor(#[from] NeighborError),
@@ -221,7 +221,7 @@ pub struct Network {
 impl Network {
     /// A network without bonds.
     pub fn new(options: Options) -> Result<Self, NetworkError> {
-        // Without bonds any block will do: it stays empty.
+        // Without bonds any block will do: it stays empty. This one sets the width of records in restart files.
         let law = options.law.unwrap_or(LawName::LinearBond);
         let (block, bond_rows) = laws::block(law, &options.materials, &options.interfaces)?;
         let contacts = laws::contact_block(options.contact, &options.materials, &options.interfaces)?;
@@ -232,21 +232,14 @@ impl Network {
         assert!(reals <= HISTORY, "a law remembers {reals} reals");
         let mut model = Model { mode: options.mode, skin: 0.0, ..Model::default() };
         model.deformable = options.deformable.map(|condition| Deformable {
-            elasticity: options
-                .materials
-                .iter()
-                .map(|material| {
-                    material
-                        .deformable
-                        .as_ref()
-                        .map_or(Elastic::RIGID, |d| Elastic { young: d.young.si(), poisson: d.poisson.si() })
-                })
-                .collect(),
+            elasticity: options.materials.iter().map(Material::elasticity).collect(),
             condition,
             update: Update::Lagged,
             dashpots: false,
         });
-        let layout = Layout::new(law == LawName::CohesiveBeam, model.deformable.is_some());
+        let mut blocks = std::iter::once(&block).chain(contacts.as_ref().map(|(block, _)| block));
+        let oriented = blocks.any(|block| block.contacts().reads_orientations());
+        let layout = Layout::new(oriented, model.deformable.is_some());
         let mut state = State { bonds: vec![block], ..State::default() };
         if let Some((block, rows)) = contacts {
             model.contact_rows = rows;
@@ -284,7 +277,7 @@ impl Network {
 
     /// Whether atoms need an orientation.
     pub fn needs_orientation(&self) -> bool {
-        self.options.law == Some(LawName::CohesiveBeam)
+        self.layout.dyads > self.layout.orientation
     }
 
     /// Reals remembered per atom: net force and torque of the last step, the orientation (x, y, z, w) if needed, and what

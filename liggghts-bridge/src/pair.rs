@@ -410,11 +410,17 @@ pub fn law(model: usize, shear: HostShear, p: &Properties<'_>) -> Result<Box<dyn
             let elastic = |k: usize| Elastic { young: p.young[k], poisson: p.poisson[k] };
             HertzMindlin::new(elastic(a), elastic(b), at(p.friction, a, b), at(p.restitution, a, b))
         }),
-        _ => rows::<_, true>(n, |a, b| {
+        5 => rows::<_, true>(n, |a, b| {
             let stiffness =
                 ContactStiffness::Given { normal: at(p.stiffness[0], a, b), shear: at(p.stiffness[1], a, b) };
             let damping = damping_of_restitution(at(p.restitution, a, b), End::ForceSpent);
             Frictional::new(stiffness, at(p.friction, a, b), damping)
+        }),
+        _ => Err(ParameterError::OutOfRange {
+            law: "of pairs",
+            parameter: "model",
+            value: model as f64,
+            requirement: "one of the models that library and plugin share; build both anew",
         }),
     }
 }

@@ -232,8 +232,8 @@ impl Assembly {
     /// A state with a model.
     pub fn new(mut state: State, model: Model, origin: Origin) -> Result<Self, String> {
         // Of the measures, only those of YADE read velocities in place of rotations.
-        let beams = state.bonds.iter().any(|block| block.law() == "cohesive_beam");
-        let needs_rotation = beams || !matches!(model.mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
+        let oriented = state.bonds.iter().chain(&state.contacts).any(|block| block.reads_orientations());
+        let needs_rotation = oriented || !matches!(model.mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
         let needs_constraint = model.deformable.is_some();
         let solver = Solver::new(model, &mut state).map_err(|error| error.to_string())?;
         let losses = vec![0; state.particles.len()];
