@@ -3,14 +3,14 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::simulation::Simulation;
-use super::{Operator, OperatorSample};
-use crate::assembly::assemble;
-use crate::schema::{Scenario, template};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_operator::strain::Dimension;
 use concordem_operator::strain::cosserat;
 use concordem_operator::tessellation::{Domain, power_diagram};
+use concordem_scenario::assembly::assemble;
+use concordem_scenario::sampling::{Operator, ScheduledOperator, rotation_vector};
+use concordem_scenario::schedule::Simulation;
+use concordem_scenario::schema::{Scenario, template};
 
 fn simulation(text: &str) -> Simulation {
     let scenario = Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"));
@@ -22,7 +22,7 @@ fn simulation(text: &str) -> Simulation {
 
 /// The rows of all operators at one step.
 struct Rows {
-    schedule: Vec<OperatorSample>,
+    schedule: Vec<ScheduledOperator>,
     values: Vec<Vec<f64>>,
 }
 
@@ -110,7 +110,7 @@ fn all_operators_of_a_periodic_cell() {
         .orientation
         .iter()
         .zip(&volumes)
-        .map(|(q, v)| super::samples::rotation_vector(q) * (v / volumes.iter().sum::<f64>()))
+        .map(|(q, v)| rotation_vector(q) * (v / volumes.iter().sum::<f64>()))
         .sum();
     let expected = gradient + cosserat::cross_of_identity(&turned);
     near(&contact_cells, &expected, 0.02 * strain);
