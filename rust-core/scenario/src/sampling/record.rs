@@ -38,41 +38,41 @@ series! {
     step: "1",
     /// Strain along the loading axis
     strain: "1",
-    /// Strain along the loading axis of the middle half of the specimen, fitted to its particles
+    /// Strain along the loading axis in the middle half of the specimen, fitted to its particles
     gauge_strain: "1",
     /// Stress along the loading axis
     stress: "Pa",
     /// Kinetic energy, ½ m v⁻·v⁺
     kinetic: "J",
-    /// Stored by normal deformation of contacts
+    /// Energy stored by normal deformation of contacts
     stored_normal: "J",
-    /// Stored by shear
+    /// Energy stored by shear
     stored_shear: "J",
-    /// Stored by bending
+    /// Energy stored by bending
     stored_bending: "J",
-    /// Stored by twist
+    /// Energy stored by twist
     stored_twist: "J",
-    /// Stored in deformable particles
+    /// Energy stored in deformable particles
     stored_deformation: "J",
-    /// Dissipated by damage and breaking
+    /// Energy dissipated by damage and breakage
     damage: "J",
-    /// Dissipated by plastic slip and friction
+    /// Energy dissipated by plastic slip and friction
     friction: "J",
-    /// Dissipated by dashpots
+    /// Energy dissipated by dashpots
     viscous: "J",
     /// Integration error at kinks of laws
     integration: "J",
-    /// Taken by artificial damping
+    /// Energy dissipated by numerical damping
     numerical_damping: "J",
-    /// Dissipated by the lag of the strains of deformable particles behind the forces
+    /// Energy dissipated because the strains of deformable particles lag behind the forces
     deformation_lag: "J",
-    /// Lost (negative: made) by forces that strain deformable particles without feeling it
+    /// Energy lost (negative: created) by forces that deform particles without an effect on themselves
     deformation_other: "J",
     /// Work of prescribed motion, walls, and cell
     boundary_work: "J",
     /// Work of gravity and given forces
     external_work: "J",
-    /// What does not add up
+    /// Residual of the energy balance
     residual: "J",
     /// Bonds broken so far
     broken: "1",

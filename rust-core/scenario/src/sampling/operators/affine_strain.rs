@@ -8,11 +8,11 @@ use concordem_operator::OperatorError;
 use concordem_operator::strain::{AffineFit, affine_fit};
 
 const STRAIN_QUANTITIES: &[SampledQuantity] = &[
-    tensor("gradient", "1", "Displacement gradient du_i/dx_j, positions of the start"),
+    tensor("gradient", "1", "Displacement gradient du_i/dx_j at initial positions"),
     tensor("cosserat_strain", "1", "Cosserat strain du_j/dx_i - e_ijk phi_k"),
     tensor("curvature", "1/m", "Curvature dphi_j/dx_i"),
-    vector("rotation", "rad", "Mean rotation of particles"),
-    scalar("residual", "m", "Root mean square of displacement that is not affine"),
+    vector("rotation", "rad", "Mean rotation of the particles"),
+    scalar("residual", "m", "Root mean square of the non-affine displacement"),
     PARTICLES,
 ];
 
@@ -20,8 +20,8 @@ const RATE_QUANTITIES: &[SampledQuantity] = &[
     tensor("gradient", "1/s", "Velocity gradient dv_i/dx_j"),
     tensor("cosserat_rate", "1/s", "Cosserat strain rate dv_j/dx_i - e_ijk w_k"),
     tensor("curvature_rate", "1/(m s)", "Rate of curvature dw_j/dx_i"),
-    vector("spin", "rad/s", "Mean spin of particles"),
-    scalar("residual", "m/s", "Root mean square of velocity that is not affine"),
+    vector("spin", "rad/s", "Mean angular velocity of the particles"),
+    scalar("residual", "m/s", "Root mean square of the non-affine velocity"),
     PARTICLES,
 ];
 

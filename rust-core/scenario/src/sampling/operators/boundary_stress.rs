@@ -8,9 +8,9 @@ use concordem_operator::stress::boundary_stress;
 use concordem_operator::{OperatorError, couple_stress};
 
 const QUANTITIES: &[SampledQuantity] = &[
-    tensor("stress", "Pa", "Sum of x f/V over walls and supports"),
-    tensor("couple_stress", "N/m", "Couple stress of the same about the middle of all particles"),
-    vector("force", "N", "Sum of the forces: what weight and inertia take"),
+    tensor("stress", "Pa", "Sum of x f/V over the forces f of walls and supports at positions x"),
+    tensor("couple_stress", "N/m", "Couple stress of these forces about the mean position of all particles"),
+    vector("force", "N", "Sum of these forces, balanced by weight and inertia"),
     scalar("loads", "1", "Contacts with walls, and particles whose motion is prescribed"),
 ];
 

@@ -8,7 +8,7 @@ use concordem_operator::OperatorError;
 use concordem_operator::strain::cell_strain;
 
 const STRAIN_QUANTITIES: &[SampledQuantity] =
-    &[tensor("gradient", "1", "Displacement gradient du_i/dx_j, cells of the start"), VOLUME, CELLS];
+    &[tensor("gradient", "1", "Displacement gradient du_i/dx_j in the initial cells"), VOLUME, CELLS];
 
 const RATE_QUANTITIES: &[SampledQuantity] = &[tensor("gradient", "1/s", "Velocity gradient dv_i/dx_j"), VOLUME, CELLS];
 

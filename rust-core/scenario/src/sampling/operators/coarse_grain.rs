@@ -8,7 +8,7 @@ use concordem_operator::{OperatorError, Region};
 
 const QUANTITIES: &[SampledQuantity] = &[
     scalar("density", "kg/m^3", "Mass density"),
-    vector("velocity", "m/s", "Momentum over mass density"),
+    vector("velocity", "m/s", "Momentum divided by mass density"),
     tensor("stress", "Pa", "Contact stress; tension positive"),
     tensor("kinetic_stress", "Pa", "Kinetic stress, not in `stress`"),
 ];

@@ -7,9 +7,9 @@ use concordem_operator::{OperatorError, couple_stress};
 
 const QUANTITIES: &[SampledQuantity] = &[
     tensor("stress", "Pa", "Stress of contacts internal to the region"),
-    tensor("couple_stress", "N/m", "Couple stress about the region's centre"),
-    vector("rigid_force", "N/m^3", "Sum of internal forces per volume; rounding"),
-    vector("rigid_moment", "N/m^2", "Sum of internal moments per volume; rounding"),
+    tensor("couple_stress", "N/m", "Couple stress about the center of the region"),
+    vector("rigid_force", "N/m^3", "Sum of internal forces per volume, zero up to rounding"),
+    vector("rigid_moment", "N/m^2", "Sum of internal moments per volume, zero up to rounding"),
     VOLUME,
     CONTACTS,
 ];

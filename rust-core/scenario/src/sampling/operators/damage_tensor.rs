@@ -7,11 +7,11 @@ use concordem_contact::math::{Mat3, Vec3};
 use concordem_operator::{OperatorError, Region, damage};
 
 const QUANTITIES: &[SampledQuantity] = &[
-    tensor("damage", "1", "Damage tensor by least squares for even directions"),
-    tensor("damage_exact", "1", "The same for the directions as they are; NaN if these are too few"),
-    tensor("strength_damage", "1", "Damage tensor of the strength that bonds have lost"),
+    tensor("damage", "1", "Damage tensor by least squares for uniformly distributed directions"),
+    tensor("damage_exact", "1", "Damage tensor by least squares for the actual directions; NaN if they are too few"),
+    tensor("strength_damage", "1", "Damage tensor of the lost strength of the bonds"),
     scalar("mean_damage", "1", "Mean damage of the bonds"),
-    scalar("mean_strength_damage", "1", "Mean of the strength that bonds have lost"),
+    scalar("mean_strength_damage", "1", "Mean lost strength of the bonds"),
     CONTACTS,
 ];
 

@@ -7,9 +7,9 @@ use concordem_operator::OperatorError;
 use concordem_operator::stress::{particle_moments, region_stress_from_particles, solid_fraction};
 
 const QUANTITIES: &[SampledQuantity] = &[
-    tensor("stress", "Pa", "Sum of V_p sigma_p over the region's volume"),
-    tensor("mean_particle_stress", "Pa", "Mean of sigma_p weighted by the particles' volumes"),
-    scalar("solid_fraction", "1", "Volume of particles over volume of the region, by centres"),
+    tensor("stress", "Pa", "Sum of V_p sigma_p divided by the volume of the region"),
+    tensor("mean_particle_stress", "Pa", "Mean of sigma_p weighted by the volumes of the particles"),
+    scalar("solid_fraction", "1", "Volume of the particles with centers in the region, divided by its volume"),
     VOLUME,
 ];
 

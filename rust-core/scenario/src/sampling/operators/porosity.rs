@@ -5,7 +5,7 @@ use concordem_operator::OperatorError;
 use concordem_operator::stress::solid_fraction;
 
 const QUANTITIES: &[SampledQuantity] = &[
-    scalar("solid_fraction", "1", "Volume of particles over volume of the region, by centres"),
+    scalar("solid_fraction", "1", "Volume of the particles with centers in the region, divided by its volume"),
     scalar("porosity", "1", "One minus the solid fraction"),
     VOLUME,
 ];

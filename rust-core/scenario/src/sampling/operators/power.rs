@@ -9,9 +9,9 @@ use concordem_operator::power::power;
 
 const QUANTITIES: &[SampledQuantity] = &[
     scalar("contacts", "W", "Power put into the contacts"),
-    scalar("stress", "W", "What stress and Cosserat strain rate explain of it"),
-    scalar("couple", "W", "What couple stress and curvature rate explain"),
-    scalar("gap", "W", "The rest: motion that is not affine"),
+    scalar("stress", "W", "Part due to stress and Cosserat strain rate"),
+    scalar("couple", "W", "Part due to couple stress and rate of curvature"),
+    scalar("gap", "W", "Remainder due to non-affine motion"),
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {

@@ -9,7 +9,7 @@ use concordem_operator::stress::wall_traction;
 
 const QUANTITIES: &[SampledQuantity] = &[
     vector("force", "N", "Force of the particles on the wall"),
-    vector("traction", "Pa", "The same over the area given"),
+    vector("traction", "Pa", "Force divided by the given area"),
     CONTACTS,
 ];
 
