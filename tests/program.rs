@@ -612,12 +612,12 @@ fn operators_are_measured_during_and_after_a_run() {
     assert_eq!((given.code, given.out.lines().count() - 1), (exit::DONE, particles));
     // What cannot be.
     for (arguments, words) in [
-        (vec!["--operator", "boundary-stress", "--region", region], "of the whole body"),
+        (vec!["--operator", "boundary-stress", "--region", region], "needs the whole body"),
         (vec!["--operator", "wall-traction"], "needs a wall"),
         (vec!["--operator", "wall-traction", "--wall", "floor", "--area", "1 cm^2"], "no wall is called \"floor\""),
         (vec!["--operator", "fabric", "--region", region, "--area", "1 cm"], "--area"),
         (vec!["--operator", "fabric", "--region", region, "--each"], "--each is for"),
-        (vec!["--operator", "porosity", "--region", region, "--truncation", "internal-only"], "no use for it"),
+        (vec!["--operator", "porosity", "--region", region, "--truncation", "internal-only"], "does not use this key"),
         (vec!["--operator", "stress"], "choose one of"),
         (vec!["--operator", "fabric"], "no periodic cell"),
         (vec!["--operator", "fabric", "--region", "{ kind = \"ball\" }"], "no region of a scenario"),
@@ -842,7 +842,7 @@ fn killed_sweeps_give_the_file_of_an_undisturbed_one() {
     for line in table.lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
         if cells[bonds] == "60.0" {
-            assert!(cells[young].is_empty() && line.contains("not to be had"), "{line}");
+            assert!(cells[young].is_empty() && line.contains("no interaction ratio"), "{line}");
         } else {
             let [young, affine] = [young, affine].map(|k| cells[k].parse::<f64>().expect("a modulus"));
             assert!(young > 0.0 && young < affine, "{line}");

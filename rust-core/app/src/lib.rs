@@ -15,7 +15,7 @@ pub mod sweep;
 pub use concordem_contact::{for_each_law, kinematics, law, law_state, material, math, prefetch, quantity};
 pub use concordem_operator as operator;
 pub use concordem_packing as packing;
-pub use concordem_scenario::{assembly, schedule, schema as scenario};
+pub use concordem_scenario::{assembly, sampling, schedule, schema as scenario};
 pub use concordem_solver as solver;
 pub use concordem_solver::{fracture, neighbor, state};
 pub use concordem_statics as statics;

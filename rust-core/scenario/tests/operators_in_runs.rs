@@ -1,4 +1,4 @@
-//! The operators on simulations that run: the all-state identity, and the balance of power.
+//! Operators on running simulations: the identity between particle and boundary stress, and the power balance.
 
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_operator::couple_stress::conjugate;
@@ -42,7 +42,7 @@ fn built(text: &str) -> Assembly {
     assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap()
 }
 
-/// Grains thrown into a box, falling, sliding, and rolling; no damping.
+/// Grains with initial velocities in a box: they fall, slide, and roll without damping.
 fn grains() -> Assembly {
     let mut r = Random::new(21);
     let mut spheres = String::new();
@@ -100,7 +100,7 @@ fn all_state_identity_on_a_running_simulation() {
         let forces = solver.record(&mut state).unwrap();
         let before = state.particles.clone();
         solver.step_with(&mut state, false).unwrap();
-        // The recording is what the step found, bit by bit but for the order of the additions.
+        // The recorded forces are those of the step, up to the order of the additions.
         let set = forces.contacts.set(&before).unwrap();
         let walls = forces.walls.set(&before).unwrap();
         let mut net: Vec<Vec3> = couple_stress::resultants(&set).iter().map(|w| w.force).collect();
@@ -115,7 +115,7 @@ fn all_state_identity_on_a_running_simulation() {
         for p in 0..before.len() {
             let a = (state.particles.velocity[p] - before.velocity[p]) / state.clock.dt;
             let term = before.position[p] * ((gravity - a) * before.mass[p]).transpose();
-            // What the terms would be without cancellation.
+            // Magnitude of the terms without cancellation.
             scale += before.position[p].norm() * before.mass[p] * (gravity.norm() + a.norm());
             right += term;
         }
@@ -134,7 +134,7 @@ fn all_state_identity_on_a_running_simulation() {
     assert!(worst < 1e-10, "{worst:e}");
 }
 
-/// A prism of concrete pulled, with damping, until it softens.
+/// A concrete prism, pulled with damping until it softens.
 const PRISM: &str = r#"
 version = 1
 [packing]
@@ -173,7 +173,7 @@ bending_term = "mid-section"
 law = "cohesive_beam"
 interaction_ratio = 1.5"#;
 
-/// The prism made of spheres without any symmetry, so that couple stresses do work, too.
+/// The prism with a random arrangement of spheres: without symmetry couple stresses do work, too.
 fn random_prism(law: &str, damping: &str) -> Assembly {
     let mut r = Random::new(22);
     let mut spheres = String::new();
@@ -233,7 +233,7 @@ fn power_is_balanced(name: &str, Assembly { mut state, model, .. }: Assembly) ->
         "{name}: power balance {worst:.1e} of the boundary's; parts of stress, couple, gap, motion, damping, gravity: \
          {largest:?}"
     );
-    // Every term plays a part: without any of them the balance would miss it.
+    // Every term matters: without it the balance would fail.
     assert!(largest.iter().all(|part| *part > 1e-6), "{largest:?}");
     assert!(worst < 1e-9, "{worst:e}");
     state
@@ -246,13 +246,13 @@ fn power_is_balanced_on_a_loaded_concrete_specimen() {
     assert!(damage > 0.1, "the specimen softens: {damage}");
 }
 
-/// Beams carry moments of their own: what of the couple stress works comes from them, too. With local damping, and with
-/// that of the book, by the integrator.
+/// Beams transmit moments, which contribute to the work of the couple stress. With local damping, and with the damping by the
+/// integrator of Jebahi et al. 2015.
 #[test]
 fn power_is_balanced_on_a_loaded_beam_specimen() {
     for damping in [LOCAL, "{ kind = \"tchamwa-wielgosz\", phi = 1.3 }"] {
         let state = power_is_balanced("beams", random_prism(BEAM, damping));
-        // Broken beams are removed at the next search of neighbours.
+        // Broken beams are removed at the next neighbor-list rebuild.
         let links =
             (0..state.bonds[0].len()).filter(|&k| !state.bonds[0].view(k).link.has(ContactFlags::BROKEN)).count();
         let all = random_prism(BEAM, damping).state.bonds[0].len();
@@ -260,8 +260,8 @@ fn power_is_balanced_on_a_loaded_beam_specimen() {
     }
 }
 
-/// Stress of a pulled specimen by three ways that share no code: end forces over area, branch sum in the middle, and the sum
-/// of particle moments. In a static state all are one; at this rate waves leave some percent.
+/// Stress of a pulled specimen in two independent ways: end force divided by area, and branch sum in the middle. They agree
+/// in a static state; at this rate, waves leave a difference of a few percent.
 #[test]
 fn stress_of_a_loaded_specimen() {
     let slow = PRISM.replace("LAW", CPM).replace("20 1/s", "1 1/s").replace("gravity = [0, 0, -9.81]", "");
@@ -277,7 +277,7 @@ fn stress_of_a_loaded_specimen() {
     let force = |layer: &[u32]| layer.iter().map(|&p| solver.forces()[p as usize].z).sum::<f64>();
     let ends = 0.5 * (force(&layers[0]) - force(&layers[1])) / area;
     let set = forces.contacts.set(&state.particles).unwrap();
-    // Whole cross-sections of the middle, so that the area is the same.
+    // A slab across the whole specimen, so that the area is the same.
     let half = 2e-3;
     let slab = Region::Box { low: Vec3::new(-1.0, -1.0, -half), high: Vec3::new(1.0, 1.0, half) };
     let mean = region_stress(&set, &slab, Truncation::BranchClipped, None).unwrap();

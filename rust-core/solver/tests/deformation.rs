@@ -219,8 +219,8 @@ fn pressed(deformable: Option<&Deformable>) -> Pressed {
     let corner = |x: usize, y: usize| y * 9 + x;
     for x in 0..9 {
         let down = Vec3::new(0.0, -FORCE, 0.0);
-        state.particles.add_load_at(corner(x, 0) as u32, -down, Vec3::zeros(), LoadLever::ParticleVirial);
-        state.particles.add_load_at(corner(x, 19) as u32, down, Vec3::zeros(), LoadLever::ParticleVirial);
+        state.particles.add_load_at(corner(x, 0) as u32, -down, Vec3::zeros(), LoadLever::Push);
+        state.particles.add_load_at(corner(x, 19) as u32, down, Vec3::zeros(), LoadLever::Push);
     }
     for y in 0..20 {
         let column = &mut state.particles.constraint[corner(4, y)];
@@ -669,7 +669,7 @@ fn broken_discs_close_their_ledger_on_any_threads_and_after_restart() {
         let contact = ContactStiffness::Given { normal: NORMAL, shear: 0.5 * NORMAL };
         state.contacts = Some(Box::new(ContactBlock::new(vec![Frictional::new(contact, 0.4, 0.05).unwrap()])));
         let top = 3.0_f64.sqrt() * RADIUS * (rows - 1) as f64;
-        state.particles.add_load_at(500, Vec3::new(300.0, 100.0, 0.0), Vec3::zeros(), LoadLever::ParticleVirial);
+        state.particles.add_load_at(500, Vec3::new(300.0, 100.0, 0.0), Vec3::zeros(), LoadLever::Push);
         for p in 0..columns * rows {
             let y = state.particles.position[p].y;
             state.particles.velocity[p].y += 20.0 * (y / top - 0.5);

@@ -14,7 +14,7 @@ use concordem_operator::stress::{ParticleVolume, Partition, particle_stress};
 use concordem_operator::tessellation::Mesh;
 use concordem_operator::{OperatorError, Truncation};
 use concordem_scenario::assembly::samples;
-use concordem_scenario::schedule::samples::{Bonds, Operator, OperatorSample, Quantity, Sampled};
+use concordem_scenario::sampling::{Bonds, Operator, SampledQuantity, SampledState, ScheduledOperator};
 use concordem_scenario::schema::quantity::{Area, StrainRate, Velocity, vector};
 use concordem_scenario::schema::{self as scenario, SampleRegion, Scenario};
 use concordem_solver::record::Forces;
@@ -26,10 +26,7 @@ use concordem_solver::state::{Cell, Constraint, Particles, Sphere};
 pub(super) struct Arguments {
     /// Result file
     file: PathBuf,
-    /// What to evaluate: region-stress, particle-stress, boundary-stress, wall-traction, couple-stress, affine-strain,
-    /// affine-rate, cell-strain, cell-rate, contact-cell-strain, contact-cell-rate, fabric, porosity, damage-tensor, power,
-    /// coarse-grain; may be repeated. By default what the scenario's [[sample]] tables say
-    #[arg(long, value_name = "NAME", value_parser = operator)]
+    #[arg(long, value_name = "NAME", value_parser = operator, help = operator_help())]
     operator: Vec<Operator>,
     /// Where, as in a scenario: '{ kind = "sphere", center = [0, 0, 0], radius = "5 mm" }'; by default the periodic cell
     #[arg(long, value_name = "TABLE", requires = "operator")]
@@ -58,10 +55,19 @@ pub(super) struct Arguments {
     csv: bool,
 }
 
+fn operator_names() -> String {
+    Operator::ALL.map(Operator::name).join(", ")
+}
+
+fn operator_help() -> String {
+    format!(
+        "What to evaluate: {}; may be repeated. By default what the scenario's [[sample]] tables say",
+        operator_names()
+    )
+}
+
 fn operator(text: &str) -> Result<Operator, String> {
-    let names: Vec<&str> = Operator::ALL.iter().map(|operator| operator.name()).collect();
-    let found = Operator::ALL.into_iter().find(|operator| operator.name() == text);
-    found.ok_or_else(|| format!("choose one of {}", names.join(", ")))
+    Operator::of_name(text).ok_or_else(|| format!("choose one of {}", operator_names()))
 }
 
 fn truncation(text: &str) -> Result<Truncation, String> {
@@ -319,17 +325,17 @@ impl Moment {
     }
 
     /// The values of an operator as text.
-    fn show(&self, sample: &OperatorSample, csv: bool) -> Result<String, Failure> {
-        let at = Sampled {
+    fn show(&self, sample: &ScheduledOperator, csv: bool) -> Result<String, Failure> {
+        let at = SampledState {
             particles: &self.particles,
             cell: self.cell,
             time: self.time,
             bonds: &self.bonds,
             forces: &self.forces,
-            places: &self.places,
+            initial_positions: &self.places,
             mesh: &self.mesh,
             gravity: self.gravity,
-            plane: self.plane,
+            planar: self.plane,
         };
         let values = sample.evaluate(&at)?;
         let quantities = sample.operator.quantities();
@@ -375,7 +381,7 @@ impl Moment {
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Heads of the columns of a quantity.
-fn heads(quantity: &Quantity) -> Vec<String> {
+fn heads(quantity: &SampledQuantity) -> Vec<String> {
     let unit = quantity.unit;
     let name = quantity.name;
     match quantity.components {

@@ -7,8 +7,8 @@ use super::{Console, Failure, Work};
 use crate::output::hash::StateHasher;
 use crate::output::run_files::parts_folder;
 use crate::output::{OperatorTable, OutputError, RunFiles, RunHeader, SeriesColumn};
-use concordem_scenario::schedule::samples::Quantity;
-use concordem_scenario::schedule::{OperatorSample, Record, Simulation};
+use concordem_scenario::sampling::{SampledQuantity, ScheduledOperator};
+use concordem_scenario::schedule::{Record, Simulation};
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::State;
 use concordem_solver::state::columns::WriteColumns;
@@ -88,7 +88,7 @@ pub(super) const SCENARIO_FILE: &str = "scenario_file";
 fn header(
     scenario: &Scenario,
     state: &State,
-    operators: &[OperatorSample],
+    operators: &[ScheduledOperator],
     summary: &concordem_scenario::assembly::Summary,
 ) -> Result<RunHeader, Failure> {
     let file = PathBuf::from(&*scenario.source.name);
@@ -112,11 +112,11 @@ fn header(
     })
 }
 
-fn operator_table(sample: &OperatorSample) -> OperatorTable {
+fn operator_table(sample: &ScheduledOperator) -> OperatorTable {
     let quantities = sample.operator.quantities().iter();
     let grid =
         sample.grid.map_or_else(String::new, |[x, y, z]| format!(", in each of {x} x {y} x {z} cells, x fastest"));
     let description = format!("{}, every {} steps{grid}", sample.operator.name(), sample.interval);
-    let column = |q: &Quantity| (SeriesColumn::new(q.name, q.unit, q.description), q.components * sample.cells());
+    let column = |q: &SampledQuantity| (SeriesColumn::new(q.name, q.unit, q.description), q.components * sample.cells());
     OperatorTable { name: sample.name.clone(), description, quantities: quantities.map(column).collect() }
 }

@@ -3,7 +3,7 @@
 use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::law::Reference;
 use concordem_contact::math::Vec3;
-use concordem_scenario::schedule::samples::rotation_vector;
+use concordem_scenario::sampling::rotation_vector;
 use concordem_solver::record::{Forces, WallForces};
 use concordem_solver::state::State;
 use concordem_solver::state::columns::{Column, ColumnError, ColumnSink, WriteColumns};

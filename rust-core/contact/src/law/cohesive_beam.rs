@@ -507,10 +507,10 @@ fn beam_poisson() -> Number {
 impl LawTable for CohesiveBeamTable {
     fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
-        let help = "give `radius_ratio` (through the mean radius of the particles) or `radius`";
+        let help = "give `radius_ratio` (relative to the mean radius of the particles) or `radius`";
         match (self.radius_ratio.is_some(), self.radius.is_some()) {
             (true, true) => faults.push(Fault::conflict("radius", "the radius of the beam is given twice", help)),
-            (false, false) => faults.push(Fault::missing("", "no radius of the beam", help)),
+            (false, false) => faults.push(Fault::missing("", "the radius of the beam is missing", help)),
             _ => {}
         }
         if self.shear_coefficient.is_some() && self.model != BeamKind::Timoshenko {
@@ -522,7 +522,7 @@ impl LawTable for CohesiveBeamTable {
             faults.push(Fault::conflict("shear_ratio", "has no effect with this model", help));
         }
         if self.shear_ratio.is_none() && self.model == BeamKind::DualSpring {
-            let message = "missing key, which model \"dual-spring\" needs";
+            let message = "missing key, required by model \"dual-spring\"";
             faults.push(Fault::missing("shear_ratio", message, "add `shear_ratio = 0.4`"));
         }
         faults

@@ -162,7 +162,7 @@ impl CpmTable {
             if has_time != has_exponent && woo {
                 let (there, missing) = if has_time { (time, exponent) } else { (exponent, time) };
                 let help = format!("add `{missing} = ...`, or remove `{there}`");
-                faults.push(Fault::conflict(there, format!("`{there}` needs `{missing}`"), help));
+                faults.push(Fault::conflict(there, format!("`{there}` requires `{missing}`"), help));
             }
         }
         let only_woo = [
@@ -182,7 +182,7 @@ impl CpmTable {
         let logarithmic =
             matches!(self.yield_surface, Some(YieldSurface::Logarithmic | YieldSurface::LogarithmicLinear));
         if woo && logarithmic && self.yield_log_speed.is_none() {
-            let message = "missing key, which a logarithmic yield surface needs";
+            let message = "missing key, required by a logarithmic yield surface";
             faults.push(Fault::missing("yield_log_speed", message, "add `yield_log_speed = 0.1`"));
         }
         if woo && !logarithmic && self.yield_log_speed.is_some() {
@@ -207,7 +207,7 @@ impl LawTable for CpmTable {
         }
         if self.relative_soft_stiffness.is_none() && self.soft_strain.is_some() {
             let help = "add `relative_soft_stiffness = 0.3`, the hardening modulus divided by the normal modulus";
-            let message = "missing key, which `soft_strain` needs";
+            let message = "missing key, required by `soft_strain`";
             faults.push(Fault::missing("relative_soft_stiffness", message, help));
         }
         faults.extend(self.faults_of_mode());

@@ -260,15 +260,15 @@ impl LawTable for FrictionalTable {
             ("normal_stiffness", self.normal_stiffness.is_some()),
             ("shear_stiffness", self.shear_stiffness.is_some()),
         ];
-        let help = "give `young` and `stiffness_ratio` (stiffness grows with the radius), \
-                    or `normal_stiffness` and `shear_stiffness` (the same for all)";
+        let help = "give `young` and `stiffness_ratio` (the stiffness grows with the radius), \
+                    or `normal_stiffness` and `shear_stiffness` (the same for all contacts)";
         let any = |pair: &[(&str, bool); 2]| pair.iter().any(|(_, given)| *given);
         if any(&moduli) && any(&springs) {
             let key = springs.iter().find(|(_, given)| *given).map_or("normal_stiffness", |(key, _)| key);
             return vec![Fault::conflict(key, "the stiffness is given twice", help)];
         }
         if !any(&moduli) && !any(&springs) {
-            return vec![Fault::missing("", "no stiffness", help)];
+            return vec![Fault::missing("", "the stiffness is missing", help)];
         }
         let pair = if any(&moduli) { moduli } else { springs };
         pair.iter().filter(|(_, given)| !given).map(|(key, _)| Fault::missing(key, "missing key", help)).collect()

@@ -147,7 +147,7 @@ impl JsonSchema for LawName {
         let words = Self::bonds().map(|law| (law.key(), law.facts().as_bond.unwrap_or_default()));
         let mut schema = choice(words, "Laws of bonds, by the name of their parameter table.");
         let others = Self::ALL.iter().copied().filter(|law| law.facts().as_bond.is_none());
-        let help = format!("bonds are made by {}; leave [bonds] out for a granular material", listing(Self::bonds()));
+        let help = format!("use {}; omit [bonds] for a granular material", listing(Self::bonds()));
         refuse(&mut schema, others, "this law makes no bonds", &help);
         schema
     }

@@ -1,149 +1,323 @@
-//! Loading of a scenario: layers, plates, cell; sets initial velocities and constraints.
+//! Loading of a scenario: end layers, platens, or the cell; it sets initial velocities and constraints.
 
-use super::{AssemblyError, bounds_along, layer, material_index, member_of_clump, place::Placed, unfit};
+use super::selection::{bounds_along, extents, layer, member_of_clump};
+use super::{AssemblyError, material_index, place::Placed, unfit, walls};
 use crate::schedule::Loading;
 use crate::schedule::loading::Gauge;
-use crate::schema::{self, End, Lateral, Scenario};
+use crate::schema::quantity::{Area, Length, StrainRate, Velocity};
+use crate::schema::{self, Axis, End, Lateral, Quantity, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
-use concordem_solver::state::{Constraint, Particles, State, Wall, WallShape};
+use concordem_solver::state::{Constraint, Particles, State, WallShape};
 
-/// The loading of a scenario whose bonds reach as far as `interaction_ratio` says.
+/// The loading of a scenario whose bonds have this interaction ratio.
 pub(super) fn build(
     scenario: &Scenario,
     placed: &Placed,
     interaction_ratio: f64,
     state: &mut State,
 ) -> Result<Loading, AssemblyError> {
-    let bond_reach = (1.0 + 2.0 * interaction_ratio) * state.particles.radius.iter().copied().fold(0.0, f64::max);
-    let thickness_of = |given: &Option<schema::quantity::Length>| given.map_or(bond_reach, schema::Quantity::si);
+    let largest = state.particles.radius.iter().copied().fold(0.0, f64::max);
+    let mut builder = Builder { scenario, placed, bond_reach: (1.0 + 2.0 * interaction_ratio) * largest, state };
     match &scenario.loading {
         schema::Loading::None => Ok(Loading::None),
         schema::Loading::Uniaxial { axis, strain_rate, layer_thickness, lateral, initial_velocity_field, area } => {
-            let axis = axis.index();
-            let [lower, upper] = end_layers(state, axis, thickness_of(layer_thickness))?;
-            let particles = &state.particles;
-            let mean =
-                |layer: &[usize]| layer.iter().map(|&p| particles.position[p][axis]).sum::<f64>() / layer.len() as f64;
-            let (bottom, top) = (mean(&lower), mean(&upper));
-            let length = top - bottom;
-            let area = area.map_or_else(|| cross_section(scenario, state, placed, axis), schema::Quantity::si);
-            let rate = strain_rate.si();
-            let middle = 0.5 * (bottom + top);
-            let half = 0.5 * rate * length;
-            if *initial_velocity_field {
-                start(state, |place, velocity, _| {
-                    velocity[axis] = (rate * (place[axis] - middle)).clamp(-half.abs(), half.abs());
-                });
-            }
-            let constraint = match lateral {
-                Lateral::Free => Constraint::translation_along(axis),
-                Lateral::Fixed => Constraint::ALL,
-            };
-            for (layer, speed) in [(&lower, -half), (&upper, half)] {
-                let mut velocity = Vec3::zeros();
-                velocity[axis] = speed;
-                for &p in layer {
-                    hold(&mut state.particles, p, constraint, &velocity)?;
-                }
-            }
-            let indices = |layer: Vec<usize>| layer.into_iter().map(|p| p as u32).collect();
-            let gauge = Gauge::new(state, axis, bottom, top);
-            Ok(Loading::Uniaxial { axis, layers: [indices(lower), indices(upper)], length, area, gauge })
+            let ends = builder.end_layers(*axis, *layer_thickness)?;
+            builder.uniaxial(*axis, ends, *strain_rate, *lateral, *initial_velocity_field, *area)
         }
         schema::Loading::Bending { axis, about, rate, layer_thickness, initial_velocity_field } => {
-            let thickness = thickness_of(layer_thickness);
-            turning(scenario, state, [axis.index(), about.index()], rate.si(), thickness, *initial_velocity_field)
+            builder.rotating([*axis, *about], rate.si(), *layer_thickness, *initial_velocity_field)
         }
         schema::Loading::Torsion { axis, rate, layer_thickness, initial_velocity_field } => {
-            let thickness = thickness_of(layer_thickness);
-            turning(scenario, state, [axis.index(); 2], rate.si(), thickness, *initial_velocity_field)
+            builder.rotating([*axis; 2], rate.si(), *layer_thickness, *initial_velocity_field)
         }
         schema::Loading::CellStrain { velocity_gradient } => {
-            let gradient = Mat3::from_fn(|i, j| velocity_gradient[i][j].si());
-            let cell =
-                state.cell.as_mut().ok_or_else(|| unfit("loading", "the packing has no periodic cell".into()))?;
-            cell.velocity_gradient = gradient;
-            let initial_volume = cell.volume();
-            start(state, |place, velocity, _| *velocity = gradient * place);
-            Ok(Loading::CellStrain { initial_volume })
+            builder.cell_strain(Mat3::from_fn(|i, j| velocity_gradient[i][j].si()))
         }
         schema::Loading::CellStress { stress, maximum_strain_rate, tolerance } => {
             let stress = Mat3::from_fn(|i, j| stress[i][j].si());
-            let cell = state.cell.ok_or_else(|| unfit("loading", "the packing has no periodic cell".into()))?;
-            let size = stress.abs().max();
-            let rate = maximum_strain_rate.si();
-            // The full rate while the error is a tenth of the wanted stress or more (of 1 Pa for a zero stress).
-            let gain = rate / (0.1 * size.max(1.0));
-            let _ = cell;
-            Ok(Loading::CellStress { stress, maximum_rate: rate, gain, tolerance: tolerance.si() })
+            builder.cell_stress(stress, maximum_strain_rate.si(), tolerance.si())
         }
         schema::Loading::Platens { axis, closing_velocity, material, area } => {
-            let axis = axis.index();
-            let particles = &state.particles;
-            let (low, high) =
-                bounds_along(particles.position.iter().zip(&particles.radius).map(|(x, r)| (x[axis], *r)));
-            let area = area.map_or_else(|| cross_section(scenario, state, placed, axis), schema::Quantity::si);
-            let first = state.walls.len();
-            for (name, at, sign) in [("lower platen", low, 1.0), ("upper platen", high, -1.0)] {
-                let mut normal = Vec3::zeros();
-                normal[axis] = sign;
-                let mut point = Vec3::zeros();
-                point[axis] = at;
-                state.walls.push(Wall {
-                    name: name.into(),
-                    shape: WallShape::Plane { point, normal },
-                    material: material_index(scenario, material),
-                    displacement: Vec3::zeros(),
-                    velocity: normal * (0.5 * closing_velocity.si()),
-                    force: Vec3::zeros(),
-                    torque: Vec3::zeros(),
-                });
-            }
-            let gauge = Gauge::new(state, axis, low, high);
-            Ok(Loading::Platens { axis, walls: [first, first + 1], length: high - low, area, gauge })
+            Ok(builder.platens(*axis, *closing_velocity, material, *area))
         }
     }
 }
 
-/// Give the specimen the velocities that `field` has at each place, from the place, the velocity, and the angular
-/// velocity there. What is prescribed stays, and a clump starts as its centre of mass.
+/// Indices of the particles of the lower and the upper end layer.
+type EndLayers = [Vec<usize>; 2];
+
+/// Elastic section of a specimen whose ends rotate.
+struct Section {
+    /// Stress at the surface divided by the end moment, 1/m³.
+    stress_of_moment: f64,
+    /// Distance of the surface from the neutral plane or the axis, m.
+    lever: f64,
+    /// Cross-section, m².
+    area: f64,
+}
+
+struct Builder<'a> {
+    scenario: &'a Scenario,
+    placed: &'a Placed,
+    /// Default thickness of end layers, m.
+    bond_reach: f64,
+    state: &'a mut State,
+}
+
+impl Builder<'_> {
+    fn uniaxial(
+        &mut self,
+        axis: Axis,
+        [lower, upper]: EndLayers,
+        strain_rate: StrainRate,
+        lateral: Lateral,
+        initial_field: bool,
+        area: Option<Area>,
+    ) -> Result<Loading, AssemblyError> {
+        let axis = axis.index();
+        let particles = &self.state.particles;
+        let mean =
+            |layer: &[usize]| layer.iter().map(|&p| particles.position[p][axis]).sum::<f64>() / layer.len() as f64;
+        let (bottom, top) = (mean(&lower), mean(&upper));
+        let length = top - bottom;
+        let area = self.area(axis, area);
+        let rate = strain_rate.si();
+        let middle = 0.5 * (bottom + top);
+        let half = 0.5 * rate * length;
+        if initial_field {
+            start(self.state, |position, velocity, _| {
+                velocity[axis] = (rate * (position[axis] - middle)).clamp(-half.abs(), half.abs());
+            });
+        }
+        let constraint = match lateral {
+            Lateral::Free => Constraint::translation_along(axis),
+            Lateral::Fixed => Constraint::ALL,
+        };
+        for (layer, speed) in [(&lower, -half), (&upper, half)] {
+            let mut velocity = Vec3::zeros();
+            velocity[axis] = speed;
+            for &p in layer {
+                prescribe(&mut self.state.particles, p, constraint, &velocity)?;
+            }
+        }
+        let gauge = Gauge::new(self.state, axis, bottom, top);
+        Ok(Loading::Uniaxial { axis, layers: [lower, upper].map(indices), length, area, gauge })
+    }
+
+    fn platens(&mut self, axis: Axis, closing_velocity: Velocity, material: &str, area: Option<Area>) -> Loading {
+        let axis = axis.index();
+        let (low, high) = bounds_along(extents(&self.state.particles, axis));
+        let area = self.area(axis, area);
+        let first = self.state.walls.len();
+        let material = material_index(self.scenario, material);
+        for (name, at, sign) in [("lower platen", low, 1.0), ("upper platen", high, -1.0)] {
+            let mut normal = Vec3::zeros();
+            normal[axis] = sign;
+            let mut point = Vec3::zeros();
+            point[axis] = at;
+            let velocity = normal * (0.5 * closing_velocity.si());
+            self.state.walls.push(walls::new(name.into(), WallShape::Plane { point, normal }, material, velocity));
+        }
+        let gauge = Gauge::new(self.state, axis, low, high);
+        Loading::Platens { axis, walls: [first, first + 1], length: high - low, area, gauge }
+    }
+
+    fn cell_strain(&mut self, gradient: Mat3) -> Result<Loading, AssemblyError> {
+        let cell = self.state.cell.as_mut().ok_or_else(no_cell)?;
+        cell.velocity_gradient = gradient;
+        let initial_volume = cell.volume();
+        start(self.state, |position, velocity, _| *velocity = gradient * position);
+        Ok(Loading::CellStrain { initial_volume })
+    }
+
+    fn cell_stress(&self, stress: Mat3, maximum_rate: f64, tolerance: f64) -> Result<Loading, AssemblyError> {
+        if self.state.cell.is_none() {
+            return Err(no_cell());
+        }
+        // The servo uses the full rate while the error is at least a tenth of the target stress (of 1 Pa for zero stress).
+        let gain = maximum_rate / (0.1 * stress.abs().max().max(1.0));
+        Ok(Loading::CellStress { stress, maximum_rate, gain, tolerance })
+    }
+
+    /// End layers that rotate in opposite directions; `axes`: of the specimen, and of the rotation.
+    fn rotating(
+        &mut self,
+        axes: [Axis; 2],
+        rate: f64,
+        thickness: Option<Length>,
+        initial_field: bool,
+    ) -> Result<Loading, AssemblyError> {
+        let [axis, about] = axes.map(Axis::index);
+        let section = self.section(axis, about)?;
+        let layers = self.end_layers(axes[0], thickness)?;
+        let particles = &self.state.particles;
+        let mean = |layer: &Vec<usize>| layer.iter().map(|&p| particles.position[p]).sum::<Vec3>() / layer.len() as f64;
+        let centers = [mean(&layers[0]), mean(&layers[1])];
+        let length = centers[1][axis] - centers[0][axis];
+        if initial_field {
+            self.start_rotation([axis, about], rate, length, (centers[0] + centers[1]) * 0.5);
+        }
+        for &p in layers.iter().flatten() {
+            let particles = &mut self.state.particles;
+            let before = particles.constraint[p];
+            // Layers rotate about `about`, and move across it and along the specimen: no other motion may be prescribed.
+            let conflict = (0..3).any(|i| {
+                let moves = i != about || about == axis || particles.velocity[p][i] != 0.0;
+                let rotates = i == about || particles.angular_velocity[p][i] != 0.0;
+                before.translation(i) && moves || before.rotation(i) && rotates
+            });
+            if conflict {
+                return Err(prescribed_twice(particles, p));
+            }
+            particles.constraint[p] = Constraint::ALL;
+        }
+        let Section { stress_of_moment, lever, area } = section;
+        let layers = layers.map(indices);
+        Ok(Loading::Turning { axis, about, layers, rate, length, stress_of_moment, lever, area })
+    }
+
+    /// Initial velocities of uniform curvature or twist between ends that rotate.
+    fn start_rotation(&mut self, [axis, about]: [usize; 2], rate: f64, length: f64, center: Vec3) {
+        let (mut along, mut rotation_axis) = (Vec3::zeros(), Vec3::zeros());
+        along[axis] = 1.0;
+        rotation_axis[about] = 1.0;
+        start(self.state, |position, velocity, angular_velocity| {
+            let arm = position - center;
+            let s = arm[axis].clamp(-0.5 * length, 0.5 * length);
+            let rotation = rotation_axis * (rate * s / length);
+            // Deflection of uniform curvature; zero in torsion.
+            let deflection = rotation_axis.cross(&along) * (0.5 * rate / length * (s * s - 0.25 * length * length));
+            *velocity = rotation.cross(&(arm - along * arm[axis])) + deflection;
+            *angular_velocity = rotation;
+        });
+    }
+
+    /// Section of a box or a cylinder along `axis` that rotates about `about`.
+    fn section(&self, axis: usize, about: usize) -> Result<Section, AssemblyError> {
+        use std::f64::consts::PI;
+        match self.scenario.packing.shape() {
+            Some(schema::Shape::Box { size }) if axis != about => {
+                let height = size[3 - axis - about].si();
+                let width = if self.scenario.dimension == 2 { 1.0 } else { size[about].si() };
+                // (h/2)/(bh³/12)
+                let stress_of_moment = 6.0 / (width * height * height);
+                Ok(Section { stress_of_moment, lever: 0.5 * height, area: width * height })
+            }
+            Some(schema::Shape::Cylinder { radius, .. }) => {
+                let r = radius.si();
+                // R/(πR⁴/4) in bending, R/(πR⁴/2) in torsion
+                let factor = if axis == about { 2.0 } else { 4.0 };
+                Ok(Section { stress_of_moment: factor / (PI * r * r * r), lever: r, area: PI * r * r })
+            }
+            _ => Err(unfit("loading.kind", "the section must be a box or a cylinder".into())),
+        }
+    }
+
+    /// Particles of the two end layers of a specimen along an axis.
+    ///
+    /// The default thickness is the reach of a bond from the outermost centers: every cross-section beyond it is crossed by
+    /// as many bonds as deep inside. With thinner layers a specimen breaks too early, at its grips.
+    fn end_layers(&self, axis: Axis, thickness: Option<Length>) -> Result<EndLayers, AssemblyError> {
+        let thickness = thickness.map_or(self.bond_reach, Quantity::si);
+        let particles = &self.state.particles;
+        let extents = extents(particles, axis.index());
+        let lower = layer(extents.clone(), End::Minimum, thickness);
+        let upper = layer(extents.clone(), End::Maximum, thickness);
+        if lower.is_empty() || upper.is_empty() || lower.iter().any(|p| upper.contains(p)) {
+            let (low, high) = bounds_along(extents);
+            let message = format!(
+                "end layers of {thickness} m do not fit a specimen {} m long: they are empty or overlap",
+                high - low
+            );
+            return Err(unfit("loading.layer_thickness", message));
+        }
+        if let Some((id, clump)) = member_of_clump(particles, &lower).or_else(|| member_of_clump(particles, &upper)) {
+            let message = format!(
+                "an end layer contains particle {id}, which belongs to clump[{clump}] and moves with it; make the layers \
+                 thinner, or remove the clump"
+            );
+            return Err(unfit("loading.layer_thickness", message));
+        }
+        Ok([lower, upper])
+    }
+
+    /// The given area, or the cross-section perpendicular to `axis`, m².
+    fn area(&self, axis: usize, given: Option<Area>) -> f64 {
+        given.map_or_else(|| self.cross_section(axis), Quantity::si)
+    }
+
+    /// Cross-section perpendicular to `axis`, m²: of the packing's shape, else of the bounding box; of unit depth in two
+    /// dimensions.
+    fn cross_section(&self, axis: usize) -> f64 {
+        let width = |k: usize| {
+            let (low, high) = bounds_along(extents(&self.state.particles, k));
+            high - low
+        };
+        if self.scenario.dimension == 2 {
+            let across = usize::from(axis == 0);
+            return match self.scenario.packing.shape() {
+                Some(schema::Shape::Box { size }) => size[across].si(),
+                _ => width(across),
+            };
+        }
+        if let Some(area) = self.placed.cross_sections.map(|areas| areas[axis]) {
+            return area;
+        }
+        (0..3).filter(|&k| k != axis).map(width).product()
+    }
+}
+
+fn indices(layer: Vec<usize>) -> Vec<u32> {
+    layer.into_iter().map(|p| p as u32).collect()
+}
+
+fn no_cell() -> AssemblyError {
+    unfit("loading", "the packing has no periodic cell".into())
+}
+
+/// Sets initial velocities: `field` changes velocity and angular velocity at a position. Prescribed components keep their
+/// velocity, and a clump starts with the field at its center of mass.
 fn start(state: &mut State, field: impl Fn(&Vec3, &mut Vec3, &mut Vec3)) {
     let particles = &mut state.particles;
     for p in 0..particles.len() {
         if particles.clump[p] != u32::MAX {
             continue;
         }
-        let (mut velocity, mut spin) = (particles.velocity[p], particles.angular_velocity[p]);
-        field(&particles.position[p], &mut velocity, &mut spin);
+        let (mut velocity, mut angular_velocity) = (particles.velocity[p], particles.angular_velocity[p]);
+        field(&particles.position[p], &mut velocity, &mut angular_velocity);
         for i in 0..3 {
             if !particles.constraint[p].translation(i) {
                 particles.velocity[p][i] = velocity[i];
             }
             if !particles.constraint[p].rotation(i) {
-                particles.angular_velocity[p][i] = spin[i];
+                particles.angular_velocity[p][i] = angular_velocity[i];
             }
         }
     }
     for clump in &mut state.clumps {
-        let (mut velocity, mut spin) =
+        let (mut velocity, mut angular_velocity) =
             (clump.velocity, clump.angular_velocity(&clump.angular_momentum, &clump.orientation));
-        field(&clump.position, &mut velocity, &mut spin);
-        clump.start(velocity, spin, particles);
+        field(&clump.position, &mut velocity, &mut angular_velocity);
+        clump.start(velocity, angular_velocity, particles);
     }
 }
 
-/// Let a layer hold the degrees of freedom `constraint` of one of its particles, which moves with `velocity` and does not
-/// turn.
+/// Prescribes the degrees of freedom `constraint` of a particle of an end layer: it moves with `velocity` without rotation.
 ///
 /// # Errors
-/// Something else is prescribed to it.
-fn hold(particles: &mut Particles, p: usize, constraint: Constraint, velocity: &Vec3) -> Result<(), AssemblyError> {
+/// Another motion is prescribed to it.
+fn prescribe(
+    particles: &mut Particles,
+    p: usize,
+    constraint: Constraint,
+    velocity: &Vec3,
+) -> Result<(), AssemblyError> {
     let before = particles.constraint[p];
     for i in 0..3 {
         let moved = constraint.translation(i) && before.translation(i) && particles.velocity[p][i] != velocity[i];
-        let turned = constraint.rotation(i) && before.rotation(i) && particles.angular_velocity[p][i] != 0.0;
-        if moved || turned {
-            return Err(twice_moved(particles, p));
+        let rotated = constraint.rotation(i) && before.rotation(i) && particles.angular_velocity[p][i] != 0.0;
+        if moved || rotated {
+            return Err(prescribed_twice(particles, p));
         }
         if constraint.translation(i) {
             particles.velocity[p][i] = velocity[i];
@@ -156,126 +330,12 @@ fn hold(particles: &mut Particles, p: usize, constraint: Constraint, velocity: &
     Ok(())
 }
 
-/// A particle of an end layer has another motion prescribed.
-fn twice_moved(particles: &Particles, p: usize) -> AssemblyError {
+/// The error of a particle in an end layer with another prescribed motion.
+fn prescribed_twice(particles: &Particles, p: usize) -> AssemblyError {
     let message = format!(
-        "an end layer moves particle {}, to which [[prescribe]] gives another motion; take the particles of the layers out \
-         of its set, or make the layers thinner",
+        "an end layer moves particle {}, for which [[prescribe]] gives another motion; exclude the particles of the layers \
+         from its set, or make the layers thinner",
         particles.id[p]
     );
     unfit("loading.layer_thickness", message)
-}
-
-/// Particles of the two end layers of a specimen along `axis`.
-///
-/// Behind the default depth every cross-section is crossed by as many bonds as deep inside: one bond's reach, from the
-/// outermost centres. With thinner layers a specimen breaks at its grips, too early.
-fn end_layers(state: &State, axis: usize, thickness: f64) -> Result<[Vec<usize>; 2], AssemblyError> {
-    let particles = &state.particles;
-    let extents = || particles.position.iter().zip(&particles.radius).map(|(x, r)| (x[axis], *r));
-    let lower = layer(extents(), End::Minimum, thickness);
-    let upper = layer(extents(), End::Maximum, thickness);
-    if lower.is_empty() || upper.is_empty() || lower.iter().any(|p| upper.contains(p)) {
-        let (low, high) = bounds_along(extents());
-        let message = format!(
-            "end layers of {thickness} m do not fit a specimen {} m long: they are empty or overlap",
-            high - low
-        );
-        return Err(unfit("loading.layer_thickness", message));
-    }
-    if let Some((id, clump)) = member_of_clump(particles, &lower).or_else(|| member_of_clump(particles, &upper)) {
-        let message = format!(
-            "an end layer has particle {id}, which is of clump[{clump}] and moves with it; make the layers thinner, or \
-             remove the clump"
-        );
-        return Err(unfit("loading.layer_thickness", message));
-    }
-    Ok([lower, upper])
-}
-
-/// End layers that turn against each other at `rate` (rad/s); `axes`: of the specimen, and about which they turn.
-fn turning(
-    scenario: &Scenario,
-    state: &mut State,
-    axes: [usize; 2],
-    rate: f64,
-    thickness: f64,
-    initial_field: bool,
-) -> Result<Loading, AssemblyError> {
-    use std::f64::consts::PI;
-    let [axis, about] = axes;
-    let (stress_of_moment, lever, area) = match scenario.packing.shape() {
-        Some(schema::Shape::Box { size }) if axis != about => {
-            let height = size[3 - axis - about].si();
-            let width = if scenario.dimension == 2 { 1.0 } else { size[about].si() };
-            // (h/2)/(bh³/12)
-            (6.0 / (width * height * height), 0.5 * height, width * height)
-        }
-        Some(schema::Shape::Cylinder { radius, .. }) => {
-            let r = radius.si();
-            // R/(πR⁴/4) in bending, R/(πR⁴/2) in torsion
-            let factor = if axis == about { 2.0 } else { 4.0 };
-            (factor / (PI * r * r * r), r, PI * r * r)
-        }
-        _ => return Err(unfit("loading.kind", "the section must be a box or a cylinder".into())),
-    };
-    let layers = end_layers(state, axis, thickness)?;
-    let particles = &state.particles;
-    let middle = |layer: &Vec<usize>| layer.iter().map(|&p| particles.position[p]).sum::<Vec3>() / layer.len() as f64;
-    let centres = [middle(&layers[0]), middle(&layers[1])];
-    let length = centres[1][axis] - centres[0][axis];
-    let centre = (centres[0] + centres[1]) * 0.5;
-    let (mut along, mut spin_axis) = (Vec3::zeros(), Vec3::zeros());
-    along[axis] = 1.0;
-    spin_axis[about] = 1.0;
-    if initial_field {
-        start(state, |place, velocity, angular_velocity| {
-            let arm = place - centre;
-            let along_it = arm[axis].clamp(-0.5 * length, 0.5 * length);
-            let spin = spin_axis * (rate * along_it / length);
-            // Deflection of even curvature; none in torsion.
-            let sag = spin_axis.cross(&along) * (0.5 * rate / length * (along_it * along_it - 0.25 * length * length));
-            *velocity = spin.cross(&(arm - along * arm[axis])) + sag;
-            *angular_velocity = spin;
-        });
-    }
-    for &p in layers.iter().flatten() {
-        let particles = &mut state.particles;
-        let before = particles.constraint[p];
-        // Layers turn about `about` and move across it and along the specimen: they may be told not to do anything else.
-        let twice = (0..3).any(|i| {
-            let moves = i != about || about == axis || particles.velocity[p][i] != 0.0;
-            let turns = i == about || particles.angular_velocity[p][i] != 0.0;
-            before.translation(i) && moves || before.rotation(i) && turns
-        });
-        if twice {
-            return Err(twice_moved(particles, p));
-        }
-        particles.constraint[p] = Constraint::ALL;
-    }
-    let layers = layers.map(|layer| layer.into_iter().map(|p| p as u32).collect());
-    Ok(Loading::Turning { axis, about, layers, rate, length, stress_of_moment, lever, area })
-}
-
-/// Cross-section perpendicular to `axis`, m²: of the packing's shape, else of the bounding box; of unit depth in two
-/// dimensions.
-fn cross_section(scenario: &Scenario, state: &State, placed: &Placed, axis: usize) -> f64 {
-    if scenario.dimension == 2 {
-        let across = usize::from(axis == 0);
-        if let Some(schema::Shape::Box { size }) = scenario.packing.shape() {
-            return size[across].si();
-        }
-        let particles = &state.particles;
-        let (low, high) = bounds_along(particles.position.iter().zip(&particles.radius).map(|(x, r)| (x[across], *r)));
-        return high - low;
-    }
-    if let Some(area) = placed.cross_sections.map(|areas| areas[axis]) {
-        return area;
-    }
-    let particles = &state.particles;
-    let extent = |k: usize| {
-        let (low, high) = bounds_along(particles.position.iter().zip(&particles.radius).map(|(x, r)| (x[k], *r)));
-        high - low
-    };
-    (0..3).filter(|&k| k != axis).map(extent).product()
 }

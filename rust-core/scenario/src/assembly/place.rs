@@ -1,11 +1,12 @@
-//! Packing of a scenario.
+//! The packing of a scenario: made, or read from a file, and cut to its shape.
 
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
 use super::{AssemblyError, Progress, unfit};
-use crate::schema::{self, Axis, Scenario};
+use crate::schema::quantity::vector;
+use crate::schema::{self, Axis, Quantity, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_packing::random_dense::{self, Protocol, RandomDense};
 use concordem_packing::shape::Mesh;
@@ -14,19 +15,22 @@ use concordem_packing::{
 };
 use concordem_solver::state::{Cell, Sphere};
 
-/// A packing, and what is known of the shape that was cut out of it.
+/// A packing with the shape that was cut out of it.
 pub struct Placed {
     /// The spheres, and the periodic cell if there is one.
     pub packing: Packing,
-    /// Solid volume per volume, of the periodic cell or of the packing that was cut.
+    /// Solid volume divided by volume, of the periodic cell or of the packing before it was cut.
     pub packing_fraction: Option<f64>,
-    /// Cross-sections perpendicular to x, y, z of the shape, m².
+    /// Cross-sections of the shape perpendicular to x, y, z, m².
     pub cross_sections: Option<[f64; 3]>,
-    /// The periodic packing that `packing` was cut from.
+    /// The periodic packing that `packing` was cut from, if any.
     pub unit: Option<Packing>,
 }
 
-/// Make or read the packing of a scenario; `folder` is that of the scenario, to which file names in it refer.
+/// Makes or reads the packing of a scenario; file names in it are relative to `folder`.
+///
+/// # Errors
+/// The packing cannot be made, or a file cannot be read.
 pub fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Placed, AssemblyError> {
     let whole = |packing: Packing| Placed {
         packing_fraction: packing.packing_fraction().filter(|_| scenario.dimension == 3),
@@ -35,66 +39,38 @@ pub fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Resu
         unit: None,
     };
     match &scenario.packing {
-        schema::Packing::RandomDense { .. } => {
+        schema::Packing::RandomDense { shape, .. } => {
             let unit = compact(&scenario.packing, progress)?;
-            cut(unit, scenario.packing.shape(), folder)
+            cut(unit, Some(shape), folder)
         }
         schema::Packing::RandomDiscs { count, radius, radii, solid_fraction, seed, shape } => {
-            let sizes = sizes(radius.map(schema::Quantity::si), radii.as_ref());
+            let sizes = sizes(radius.map(Quantity::si), radii.as_ref());
             let radii = sizes.radii(*count as usize, *seed)?;
             let mut random = Random::new(*seed);
-            let share = solid_fraction.si();
-            let unit = random_discs(&radii, share, 1.0, &mut random, &mut |part| progress("compaction", part))?;
-            // Other layers of the cell, which is 1 m along z, are no discs of this plane.
+            let fraction = solid_fraction.si();
+            let unit = random_discs(&radii, fraction, 1.0, &mut random, &mut |part| progress("compaction", part))?;
+            // The cell is 1 m along z; discs of its other layers lie outside the plane.
             let mut placed = cut(unit, Some(shape), folder)?;
             placed.packing.spheres.retain(|disc| disc.position.z == 0.0);
-            Ok(Placed { packing_fraction: Some(share), ..placed })
+            Ok(Placed { packing_fraction: Some(fraction), ..placed })
         }
         schema::Packing::Lattice { lattice, radius, repeats, shape } => {
-            let lattice = match lattice {
-                schema::Lattice::Sc => Lattice::SimpleCubic,
-                schema::Lattice::Bcc => Lattice::BodyCentered,
-                schema::Lattice::Fcc => Lattice::FaceCentered,
-                schema::Lattice::Hcp => Lattice::HexagonalClosePacked,
-                schema::Lattice::Square => Lattice::Square,
-                schema::Lattice::Triangular => Lattice::Triangular,
-            };
             let repeats = repeats.map_or([1; 3], |r| r.map(|n| n as u32));
             match shape {
-                None => {
-                    // One block of the lattice, not periodic.
-                    let mut block = lattice.periodic(radius.si(), repeats)?;
-                    block.cell = None;
-                    Ok(whole(block))
-                }
-                Some(schema::Shape::Periodic { tiles }) => {
-                    let mut counts = [0; 3];
-                    for axis in 0..3 {
-                        counts[axis] = repeats[axis].saturating_mul(tiles[axis] as u32);
-                    }
-                    Ok(whole(lattice.periodic(radius.si(), counts)?))
+                None | Some(schema::Shape::Periodic { .. }) => {
+                    Ok(whole(block(lattice_of(*lattice), radius.si(), repeats, shape.as_ref())?))
                 }
                 Some(shape) => {
                     let (solid, cross_sections) = solid(shape, folder)?;
-                    let packing = lattice.fill(radius.si(), &solid, Vec3::zeros())?;
+                    let packing = lattice_of(*lattice).fill(radius.si(), &solid, Vec3::zeros())?;
                     Ok(Placed { packing, packing_fraction: None, cross_sections, unit: None })
                 }
             }
         }
         schema::Packing::File { path, cell, shape } => {
-            let file = folder.join(path);
-            let open = |error: std::io::Error| AssemblyError::File {
-                path: file.display().to_string(),
-                message: error.to_string(),
-            };
-            let is_hdf5 = file.extension().is_some_and(|e| e == "h5" || e == "hdf5");
-            let mut packing = if is_hdf5 {
-                read_hdf5(&file)?
-            } else {
-                import_text(BufReader::new(File::open(&file).map_err(open)?))?
-            };
+            let mut packing = read_file(&folder.join(path))?;
             if let Some(edges) = cell {
-                packing.cell = Some(Cell::new(Mat3::from_diagonal(&schema::quantity::vector(edges))));
+                packing.cell = Some(Cell::new(Mat3::from_diagonal(&vector(edges))));
             }
             match shape {
                 None => Ok(whole(packing)),
@@ -106,26 +82,62 @@ pub fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Resu
                 .iter()
                 .map(|s| Sphere { position: Vec3::new(s[0].si(), s[1].si(), s[2].si()), radius: s[3].si() })
                 .collect();
-            let cell = cell.map(|edges| Cell::new(Mat3::from_diagonal(&schema::quantity::vector(&edges))));
+            let cell = cell.map(|edges| Cell::new(Mat3::from_diagonal(&vector(&edges))));
             Ok(whole(Packing { spheres, cell }))
         }
     }
 }
 
-/// An HDF5 sphere pack, where this build cannot read it.
-#[cfg(not(feature = "hdf5"))]
-fn read_hdf5(file: &Path) -> Result<Packing, AssemblyError> {
-    let message = "HDF5 sphere packs cannot be read here; write the packing as text (x y z r per line)".to_owned();
-    Err(AssemblyError::File { path: file.display().to_string(), message })
+fn lattice_of(lattice: schema::Lattice) -> Lattice {
+    match lattice {
+        schema::Lattice::Sc => Lattice::SimpleCubic,
+        schema::Lattice::Bcc => Lattice::BodyCentered,
+        schema::Lattice::Fcc => Lattice::FaceCentered,
+        schema::Lattice::Hcp => Lattice::HexagonalClosePacked,
+        schema::Lattice::Square => Lattice::Square,
+        schema::Lattice::Triangular => Lattice::Triangular,
+    }
 }
 
-/// An HDF5 sphere pack.
+/// A block of unit cells of a lattice; periodic, and repeated, if the shape says so.
+fn block(
+    lattice: Lattice,
+    radius: f64,
+    repeats: [u32; 3],
+    shape: Option<&schema::Shape>,
+) -> Result<Packing, AssemblyError> {
+    if let Some(schema::Shape::Periodic { tiles }) = shape {
+        let counts = std::array::from_fn(|axis| repeats[axis].saturating_mul(tiles[axis] as u32));
+        return Ok(lattice.periodic(radius, counts)?);
+    }
+    let mut block = lattice.periodic(radius, repeats)?;
+    block.cell = None;
+    Ok(block)
+}
+
+fn cannot_read(file: &Path, message: impl ToString) -> AssemblyError {
+    AssemblyError::File { path: file.display().to_string(), message: message.to_string() }
+}
+
 #[cfg(feature = "hdf5")]
-fn read_hdf5(file: &Path) -> Result<Packing, AssemblyError> {
-    super::sphere_pack::read(file).map_err(|message| AssemblyError::File { path: file.display().to_string(), message })
+fn read_hdf5(file: &Path) -> Result<Packing, String> {
+    super::sphere_pack::read(file)
 }
 
-/// Tile or crop a packing.
+#[cfg(not(feature = "hdf5"))]
+fn read_hdf5(_: &Path) -> Result<Packing, String> {
+    Err("HDF5 sphere packs cannot be read here; write the packing as text (x y z r per line)".to_owned())
+}
+
+/// A sphere pack in HDF5, or a text file with the columns x y z r.
+fn read_file(file: &Path) -> Result<Packing, AssemblyError> {
+    if file.extension().is_some_and(|e| e == "h5" || e == "hdf5") {
+        return read_hdf5(file).map_err(|message| cannot_read(file, message));
+    }
+    Ok(import_text(BufReader::new(File::open(file).map_err(|error| cannot_read(file, error))?))?)
+}
+
+/// Tiles or crops a packing.
 fn cut(unit: Packing, shape: Option<&schema::Shape>, folder: &Path) -> Result<Placed, AssemblyError> {
     let packing_fraction = unit.packing_fraction();
     match shape {
@@ -147,7 +159,7 @@ fn cut(unit: Packing, shape: Option<&schema::Shape>, folder: &Path) -> Result<Pl
     }
 }
 
-/// The shape of a scenario, and its cross-sections where they do not depend on the place.
+/// The shape of a scenario, with its cross-sections if they are constant.
 fn solid(shape: &schema::Shape, folder: &Path) -> Result<(Shape, Option<[f64; 3]>), AssemblyError> {
     let ends = |axis: Axis, height: f64| {
         let mut half = Vec3::zeros();
@@ -156,7 +168,7 @@ fn solid(shape: &schema::Shape, folder: &Path) -> Result<(Shape, Option<[f64; 3]
     };
     Ok(match shape {
         schema::Shape::Box { size } => {
-            let size = schema::quantity::vector(size);
+            let size = vector(size);
             let areas = [size.y * size.z, size.z * size.x, size.x * size.y];
             (Shape::new_box(size * -0.5, size * 0.5)?, Some(areas))
         }
@@ -171,59 +183,41 @@ fn solid(shape: &schema::Shape, folder: &Path) -> Result<(Shape, Option<[f64; 3]
             let (base, top) = ends(*axis, height.si());
             let waist = waist_radius.si();
             let mut areas = [2.0 * waist * height.si(); 3];
-            // The stress of interest is that of the waist, where it breaks.
+            // The specimen breaks at its waist, so the stress refers to that cross-section.
             areas[axis.index()] = std::f64::consts::PI * waist * waist;
             (Shape::new_hyperboloid(base, top, radius.si(), waist)?, Some(areas))
         }
         schema::Shape::Mesh { path, unit } => {
             let file = folder.join(path);
-            let reader = BufReader::new(File::open(&file).map_err(|error| AssemblyError::File {
-                path: file.display().to_string(),
-                message: error.to_string(),
-            })?);
+            let reader = BufReader::new(File::open(&file).map_err(|error| cannot_read(&file, error))?);
             (Shape::Mesh(Mesh::from_stl(reader, unit.si())?), None)
         }
         schema::Shape::Periodic { .. } => {
-            return Err(unfit("packing.shape", "a periodic packing has no outline".into()));
+            return Err(unfit("packing.shape", "a periodic packing has no shape to cut".into()));
         }
     })
 }
 
-/// Triangles of an STL file, scaled to metres.
-pub(super) fn triangles(folder: &Path, path: &str, unit: f64) -> Result<Vec<[Vec3; 3]>, AssemblyError> {
-    let file = folder.join(path);
-    let fail = |message: String| AssemblyError::File { path: file.display().to_string(), message };
-    let mut reader = BufReader::new(File::open(&file).map_err(|error| fail(error.to_string()))?);
-    let mesh = stl_io::read_stl(&mut reader).map_err(|error| fail(format!("not a readable STL file: {error}")))?;
-    let corner = |index: usize| {
-        mesh.vertices
-            .get(index)
-            .map(|v| Vec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2])) * unit)
-            .ok_or_else(|| fail(format!("names corner {index}, which it does not have")))
-    };
-    mesh.faces.iter().map(|f| Ok([corner(f.vertices[0])?, corner(f.vertices[1])?, corner(f.vertices[2])?])).collect()
-}
-
-/// Compact the periodic cell of a random dense packing.
+/// Compacts the periodic cell of a random dense packing.
 fn compact(packing: &schema::Packing, progress: Progress<'_>) -> Result<Packing, AssemblyError> {
     let schema::Packing::RandomDense { count, radius, radii, seed, friction, protocol, .. } = packing else {
-        return Err(unfit("packing.kind", "only random-dense is compacted".into()));
+        return Err(unfit("packing.kind", "only \"random-dense\" is compacted".into()));
     };
     let (count, friction) = (*count as usize, friction.si());
-    let sizes = sizes(radius.map(schema::Quantity::si), radii.as_ref());
+    let sizes = sizes(radius.map(Quantity::si), radii.as_ref());
     let recipe = match protocol {
         Protocol::Jammed => RandomDense::jammed(count, 1.0, friction, *seed),
         Protocol::Yade => RandomDense::thesis(count, 1.0, friction, *seed),
     };
     let recipe = RandomDense { sizes, ..recipe };
     let report = &mut |now: random_dense::Progress| {
-        // Random clouds start at about 0.3 and end at about 0.6: what matters is that the bar moves.
+        // Random clouds start at a fraction of about 0.3 and end at about 0.6: a rough measure of progress.
         progress("compaction", (now.packing_fraction / 0.65).min(0.99));
     };
     Ok(random_dense::random_dense(&recipe, report)?.packing)
 }
 
-/// Sizes of a scenario's packing.
+/// Distribution of the radii of a packing.
 fn sizes(radius: Option<f64>, radii: Option<&schema::Radii>) -> SizeDistribution {
     match (radius, radii) {
         (Some(radius), _) => SizeDistribution::Single(radius),
@@ -234,7 +228,7 @@ fn sizes(radius: Option<f64>, radii: Option<&schema::Radii>) -> SizeDistribution
             SizeDistribution::Discrete(radii.iter().zip(shares).map(|(r, s)| (r.si(), s.si())).collect())
         }
         (None, Some(schema::Radii::LogNormal { median, deviation, minimum, maximum })) => {
-            // A thousand classes of equal width in ln r, weighted with the normal density in ln r.
+            // A thousand classes of equal width in ln r, weighted by the normal density of ln r.
             const CLASSES: u32 = 1000;
             let (low, high) = (concordem_contact::math::ln(minimum.si()), concordem_contact::math::ln(maximum.si()));
             let middle = concordem_contact::math::ln(median.si());
@@ -245,7 +239,7 @@ fn sizes(radius: Option<f64>, radii: Option<&schema::Radii>) -> SizeDistribution
             };
             SizeDistribution::Discrete((0..CLASSES).map(class).collect())
         }
-        // The checks of the scenario refuse a packing with neither.
+        // The checks of the scenario refuse a packing without either.
         (None, None) => SizeDistribution::Discrete(Vec::new()),
     }
 }

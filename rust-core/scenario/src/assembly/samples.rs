@@ -1,16 +1,18 @@
-//! Operators that a scenario samples.
+//! Operators of a scenario with their regions.
 
 use super::{AssemblyError, material_index, set_index, unfit};
-use crate::schedule::samples::{SampledRegion, SampledWall};
-use crate::schedule::{Operator, OperatorSample};
+use crate::sampling::{RegionRule, SampledRegion, SampledWall, ScheduledOperator};
 use crate::schema::quantity::vector;
 use crate::schema::{self, SampleRegion, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_operator::{HalfSpace, Region, Truncation};
 use concordem_solver::state::{Particles, State};
 
-/// The samples of the plan, for these particles.
-pub fn of(scenario: &Scenario, particles: &Particles, periodic: bool) -> Result<Vec<OperatorSample>, AssemblyError> {
+/// The operators of all tables `[[sample]]`.
+///
+/// # Errors
+/// A region does not fit the packing.
+pub fn of(scenario: &Scenario, particles: &Particles, periodic: bool) -> Result<Vec<ScheduledOperator>, AssemblyError> {
     let each = scenario
         .samples
         .iter()
@@ -19,17 +21,20 @@ pub fn of(scenario: &Scenario, particles: &Particles, periodic: bool) -> Result<
     each.collect()
 }
 
-/// A sample, whose region messages call `key`.
+/// The operator of one table; messages about its region name `key`.
+///
+/// # Errors
+/// The region does not fit the packing.
 pub fn one(
     scenario: &Scenario,
     particles: &Particles,
     periodic: bool,
     key: &str,
     sample: &schema::OperatorSample,
-) -> Result<OperatorSample, AssemblyError> {
-    let region = match sample.operator {
-        // The wall is where it is.
-        Operator::WallTraction => Some(Region::All { volume: 1.0 }),
+) -> Result<ScheduledOperator, AssemblyError> {
+    let region = match sample.operator.definition().region {
+        // A wall needs no region; the volume is not used.
+        RegionRule::Wall => Some(Region::All { volume: 1.0 }),
         _ => region(scenario, particles, periodic, key, sample.region.as_ref())?,
     };
     let is_list = sample.region.as_ref().is_some_and(SampleRegion::is_list);
@@ -39,7 +44,7 @@ pub fn one(
         Some(SampledWall { wall: wall as u32, area: area.si() })
     });
     let gradient = Mat3::from_fn(|i, j| sample.velocity_gradient[i][j].si());
-    Ok(OperatorSample {
+    Ok(ScheduledOperator {
         name: sample.name().to_owned(),
         operator: sample.operator,
         region: region.map_or(SampledRegion::Cell, |region| SampledRegion::Moving {
@@ -55,7 +60,7 @@ pub fn one(
     })
 }
 
-/// The region; nothing for the periodic cell.
+/// The region; `None` for the periodic cell.
 fn region(
     scenario: &Scenario,
     particles: &Particles,
@@ -109,14 +114,14 @@ fn region(
     if let Region::Particles { member, .. } = &region
         && !member.contains(&true)
     {
-        return Err(unfit(key, "no particle belongs to it".into()));
+        return Err(unfit(key, "the region has no particles".into()));
     }
     region.volume().map_err(|error| unfit(key, error.to_string()))?;
     Ok(Some(region))
 }
 
-/// Places of all particles, if an operator needs those of the start.
-pub fn places(samples: &[OperatorSample], state: &State) -> Vec<Vec3> {
-    let needed = samples.iter().any(|sample| sample.operator.needs_places());
+/// Positions of all particles, if an operator needs those of the start.
+pub fn initial_positions(samples: &[ScheduledOperator], state: &State) -> Vec<Vec3> {
+    let needed = samples.iter().any(|sample| sample.operator.definition().needs_initial_positions);
     if needed { state.particles.position.clone() } else { Vec::new() }
 }

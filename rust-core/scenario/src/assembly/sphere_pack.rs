@@ -1,5 +1,5 @@
 //! Sphere packs in HDF5: `position` (N×3, m), `radius` (N, m), and for a periodic pack `cell` (3×3, m; a row is an
-//! edge vector). Units stand as attributes. Any program may write them; nothing is sealed.
+//! edge vector). Units are attributes. Any program may write such files; they have no checksum.
 
 use std::path::Path;
 
@@ -7,16 +7,20 @@ use concordem_contact::math::{Mat3, Vec3};
 use concordem_packing::Packing;
 use concordem_solver::state::{Cell, Sphere};
 
-/// How we open HDF5 files: closing a file closes all that belongs to it. The library's locks are off: an unfinished
-/// file is known to nobody else, a finished one never changes, on some network file systems locks fail, and a child
-/// process that another thread starts while a file is open keeps its lock after we closed it.
+/// Options for opening HDF5 files: closing a file closes all its objects, and file locks are off.
+///
+/// Locks are not needed, because nobody else knows an unfinished file and a finished one never changes. They would fail on some
+/// network file systems, and a child process that another thread starts while a file is open would keep the lock.
 pub fn options() -> hdf5::FileBuilder {
     let mut options = hdf5::File::with_options();
     options.with_fapl(|fapl| fapl.fclose_degree(hdf5::file::FileCloseDegree::Strong).file_locking(false));
     options
 }
 
-/// Read a sphere pack. The error says what is missing or wrong with the file.
+/// Reads a sphere pack.
+///
+/// # Errors
+/// What is missing or wrong with the file.
 pub fn read(path: &Path) -> Result<Packing, String> {
     hdf5::silence_errors(true);
     let file = options().open(path).map_err(|error| format!("not a readable HDF5 file: {error}"))?;
@@ -57,7 +61,10 @@ pub fn read(path: &Path) -> Result<Packing, String> {
     Ok(Packing { spheres, cell })
 }
 
-/// Write a sphere pack; an existing file is replaced when the new one is whole.
+/// Writes a sphere pack; it replaces an existing file once the new one is complete.
+///
+/// # Errors
+/// The file cannot be written.
 pub fn write(path: &Path, packing: &Packing) -> Result<(), String> {
     hdf5::silence_errors(true);
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
@@ -96,7 +103,7 @@ pub fn write(path: &Path, packing: &Packing) -> Result<(), String> {
 mod tests {
     use super::*;
 
-    /// A pack comes back bit for bit; files that are none say why.
+    /// Reading returns the written pack bit by bit, and refuses other files with the reason.
     #[test]
     fn packs_come_back() {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -1,13 +1,13 @@
-//! How a specimen is loaded, and what is measured of it.
+//! Loading of a specimen, and its stress and strain.
 
 use concordem_contact::math::{Mat3, Vec3, quaternion_of_rotation_vector, rotate};
 use concordem_solver::state::State;
 use concordem_solver::{Solver, StepReport};
 
-/// Loading of a run.
+/// Loading of a specimen.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Loading {
-    /// Nothing beyond what the particles' constraints, walls, and forces do.
+    /// No loading beyond constraints, walls, and forces.
     None,
     /// End layers with prescribed velocity along `axis`.
     Uniaxial {
@@ -15,27 +15,27 @@ pub enum Loading {
         axis: usize,
         /// Indices of the particles of the lower and the upper layer.
         layers: [Vec<u32>; 2],
-        /// Distance of the layers' mean positions at the start, m.
+        /// Initial distance between the mean positions of the layers, m.
         length: f64,
         /// Cross-section, m².
         area: f64,
-        /// Where strain is measured away from the layers.
+        /// Particles that measure the strain away from the layers.
         gauge: Gauge,
     },
-    /// End layers that turn rigidly against each other, each about its own middle. Along the specimen's axis they move
-    /// freely as rigid bodies, so that no axial force builds up.
+    /// End layers that rotate rigidly in opposite directions, each about its own center. Along the axis of the specimen they
+    /// move freely as rigid bodies, so that no axial force builds up.
     Turning {
         /// Axis of the specimen, 0 to 2.
         axis: usize,
-        /// Axis about which the layers turn: that of the specimen for torsion, another one for bending.
+        /// Axis of the rotation: that of the specimen for torsion, another one for bending.
         about: usize,
         /// Indices of the particles of the lower and the upper layer.
         layers: [Vec<u32>; 2],
-        /// Rate of the angle between them, rad/s; each turns at half of it.
+        /// Rate of the angle between them, rad/s; each layer rotates at half of it.
         rate: f64,
-        /// Distance of the layers' middles, m.
+        /// Distance between the centers of the layers, m.
         length: f64,
-        /// Stress at the surface through the end moment, 1/m³: `h/2I` in bending, `R/I_O` in torsion.
+        /// Stress at the surface divided by the end moment, 1/m³: `h/2I` in bending, `R/I_O` in torsion.
         stress_of_moment: f64,
         /// Distance of the surface from the neutral plane or the axis, m.
         lever: f64,
@@ -44,45 +44,45 @@ pub enum Loading {
     },
     /// The periodic cell deforms with its velocity gradient.
     CellStrain {
-        /// Volume of the cell at the start, m³.
+        /// Initial volume of the cell, m³.
         initial_volume: f64,
     },
-    /// The periodic cell is driven towards a stress.
+    /// A servo deforms the periodic cell until it reaches a stress.
     CellStress {
-        /// Wanted stress, Pa.
+        /// Target stress, Pa.
         stress: Mat3,
         /// Largest rate of any strain component, 1/s.
         maximum_rate: f64,
-        /// Gain: strain rate per error of stress, 1/(Pa·s).
+        /// Gain of the servo: strain rate divided by the error of the stress, 1/(Pa·s).
         gain: f64,
-        /// Relative error that counts as reached.
+        /// Relative error at which the target counts as reached.
         tolerance: f64,
     },
-    /// Two plates.
+    /// Two plates that press on the specimen.
     Platens {
         /// Axis, 0 to 2.
         axis: usize,
         /// Indices of the lower and the upper wall.
         walls: [usize; 2],
-        /// Distance of the plates at the start, m.
+        /// Initial distance between the plates, m.
         length: f64,
         /// Cross-section, m².
         area: f64,
-        /// Where strain is measured away from the plates.
+        /// Particles that measure the strain away from the plates.
         gauge: Gauge,
     },
 }
 
-/// Particles of the middle half of a specimen, and where they were.
+/// Particles of the middle half of a specimen, with their initial coordinates.
 ///
-/// Layers held together are stiffer than the rest: the strain between them, over their distance, is smaller than the
-/// strain of the material (and includes how the material yields at the grips). The gauge strain is the slope of the
-/// straight line fitted by least squares to the axial displacement of these particles over their axial coordinate.
+/// End layers are stiffer than the rest, so the strain computed from their distance is smaller than that of the material
+/// (and includes deformation at the grips). The gauge strain is the slope of the straight line fitted by least squares to
+/// the axial displacement of these particles over their axial coordinate.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Gauge {
-    /// Index and first axial coordinate (m) from the mean of all.
+    /// Index and initial axial coordinate (m) relative to the mean.
     particles: Vec<(u32, f64)>,
-    /// Mean of the first axial coordinates, m.
+    /// Mean of the initial axial coordinates, m.
     mean: f64,
 }
 
@@ -90,13 +90,14 @@ impl Gauge {
     /// Gauge over the middle half between `bottom` and `top` (m along `axis`).
     pub fn new(state: &State, axis: usize, bottom: f64, top: f64) -> Self {
         let (middle, quarter) = (0.5 * (bottom + top), 0.25 * (top - bottom));
-        let place = |p: usize| state.particles.position[p][axis];
-        let inside: Vec<usize> = (0..state.particles.len()).filter(|&p| (place(p) - middle).abs() <= quarter).collect();
-        let mean = inside.iter().map(|&p| place(p)).sum::<f64>() / inside.len().max(1) as f64;
-        Self { particles: inside.into_iter().map(|p| (p as u32, place(p) - mean)).collect(), mean }
+        let coordinate = |p: usize| state.particles.position[p][axis];
+        let inside: Vec<usize> =
+            (0..state.particles.len()).filter(|&p| (coordinate(p) - middle).abs() <= quarter).collect();
+        let mean = inside.iter().map(|&p| coordinate(p)).sum::<f64>() / inside.len().max(1) as f64;
+        Self { particles: inside.into_iter().map(|p| (p as u32, coordinate(p) - mean)).collect(), mean }
     }
 
-    /// The gauge strain; `None` with fewer than two places along the axis.
+    /// The gauge strain; `None` with fewer than two distinct coordinates.
     fn strain(&self, state: &State, axis: usize) -> Option<f64> {
         let (mut moment, mut square) = (0.0, 0.0);
         for &(p, x) in &self.particles {
@@ -107,20 +108,20 @@ impl Gauge {
     }
 }
 
-/// Share of its axial velocity that a turning end loses in each step: its force is known one step late, which alone would
-/// let its motion grow.
-const END_FRICTION: f64 = 0.02;
+/// Fraction of its axial velocity that a rotating end loses in each step. The axial force is known one step late, which
+/// without this damping would let the motion grow.
+const END_DAMPING: f64 = 0.02;
 
 /// Mean of `values` over a layer.
-fn middle(layer: &[u32], values: &[Vec3]) -> Vec3 {
+fn mean_of(layer: &[u32], values: &[Vec3]) -> Vec3 {
     layer.iter().map(|&p| values[p as usize]).sum::<Vec3>() / layer.len() as f64
 }
 
 /// Mean stress and strain of the specimen.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Measure {
-    /// Strain along the loading axis (periodic cell: the component of `F − 1` largest in size; bending: that of the outer
-    /// fibre; torsion: the shear angle of the surface, rad).
+    /// Strain along the loading axis (periodic cell: the component of `F − 1` of the largest magnitude; bending: the strain
+    /// of the outer fiber; torsion: the shear angle of the surface, rad).
     pub strain: f64,
     /// Stress along the loading axis (periodic cell: the component with those indices), Pa.
     pub stress: f64,
@@ -129,10 +130,10 @@ pub struct Measure {
 }
 
 impl Loading {
-    /// Called before every step.
+    /// Drives the cell or the rotating ends; called before every step.
     ///
-    /// `axial_forces`: what [`Self::axial_forces`] gave after the last step.
-    pub(super) fn act(&self, state: &State, solver: &mut Solver, last: &StepReport, axial_forces: [f64; 2]) {
+    /// `axial_forces`: the result of [`Self::axial_forces`] after the last step.
+    pub(super) fn apply(&self, state: &State, solver: &mut Solver, last: &StepReport, axial_forces: [f64; 2]) {
         if let (Self::CellStress { stress, maximum_rate, gain, .. }, Some(cell)) = (self, &state.cell) {
             let error = stress - last.virial / cell.volume();
             let rate = (error + error.transpose()) * (0.5 * gain);
@@ -143,31 +144,30 @@ impl Loading {
             let particles = &state.particles;
             let targets = solver.targets_mut(particles);
             for (side, layer) in layers.iter().enumerate() {
-                let mut spin = Vec3::zeros();
-                spin[*about] = if side == 0 { -0.5 * rate } else { 0.5 * rate };
-                let turn = quaternion_of_rotation_vector(&(spin * dt));
-                let centre = middle(layer, &particles.position);
+                let mut angular_velocity = Vec3::zeros();
+                angular_velocity[*about] = if side == 0 { -0.5 * rate } else { 0.5 * rate };
+                let turn = quaternion_of_rotation_vector(&(angular_velocity * dt));
+                let center = mean_of(layer, &particles.position);
                 let mass: f64 = layer.iter().map(|&p| particles.mass[p as usize]).sum();
                 let mut drift = Vec3::zeros();
                 drift[*axis] =
-                    (1.0 - END_FRICTION) * middle(layer, &particles.velocity)[*axis] + axial_forces[side] / mass * dt;
+                    (1.0 - END_DAMPING) * mean_of(layer, &particles.velocity)[*axis] + axial_forces[side] / mass * dt;
                 for &p in layer {
-                    // The velocity of a step that ends on the circle.
-                    let arm = particles.position[p as usize] - centre;
-                    targets[p as usize] = ((rotate(&turn, &arm) - arm) / dt + drift, spin);
+                    // The velocity that ends the step on the circle.
+                    let arm = particles.position[p as usize] - center;
+                    targets[p as usize] = ((rotate(&turn, &arm) - arm) / dt + drift, angular_velocity);
                 }
             }
         }
     }
 
-    /// Net force of the specimen on either end along its axis in the step just done, N, where the ends need it.
+    /// Axial net force on each end in the last step, N, if the ends need it.
     pub(super) fn axial_forces(&self, solver: &Solver) -> [f64; 2] {
         let Self::Turning { axis, layers, .. } = self else { return [0.0; 2] };
         [0, 1].map(|side: usize| layers[side].iter().map(|&p| solver.forces()[p as usize][*axis]).sum())
     }
 
-    /// Strain before and stress of a step that begins at `state` — positions must be those at which `solver`'s forces
-    /// will be evaluated.
+    /// Strain at `state`, whose positions must be those at which the next step evaluates the forces.
     pub(super) fn strain(&self, state: &State) -> f64 {
         match self {
             Self::None => 0.0,
@@ -188,7 +188,7 @@ impl Loading {
         }
     }
 
-    /// Strain of the middle half of the specimen; [`Self::strain`] where that has no meaning of its own.
+    /// Strain of the middle half of the specimen; [`Self::strain`] for loadings without a gauge.
     pub(super) fn gauge_strain(&self, state: &State) -> f64 {
         let gauged = match self {
             Self::Uniaxial { axis, gauge, .. } | Self::Platens { axis, gauge, .. } => gauge.strain(state, *axis),
@@ -197,7 +197,7 @@ impl Loading {
         gauged.unwrap_or_else(|| self.strain(state))
     }
 
-    /// Stress of the step just done.
+    /// Stress of the last step.
     pub(super) fn stress(&self, state: &State, solver: &Solver, report: &StepReport, volume: f64) -> Measure {
         let mut measure = Measure::default();
         if state.cell.is_some() {
@@ -211,11 +211,11 @@ impl Loading {
             }
             Self::Turning { about, layers, stress_of_moment, .. } => {
                 let moment = |side: usize| {
-                    let centre = middle(&layers[side], &state.particles.position);
+                    let center = mean_of(&layers[side], &state.particles.position);
                     let layer = layers[side].iter().map(|&p| p as usize);
                     layer
                         .map(|p| {
-                            let arm = state.particles.position[p] - centre;
+                            let arm = state.particles.position[p] - center;
                             (arm.cross(&solver.forces()[p]) + solver.torques()[p])[*about]
                         })
                         .sum::<f64>()
@@ -224,15 +224,15 @@ impl Loading {
             }
             Self::CellStrain { .. } | Self::CellStress { .. } => measure.tensor[self.component(state)],
             Self::Platens { axis, walls, area, .. } => {
-                // The force on the lower plate points down when the specimen is compressed.
+                // Under compression the force on the lower plate points down.
                 0.5 * (state.walls[walls[0]].force[*axis] - state.walls[walls[1]].force[*axis]) / area
             }
         };
         measure
     }
 
-    /// The component that is followed in a periodic cell: of the velocity gradient or of the wanted stress, the one
-    /// largest in size; the first of equal ones.
+    /// The component that strain and stress of a periodic cell refer to: the first one of the largest magnitude, of the
+    /// velocity gradient or of the target stress.
     fn component(&self, state: &State) -> (usize, usize) {
         let matrix = match self {
             Self::CellStress { stress, .. } => *stress,
@@ -249,7 +249,7 @@ impl Loading {
         best
     }
 
-    /// Whether a servo has reached what it was told.
+    /// Whether a servo has reached its target; true without a servo.
     pub(super) fn reached(&self, measure: &Measure) -> bool {
         match self {
             Self::CellStress { stress, tolerance, .. } => {
@@ -260,12 +260,12 @@ impl Loading {
         }
     }
 
-    /// Strain per angle between the ends, 1/rad, when the ends turn.
+    /// Strain divided by the angle between the ends, 1/rad, if the ends rotate.
     pub fn strain_of_angle(&self) -> Option<f64> {
         if let Self::Turning { length, lever, .. } = self { Some(lever / length) } else { None }
     }
 
-    /// Lengths of the loaded specimen that a report may want: cross-section and length, m², m.
+    /// Cross-section (m²) and length (m) of the loaded specimen.
     pub fn dimensions(&self) -> Option<(f64, f64)> {
         match self {
             Self::Uniaxial { area, length, .. }
@@ -281,10 +281,10 @@ mod tests {
     use super::*;
     use concordem_solver::state::{Particles, Sphere};
 
-    /// Slope 2e-3 in the middle half, none outside, a rigid shift on top: the gauge sees 2e-3. Tolerance: a difference
-    /// of coordinates near 10 m, 2⁻⁵³·10, over a displacement of 2e-3 per metre: 1e-12 relative.
+    /// A slope of 2e-3 in the middle half, none outside, and a rigid shift: the gauge strain is 2e-3. Tolerance: the rounding
+    /// 2⁻⁵³·10 of coordinates near 10 m, over displacements of 2e-3 per meter, is 1e-12 relative.
     #[test]
-    fn gauge_sees_the_middle_half_alone() {
+    fn gauge_measures_the_middle_half_alone() {
         let mut state = State { particles: Particles::default(), ..State::default() };
         for k in 0..=20 {
             let position = Vec3::new(0.3, -0.1 * f64::from(k), 0.5 * f64::from(k));

@@ -1,33 +1,32 @@
-//! What happens when: loading, sampling, and the end of a run.
+//! The schedule of a run: loading, samples, and stop conditions; [`Simulation`] runs it.
 
 pub mod loading;
-pub mod samples;
-#[cfg(test)]
-mod samples_tests;
 pub mod simulation;
 pub mod stop;
 
+pub use crate::sampling::{Operator, Record, ScheduledOperator, SeriesColumn};
 pub use loading::Loading;
-pub use samples::{Operator, OperatorSample};
-pub use simulation::{Advance, Record, SeriesColumn, Simulation};
+pub use simulation::{Advance, Simulation};
 pub use stop::{Stop, StopReason};
 
-/// Intervals and thresholds of a run.
+use concordem_contact::math::Vec3;
+
+/// Loading, samples, and stop conditions of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schedule {
-    /// How the specimen is loaded.
+    /// Loading of the specimen.
     pub loading: Loading,
-    /// When the run ends.
+    /// Conditions that end the run.
     pub stop: Stop,
-    /// Steps between two samples.
+    /// Steps between two records of the time series.
     pub sample_interval: u64,
     /// Operators that are evaluated during the run.
-    pub operators: Vec<OperatorSample>,
-    /// Position of every particle at the start, m, for strains since then; may be empty when no operator needs it.
-    pub places: Vec<concordem_contact::math::Vec3>,
+    pub operators: Vec<ScheduledOperator>,
+    /// Position of every particle at the start, m, for strains since then; may be empty if no operator needs it.
+    pub initial_positions: Vec<Vec3>,
     /// Whether particles are discs of unit depth.
-    pub plane: bool,
-    /// Steps between two snapshots; only first and last if `None`.
+    pub planar: bool,
+    /// Steps between two snapshots; only the first and the last state if `None`.
     pub snapshot_interval: Option<u64>,
     /// Steps between two checkpoints; only on interruption if `None`.
     pub checkpoint_interval: Option<u64>,
@@ -40,8 +39,8 @@ impl Default for Schedule {
             stop: Stop::default(),
             sample_interval: 10,
             operators: Vec::new(),
-            places: Vec::new(),
-            plane: false,
+            initial_positions: Vec::new(),
+            planar: false,
             snapshot_interval: None,
             checkpoint_interval: None,
         }

@@ -1,9 +1,10 @@
-//! A run: state, solver, and plan, advanced sample by sample.
+//! A run: state, solver, and schedule, advanced step by step.
 
 use std::sync::OnceLock;
 
-use super::samples::{Bonds, Operator, Sampled};
-use super::{Schedule, StopReason, stop};
+use super::stop::{self, StopReason, StopValues};
+use super::{Record, Schedule};
+use crate::sampling::{Bonds, SampledState};
 use concordem_operator::OperatorError;
 use concordem_operator::tessellation::Mesh;
 use concordem_solver::fracture::Event;
@@ -11,91 +12,7 @@ use concordem_solver::state::State;
 use concordem_solver::state::contacts::ContactFlags;
 use concordem_solver::{Model, Solver, SolverError, StepReport};
 
-/// A column of the time series.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SeriesColumn {
-    /// Name.
-    pub name: &'static str,
-    /// SI unit.
-    pub unit: &'static str,
-    /// Meaning.
-    pub description: &'static str,
-}
-
-macro_rules! series {
-    ($($(#[doc = $doc:literal])+ $name:ident : $unit:literal,)*) => {
-        /// One row of the time series.
-        #[derive(Debug, Clone, Copy, Default, PartialEq)]
-        pub struct Record { $($(#[doc = $doc])+ pub $name: f64,)* }
-        impl Record {
-            /// The columns, in the order of [`Self::to_row`].
-            pub const COLUMNS: &'static [SeriesColumn] = &[$(SeriesColumn {
-                name: stringify!($name),
-                unit: $unit,
-                description: concat!($($doc),+),
-            }),*];
-            /// The values in the order of [`Self::COLUMNS`].
-            pub fn to_row(&self) -> Vec<f64> {
-                vec![$(self.$name),*]
-            }
-        }
-    };
-}
-
-series! {
-    /// Time
-    time: "s",
-    /// Step
-    step: "1",
-    /// Strain along the loading axis
-    strain: "1",
-    /// Strain along the loading axis of the middle half of the specimen, fitted to its particles
-    gauge_strain: "1",
-    /// Stress along the loading axis
-    stress: "Pa",
-    /// Kinetic energy, ½ m v⁻·v⁺
-    kinetic: "J",
-    /// Stored by normal deformation of contacts
-    stored_normal: "J",
-    /// Stored by shear
-    stored_shear: "J",
-    /// Stored by bending
-    stored_bending: "J",
-    /// Stored by twist
-    stored_twist: "J",
-    /// Stored in deformable particles
-    stored_deformation: "J",
-    /// Dissipated by damage and breaking
-    damage: "J",
-    /// Dissipated by plastic slip and friction
-    friction: "J",
-    /// Dissipated by dashpots
-    viscous: "J",
-    /// Integration error at kinks of laws
-    integration: "J",
-    /// Taken by artificial damping
-    numerical_damping: "J",
-    /// Dissipated by the lag of the strains of deformable particles behind the forces
-    deformation_lag: "J",
-    /// Lost (negative: made) by forces that strain deformable particles without feeling it
-    deformation_other: "J",
-    /// Work of prescribed motion, walls, and cell
-    boundary_work: "J",
-    /// Work of gravity and given forces
-    external_work: "J",
-    /// What does not add up
-    residual: "J",
-    /// Bonds broken so far
-    broken: "1",
-    /// Bonds whose damage passed the event threshold so far
-    damaged: "1",
-    /// Bonds and contacts that carry force
-    contacts: "1",
-    /// Root mean square of net force on free particles over root mean square contact force
-    unbalanced: "1",
-}
-
-/// Why a run cannot go on.
+/// Why a run cannot continue.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
@@ -114,23 +31,23 @@ pub enum RunError {
     },
 }
 
-/// What [`Simulation::advance`] did.
+/// Result of [`Simulation::advance`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Advance {
-    /// A sample, if this step was one to take.
+    /// A record of the time series, if one was due.
     pub sample: Option<Record>,
-    /// Rows of the operators that were due: their place in the plan, and their values.
+    /// Values of the operators that were due.
     pub operators: Vec<OperatorRow>,
-    /// Bond incidents of the step.
+    /// Bonds that broke or passed the damage threshold in this step.
     pub events: Vec<Event>,
-    /// The run has ended.
+    /// Why the run has ended, if it has.
     pub stopped: Option<StopReason>,
 }
 
 /// Values of an operator at one moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OperatorRow {
-    /// Place of the operator in the plan.
+    /// Index of the operator in [`Schedule::operators`].
     pub operator: usize,
     /// Time, s.
     pub time: f64,
@@ -140,7 +57,7 @@ pub struct OperatorRow {
     pub values: Vec<f64>,
 }
 
-/// Indices into [`State::schedule_memory`].
+/// Indices of [`State::schedule_memory`].
 mod memory {
     pub const PEAK: usize = 0;
     pub const BROKEN: usize = 1;
@@ -157,15 +74,29 @@ pub struct Simulation {
     pub state: State,
     /// The solver.
     pub solver: Solver,
-    /// The plan.
+    /// Loading, samples, and stop conditions.
     pub schedule: Schedule,
     last: StepReport,
-    /// Delaunay cells of the particles at the start, when an operator needs them.
+    /// Delaunay mesh of the initial positions, built when an operator first needs it.
     mesh: OnceLock<Result<Mesh, OperatorError>>,
 }
 
+/// Values at the positions at which a step evaluates the forces.
+struct BeforeStep {
+    time: f64,
+    step: u64,
+    /// Strain and gauge strain; zero unless a record is due.
+    strain: f64,
+    gauge_strain: f64,
+    /// Volume of the periodic cell, m³; 1 without a cell.
+    volume: f64,
+}
+
 impl Simulation {
-    /// Make a simulation run, from the start or from the state of a checkpoint.
+    /// Starts a simulation, or continues one from the state of a checkpoint.
+    ///
+    /// # Errors
+    /// The solver refuses the state.
     pub fn new(mut state: State, model: Model, schedule: Schedule) -> Result<Self, SolverError> {
         state.schedule_memory.resize(memory::COUNT, 0.0);
         let solver = Solver::new(model, &mut state)?;
@@ -184,7 +115,7 @@ impl Simulation {
         StopReason::of_code(self.state.schedule_memory[memory::STOPPED])
     }
 
-    /// Values of the operators that are due, at the positions of which the next step computes the forces.
+    /// Values of the operators that are due, at the positions at which the next step evaluates the forces.
     fn operators(&mut self) -> Result<Vec<OperatorRow>, RunError> {
         let step = self.state.clock.step;
         if self.schedule.operators.iter().all(|sample| !step.is_multiple_of(sample.interval)) {
@@ -193,113 +124,129 @@ impl Simulation {
         let forces = self.solver.record(&mut self.state)?;
         let due =
             || self.schedule.operators.iter().enumerate().filter(|(_, sample)| step.is_multiple_of(sample.interval));
-        let damage = due().any(|(_, sample)| sample.operator == Operator::DamageTensor);
-        let at = Sampled {
+        let needs_bonds = due().any(|(_, sample)| sample.operator.definition().needs_bonds);
+        let state = SampledState {
             particles: &self.state.particles,
             cell: self.state.cell,
             time: self.state.clock.time(),
-            bonds: &if damage { Bonds::of(&self.state) } else { Bonds::default() },
+            bonds: &if needs_bonds { Bonds::of(&self.state) } else { Bonds::default() },
             forces: &forces,
-            places: &self.schedule.places,
+            initial_positions: &self.schedule.initial_positions,
             mesh: &self.mesh,
             gravity: self.solver.model().gravity,
-            plane: self.schedule.plane,
+            planar: self.schedule.planar,
         };
         due()
             .map(|(operator, sample)| {
-                let values = sample.evaluate(&at).map_err(|source| RunError::Operator {
+                let values = sample.evaluate(&state).map_err(|source| RunError::Operator {
                     name: sample.name.clone(),
                     step,
                     source,
                 })?;
-                Ok(OperatorRow { operator, time: self.state.clock.time(), step, values })
+                Ok(OperatorRow { operator, time: state.time, step, values })
             })
             .collect()
     }
 
-    /// One step; a sample when it is due.
+    /// Advances one step, with the record and the operators that are due.
+    ///
+    /// # Errors
+    /// The solver fails, or an operator cannot be evaluated.
     pub fn advance(&mut self) -> Result<Advance, RunError> {
         let operators = self.operators()?;
         let step = self.state.clock.step;
         let due = step.is_multiple_of(self.schedule.sample_interval);
         let axial = [self.state.schedule_memory[memory::AXIAL], self.state.schedule_memory[memory::AXIAL + 1]];
-        self.schedule.loading.act(&self.state, &mut self.solver, &self.last, axial);
-        let time = self.state.clock.time();
+        self.schedule.loading.apply(&self.state, &mut self.solver, &self.last, axial);
         let (strain, gauge_strain) = if due {
             (self.schedule.loading.strain(&self.state), self.schedule.loading.gauge_strain(&self.state))
         } else {
             (0.0, 0.0)
         };
         let volume = self.state.cell.map_or(1.0, |cell| cell.volume());
+        let before = BeforeStep { time: self.state.clock.time(), step, strain, gauge_strain, volume };
         let report = self.solver.step_with(&mut self.state, due)?;
-        let events = self.events(&report, time, step);
-        for (_, bond_event) in &report.bond_events {
-            self.state.schedule_memory[if bond_event.broke { memory::BROKEN } else { memory::DAMAGED }] += 1.0;
-        }
-        self.state.schedule_memory[memory::VIRIAL..memory::STOPPED].copy_from_slice(report.virial.as_slice());
-        self.state.schedule_memory[memory::AXIAL..].copy_from_slice(&self.schedule.loading.axial_forces(&self.solver));
-        let mut stopped = None;
-        let sample = due.then(|| {
-            let measure = self.schedule.loading.stress(&self.state, &self.solver, &report, volume);
-            stop::update_peak(&mut self.state.schedule_memory[memory::PEAK], measure.stress);
-            let ledger = &self.state.ledger;
-            let kick = &report.kick;
-            let contacts: u64 = report.active.iter().sum();
-            let net = (kick.net_force_squared / (kick.free_particles.max(1)) as f64).sqrt();
-            let contact = (report.force_squared / contacts.max(1) as f64).sqrt();
-            let unbalanced = if contact > 0.0 { net / contact } else { 0.0 };
-            stopped = self.schedule.stop.reason(
-                time,
-                strain,
-                measure.stress,
-                self.state.schedule_memory[memory::PEAK],
-                unbalanced,
-                self.schedule.loading.reached(&measure) && contact > 0.0,
-            );
-            Record {
-                time,
-                step: step as f64,
-                strain,
-                gauge_strain,
-                stress: measure.stress,
-                kinetic: ledger.kinetic,
-                stored_normal: ledger.stored[0],
-                stored_shear: ledger.stored[1],
-                stored_bending: ledger.stored[2],
-                stored_twist: ledger.stored[3],
-                stored_deformation: ledger.deformation,
-                damage: ledger.damage.get(),
-                friction: ledger.friction.get(),
-                viscous: ledger.viscous.get(),
-                integration: ledger.integration.get(),
-                numerical_damping: ledger.numerical_damping.get(),
-                deformation_lag: ledger.deformation_lag.get(),
-                deformation_other: ledger.deformation_other.get(),
-                boundary_work: ledger.boundary_work.get(),
-                external_work: ledger.external_work.get(),
-                residual: ledger.residual(),
-                broken: self.state.schedule_memory[memory::BROKEN],
-                damaged: self.state.schedule_memory[memory::DAMAGED],
-                contacts: contacts as f64,
-                unbalanced,
-            }
-        });
+        let events = self.events(&report, before.time, step);
+        self.remember(&report);
+        let (sample, mut stopped) = match due.then(|| self.record(&before, &report)) {
+            Some((record, stopped)) => (Some(record), stopped),
+            None => (None, None),
+        };
         if stopped.is_none() && self.schedule.stop.steps.is_some_and(|limit| self.state.clock.step >= limit) {
             stopped = Some(StopReason::Steps);
         }
-        // Kept in the state, so that a run that is killed while its result is written knows that it has ended.
+        // The state keeps the reason, so that a run killed while it writes its result knows that it has ended.
         self.state.schedule_memory[memory::STOPPED] = stopped.map_or(0.0, StopReason::code);
         self.last = report;
         Ok(Advance { sample, operators, events, stopped })
     }
 
+    /// Stores in the state what the next step and a resumed run need of this step.
+    fn remember(&mut self, report: &StepReport) {
+        for (_, bond_event) in &report.bond_events {
+            self.state.schedule_memory[if bond_event.broke { memory::BROKEN } else { memory::DAMAGED }] += 1.0;
+        }
+        self.state.schedule_memory[memory::VIRIAL..memory::STOPPED].copy_from_slice(report.virial.as_slice());
+        self.state.schedule_memory[memory::AXIAL..].copy_from_slice(&self.schedule.loading.axial_forces(&self.solver));
+    }
+
+    /// The record of a step, and why the run ends with it, if it does.
+    fn record(&mut self, before: &BeforeStep, report: &StepReport) -> (Record, Option<StopReason>) {
+        let &BeforeStep { time, step, strain, gauge_strain, volume } = before;
+        let measure = self.schedule.loading.stress(&self.state, &self.solver, report, volume);
+        stop::update_peak(&mut self.state.schedule_memory[memory::PEAK], measure.stress);
+        let kick = &report.kick;
+        let contacts: u64 = report.active.iter().sum();
+        let net = (kick.net_force_squared / (kick.free_particles.max(1)) as f64).sqrt();
+        let contact = (report.force_squared / contacts.max(1) as f64).sqrt();
+        let unbalanced = if contact > 0.0 { net / contact } else { 0.0 };
+        let stopped = self.schedule.stop.reason(&StopValues {
+            time,
+            strain,
+            stress: measure.stress,
+            peak: self.state.schedule_memory[memory::PEAK],
+            unbalanced,
+            servo_reached: self.schedule.loading.reached(&measure) && contact > 0.0,
+        });
+        let ledger = &self.state.ledger;
+        let record = Record {
+            time,
+            step: step as f64,
+            strain,
+            gauge_strain,
+            stress: measure.stress,
+            kinetic: ledger.kinetic,
+            stored_normal: ledger.stored[0],
+            stored_shear: ledger.stored[1],
+            stored_bending: ledger.stored[2],
+            stored_twist: ledger.stored[3],
+            stored_deformation: ledger.deformation,
+            damage: ledger.damage.get(),
+            friction: ledger.friction.get(),
+            viscous: ledger.viscous.get(),
+            integration: ledger.integration.get(),
+            numerical_damping: ledger.numerical_damping.get(),
+            deformation_lag: ledger.deformation_lag.get(),
+            deformation_other: ledger.deformation_other.get(),
+            boundary_work: ledger.boundary_work.get(),
+            external_work: ledger.external_work.get(),
+            residual: ledger.residual(),
+            broken: self.state.schedule_memory[memory::BROKEN],
+            damaged: self.state.schedule_memory[memory::DAMAGED],
+            contacts: contacts as f64,
+            unbalanced,
+        };
+        (record, stopped)
+    }
+
+    /// Entries of the event log for the bonds of a step.
     fn events(&self, report: &StepReport, time: f64, step: u64) -> Vec<Event> {
         report
             .bond_events
             .iter()
             .map(|(_, bond_event)| {
                 let total: f64 = bond_event.stored.iter().sum();
-                let share = |k: usize| if total > 0.0 { bond_event.stored[k] / total } else { 0.0 };
+                let fraction = |k: usize| if total > 0.0 { bond_event.stored[k] / total } else { 0.0 };
                 let ids = [bond_event.pair.a, bond_event.pair.b].map(|p| self.state.particles.id[p as usize]);
                 Event {
                     time,
@@ -307,7 +254,7 @@ impl Simulation {
                     id_a: ids[0].min(ids[1]),
                     id_b: ids[0].max(ids[1]),
                     position: bond_event.position,
-                    mode_shares: [share(0), share(1), share(2), share(3)],
+                    mode_shares: [fraction(0), fraction(1), fraction(2), fraction(3)],
                     energy: bond_event.energy,
                     damage: bond_event.damage,
                 }
@@ -315,23 +262,23 @@ impl Simulation {
             .collect()
     }
 
-    /// How far the run is, 0 to 1, by the condition that is nearest (a drop of stress is not foreseen).
+    /// Completed fraction of the run, 0 to 1, by the nearest stop condition; a drop of stress cannot be predicted.
     pub fn progress(&self) -> f64 {
         let stop = &self.schedule.stop;
-        let mut share: f64 = 0.0;
+        let mut fraction: f64 = 0.0;
         if let Some(steps) = stop.steps {
-            share = share.max(self.state.clock.step as f64 / steps as f64);
+            fraction = fraction.max(self.state.clock.step as f64 / steps as f64);
         }
         if let Some(time) = stop.time {
-            share = share.max(self.state.clock.time() / time);
+            fraction = fraction.max(self.state.clock.time() / time);
         }
         if let Some(strain) = stop.strain {
-            share = share.max(self.schedule.loading.strain(&self.state).abs() / strain);
+            fraction = fraction.max(self.schedule.loading.strain(&self.state).abs() / strain);
         }
-        share.min(1.0)
+        fraction.min(1.0)
     }
 
-    /// Bonds that have not broken.
+    /// Number of bonds that are not broken.
     pub fn intact_bonds(&self) -> usize {
         self.state
             .bonds

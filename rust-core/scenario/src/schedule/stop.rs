@@ -1,15 +1,15 @@
-//! When a run ends.
+//! Conditions that end a run.
 
-/// Conditions; the first that comes true ends the run. They are looked at when a sample is taken (steps: at each).
+/// Conditions that end a run; the first one that holds ends it. All are checked with each record, `steps` after every step.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Stop {
-    /// Stress fell to this fraction of its peak (same sign as the peak).
+    /// The stress drops to this fraction of its peak (of the same sign).
     pub drop_to: Option<f64>,
-    /// Size of the strain.
+    /// Absolute strain.
     pub strain: Option<f64>,
     /// Time, s.
     pub time: Option<f64>,
-    /// Steps.
+    /// Number of steps.
     pub steps: Option<u64>,
     /// Unbalanced force ratio.
     pub unbalanced: Option<f64>,
@@ -26,7 +26,7 @@ pub enum StopReason {
     Time,
     /// The steps were done.
     Steps,
-    /// Equilibrium (and, under a stress servo, the wanted stress) was reached.
+    /// Equilibrium, and under a stress servo the target stress, was reached.
     Equilibrium,
 }
 
@@ -56,27 +56,36 @@ impl std::fmt::Display for StopReason {
     }
 }
 
-/// Peak of the stress so far: value with sign; kept among the plan's memory.
+/// Updates the stress of the largest magnitude so far, with its sign.
 pub(super) fn update_peak(peak: &mut f64, stress: f64) {
     if stress.abs() > peak.abs() {
         *peak = stress;
     }
 }
 
+/// Values that the conditions compare.
+pub(super) struct StopValues {
+    /// Time, s.
+    pub(super) time: f64,
+    /// Strain along the loading axis.
+    pub(super) strain: f64,
+    /// Stress along the loading axis, Pa.
+    pub(super) stress: f64,
+    /// Stress of the largest magnitude so far, Pa.
+    pub(super) peak: f64,
+    /// Unbalanced force ratio.
+    pub(super) unbalanced: f64,
+    /// Whether there are contact forces and a stress servo, if any, has reached its target.
+    pub(super) servo_reached: bool,
+}
+
 impl Stop {
-    /// Whether to stop, given the sample's values.
-    pub(super) fn reason(
-        &self,
-        time: f64,
-        strain: f64,
-        stress: f64,
-        peak: f64,
-        unbalanced: f64,
-        servo_reached: bool,
-    ) -> Option<StopReason> {
+    /// The condition that holds, if any.
+    pub(super) fn reason(&self, values: &StopValues) -> Option<StopReason> {
+        let &StopValues { time, strain, stress, peak, unbalanced, servo_reached } = values;
         if let Some(fraction) = self.drop_to {
-            // The first few samples are noise of the start: a peak counts when something was carried at all.
             let dropped = if peak > 0.0 { stress < fraction * peak } else { stress > fraction * peak };
+            // A peak of zero means that no stress was carried yet.
             if peak != 0.0 && dropped {
                 return Some(StopReason::Drop);
             }

@@ -1,4 +1,4 @@
-//! Walls, sets of particles, and what is done to them.
+//! Walls, sets of particles, clumps, and the motions and forces prescribed to them.
 
 pub use concordem_solver::state::LoadLever;
 use schemars::JsonSchema;
@@ -7,17 +7,17 @@ use serde::{Deserialize, Serialize};
 use super::packing::Axis;
 use super::quantity::{AngularVelocity, Component, Force, Inertia, Length, Mass, Moment, Number, Velocity};
 
-/// A wall: a surface that particles touch.
+/// A rigid wall that particles touch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {
-    /// Name, for output.
+    /// Name in results; default: "wall N", counted from 0. Example: `name = "floor"`.
     pub name: Option<String>,
-    /// Its surface.
+    /// Surface of the wall. Required. Example: `shape = { kind = "plane", point = [0, 0, 0], normal = [0, 0, 1] }`.
     pub shape: WallShape,
-    /// Name of its material.
+    /// Name of the material of the wall. Required.
     pub material: String,
-    /// Velocity, m/s.
+    /// Velocity of the wall, m/s; default: zero. Example: `velocity = [0, 0, "-1 mm/s"]`.
     #[serde(default)]
     pub velocity: [Velocity; 3],
 }
@@ -26,40 +26,40 @@ pub struct Wall {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum WallShape {
-    /// Plane.
+    /// An infinite plane.
     Plane {
-        /// A point on it, m.
+        /// A point on the plane, m. Required.
         point: [Length; 3],
-        /// Direction from the wall towards the particles; of any length.
+        /// Direction from the wall to the particles, a vector of any length. Required. Example: `normal = [0, 0, 1]`.
         normal: [Number; 3],
     },
-    /// The six faces of a box, particles inside.
+    /// The six faces of a box with the particles inside; each face is a wall of its own.
     Box {
-        /// Corner of smallest coordinates, m.
+        /// Corner with the smallest coordinates, m. Required.
         minimum: [Length; 3],
-        /// Corner of largest coordinates, m.
+        /// Corner with the largest coordinates, m. Required.
         maximum: [Length; 3],
     },
-    /// Endless circular cylinder.
+    /// An infinite circular cylinder.
     Cylinder {
-        /// A point on its axis, m.
+        /// A point on the axis, m. Required.
         center: [Length; 3],
-        /// Direction of its axis.
+        /// Direction of the axis; default: "z".
         #[serde(default)]
         axis: Axis,
-        /// Radius, m.
+        /// Radius, m. Required.
         #[schemars(extend("exclusiveMinimum" = 0))]
         radius: Length,
-        /// Where the particles are.
+        /// Side on which the particles are; default: "inside".
         #[serde(default)]
         side: Side,
     },
-    /// Triangles of an STL file; they act from both sides.
+    /// Triangles of an STL file; particles touch them from both sides.
     Facets {
-        /// STL file, relative to the scenario.
+        /// Path of the STL file, relative to the scenario. Required. Example: `path = "hopper.stl"`.
         path: String,
-        /// Length of one unit of the file: `"1 mm"` for a file in millimetres.
-        #[serde(default = "super::packing::one_metre")]
+        /// Length of one unit of the file, m; default: 1 m. Example for a file in millimeters: `unit = "1 mm"`.
+        #[serde(default = "super::packing::one_meter")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         unit: Length,
     },
@@ -69,10 +69,10 @@ pub enum WallShape {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Side {
-    /// Inside.
+    /// Particles are inside.
     #[default]
     Inside,
-    /// Outside.
+    /// Particles are outside.
     Outside,
 }
 
@@ -80,48 +80,49 @@ pub enum Side {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ParticleSet {
-    /// Name.
+    /// Name of the set. Required. Example: `name = "top"`.
     pub name: String,
-    /// Which particles, by their place at the start.
+    /// Particles of the set, by their initial position or number. Required.
+    /// Example: `selection = { kind = "layer", axis = "z", end = "maximum", thickness = "2 mm" }`.
     pub selection: Selection,
-    /// Material of these particles; a later set overrides an earlier one.
+    /// Name of the material of these particles; default: unchanged. A later set overrides an earlier one.
     pub material: Option<String>,
 }
 
-/// A choice of particles, spheres added by `[[clump]]` among them; by place means that the centre is inside.
+/// A selection of particles, including the spheres of `[[clump]]`; a particle is inside a shape if its center is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Selection {
-    /// All.
+    /// All particles.
     All,
-    /// Inside a box.
+    /// Particles inside a box.
     Box {
-        /// Corner of smallest coordinates, m.
+        /// Corner with the smallest coordinates, m. Required.
         minimum: [Length; 3],
-        /// Corner of largest coordinates, m.
+        /// Corner with the largest coordinates, m. Required.
         maximum: [Length; 3],
     },
-    /// Inside a sphere.
+    /// Particles inside a sphere.
     Sphere {
-        /// Centre, m.
+        /// Center, m. Required.
         center: [Length; 3],
-        /// Radius, m.
+        /// Radius, m. Required.
         #[schemars(extend("exclusiveMinimum" = 0))]
         radius: Length,
     },
-    /// Within a distance of one end of the bounding box of all spheres.
+    /// Particles within a distance of one end of the bounding box of all spheres.
     Layer {
-        /// Direction.
+        /// Axis of the layer. Required.
         axis: Axis,
-        /// Which end.
+        /// End of the axis. Required.
         end: End,
-        /// Thickness, m.
+        /// Thickness of the layer, m. Required. Example: `thickness = "2 mm"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         thickness: Length,
     },
-    /// By number, counted from 0 in the order of the packing; spheres added by `[[clump]]` come behind it.
+    /// Particles by number, counted from 0 in the order of the packing; the spheres of `[[clump]]` follow.
     Ids {
-        /// The numbers.
+        /// Numbers of the particles. Required. Example: `ids = [0, 1]`.
         #[schemars(length(min = 1))]
         ids: Vec<u32>,
     },
@@ -131,49 +132,53 @@ pub enum Selection {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum End {
-    /// Smallest coordinate.
+    /// End with the smallest coordinate.
     Minimum,
-    /// Largest coordinate.
+    /// End with the largest coordinate.
     Maximum,
 }
 
-/// A motion prescribed to the particles of a set.
+/// A prescribed motion of the particles of a set.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Prescribe {
-    /// Name of the set.
+    /// Name of the set. Required.
     pub set: String,
-    /// Velocity by component, m/s; "free" leaves a component to the forces. It is the velocity in space in a driven periodic
-    /// cell, too: [0, 0, 0] holds a particle where it is while the cell moves past it. Only with the kinematics "yade" and
-    /// "yade-ratcheting" the cell carries it along, as YADE's cell does with blocked bodies: the velocity then changes with
-    /// the cell's velocity gradient L by dL x and by L v dt.
+    /// Velocity, m/s; a component "free" follows the forces. Default: all components free.
+    /// Example: `velocity = ["free", "free", "1 mm/s"]`.
+    ///
+    /// In a driven periodic cell this is the velocity in space, too: `[0, 0, 0]` holds a particle in place while the cell
+    /// deforms. The kinematics "yade" and "yade-ratcheting" are the exception: there the cell carries the particle along, as
+    /// YADE's cell does with blocked bodies, and the velocity changes with the velocity gradient L of the cell by dL x and
+    /// by L v dt.
     #[serde(default)]
     pub velocity: [Component<super::quantity::dimension::OfVelocity>; 3],
-    /// Angular velocity by component, rad/s; "free" leaves a component to the moments.
+    /// Angular velocity, rad/s; a component "free" follows the moments. Default: all components free.
+    /// Example: `angular_velocity = [0, 0, 0]`.
     #[serde(default)]
     pub angular_velocity: [Component<super::quantity::dimension::OfAngularVelocity>; 3],
 }
 
-/// A rigid body of several spheres.
+/// A rigid body made of several spheres.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Clump {
-    /// Name of a set of packed particles to be joined; or give `spheres`.
+    /// Name of a set of packed particles to join. Required unless `spheres` is given.
     pub set: Option<String>,
-    /// Spheres added to the packing, one `[x, y, z, radius]` each, m; or give `set`.
+    /// Spheres added to the packing, one `[x, y, z, radius]` each, m. Required unless `set` is given.
     pub spheres: Option<Vec<[Length; 4]>>,
-    /// Name of the material of added spheres, whatever their sets say; by default that of their sets, else the first one.
+    /// Name of the material of the added spheres; default: the material of their sets, else the first material. It overrides
+    /// the materials of sets.
     pub material: Option<String>,
-    /// Mass, kg; by default that of the spheres, overlaps counted once per sphere.
+    /// Mass, kg; default: the sum over the spheres, which counts overlaps twice.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass: Option<Mass>,
-    /// Moments of inertia about the body's principal axes, kg·m², smallest first; by default those of the spheres.
+    /// Principal moments of inertia, kg·m², smallest first; default: those of the spheres.
     #[schemars(transform = super::quantity::positive_items)]
     pub inertia: Option<[Inertia; 3]>,
-    /// Velocity of the centre of mass at the start, m/s; by default that which `[[initial]]` gives all of its members, else
-    /// none.
+    /// Initial velocity of the center of mass, m/s; default: the velocity that `[[initial]]` gives to all members, else zero.
     pub velocity: Option<[Velocity; 3]>,
-    /// Angular velocity at the start, rad/s; none by default.
+    /// Initial angular velocity, rad/s; default: zero.
     pub angular_velocity: Option<[AngularVelocity; 3]>,
 }
 
@@ -181,29 +186,29 @@ pub struct Clump {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AppliedForce {
-    /// Name of the set.
+    /// Name of the set. Required.
     pub set: String,
-    /// Force on each particle, N.
+    /// Force on each particle, N; default: zero. Example: `force = [0, 0, "-10 N"]`.
     #[serde(default)]
     pub force: [Force; 3],
-    /// Moment on each particle, N·m.
+    /// Moment on each particle, N·m; default: zero.
     #[serde(default)]
     pub moment: [Moment; 3],
-    /// Where the force acts; it matters to deformable particles only.
+    /// Point of action of the force on deformable particles; default: "body". Rigid particles ignore it.
     #[serde(default)]
     pub acts: LoadLever,
 }
 
-/// Velocity of the particles of a set at the start.
+/// Initial velocity of the particles of a set.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Initial {
-    /// Name of the set.
+    /// Name of the set. Required.
     pub set: String,
-    /// Velocity, m/s.
+    /// Initial velocity, m/s; default: zero. Example: `velocity = ["1 m/s", 0, 0]`.
     #[serde(default)]
     pub velocity: [Velocity; 3],
-    /// Angular velocity, rad/s.
+    /// Initial angular velocity, rad/s; default: zero.
     #[serde(default)]
     pub angular_velocity: [AngularVelocity; 3],
 }

@@ -1,4 +1,4 @@
-//! The text of a scenario as a tree of values with their places.
+//! The text of a scenario as a tree of values with their positions.
 
 use std::ops::Range;
 
@@ -8,14 +8,17 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{Problem, ProblemKind, Source};
 
-/// A parsed TOML text that still knows where each key stands.
+/// A parsed TOML text with the position of every key.
 pub struct Document<'a> {
-    pub(super) source: &'a Source,
-    pub(super) root: Spanned<DeTable<'a>>,
+    pub(crate) source: &'a Source,
+    pub(crate) root: Spanned<DeTable<'a>>,
 }
 
 impl<'a> Document<'a> {
-    /// Read the text; on errors of syntax, all of them.
+    /// Parses the text.
+    ///
+    /// # Errors
+    /// All errors of syntax, at most one per line.
     pub fn parse(source: &'a Source) -> Result<Self, Vec<Problem>> {
         let (root, errors) = DeTable::parse_recoverable(&source.text);
         let document = Self { source, root };
@@ -26,7 +29,7 @@ impl<'a> Document<'a> {
         for error in &errors {
             let span = error.span().unwrap_or(0..0);
             let line = source.position(span.start).0;
-            // One message per line: what follows the first is mostly its consequence.
+            // Report one error per line: further ones are mostly consequences of the first.
             if problems.iter().all(|problem| source.position(problem.span.start).0 != line) {
                 problems.push(syntax_problem(source, line, span, error.message()));
             }
@@ -34,7 +37,7 @@ impl<'a> Document<'a> {
         Err(problems)
     }
 
-    /// The scenario, by serde.
+    /// Deserializes the text by serde, which stops at its first problem.
     pub fn deserialize<T: serde::de::DeserializeOwned>(&self) -> Result<T, Problem> {
         T::deserialize(self.root.clone().into_deserializer()).map_err(|error| {
             let span = error.span().unwrap_or(0..0);
@@ -44,13 +47,13 @@ impl<'a> Document<'a> {
                 value: Some(self.excerpt(&span)).filter(|text| !text.is_empty()),
                 span,
                 message: error.message().to_owned(),
-                help: "`concordem schema` says what a scenario may contain".to_owned(),
+                help: "run `concordem schema` for the keys and types of a scenario".to_owned(),
             }
         })
     }
 
-    /// Place and text of the value at a key path such as `material[0].cpm.young`. Where there is no such value, the
-    /// place of the innermost table that is there, and no text.
+    /// Position and text of the value at a key path such as `material[0].cpm.young`. If there is no such value, the position
+    /// of the innermost table that exists, without text.
     pub fn locate(&self, path: &str) -> (Range<usize>, Option<String>) {
         let mut place = 0..0;
         let mut table: Option<&DeTable<'_>> = Some(self.root.get_ref());
@@ -83,21 +86,21 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// Place of an item of an array: its header for a table, itself otherwise.
-    pub(super) fn place_of_item(&self, item: &Spanned<DeValue<'_>>, parent: &Range<usize>) -> Range<usize> {
+    /// Position of an item of an array: the header of a table, or the item itself.
+    pub(crate) fn place_of_item(&self, item: &Spanned<DeValue<'_>>, parent: &Range<usize>) -> Range<usize> {
         let span = item.span();
         if span.is_empty() { parent.clone() } else { self.first_line(span) }
     }
 
     /// The part of a span in its first line.
-    pub(super) fn first_line(&self, span: Range<usize>) -> Range<usize> {
+    pub(crate) fn first_line(&self, span: Range<usize>) -> Range<usize> {
         let text = self.source.text.get(span.clone()).unwrap_or("");
         let length = text.find('\n').unwrap_or(text.len());
         span.start..span.start + text[..length].trim_end().len()
     }
 
-    /// A value as written, on one line and of bounded length.
-    pub(super) fn excerpt(&self, span: &Range<usize>) -> String {
+    /// A value as written, on one line and shortened to 60 characters.
+    pub(crate) fn excerpt(&self, span: &Range<usize>) -> String {
         let text = self.source.text.get(span.clone()).unwrap_or("");
         let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
         if line.chars().count() > 60 { line.chars().take(57).chain("...".chars()).collect() } else { line }
@@ -110,21 +113,23 @@ fn syntax_problem(source: &Source, line: usize, span: Range<usize>, message: &st
     let starts_as_number =
         |value: &str| value.starts_with(|c: char| c.is_ascii_digit() || c == '-' || c == '+' || c == '.');
     let help = match value {
-        _ if message.contains("string") && message.contains("expected `") => "close the string with a quote".to_owned(),
+        _ if message.contains("string") && message.contains("expected `") => {
+            "close the string with a quotation mark".to_owned()
+        }
         Some(value) if starts_as_number(value) && value.contains(',') && !value.contains('[') => {
-            "decimal fractions take a point: 1.5".to_owned()
+            "write decimals with a point: 1.5".to_owned()
         }
         Some(value) if starts_as_number(value) && value.contains(|c: char| c.is_alphabetic() || c == '%') => {
             let value = value.split('#').next().unwrap_or(value).trim();
-            format!("a number with a unit goes into quotes: \"{value}\"")
+            format!("put a number with a unit in quotes: \"{value}\"")
         }
         Some(value) if value.starts_with(|c: char| c.is_alphabetic()) => {
-            "words go into quotes: \"...\"; only true and false go without".to_owned()
+            "put words in quotes: \"...\"; only true and false have none".to_owned()
         }
         _ if message.contains("duplicate key") => {
-            "keep one of the two; a list of tables is written [[name]]".to_owned()
+            "keep one of the two; write the tables of a list as [[name]]".to_owned()
         }
-        _ => "a scenario is TOML: `key = value` lines under `[table]` headings; see https://toml.io".to_owned(),
+        _ => "a scenario is TOML: lines `key = value` below headings `[table]`; see https://toml.io".to_owned(),
     };
     Problem {
         kind: ProblemKind::Syntax,

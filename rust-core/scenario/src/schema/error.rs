@@ -1,7 +1,8 @@
-//! What can be wrong with a scenario, said so that its author can mend it.
+//! Problems of a scenario, reported with place, value, and remedy.
 
 use std::fmt;
 use std::ops::Range;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Name and text of a scenario.
@@ -34,36 +35,36 @@ pub enum ProblemKind {
     Syntax,
     /// A key that does not exist.
     UnknownKey,
-    /// A key that is needed and not there.
+    /// A required key that is missing.
     MissingKey,
-    /// A value of the wrong type, or a word that is not one of those allowed.
+    /// A value of the wrong type, or a word that is not allowed.
     WrongType,
     /// A string with a wrong or missing unit.
     WrongUnit,
-    /// A value outside of its range.
+    /// A value out of range.
     OutOfRange,
-    /// A name that nothing has.
+    /// A name that does not exist.
     UnknownName,
-    /// Values that do not fit together.
+    /// Values that contradict each other.
     Conflict,
     /// A file that cannot be read.
     File,
 }
 
-/// One thing wrong with a scenario.
+/// One fault of a scenario.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Problem {
     /// Class.
     pub kind: ProblemKind,
-    /// Where: `material[0].cpm.young`; empty for the file as a whole. Counted from 0.
+    /// Key path, such as `material[0].cpm.young`, counted from 0; empty for the file as a whole.
     pub key: String,
-    /// The offending value, as written.
+    /// The value, as written.
     pub value: Option<String>,
-    /// Bytes of the text.
+    /// Range of bytes in the text.
     pub span: Range<usize>,
     /// What is wrong.
     pub message: String,
-    /// What to do.
+    /// The remedy.
     pub help: String,
 }
 
@@ -81,19 +82,19 @@ impl fmt::Display for Problem {
 
 impl std::error::Error for Problem {}
 
-/// Everything found wrong with a scenario. Its text names line, key, value, and remedy.
+/// All faults of a scenario. Its text gives line, key, value, and remedy of each.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}", self.plain())]
 #[non_exhaustive]
 pub struct ScenarioError {
     /// The scenario.
     pub source_text: Source,
-    /// The problems, in the order of the file; never empty.
+    /// The problems, in the order of the text; never empty.
     pub problems: Vec<Problem>,
 }
 
 impl ScenarioError {
-    /// Sort the problems by place and drop repeated ones.
+    /// Sorts the problems by place and drops repeated ones.
     pub fn new(source: &Source, mut problems: Vec<Problem>) -> Self {
         problems.sort_by(|a, b| (a.span.start, a.span.end, &a.key).cmp(&(b.span.start, b.span.end, &b.key)));
         problems.dedup();
@@ -110,7 +111,33 @@ impl ScenarioError {
     }
 }
 
-/// Rendering with a picture of the text, by miette.
+/// Why a scenario file was not read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The file cannot be opened or read.
+    #[error("cannot read {}: {error}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Error of the operating system.
+        #[source]
+        error: std::io::Error,
+    },
+    /// The file is not UTF-8 text.
+    #[error("{} is not a text file: line {line} has bytes that are not UTF-8", path.display())]
+    NotText {
+        /// The file.
+        path: PathBuf,
+        /// First such line, counted from 1.
+        line: usize,
+    },
+    /// The scenario has faults.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+}
+
+/// Rendering with an excerpt of the text, by miette.
 mod rendered {
     use super::{Problem, ScenarioError};
     use miette::{Diagnostic, LabeledSpan, Severity, SourceCode};

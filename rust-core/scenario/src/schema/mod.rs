@@ -1,7 +1,10 @@
-//! The scenario: what is to be computed, as a TOML file.
+//! The scenario: the types behind a TOML file, its JSON Schema, templates, and problem reports.
+//!
+//! The doc comments of these types are the key reference: they appear in the JSON Schema and in error messages. The first
+//! paragraph names the quantity, its unit, its default or when it is required, and an example value.
 //!
 //! ```
-//! use concordem::scenario::{Packing, Scenario};
+//! use concordem_scenario::schema::{Packing, Scenario};
 //!
 //! let scenario = Scenario::parse("two.toml", r#"
 //!     version = 1
@@ -19,19 +22,17 @@
 //! "#)?;
 //! assert_eq!(scenario.materials[0].density.si(), 2500.0);
 //! assert!(matches!(scenario.packing, Packing::Spheres { .. }));
-//! # Ok::<(), concordem::scenario::ScenarioError>(())
+//! # Ok::<(), concordem_scenario::schema::ScenarioError>(())
 //! ```
 
 mod bodies;
 mod document;
 mod error;
 mod material;
-mod meaning;
 mod motion;
 mod packing;
 pub mod quantity;
 mod sample;
-mod structure;
 mod templates;
 
 use std::path::{Path, PathBuf};
@@ -40,7 +41,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use bodies::{AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Selection, Side, Wall, WallShape};
-pub use error::{Problem, ProblemKind, ScenarioError, Source};
+pub use document::Document;
+pub use error::{Problem, ProblemKind, ReadError, ScenarioError, Source};
 pub use material::{
     BeamModel, BendingTerm, Bonds, Condition, ContactLawName, Contacts, CpmFormulation, DamageLaw, Deformable,
     DeformableUpdate, Interface, LawName, Material, ParticleElasticity, YieldSurface,
@@ -48,11 +50,8 @@ pub use material::{
 pub use motion::{Damping, DampingForm, Integration, Lateral, Loading, Output, Safety, Scheme, Stop};
 pub use packing::{Axis, Lattice, Packing, Radii, Shape};
 pub use quantity::{Component, Quantity, TimeStep};
-pub use sample::Misuse;
 pub use sample::{OperatorSample, SamplePlane, SampleRegion};
 pub use templates::{SWEEP, SWEPT, TEMPLATES, Template, template};
-
-pub use document::Document;
 
 use concordem_contact::kinematics::MotionMeasure;
 
@@ -60,68 +59,68 @@ use concordem_contact::kinematics::MotionMeasure;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
-    /// Version of the format; 1.
+    /// Version of the format. Required: `version = 1`.
     #[schemars(extend("enum" = [1]))]
     pub version: u32,
-    /// Title, for reports.
+    /// Title for reports; default: empty. Example: `title = "Column collapse"`.
     #[serde(default)]
     pub title: String,
-    /// 3, or 2: discs of unit depth in the plane z = 0.
+    /// Number of space dimensions; default: 3. With 2, particles are discs of unit depth in the plane z = 0.
     #[serde(default = "three")]
     #[schemars(extend("enum" = [2, 3]))]
     pub dimension: u8,
-    /// How relative motion at contacts is measured.
+    /// Measure of the relative motion at contacts; default: "finite".
     #[serde(default)]
     pub kinematics: MotionMeasure,
-    /// Where the particles come from.
+    /// Initial positions and radii of the particles. Required.
     pub packing: Packing,
-    /// Materials.
+    /// Materials; at least one is required.
     #[serde(rename = "material")]
     #[schemars(length(min = 1))]
     pub materials: Vec<Material>,
-    /// Parameters between unlike materials, in place of averages.
+    /// Parameters between two materials, which replace the averages of theirs.
     #[serde(default, rename = "interface")]
     pub interfaces: Vec<Interface>,
-    /// Bonds made at the start; none when left out.
+    /// Bonds made at the start; default: none.
     pub bonds: Option<Bonds>,
-    /// What touching particles do that are not bonded.
+    /// Contacts between particles without a bond, and with walls. Required.
     pub contacts: Contacts,
-    /// How the particles deform whose material has a table `deformable`.
+    /// Options of deformable particles, whose material has a table `deformable`; default: see its keys.
     pub deformable: Option<Deformable>,
-    /// Time integration.
+    /// Time integration, damping, and gravity; default: see its keys.
     #[serde(default)]
     pub integration: Integration,
-    /// Loading.
+    /// Loading of the specimen; default: none.
     #[serde(default)]
     pub loading: Loading,
-    /// Walls.
+    /// Rigid walls; default: none.
     #[serde(default, rename = "wall")]
     pub walls: Vec<Wall>,
-    /// Named sets of particles.
+    /// Named sets of particles; default: none.
     #[serde(default, rename = "set")]
     pub sets: Vec<ParticleSet>,
-    /// Prescribed motions; a later one overrides an earlier one, component by component.
+    /// Prescribed motions; default: none. A later one overrides an earlier one, component by component.
     #[serde(default, rename = "prescribe")]
     pub prescribed: Vec<Prescribe>,
-    /// Rigid bodies of several spheres.
+    /// Rigid bodies made of several spheres; default: none.
     #[serde(default, rename = "clump")]
     pub clumps: Vec<Clump>,
-    /// Constant forces.
+    /// Constant forces on particles; default: none.
     #[serde(default, rename = "force")]
     pub forces: Vec<AppliedForce>,
-    /// Velocities at the start; a later one overrides an earlier one.
+    /// Initial velocities; default: zero. A later one overrides an earlier one.
     #[serde(default, rename = "initial")]
     pub initials: Vec<Initial>,
-    /// Operators that are evaluated during the run.
+    /// Operators that are evaluated during the run; default: none.
     #[serde(default, rename = "sample")]
     pub samples: Vec<OperatorSample>,
-    /// When the run ends.
+    /// End of the run. Required: at least one of its keys.
     #[serde(default)]
     pub stop: Stop,
-    /// What is written.
+    /// Output; default: see its keys.
     #[serde(default)]
     pub output: Output,
-    /// Name and text the scenario was read from.
+    /// Name and text that the scenario was read from.
     #[serde(skip)]
     pub source: Source,
 }
@@ -131,7 +130,7 @@ fn three() -> u8 {
 }
 
 impl Scenario {
-    /// Names of the walls in the order of a state's: those of `[[wall]]`, a box with six faces, and platens.
+    /// Names of the walls in the order of the state: those of `[[wall]]`, where a box has six, and the platens.
     pub fn wall_names(&self) -> Vec<String> {
         let mut names = Vec::new();
         for (number, wall) in self.walls.iter().enumerate() {
@@ -150,51 +149,7 @@ impl Scenario {
         names
     }
 
-    /// Read a scenario; `source_name` is for messages. Touches no file.
-    pub fn parse(source_name: &str, text: &str) -> Result<Self, ScenarioError> {
-        Self::parse_with(source_name, text, None)
-    }
-
-    /// Read a scenario from a file and check that the files it names are there.
-    pub fn read(path: &Path) -> Result<Self, ReadError> {
-        let name = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|error| ReadError::Io { path: path.to_owned(), error })?;
-        let text = String::from_utf8(bytes).map_err(|error| {
-            let start = error.utf8_error().valid_up_to();
-            let line = error.as_bytes()[..start].split(|byte| *byte == b'\n').count();
-            ReadError::NotText { path: path.to_owned(), line }
-        })?;
-        let directory = path.parent().unwrap_or(Path::new("")).to_owned();
-        Ok(Self::parse_with(&name, &text, Some(&directory))?)
-    }
-
-    fn parse_with(source_name: &str, text: &str, directory: Option<&Path>) -> Result<Self, ScenarioError> {
-        // Files written on Windows may begin with a byte order mark.
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let source = Source { name: source_name.into(), text: text.into() };
-        let document = Document::parse(&source).map_err(|problems| ScenarioError::new(&source, problems))?;
-        let mut problems = structure::check(&document, own_schema());
-        let scenario = match document.deserialize::<Self>() {
-            Ok(scenario) => scenario,
-            Err(problem) => {
-                // What serde finds first, the check of structure has found with all the rest.
-                if problems.is_empty() {
-                    problems.push(problem);
-                }
-                return Err(ScenarioError::new(&source, problems));
-            }
-        };
-        if scenario.materials.is_empty() {
-            return Err(ScenarioError::new(&source, problems));
-        }
-        problems.extend(meaning::check(&document, &scenario));
-        if let Some(directory) = directory {
-            problems.extend(meaning::check_files(&document, &scenario, directory));
-        }
-        if problems.is_empty() { Ok(Self { source, ..scenario }) } else { Err(ScenarioError::new(&source, problems)) }
-    }
-
-    /// The files it reads, as it names them, with their keys: packing, surfaces.
+    /// The files that the scenario reads, with their keys: packing and surfaces.
     pub fn files(&self) -> Vec<(String, &str)> {
         let mut files = Vec::new();
         if let Packing::File { path, .. } = &self.packing {
@@ -211,12 +166,12 @@ impl Scenario {
         files
     }
 
-    /// Folder of the scenario; the files it names are relative to it.
+    /// Folder of the scenario, to which the paths in it are relative.
     pub fn directory(&self) -> PathBuf {
         Path::new(&*self.source.name).parent().unwrap_or(Path::new("")).to_owned()
     }
 
-    /// A problem found later, while building or running, at a key path such as `"integration.time_step"`.
+    /// A problem found later, during assembly or the run, at a key path such as `"integration.time_step"`.
     pub fn problem(
         &self,
         kind: ProblemKind,
@@ -233,55 +188,9 @@ impl Scenario {
     }
 }
 
-/// Why a scenario file could not be read.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ReadError {
-    /// The operating system refused.
-    #[error("cannot read {}: {error}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system says.
-        #[source]
-        error: std::io::Error,
-    },
-    /// The file is not UTF-8 text.
-    #[error("{} is not a text file: line {line} has bytes that are not UTF-8", path.display())]
-    NotText {
-        /// The file.
-        path: PathBuf,
-        /// First such line, from 1.
-        line: usize,
-    },
-    /// The scenario is wrong.
-    #[error(transparent)]
-    Scenario(#[from] ScenarioError),
-}
-
-/// The schema, made once.
-fn own_schema() -> &'static serde_json::Value {
-    static SCHEMA: std::sync::OnceLock<serde_json::Value> = std::sync::OnceLock::new();
-    SCHEMA.get_or_init(schema)
-}
-
 /// JSON Schema of a scenario.
 ///
 /// Quantities carry their dimension as `x-dimension` and the units to suggest as `x-units`; bounds are in SI units.
 pub fn schema() -> serde_json::Value {
     schemars::schema_for!(Scenario).to_value()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn templates_are_valid() {
-        for template in TEMPLATES {
-            if let Err(error) = Scenario::parse(template.name, template.text) {
-                panic!("{error}");
-            }
-        }
-    }
 }

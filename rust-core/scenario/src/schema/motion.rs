@@ -1,4 +1,4 @@
-//! Time integration, loading, and the end of a run.
+//! Time integration, loading, end of the run, and output.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,23 +12,24 @@ use super::quantity::{
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Integration {
-    /// Scheme.
+    /// Integration scheme; default: "leapfrog".
     pub scheme: Scheme,
-    /// Time step, s, or "auto": the sharpest stability bound times `safety`.
+    /// Time step, s; default: "auto", the sharpest stability bound times `safety`. Example: `time_step = "0.2 us"`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub time_step: TimeStep,
-    /// Factor on the stability bound when the time step is "auto".
+    /// Fraction of the stability bound that the time step "auto" uses; default: 0.8.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub safety: Safety,
-    /// Accept a time step above the stability bound.
+    /// Run even if the time step exceeds the stability bound or the strains of deformable particles do not converge; default:
+    /// false.
     pub allow_unstable: bool,
-    /// Numerical damping.
+    /// Numerical damping; default: none. Example: `damping = { kind = "local", coefficient = 0.3 }`.
     pub damping: Damping,
-    /// Gravity, m/s².
+    /// Gravitational acceleration, m/s²; default: zero. Example: `gravity = [0, 0, -9.81]`.
     pub gravity: [Acceleration; 3],
 }
 
-/// Factor on the stability bound; 0.8 unless given.
+/// Fraction of the stability bound; default: 0.8.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
 #[schemars(inline)]
@@ -41,7 +42,7 @@ impl Default for Safety {
 }
 
 impl Safety {
-    /// The factor.
+    /// The fraction.
     pub fn si(self) -> f64 {
         self.0.si()
     }
@@ -62,49 +63,49 @@ pub enum Scheme {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Damping {
-    /// None.
+    /// No damping.
     #[default]
     None,
-    /// Local damping by component: a component of force is reduced where it works with the motion, increased where
-    /// against (Cundall 1987, as in YADE).
+    /// Local damping of each component: it reduces a force that acts along the motion and increases one that acts against it
+    /// (Cundall 1987, as in YADE).
     Local {
-        /// Share of the force; 0.1 to 0.3 are usual.
+        /// Fraction of the force; 0.1 to 0.3 is usual. Required. Example: `coefficient = 0.3`.
         #[schemars(extend("minimum" = 0, "maximum" = 1))]
         coefficient: Number,
-        /// The same for moments; that of forces when left out.
+        /// Fraction of the moment; default: the same as `coefficient`.
         #[schemars(extend("minimum" = 0, "maximum" = 1))]
         rotation: Option<Number>,
     },
-    /// A force against the velocity, of a size in proportion to that of the acting force.
+    /// A force against the velocity, proportional to the magnitude of the acting force.
     Nonviscous {
-        /// Share of the force; 0.1 to 0.3 are usual.
+        /// Fraction of the force; 0.1 to 0.3 is usual. Required. Example: `coefficient = 0.3`.
         #[schemars(extend("minimum" = 0, "maximum" = 1))]
         coefficient: Number,
-        /// The same for moments; that of forces when left out.
+        /// Fraction of the moment; default: the same as `coefficient`.
         #[schemars(extend("minimum" = 0, "maximum" = 1))]
         rotation: Option<Number>,
     },
-    /// Dissipation of the fastest vibrations by the integrator, with the acceleration weighted in the new position
+    /// Numerical dissipation of the highest frequencies by the integrator, which weights the acceleration in the new position
     /// (Tchamwa and Wielgosz 1999).
     TchamwaWielgosz {
-        /// Weight; 1 dissipates nothing, 1.3 is used by Jebahi et al. 2015.
+        /// Weight of the acceleration; default: 1.3, as in Jebahi et al. 2015. A weight of 1 dissipates nothing.
         #[serde(default = "phi")]
         #[schemars(extend("minimum" = 1, "maximum" = 2))]
         phi: Number,
-        /// Where the weight stands.
+        /// Term that the weight multiplies; default: "tchamwa-wielgosz".
         #[serde(default)]
         form: DampingForm,
     },
 }
 
-/// Where the weight of the acceleration stands in damping by the integrator.
+/// Term that the weight of the acceleration multiplies in damping by the integrator.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DampingForm {
     /// x' = x + v dt + phi a dt^2, v' = v + a dt.
     #[default]
     TchamwaWielgosz,
-    /// x' = x + v dt + phi a dt^2/2, v' = v + (a + a') dt/2: half as strong.
+    /// x' = x + v dt + phi a dt^2/2, v' = v + (a + a') dt/2: dissipates half as much.
     PositionTerm,
 }
 
@@ -120,102 +121,108 @@ impl Damping {
     }
 }
 
-/// How the specimen is loaded.
+/// Loading of the specimen.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Loading {
-    /// Only what gravity, walls, forces, and prescribed motions do.
+    /// No loading beyond gravity, walls, forces, and prescribed motions.
     #[default]
     None,
-    /// Two end layers are moved apart or together at constant velocity; the stress is their mean force over the area.
+    /// Two end layers move apart or together at constant velocity; the stress is their mean force divided by the area.
     Uniaxial {
-        /// Direction.
+        /// Direction of loading; default: "z".
         #[serde(default)]
         axis: Axis,
-        /// Rate of the engineering strain between the ends, 1/s; positive pulls.
+        /// Rate of the engineering strain between the ends, 1/s; positive in tension. Required.
+        /// Example: `strain_rate = "0.4 1/s"`.
         strain_rate: StrainRate,
-        /// Thickness of each end layer, m; by default the reach of a bond from the outermost centres,
-        /// (1 + 2 interaction ratio) times the largest radius, so that no cross-section is weaker than those inside.
+        /// Thickness of each end layer, m; default: (1 + 2 interaction ratio) times the largest radius. With that thickness
+        /// every cross-section beyond the layers is crossed by as many bonds as deep inside.
         #[schemars(extend("exclusiveMinimum" = 0))]
         layer_thickness: Option<Length>,
-        /// What the end layers do across the axis.
+        /// Motion of the end layers across the axis; default: "free".
         #[serde(default)]
         lateral: Lateral,
-        /// Whether the specimen starts with velocities that grow linearly between the ends, which spares it a shock.
+        /// Whether the initial velocity varies linearly between the ends, which avoids a shock wave; default: true.
         #[serde(default = "yes")]
         initial_velocity_field: bool,
-        /// Cross-section for the stress, m²; by default that of the packing's shape, or of the bounding box.
+        /// Cross-section that the stress refers to, m²; default: that of the packing's shape, else of the bounding box.
+        /// Example: `area = "25 cm^2"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         area: Option<Area>,
     },
-    /// Two end layers turn rigidly against each other about an axis across the specimen, free along it; the stress is that of the outer
-    /// fibre of an elastic beam under the mean of both end moments.
+    /// Two end layers rotate rigidly in opposite directions about an axis across the specimen, and move freely along it. The
+    /// stress is that of the outer fiber of an elastic beam under the mean of both end moments.
     Bending {
-        /// Direction of the specimen.
+        /// Axis of the specimen; default: "z".
         #[serde(default)]
         axis: Axis,
-        /// Axis about which the ends turn, each by half of the angle.
+        /// Axis about which the ends rotate, each by half of the angle. Required. Example: `about = "y"`.
         about: Axis,
-        /// Rate of the angle between the ends, rad/s.
+        /// Rate of the angle between the ends, rad/s. Required. Example: `rate = "8 rad/s"`.
         rate: AngularVelocity,
-        /// Thickness of each end layer, m; default as for "uniaxial".
+        /// Thickness of each end layer, m; default: as for "uniaxial".
         #[schemars(extend("exclusiveMinimum" = 0))]
         layer_thickness: Option<Length>,
-        /// Whether the specimen starts with the velocities of even curvature, which spares it a shock.
+        /// Whether the initial velocity is that of uniform curvature, which avoids a shock wave; default: true.
         #[serde(default = "yes")]
         initial_velocity_field: bool,
     },
-    /// Two end layers turn rigidly against each other about the axis of a cylinder, free along it; the stress is the shear stress at the
-    /// surface of an elastic cylinder under the mean of both end moments.
+    /// Two end layers rotate rigidly in opposite directions about the axis of a cylinder, and move freely along it. The stress
+    /// is the shear stress at the surface of an elastic cylinder under the mean of both end moments.
     Torsion {
-        /// Direction of the specimen.
+        /// Axis of the specimen; default: "z".
         #[serde(default)]
         axis: Axis,
-        /// Rate of the angle between the ends, rad/s.
+        /// Rate of the angle between the ends, rad/s. Required. Example: `rate = "8 rad/s"`.
         rate: AngularVelocity,
-        /// Thickness of each end layer, m; default as for "uniaxial".
+        /// Thickness of each end layer, m; default: as for "uniaxial".
         #[schemars(extend("exclusiveMinimum" = 0))]
         layer_thickness: Option<Length>,
-        /// Whether the specimen starts with the velocities of even twist, which spares it a shock.
+        /// Whether the initial velocity is that of uniform twist, which avoids a shock wave; default: true.
         #[serde(default = "yes")]
         initial_velocity_field: bool,
     },
-    /// The periodic cell follows a velocity gradient; particles start with its affine velocity and go with its changes, but for
-    /// prescribed components.
+    /// The periodic cell follows a velocity gradient. Particles start with its affine velocity and follow its changes, except
+    /// in prescribed components.
     CellStrain {
-        /// Velocity gradient: rows are the components of the velocity, columns the directions; 1/s.
+        /// Velocity gradient, 1/s: row i, column j is the derivative of velocity component i along axis j. Required.
+        /// Example: `velocity_gradient = [[0, 0, 0], [0, 0, 0], [0, 0, 0.4]]`.
         velocity_gradient: [[StrainRate; 3]; 3],
     },
-    /// The periodic cell is driven until its mean stress is the given one; particles go with it, but for prescribed components.
+    /// A servo deforms the periodic cell until its mean stress reaches a target. Particles follow the cell, except in
+    /// prescribed components.
     CellStress {
-        /// Wanted stress, symmetric, tension positive, Pa.
+        /// Target stress, symmetric, tension positive, Pa. Required.
+        /// Example: `stress = [["-1 MPa", 0, 0], [0, "-1 MPa", 0], [0, 0, "-1 MPa"]]`.
         stress: [[Stress; 3]; 3],
-        /// Largest strain rate the servo may use, 1/s.
+        /// Largest strain rate that the servo may use, 1/s. Required. Example: `maximum_strain_rate = "1 1/s"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         maximum_strain_rate: StrainRate,
-        /// Relative error of the stress that counts as reached.
+        /// Relative error at which the target stress counts as reached; default: 0.005.
         #[serde(default = "servo_tolerance")]
         #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
         tolerance: Number,
     },
     /// Two rigid plates press on the ends of the specimen.
     Platens {
-        /// Direction.
+        /// Direction of loading; default: "z".
         #[serde(default)]
         axis: Axis,
-        /// Velocity at which the plates approach each other, m/s.
+        /// Velocity at which the plates approach each other, m/s. Required. Example: `closing_velocity = "10 mm/s"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         closing_velocity: Velocity,
-        /// Material of the plates.
+        /// Name of the material of the plates. Required.
         material: String,
-        /// Cross-section for the stress, m²; by default that of the packing's shape, or of the bounding box.
+        /// Cross-section that the stress refers to, m²; default: that of the packing's shape, else of the bounding box.
+        /// Example: `area = "25 cm^2"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         area: Option<Area>,
     },
 }
 
 impl Loading {
-    /// Its name in the scenario.
+    /// Value of `kind` in the scenario.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::None => "none",
@@ -234,57 +241,58 @@ impl Loading {
     }
 }
 
-/// What end layers do across the axis of loading.
+/// Motion of end layers across the axis of loading.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Lateral {
-    /// They move and rotate freely.
+    /// The particles move across the axis and rotate freely.
     #[default]
     Free,
-    /// They neither move across the axis nor rotate.
+    /// The particles neither move across the axis nor rotate.
     Fixed,
 }
 
-/// When a run ends: at the first of these that comes true.
+/// Conditions that end the run; the first one that holds ends it. At least one is required.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Stop {
-    /// Stress has fallen to this fraction of its peak.
+    /// Stress drops to this fraction of its peak. Example: `drop_to = 0.2`.
     #[schemars(extend("minimum" = 0, "exclusiveMaximum" = 1))]
     pub drop_to: Option<Number>,
-    /// Size of the strain along the axis of loading (of the largest strain component, for a periodic cell).
+    /// Absolute strain along the loading axis (periodic cell: of the largest strain component). Example: `strain = 5e-3`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub strain: Option<Number>,
-    /// Time since the start of the run, s.
+    /// Time since the start of the run, s. Example: `time = "0.6 ms"`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub time: Option<Time>,
-    /// Number of steps.
+    /// Number of steps. Example: `steps = 20_000`.
     #[schemars(range(min = 1))]
     pub steps: Option<u64>,
-    /// Equilibrium: mean resultant force on a body (particle or clump) divided by the mean contact force is below this.
+    /// Equilibrium: root mean square of the net force on a body (particle or clump), divided by that of the contact forces,
+    /// falls below this. Example: `unbalanced = 1e-3`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub unbalanced: Option<Number>,
 }
 
-/// What is written, and how often.
+/// Contents and intervals of the output.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
-    /// Result file, relative to the scenario; by default the scenario's name with `.h5`.
+    /// Path of the result file, relative to the scenario; default: the name of the scenario with `.h5`.
     pub file: Option<String>,
-    /// Steps between two rows of stress, strain, and energies.
+    /// Steps between two rows of stress, strain, and energies; default: 10.
     #[schemars(range(min = 1))]
     pub sample_interval: u64,
-    /// Steps between two pictures of all particles and contacts; only the first and the last when left out.
+    /// Steps between two snapshots of all particles and contacts; default: only the first and the last state.
     #[schemars(range(min = 1))]
     pub snapshot_interval: Option<u64>,
-    /// Steps between two checkpoints; there is one about every minute in any case.
+    /// Steps between two checkpoints, in addition to one about every minute; default: none.
     #[schemars(range(min = 1))]
     pub checkpoint_interval: Option<u64>,
-    /// A bond enters the event log when its damage passes this.
+    /// Damage above which a bond enters the event log; default: 0.9.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub events_damage: Number,
-    /// Write the samples as a CSV file too.
+    /// Whether to write the samples as a CSV file, too; default: false.
     pub csv: bool,
 }
 

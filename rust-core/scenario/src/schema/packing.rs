@@ -1,4 +1,4 @@
-//! Where the particles come from.
+//! The table `[packing]`: initial positions and radii of the particles.
 
 use concordem_packing::random_dense::Protocol;
 use schemars::JsonSchema;
@@ -6,90 +6,94 @@ use serde::{Deserialize, Serialize};
 
 use super::quantity::{Length, Number};
 
-/// How the particles are placed.
+/// Initial positions and radii of the particles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Packing {
-    /// Random dense packing: a periodic cell of spheres compacted isotropically, tiled and cropped to the shape.
+    /// Random dense packing: a periodic cell of spheres is compacted isotropically, then tiled and cropped to the shape.
     RandomDense {
-        /// Number of spheres in the periodic cell.
+        /// Number of spheres in the periodic cell. Required. Example: `count = 1000`.
         #[schemars(range(min = 1, max = 100_000_000))]
         count: u64,
-        /// Radius of all spheres, m; or give `radii`.
+        /// Radius of all spheres, m. Required unless `radii` is given. Example: `radius = "1 mm"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         radius: Option<Length>,
-        /// Distribution of radii; or give `radius`.
+        /// Distribution of radii. Required unless `radius` is given.
+        /// Example: `radii = { kind = "uniform", minimum = "0.8 mm", maximum = "1.2 mm" }`.
         radii: Option<Radii>,
-        /// Seed of the random numbers: the same seed gives the same packing, bit by bit.
+        /// Seed of the random numbers; default: 0. The same seed gives the same packing, bit by bit.
         #[serde(default)]
         seed: u64,
-        /// Friction coefficient (tangent of the angle) during compaction: 0 packs densest, 0.5 loosest.
+        /// Friction coefficient during compaction; default: 0, which packs densest. A coefficient of 0.5 packs loosely.
         #[serde(default)]
         #[schemars(extend("minimum" = 0))]
         friction: Number,
-        /// How it is compacted: "jammed" rests under its residual pressure; "yade" stops as YADE's compactor does, a
-        /// little looser and not at rest, as the packings of Stránský 2018.
+        /// Stopping rule of the compaction; default: "jammed", a packing at rest under a residual pressure. "yade" stops as
+        /// YADE's compactor does, a little looser and not at rest, like the packings of Stránský 2018.
         #[serde(default)]
         protocol: Protocol,
-        /// What is cut out of the packing.
+        /// Shape that is cut out of the packing. Required.
+        /// Example: `shape = { kind = "box", size = ["15 mm", "15 mm", "30 mm"] }`.
         shape: Shape,
     },
-    /// Random discs in the plane z = 0, compressed beyond touching: a periodic square, tiled and cropped to the shape. In
-    /// three dimensions they are spheres whose centres lie in that plane.
+    /// Random discs in the plane z = 0: a periodic square of overlapping discs is tiled and cropped to the shape. In three
+    /// dimensions they are spheres with centers in that plane.
     RandomDiscs {
-        /// Number of discs in the periodic square.
+        /// Number of discs in the periodic square. Required. Example: `count = 500`.
         #[schemars(range(min = 1, max = 100_000_000))]
         count: u64,
-        /// Radius of all discs, m; or give `radii`. Equal discs form crystals.
+        /// Radius of all discs, m. Required unless `radii` is given. Equal discs crystallize. Example: `radius = "1 mm"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         radius: Option<Length>,
-        /// Distribution of radii; or give `radius`.
+        /// Distribution of radii. Required unless `radius` is given.
+        /// Example: `radii = { kind = "uniform", minimum = "0.8 mm", maximum = "1.2 mm" }`.
         radii: Option<Radii>,
-        /// Area of all discs through that of the square; they touch from 0.84 on, and at 0.93 have 5.1 contacts each.
+        /// Area of all discs divided by the area of the square; default: 0.932. Discs touch from 0.84 on and have a mean of
+        /// 5.1 contacts at 0.93.
         #[serde(default = "overlapping")]
         #[schemars(extend("minimum" = 0.1, "maximum" = 1.1))]
         solid_fraction: Number,
-        /// Seed of the random numbers: the same seed gives the same packing, bit by bit.
+        /// Seed of the random numbers; default: 0. The same seed gives the same packing, bit by bit.
         #[serde(default)]
         seed: u64,
-        /// What is cut out of the packing; its size along z is of no account.
+        /// Shape that is cut out of the packing; its size along z is ignored. Required.
         shape: Shape,
     },
-    /// Spheres of one size on a lattice, touching their nearest neighbours.
+    /// Equal spheres on a lattice; nearest neighbors touch.
     Lattice {
-        /// Kind of lattice.
+        /// Type of lattice. Required. Example: `lattice = "fcc"`.
         lattice: Lattice,
-        /// Radius of all spheres, m.
+        /// Radius of all spheres, m. Required. Example: `radius = "1 mm"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         radius: Length,
-        /// Number of unit cells along x, y, z; needed unless a shape to be filled is given.
+        /// Number of unit cells along x, y, z. Required unless `shape` gives a size. Example: `repeats = [10, 10, 20]`.
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         repeats: Option<[u64; 3]>,
-        /// What is cut out; the whole block when left out.
+        /// Shape that is filled with the lattice; default: a block of `repeats` unit cells.
         shape: Option<Shape>,
     },
-    /// Spheres from a text file with the columns x y z r in metres, or from an HDF5 sphere pack.
+    /// Spheres from a text file with the columns x y z r in meters, or from an HDF5 sphere pack.
     File {
-        /// The file, relative to the scenario.
+        /// Path of the file, relative to the scenario. Required. Example: `path = "packing.txt"`.
         path: String,
-        /// Edges of the periodic cell, m; not periodic when left out.
+        /// Edge lengths of the periodic cell, m; default: not periodic. Example: `cell = ["10 mm", "10 mm", "10 mm"]`.
         #[schemars(transform = super::quantity::positive_items)]
         cell: Option<[Length; 3]>,
-        /// What is cut out; everything when left out.
+        /// Shape that is cut out of the packing; default: all spheres.
         shape: Option<Shape>,
     },
-    /// Spheres listed here.
+    /// Spheres listed in the scenario.
     Spheres {
-        /// One `[x, y, z, radius]` per sphere, m.
+        /// One `[x, y, z, radius]` per sphere, m. Required. Example: `spheres = [[0, 0, 0, "1 mm"]]`.
         spheres: Vec<[Length; 4]>,
-        /// Edges of the periodic cell, m; not periodic when left out.
+        /// Edge lengths of the periodic cell, m; default: not periodic. Example: `cell = ["10 mm", "10 mm", "10 mm"]`.
         #[schemars(transform = super::quantity::positive_items)]
         cell: Option<[Length; 3]>,
     },
 }
 
 impl Packing {
-    /// The shape that is cut out, if any.
+    /// The shape that is cut out of the packing, if any.
     pub fn shape(&self) -> Option<&Shape> {
         match self {
             Self::RandomDense { shape, .. } | Self::RandomDiscs { shape, .. } => Some(shape),
@@ -108,15 +112,15 @@ impl Packing {
     }
 }
 
-/// Lattices; all nearest neighbours touch.
+/// Type of lattice; nearest neighbors touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Lattice {
     /// Simple cubic.
     Sc,
-    /// Body-centred cubic.
+    /// Body-centered cubic.
     Bcc,
-    /// Face-centred cubic.
+    /// Face-centered cubic.
     Fcc,
     /// Hexagonal close packed.
     Hcp,
@@ -137,36 +141,37 @@ impl Lattice {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Radii {
-    /// Uniform between two radii.
+    /// Uniform distribution between two radii.
     Uniform {
-        /// Smallest radius, m.
+        /// Smallest radius, m. Required.
         #[schemars(extend("exclusiveMinimum" = 0))]
         minimum: Length,
-        /// Largest radius, m.
+        /// Largest radius, m. Required.
         #[schemars(extend("exclusiveMinimum" = 0))]
         maximum: Length,
     },
-    /// Log-normal, cut off at both ends.
+    /// Log-normal distribution, truncated at both ends.
     LogNormal {
-        /// Median radius, m.
+        /// Median radius, m. Required.
         #[schemars(extend("exclusiveMinimum" = 0))]
         median: Length,
-        /// Standard deviation of the natural logarithm of the radius.
+        /// Standard deviation of the natural logarithm of the radius. Required. Example: `deviation = 0.2`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         deviation: Number,
-        /// Smallest radius, m.
+        /// Smallest radius, m. Required.
         #[schemars(extend("exclusiveMinimum" = 0))]
         minimum: Length,
-        /// Largest radius, m.
+        /// Largest radius, m. Required.
         #[schemars(extend("exclusiveMinimum" = 0))]
         maximum: Length,
     },
-    /// A list of radii and the share of spheres that have each.
+    /// A list of radii and the fraction of spheres that have each radius.
     Table {
-        /// Radii, m.
+        /// Radii, m. Required. Example: `radii = ["1 mm", "2 mm"]`.
         #[schemars(transform = super::quantity::positive_items, length(min = 1))]
         radii: Vec<Length>,
-        /// Shares by number; scaled to sum to 1.
+        /// Fractions by number of spheres, one per radius; they are normalized to a sum of 1. Required.
+        /// Example: `shares = [0.7, 0.3]`.
         #[schemars(transform = super::quantity::non_negative_items)]
         shares: Vec<Number>,
     },
@@ -186,86 +191,86 @@ impl Radii {
     }
 }
 
-/// What is cut out of a packing. A particle belongs to the shape when its centre is inside. Centred at the origin.
+/// Shape that is cut out of a packing, centered at the origin. It keeps the particles whose centers lie inside.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Shape {
-    /// Box with edges along the axes.
+    /// A box with edges along the axes.
     Box {
-        /// Edge lengths, m.
+        /// Edge lengths, m. Required. Example: `size = ["15 mm", "15 mm", "30 mm"]`.
         #[schemars(transform = super::quantity::positive_items)]
         size: [Length; 3],
     },
-    /// Circular cylinder.
+    /// A circular cylinder.
     Cylinder {
-        /// Radius, m.
+        /// Radius, m. Required.
         #[schemars(extend("exclusiveMinimum" = 0))]
         radius: Length,
-        /// Height, m.
+        /// Height, m. Required.
         #[schemars(extend("exclusiveMinimum" = 0))]
         height: Length,
-        /// Direction of its axis.
+        /// Direction of the axis; default: "z".
         #[serde(default)]
         axis: Axis,
     },
-    /// Hyperboloid of one sheet: a cylinder with a waist.
+    /// A hyperboloid of one sheet: a cylinder with a waist.
     Hyperboloid {
-        /// Radius at both ends, m.
+        /// Radius at both ends, m. Required.
         #[schemars(extend("exclusiveMinimum" = 0))]
         radius: Length,
-        /// Radius in the middle, m.
+        /// Radius in the middle, m. Required.
         #[schemars(extend("exclusiveMinimum" = 0))]
         waist_radius: Length,
-        /// Height, m.
+        /// Height, m. Required.
         #[schemars(extend("exclusiveMinimum" = 0))]
         height: Length,
-        /// Direction of its axis.
+        /// Direction of the axis; default: "z".
         #[serde(default)]
         axis: Axis,
     },
-    /// Interior of a closed triangulated surface.
+    /// The interior of a closed triangulated surface.
     Mesh {
-        /// STL file, relative to the scenario.
+        /// Path of the STL file, relative to the scenario. Required. Example: `path = "specimen.stl"`.
         path: String,
-        /// Length of one unit of the file: `"1 mm"` for a file in millimetres.
-        #[serde(default = "one_metre")]
+        /// Length of one unit of the file, m; default: 1 m. Example for a file in millimeters: `unit = "1 mm"`.
+        #[serde(default = "one_meter")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         unit: Length,
     },
-    /// Nothing: the periodic cell is kept and repeated.
+    /// The periodic cell itself, kept and repeated.
     Periodic {
-        /// Copies along x, y, z.
+        /// Number of copies of the cell along x, y, z; default: `[1, 1, 1]`.
         #[serde(default = "one_tile")]
         #[schemars(inner(range(min = 1, max = 10_000)))]
         tiles: [u64; 3],
     },
 }
 
-/// An axis of coordinates.
+/// A coordinate axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Axis {
-    /// x.
+    /// The x axis.
     X,
-    /// y.
+    /// The y axis.
     Y,
-    /// z.
+    /// The z axis.
     #[default]
     Z,
 }
 
 impl Axis {
-    /// 0, 1, 2.
+    /// Index of the axis: 0, 1, or 2.
     pub fn index(self) -> usize {
         self as usize
     }
 }
 
-pub(super) fn one_metre() -> Length {
+pub(super) fn one_meter() -> Length {
     Length::new(1.0)
 }
 
-/// Share of the area in the samples of Madan 2019, section 4.5.
+/// Area fraction of the specimens of Madan 2019, section 4.5.
 fn overlapping() -> Number {
     Number::new(0.932)
 }

@@ -1,11 +1,11 @@
-//! Scenarios to start from, compiled in.
+//! Template scenarios, compiled into the program.
 
 /// A commented scenario to start from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Template {
     /// Name.
     pub name: &'static str,
-    /// One line about it.
+    /// Description in one line.
     pub description: &'static str,
     /// The scenario.
     pub text: &'static str,
@@ -32,9 +32,9 @@ templates! {
     "beam-tension": "cylinder of silica made of cohesive beams (Jebahi et al. 2015), pulled until it breaks; a minute",
     "beam-torsion": "the same cylinder, twisted until it breaks",
     "beam-bending": "a prism of the same silica, bent until it breaks",
-    "beam-impact": "a pulse runs through a slender cylinder of the same silica and comes back; seconds",
-    "beam-indentation": "a plate of silica in two dimensions, pressed by a rigid cylinder; minutes",
-    "deformable-discs": "two-dimensional bar of discs that deform under their contacts, pressed at its ends",
+    "beam-impact": "a pulse travels through a slender cylinder of the same silica and returns; seconds",
+    "beam-indentation": "a silica plate in two dimensions, indented by a rigid cylinder; minutes",
+    "deformable-discs": "two-dimensional bar of deformable discs, compressed at its ends",
     "linear-bond-bar": "two-dimensional bar of discs with brittle bonds, pulled until it breaks",
 }
 
@@ -43,7 +43,7 @@ pub fn template(name: &str) -> Option<&'static Template> {
     TEMPLATES.iter().chain([&SWEEP]).find(|template| template.name == name)
 }
 
-/// A commented sweep to start from; its scenario is a template, too.
+/// A commented parameter sweep to start from; its scenario is a template, too.
 pub const SWEEP: Template = Template {
     name: "elastic-sweep",
     description: "elastic constants over interaction ratio and stiffness ratio, mean of three packings; for `sweep`",

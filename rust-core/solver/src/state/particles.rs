@@ -84,7 +84,7 @@ pub enum LoadLever {
     /// It pulls at the point of the surface that lies in its direction.
     Pull,
     /// It pushes against the point of the surface that lies against its direction.
-    ParticleVirial,
+    Push,
 }
 
 /// One particle to be added: the usual defaults are a resting, free sphere.
@@ -150,7 +150,7 @@ impl Particles {
         let sign = match lever {
             LoadLever::Body => 0.0,
             LoadLever::Pull => 1.0,
-            LoadLever::ParticleVirial => -1.0,
+            LoadLever::Push => -1.0,
         };
         let dyad = if size > 0.0 { Symmetric::product(&(force * (sign / size)), &force) } else { Symmetric::default() };
         match self.loads.binary_search_by_key(&particle, |load| load.particle) {

@@ -1,16 +1,16 @@
-//! Operators of scenarios on simulations that run.
+//! Operators of `[[sample]]` on running simulations.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::simulation::Simulation;
-use super::{Operator, OperatorSample};
-use crate::assembly::assemble;
-use crate::schema::{Scenario, template};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_operator::strain::Dimension;
 use concordem_operator::strain::cosserat;
 use concordem_operator::tessellation::{Domain, power_diagram};
+use concordem_scenario::assembly::assemble;
+use concordem_scenario::sampling::{Operator, ScheduledOperator, rotation_vector};
+use concordem_scenario::schedule::Simulation;
+use concordem_scenario::schema::{Scenario, template};
 
 fn simulation(text: &str) -> Simulation {
     let scenario = Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"));
@@ -22,7 +22,7 @@ fn simulation(text: &str) -> Simulation {
 
 /// The rows of all operators at one step.
 struct Rows {
-    schedule: Vec<OperatorSample>,
+    schedule: Vec<ScheduledOperator>,
     values: Vec<Vec<f64>>,
 }
 
@@ -70,8 +70,9 @@ fn near(a: &Mat3, b: &Mat3, error: f64) {
     assert!((a - b).abs().max() <= error, "{a}{b} differ by {:e}, allowed {error:e}", (a - b).abs().max());
 }
 
-/// A periodic cell under shear and stretch: the cells' strains are the cell's own whatever particles do, contact cells add
-/// their rotations, and three stresses are one. Rounding of sums of a thousand terms: 1e-12 of the largest.
+/// A periodic cell under shear and stretch: Delaunay cells give the strain of the periodic cell for any motion of the
+/// particles, contact cells add the rotations, and three definitions of stress agree. Tolerance: rounding of sums of a
+/// thousand terms, 1e-12 of the largest.
 #[test]
 fn all_operators_of_a_periodic_cell() {
     let text = template("cpm-periodic").unwrap().text.replace("count = 1000", "count = 120");
@@ -88,7 +89,7 @@ fn all_operators_of_a_periodic_cell() {
     let mut simulation = simulation(&format!("{text}\n{samples}"));
     let places = simulation.state.particles.position.clone();
     let rows = Rows::of(&mut simulation, 300);
-    // The rows are those of the state before the last step.
+    // The rows belong to the state before the last step.
     let (dt, cell) = (simulation.state.clock.dt, simulation.state.cell.unwrap());
     let l = cell.velocity_gradient;
     let matrix = cell.matrix - cell.matrix_change;
@@ -99,8 +100,8 @@ fn all_operators_of_a_periodic_cell() {
     near(&rows.tensor("cell-strain", "gradient"), &gradient, 1e-9 * strain);
     near(&rows.tensor("cell-rate", "gradient"), &l, 1e-12 * l.abs().max());
     let contact_cells = rows.tensor("contact-cell-strain", "gradient");
-    // They add rotations, weighted with the cells' volumes in the mean: contacts lie on the lines of centres, not in the middle
-    // of the faces, which a few percent of the strain allow for (one step more of rotation, too).
+    // Contact cells add the rotations, averaged by cell volume. Contacts lie on the lines of centers, not in the middle of the
+    // faces, and the rotations are one step later: the tolerance is a few percent of the strain.
     let diagram =
         power_diagram(&places, &simulation.state.particles.radius, &Domain::Periodic(first), Dimension::Three);
     let volumes = diagram.unwrap().volumes;
@@ -110,11 +111,11 @@ fn all_operators_of_a_periodic_cell() {
         .orientation
         .iter()
         .zip(&volumes)
-        .map(|(q, v)| super::samples::rotation_vector(q) * (v / volumes.iter().sum::<f64>()))
+        .map(|(q, v)| rotation_vector(q) * (v / volumes.iter().sum::<f64>()))
         .sum();
     let expected = gradient + cosserat::cross_of_identity(&turned);
     near(&contact_cells, &expected, 0.02 * strain);
-    // Stresses: by branches, by particles, by net wrenches.
+    // Stress from branch vectors, from particles, and from net wrenches.
     let stress = rows.tensor("region-stress", "stress");
     let size = stress.abs().max();
     assert!(size > 1e5, "{stress}");
@@ -123,19 +124,19 @@ fn all_operators_of_a_periodic_cell() {
     let solid = rows.reals("particle-stress", "solid_fraction")[0];
     near(&(rows.tensor("particle-stress", "mean_particle_stress") * solid), &stress, 1e-12 * size);
     assert_eq!(rows.reals("porosity", "solid_fraction")[0], solid);
-    // Power: what the contacts take is stress on strain rate, and the motion that is not affine.
+    // The power put into contacts is that of stress on strain rate plus that of the non-affine motion.
     let power = |name: &str| rows.reals("power", name)[0];
     let all = power("contacts");
     assert!(all > 0.0 && power("gap").abs() > 1e-6 * all, "{all} {}", power("gap"));
     assert!((all - power("stress") - power("couple") - power("gap")).abs() < 1e-9 * all);
-    // A kernel that holds some seventy particles sees their density.
+    // A kernel that contains about seventy particles gives their density.
     let mass: f64 = simulation.state.particles.mass.iter().sum();
     let density = mass / cell.volume();
     assert!((rows.reals("coarse-grain", "density")[0] / density - 1.0).abs() < 0.05);
 }
 
-/// Grains squeezed in a box: walls' tractions are the boundary's forces, and the boundary's stress is that of the particles
-/// but for weight and inertia.
+/// Grains compressed in a box: the forces on the walls are those of the boundary, and the boundary stress equals that of the
+/// particles up to weight and inertia.
 #[test]
 fn walls_and_boundary() {
     let mut samples = String::new();
@@ -168,7 +169,7 @@ fn walls_and_boundary() {
     let rows = Rows::of(&mut simulation, 3000);
     let forces = ends.map(|end| rows.vector(end, "force"));
     for (k, force) in forces.iter().enumerate() {
-        // Out of the box: particles push the walls away.
+        // The particles push the walls outward.
         assert!(force[k / 2] * if k % 2 == 0 { -1.0 } else { 1.0 } > 0.0, "{k}: {force}");
         assert_eq!(rows.vector(ends[k], "traction"), force / 50e-6);
         assert_eq!(rows.reals(ends[k], "contacts"), [16.0]);
@@ -178,13 +179,13 @@ fn walls_and_boundary() {
     assert!((total + forces.iter().sum::<Vec3>()).norm() < 1e-13 * size);
     let (outer, inner) = (rows.tensor("boundary-stress", "stress"), rows.tensor("particle-stress", "stress"));
     assert!(inner.trace() < -100.0, "{inner}");
-    // What is missing are weight and what is left of inertia of 64 grains, 1e-4 N each, against walls that push each of them
-    // with some 1e-1 N.
+    // The difference is the weight and the remaining inertia of 64 grains, 1e-4 N each; walls push each of them with about
+    // 1e-1 N.
     near(&outer, &inner, 0.01 * inner.abs().max());
 }
 
-/// A prism pulled by its end layers: reactions of the held layers, times places, are the stress of the whole but for inertia;
-/// boxes of a grid add up to the box; regions follow.
+/// A prism pulled by its end layers: the boundary stress from the reactions of the layers equals the stress of the body up to
+/// inertia; the cells of a grid add up to the box; regions move and deform.
 #[test]
 fn supports_grids_and_moving_regions() {
     let region =
@@ -209,17 +210,17 @@ fn supports_grids_and_moving_regions() {
     let (outer, inner) = (rows.tensor("boundary-stress", "stress"), rows.tensor("whole", "stress"));
     assert!(inner[(2, 2)] > 1e5, "{inner}");
     near(&outer, &inner, 0.05 * inner.abs().max());
-    // P22: clipped branches add up over a partition of space.
+    // Clipped branch vectors add up over a partition of space.
     let core = rows.tensor("core", "stress") * rows.reals("core", "volume")[0];
     let (stress, volume) = (rows.reals("map", "stress"), rows.reals("map", "volume"));
     assert_eq!((stress.len(), volume.len()), (9 * 24, 24));
     let sum: Mat3 = stress.chunks(9).zip(volume).map(|(s, v)| Mat3::from_row_slice(s) * *v).sum();
     near(&sum, &core, 1e-12 * core.abs().max());
-    // The time of the row is that of the step before.
+    // The row belongs to the state one step earlier.
     let time = simulation.state.clock.time() - simulation.state.clock.dt;
     let grown = rows.reals("stretched", "volume")[0] / 480e-9;
     assert!((grown / concordem_contact::math::exp(500.0 * time) - 1.0).abs() < 1e-12, "{grown}");
     assert!(grown > 1.02, "{grown}");
-    // 100 m/s for some 1e-4 s: beyond the specimen, where there is nothing.
+    // 100 m/s for about 1e-4 s: the region has left the specimen.
     assert_eq!(rows.reals("gone", "solid_fraction")[0], 0.0);
 }

@@ -1,0 +1,110 @@
+//! Initial velocities, prescribed motions, forces, and clumps.
+
+use super::particles::ClumpMembers;
+use super::selection::member_of_clump;
+use super::{AssemblyError, set_index, unfit};
+use crate::schema::quantity::vector;
+use crate::schema::{self, Prescribe, Scenario};
+use concordem_contact::math::Vec3;
+use concordem_solver::state::{Clump, Constraint, Particles, State};
+
+/// Indices of the particles of a set.
+fn members(scenario: &Scenario, state: &State, name: &str) -> Vec<usize> {
+    let bit = 1u64 << set_index(scenario, name);
+    (0..state.particles.len()).filter(|&p| state.particles.tags[p] & bit != 0).collect()
+}
+
+/// Initial velocities, prescribed motions, and forces.
+///
+/// # Errors
+/// A motion is prescribed to a member of a clump, which moves with its body.
+pub(super) fn apply_motions(scenario: &Scenario, state: &mut State) -> Result<(), AssemblyError> {
+    for initial in &scenario.initials {
+        for p in members(scenario, state, &initial.set) {
+            state.particles.velocity[p] = vector(&initial.velocity);
+            state.particles.angular_velocity[p] = vector(&initial.angular_velocity);
+        }
+    }
+    for (number, prescribe) in scenario.prescribed.iter().enumerate() {
+        let members = members(scenario, state, &prescribe.set);
+        if let Some((id, clump)) = member_of_clump(&state.particles, &members) {
+            let message = format!(
+                "set `{}` contains particle {id}, which belongs to clump[{clump}] and moves with it; exclude the members \
+                 of the clump from the set, or remove the clump",
+                prescribe.set
+            );
+            return Err(unfit(&format!("prescribe[{number}].set"), message));
+        }
+        for p in members {
+            apply_prescribed(prescribe, p, &mut state.particles);
+        }
+    }
+    for force in &scenario.forces {
+        for p in members(scenario, state, &force.set) {
+            state.particles.add_load_at(p as u32, vector(&force.force), vector(&force.moment), force.acts);
+        }
+    }
+    Ok(())
+}
+
+/// Sets and constrains the prescribed components of a particle's motion.
+fn apply_prescribed(prescribe: &Prescribe, p: usize, particles: &mut Particles) {
+    for i in 0..3 {
+        if let Some(v) = prescribe.velocity[i].si() {
+            particles.velocity[p][i] = v;
+            particles.constraint[p].0 |= 1 << i;
+        }
+        if let Some(w) = prescribe.angular_velocity[i].si() {
+            particles.angular_velocity[p][i] = w;
+            particles.constraint[p].0 |= 8 << i;
+        }
+    }
+}
+
+/// Rigid bodies with their initial motion.
+pub(super) fn add_clumps(scenario: &Scenario, members: &ClumpMembers, state: &mut State) -> Result<(), AssemblyError> {
+    for (number, (clump, members)) in scenario.clumps.iter().zip(members).enumerate() {
+        let inertia = clump.inertia.map(|i| Vec3::new(i[0].si(), i[1].si(), i[2].si()));
+        let (velocity, angular_velocity) = initial_motion(clump, number, members, &state.particles)?;
+        let mass = clump.mass.map(schema::Quantity::si);
+        let mut body = Clump::new(members.clone(), &state.particles, mass, inertia);
+        if scenario.dimension == 2 {
+            body.constraint = Constraint::OUT_OF_PLANE;
+        }
+        body.start(velocity, angular_velocity, &mut state.particles);
+        state.clumps.push(body);
+    }
+    Ok(())
+}
+
+/// Initial velocity (m/s) and angular velocity (rad/s) of a clump: its own, else that which `[[initial]]` gives its members.
+///
+/// # Errors
+/// The velocities of the members are not one translation of the body.
+fn initial_motion(
+    clump: &schema::Clump,
+    number: usize,
+    members: &[u32],
+    particles: &Particles,
+) -> Result<(Vec3, Vec3), AssemblyError> {
+    let first = particles.velocity[members[0] as usize];
+    let velocity = match &clump.velocity {
+        Some(velocity) => vector(velocity),
+        None if members.iter().all(|&m| particles.velocity[m as usize] == first) => first,
+        None => {
+            let message = "[[initial]] gives its members different velocities, which no rigid body has; give the clump its \
+                           own `velocity`, or include all of its members in the set of [[initial]], or none";
+            return Err(unfit(&format!("clump[{number}]"), message.into()));
+        }
+    };
+    let angular_velocity = match &clump.angular_velocity {
+        Some(angular_velocity) => vector(angular_velocity),
+        None if members.iter().all(|&m| particles.angular_velocity[m as usize] == Vec3::zeros()) => Vec3::zeros(),
+        None => {
+            let message = "[[initial]] gives its members an angular velocity, each about its own center, which no rigid \
+                           body has; give the clump its own `angular_velocity`";
+            return Err(unfit(&format!("clump[{number}]"), message.into()));
+        }
+    };
+    Ok((velocity, angular_velocity))
+}

@@ -1,0 +1,128 @@
+//! Particles: spheres of the packing and of clumps, with sets, materials, masses, and clump membership.
+
+use std::ops::Range;
+
+use super::selection::select;
+use super::{AssemblyError, Placed, material_index, set_index, unfit};
+use crate::schema::Scenario;
+use concordem_contact::math::Vec3;
+use concordem_packing::mass_of;
+use concordem_solver::neighbor::spatial_order;
+use concordem_solver::state::{Constraint, Particles, Sphere, State};
+
+/// Largest number of sets: a particle stores its sets as the bits of a 64-bit number.
+const MOST_SETS: usize = 64;
+
+/// Members of every clump, as indices of the state.
+pub(super) type ClumpMembers = Vec<Vec<u32>>;
+
+/// A state with the particles and the cell of a scenario, and the members of its clumps.
+pub(super) fn build(scenario: &Scenario, placed: &Placed) -> Result<(State, ClumpMembers), AssemblyError> {
+    let (spheres, added) = spheres(scenario, placed);
+    let (mut materials, tags) = sets(scenario, &spheres)?;
+    for (clump, added) in scenario.clumps.iter().zip(&added) {
+        if let Some(name) = &clump.material {
+            materials[added.clone()].fill(material_index(scenario, name));
+        }
+    }
+    let members = members(scenario, &added, &tags);
+    let mut particles = particles(scenario, &spheres, &materials, &tags);
+    join_clumps(&members, &mut particles)?;
+    // Particles lie along a space-filling curve in memory; the numbers of the scenario stay in `id`.
+    let order = spatial_order(&particles.position, placed.packing.cell.as_ref());
+    let particles = particles.permuted(&order);
+    let mut index_of = vec![0u32; order.len()];
+    for (new, &old) in order.iter().enumerate() {
+        index_of[old as usize] = new as u32;
+    }
+    let reindex = |members: Vec<u32>| {
+        let mut members: Vec<u32> = members.into_iter().map(|m| index_of[m as usize]).collect();
+        members.sort_unstable();
+        members
+    };
+    let members = members.into_iter().map(reindex).collect();
+    Ok((State { particles, cell: placed.packing.cell, ..State::default() }, members))
+}
+
+/// Spheres of the packing, then those that clumps add, and the range of the latter for every clump.
+fn spheres(scenario: &Scenario, placed: &Placed) -> (Vec<Sphere>, Vec<Range<usize>>) {
+    let mut spheres = placed.packing.spheres.clone();
+    let mut added = Vec::with_capacity(scenario.clumps.len());
+    for clump in &scenario.clumps {
+        let first = spheres.len();
+        let of_clump = clump.spheres.iter().flatten();
+        spheres.extend(
+            of_clump.map(|s| Sphere { position: Vec3::new(s[0].si(), s[1].si(), s[2].si()), radius: s[3].si() }),
+        );
+        added.push(first..spheres.len());
+    }
+    (spheres, added)
+}
+
+/// Material and set membership (one bit per set) of every sphere.
+fn sets(scenario: &Scenario, spheres: &[Sphere]) -> Result<(Vec<u16>, Vec<u64>), AssemblyError> {
+    if scenario.sets.len() > MOST_SETS {
+        let message = format!("{} sets are given; at most {MOST_SETS} are possible", scenario.sets.len());
+        return Err(unfit("set", message));
+    }
+    let mut materials = vec![0u16; spheres.len()];
+    let mut tags = vec![0u64; spheres.len()];
+    for (k, set) in scenario.sets.iter().enumerate() {
+        let material = set.material.as_deref().map(|name| material_index(scenario, name));
+        for p in select(&set.selection, spheres, &set.name)? {
+            tags[p] |= 1 << k;
+            if let Some(material) = material {
+                materials[p] = material;
+            }
+        }
+    }
+    Ok((materials, tags))
+}
+
+/// Members of every clump: the particles of its set, or its added spheres.
+fn members(scenario: &Scenario, added: &[Range<usize>], tags: &[u64]) -> ClumpMembers {
+    let of_clump = |(clump, added): (&crate::schema::Clump, &Range<usize>)| match &clump.set {
+        Some(name) => {
+            let bit = 1u64 << set_index(scenario, name);
+            (0..tags.len() as u32).filter(|&p| tags[p as usize] & bit != 0).collect()
+        }
+        None => (added.start as u32..added.end as u32).collect(),
+    };
+    scenario.clumps.iter().zip(added).map(of_clump).collect()
+}
+
+/// Particles with mass and inertia; in two dimensions they stay in the plane.
+fn particles(scenario: &Scenario, spheres: &[Sphere], materials: &[u16], tags: &[u64]) -> Particles {
+    let planar = scenario.dimension == 2;
+    let densities: Vec<f64> = scenario.materials.iter().map(|m| m.density.si()).collect();
+    let mut particles = Particles::default();
+    for ((sphere, &material), &tag) in spheres.iter().zip(materials).zip(tags) {
+        let (mass, inertia) = mass_of(sphere.radius, densities[material as usize], planar);
+        particles.push(*sphere, material, mass, inertia);
+        if let Some(last) = particles.tags.last_mut() {
+            *last = tag;
+        }
+        if planar && let Some(last) = particles.constraint.last_mut() {
+            *last = Constraint::OUT_OF_PLANE;
+        }
+    }
+    particles
+}
+
+/// Marks the members of clumps; a particle belongs to one clump at most.
+fn join_clumps(members: &[Vec<u32>], particles: &mut Particles) -> Result<(), AssemblyError> {
+    for (k, members) in members.iter().enumerate() {
+        if members.is_empty() {
+            return Err(unfit(&format!("clump[{k}]"), "the set has no particles".into()));
+        }
+        for &m in members {
+            let clump = &mut particles.clump[m as usize];
+            if *clump != u32::MAX {
+                let message = format!("particle {m} already belongs to clump {clump}");
+                return Err(unfit(&format!("clump[{k}]"), message));
+            }
+            *clump = k as u32;
+        }
+    }
+    Ok(())
+}

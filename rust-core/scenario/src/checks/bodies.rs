@@ -1,0 +1,131 @@
+//! Checks of walls, sets, prescribed motions, forces, and clumps.
+
+use super::{Checker, SYMMETRY};
+use crate::schema::quantity::{Component, Length, vector};
+use crate::schema::{Clump, Packing, ParticleSet, Quantity, Selection, WallShape};
+
+impl Checker<'_> {
+    pub(super) fn walls(&mut self) {
+        for (at, wall) in self.scenario.walls.iter().enumerate() {
+            self.known_material(&format!("wall[{at}].material"), &wall.material);
+            let path = format!("wall[{at}].shape");
+            match &wall.shape {
+                WallShape::Plane { normal, .. } if vector(normal).norm() == 0.0 => {
+                    let help = "it points from the wall to the particles: normal = [0, 0, 1] for a floor";
+                    self.range(&format!("{path}.normal"), "must not be zero", help);
+                }
+                WallShape::Box { minimum, maximum } => self.corners(&path, minimum, maximum),
+                _ => {}
+            }
+        }
+    }
+
+    /// Sets, and the motions and forces that refer to them.
+    pub(super) fn sets(&mut self) {
+        let scenario = self.scenario;
+        let names: Vec<&str> = scenario.sets.iter().map(|set| set.name.as_str()).collect();
+        self.unique("set", &names);
+        for (at, set) in scenario.sets.iter().enumerate() {
+            self.set(at, set);
+        }
+        for (at, prescribed) in scenario.prescribed.iter().enumerate() {
+            self.known_set(&format!("prescribe[{at}].set"), &prescribed.set);
+            let free = prescribed.velocity.iter().all(|component| *component == Component::Free)
+                && prescribed.angular_velocity.iter().all(|component| *component == Component::Free);
+            if free {
+                let help = "give `velocity` or `angular_velocity`, with \"free\" for components that follow the forces";
+                self.conflict(&format!("prescribe[{at}]"), "prescribes no component", help);
+            }
+        }
+        for (at, force) in scenario.forces.iter().enumerate() {
+            self.known_set(&format!("force[{at}].set"), &force.set);
+            if vector(&force.force).norm() == 0.0 && vector(&force.moment).norm() == 0.0 {
+                let help = "give `force` or `moment`, or remove the table";
+                self.conflict(&format!("force[{at}]"), "neither force nor moment", help);
+            }
+        }
+        for (at, initial) in scenario.initials.iter().enumerate() {
+            self.known_set(&format!("initial[{at}].set"), &initial.set);
+        }
+    }
+
+    fn set(&mut self, at: usize, set: &ParticleSet) {
+        let scenario = self.scenario;
+        if let Some(material) = &set.material {
+            self.known_material(&format!("set[{at}].material"), material);
+        }
+        let path = format!("set[{at}].selection");
+        match &set.selection {
+            Selection::Box { minimum, maximum } => self.corners(&path, minimum, maximum),
+            Selection::Ids { ids } => {
+                // Other packings are not known before they are made.
+                let Packing::Spheres { spheres, .. } = &scenario.packing else { return };
+                let of_clumps: usize =
+                    scenario.clumps.iter().filter_map(|clump| clump.spheres.as_ref()).map(Vec::len).sum();
+                let count = spheres.len() + of_clumps;
+                if let Some(bad) = ids.iter().position(|id| *id as usize >= count) {
+                    let message = format!("there are only {count} spheres");
+                    let help = "spheres are numbered from 0";
+                    self.range(&format!("{path}.ids[{bad}]"), message, help);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    pub(super) fn clumps(&mut self) {
+        let scenario = self.scenario;
+        if scenario.loading.drives_cell() && !scenario.clumps.is_empty() {
+            let help = "rigid bodies do not follow the deformation of a driven cell; remove the clumps, or [loading]";
+            let message = format!("clumps are not possible with \"{}\" loading", scenario.loading.kind());
+            self.conflict("clump[0]", message, help);
+        }
+        for (at, clump) in scenario.clumps.iter().enumerate() {
+            let path = format!("clump[{at}]");
+            self.members(&path, clump);
+            if let Some(material) = &clump.material {
+                self.known_material(&format!("{path}.material"), material);
+            }
+            if let Some(inertia) = &clump.inertia {
+                let [a, b, c] = inertia.map(Quantity::si);
+                let key = format!("{path}.inertia");
+                if a > b || b > c {
+                    self.conflict(&key, "not in ascending order", "write the smallest moment of inertia first");
+                } else if c > (a + b) * (1.0 + SYMMETRY) {
+                    let message = "no body has these moments: the largest exceeds the sum of the other two";
+                    self.range(&key, message, "check their order and units, or omit `inertia`");
+                }
+            }
+        }
+    }
+
+    /// Members of a clump: packed particles or added spheres.
+    fn members(&mut self, path: &str, clump: &Clump) {
+        match (&clump.set, &clump.spheres) {
+            (None, None) => {
+                let help = "give `set` to join packed particles, or `spheres` to add some";
+                self.missing(path, "neither `set` nor `spheres`", help);
+            }
+            (Some(_), Some(_)) => {
+                let help = "keep `set` to join packed particles, or `spheres` to add some";
+                self.conflict(&format!("{path}.set"), "both `set` and `spheres`", help);
+            }
+            (Some(set), None) => {
+                self.known_set(&format!("{path}.set"), set);
+                if clump.material.is_some() {
+                    let help = "packed particles have a material already; change it in [[set]]";
+                    self.conflict(&format!("{path}.material"), "has no effect with `set`", help);
+                }
+            }
+            (None, Some(spheres)) => self.added_spheres(&format!("{path}.spheres"), spheres),
+        }
+    }
+
+    /// Spheres of a clump; they may overlap.
+    fn added_spheres(&mut self, key: &str, spheres: &[[Length; 4]]) {
+        if spheres.is_empty() {
+            self.range(key, "no spheres", "list at least one as [x, y, z, radius]");
+        }
+        self.radii_of_spheres(key, spheres);
+    }
+}

@@ -1,0 +1,178 @@
+//! Checks of materials, interfaces, and the laws in use.
+
+use super::Checker;
+use super::structure::wording::listing;
+use crate::schema::{DeformableUpdate, Interface, LawName, Loading, ProblemKind};
+use concordem_contact::law::{FaultKind, LawTable};
+
+impl Checker<'_> {
+    /// Names of materials, and the parameter tables of materials and interfaces.
+    pub(super) fn materials(&mut self) {
+        let scenario = self.scenario;
+        let names: Vec<&str> = scenario.materials.iter().map(|material| material.name.as_str()).collect();
+        self.unique("material", &names);
+        let materials = scenario.materials.iter().map(|material| material.tables()).enumerate();
+        let interfaces = scenario.interfaces.iter().map(|interface| interface.tables()).enumerate();
+        let tables = materials
+            .map(|(at, tables)| (format!("material[{at}]"), tables))
+            .chain(interfaces.map(|(at, tables)| (format!("interface[{at}]"), tables)));
+        let mut first: Vec<(LawName, String, String)> = Vec::new();
+        for (owner, tables) in tables {
+            for (law, table) in tables {
+                self.law_table(&format!("{owner}.{}", law.key()), law, table, &mut first);
+            }
+        }
+        for (at, interface) in scenario.interfaces.iter().enumerate() {
+            self.interface(at, interface);
+        }
+    }
+
+    /// Faults of the table of a law at `path`; `first` holds the key that all tables of a law must agree on: law, value, path.
+    fn law_table(
+        &mut self,
+        path: &str,
+        law: LawName,
+        table: &dyn LawTable,
+        first: &mut Vec<(LawName, String, String)>,
+    ) {
+        for fault in table.faults() {
+            let key = if fault.key.is_empty() { path.to_owned() } else { format!("{path}.{}", fault.key) };
+            let kind = match fault.kind {
+                FaultKind::Missing => ProblemKind::MissingKey,
+                FaultKind::Conflict => ProblemKind::Conflict,
+                FaultKind::Range => ProblemKind::OutOfRange,
+            };
+            self.add(kind, &key, fault.message, fault.help);
+        }
+        let Some((key, value)) = table.uniform_key() else { return };
+        match first.iter().find(|(other, _, _)| *other == law) {
+            None => first.push((law, value, path.to_owned())),
+            Some((_, same, other)) if *same != value => {
+                let help = format!("use one {key} in a scenario: write that of `{other}` here, too");
+                self.conflict(&format!("{path}.{key}"), format!("`{other}` has another {key}"), help);
+            }
+            Some(_) => {}
+        }
+    }
+
+    fn interface(&mut self, at: usize, interface: &Interface) {
+        let [a, b] = &interface.between;
+        for (side, name) in [a, b].into_iter().enumerate() {
+            self.known_material(&format!("interface[{at}].between[{side}]"), name);
+        }
+        let key = format!("interface[{at}].between");
+        if a == b {
+            let help = "give the parameters in the material itself";
+            self.conflict(&key, "an interface of a material with itself", help);
+        }
+        let same = |[x, y]: &[String; 2]| (x == a && y == b) || (x == b && y == a);
+        if self.scenario.interfaces[..at].iter().any(|other| same(&other.between)) {
+            self.conflict(&key, "a second interface between these materials", "merge the two");
+        }
+    }
+
+    /// The laws of bonds and contacts, and the parameters that they require of every material in use.
+    pub(super) fn laws(&mut self) {
+        let scenario = self.scenario;
+        let mut of_particles = vec![scenario.materials[0].name.as_str()];
+        of_particles.extend(scenario.sets.iter().filter_map(|set| set.material.as_deref()));
+        of_particles.extend(scenario.clumps.iter().filter_map(|clump| clump.material.as_deref()));
+        let mut of_contacts = of_particles.clone();
+        of_contacts.extend(scenario.walls.iter().map(|wall| wall.material.as_str()));
+        if let Loading::Platens { material, .. } = &scenario.loading {
+            of_contacts.push(material);
+        }
+        let mut required: Vec<(&str, LawName, &[&str])> = Vec::new();
+        if let Some(bonds) = &scenario.bonds {
+            if bonds.coordination.is_some() && bonds.interaction_ratio.si() != 1.0 {
+                let help = "the number of bonds determines the ratio: remove one of the two keys";
+                self.conflict("bonds.interaction_ratio", "has no effect with `coordination`", help);
+            }
+            required.push(("bonds.law", bonds.law, &of_particles));
+        }
+        if let Some(law) = scenario.contacts.law.law() {
+            required.push(("contacts.law", law, &of_contacts));
+        } else {
+            let help = "choose a contact law such as \"frictional\"";
+            if !scenario.walls.is_empty() {
+                self.conflict("contacts.law", "without a contact law particles pass through the walls", help);
+            }
+            if matches!(scenario.loading, Loading::Platens { .. }) {
+                self.conflict("contacts.law", "without a contact law particles pass through the platens", help);
+            }
+        }
+        self.parameters(&required);
+    }
+
+    /// Every material in use has a table of each law in use; `required`: key that chooses a law, the law, its materials.
+    fn parameters(&mut self, required: &[(&str, LawName, &[&str])]) {
+        for (at, material) in self.scenario.materials.iter().enumerate() {
+            let missing: Vec<_> = required
+                .iter()
+                .filter(|(_, law, names)| names.contains(&material.name.as_str()) && !material.has(*law))
+                .collect();
+            for (rank, (key, law, _)) in missing.iter().enumerate() {
+                if missing[..rank].iter().any(|(_, other, _)| other == law) {
+                    continue;
+                }
+                let law = law.key();
+                let message = format!("material \"{}\" has no table of this law, which {key} requires", material.name);
+                let help = format!("add [material.{law}] below this [[material]]");
+                self.missing(&format!("material[{at}].{law}"), message, help);
+            }
+        }
+    }
+
+    /// Deformable particles: their options, and the laws and bodies that cannot have them.
+    pub(super) fn deformable(&mut self) {
+        let scenario = self.scenario;
+        let first = scenario.materials.iter().position(|material| material.deformable.is_some());
+        self.deformable_options(first.is_some());
+        let Some(first) = first else { return };
+        let key = format!("material[{first}].deformable");
+        for law in scenario.bonds.iter().map(|bonds| bonds.law).chain(scenario.contacts.law.law()) {
+            if !law.facts().deforms {
+                let message = format!("the law \"{}\" does not support deformable particles", law.key());
+                let deforming = LawName::ALL.iter().filter(|law| law.facts().deforms);
+                let quoted: Vec<String> = deforming.map(|law| format!("\"{}\"", law.key())).collect();
+                let help = format!("use {}, or remove this table", listing(&quoted));
+                self.conflict(&key, message, help);
+            }
+        }
+        if !scenario.clumps.is_empty() {
+            let help = "the forces inside a clump are unknown; remove the clumps, or this table";
+            self.conflict(&key, "members of clumps cannot deform", help);
+        }
+    }
+
+    fn deformable_options(&mut self, any_material: bool) {
+        let dimension = self.scenario.dimension;
+        let Some(options) = &self.scenario.deformable else { return };
+        if !any_material {
+            let help =
+                "add `deformable = { young = \"200 GPa\", poisson = 0.3 }` to a material, or remove [deformable]";
+            self.conflict("deformable", "no material is deformable", help);
+        }
+        if let Some(condition) = options.condition
+            && condition.is_planar() != (dimension == 2)
+        {
+            let help = if dimension == 2 {
+                "use \"plane-strain\" or \"plane-stress\""
+            } else {
+                "use \"solid\" or omit the key; or use dimension = 2"
+            };
+            self.conflict("deformable.condition", format!("not possible with dimension = {dimension}"), help);
+        }
+        if options.update == DeformableUpdate::Lagged {
+            let given = [
+                ("tolerance", options.tolerance.is_some()),
+                ("maximum_iterations", options.maximum_iterations.is_some()),
+                ("relaxation", options.relaxation.is_some()),
+            ];
+            for (key, _) in given.into_iter().filter(|(_, given)| *given) {
+                let help = "write update = \"iterated\", or remove this key";
+                self.conflict(&format!("deformable.{key}"), "has no effect without iteration", help);
+            }
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! Checks of the loading, of initial velocities beside it, and of the end of the run.
+
+use super::{Checker, SYMMETRY, components, length};
+use crate::schema::quantity::{AngularVelocity, Length, StrainRate, Stress};
+use crate::schema::{Axis, Loading, Shape};
+
+impl Checker<'_> {
+    pub(super) fn loading(&mut self) {
+        let scenario = self.scenario;
+        let periodic = scenario.packing.is_periodic();
+        let kind = scenario.loading.kind();
+        if scenario.loading.drives_cell() && !periodic {
+            let help =
+                "give [packing.shape] kind = \"periodic\" (or a `cell` for spheres), or use \"uniaxial\" loading";
+            self.conflict("loading.kind", "there is no periodic cell to drive", help);
+        }
+        let by_ends = matches!(
+            scenario.loading,
+            Loading::Uniaxial { .. } | Loading::Platens { .. } | Loading::Bending { .. } | Loading::Torsion { .. }
+        );
+        if by_ends && periodic {
+            let help = "use \"cell-strain\" loading, or cut out a specimen with another [packing.shape]";
+            self.conflict("loading.kind", format!("a periodic cell has no ends for \"{kind}\" loading"), help);
+        }
+        match &scenario.loading {
+            Loading::None => {}
+            Loading::Uniaxial { axis, strain_rate, layer_thickness, .. } => {
+                self.uniaxial(*axis, *strain_rate, *layer_thickness);
+            }
+            Loading::Bending { axis, about, rate, .. } => self.bending(*axis, *about, *rate),
+            Loading::Torsion { axis, rate, .. } => self.torsion(*axis, *rate),
+            Loading::CellStrain { velocity_gradient } => {
+                if velocity_gradient.iter().flatten().all(|rate| rate.si() == 0.0) {
+                    let help = "rows are components of the velocity, columns directions; at least one must not be zero";
+                    self.range("loading.velocity_gradient", "all components are zero", help);
+                }
+            }
+            Loading::CellStress { stress, .. } => self.cell_stress(stress),
+            Loading::Platens { material, .. } => self.known_material("loading.material", material),
+        }
+        self.initial_field();
+    }
+
+    fn uniaxial(&mut self, axis: Axis, strain_rate: StrainRate, layer_thickness: Option<Length>) {
+        let scenario = self.scenario;
+        if strain_rate.si() == 0.0 {
+            let help = "positive is tension, negative compression: strain_rate = \"0.4 1/s\"";
+            self.range("loading.strain_rate", "must not be zero", help);
+        }
+        if strain_rate.si() > 0.0 && scenario.bonds.is_none() {
+            let help = "add [bonds], or use a negative strain rate for compression";
+            self.conflict("loading.strain_rate", "nothing holds the particles together in tension", help);
+        }
+        let along = scenario.packing.shape().and_then(|shape| length_along(shape, axis));
+        if let (Some(thickness), Some(along)) = (layer_thickness, along)
+            && 2.0 * thickness.si() >= along
+        {
+            let message = format!("the two end layers cover the whole length of the specimen, {}", length(along));
+            let help = "one to three particle diameters are usual; check the units";
+            self.range("loading.layer_thickness", message, help);
+        }
+    }
+
+    fn bending(&mut self, axis: Axis, about: Axis, rate: AngularVelocity) {
+        self.rotation_rate(rate);
+        if axis == about {
+            let help = "bend about an axis across the specimen";
+            self.conflict("loading.about", "this is the axis of the specimen itself", help);
+        }
+        // The stress needs a section with a known moment of inertia.
+        let known = match self.scenario.packing.shape() {
+            Some(Shape::Box { .. }) => true,
+            Some(Shape::Cylinder { axis: along, .. }) => *along == axis,
+            _ => false,
+        };
+        if !known {
+            let help = "give [packing.shape] kind = \"box\", or \"cylinder\" with the same axis";
+            self.conflict("loading.kind", "bending needs a box, or a cylinder along its axis, for the stress", help);
+        }
+    }
+
+    fn torsion(&mut self, axis: Axis, rate: AngularVelocity) {
+        self.rotation_rate(rate);
+        if !matches!(self.scenario.packing.shape(), Some(Shape::Cylinder { axis: along, .. }) if *along == axis) {
+            let help = "give [packing.shape] kind = \"cylinder\" with the same axis";
+            self.conflict("loading.kind", "torsion needs a cylinder along its axis for the stress", help);
+        }
+    }
+
+    fn rotation_rate(&mut self, rate: AngularVelocity) {
+        if rate.si() == 0.0 {
+            let help = "the ends rotate in opposite directions: rate = \"1 rad/s\"";
+            self.range("loading.rate", "must not be zero", help);
+        }
+    }
+
+    fn cell_stress(&mut self, stress: &[[Stress; 3]; 3]) {
+        for (row, column) in [(0, 1), (0, 2), (1, 2)] {
+            let (upper, lower) = (stress[row][column].si(), stress[column][row].si());
+            if (upper - lower).abs() > SYMMETRY * upper.abs().max(lower.abs()) {
+                let message = format!("must equal the component in row {row}, column {column}");
+                let help = "the stress of a cell in equilibrium is symmetric";
+                self.conflict(&format!("loading.stress[{column}][{row}]"), message, help);
+            }
+        }
+    }
+
+    /// Initial velocities that the loading overwrites.
+    fn initial_field(&mut self) {
+        let scenario = self.scenario;
+        let loading = &scenario.loading;
+        let (translations, rotations) = match loading {
+            Loading::Uniaxial { axis, initial_velocity_field: true, .. } => {
+                (std::array::from_fn(|i| i == axis.index()), [false; 3])
+            }
+            Loading::Bending { initial_velocity_field: true, .. }
+            | Loading::Torsion { initial_velocity_field: true, .. } => ([true; 3], [true; 3]),
+            Loading::CellStrain { .. } => ([true; 3], [false; 3]),
+            _ => return,
+        };
+        let help = if loading.drives_cell() {
+            "particles of a driven cell start with its affine velocity; remove this, or use [[prescribe]]"
+        } else {
+            "remove this, or write initial_velocity_field = false in [loading]"
+        };
+        let mut given: Vec<(String, [f64; 3], [bool; 3])> = Vec::new();
+        for (at, initial) in scenario.initials.iter().enumerate() {
+            given.push((format!("initial[{at}].velocity"), components(&initial.velocity), translations));
+            given.push((format!("initial[{at}].angular_velocity"), components(&initial.angular_velocity), rotations));
+        }
+        for (at, clump) in scenario.clumps.iter().enumerate() {
+            let velocity = clump.velocity.as_ref().map_or([0.0; 3], components);
+            let angular_velocity = clump.angular_velocity.as_ref().map_or([0.0; 3], components);
+            given.push((format!("clump[{at}].velocity"), velocity, translations));
+            given.push((format!("clump[{at}].angular_velocity"), angular_velocity, rotations));
+        }
+        let message = format!("\"{}\" loading sets this initial velocity", loading.kind());
+        for (key, value, set) in given {
+            for i in (0..3).filter(|&i| set[i] && value[i] != 0.0) {
+                self.conflict(&format!("{key}[{i}]"), &message, help);
+            }
+        }
+    }
+
+    pub(super) fn stop(&mut self) {
+        let scenario = self.scenario;
+        let stop = &scenario.stop;
+        let never = stop.drop_to.is_none()
+            && stop.strain.is_none()
+            && stop.time.is_none()
+            && stop.steps.is_none()
+            && stop.unbalanced.is_none();
+        if never {
+            let help = "add [stop] with at least one of `steps`, `time`, `strain`, `drop_to`, and `unbalanced`";
+            self.missing("stop", "nothing ever stops the run", help);
+        }
+        if stop.drop_to.is_some() && matches!(scenario.loading, Loading::None | Loading::CellStress { .. }) {
+            let help = "use it with \"uniaxial\", \"platens\", or \"cell-strain\" loading";
+            self.conflict("stop.drop_to", "this loading has no peak stress to drop from", help);
+        }
+        if stop.strain.is_some() && matches!(scenario.loading, Loading::None) {
+            let help = "stop by `time` or `steps`, or add [loading]";
+            self.conflict("stop.strain", "a run without loading has no strain", help);
+        }
+    }
+}
+
+/// Length of a shape along an axis, m.
+fn length_along(shape: &Shape, along: Axis) -> Option<f64> {
+    match shape {
+        Shape::Box { size } => Some(size[along.index()].si()),
+        Shape::Cylinder { radius, height, axis } | Shape::Hyperboloid { radius, height, axis, .. } => {
+            Some(if *axis == along { height.si() } else { 2.0 * radius.si() })
+        }
+        Shape::Mesh { .. } | Shape::Periodic { .. } => None,
+    }
+}

@@ -1,0 +1,154 @@
+//! Checks of a scenario, and reading it from a text or a file.
+//!
+//! [`Scenario::parse`] and [`Scenario::read`] parse the TOML text, check its structure against the JSON Schema (keys, types,
+//! units, ranges), and then check its meaning: values that contradict each other, names that do not exist, spheres that
+//! overlap. They report all faults at once, each with line, key, value, and remedy.
+
+mod bodies;
+mod files;
+mod laws;
+mod loading;
+mod packing;
+mod plane;
+mod read;
+mod samples;
+mod structure;
+
+use crate::schema::quantity::{Dimension, Length};
+use crate::schema::{Document, Problem, ProblemKind, Quantity, Scenario};
+use structure::wording::{listing, nearest};
+
+pub use samples::Misuse;
+
+/// Relative difference up to which two components of a tensor count as equal; it allows for unit conversion.
+const SYMMETRY: f64 = 1e-12;
+
+/// All faults of meaning.
+fn check_meaning(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem> {
+    let mut checker = Checker { document, scenario, problems: Vec::new() };
+    checker.packing();
+    checker.materials();
+    checker.laws();
+    checker.loading();
+    checker.stop();
+    checker.walls();
+    checker.sets();
+    checker.clumps();
+    checker.samples();
+    checker.output();
+    if scenario.dimension == 2 {
+        checker.plane();
+    }
+    checker.deformable();
+    checker.problems
+}
+
+/// Collects the faults of a scenario.
+struct Checker<'a> {
+    document: &'a Document<'a>,
+    scenario: &'a Scenario,
+    problems: Vec<Problem>,
+}
+
+impl Checker<'_> {
+    fn add(&mut self, kind: ProblemKind, key: &str, message: impl Into<String>, help: impl Into<String>) {
+        let (span, value) = self.document.locate(key);
+        let (message, help) = (message.into(), help.into());
+        self.problems.push(Problem { kind, key: key.to_owned(), value, span, message, help });
+    }
+
+    fn missing(&mut self, key: &str, message: impl Into<String>, help: impl Into<String>) {
+        self.add(ProblemKind::MissingKey, key, message, help);
+    }
+
+    fn conflict(&mut self, key: &str, message: impl Into<String>, help: impl Into<String>) {
+        self.add(ProblemKind::Conflict, key, message, help);
+    }
+
+    fn range(&mut self, key: &str, message: impl Into<String>, help: impl Into<String>) {
+        self.add(ProblemKind::OutOfRange, key, message, help);
+    }
+
+    /// The name must be one of `names`, the names of the tables `[[table]]`.
+    fn known(&mut self, key: &str, table: &str, name: &str, names: &[&str]) {
+        if names.contains(&name) {
+            return;
+        }
+        let help = match (nearest(name, names.iter().copied()), names) {
+            (_, []) => format!("the scenario has no {table}: add [[{table}]] with name = \"{name}\""),
+            (Some(other), _) => format!("did you mean \"{other}\"?"),
+            (None, _) => {
+                let quoted: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
+                format!("choose {}, or add a [[{table}]] with this name", listing(&quoted))
+            }
+        };
+        self.add(ProblemKind::UnknownName, key, format!("no {table} has this name"), help);
+    }
+
+    /// Names must be unique and not empty.
+    fn unique(&mut self, table: &str, names: &[&str]) {
+        for (at, name) in names.iter().enumerate() {
+            let key = format!("{table}[{at}].name");
+            if name.trim().is_empty() {
+                self.range(&key, "the name is empty", "give it a name");
+            } else if names[..at].contains(name) {
+                self.conflict(&key, format!("another [[{table}]] has this name"), "give each its own name");
+            }
+        }
+    }
+
+    fn known_material(&mut self, key: &str, name: &str) {
+        let scenario = self.scenario;
+        let names: Vec<&str> = scenario.materials.iter().map(|material| material.name.as_str()).collect();
+        self.known(key, "material", name, &names);
+    }
+
+    fn known_set(&mut self, key: &str, name: &str) {
+        let scenario = self.scenario;
+        let names: Vec<&str> = scenario.sets.iter().map(|set| set.name.as_str()).collect();
+        self.known(key, "set", name, &names);
+    }
+
+    /// Opposite corners of a box.
+    fn corners(&mut self, path: &str, minimum: &[Length; 3], maximum: &[Length; 3]) {
+        for at in 0..3 {
+            if minimum[at].si() >= maximum[at].si() {
+                let axis = ["x", "y", "z"][at];
+                let message = format!("must be less than `maximum` along {axis}");
+                self.conflict(&format!("{path}.minimum[{at}]"), message, "swap the two");
+            }
+        }
+    }
+}
+
+/// The values of a vector in SI units.
+fn components<D: Dimension>(quantities: &[Quantity<D>; 3]) -> [f64; 3] {
+    quantities.map(Quantity::si)
+}
+
+/// A length for messages, in m, mm, or um.
+fn length(meters: f64) -> String {
+    let (scale, unit) = if meters >= 1.0 {
+        (1.0, "m")
+    } else if meters >= 1e-4 {
+        (1e3, "mm")
+    } else {
+        (1e6, "um")
+    };
+    let text = format!("{:.4}", meters * scale);
+    format!("{} {unit}", text.trim_end_matches('0').trim_end_matches('.'))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::schema::{Scenario, TEMPLATES};
+
+    #[test]
+    fn templates_are_valid() {
+        for template in TEMPLATES {
+            if let Err(error) = Scenario::parse(template.name, template.text) {
+                panic!("{error}");
+            }
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! Checks of the packing: sizes, number of particles, and overlaps.
+
+use super::{Checker, length};
+use crate::schema::quantity::Length;
+use crate::schema::{Lattice, Packing, Radii, Shape};
+use concordem_contact::math::Vec3;
+
+/// Largest number of particles: identifiers have 32 bits.
+const MOST_PARTICLES: f64 = u32::MAX as f64;
+/// Overlap, as a fraction of the smaller radius, above which two listed spheres count as a mistake. Without bonds the
+/// elastic energy of an overlap shoots the pair apart; a hundredth allows for rounded coordinates.
+const OVERLAP_UNBONDED: f64 = 0.01;
+/// The same for bonded spheres, which may be free of force at an overlap.
+const OVERLAP_BONDED: f64 = 0.5;
+/// Number of overlapping pairs that are reported one by one.
+const PAIRS_REPORTED: usize = 5;
+
+impl Checker<'_> {
+    pub(super) fn packing(&mut self) {
+        let scenario = self.scenario;
+        match &scenario.packing {
+            Packing::RandomDense { count, radius, radii, shape, .. }
+            | Packing::RandomDiscs { count, radius, radii, shape, .. } => {
+                let discs = matches!(scenario.packing, Packing::RandomDiscs { .. });
+                self.random_packing(*count, *radius, radii.as_ref(), shape, discs);
+            }
+            Packing::Lattice { lattice, radius, repeats, shape } => {
+                self.lattice(*lattice, *radius, *repeats, shape.as_ref());
+            }
+            Packing::File { cell, shape, .. } => {
+                if let Some(shape) = shape {
+                    self.shape(shape, None, cell.is_some());
+                }
+            }
+            Packing::Spheres { spheres, cell } => {
+                if spheres.is_empty() && scenario.clumps.iter().all(|clump| clump.spheres.is_none()) {
+                    self.range("packing.spheres", "no spheres", "list at least one as [x, y, z, radius]");
+                }
+                self.radii_of_spheres("packing.spheres", spheres);
+                self.overlaps("packing.spheres", spheres);
+                if let Some(cell) = cell {
+                    self.cell_of_spheres(cell, spheres);
+                }
+            }
+        }
+    }
+
+    fn random_packing(
+        &mut self,
+        count: u64,
+        radius: Option<Length>,
+        radii: Option<&Radii>,
+        shape: &Shape,
+        discs: bool,
+    ) {
+        match (radius, radii) {
+            (None, None) => self.missing(
+                "packing.radius",
+                "neither `radius` nor `radii`",
+                "add `radius = \"1 mm\"` for equal spheres, or [packing.radii] for a distribution",
+            ),
+            (Some(_), Some(_)) => self.conflict(
+                "packing.radius",
+                "both `radius` and `radii`",
+                "keep `radius` for equal spheres, or [packing.radii] for a distribution",
+            ),
+            _ => {}
+        }
+        if let Some(radii) = radii {
+            self.radii(radii);
+        }
+        let range = radius.map(|radius| (radius.si(), radius.si())).or(radii.map(Radii::range));
+        self.shape(shape, range, true);
+        if let Shape::Periodic { tiles } = shape {
+            if discs && tiles[2] != 1 {
+                let help = format!("write tiles = [{}, {}, 1]", tiles[0], tiles[1]);
+                self.conflict("packing.shape.tiles", "discs lie in one plane", help);
+            }
+            let total = tiles.iter().fold(count as f64, |total, n| total * *n as f64);
+            self.few_enough("packing.shape.tiles", total);
+        }
+    }
+
+    fn lattice(&mut self, lattice: Lattice, radius: Length, repeats: Option<[u64; 3]>, shape: Option<&Shape>) {
+        if let Some(shape) = shape {
+            self.shape(shape, Some((radius.si(), radius.si())), true);
+        }
+        match (repeats, shape) {
+            (None, None | Some(Shape::Periodic { .. })) => self.missing(
+                "packing.repeats",
+                "the lattice has no size",
+                "add `repeats = [10, 10, 10]` (unit cells along x, y, z), or a [packing.shape] to fill",
+            ),
+            (Some(repeats), _) => {
+                if lattice.is_planar() && repeats[2] != 1 {
+                    let help = format!("write repeats = [{}, {}, 1]", repeats[0], repeats[1]);
+                    self.conflict("packing.repeats", "a planar lattice has one layer along z", help);
+                }
+                // A unit cell has at most 4 particles (face-centered cubic).
+                self.few_enough("packing.repeats", repeats.iter().fold(4.0, |total, n| total * *n as f64));
+            }
+            _ => {}
+        }
+    }
+
+    fn cell_of_spheres(&mut self, cell: &[Length; 3], spheres: &[[Length; 4]]) {
+        let largest = spheres.iter().fold(0.0_f64, |largest, sphere| largest.max(sphere[3].si()));
+        for (at, edge) in cell.iter().enumerate() {
+            if edge.si() <= 2.0 * largest {
+                let message = format!("the cell is no wider than the largest sphere ({})", length(2.0 * largest));
+                let help = "a sphere would touch its own image; make the cell wider";
+                self.range(&format!("packing.cell[{at}]"), message, help);
+            }
+        }
+    }
+
+    fn few_enough(&mut self, key: &str, count: f64) {
+        if count.is_finite() && count > MOST_PARTICLES {
+            let message = format!("about {count:.1e} particles exceed the largest number, {MOST_PARTICLES:.1e}");
+            self.range(key, message, "check the units of the sizes and radii; plain numbers are meters");
+        }
+    }
+
+    fn radii(&mut self, radii: &Radii) {
+        match radii {
+            Radii::Uniform { minimum, maximum } | Radii::LogNormal { minimum, maximum, .. }
+                if minimum.si() > maximum.si() =>
+            {
+                self.conflict("packing.radii.minimum", "larger than `maximum`", "swap the two");
+            }
+            Radii::LogNormal { median, minimum, maximum, .. }
+                if median.si() < minimum.si() || median.si() > maximum.si() =>
+            {
+                let help = "choose limits on both sides of the median";
+                self.conflict("packing.radii.median", "not between `minimum` and `maximum`", help);
+            }
+            Radii::Table { radii, shares } => {
+                if radii.len() != shares.len() {
+                    let message = format!("{} shares for {} radii", shares.len(), radii.len());
+                    self.conflict("packing.radii.shares", message, "give one share per radius");
+                } else if shares.iter().all(|share| share.si() <= 0.0) {
+                    self.range("packing.radii.shares", "all shares are zero", "give at least one a positive share");
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// A shape that is cut out of a packing whose radii lie in the range `radii` (m), if it is known.
+    fn shape(&mut self, shape: &Shape, radii: Option<(f64, f64)>, has_cell: bool) {
+        match shape {
+            Shape::Hyperboloid { radius, waist_radius, .. } if waist_radius.si() > radius.si() => {
+                let help = "the waist is the narrowest part; use a cylinder for a straight specimen";
+                self.conflict("packing.shape.waist_radius", "larger than the radius at the ends", help);
+            }
+            Shape::Periodic { .. } if !has_cell => {
+                let help = "add `cell = [...]` with the edge lengths of the cell that the file was made in";
+                self.conflict("packing.shape.kind", "the packing has no periodic cell", help);
+            }
+            _ => {}
+        }
+        let Some((smallest, largest)) = radii else { return };
+        for (key, width) in widths(shape) {
+            // In two dimensions the size along z is ignored.
+            if width < 2.0 * largest && !(self.scenario.dimension == 2 && key.ends_with("size[2]")) {
+                let message = format!("the shape is narrower than a particle ({})", length(2.0 * largest));
+                self.range(&key, message, "check the units; plain numbers are meters");
+            }
+        }
+        if let Some(volume) = volume(shape) {
+            self.few_enough("packing.shape", volume / (4.0 * smallest * smallest * smallest));
+        }
+    }
+
+    /// Radii of listed spheres.
+    pub(super) fn radii_of_spheres(&mut self, key: &str, spheres: &[[Length; 4]]) {
+        for (at, sphere) in spheres.iter().enumerate() {
+            if sphere[3].si() <= 0.0 {
+                let message = "the radius must be greater than 0";
+                self.range(&format!("{key}[{at}][3]"), message, "a sphere is [x, y, z, radius]");
+            }
+        }
+    }
+
+    /// Overlaps between listed spheres.
+    fn overlaps(&mut self, key: &str, spheres: &[[Length; 4]]) {
+        let bonded = self.scenario.bonds.is_some();
+        let found = overlapping_pairs(spheres, if bonded { OVERLAP_BONDED } else { OVERLAP_UNBONDED });
+        let count = found.len();
+        for (a, b, overlap) in found.into_iter().take(PAIRS_REPORTED) {
+            let others = if count > PAIRS_REPORTED { format!(" ({count} pairs overlap)") } else { String::new() };
+            let message = format!("overlaps sphere {a} by {}{others}", length(overlap));
+            let help = if bonded {
+                "move it or make it smaller; bonded spheres may overlap by half of the smaller radius"
+            } else {
+                "move it or make it smaller; to let spheres overlap, join them in a [[clump]]"
+            };
+            self.conflict(&format!("{key}[{b}]"), message, help);
+        }
+    }
+}
+
+/// Pairs of spheres that overlap by more than a fraction of the smaller radius, with the overlap, m.
+fn overlapping_pairs(spheres: &[[Length; 4]], allowed: f64) -> Vec<(usize, usize, f64)> {
+    let center = |at: usize| Vec3::new(spheres[at][0].si(), spheres[at][1].si(), spheres[at][2].si());
+    let radius = |at: usize| spheres[at][3].si();
+    // Sweep along x: compare a sphere with those that begin before it ends.
+    let mut order: Vec<usize> = (0..spheres.len()).filter(|&at| radius(at) > 0.0).collect();
+    order.sort_by(|&a, &b| (center(a).x - radius(a)).total_cmp(&(center(b).x - radius(b))).then(a.cmp(&b)));
+    let mut found = Vec::new();
+    for (rank, &a) in order.iter().enumerate() {
+        for &b in order[rank + 1..].iter().take_while(|&&b| center(b).x - radius(b) < center(a).x + radius(a)) {
+            let overlap = radius(a) + radius(b) - (center(b) - center(a)).norm();
+            if overlap > allowed * radius(a).min(radius(b)) {
+                found.push((a.min(b), a.max(b), overlap));
+            }
+        }
+    }
+    found.sort_by_key(|&(a, b, _)| (a, b));
+    found
+}
+
+/// A lower bound of the volume of a shape, m³, if it is known without reading a file.
+fn volume(shape: &Shape) -> Option<f64> {
+    match shape {
+        Shape::Box { size } => Some(size.iter().map(|edge| edge.si()).product()),
+        Shape::Cylinder { radius, height, .. } => Some(3.0 * radius.si() * radius.si() * height.si()),
+        Shape::Hyperboloid { radius, waist_radius, height, .. } => {
+            Some(3.0 * waist_radius.si() * radius.si() * height.si())
+        }
+        Shape::Mesh { .. } | Shape::Periodic { .. } => None,
+    }
+}
+
+/// Widths of a shape, m, with their keys.
+fn widths(shape: &Shape) -> Vec<(String, f64)> {
+    match shape {
+        Shape::Box { size } => {
+            size.iter().enumerate().map(|(at, edge)| (format!("packing.shape.size[{at}]"), edge.si())).collect()
+        }
+        Shape::Cylinder { radius, height, .. } => {
+            vec![
+                ("packing.shape.radius".to_owned(), 2.0 * radius.si()),
+                ("packing.shape.height".to_owned(), height.si()),
+            ]
+        }
+        Shape::Hyperboloid { waist_radius, height, .. } => vec![
+            ("packing.shape.waist_radius".to_owned(), 2.0 * waist_radius.si()),
+            ("packing.shape.height".to_owned(), height.si()),
+        ],
+        Shape::Mesh { .. } | Shape::Periodic { .. } => Vec::new(),
+    }
+}

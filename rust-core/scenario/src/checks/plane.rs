@@ -1,0 +1,112 @@
+//! Checks of two dimensions: nothing leaves the plane z = 0.
+
+use super::{Checker, components};
+use crate::schema::quantity::Component;
+use crate::schema::{Axis, Loading, Packing};
+
+const HELP: &str = "with dimension = 2 everything stays in the plane z = 0 and rotates about z";
+
+/// A vector of the scenario: key, value, and whether it is a rotation.
+type Entry = (String, [f64; 3], bool);
+
+impl Checker<'_> {
+    pub(super) fn plane(&mut self) {
+        self.packing_in_plane();
+        self.clumps_in_plane();
+        let mut outside = self.loading_out_of_plane();
+        for (key, value, is_rotation) in self.vectors() {
+            let forbidden: &[usize] = if is_rotation { &[0, 1] } else { &[2] };
+            outside.extend(forbidden.iter().filter(|&&i| value[i] != 0.0).map(|i| format!("{key}[{i}]")));
+        }
+        for key in outside {
+            self.conflict(&key, "leads out of the plane", HELP);
+        }
+    }
+
+    fn packing_in_plane(&mut self) {
+        match &self.scenario.packing {
+            Packing::RandomDense { .. } => {
+                self.conflict("packing.kind", "packs spheres in space", "use \"random-discs\", or dimension = 3");
+            }
+            Packing::Lattice { lattice, .. } if !lattice.is_planar() => {
+                let help = "use \"square\" or \"triangular\", or dimension = 3";
+                self.conflict("packing.lattice", "not a planar lattice", help);
+            }
+            Packing::Spheres { spheres, .. } => {
+                if let Some(at) = spheres.iter().position(|sphere| sphere[2].si() != 0.0) {
+                    self.conflict(&format!("packing.spheres[{at}][2]"), "not in the plane z = 0", HELP);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn clumps_in_plane(&mut self) {
+        for (at, clump) in self.scenario.clumps.iter().enumerate() {
+            let spheres = clump.spheres.iter().flatten().enumerate();
+            for (k, _) in spheres.filter(|(_, sphere)| sphere[2].si() != 0.0) {
+                self.conflict(&format!("clump[{at}].spheres[{k}][2]"), "not in the plane z = 0", HELP);
+            }
+        }
+    }
+
+    /// Checks the axes of the loading; gives the keys of its components that lead out of the plane.
+    fn loading_out_of_plane(&mut self) -> Vec<String> {
+        match &self.scenario.loading {
+            Loading::Uniaxial { axis: Axis::Z, .. }
+            | Loading::Platens { axis: Axis::Z, .. }
+            | Loading::Bending { axis: Axis::Z, .. } => {
+                let help = "write axis = \"x\" or axis = \"y\"";
+                self.conflict("loading.axis", "the loading acts along z in two dimensions", help);
+            }
+            Loading::Bending { about: Axis::X | Axis::Y, .. } => {
+                self.conflict("loading.about", "rotates the ends out of the plane", "write about = \"z\"");
+            }
+            Loading::Torsion { .. } => {
+                let help = "use \"uniaxial\" or \"bending\", or dimension = 3";
+                self.conflict("loading.kind", "torsion rotates the ends out of the plane", help);
+            }
+            Loading::CellStrain { velocity_gradient } => {
+                let row = velocity_gradient[2].iter().enumerate().filter(|(_, rate)| rate.si() != 0.0);
+                return row.map(|(column, _)| format!("loading.velocity_gradient[2][{column}]")).collect();
+            }
+            Loading::CellStress { stress, .. } => {
+                let row = stress[2].iter().enumerate().filter(|(_, component)| component.si() != 0.0);
+                return row.map(|(column, _)| format!("loading.stress[2][{column}]")).collect();
+            }
+            _ => {}
+        }
+        Vec::new()
+    }
+
+    /// Velocities, forces, and rotations of the scenario.
+    fn vectors(&self) -> Vec<Entry> {
+        let scenario = self.scenario;
+        let mut vectors: Vec<Entry> =
+            vec![("integration.gravity".to_owned(), components(&scenario.integration.gravity), false)];
+        for (at, wall) in scenario.walls.iter().enumerate() {
+            vectors.push((format!("wall[{at}].velocity"), components(&wall.velocity), false));
+        }
+        for (at, one) in scenario.prescribed.iter().enumerate() {
+            let velocity = one.velocity.map(|component| Component::si(component).unwrap_or(0.0));
+            let angular_velocity = one.angular_velocity.map(|component| Component::si(component).unwrap_or(0.0));
+            vectors.push((format!("prescribe[{at}].velocity"), velocity, false));
+            vectors.push((format!("prescribe[{at}].angular_velocity"), angular_velocity, true));
+        }
+        for (at, one) in scenario.forces.iter().enumerate() {
+            vectors.push((format!("force[{at}].force"), components(&one.force), false));
+            vectors.push((format!("force[{at}].moment"), components(&one.moment), true));
+        }
+        for (at, one) in scenario.initials.iter().enumerate() {
+            vectors.push((format!("initial[{at}].velocity"), components(&one.velocity), false));
+            vectors.push((format!("initial[{at}].angular_velocity"), components(&one.angular_velocity), true));
+        }
+        for (at, one) in scenario.clumps.iter().enumerate() {
+            let velocity = one.velocity.as_ref().map_or([0.0; 3], components);
+            let angular_velocity = one.angular_velocity.as_ref().map_or([0.0; 3], components);
+            vectors.push((format!("clump[{at}].velocity"), velocity, false));
+            vectors.push((format!("clump[{at}].angular_velocity"), angular_velocity, true));
+        }
+        vectors
+    }
+}

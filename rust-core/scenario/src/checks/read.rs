@@ -1,0 +1,72 @@
+//! Reads a scenario from a text or a file.
+
+use std::path::Path;
+
+use super::{check_meaning, files, structure};
+use crate::schema::{Document, ReadError, Scenario, ScenarioError, Source};
+
+/// The JSON Schema, built once.
+fn own_schema() -> &'static serde_json::Value {
+    static SCHEMA: std::sync::OnceLock<serde_json::Value> = std::sync::OnceLock::new();
+    SCHEMA.get_or_init(crate::schema::schema)
+}
+
+impl Scenario {
+    /// Reads and checks a scenario; messages call it `source_name`. It does not look for the files that the scenario names.
+    ///
+    /// # Errors
+    /// All faults of the scenario, each with line, key, value, and remedy.
+    ///
+    /// ```
+    /// use concordem_scenario::schema::Scenario;
+    ///
+    /// let error = Scenario::parse("wrong.toml", "version = 2\n").unwrap_err();
+    /// assert!(error.to_string().starts_with("wrong.toml:1:1: contacts: missing key"));
+    /// assert_eq!(error.problems.len(), 4);
+    /// ```
+    pub fn parse(source_name: &str, text: &str) -> Result<Self, ScenarioError> {
+        Self::parse_with(source_name, text, None)
+    }
+
+    /// Reads and checks a scenario file, and checks that the files it names exist.
+    ///
+    /// # Errors
+    /// The file cannot be read, is not UTF-8, or holds a faulty scenario.
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        let name = path.display().to_string();
+        let bytes = std::fs::read(path).map_err(|error| ReadError::Io { path: path.to_owned(), error })?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let start = error.utf8_error().valid_up_to();
+            let line = error.as_bytes()[..start].split(|byte| *byte == b'\n').count();
+            ReadError::NotText { path: path.to_owned(), line }
+        })?;
+        let directory = path.parent().unwrap_or(Path::new("")).to_owned();
+        Ok(Self::parse_with(&name, &text, Some(&directory))?)
+    }
+
+    fn parse_with(source_name: &str, text: &str, directory: Option<&Path>) -> Result<Self, ScenarioError> {
+        // Files from Windows may begin with a byte order mark.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let source = Source { name: source_name.into(), text: text.into() };
+        let document = Document::parse(&source).map_err(|problems| ScenarioError::new(&source, problems))?;
+        let mut problems = structure::check(&document, own_schema());
+        let scenario = match document.deserialize::<Self>() {
+            Ok(scenario) => scenario,
+            Err(problem) => {
+                // Serde stops at its first problem, which the check of structure reports with all others.
+                if problems.is_empty() {
+                    problems.push(problem);
+                }
+                return Err(ScenarioError::new(&source, problems));
+            }
+        };
+        if scenario.materials.is_empty() {
+            return Err(ScenarioError::new(&source, problems));
+        }
+        problems.extend(check_meaning(&document, &scenario));
+        if let Some(directory) = directory {
+            problems.extend(files::check(&document, &scenario, directory));
+        }
+        if problems.is_empty() { Ok(Self { source, ..scenario }) } else { Err(ScenarioError::new(&source, problems)) }
+    }
+}

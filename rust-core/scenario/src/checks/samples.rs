@@ -1,0 +1,189 @@
+//! Checks of the operators that a scenario samples.
+
+use super::Checker;
+use super::structure::wording::listing;
+use crate::sampling::{Operator, RegionRule, SampleKey};
+use crate::schema::quantity::vector;
+use crate::schema::{OperatorSample, SampleRegion};
+use concordem_operator::Truncation;
+
+/// A fault of a sample: keys that contradict each other.
+pub struct Misuse {
+    /// Key within the table of the sample.
+    pub key: &'static str,
+    /// What is wrong.
+    pub message: String,
+    /// The remedy.
+    pub help: String,
+}
+
+impl Misuse {
+    fn new(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self { key, message: message.into(), help: help.into() }
+    }
+}
+
+impl OperatorSample {
+    /// The first fault of the sample in itself: keys that its operator does not use, or regions that it does not accept.
+    pub fn misuse(&self, dimension: u8) -> Option<Misuse> {
+        self.unused_key()
+            .or_else(|| self.missing_wall())
+            .or_else(|| self.unfit_region())
+            .or_else(|| self.unfit_options(dimension))
+            .or_else(|| self.unfit_grid(dimension))
+    }
+
+    /// A key that the operator does not use.
+    fn unused_key(&self) -> Option<Misuse> {
+        let unused = |key: &SampleKey| self.gives(*key) && !self.operator.definition().uses(*key);
+        let key = SampleKey::ALL.into_iter().find(unused)?;
+        let users: Vec<&str> =
+            Operator::ALL.into_iter().filter(|other| other.definition().uses(key)).map(Operator::name).collect();
+        // Most operators use the keys of a region; a long list would not help.
+        let help =
+            if users.len() > 4 { "remove it".to_owned() } else { format!("remove it, or use {}", listing(&users)) };
+        Some(Misuse::new(key.name(), format!("the operator {} does not use this key", self.operator.name()), help))
+    }
+
+    /// The wall and the area of an operator that reads a wall.
+    fn missing_wall(&self) -> Option<Misuse> {
+        let rule = self.operator.definition().region;
+        let missing = rule == RegionRule::Wall && (self.wall.is_none() || self.area.is_none());
+        missing.then(|| {
+            Misuse::new("operator", format!("{} {}", self.operator.name(), rule.requirement()), rule.example())
+        })
+    }
+
+    /// Whether the region is the periodic cell.
+    fn is_cell(&self) -> bool {
+        matches!(self.region, None | Some(SampleRegion::Cell))
+    }
+
+    /// Whether the region is a list of particles.
+    fn is_list(&self) -> bool {
+        self.region.as_ref().is_some_and(SampleRegion::is_list)
+    }
+
+    /// A region that the operator does not accept.
+    fn unfit_region(&self) -> Option<Misuse> {
+        let rule = self.operator.definition().region;
+        let whole = matches!(self.region, Some(SampleRegion::All { .. }));
+        let accepted = match rule {
+            RegionRule::Any | RegionRule::Wall => true,
+            RegionRule::WholeBody => whole,
+            RegionRule::WholeBodyOrCell => whole || self.is_cell(),
+            RegionRule::PeriodicCell => self.is_cell(),
+            RegionRule::Sphere => matches!(self.region, Some(SampleRegion::Sphere { .. })),
+            RegionRule::Shape => !self.is_list(),
+        };
+        if accepted {
+            return None;
+        }
+        let key = if self.region.is_some() { "region" } else { "operator" };
+        let message = format!("the operator {} {}", self.operator.name(), rule.requirement());
+        Some(Misuse::new(key, message, rule.example()))
+    }
+
+    /// Options that the region does not allow.
+    fn unfit_options(&self, dimension: u8) -> Option<Misuse> {
+        let (is_cell, is_list) = (self.is_cell(), self.is_list());
+        if is_list && self.truncation == Some(Truncation::BranchClipped) {
+            let message = "a list of particles has no boundary to clip at";
+            return Some(Misuse::new("truncation", message, "use \"half-crossing\" or \"internal-only\""));
+        }
+        let fixed = is_cell || is_list || matches!(self.region, Some(SampleRegion::All { .. }));
+        if self.gives(SampleKey::Velocity) && fixed {
+            return Some(Misuse::new("velocity", "this region cannot move", "remove it"));
+        }
+        if self.gives(SampleKey::VelocityGradient) && is_cell {
+            return Some(Misuse::new("velocity_gradient", "the periodic cell has its own deformation", "remove it"));
+        }
+        if self.gives(SampleKey::VelocityGradient) && dimension == 2 {
+            let message = "a region in two dimensions cannot deform, since it has no ends along z";
+            return Some(Misuse::new("velocity_gradient", message, "remove it, or move the region by `velocity`"));
+        }
+        None
+    }
+
+    fn unfit_grid(&self, dimension: u8) -> Option<Misuse> {
+        let grid = self.grid?;
+        if grid.contains(&0) {
+            let help = "write grid = [4, 4, 8], with 1 in directions that are not divided";
+            return Some(Misuse::new("grid", "the number of cells must be at least 1", help));
+        }
+        if !matches!(self.region, Some(SampleRegion::Box { .. })) {
+            let help = "write region = { kind = \"box\", minimum = [...], maximum = [...] }";
+            return Some(Misuse::new("grid", "a grid divides a box", help));
+        }
+        (dimension == 2 && grid[2] != 1)
+            .then(|| Misuse::new("grid", "two dimensions have one cell along z", "write grid = [4, 4, 1]"))
+    }
+}
+
+impl Checker<'_> {
+    pub(super) fn samples(&mut self) {
+        for (at, sample) in self.scenario.samples.iter().enumerate() {
+            let path = format!("sample[{at}]");
+            self.sample_name(at, sample, &path);
+            let misuse = sample.misuse(self.scenario.dimension);
+            let misused = misuse.is_some();
+            if let Some(Misuse { key, message, help }) = misuse {
+                self.conflict(&format!("{path}.{key}"), message, help);
+            } else if let Some(wall) = &sample.wall {
+                let names = self.scenario.wall_names();
+                let names: Vec<&str> = names.iter().map(String::as_str).collect();
+                self.known(&format!("{path}.wall"), "wall", wall, &names);
+            }
+            self.sample_region(sample, &path, misused);
+        }
+    }
+
+    fn sample_name(&mut self, at: usize, sample: &OperatorSample, path: &str) {
+        // A sample without a name has that of its operator.
+        let key = if sample.name.is_some() { format!("{path}.name") } else { format!("{path}.operator") };
+        let name = sample.name();
+        let twice = self.scenario.samples[..at].iter().any(|other| other.name() == name);
+        if name.trim().is_empty() || name.contains('/') || name.starts_with('.') {
+            let message = "cannot name a group of the result file";
+            self.range(&key, message, "use letters, digits, hyphens, and spaces");
+        } else if twice {
+            self.conflict(&key, "another [[sample]] has this name", "give each its own: name = \"core stress\"");
+        } else if crate::sampling::Record::COLUMNS.iter().any(|column| column.name == name) {
+            let help = format!("choose another name, such as \"{name} in the core\"");
+            self.conflict(&key, "the result has a time series of this name", help);
+        }
+    }
+
+    fn sample_region(&mut self, sample: &OperatorSample, path: &str, misused: bool) {
+        let key = format!("{path}.region");
+        let needs_region = sample.operator.definition().region != RegionRule::Wall;
+        match &sample.region {
+            None | Some(SampleRegion::Cell) if needs_region && !misused && !self.scenario.packing.is_periodic() => {
+                let key = if sample.region.is_some() { &key } else { path };
+                let help = "give region = { kind = \"box\", minimum = [...], maximum = [...] }, or another kind";
+                self.conflict(key, "the packing has no periodic cell to sample", help);
+            }
+            Some(SampleRegion::Box { minimum, maximum }) => self.corners(&key, minimum, maximum),
+            Some(SampleRegion::Cylinder { axis, .. }) if vector(axis).norm() == 0.0 => {
+                self.range(&format!("{key}.axis"), "must not be zero", "axis = [0, 0, 1] is along z");
+            }
+            Some(SampleRegion::Set { set, .. }) => self.known_set(&format!("{key}.set"), set),
+            Some(SampleRegion::Material { material, .. }) => {
+                self.known_material(&format!("{key}.material"), material);
+            }
+            Some(SampleRegion::HalfSpaces { planes, .. }) => {
+                if planes.is_empty() {
+                    let help = "planes = [{ point = [0, 0, 0], normal = [0, 0, 1] }] is all below z = 0";
+                    self.range(&format!("{key}.planes"), "no planes", help);
+                }
+                for (k, plane) in planes.iter().enumerate() {
+                    if vector(&plane.normal).norm() == 0.0 {
+                        let help = "it points out of the region: normal = [0, 0, 1] bounds the region from above";
+                        self.range(&format!("{key}.planes[{k}].normal"), "must not be zero", help);
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+}

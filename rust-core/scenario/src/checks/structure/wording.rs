@@ -1,0 +1,91 @@
+//! Wording of messages: lists, suggestions, and descriptions of keys.
+
+/// Joins alternatives: "a", "a or b", "a, b, or c".
+pub(in crate::checks) fn listing(items: &[impl AsRef<str>]) -> String {
+    match items {
+        [] => String::new(),
+        [one] => one.as_ref().to_owned(),
+        [one, two] => format!("{} or {}", one.as_ref(), two.as_ref()),
+        [front @ .., last] => {
+            let front: Vec<&str> = front.iter().map(AsRef::as_ref).collect();
+            format!("{}, or {}", front.join(", "), last.as_ref())
+        }
+    }
+}
+
+/// The candidate most similar to a word, if any is similar enough.
+pub(in crate::checks) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let plain = |text: &str| text.to_lowercase().replace('-', "_");
+    let word = plain(word);
+    let mut best: Option<(f64, &str)> = None;
+    for candidate in candidates {
+        let other = plain(candidate);
+        // A shortened or lengthened word counts as similar; otherwise about two thirds of the letters must agree.
+        let likeness = if !word.is_empty() && (other.starts_with(&word) || word.starts_with(&other)) {
+            0.9 + 0.1 * strsim::normalized_damerau_levenshtein(&word, &other)
+        } else {
+            strsim::normalized_damerau_levenshtein(&word, &other)
+        };
+        if likeness >= 0.6 && best.is_none_or(|(most, _)| likeness > most) {
+            best = Some((likeness, candidate));
+        }
+    }
+    best.map(|(_, candidate)| candidate)
+}
+
+/// Names of parameters in YADE's concrete model, and the keys of a scenario.
+pub(super) const YADE_NAMES: &[(&str, &str)] = &[
+    ("sigmaT", "cohesion"),
+    ("epsCrackOnset", "crack_onset_strain"),
+    ("relDuctility", "relative_ductility"),
+    ("neverDamage", "never_damage"),
+    ("equivStrainShearContrib", "shear_contribution"),
+    ("damLaw", "damage_law"),
+    ("dmgTau", "damage_time"),
+    ("dmgRateExp", "damage_rate_exponent"),
+    ("plTau", "plasticity_time"),
+    ("plRateExp", "plasticity_rate_exponent"),
+    ("isoPrestress", "isotropic_prestress"),
+    ("frictionAngle", "friction_angle"),
+    ("poisson", "shear_ratio"),
+    ("yieldSurfType", "yield_surface"),
+    ("yieldLogSpeed", "yield_log_speed"),
+    ("omegaThreshold", "omega_threshold"),
+    ("epsSoft", "soft_strain"),
+    ("relKnSoft", "relative_soft_stiffness"),
+    ("intRadius", "interaction_ratio"),
+    ("enlargeFactor", "interaction_ratio"),
+    ("strainRate", "strain_rate"),
+];
+
+/// Joins a table path and a key.
+pub(super) fn join(path: &str, key: &str) -> String {
+    if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
+}
+
+/// The last key of a path, without its index.
+pub(super) fn last_key(path: &str) -> &str {
+    let last = path.rsplit('.').next().unwrap_or(path);
+    last.split('[').next().unwrap_or(last)
+}
+
+/// `material[0].cpm` → `material.cpm`, as in a table header.
+pub(super) fn strip_indices(path: &str) -> String {
+    let mut out = String::new();
+    let mut inside = false;
+    for c in path.chars() {
+        match c {
+            '[' => inside = true,
+            ']' => inside = false,
+            c if !inside => out.push(c),
+            _ => {}
+        }
+    }
+    out
+}
+
+/// What a key means, as the end of a help text: the first paragraph of its description.
+pub(super) fn about(path: &str, description: &str) -> String {
+    let summary = description.split("\n\n").next().unwrap_or_default().replace('\n', " ");
+    if summary.is_empty() { String::new() } else { format!("`{}`: {summary}", last_key(path)) }
+}

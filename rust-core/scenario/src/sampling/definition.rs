@@ -1,0 +1,203 @@
+//! What defines an operator: quantities, accepted regions and keys, needed data, and its evaluation.
+
+use super::scheduled::ScheduledOperator;
+use super::state::SampledState;
+use concordem_contact::math::{Mat3, Vec3};
+use concordem_operator::{ContactSet, OperatorError, Period, Region};
+
+/// A quantity that an operator gives: name, unit, and number of components.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SampledQuantity {
+    /// Name of the column.
+    pub name: &'static str,
+    /// SI unit; `"1"` for a pure number.
+    pub unit: &'static str,
+    /// Number of components: 1 (scalar), 3 (vector), or 9 (tensor, row by row).
+    pub components: usize,
+    /// Description of the column.
+    pub description: &'static str,
+}
+
+pub(super) const fn tensor(name: &'static str, unit: &'static str, description: &'static str) -> SampledQuantity {
+    SampledQuantity { name, unit, components: 9, description }
+}
+pub(super) const fn vector(name: &'static str, unit: &'static str, description: &'static str) -> SampledQuantity {
+    SampledQuantity { name, unit, components: 3, description }
+}
+pub(super) const fn scalar(name: &'static str, unit: &'static str, description: &'static str) -> SampledQuantity {
+    SampledQuantity { name, unit, components: 1, description }
+}
+
+pub(super) const VOLUME: SampledQuantity = scalar("volume", "m^3", "Volume of the region");
+pub(super) const CONTACTS: SampledQuantity = scalar("contacts", "1", "Contacts that counted");
+pub(super) const PARTICLES: SampledQuantity = scalar("particles", "1", "Particles that counted");
+pub(super) const CELLS: SampledQuantity = scalar("cells", "1", "Cells that counted");
+
+/// Regions that an operator accepts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RegionRule {
+    /// Any region.
+    Any,
+    /// Only the whole body.
+    WholeBody,
+    /// The whole body or the periodic cell.
+    WholeBodyOrCell,
+    /// Only the periodic cell.
+    PeriodicCell,
+    /// Only a sphere (a disc in two dimensions).
+    Sphere,
+    /// Any region with a shape, that is no list of particles.
+    Shape,
+    /// No region: the operator reads a wall.
+    Wall,
+}
+
+impl RegionRule {
+    /// What the operator needs and why, as the end of a sentence that begins with its name.
+    pub fn requirement(self) -> &'static str {
+        match self {
+            Self::Any => "accepts any region",
+            Self::WholeBody => "needs the whole body: forces on the boundary do not determine the stress of a part",
+            Self::WholeBodyOrCell => "needs the whole body or the periodic cell: a part exchanges power with the rest",
+            Self::PeriodicCell => "needs the periodic cell: the motion of any other boundary is unknown",
+            Self::Sphere => "needs a sphere: the support of its kernel",
+            Self::Shape => "needs a region with a shape: a list of particles has none",
+            Self::Wall => "needs a wall and its area",
+        }
+    }
+
+    /// A value of `region` that the operator accepts.
+    pub fn example(self) -> &'static str {
+        match self {
+            Self::WholeBody | Self::WholeBodyOrCell => {
+                "write region = { kind = \"all\", volume = \"1 cm^3\" } with the volume of the body"
+            }
+            Self::PeriodicCell => "write region = { kind = \"cell\" }, or use cell-strain for another region",
+            Self::Sphere => "write region = { kind = \"sphere\", center = [0, 0, 0], radius = \"5 mm\" }",
+            Self::Any | Self::Shape => "use a box, a sphere, or another region with a shape",
+            Self::Wall => "write wall = \"box z maximum\", area = \"36 mm^2\"",
+        }
+    }
+}
+
+/// A key of `[[sample]]` that not every operator uses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SampleKey {
+    /// `region`.
+    Region,
+    /// `grid`.
+    Grid,
+    /// `velocity`.
+    Velocity,
+    /// `velocity_gradient`.
+    VelocityGradient,
+    /// `truncation`.
+    Truncation,
+    /// `partition`.
+    Partition,
+    /// `wall`.
+    Wall,
+    /// `area`.
+    Area,
+}
+
+impl SampleKey {
+    /// All keys, in the order in which the checks look at them.
+    pub const ALL: [Self; 8] = [
+        Self::Region,
+        Self::Grid,
+        Self::Velocity,
+        Self::VelocityGradient,
+        Self::Truncation,
+        Self::Wall,
+        Self::Area,
+        Self::Partition,
+    ];
+
+    /// The key as written in a scenario.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Region => "region",
+            Self::Grid => "grid",
+            Self::Velocity => "velocity",
+            Self::VelocityGradient => "velocity_gradient",
+            Self::Truncation => "truncation",
+            Self::Partition => "partition",
+            Self::Wall => "wall",
+            Self::Area => "area",
+        }
+    }
+}
+
+/// Everything that defines an operator.
+pub struct OperatorDefinition {
+    /// What it gives, in the order of the values.
+    pub quantities: &'static [SampledQuantity],
+    /// Regions it accepts.
+    pub region: RegionRule,
+    /// Keys it uses beside those of the region (`region`, `grid`, `velocity`, `velocity_gradient`).
+    pub keys: &'static [SampleKey],
+    /// Whether it needs the positions of the particles at the start.
+    pub needs_initial_positions: bool,
+    /// Whether it needs the damage of all bonds.
+    pub needs_bonds: bool,
+    /// Adds the values in the order of `quantities`.
+    pub(super) evaluate: fn(&Sampling<'_>, &mut Row) -> Result<(), OperatorError>,
+}
+
+impl OperatorDefinition {
+    /// Whether the operator uses a key of `[[sample]]`.
+    pub fn uses(&self, key: SampleKey) -> bool {
+        match key {
+            SampleKey::Region | SampleKey::Grid | SampleKey::Velocity | SampleKey::VelocityGradient => {
+                self.region != RegionRule::Wall
+            }
+            key => self.keys.contains(&key),
+        }
+    }
+}
+
+/// One evaluation: an operator, its region at this time, and the state it reads.
+pub(super) struct Sampling<'a> {
+    /// The operator with its options.
+    pub(super) sample: &'a ScheduledOperator,
+    /// The region now, or one cell of its grid.
+    pub(super) region: &'a Region,
+    /// The state.
+    pub(super) state: &'a SampledState<'a>,
+    /// Contacts between particles, with forces.
+    pub(super) contacts: ContactSet<'a>,
+    /// Periodic images with their rate of change.
+    pub(super) period: Option<Period>,
+}
+
+impl Sampling<'_> {
+    /// Periodic images for the functions of the operator crate.
+    pub(super) fn period(&self) -> Option<&Period> {
+        self.period.as_ref()
+    }
+}
+
+/// The values of a row, in the order of the operator's quantities.
+#[derive(Default)]
+pub(super) struct Row(pub(super) Vec<f64>);
+
+impl Row {
+    /// Add a tensor, row by row.
+    pub(super) fn tensor(&mut self, tensor: &Mat3) -> &mut Self {
+        self.0.extend(tensor.transpose().iter());
+        self
+    }
+
+    /// Add a vector.
+    pub(super) fn vector(&mut self, vector: &Vec3) -> &mut Self {
+        self.0.extend(vector.iter());
+        self
+    }
+
+    /// Add scalars.
+    pub(super) fn scalars<const N: usize>(&mut self, scalars: [f64; N]) -> &mut Self {
+        self.0.extend(scalars);
+        self
+    }
+}

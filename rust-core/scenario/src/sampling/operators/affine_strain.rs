@@ -1,0 +1,58 @@
+//! Best affine fit of motion and rotation in a region, since the start or as rates.
+
+use crate::sampling::definition::{
+    OperatorDefinition, PARTICLES, RegionRule, Row, SampledQuantity, Sampling, scalar, tensor, vector,
+};
+use crate::sampling::state::MotionKind;
+use concordem_operator::OperatorError;
+use concordem_operator::strain::{AffineFit, affine_fit};
+
+const STRAIN_QUANTITIES: &[SampledQuantity] = &[
+    tensor("gradient", "1", "Displacement gradient du_i/dx_j at initial positions"),
+    tensor("cosserat_strain", "1", "Cosserat strain du_j/dx_i - e_ijk phi_k"),
+    tensor("curvature", "1/m", "Curvature dphi_j/dx_i"),
+    vector("rotation", "rad", "Mean rotation of the particles"),
+    scalar("residual", "m", "Root mean square of the non-affine displacement"),
+    PARTICLES,
+];
+
+const RATE_QUANTITIES: &[SampledQuantity] = &[
+    tensor("gradient", "1/s", "Velocity gradient dv_i/dx_j"),
+    tensor("cosserat_rate", "1/s", "Cosserat strain rate dv_j/dx_i - e_ijk w_k"),
+    tensor("curvature_rate", "1/(m s)", "Rate of curvature dw_j/dx_i"),
+    vector("spin", "rad/s", "Mean angular velocity of the particles"),
+    scalar("residual", "m/s", "Root mean square of the non-affine velocity"),
+    PARTICLES,
+];
+
+pub(super) const STRAIN: OperatorDefinition = OperatorDefinition {
+    quantities: STRAIN_QUANTITIES,
+    region: RegionRule::Any,
+    keys: &[],
+    needs_initial_positions: true,
+    needs_bonds: false,
+    evaluate: |sampling, row| evaluate(sampling, MotionKind::Displacement, row),
+};
+
+pub(super) const RATE: OperatorDefinition = OperatorDefinition {
+    quantities: RATE_QUANTITIES,
+    region: RegionRule::Any,
+    keys: &[],
+    needs_initial_positions: false,
+    needs_bonds: false,
+    evaluate: |sampling, row| evaluate(sampling, MotionKind::Rate, row),
+};
+
+fn evaluate(sampling: &Sampling<'_>, kind: MotionKind, row: &mut Row) -> Result<(), OperatorError> {
+    let fit = fit(sampling, kind)?;
+    row.tensor(&fit.gradient).tensor(&fit.cosserat_strain()).tensor(&fit.curvature).vector(&fit.rotation);
+    row.scalars([(fit.residual[0] / fit.particles as f64).sqrt(), fit.particles as f64]);
+    Ok(())
+}
+
+/// The affine fit in the region.
+pub(super) fn fit(sampling: &Sampling<'_>, kind: MotionKind) -> Result<AffineFit, OperatorError> {
+    let m = sampling.state.motion(kind);
+    let dimension = sampling.state.dimension();
+    affine_fit(&m.position, &m.displacement, &m.rotation, sampling.region, m.period.as_ref(), dimension)
+}

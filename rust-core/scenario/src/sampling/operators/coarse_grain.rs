@@ -1,0 +1,42 @@
+//! Coarse-grained density, velocity, and stress at the center of a sphere.
+
+use crate::sampling::definition::{
+    OperatorDefinition, RegionRule, Row, SampledQuantity, Sampling, scalar, tensor, vector,
+};
+use concordem_operator::coarse_grain::{Kernel, coarse_grain};
+use concordem_operator::{OperatorError, Region};
+
+const QUANTITIES: &[SampledQuantity] = &[
+    scalar("density", "kg/m^3", "Mass density"),
+    vector("velocity", "m/s", "Momentum divided by mass density"),
+    tensor("stress", "Pa", "Contact stress; tension positive"),
+    tensor("kinetic_stress", "Pa", "Kinetic stress, not in `stress`"),
+];
+
+pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    quantities: QUANTITIES,
+    region: RegionRule::Sphere,
+    keys: &[],
+    needs_initial_positions: false,
+    needs_bonds: false,
+    evaluate,
+};
+
+fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {
+    // In two dimensions a sphere of a scenario is a cylinder of unit depth.
+    let (Region::Sphere { centre, radius } | Region::Cylinder { centre, radius, .. }) = sampling.region else {
+        return Err(OperatorError::Singular {
+            what: "a coarse-grained field",
+            reason: "its region is the support of the kernel, a sphere",
+        });
+    };
+    let particles = sampling.state.particles;
+    let kernel = Kernel::new(*radius, sampling.state.dimension())?;
+    let (mass, velocity) = (&particles.mass, &particles.velocity);
+    let fields = coarse_grain(&sampling.contacts, mass, velocity, &kernel, &[*centre], sampling.period())?;
+    let field = fields.first().copied().unwrap_or_default();
+    // The velocity is NaN where there is no mass.
+    row.scalars([field.density]).vector(&(field.momentum / field.density));
+    row.tensor(&field.stress).tensor(&field.kinetic_stress);
+    Ok(())
+}

@@ -1,0 +1,32 @@
+//! Stress and couple stress about the center of a region, from the contacts inside it.
+
+use crate::sampling::definition::{
+    CONTACTS, OperatorDefinition, RegionRule, Row, SampledQuantity, Sampling, VOLUME, tensor, vector,
+};
+use concordem_operator::{OperatorError, couple_stress};
+
+const QUANTITIES: &[SampledQuantity] = &[
+    tensor("stress", "Pa", "Stress of contacts internal to the region"),
+    tensor("couple_stress", "N/m", "Couple stress about the center of the region"),
+    vector("rigid_force", "N/m^3", "Sum of internal forces per volume, zero up to rounding"),
+    vector("rigid_moment", "N/m^2", "Sum of internal moments per volume, zero up to rounding"),
+    VOLUME,
+    CONTACTS,
+];
+
+pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    quantities: QUANTITIES,
+    region: RegionRule::Any,
+    keys: &[],
+    needs_initial_positions: false,
+    needs_bonds: false,
+    evaluate,
+};
+
+fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {
+    let center = sampling.region.centre().unwrap_or_else(|| sampling.state.mean_position());
+    let c = couple_stress::conjugate(&sampling.contacts, sampling.region, &center, sampling.period())?;
+    row.tensor(&c.stress).tensor(&c.couple_stress).vector(&c.rigid_force).vector(&c.rigid_moment);
+    row.scalars([c.volume, c.contacts as f64]);
+    Ok(())
+}

@@ -1,0 +1,94 @@
+//! The list of operators; each file defines one, or a strain and its rate.
+
+mod affine_strain;
+mod boundary_stress;
+mod cell_strain;
+mod coarse_grain;
+mod contact_cell_strain;
+mod couple_stress;
+mod damage_tensor;
+mod fabric;
+mod particle_stress;
+mod porosity;
+mod power;
+mod region_stress;
+mod wall_traction;
+
+use super::definition::{OperatorDefinition, SampledQuantity};
+
+macro_rules! operators {
+    ($($(#[doc = $doc:literal])+ $variant:ident = $name:literal: $file:ident::$definition:ident,)*) => {
+        /// An operator that can be evaluated during a run.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        pub enum Operator {
+            $($(#[doc = $doc])+ #[serde(rename = $name)] $variant,)*
+        }
+
+        impl Operator {
+            /// All operators, in the order of the documentation.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+
+            /// Name in scenarios and results.
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name,)* }
+            }
+
+            /// Its definition.
+            pub fn definition(self) -> &'static OperatorDefinition {
+                match self { $(Self::$variant => &$file::$definition,)* }
+            }
+        }
+    };
+}
+
+operators! {
+    /// Stress from the sum over branch vectors, and its kinetic part.
+    RegionStress = "region-stress": region_stress::DEFINITION,
+    /// Stress as the volume average over particles, walls included, and the mean stress in the particles.
+    ParticleStress = "particle-stress": particle_stress::DEFINITION,
+    /// Stress and couple stress of the whole body from the forces of walls and supports.
+    BoundaryStress = "boundary-stress": boundary_stress::DEFINITION,
+    /// Force of the particles on a wall, and that force divided by an area.
+    WallTraction = "wall-traction": wall_traction::DEFINITION,
+    /// Stress and couple stress about the center of the region, from contacts internal to the region.
+    CoupleStress = "couple-stress": couple_stress::DEFINITION,
+    /// Best affine fit of displacement and rotation since the start: gradient, Cosserat strain, curvature.
+    AffineStrain = "affine-strain": affine_strain::STRAIN,
+    /// Best affine fit of velocity and angular velocity: gradient, Cosserat strain rate, rate of curvature.
+    AffineRate = "affine-rate": affine_strain::RATE,
+    /// Displacement gradient since the start, averaged over the Delaunay cells of the initial positions.
+    CellStrain = "cell-strain": cell_strain::STRAIN,
+    /// Velocity gradient, averaged over the same Delaunay cells at their present positions.
+    CellRate = "cell-rate": cell_strain::RATE,
+    /// Displacement gradient with rotations since the start, from the contact cells (power diagram) of the periodic cell.
+    ContactCellStrain = "contact-cell-strain": contact_cell_strain::STRAIN,
+    /// Velocity gradient with angular velocities, from the contact cells of the periodic cell.
+    ContactCellRate = "contact-cell-rate": contact_cell_strain::RATE,
+    /// Fabric tensor and coordination number.
+    Fabric = "fabric": fabric::DEFINITION,
+    /// Solid fraction and porosity.
+    Porosity = "porosity": porosity::DEFINITION,
+    /// Damage tensors of the bonds: of their damage and of their lost strength; broken bonds count as 1.
+    DamageTensor = "damage-tensor": damage_tensor::DEFINITION,
+    /// Power put into the contacts, and the parts that stress and strain rate account for.
+    Power = "power": power::DEFINITION,
+    /// Density, velocity, and stress at a point by a smooth kernel; the region is a sphere, the support of the kernel.
+    CoarseGrain = "coarse-grain": coarse_grain::DEFINITION,
+}
+
+impl Operator {
+    /// The operator of a name.
+    pub fn of_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|operator| operator.name() == name)
+    }
+
+    /// What it gives, in the order of the values.
+    pub fn quantities(self) -> &'static [SampledQuantity] {
+        self.definition().quantities
+    }
+
+    /// Number of values of a row.
+    pub fn width(self) -> usize {
+        self.quantities().iter().map(|quantity| quantity.components).sum()
+    }
+}

@@ -1,0 +1,34 @@
+//! Stress of a region as the sum of the particles' stresses: `(1/V) Σ V_p σ_p`.
+
+use crate::sampling::definition::{
+    OperatorDefinition, RegionRule, Row, SampleKey, SampledQuantity, Sampling, VOLUME, scalar, tensor,
+};
+use concordem_operator::OperatorError;
+use concordem_operator::stress::{particle_moments, region_stress_from_particles, solid_fraction};
+
+const QUANTITIES: &[SampledQuantity] = &[
+    tensor("stress", "Pa", "Sum of V_p sigma_p divided by the volume of the region"),
+    tensor("mean_particle_stress", "Pa", "Mean of sigma_p weighted by the volumes of the particles"),
+    scalar("solid_fraction", "1", "Volume of the particles with centers in the region, divided by its volume"),
+    VOLUME,
+];
+
+pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
+    quantities: QUANTITIES,
+    region: RegionRule::Any,
+    keys: &[SampleKey::Partition],
+    needs_initial_positions: false,
+    needs_bonds: false,
+    evaluate,
+};
+
+fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {
+    let (state, region, period) = (sampling.state, sampling.region, sampling.period());
+    let particles = state.particles;
+    let walls = state.forces.walls.set(particles)?;
+    let moments = particle_moments(&sampling.contacts, &walls, sampling.sample.partition);
+    let stress = region_stress_from_particles(&particles.position, &moments, region, period)?;
+    let solid = solid_fraction(&particles.position, &state.volumes(), region, period)?;
+    row.tensor(&stress).tensor(&(stress / solid)).scalars([solid, region.volume()?]);
+    Ok(())
+}

@@ -1,0 +1,85 @@
+//! The time series of a run: one record per sample, and its columns.
+
+/// A column of the time series.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SeriesColumn {
+    /// Name of the column.
+    pub name: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Description of the column.
+    pub description: &'static str,
+}
+
+macro_rules! series {
+    ($($(#[doc = $doc:literal])+ $name:ident : $unit:literal,)*) => {
+        /// One row of the time series.
+        #[derive(Debug, Clone, Copy, Default, PartialEq)]
+        pub struct Record { $($(#[doc = $doc])+ pub $name: f64,)* }
+        impl Record {
+            /// The columns, in the order of [`Self::to_row`].
+            pub const COLUMNS: &'static [SeriesColumn] = &[$(SeriesColumn {
+                name: stringify!($name),
+                unit: $unit,
+                description: concat!($($doc),+),
+            }),*];
+            /// The values in the order of [`Self::COLUMNS`].
+            pub fn to_row(&self) -> Vec<f64> {
+                vec![$(self.$name),*]
+            }
+        }
+    };
+}
+
+series! {
+    /// Time
+    time: "s",
+    /// Step
+    step: "1",
+    /// Strain along the loading axis
+    strain: "1",
+    /// Strain along the loading axis in the middle half of the specimen, fitted to its particles
+    gauge_strain: "1",
+    /// Stress along the loading axis
+    stress: "Pa",
+    /// Kinetic energy, ½ m v⁻·v⁺
+    kinetic: "J",
+    /// Energy stored by normal deformation of contacts
+    stored_normal: "J",
+    /// Energy stored by shear
+    stored_shear: "J",
+    /// Energy stored by bending
+    stored_bending: "J",
+    /// Energy stored by twist
+    stored_twist: "J",
+    /// Energy stored in deformable particles
+    stored_deformation: "J",
+    /// Energy dissipated by damage and breakage
+    damage: "J",
+    /// Energy dissipated by plastic slip and friction
+    friction: "J",
+    /// Energy dissipated by dashpots
+    viscous: "J",
+    /// Integration error at kinks of laws
+    integration: "J",
+    /// Energy dissipated by numerical damping
+    numerical_damping: "J",
+    /// Energy dissipated because the strains of deformable particles lag behind the forces
+    deformation_lag: "J",
+    /// Energy lost (negative: created) by forces that deform particles without an effect on themselves
+    deformation_other: "J",
+    /// Work of prescribed motion, walls, and cell
+    boundary_work: "J",
+    /// Work of gravity and given forces
+    external_work: "J",
+    /// Residual of the energy balance
+    residual: "J",
+    /// Bonds broken so far
+    broken: "1",
+    /// Bonds whose damage passed the event threshold so far
+    damaged: "1",
+    /// Bonds and contacts that carry force
+    contacts: "1",
+    /// Root mean square of net force on free particles over root mean square contact force
+    unbalanced: "1",
+}

@@ -1,0 +1,119 @@
+//! An operator with its region, options, and interval, and its evaluation on a state.
+
+use super::definition::{Row, Sampling};
+use super::operators::Operator;
+use super::state::SampledState;
+use concordem_contact::math::{Mat3, Vec3};
+use concordem_operator::stress::Partition;
+use concordem_operator::{OperatorError, Region, Truncation};
+
+/// Region of a scheduled operator.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SampledRegion {
+    /// A region that moves by `x → x⁰ + exp(L t)(x − x⁰) + v t`, where `x⁰` is its center at time zero (the origin if it
+    /// has no center).
+    Moving {
+        /// The region at time zero.
+        region: Region,
+        /// Velocity `v`, m/s.
+        velocity: Vec3,
+        /// Velocity gradient `L`, 1/s.
+        gradient: Mat3,
+    },
+    /// The periodic cell at the time of evaluation.
+    Cell,
+}
+
+/// A wall and the area that its traction refers to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampledWall {
+    /// Index of the wall in the state.
+    pub wall: u32,
+    /// Area, m².
+    pub area: f64,
+}
+
+/// An operator with its region and interval.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScheduledOperator {
+    /// Name of its group in the result.
+    pub name: String,
+    /// The operator.
+    pub operator: Operator,
+    /// Where it is evaluated.
+    pub region: SampledRegion,
+    /// Number of cells along x, y, z into which a box is divided; each cell gives its own values.
+    pub grid: Option<[usize; 3]>,
+    /// Treatment of contacts that cross the boundary of the region.
+    pub truncation: Truncation,
+    /// Division of a branch vector between the two particles of a contact.
+    pub partition: Partition,
+    /// The wall, for tractions.
+    pub wall: Option<SampledWall>,
+    /// Steps between two evaluations.
+    pub interval: u64,
+}
+
+impl ScheduledOperator {
+    /// Number of cells that give values of their own.
+    pub fn cells(&self) -> usize {
+        self.grid.map_or(1, |count| count.iter().product())
+    }
+
+    /// Values at a state: for each of [`Operator::quantities`], for each cell of the grid (x fastest), its components.
+    ///
+    /// An empty region gives not-a-number, not an error, because a moving region may pass through empty space.
+    ///
+    /// # Errors
+    /// The operator cannot be evaluated on this state.
+    pub fn evaluate(&self, state: &SampledState<'_>) -> Result<Vec<f64>, OperatorError> {
+        let rows = self
+            .regions(state)
+            .iter()
+            .map(|region| match self.row(region, state) {
+                Err(OperatorError::EmptyRegion { .. } | OperatorError::Flat { .. }) => {
+                    Ok(vec![f64::NAN; self.operator.width()])
+                }
+                other => other,
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut values = Vec::with_capacity(self.operator.width() * rows.len());
+        let mut first = 0;
+        for quantity in self.operator.quantities() {
+            let last = first + quantity.components;
+            for row in &rows {
+                values.extend_from_slice(&row[first..last]);
+            }
+            first = last;
+        }
+        Ok(values)
+    }
+
+    /// The region now, or the cells of its grid.
+    fn regions(&self, state: &SampledState<'_>) -> Vec<Region> {
+        let (region, velocity, gradient) = match (&self.region, &state.cell) {
+            (SampledRegion::Cell, Some(cell)) => return vec![Region::periodic_cell(&cell.matrix)],
+            (SampledRegion::Cell, None) => return vec![Region::All { volume: f64::NAN }],
+            (SampledRegion::Moving { region, velocity, gradient }, _) => (region, velocity, gradient),
+        };
+        let origin = region.centre().unwrap_or_else(Vec3::zeros);
+        let parts = match (self.grid, region) {
+            (Some(count), Region::Box { low, high }) => Region::grid(*low, *high, count),
+            _ => vec![region.clone()],
+        };
+        if *velocity == Vec3::zeros() && *gradient == Mat3::zeros() {
+            return parts;
+        }
+        let deformation = (gradient * state.time).exp();
+        parts.iter().map(|part| part.moved(&deformation, &origin, &(velocity * state.time))).collect()
+    }
+
+    /// Values in one region.
+    fn row(&self, region: &Region, state: &SampledState<'_>) -> Result<Vec<f64>, OperatorError> {
+        let contacts = state.forces.contacts.set(state.particles)?;
+        let sampling = Sampling { sample: self, region, state, contacts, period: state.period() };
+        let mut row = Row::default();
+        (self.operator.definition().evaluate)(&sampling, &mut row)?;
+        Ok(row.0)
+    }
+}
