@@ -89,7 +89,7 @@ fn clumps_and_walls_are_built() {
 fn prescribed_members_are_refused() {
     let (key, message) = refused(&bar(&format!("{MIDDLE}[[prescribe]]\nset = \"pair\"\nvelocity = [0, 0, 1]")));
     assert_eq!(key, "prescribe[0].set");
-    for part in ["`pair`", "particle 40", "clump[0]", "out of the set"] {
+    for part in ["`pair`", "particle 40", "clump[0]", "from the set"] {
         assert!(message.contains(part), "{message}");
     }
 }
