@@ -80,7 +80,7 @@ fn disc_stiffness(young: f64, poisson: f64) -> f64 {
 // -------------------------------------------------------------------------------------------------------------------
 // Iteration
 
-/// Two held discs, whose reactions stand for their outer neighbours: the forces of successive steps of the lagged scheme
+/// Two held discs, whose reactions stand for their outer neighbors: the forces of successive steps of the lagged scheme
 /// are `f*(1 − (−r)^k)`, `r = 2k_n/k_p` (3.18)–(3.27), to 1e-12 of f*; and those of Table 3.1 as far as that goes (it was
 /// computed with π = 3.14: 0.06 %). The spectral radius is `r`: power iteration with reactions, 1e-8.
 #[test]
@@ -219,8 +219,8 @@ fn pressed(deformable: Option<&Deformable>) -> Pressed {
     let corner = |x: usize, y: usize| y * 9 + x;
     for x in 0..9 {
         let down = Vec3::new(0.0, -FORCE, 0.0);
-        state.particles.add_load_at(corner(x, 0) as u32, -down, Vec3::zeros(), LoadLever::ParticleVirial);
-        state.particles.add_load_at(corner(x, 19) as u32, down, Vec3::zeros(), LoadLever::ParticleVirial);
+        state.particles.add_load_at(corner(x, 0) as u32, -down, Vec3::zeros(), LoadLever::Push);
+        state.particles.add_load_at(corner(x, 19) as u32, down, Vec3::zeros(), LoadLever::Push);
     }
     for y in 0..20 {
         let column = &mut state.particles.constraint[corner(4, y)];
@@ -263,7 +263,7 @@ fn square_specimen_meets_the_tables() {
         let ratio = (surface_displacement / 16e-3) / (shortening / 38e-3);
         let expected_ratio =
             4.0 * poisson * (1.0 + poisson) * NORMAL / (4.0 * (1.0 - poisson * poisson) * NORMAL + PI * young);
-        // Stress 90 kN over 18 mm, gauge length between the centres of the end rows.
+        // Stress 90 kN over 18 mm, gauge length between the centers of the end rows.
         let modulus = 90e3 / 18e-3 / (shortening / 38e-3);
         let ledger = &state.ledger;
         let work = 0.5 * 90e3 * shortening;
@@ -669,7 +669,7 @@ fn broken_discs_close_their_ledger_on_any_threads_and_after_restart() {
         let contact = ContactStiffness::Given { normal: NORMAL, shear: 0.5 * NORMAL };
         state.contacts = Some(Box::new(ContactBlock::new(vec![Frictional::new(contact, 0.4, 0.05).unwrap()])));
         let top = 3.0_f64.sqrt() * RADIUS * (rows - 1) as f64;
-        state.particles.add_load_at(500, Vec3::new(300.0, 100.0, 0.0), Vec3::zeros(), LoadLever::ParticleVirial);
+        state.particles.add_load_at(500, Vec3::new(300.0, 100.0, 0.0), Vec3::zeros(), LoadLever::Push);
         for p in 0..columns * rows {
             let y = state.particles.position[p].y;
             state.particles.velocity[p].y += 20.0 * (y / top - 0.5);

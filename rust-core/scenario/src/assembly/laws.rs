@@ -2,17 +2,17 @@
 
 use crate::schema::{self, ContactLawName, LawName};
 use concordem_contact::law::{
-    BeamModel, CohesiveBeam, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, HertzMindlin,
+    BeamModel, CohesiveBeam, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, HertzMindlin,
     LinearBond, Section,
 };
 use concordem_solver::PairCoefficients;
-use concordem_solver::forces::EvaluatedContacts;
+use concordem_solver::forces::{EvaluatedContacts, LawLoops};
 use concordem_solver::state::contacts::ContactBlock;
 
 use super::{AssemblyError, unfit};
 
 /// How the rows of a law come from the tables of materials and interfaces.
-trait FromTables: ContactLaw {
+trait FromTables: LawLoops {
     /// Table of the law in a scenario.
     type Table;
     /// The table of a material.

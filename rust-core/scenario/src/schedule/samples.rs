@@ -362,11 +362,11 @@ impl Bonds {
             for k in 0..block.len() {
                 let view = block.view(k);
                 let a = &state.particles.position[view.pair.a as usize];
-                bonds.push(a, &view.frame, [block.damage(k), block.lost_strength(k)]);
+                bonds.push(a, &view.previous, [block.damage(k), block.lost_strength(k)]);
             }
         }
         for bond in &state.broken {
-            bonds.push(&state.particles.position[bond.pair.a as usize], &bond.frame, [1.0, 1.0]);
+            bonds.push(&state.particles.position[bond.pair.a as usize], &bond.previous, [1.0, 1.0]);
         }
         bonds
     }
@@ -562,7 +562,7 @@ impl OperatorSample {
             (SampledRegion::Cell, None) => return vec![Region::All { volume: f64::NAN }],
             (SampledRegion::Moving { region, velocity, gradient }, _) => (region, velocity, gradient),
         };
-        let origin = region.centre().unwrap_or_else(Vec3::zeros);
+        let origin = region.center().unwrap_or_else(Vec3::zeros);
         let parts = match (self.grid, region) {
             (Some(count), Region::Box { low, high }) => Region::grid(*low, *high, count),
             _ => vec![region.clone()],
@@ -610,7 +610,7 @@ impl OperatorSample {
                 row.vector(&force).vector(&wall_traction(&force, wall.area)?).reals([mine().count() as f64]);
             }
             Operator::CoupleStress => {
-                let centre = region.centre().unwrap_or_else(|| middle(particles));
+                let centre = region.center().unwrap_or_else(|| middle(particles));
                 let c = couple_stress::conjugate(&contacts, region, &centre, period)?;
                 row.tensor(&c.stress).tensor(&c.couple_stress).vector(&c.rigid_force).vector(&c.rigid_moment);
                 row.reals([c.volume, c.contacts as f64]);
@@ -664,7 +664,7 @@ impl OperatorSample {
                 row.reals([p.contacts, p.stress, p.couple, p.gap]);
             }
             Operator::CoarseGrain => {
-                let (Region::Sphere { centre, radius } | Region::Cylinder { centre, radius, .. }) = region else {
+                let (Region::Sphere { center: centre, radius } | Region::Cylinder { center: centre, radius, .. }) = region else {
                     return Err(OperatorError::Singular {
                         what: "a coarse-grained field",
                         reason: "its region is the support of the kernel, a sphere",
