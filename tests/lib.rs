@@ -5,12 +5,12 @@
 pub mod deformable;
 pub mod gold;
 
-use concordem::law::ContactLaw;
 use concordem::law::cpm::{Cpm, CpmParameters};
 use concordem::math::Vec3;
 use concordem::packing::Packing;
 use concordem::packing::bonding::bond;
 use concordem::packing::file::import_text;
+use concordem::solver::forces::LawLoops;
 use concordem::solver::{Model, PairCoefficients, Solver};
 use concordem::state::contacts::ContactBlock;
 use concordem::state::{Cell, Constraint, Particles, State};
@@ -49,7 +49,7 @@ pub fn one_material() -> PairCoefficients {
 }
 
 /// A state in which all pairs nearer than `interaction_ratio` times the sum of their radii are bonded.
-pub fn bonded<L: ContactLaw>(particles: Particles, cell: Option<Cell>, law: L, interaction_ratio: f64) -> State {
+pub fn bonded<L: LawLoops>(particles: Particles, cell: Option<Cell>, law: L, interaction_ratio: f64) -> State {
     let mut bonds = ContactBlock::new(vec![law]);
     bond(&mut bonds, &one_material(), &particles, cell.as_ref(), interaction_ratio).expect("a sound packing");
     State { particles, cell, bonds: vec![Box::new(bonds)], ..State::default() }

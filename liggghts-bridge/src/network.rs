@@ -396,10 +396,10 @@ impl Network {
         let mut longest = if self.state.contacts.is_some() { 2.0 * largest + skin } else { 0.0 };
         let State { particles, bonds, contacts, cell, .. } = &mut self.state;
         let bonds = bonds[0].contacts_mut();
-        bonds.retain_links(&|_| false);
+        bonds.retain_where(&|_| false);
         let mut contacts = contacts.as_mut().map(|block| block.contacts_mut());
         if let Some(block) = &mut contacts {
-            block.retain_links(&|_| false);
+            block.retain_where(&|_| false);
         }
         for mut record in records {
             let [a, b] = record.tags.map(|tag| self.tags.binary_search(&tag).ok());
@@ -442,7 +442,7 @@ impl Network {
                 longest = longest.max(record.frame.length);
             }
             let elsewhere = if self.owned[a] { 0 } else { ContactFlags::NOT_OWNED };
-            let link = ContactFlags { row, flags: record.flags | elsewhere, image, padding: 0 };
+            let link = ContactFlags { row, bits: record.flags | elsewhere, image, padding: 0 };
             let pair = Pair { a: a as u32, b: b as u32 };
             match record.kind {
                 Kind::Bond => bonds.push_with_history(pair, link, record.reference, record.frame, &record.history),
@@ -666,15 +666,15 @@ impl Network {
         let (mut count, mut longest) = (0.0, 0.0f64);
         for k in 0..bonds.len() {
             let view = bonds.view(k);
-            if !view.link.has(ContactFlags::BROKEN) {
-                count += f64::from(u8::from(!view.link.has(ContactFlags::NOT_OWNED)));
-                longest = longest.max(view.frame.length).max(view.reference.length);
+            if !view.flags.has(ContactFlags::BROKEN) {
+                count += f64::from(u8::from(!view.flags.has(ContactFlags::NOT_OWNED)));
+                longest = longest.max(view.previous.length).max(view.reference.length);
             }
         }
         let touching = self.state.contacts.as_ref().map_or(0, |block| {
             let block = block.contacts();
             let counts = |k: &usize| {
-                let link = block.view(*k).link;
+                let link = block.view(*k).flags;
                 link.carries() && !link.has(ContactFlags::NOT_OWNED)
             };
             (0..block.len()).filter(counts).count()
@@ -699,7 +699,7 @@ impl Network {
     pub fn ends(&self) -> [f64; 2] {
         let bonds = self.state.bonds[0].contacts();
         let mut ends = [0.0; 2];
-        for view in (0..bonds.len()).map(|k| bonds.view(k)).filter(|view| !view.link.has(ContactFlags::BROKEN)) {
+        for view in (0..bonds.len()).map(|k| bonds.view(k)).filter(|view| !view.flags.has(ContactFlags::BROKEN)) {
             for (end, p) in ends.iter_mut().zip([view.pair.a, view.pair.b]) {
                 *end += f64::from(u8::from(self.owned[p as usize]));
             }
@@ -843,7 +843,7 @@ impl Network {
     pub fn histories(&self) -> Vec<f64> {
         let mut reals = Vec::new();
         for (kind, block) in blocks(&self.state) {
-            for k in (0..block.len()).filter(|&k| !block.view(k).link.has(ContactFlags::NOT_OWNED)) {
+            for k in (0..block.len()).filter(|&k| !block.view(k).flags.has(ContactFlags::NOT_OWNED)) {
                 if let Some(record) = record_of(&self.state, &self.tags, kind, k) {
                     record.write(self.width, &mut reals);
                 }
@@ -873,7 +873,7 @@ impl Network {
                     let [ta, tb] = self.tags_of(pair);
                     let (area, damage, bonded) = if still {
                         let view = block.view(k);
-                        (view.reference.area, block.damage(k), f64::from(u8::from(view.link.has(ContactFlags::BONDED))))
+                        (view.reference.area, block.damage(k), f64::from(u8::from(view.flags.has(ContactFlags::BONDED))))
                     } else {
                         (0.0, 1.0, 0.0)
                     };
@@ -908,8 +908,8 @@ fn record_of(state: &State, tags: &[i32], kind: Kind, k: usize) -> Option<Record
         Kind::Contact => state.contacts.as_ref()?.contacts(),
     };
     let view = block.view(k);
-    let remembers = view.link.flags & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE) != 0;
-    if view.link.has(ContactFlags::BROKEN) || !remembers {
+    let remembers = view.flags.bits & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE) != 0;
+    if view.flags.has(ContactFlags::BROKEN) || !remembers {
         return None;
     }
     let (fields, reals) = block.history_reals();
@@ -917,15 +917,15 @@ fn record_of(state: &State, tags: &[i32], kind: Kind, k: usize) -> Option<Record
     let mut history = [0.0; HISTORY];
     history[..width].copy_from_slice(&reals[k * width..(k + 1) * width]);
     // What a contact remembers while it does not touch is of no consequence, and differs between processors.
-    let frame = if view.link.has(ContactFlags::ACTIVE) {
-        view.frame
+    let frame = if view.flags.has(ContactFlags::ACTIVE) {
+        view.previous
     } else {
         PreviousGeometry { normal: Vec3::x(), length: 1.0 }
     };
     Some(Record {
         tags: [tags[view.pair.a as usize], tags[view.pair.b as usize]],
         kind,
-        flags: view.link.flags & !ContactFlags::NOT_OWNED,
+        flags: view.flags.bits & !ContactFlags::NOT_OWNED,
         reference: view.reference,
         frame,
         history,
@@ -939,8 +939,8 @@ fn adjacency(state: &State) -> Adjacency {
         for (kind, block) in blocks(state) {
             for k in 0..block.len() {
                 let view = block.view(k);
-                if view.link.flags & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE) != 0
-                    && !view.link.has(ContactFlags::BROKEN)
+                if view.flags.bits & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE) != 0
+                    && !view.flags.has(ContactFlags::BROKEN)
                 {
                     visit(view.pair, kind, k as u32);
                 }

@@ -317,7 +317,7 @@ fn periodic_cell_conserves_momentum() {
         let n = state.particles.len();
         let crossing = {
             let block = state.bonds[0].contacts();
-            (0..block.len()).filter(|&k| block.view(k).link.image != [0; 3]).count()
+            (0..block.len()).filter(|&k| block.view(k).flags.image != [0; 3]).count()
         };
         assert_eq!(state.bond_count(), 6 * n);
         assert!(crossing > n, "{crossing} bonds cross the border");

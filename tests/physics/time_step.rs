@@ -4,9 +4,10 @@
 //! 1.01 of the limit 2/ω the amplitude of the fastest mode grows by a third in every step; at 0.99 it never exceeds
 //! 1/√(1−0.99²) ≈ 7 times what it is at small steps.
 
-use concordem::law::{ContactLaw, LinearBond};
+use concordem::law::LinearBond;
 use concordem::math::Vec3;
 use concordem::packing::lattice::Lattice;
+use concordem::solver::forces::LawLoops;
 use concordem::solver::{Model, time_step};
 use concordem::state::{Clump, Constraint, Particles, Sphere, State};
 use concordem_tests::{DENSITY, bonded, concrete, law, noise_vector, on_threads, particles, random_packing, solver};
@@ -115,7 +116,7 @@ fn chain(damping_ratio: f64) -> State {
     state
 }
 
-fn block<L: ContactLaw>(lattice: Lattice, repeats: [u32; 3], law: L) -> State {
+fn block<L: LawLoops>(lattice: Lattice, repeats: [u32; 3], law: L) -> State {
     let packing = lattice.periodic(1.0, repeats).unwrap();
     // Finite: without the cell.
     let mut particles = Particles::default();

@@ -71,7 +71,7 @@ fn specimen(gold: &Gold, run: &str, parameters: &CpmParameters, mode: MotionMeas
         let l = particles.position[b as usize] - particles.position[a as usize];
         let length = row.real("length");
         let link =
-            ContactFlags { row: 0, flags: ContactFlags::BONDED | ContactFlags::ACTIVE, image: [0; 3], padding: 0 };
+            ContactFlags { row: 0, bits: ContactFlags::BONDED | ContactFlags::ACTIVE, image: [0; 3], padding: 0 };
         let reference = Reference { length, area: contact_area(radius(a), radius(b)) };
         bonds.push(Pair { a, b }, link, reference, PreviousGeometry { normal: l / l.norm(), length });
     }

@@ -399,7 +399,7 @@ impl Hosted {
     /// Neighbour searches so far.
     #[getter]
     fn searches(&self) -> PyResult<u64> {
-        Ok(self.lock()?.assembly.solver.searches())
+        Ok(self.lock()?.assembly.solver.neighbor_rebuilds())
     }
 
     /// Hash of everything that changes.

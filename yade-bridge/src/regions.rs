@@ -35,17 +35,17 @@ impl PyRegion {
     /// A ball.
     #[staticmethod]
     fn sphere(centre: Vector, radius: f64) -> Self {
-        Self(Region::Sphere { centre: centre.0, radius })
+        Self(Region::Sphere { center: centre.0, radius })
     }
     /// A cylinder with flat ends.
     #[staticmethod]
     fn cylinder(centre: Vector, axis: Vector, radius: f64, half_length: f64) -> Self {
-        Self(Region::Cylinder { centre: centre.0, axis: axis.0, radius, half_length })
+        Self(Region::Cylinder { center: centre.0, axis: axis.0, radius, half_length })
     }
     /// The image of the unit ball under `centre + axes x`.
     #[staticmethod]
     fn ellipsoid(centre: Vector, axes: Tensor) -> Self {
-        Self(Region::Ellipsoid { centre: centre.0, axes: axes.0 })
+        Self(Region::Ellipsoid { center: centre.0, axes: axes.0 })
     }
     /// A parallelepiped, edges as columns.
     #[staticmethod]
@@ -75,7 +75,7 @@ impl PyRegion {
     /// Middle, m; None when it has none.
     #[getter]
     fn centre<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
-        self.0.centre().map(|centre| vector(py, &centre).into_any())
+        self.0.center().map(|centre| vector(py, &centre).into_any())
     }
     /// Whether a point lies inside.
     fn contains(&self, point: Vector) -> bool {

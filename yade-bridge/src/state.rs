@@ -224,7 +224,7 @@ pub fn contact_table<'py>(
     ids: &[u32],
     particles: bool,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let kept: Vec<usize> = (0..block.len()).filter(|&k| block.view(k).link.carries()).collect();
+    let kept: Vec<usize> = (0..block.len()).filter(|&k| block.view(k).flags.carries()).collect();
     let views: Vec<_> = kept.iter().map(|&k| block.view(k)).collect();
     let u32s = |of: &dyn Fn(&concordem::state::contacts::ContactView) -> u32| {
         let values: Vec<u32> = views.iter().map(of).collect();
@@ -235,9 +235,9 @@ pub fn contact_table<'py>(
         scalars(py, &values).into_any()
     };
     let second = |b: u32| if particles { ids[b as usize] } else { b };
-    let images: Vec<[i8; 3]> = views.iter().map(|v| v.link.image).collect();
-    let normals: Vec<_> = views.iter().map(|v| v.frame.normal).collect();
-    let bonded: Vec<bool> = views.iter().map(|v| v.link.has(ContactFlags::BONDED)).collect();
+    let images: Vec<[i8; 3]> = views.iter().map(|v| v.flags.image).collect();
+    let normals: Vec<_> = views.iter().map(|v| v.previous.normal).collect();
+    let bonded: Vec<bool> = views.iter().map(|v| v.flags.has(ContactFlags::BONDED)).collect();
     let damage: Vec<f64> = kept.iter().map(|&k| block.damage(k)).collect();
     let mut columns: Vec<(&str, &str, Bound<'py, PyAny>)> = vec![
         ("a", "1", u32s(&|v| ids[v.pair.a as usize])),
@@ -248,7 +248,7 @@ pub fn contact_table<'py>(
         ("bonded", "1", scalars(py, &bonded).into_any()),
         ("reference_length", "m", reals(&|v| v.reference.length)),
         ("area", "m^2", reals(&|v| v.reference.area)),
-        ("length", "m", reals(&|v| v.frame.length)),
+        ("length", "m", reals(&|v| v.previous.length)),
         ("normal", "1", rows::<_, f64>(py, &normals, 3)?.into_any()),
         ("damage", "1", scalars(py, &damage).into_any()),
     ];

@@ -23,7 +23,7 @@ impl PyAffineFit {
     /// Mean position, m.
     #[getter]
     fn centre<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        vector(py, &self.0.centre).into_any()
+        vector(py, &self.0.center).into_any()
     }
     /// Displacement or velocity at the centre.
     #[getter]

@@ -136,7 +136,7 @@ fn main() {
 
     // The sphere in the middle of the cube as it was at the start.
     let centre = Vec3::repeat(0.5 * edge);
-    let region = Region::Sphere { centre, radius: 2.0 * INCH };
+    let region = Region::Sphere { center: centre, radius: 2.0 * INCH };
     let set = forces.contacts.set(&before).expect("contacts");
     let walls = forces.walls.set(&before).expect("loads");
     let displacement: Vec<Vec3> = before.position.iter().zip(&places).map(|(now, then)| now - then).collect();

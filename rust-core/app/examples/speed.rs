@@ -15,7 +15,7 @@ use std::time::Instant;
 use concordem::kinematics::MotionMeasure;
 use concordem::kinematics::deformable::{Condition, Deformable, Update};
 use concordem::law::{
-    CohesiveBeam, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, LinearBond, ParameterError,
+    CohesiveBeam, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, LinearBond, ParameterError,
     Section,
 };
 use concordem::neighbor::spatial_order;
@@ -23,6 +23,7 @@ use concordem::packing::bonding::bond;
 use concordem::packing::import_text;
 use concordem::packing::mass_of;
 use concordem::solver::integrate::Damping;
+use concordem::solver::forces::LawLoops;
 use concordem::solver::{Model, PairCoefficients, Solver};
 use concordem::state::contacts::{ContactBlock, Contacts};
 use concordem::state::{Constraint, Particles, State};
@@ -81,7 +82,7 @@ fn touching() -> Result<Frictional, ParameterError> {
     Frictional::new(ContactStiffness::Given { normal: 1e6, shear: 4e5 }, 0.5, 0.0)
 }
 
-fn run<L: ContactLaw, C: ContactLaw>(
+fn run<L: LawLoops, C: LawLoops>(
     path: &str,
     ratio: f64,
     steps: usize,
@@ -146,7 +147,7 @@ fn run<L: ContactLaw, C: ContactLaw>(
         per_part * PARTS,
         parts[0],
         parts[PARTS / 2],
-        solver.searches(),
+        solver.neighbor_rebuilds(),
         scratch as f64 / count as f64,
     );
     Ok(())

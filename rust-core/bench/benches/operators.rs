@@ -104,7 +104,7 @@ fn stress(c: &mut Criterion<ProcessorTime>) {
     group.bench_function("region stress, all", |bench| {
         bench.iter(|| region_stress(black_box(&set), &all, Truncation::BranchClipped, None));
     });
-    let sphere = Region::Sphere { centre: Vec3::repeat(31.0), radius: 20.0 };
+    let sphere = Region::Sphere { center: Vec3::repeat(31.0), radius: 20.0 };
     for (name, truncation) in [("clipped", Truncation::BranchClipped), ("internal only", Truncation::InternalOnly)] {
         group.bench_function(format!("region stress, sphere, {name}"), |bench| {
             bench.iter(|| region_stress(black_box(&set), &sphere, truncation, None));

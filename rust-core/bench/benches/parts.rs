@@ -17,6 +17,7 @@ use concordem::math::{Quat, Vec3};
 use concordem::neighbor::{candidate_pairs, spatial_order};
 use concordem::packing::bonding::bond;
 use concordem::packing::mass_of;
+use concordem::solver::forces::LawLoops;
 use concordem::solver::{Model, PairCoefficients, Solver};
 use concordem::state::contacts::ContactBlock;
 use concordem::state::{Particles, Sphere, State};
@@ -87,7 +88,7 @@ fn neighbour_search(c: &mut Criterion) {
 }
 
 /// Time of one step per bond, of particles bonded by one law within 1.5 times their touching distance.
-fn bonded_step<L: ContactLaw>(
+fn bonded_step<L: LawLoops>(
     group: &mut BenchmarkGroup<'_, ProcessorTime>,
     name: &str,
     particles: &Particles,

@@ -4,15 +4,24 @@ use rayon::prelude::*;
 
 use super::contact_set::ContactSet;
 use super::error::{OperatorError, check_length};
+use super::info::OperatorInfo;
 use super::region::Period;
 use super::strain::Dimension;
 use concordem_contact::math::{Mat3, Vec3};
+
+/// Fields at points with a smooth kernel: [`coarse_grain`].
+pub const COARSE_GRAIN: OperatorInfo = OperatorInfo {
+    name: "coarse-grain",
+    unit: "Pa",
+    equation: "σ = Σ_c l⊗f ∫₀¹ φ(r − x_A − s l) ds",
+    source: "Goldhirsch 2010",
+};
 
 /// Nodes and weights of Gauss' rule with four points, one half.
 const NODES: [(f64, f64); 2] =
     [(0.339_981_043_584_856_3, 0.652_145_154_862_546_1), (0.861_136_311_594_052_6, 0.347_854_845_137_453_85)];
 
-/// Kernel `φ(r) = C (1 − r²/c²)³` for `r < c`, of unit integral: twice continuously differentiable, with an end.
+/// Kernel `φ(r) = C (1 − r²/c²)³` for `r < c`, of unit integral: twice continuously differentiable, with compact support.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kernel {
     support: f64,
@@ -20,7 +29,7 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// A kernel that ends at the distance `support` (m).
+    /// A kernel with the support `support` (m).
     pub fn new(support: f64, dimension: Dimension) -> Result<Self, OperatorError> {
         use std::f64::consts::PI;
         if !(support > 0.0 && support.is_finite()) {
@@ -40,10 +49,10 @@ impl Kernel {
         if q > 0.0 { self.factor * (q * q * q) } else { 0.0 }
     }
 
-    /// `∫₀¹ φ(x + s l) ds`: the share of a branch that a point sees. Exact: a polynomial of degree six in s, on the part
-    /// where the kernel is not zero, by Gauss' rule with four points.
+    /// `∫₀¹ φ(x + s l) ds`: weight of a branch at a point. Exact by Gauss' rule with four points: on the part where the kernel
+    /// is not zero, it is a polynomial of degree six in s.
     pub fn along(&self, x: &Vec3, l: &Vec3) -> f64 {
-        let ball = super::Region::Sphere { centre: Vec3::zeros(), radius: self.support };
+        let ball = super::Region::Sphere { center: Vec3::zeros(), radius: self.support };
         let Some([from, to]) = ball.part_of_segment(x, l) else { return 0.0 };
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let mut sum = 0.0;
@@ -85,7 +94,7 @@ pub fn coarse_grain(
     let shifted = |image: Vec3| period.map_or(none, |period| period.edges * image);
     let carried = |image: Vec3| period.map_or(none, |period| period.change * image);
     let field = |r: &Vec3| {
-        let ball = super::Region::Sphere { centre: *r, radius: kernel.support };
+        let ball = super::Region::Sphere { center: *r, radius: kernel.support };
         let mut field = CoarseField::default();
         for p in 0..position.len() {
             for image in ball.images(period, &position[p], &none) {

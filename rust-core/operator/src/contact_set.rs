@@ -24,13 +24,13 @@ pub struct Contact {
     pub a: usize,
     /// Particle B.
     pub b: usize,
-    /// Centre of A, m.
+    /// Center of A, m.
     pub position_a: Vec3,
     /// Branch `l = x_B − x_A`, image of B included, m.
     pub branch: Vec3,
-    /// From the centre of A to the contact point, m.
+    /// From the center of A to the contact point, m.
     pub arm_a: Vec3,
-    /// From the centre of B to the contact point, m.
+    /// From the center of B to the contact point, m.
     pub arm_b: Vec3,
     /// Force on A, N.
     pub force: Vec3,
@@ -75,7 +75,7 @@ impl<'a> ContactSet<'a> {
         self.pair.is_empty()
     }
 
-    /// Centres of the particles, m.
+    /// Centers of the particles, m.
     pub fn position(&self) -> &'a [Vec3] {
         self.position
     }
@@ -203,10 +203,10 @@ pub fn pairs<'a>(name: &'static str, indices: &'a [u32]) -> Result<&'a [[u32; 2]
 
 /// Transport of a beam's end loads to one contact point, after which the beam is a contact like any other.
 ///
-/// Given force `F_A` (N) and moment `M_A` (N·m) on the end at the centre of A, the moment on A about `c` is
+/// Given force `F_A` (N) and moment `M_A` (N·m) on the end at the center of A, the moment on A about `c` is
 /// `m_A = M_A − (c − x_A)×F_A`; the beam's equilibrium makes that of B `−m_A`. Region operators do not depend on the
 /// choice of `c`, those of single particles do; mid-beam is the usual one. (ERDC TR-14-6 Report 3, (45) with true arms.)
 #[inline]
-pub fn moment_about_contact_point(arm_a: &Vec3, force_a: &Vec3, moment_at_centre: &Vec3) -> Vec3 {
-    moment_at_centre - arm_a.cross(force_a)
+pub fn moment_about_contact_point(arm_a: &Vec3, force_a: &Vec3, moment_at_center: &Vec3) -> Vec3 {
+    moment_at_center - arm_a.cross(force_a)
 }

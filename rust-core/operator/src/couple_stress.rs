@@ -2,16 +2,25 @@
 
 use super::contact_set::{ContactSet, LoadSet};
 use super::error::{OperatorError, check_length, check_volume};
+use super::info::OperatorInfo;
 use super::region::{Period, Region, Truncation};
 use super::stress::{axial, particle_sums, region_stress};
 use super::sum::{sum_tiles, sums};
 use concordem_contact::math::{Mat3, Vec3};
 
+/// Stress and couple stress of a region: [`conjugate`].
+pub const COUPLE_STRESS: OperatorInfo = OperatorInfo {
+    name: "couple-stress",
+    unit: "N/m",
+    equation: "μ = −(1/V) Σ_p (x−x⁰)⊗M",
+    source: "ERDC TR-14-6 Report 3 (2019), (33), (44), (45)",
+};
+
 /// Couple stress from external loads about a body's centroid `x⁰`, N/m (operator O9; Stránský 2018, (4.31), (4.59)):
 /// `Vμ = V x⁰⊗(1×σ̄) + Σ_e x^e⊗c^e`, `σ̄ = (1/V) Σ x^e⊗f^e`.
 ///
-/// Loads are brought to the particles' centres first: a force at `c` is one at the centre with the moment `(c−x)×f`
-/// more. (Line 1254 of the thesis prints an extra V in the bracket.)
+/// Loads are moved to the particles' centers first: a force at `c` equals one at the center plus the moment `(c−x)×f`.
+/// (Line 1254 of the thesis prints an extra V in the bracket.)
 pub fn external(position: &[Vec3], loads: &LoadSet<'_>, volume: f64, centroid: &Vec3) -> Result<Mat3, OperatorError> {
     let volume = check_volume("the body", volume)?;
     let (mut stress, mut couple) = (Mat3::zeros(), Mat3::zeros());
@@ -48,7 +57,7 @@ pub fn internal(contacts: &ContactSet<'_>, volume: f64, centroid: &Vec3) -> Resu
     Ok(sum / volume + centroid * axial(&stress).transpose())
 }
 
-/// Net wrench of the internal contacts on every particle: force (N) and moment about its centre (N·m),
+/// Net wrench of the internal contacts on every particle: force (N) and moment about its center (N·m),
 /// `F_p = Σ f^{pc}`, `M_p = Σ (r^{pc}×f^{pc} + m^{pc})`.
 pub fn resultants(contacts: &ContactSet<'_>) -> Vec<Resultant> {
     particle_sums(contacts, |c| {
@@ -64,7 +73,7 @@ pub fn resultants(contacts: &ContactSet<'_>) -> Vec<Resultant> {
 pub struct Resultant {
     /// Force, N.
     pub force: Vec3,
-    /// Moment about the centre, N·m.
+    /// Moment about the center, N·m.
     pub moment: Vec3,
 }
 
@@ -79,8 +88,8 @@ impl std::ops::AddAssign for Resultant {
 /// O11; ERDC 2019, (33), (44), (45) in house form): with the net wrenches `F`, `M` of the contacts that are internal to
 /// the region, `σ = −(1/V) Σ_p x⊗F = (1/V) Σ_c l⊗f^A`, `μ = −(1/V) Σ_p (x−x⁰)⊗M`.
 ///
-/// In equilibrium only particles at the region's border keep a net wrench. A contact across the border of a periodic cell
-/// counts with the image of B that it reaches: in equilibrium it does not matter which of its images it is taken for.
+/// In equilibrium only particles at the region's border have a net wrench. A contact across the border of a periodic cell
+/// counts with the image of B that it reaches; in equilibrium the choice of image does not matter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conjugate {
     /// Stress, Pa.
@@ -99,7 +108,7 @@ pub struct Conjugate {
     pub contacts: usize,
 }
 
-/// See [`Conjugate`]. `reference` is the region's reference point, usually its centre (m). With `period`, all periodic
+/// See [`Conjugate`]. `reference` is the region's reference point, usually its center (m). With `period`, all periodic
 /// images that lie in the region count.
 pub fn conjugate(
     contacts: &ContactSet<'_>,

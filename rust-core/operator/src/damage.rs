@@ -1,12 +1,21 @@
 //! Damage of contacts as damage of the material: scalar conversion and damage tensor (operator O23).
 
 use super::error::{OperatorError, check_length};
+use super::info::OperatorInfo;
 use super::sum::{sum_tiles, sums};
 use concordem_contact::math::{Mat3, Vec3, exp};
 use nalgebra::{Matrix6, Vector6};
 
+/// Damage tensors of the bonds: [`damage_tensor`], [`damage_tensor_exact`].
+pub const DAMAGE_TENSOR: OperatorInfo = OperatorInfo {
+    name: "damage-tensor",
+    unit: "1",
+    equation: "Ω = −(3/2N)(Σω) 1 + (15/2N) Σ ω n⊗n",
+    source: "Stránský 2018, (6.7)-(6.8), (6.13)",
+};
+
 /// Damage of strength `ω̂ = 1 − (1−ω)κ/ε₀` from that of stiffness `ω` at the largest strain `κ` so far, with the crack onset
-/// strain `ε₀` (Stránský 2018, (6.5)–(6.6)): the share of strength that is lost.
+/// strain `ε₀` (Stránský 2018, (6.5)–(6.6)): the fraction of the strength that is lost.
 ///
 /// Zero as long as `κ < ε₀`, where the bare formula would give `1 − κ/ε₀` for an undamaged contact.
 pub fn strength_damage(stiffness_damage: f64, largest_strain: f64, onset_strain: f64) -> Result<f64, OperatorError> {
@@ -43,10 +52,10 @@ fn check_onset(onset: f64) -> Result<(), OperatorError> {
     }
 }
 
-/// Damage tensor that fits the damages `ω̂` of links with directions `n` best if these are spread evenly (Stránský 2018,
-/// (6.13) with the identity that print lost): `Ω = −(3/2N)(Σω̂) 1 + (15/2N) Σ ω̂ n⊗n`.
+/// Damage tensor from the damages `ω̂` of links with directions `n`, by least squares for uniformly distributed directions
+/// (Stránský 2018, (6.13) with the identity that is missing in print): `Ω = −(3/2N)(Σω̂) 1 + (15/2N) Σ ω̂ n⊗n`.
 ///
-/// `nᵀΩn` then is the damage in direction n. Its trace is three times the mean damage if directions are even. Principal
+/// `nᵀΩn` then is the damage in direction n. Its trace is three times the mean damage if directions are uniformly distributed. Principal
 /// values may leave [0, 1]. (The version stored in YADE's repository adds the matrix nine times.)
 pub fn damage_tensor(normal: &[Vec3], damage: &[f64]) -> Result<Mat3, OperatorError> {
     let sums = moments(normal, damage)?;
@@ -54,10 +63,11 @@ pub fn damage_tensor(normal: &[Vec3], damage: &[f64]) -> Result<Mat3, OperatorEr
     Ok(Mat3::identity() * (-1.5 * sums.scalar / n) + sums.tensor * (7.5 / n))
 }
 
-/// Damage tensor that fits the damages best in the sense of least squares for the directions as they are (Stránský 2018,
+/// Damage tensor by least squares for the actual directions (Stránský 2018,
 /// (6.7)–(6.8)): solves `Ω : Σ n⊗n⊗n⊗n = Σ ω̂ n⊗n`, six equations for the six components.
 ///
-/// Needs directions that determine all six; an error tells when they do not.
+/// # Errors
+/// Directions that do not determine all six components.
 pub fn damage_tensor_exact(normal: &[Vec3], damage: &[f64]) -> Result<Mat3, OperatorError> {
     let sums = moments(normal, damage)?;
     // Components 11, 22, 33, √2·23, √2·31, √2·12: in these a symmetric tensor is a vector of the same norm.

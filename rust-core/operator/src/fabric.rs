@@ -1,20 +1,25 @@
-//! Fabric: how many contacts there are, and which way they point.
+//! Fabric: number and directions of contacts.
 
 use super::contact_set::ContactSet;
 use super::error::OperatorError;
+use super::info::OperatorInfo;
 use super::region::{self, Period, Region, Truncation};
 use super::stress::particle_sums;
 use super::sum::{sum_tiles, sums};
 use concordem_contact::math::{Mat3, Vec3};
 
-/// Contacts of a region by number and direction.
+/// Fabric tensor and coordination number: [`fabric`].
+pub const FABRIC: OperatorInfo =
+    OperatorInfo { name: "fabric", unit: "1", equation: "(1/N) Σ n⊗n", source: "Satake 1982" };
+
+/// Fabric of a region.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fabric {
     /// `(1/N) Σ n⊗n` over the region's contacts, trace 1 (Satake 1982).
     pub tensor: Mat3,
     /// Number of contacts, weighted by [`Truncation`].
     pub contacts: f64,
-    /// Particles whose centres lie inside.
+    /// Particles whose centers lie inside.
     pub particles: usize,
     /// Mean number of contacts per particle, `2 N_c/N_p`.
     pub coordination: f64,

@@ -2,17 +2,18 @@
 //!
 //! Every operator is a pure function over borrowed slices: the solver's state, arrays of a host program, and results on disk
 //! feed the same code without copies ([`ContactSet`], [`LoadSet`], [`vectors`]). Sums run over tiles of fixed size that are
-//! added in order, so a result does not depend on the number of threads.
+//! added in order, so a result does not depend on the number of threads. Each operator has an [`OperatorInfo`]: its name, unit,
+//! equation, and source.
 //!
 //! **Conventions.** SI units. Tension positive. Branch `l = x_B − x_A` with the image of B. Force and moment of a contact are
 //! those on A, the moment about the contact point; B gets the opposite. Tensors are position first: `σ_ij`: i normal, j force,
 //! `t_j = n_i σ_ij`; likewise `μ_ij`, `κ_ij = ∂_i φ_j`. Displacement gradients are `G_ij = ∂u_i/∂x_j`, and `U = Gᵀ`.
-//! Tensors are not symmetrised unless asked ([`stress::symmetric`]).
-//! Units: stress Pa, couple stress N/m, curvature 1/m. In the plane all is per unit depth.
+//! Tensors are not symmetrized unless asked ([`stress::symmetric`]).
+//! Units: stress Pa, couple stress N/m, curvature 1/m. In the plane, everything is per unit depth.
 //!
 //! **Sources.** Hodo et al. 2019 (ERDC TR-14-6 Report 3), Stránský 2018 (thesis), Jebahi et al. 2015 (book), Madan 2019
-//! (thesis); equation numbers at each operator. Which equations of different sources are the same, and which are not, is
-//! tested (`operator/tests`).
+//! (thesis); equation numbers at each operator. Tests show which equations of different sources agree and which do not
+//! (`operator/tests`).
 
 pub mod affine_stiffness;
 pub mod coarse_grain;
@@ -21,6 +22,7 @@ pub mod couple_stress;
 pub mod damage;
 mod error;
 pub mod fabric;
+mod info;
 pub mod power;
 mod region;
 pub mod strain;
@@ -32,4 +34,5 @@ mod tests;
 
 pub use contact_set::{Contact, ContactSet, LoadSet, moment_about_contact_point, pairs, vectors};
 pub use error::OperatorError;
+pub use info::OperatorInfo;
 pub use region::{HalfSpace, Period, Region, Truncation};

@@ -1,13 +1,22 @@
-//! Power: what of the contacts' work the affine part of the motion explains (operator O21).
+//! Power of the contacts, and its part due to the affine motion (operator O21).
 
 use super::contact_set::ContactSet;
 use super::couple_stress::resultants;
 use super::error::{OperatorError, check_length, check_volume};
+use super::info::OperatorInfo;
 use super::strain::AffineFit;
 use super::stress::region_stress;
 use super::sum::{sum_tiles, sums};
 use super::{Region, Truncation};
 use concordem_contact::math::{Mat3, Vec3};
+
+/// Power of the contacts and its affine part: [`power`].
+pub const POWER: OperatorInfo = OperatorInfo {
+    name: "power",
+    unit: "W",
+    equation: "contacts = V σ:γ̇ + V μ:κ̇ + gap",
+    source: "this project (tests P13, P14)",
+};
 
 /// Power of the internal contacts of a body, all in W. The signs are those of power put into the contacts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,12 +29,11 @@ pub struct PowerReport {
     pub stress: f64,
     /// `V μ:κ̇`.
     pub couple: f64,
-    /// The power of the contacts under the motion that is not affine, `−Σ_p (F_p·v'_p + M_p·ω'_p)`: what stress and strain
-    /// miss.
+    /// Power under the non-affine motion, `−Σ_p (F_p·v'_p + M_p·ω'_p)`, which stress and strain do not include.
     pub gap: f64,
     /// Stress, Pa.
     pub stress_tensor: Mat3,
-    /// Couple stress about the fit's centre, N/m.
+    /// Couple stress about the fit's center, N/m.
     pub couple_stress: Mat3,
 }
 
@@ -33,8 +41,8 @@ pub struct PowerReport {
 /// same motion (operators P13, P14): `contacts = stress + couple + gap`, whatever the motion.
 ///
 /// `image_velocity` (m/s) is the velocity by which the image of B in each contact differs from B itself (periodic:
-/// `Ḣ·image`; empty: none). The balance holds in a periodic cell, too; only `particles` is as seen by the particles then,
-/// whose net wrenches know nothing of the cell's motion.
+/// `Ḣ·image`; empty: none). The balance holds in a periodic cell, too; only `particles` then leaves out the
+/// cell's motion, which the net wrenches of the particles do not include.
 pub fn power(
     contacts: &ContactSet<'_>,
     velocity: &[Vec3],
@@ -68,7 +76,7 @@ pub fn power(
             sums += Sums {
                 contacts: power(motion),
                 gap: power(std::array::from_fn(|i| motion[i] - affine[i])),
-                couple: (xa - fit.centre) * on_a.transpose() + (xb - fit.centre) * on_b.transpose(),
+                couple: (xa - fit.center) * on_a.transpose() + (xb - fit.center) * on_b.transpose(),
             };
         }
         sums

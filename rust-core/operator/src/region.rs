@@ -1,4 +1,4 @@
-//! Regions of space that fields are averaged over, and how contacts at their border count.
+//! Regions of space for averages, and the weight of contacts across their border.
 
 use super::OperatorError;
 use super::error::check_volume;
@@ -13,10 +13,10 @@ pub struct HalfSpace {
     pub normal: Vec3,
 }
 
-/// A region. Regions without end in one direction have the volume of unit depth, which makes them regions of the plane.
+/// A region of space. A region that is infinite in one direction has the volume of unit depth: it is a region of the plane.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Region {
-    /// Everything, with the volume (m³) to refer to: a specimen, or a periodic cell.
+    /// All particles, with a reference volume: a specimen, or a periodic cell.
     All {
         /// Volume, m³.
         volume: f64,
@@ -30,26 +30,26 @@ pub enum Region {
     },
     /// Ball.
     Sphere {
-        /// Centre, m.
-        centre: Vec3,
+        /// Center, m.
+        center: Vec3,
         /// Radius, m.
         radius: f64,
     },
     /// Circular cylinder with flat ends; infinite `half_length` counts as unit depth.
     Cylinder {
-        /// Centre, m.
-        centre: Vec3,
+        /// Center, m.
+        center: Vec3,
         /// Axis, a unit vector.
         axis: Vec3,
         /// Radius, m.
         radius: f64,
-        /// From the centre to either end, m.
+        /// From the center to either end, m.
         half_length: f64,
     },
-    /// Image of the unit ball under `x → centre + axes·x`.
+    /// Image of the unit ball under `x → center + axes·x`.
     Ellipsoid {
-        /// Centre, m.
-        centre: Vec3,
+        /// Center, m.
+        center: Vec3,
         /// Half axes as columns (any linear map), m.
         axes: Mat3,
     },
@@ -67,7 +67,7 @@ pub enum Region {
         /// Edges as columns, m.
         edges: Mat3,
     },
-    /// The particles that are marked (a material, a named set, any condition), with the volume they stand for.
+    /// Marked particles (a material, a named set, any condition), with the volume that they represent.
     Particles {
         /// Whether each particle belongs.
         member: Vec<bool>,
@@ -76,21 +76,21 @@ pub enum Region {
     },
 }
 
-/// What a contact counts for that crosses the border of a region.
+/// Weight of a contact that crosses the border of a region.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Truncation {
-    /// Nothing: both centres must lie inside (ERDC 2019, §5.1). Biased low by about `¾ l/R` in a sphere.
+    /// Zero: both centers must lie inside (ERDC 2019, §5.1). Biased low by about `¾ l/R` in a sphere.
     InternalOnly,
-    /// Half: unbiased in the mean.
+    /// One half: unbiased on average.
     HalfCrossing,
-    /// The share of its branch that lies inside: unbiased, and exactly additive over a partition of space.
+    /// The fraction of its branch vector inside: unbiased, and exactly additive over a partition of space.
     #[default]
     BranchClipped,
 }
 
 /// Periodic images: edge vectors as columns (m), and their change over the interval of a displacement (m) or their rate
-/// (m/s), zero where it does not matter.
+/// (m/s); zero where only positions matter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Period {
     /// Edge vectors as columns, m.
@@ -100,7 +100,7 @@ pub struct Period {
 }
 
 impl Period {
-    /// A cell whose change does not matter.
+    /// A cell at rest, for operators that read only positions.
     pub fn of(edges: Mat3) -> Self {
         Self { edges, change: Mat3::zeros() }
     }
@@ -113,14 +113,14 @@ impl Region {
     }
 
     /// A cube of the side `side` (m).
-    pub fn cube(centre: Vec3, side: f64) -> Self {
+    pub fn cube(center: Vec3, side: f64) -> Self {
         let half = Vec3::repeat(0.5 * side);
-        Self::Box { low: centre - half, high: centre + half }
+        Self::Box { low: center - half, high: center + half }
     }
 
     /// A disc in the plane z = 0, of unit depth.
-    pub fn disc(centre: Vec3, radius: f64) -> Self {
-        Self::Cylinder { centre, axis: Vec3::z(), radius, half_length: f64::INFINITY }
+    pub fn disc(center: Vec3, radius: f64) -> Self {
+        Self::Cylinder { center, axis: Vec3::z(), radius, half_length: f64::INFINITY }
     }
 
     /// A rectangle in the plane z = 0, of unit depth.
@@ -131,12 +131,12 @@ impl Region {
         }
     }
 
-    /// The particles, of `count`, that meet a condition on their index, standing for the volume `volume` (m³).
+    /// Those of `count` particles whose index meets a condition, which represent the volume `volume` (m³).
     pub fn of_particles(count: usize, condition: impl FnMut(usize) -> bool, volume: f64) -> Self {
         Self::Particles { member: (0..count).map(condition).collect(), volume }
     }
 
-    /// All particles of a material, standing for the volume `volume` (m³).
+    /// All particles of a material, which represent the volume `volume` (m³).
     pub fn of_material(material: &[u16], wanted: u16, volume: f64) -> Self {
         Self::of_particles(material.len(), |p| material[p] == wanted, volume)
     }
@@ -144,7 +144,7 @@ impl Region {
     /// Boxes that fill `low … high` in `count` steps along each axis: the cells of a field map, x fastest.
     pub fn grid(low: Vec3, high: Vec3, count: [usize; 3]) -> Vec<Self> {
         let corner = |i: [usize; 3]| {
-            // Both neighbours of a border compute it from the same numbers, so that they agree to the last bit. An endless
+            // Both neighbors of a border compute it from the same numbers, so that they agree to the last bit. An infinite
             // side, as across a plane, keeps its ends.
             Vec3::from_fn(|k, _| match i[k] {
                 0 => low[k],
@@ -164,7 +164,7 @@ impl Region {
     }
 
     /// The region after its points moved by `x → origin + deformation·(x − origin) + displacement`. A list of particles
-    /// keeps its particles; its volume follows.
+    /// keeps its particles; its volume is scaled.
     #[must_use]
     pub fn moved(&self, deformation: &Mat3, origin: &Vec3, displacement: &Vec3) -> Self {
         let image = |x: &Vec3| origin + deformation * (x - origin) + displacement;
@@ -177,18 +177,18 @@ impl Region {
             Self::Box { low, high } => {
                 Self::Parallelepiped { corner: image(low), edges: deformation * Mat3::from_diagonal(&(high - low)) }
             }
-            Self::Sphere { centre, radius } => Self::Ellipsoid { centre: image(centre), axes: deformation * *radius },
-            Self::Ellipsoid { centre, axes } => Self::Ellipsoid { centre: image(centre), axes: deformation * axes },
+            Self::Sphere { center, radius } => Self::Ellipsoid { center: image(center), axes: deformation * *radius },
+            Self::Ellipsoid { center, axes } => Self::Ellipsoid { center: image(center), axes: deformation * axes },
             Self::Parallelepiped { corner, edges } => {
                 Self::Parallelepiped { corner: image(corner), edges: deformation * edges }
             }
-            Self::Cylinder { centre, axis, radius, half_length } => {
-                // A cylinder stays one only under rotation and stretch along and across its axis, which is what is
-                // kept: the axis follows, the section keeps the volume.
+            Self::Cylinder { center, axis, radius, half_length } => {
+                // A cylinder remains one only under rotation and stretch along and across its axis. Other deformations are
+                // approximated: the axis follows, and the section gives the right volume.
                 let along = deformation * axis;
                 let stretch = along.norm();
                 Self::Cylinder {
-                    centre: image(centre),
+                    center: image(center),
                     axis: along / stretch,
                     radius: radius * (growth / stretch).sqrt(),
                     half_length: half_length * stretch,
@@ -206,7 +206,7 @@ impl Region {
         }
     }
 
-    /// The region moved without change of shape.
+    /// The translated region.
     #[must_use]
     pub fn translated(&self, by: &Vec3) -> Self {
         let mut moved = self.clone();
@@ -216,8 +216,8 @@ impl Region {
                 *low += by;
                 *high += by;
             }
-            Self::Sphere { centre, .. } | Self::Cylinder { centre, .. } | Self::Ellipsoid { centre, .. } => {
-                *centre += by;
+            Self::Sphere { center, .. } | Self::Cylinder { center, .. } | Self::Ellipsoid { center, .. } => {
+                *center += by;
             }
             Self::Parallelepiped { corner, .. } => *corner += by,
             Self::HalfSpaces { planes, .. } => planes.iter_mut().for_each(|plane| plane.point += by),
@@ -225,7 +225,10 @@ impl Region {
         moved
     }
 
-    /// Volume, m³ (of unit depth for regions without end in one direction); refuses what is no region.
+    /// Volume, m³ (of unit depth for regions that are infinite in one direction).
+    ///
+    /// # Errors
+    /// A region without a valid shape or volume.
     pub fn volume(&self) -> Result<f64, OperatorError> {
         use std::f64::consts::PI;
         let positive = |kind, name, value: f64| {
@@ -258,7 +261,7 @@ impl Region {
             Self::Cylinder { axis, radius, half_length, .. } => {
                 let r = positive("cylinder", "radius", *radius)?;
                 let h = positive("cylinder", "half length", *half_length)?;
-                // A unit vector whose components were rounded to 1e-6 is meant to be one.
+                // The tolerance accepts a unit vector with components rounded to 1e-6.
                 if (axis.norm() - 1.0).abs() > 1e-6 {
                     let (name, value) = ("length of its axis", axis.norm());
                     return Err(OperatorError::Region { kind: "cylinder", name, value, demand: "it must be 1" });
@@ -281,14 +284,14 @@ impl Region {
         match self {
             Self::All { .. } => true,
             Self::Box { low, high } => (0..3).all(|k| low[k] <= x[k] && x[k] < high[k]),
-            Self::Sphere { centre, radius } => (x - centre).norm_squared() < radius * radius,
-            Self::Cylinder { centre, axis, radius, half_length } => {
-                let r = x - centre;
+            Self::Sphere { center, radius } => (x - center).norm_squared() < radius * radius,
+            Self::Cylinder { center, axis, radius, half_length } => {
+                let r = x - center;
                 let along = r.dot(axis);
                 along.abs() < *half_length && (r - axis * along).norm_squared() < radius * radius
             }
-            Self::Ellipsoid { centre, axes } => {
-                axes.try_inverse().is_some_and(|inverse| (inverse * (x - centre)).norm_squared() < 1.0)
+            Self::Ellipsoid { center, axes } => {
+                axes.try_inverse().is_some_and(|inverse| (inverse * (x - center)).norm_squared() < 1.0)
             }
             Self::Parallelepiped { corner, edges } => edges.try_inverse().is_some_and(|inverse| {
                 let s = inverse * (x - corner);
@@ -299,13 +302,13 @@ impl Region {
         }
     }
 
-    /// Share of the segment from `x` to `x + l` that lies inside, 0 to 1.
-    pub fn share_of_segment(&self, x: &Vec3, l: &Vec3) -> f64 {
+    /// Fraction of the segment from `x` to `x + l` inside the region, 0 to 1.
+    pub fn fraction_of_segment(&self, x: &Vec3, l: &Vec3) -> f64 {
         self.part_of_segment(x, l).map_or(0.0, |[from, to]| to - from)
     }
 
-    /// The part of the segment from `x` to `x + l` that lies inside, as two shares of its length (one part: all regions
-    /// with a shape are convex).
+    /// The part of the segment from `x` to `x + l` inside the region, from and to a fraction of its length. There is one part:
+    /// all regions with a shape are convex.
     pub(super) fn part_of_segment(&self, x: &Vec3, l: &Vec3) -> Option<[f64; 2]> {
         let mut range = [0.0_f64, 1.0];
         match self {
@@ -315,16 +318,16 @@ impl Region {
                     cut_slab(&mut range, x[k], l[k], low[k], high[k]);
                 }
             }
-            Self::Sphere { centre, radius } => cut_ball(&mut range, &(x - centre), l, *radius),
-            Self::Cylinder { centre, axis, radius, half_length } => {
-                let r = x - centre;
+            Self::Sphere { center, radius } => cut_ball(&mut range, &(x - center), l, *radius),
+            Self::Cylinder { center, axis, radius, half_length } => {
+                let r = x - center;
                 let (along, rate) = (r.dot(axis), l.dot(axis));
                 cut_slab(&mut range, along, rate, -half_length, *half_length);
                 cut_ball(&mut range, &(r - axis * along), &(l - axis * rate), *radius);
             }
-            Self::Ellipsoid { centre, axes } => {
+            Self::Ellipsoid { center, axes } => {
                 let inverse = axes.try_inverse().unwrap_or_else(Mat3::zeros);
-                cut_ball(&mut range, &(inverse * (x - centre)), &(inverse * l), 1.0);
+                cut_ball(&mut range, &(inverse * (x - center)), &(inverse * l), 1.0);
             }
             Self::Parallelepiped { corner, edges } => {
                 let inverse = edges.try_inverse().unwrap_or_else(Mat3::zeros);
@@ -348,35 +351,35 @@ impl Region {
         (range[1] > range[0]).then_some(range)
     }
 
-    /// Middle of the region, m; `None` when it has none.
-    pub fn centre(&self) -> Option<Vec3> {
+    /// Center of the region, m; `None` if it has none.
+    pub fn center(&self) -> Option<Vec3> {
         match self {
             Self::All { .. } | Self::Particles { .. } | Self::HalfSpaces { .. } => None,
             Self::Box { low, high } => {
-                // The middle of an endless side is the plane.
+                // The center of an infinite side is the plane.
                 let middle = (low + high) * 0.5;
                 Some(middle.map(|m| if m.is_nan() { 0.0 } else { m }))
             }
-            Self::Sphere { centre, .. } | Self::Cylinder { centre, .. } | Self::Ellipsoid { centre, .. } => {
-                Some(*centre)
+            Self::Sphere { center, .. } | Self::Cylinder { center, .. } | Self::Ellipsoid { center, .. } => {
+                Some(*center)
             }
             Self::Parallelepiped { corner, edges } => Some(corner + edges * Vec3::repeat(0.5)),
         }
     }
 
-    /// A box around the region; `None` when it has no end or no shape.
+    /// A box around the region; `None` if it is infinite or has no shape.
     pub(super) fn bounds(&self) -> Option<(Vec3, Vec3)> {
-        let around = |centre: &Vec3, half: Vec3| Some((centre - half, centre + half));
+        let around = |center: &Vec3, half: Vec3| Some((center - half, center + half));
         match self {
             Self::All { .. } | Self::Particles { .. } | Self::HalfSpaces { .. } => None,
             Self::Box { low, high } => Some((*low, *high)),
-            Self::Sphere { centre, radius } => around(centre, Vec3::repeat(*radius)),
-            Self::Cylinder { centre, axis, radius, half_length } => {
-                // Endless as a disc is: across the axis it is not.
+            Self::Sphere { center, radius } => around(center, Vec3::repeat(*radius)),
+            Self::Cylinder { center, axis, radius, half_length } => {
+                // Infinite like a disc: finite across the axis.
                 let along = axis.map(|a| if a == 0.0 { 0.0 } else { a.abs() * *half_length });
-                around(centre, along + Vec3::repeat(*radius))
+                around(center, along + Vec3::repeat(*radius))
             }
-            Self::Ellipsoid { centre, axes } => around(centre, Vec3::from_fn(|i, _| axes.row(i).norm())),
+            Self::Ellipsoid { center, axes } => around(center, Vec3::from_fn(|i, _| axes.row(i).norm())),
             Self::Parallelepiped { corner, edges } => {
                 let low = Vec3::from_fn(|i, _| edges.row(i).iter().map(|e| e.min(0.0)).sum());
                 let high = Vec3::from_fn(|i, _| edges.row(i).iter().map(|e| e.max(0.0)).sum());
@@ -385,7 +388,7 @@ impl Region {
         }
     }
 
-    /// How far the border is from `x` at least, m: positive inside, negative outside. Zero where nothing is known.
+    /// Lower bound of the distance from `x` to the border, m: positive inside, negative outside, zero if unknown.
     #[inline(always)]
     pub(super) fn depth(&self, x: &Vec3) -> f64 {
         match self {
@@ -395,16 +398,16 @@ impl Region {
                 let side = |k: usize| (x[k] - low[k]).min(high[k] - x[k]);
                 side(0).min(side(1)).min(side(2))
             }
-            Self::Sphere { centre, radius } => radius - (x - centre).norm(),
-            Self::Cylinder { centre, axis, radius, half_length } => {
-                let r = x - centre;
+            Self::Sphere { center, radius } => radius - (x - center).norm(),
+            Self::Cylinder { center, axis, radius, half_length } => {
+                let r = x - center;
                 let along = r.dot(axis);
                 (radius - (r - axis * along).norm()).min(half_length - along.abs())
             }
-            Self::Ellipsoid { centre, axes } => {
-                // Lengths shrink under the inverse by no more than its norm.
+            Self::Ellipsoid { center, axes } => {
+                // The inverse shrinks lengths by its norm at most.
                 let inverse = axes.try_inverse().unwrap_or_else(Mat3::zeros);
-                (1.0 - (inverse * (x - centre)).norm()) / inverse.norm()
+                (1.0 - (inverse * (x - center)).norm()) / inverse.norm()
             }
             Self::Parallelepiped { corner, edges } => {
                 let inverse = edges.try_inverse().unwrap_or_else(Mat3::zeros);
@@ -419,17 +422,17 @@ impl Region {
         }
     }
 
-    /// Images by whose shift (number of edges) a segment from `x` may reach into the region.
+    /// Images (numbers of edges) whose segment from `x` may reach into the region.
     pub(super) fn images(&self, period: Option<&Period>, x: &Vec3, l: &Vec3) -> Images {
         let (Some(period), Some((low, high))) = (period, self.bounds()) else { return Images::NONE };
         let Some(inverse) = period.edges.try_inverse() else { return Images::NONE };
         let mut range = [[0, 0]; 3];
         for (k, range) in range.iter_mut().enumerate() {
             let row = inverse.row(k);
-            // Reduced coordinates of the region's box, and of the segment.
+            // Reduced coordinates of the region's box and of the segment.
             let (mut from, mut to) = (0.0, 0.0);
             for i in 0..3 {
-                // An infinite side belongs to a plane problem, whose cell does not repeat that way.
+                // An infinite side belongs to a plane problem, whose cell does not repeat in that direction.
                 let (a, b) = if row[i] == 0.0 { (0.0, 0.0) } else { (row[i] * low[i], row[i] * high[i]) };
                 from += a.min(b);
                 to += a.max(b);
@@ -443,7 +446,7 @@ impl Region {
         Images { range, next: [range[0][0], range[1][0], range[2][0]], done: (0..3).any(|k| range[k][0] > range[k][1]) }
     }
 
-    /// Images (numbers of edges) of particle `p` at `x` whose centres lie inside; without a period itself, if it does.
+    /// Images (numbers of edges) of particle `p` at `x` whose centers lie inside; without a period, the particle itself.
     pub(super) fn images_inside<'a>(
         &'a self,
         period: Option<&'a Period>,
@@ -495,7 +498,7 @@ pub(super) struct Images {
 }
 
 impl Images {
-    /// The image in place only.
+    /// The particle itself only.
     const NONE: Self = Self { range: [[0, 0]; 3], next: [0; 3], done: false };
 }
 
@@ -520,16 +523,16 @@ impl Iterator for Images {
     }
 }
 
-/// What a contact from particle `a` at `x` along `l` to particle `b` counts for in a region.
+/// Weight in a region of a contact from particle `a` at `x` along `l` to particle `b`.
 #[inline]
 pub(super) fn weight(region: &Region, truncation: Truncation, a: usize, b: usize, x: &Vec3, l: &Vec3) -> f64 {
     if matches!(region, Region::All { .. }) {
         return 1.0;
     }
     match truncation {
-        // All regions are convex: with both ends the whole branch is inside.
+        // All regions are convex: if both ends are inside, so is the whole branch vector.
         Truncation::BranchClipped if region.contains(a, x) && region.contains(b, &(x + l)) => 1.0,
-        Truncation::BranchClipped => region.share_of_segment(x, l),
+        Truncation::BranchClipped => region.fraction_of_segment(x, l),
         Truncation::InternalOnly | Truncation::HalfCrossing => {
             match (region.contains(a, x), region.contains(b, &(x + l))) {
                 (true, true) => 1.0,
@@ -541,7 +544,7 @@ pub(super) fn weight(region: &Region, truncation: Truncation, a: usize, b: usize
     }
 }
 
-/// Refuse what has no meaning.
+/// Reject invalid arguments.
 pub(super) fn check(region: &Region, truncation: Truncation, particles: usize) -> Result<f64, OperatorError> {
     if let Region::Particles { member, .. } = region {
         super::error::check_length("member", member.len(), particles, "particle")?;

@@ -6,9 +6,46 @@ use rayon::prelude::*;
 
 use super::contact_set::{ContactSet, LoadSet};
 use super::error::{OperatorError, check_length, check_volume};
+use super::info::OperatorInfo;
 use super::region::{self, Period, Region, Truncation};
 use super::sum::{sum_tiles, sums};
 use concordem_contact::math::{Mat3, Vec3};
+
+/// Stress of a region by the branch sum: [`region_stress`].
+pub const REGION_STRESS: OperatorInfo = OperatorInfo {
+    name: "region-stress",
+    unit: "Pa",
+    equation: "σ = (1/V) Σ_c w_c l⊗f",
+    source: "Stránský 2018, (4.56)",
+};
+
+/// Stress of a region as mean over its particles: [`region_stress_from_particles`].
+pub const PARTICLE_STRESS: OperatorInfo = OperatorInfo {
+    name: "particle-stress",
+    unit: "Pa",
+    equation: "σ = (1/V) Σ_p V_p σ_p, V_p σ_p = Σ_c r⊗f",
+    source: "ERDC TR-14-6 Report 3 (2019), (8)-(9)",
+};
+
+/// Stress of a body from the forces on its boundary: [`boundary_stress`].
+pub const BOUNDARY_STRESS: OperatorInfo = OperatorInfo {
+    name: "boundary-stress",
+    unit: "Pa",
+    equation: "σ = (1/V) Σ_e x⊗f",
+    source: "Stránský 2018, (4.54)",
+};
+
+/// Traction of particles on a wall: [`wall_traction`].
+pub const WALL_TRACTION: OperatorInfo =
+    OperatorInfo { name: "wall-traction", unit: "Pa", equation: "t = f/A", source: "definition" };
+
+/// Solid fraction and porosity of a region: [`solid_fraction`].
+pub const POROSITY: OperatorInfo = OperatorInfo {
+    name: "porosity",
+    unit: "1",
+    equation: "1 − n_s, n_s = (1/V) Σ_p V_p",
+    source: "ERDC TR-14-6 Report 3 (2019), (9)",
+};
 
 /// How the branch of a contact is divided between its two particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -17,8 +54,8 @@ pub enum Partition {
     /// At the contact point: arms `c − x_p` (ERDC 2019, (8); Stránský 2018, (4.58)).
     #[default]
     ContactPoint,
-    /// In the middle, whatever the radii (Jebahi et al. 2015, (1.13)). Equal to the other for equal spheres whose contact
-    /// point is in the middle; always the same total over internal contacts.
+    /// In the middle, whatever the radii (Jebahi et al. 2015, (1.13)). Equal to the division at the contact point if that is
+    /// in the middle; the total over internal contacts is always the same.
     HalfBranch,
 }
 
@@ -52,8 +89,8 @@ impl ParticleVolume {
     }
 }
 
-/// Moments `V_p σ_p = Σ_c r^{pc}⊗f^{pc}` (J) of every particle over its contacts and loads; [`Partition`] says with
-/// which arms. Loads (walls) always act with their own arm `c − x_p`.
+/// Moments `V_p σ_p = Σ_c r^{pc}⊗f^{pc}` (J) of every particle over its contacts and loads, with the arms of [`Partition`].
+/// Loads (walls) always act with their own arm `c − x_p`.
 ///
 /// Divided by a particle's volume this is its mean stress if it is in equilibrium (ERDC 2019, (8); operator O1, O2).
 pub fn particle_moments(contacts: &ContactSet<'_>, loads: &LoadSet<'_>, partition: Partition) -> Vec<Mat3> {
@@ -88,11 +125,12 @@ pub fn particle_stress(
     Ok(stress)
 }
 
-/// Number of pieces that a list of contacts is cut into for sums per particle. Fixed, so that the order of additions
-/// does not depend on the number of threads.
+/// Number of pieces into which a list of contacts is cut for sums by particle. Fixed, so that the order of additions does
+/// not depend on the number of threads.
 const PIECES: usize = 16;
 
-/// Sums per particle of what `of` gives A and B of every contact, in an order that depends on the contacts alone.
+/// Sums by particle of the values that `of` assigns to A and B of every contact, in an order that depends on the contacts
+/// alone.
 ///
 /// Each piece of the list adds to its own particles in place, and to those that a later piece owns in a halo, as the
 /// solver's tiles do. That needs contacts that are sorted by particle, at least roughly; others are added in one piece.
@@ -166,10 +204,10 @@ where
     sums
 }
 
-/// Mean stress of a region, and what it is made of.
+/// Mean stress of a region, with its volume and number of contacts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RegionStress {
-    /// Stress `σ_ij` (i: position, j: force), Pa; tension positive, not symmetrised.
+    /// Stress `σ_ij` (i: position, j: force), Pa; tension positive, not symmetrized.
     pub stress: Mat3,
     /// Volume of the region, m³.
     pub volume: f64,
@@ -234,8 +272,8 @@ pub fn region_stress(
     Ok(RegionStress { stress: sums.moment / volume, volume, truncation, full: sums.full, partial: sums.partial })
 }
 
-/// Sums over the contacts `range`, each in place: those that the way to the region's border shows to lie inside or outside are
-/// dealt with here, with few operations and no look at the other particle; the rest is for `count`, which is told where A is.
+/// Sum over the contacts `range`. If the distance of A to the region's border shows that a contact lies inside or outside,
+/// it is handled here, with few operations and without reading B; `count` handles the others, given the position of A.
 #[inline(always)]
 fn away_from_border(
     contacts: &ContactSet<'_>,
@@ -254,7 +292,7 @@ fn away_from_border(
         let a = pair[k][0];
         let x = contacts.position()[a as usize];
         let depth = region.depth(&x);
-        // No branch reaches the border that is shorter than the way to it; the margin is for rounding.
+        // A branch shorter than the distance to the border does not reach it; the margin covers rounding.
         let (is_inside, safe) = (depth > 0.0, depth * depth * (1.0 - 1e-12));
         while k < pair.len() && pair[k][0] == a {
             if safe > branch[k].norm_squared() {
@@ -272,7 +310,7 @@ fn away_from_border(
     others
 }
 
-/// Stress of a region as volume average over the particles whose centres lie inside: `σ = (1/V) Σ_p V_p σ_p`
+/// Stress of a region as volume average over the particles whose centers lie inside: `σ = (1/V) Σ_p V_p σ_p`
 /// (operator O4; ERDC 2019, (9)). `moments` (J) are those of [`particle_moments`]. With `period`, images that lie inside
 /// count.
 ///
@@ -298,8 +336,8 @@ pub fn region_stress_from_particles(
 
 /// Stress from the forces on a body's boundary, `σ = (1/V) Σ_e x^e⊗f^e` (operator O5; Stránský 2018, (4.54)).
 ///
-/// Independent of the origin only if the forces are in equilibrium; then it equals the internal form (P17 tells the
-/// difference if forces act away from the particles' centres).
+/// Independent of the origin only if the forces are in equilibrium; then it equals the internal form (test P17 shows the
+/// difference if forces act away from the particles' centers).
 pub fn boundary_stress(loads: &LoadSet<'_>, volume: f64) -> Result<Mat3, OperatorError> {
     let volume = check_volume("the body", volume)?;
     let mut moment = Mat3::zeros();
@@ -322,9 +360,9 @@ pub fn wall_traction(force: &Vec3, area: f64) -> Result<Vec3, OperatorError> {
 /// Kinetic part of the stress, `−(1/V) Σ_p m_p (v_p − v̄)⊗(v_p − v̄)` over the particles in a region, Pa (operator O8;
 /// Jebahi et al. 2015, (1.6) with the mean velocity taken out).
 ///
-/// To be added to the contact stress where momentum is carried by motion (granular flow). In a solid it is small, and
-/// some say it does not belong there: it is an option, not a default. With `period`, images that lie inside count, with the
-/// velocities that its rate gives them.
+/// Add it to the contact stress where motion carries momentum (granular flow). In a solid it is small, and its use is
+/// disputed, so no operator includes it by default. With `period`, images inside the region count, with the velocities of
+/// its rate.
 pub fn kinetic_stress(
     position: &[Vec3],
     mass: &[f64],
@@ -363,7 +401,7 @@ pub fn kinetic_stress(
     Ok(-flow / volume)
 }
 
-/// Solid fraction `n_s = (1/V) Σ V_p` of the particles whose centres lie in a region (ERDC 2019, (9)); porosity is
+/// Solid fraction `n_s = (1/V) Σ V_p` of the particles whose centers lie in a region (ERDC 2019, (9)); porosity is
 /// `1 − n_s`. With `period`, images that lie inside count.
 pub fn solid_fraction(
     position: &[Vec3],

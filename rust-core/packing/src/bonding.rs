@@ -1,4 +1,4 @@
-//! Bonds between particles near each other at the start.
+//! Bonds between neighboring particles at the start of a run.
 
 use concordem_contact::kinematics::sphere_sphere::initial_geometry;
 use concordem_contact::law::Reference;
@@ -8,10 +8,13 @@ use concordem_solver::neighbor::{NeighborError, candidate_pairs};
 use concordem_solver::state::contacts::{ContactFlags, Contacts, Pair};
 use concordem_solver::state::{Cell, Particles};
 
-/// Bond all pairs whose centre distance is below `interaction_ratio` times the sum of their radii (Stránský 2018,
-/// §2.1), except within a clump and where the materials have no common row. Length and normal are those of now, the
-/// cross-section is the law's own ([`ContactLaw::bonded_area`](concordem_contact::law::ContactLaw::bonded_area)). Returns the number
-/// of bonds.
+/// Bond all pairs whose center distance is below `interaction_ratio` times the sum of their radii (Stránský 2018,
+/// §2.1), except within a clump and between materials without a common row. Bonds take the present length and normal,
+/// and the cross-section of their law ([`ContactLaw::bonded_area`](concordem_contact::law::ContactLaw::bonded_area)). Returns the
+/// number of bonds.
+///
+/// # Errors
+/// Input that the neighbor search refuses.
 pub fn bond(
     block: &mut dyn Contacts,
     rows: &PairCoefficients,
@@ -28,15 +31,16 @@ pub fn bond(
         }
         let Some(row) = rows.get(particles.material[a], particles.material[b]) else { continue };
         let shift = cell.map_or_else(Vec3::zeros, |cell| cell.shift(candidate.image));
-        let frame = initial_geometry(&particles.position[a], &particles.position[b], &shift);
-        let link = ContactFlags {
-            row,
-            flags: ContactFlags::BONDED | ContactFlags::ACTIVE,
-            image: candidate.image,
-            padding: 0,
-        };
+        let geometry = initial_geometry(&particles.position[a], &particles.position[b], &shift);
+        let flags =
+            ContactFlags { row, bits: ContactFlags::BONDED | ContactFlags::ACTIVE, image: candidate.image, padding: 0 };
         let area = block.bonded_area(row, particles.radius[a], particles.radius[b], mean_radius);
-        block.push(Pair { a: candidate.a, b: candidate.b }, link, Reference { length: frame.length, area }, frame);
+        block.push(
+            Pair { a: candidate.a, b: candidate.b },
+            flags,
+            Reference { length: geometry.length, area },
+            geometry,
+        );
     }
     block.sort();
     Ok(block.len())
@@ -44,13 +48,13 @@ pub fn bond(
 
 /// Interaction ratio at which a packing has `coordination` bonds per particle, and the coordination reached: the network
 /// correction of Jebahi et al. 2015, section 2.3.1.3 (radii enlarged for the search alone), solved by sorting the pairs by
-/// centre distance through sum of radii instead of bisection. `None` when there are too few pairs within twice the radii.
+/// center distance through sum of radii instead of bisection. `None` when there are too few pairs within twice the radii.
 pub fn ratio_for_coordination(
     spheres: &[concordem_solver::state::Sphere],
     cell: Option<&Cell>,
     coordination: f64,
 ) -> Result<Option<(f64, f64)>, NeighborError> {
-    /// Farthest pair looked at.
+    /// Largest ratio searched.
     const REACH: f64 = 2.0;
     let wanted = (0.5 * coordination * spheres.len() as f64).round() as usize;
     let positions: Vec<Vec3> = spheres.iter().map(|s| s.position).collect();
@@ -83,7 +87,7 @@ mod tests {
     use super::*;
     use crate::lattice::Lattice;
 
-    /// A simple cubic lattice has 6 touching neighbours, and 18 up to √2 of the distance: any coordination between them
+    /// A simple cubic lattice has 6 touching neighbors, and 18 up to √2 of the distance: any coordination between them
     /// is reached at a ratio between 1 and √2, or at √2 itself when it cuts through a shell.
     #[test]
     fn coordination_is_reached() {

@@ -6,28 +6,28 @@ use super::{PackingError, Random};
 use concordem_contact::math::Vec3;
 use concordem_solver::state::particles::Sphere;
 
-/// Places tried for one sphere before giving up.
+/// Largest number of positions tried for one sphere.
 const ATTEMPTS: usize = 10_000;
 
-/// Spheres of the given radii (m), largest first, each at a random place of a periodic cube of edge `edge` (m) where
-/// it touches none before it (random sequential addition).
+/// Spheres of the given radii (m) at random positions in a periodic cube with edge `edge` (m) without contact, largest first
+/// (random sequential addition).
 ///
 /// # Errors
-/// A sphere that finds no place.
+/// [`PackingError::NoRoom`].
 pub(super) fn random_cloud(mut radii: Vec<f64>, edge: f64, random: &mut Random) -> Result<Vec<Sphere>, PackingError> {
     radii.sort_by(|a, b| b.total_cmp(a));
     let mut spheres: Vec<Sphere> = Vec::with_capacity(radii.len());
-    // Size classes, each half as large as the one before, with a grid of boxes of twice their largest radius: a sphere
-    // never searches more than one box around its own in the grids of larger ones.
+    // Each size class is half as large as the one before. The boxes of its grid are as wide as twice its largest radius, so
+    // a sphere searches only its own box and the adjacent ones in the grids of larger spheres.
     let mut levels: Vec<Level> = Vec::new();
     for radius in radii {
         if levels.last().is_none_or(|level| radius < 0.5 * level.largest) {
             levels.push(Level::new(radius, edge));
         }
-        let place = (0..ATTEMPTS)
+        let free = (0..ATTEMPTS)
             .map(|_| random.uniform_vector() * edge)
-            .find(|place| levels.iter().all(|level| level.is_free(place, radius, edge, &spheres)));
-        let Some(position) = place else {
+            .find(|candidate| levels.iter().all(|level| level.is_free(candidate, radius, edge, &spheres)));
+        let Some(position) = free else {
             return Err(PackingError::NoRoom { placed: spheres.len(), radius, edge, attempts: ATTEMPTS });
         };
         if let Some(level) = levels.last_mut() {
@@ -38,27 +38,28 @@ pub(super) fn random_cloud(mut radii: Vec<f64>, edge: f64, random: &mut Random) 
     Ok(spheres)
 }
 
+/// The spheres of one size class, by box.
 struct Level {
     largest: f64,
     /// Boxes per edge of the cell.
     count: i64,
-    boxes_per_metre: f64,
+    boxes_per_meter: f64,
     boxes: BTreeMap<[i64; 3], Vec<usize>>,
 }
 
 impl Level {
     fn new(largest: f64, edge: f64) -> Self {
         let count = (0.5 * edge / largest).floor().max(1.0);
-        Self { largest, count: count as i64, boxes_per_metre: count / edge, boxes: BTreeMap::new() }
+        Self { largest, count: count as i64, boxes_per_meter: count / edge, boxes: BTreeMap::new() }
     }
 
-    fn box_of(&self, place: &Vec3) -> [i64; 3] {
-        [place.x, place.y, place.z].map(|c| ((c * self.boxes_per_metre) as i64).min(self.count - 1))
+    fn box_of(&self, position: &Vec3) -> [i64; 3] {
+        [position.x, position.y, position.z].map(|c| ((c * self.boxes_per_meter) as i64).min(self.count - 1))
     }
 
-    /// Whether a sphere at `place` would touch none of this level, images included.
-    fn is_free(&self, place: &Vec3, radius: f64, edge: f64, spheres: &[Sphere]) -> bool {
-        let center = self.box_of(place);
+    /// Whether a sphere at `position` touches no sphere of this level and none of their images.
+    fn is_free(&self, position: &Vec3, radius: f64, edge: f64, spheres: &[Sphere]) -> bool {
+        let center = self.box_of(position);
         // One box on either side, each box once.
         let offsets = |axis: usize| {
             let reach = if self.count >= 3 { -1..=1 } else { 0..=self.count - 1 };
@@ -70,8 +71,8 @@ impl Level {
                     self.boxes.get(&[x, y, z]).is_none_or(|members| {
                         members.iter().all(|&index| {
                             let other = &spheres[index];
-                            // The nearest image decides.
-                            let d = (other.position - place).map(|c| c - edge * (c / edge).round());
+                            // Only the nearest image matters.
+                            let d = (other.position - position).map(|c| c - edge * (c / edge).round());
                             let sum = radius + other.radius;
                             d.norm_squared() > sum * sum
                         })

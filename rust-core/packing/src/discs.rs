@@ -1,8 +1,8 @@
 //! Random packings of discs in the plane, compressed beyond touching.
 //!
-//! Discs without friction jam at a share of the area of 0.84; the samples of plane models are denser (0.93 in Madan 2019,
-//! section 4.5), so that discs overlap, and bonds take their lengths as they are. So much area as the wanted share leaves is
-//! given to discs at random places, which push each other apart until they rest.
+//! Frictionless discs jam at a solid fraction of 0.84; specimens of plane models are denser (0.93 in Madan 2019, section
+//! 4.5), so that discs overlap and bonds start at these lengths. The cell has the area that the wanted solid fraction
+//! requires. Discs start at random positions and push each other apart until they are at rest.
 
 use std::f64::consts::PI;
 
@@ -16,21 +16,21 @@ use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::state::{Cell, Constraint, Particles, Sphere, State};
 use concordem_solver::{Model, PairCoefficients, Solver};
 
-/// Normal stiffness of the contacts, N/m, and density, kg/m³. They set the units of force and time and nothing else.
+/// Normal stiffness of the contacts, N/m, and density, kg/m³. They only set the units of force and time.
 const STIFFNESS: f64 = 7e10;
 const DENSITY: f64 = 2000.0;
-/// Net force on a disc through the force of a contact, roots of mean squares, at which the packing rests.
+/// Unbalanced force (root mean square net force of a disc over that of a contact) at which the packing is at rest.
 const UNBALANCED: f64 = 1e-3;
-/// Steps between looks at the balance, and steps after which it is given up.
+/// Steps between checks of the unbalanced force, and largest number of steps.
 const INTERVAL: u64 = 100;
 const LONGEST: u64 = 100_000;
 
-/// A periodic packing of discs of the given `radii` (m) whose areas are `solid_fraction` of the cell's, in the plane z = 0.
-/// The cell is `aspect` times as long along x as along y, and 1 m along z. `progress` is called with the share of the longest
-/// time.
+/// A periodic packing of discs of the given `radii` (m) with the given solid fraction, in the plane z = 0. The cell is
+/// `aspect` times as long along x as along y, and 1 m along z. `progress` is called with the number of steps over their
+/// limit.
 ///
 /// # Errors
-/// Radii that are not positive, a share outside 0.1 to 1.1, or discs that do not come to rest.
+/// Radii that are not positive, a solid fraction outside 0.1 to 1.1, or discs that do not come to rest.
 pub fn random_discs(
     radii: &[f64],
     solid_fraction: f64,
@@ -77,16 +77,16 @@ pub fn random_discs(
     let damping = Damping::Local { translation: 0.4, rotation: 0.4 };
     let mut solver = Solver::new(Model { damping, contact_rows: rows, ..Model::default() }, &mut state)?;
     for step in 1..=LONGEST {
-        let look = step % INTERVAL == 0;
-        let report = solver.step_with(&mut state, look)?;
-        if !look {
+        let check = step % INTERVAL == 0;
+        let report = solver.step_with(&mut state, check)?;
+        if !check {
             continue;
         }
         progress(step as f64 / LONGEST as f64);
         let contacts: u64 = report.active.iter().sum();
         let contact = report.force_squared / contacts.max(1) as f64;
         let net = report.kick.net_force_squared / report.kick.free_particles.max(1) as f64;
-        // Discs that do not touch rest, too.
+        // Discs without any contact are at rest, too.
         let unbalanced = if contact > 0.0 { (net / contact).sqrt() } else { 0.0 };
         if unbalanced < UNBALANCED {
             for (sphere, position) in packing.spheres.iter_mut().zip(&state.particles.position) {
@@ -107,7 +107,7 @@ mod tests {
     /// dimensions (O'Hern, Silbert, Liu, Nagel 2003, Phys. Rev. E 68:011306), 5.09 here. Measured 5.07, 5.15, 5.11 with seeds 1
     /// to 3. Bits depend on the seed alone.
     #[test]
-    fn discs_overlap_at_the_share_of_the_source() {
+    fn discs_overlap_at_the_solid_fraction_of_the_source() {
         let sizes = SizeDistribution::Uniform { low: 0.8e-3, high: 1.2e-3 };
         let radii = sizes.radii(400, 1).unwrap();
         let make = |threads| {

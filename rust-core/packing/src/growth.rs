@@ -1,10 +1,10 @@
-//! Packings between rigid walls, made by growing the spheres (the generator of the test case of ERDC TR-14-6 Report 3,
+//! Packings between rigid walls by growing spheres (the generator of the test case of ERDC TR-14-6 Report 3,
 //! §5.2; Lubachevsky and Stillinger 1990 grow spheres without elasticity).
 //!
-//! Small spheres without contact start at random places of a cube with six rigid walls. All radii grow by the same factor
-//! while the spheres move under Hertz-Mindlin contacts with friction, until they press on the walls with the wanted
-//! pressure; then growth only follows the pressure until the packing rests. Frictional spheres stay looser than those of
-//! [`mod@super::random_dense`], and lie against the walls as spheres do: in layers.
+//! Small spheres without contact start at random positions in a cube with six rigid walls. All radii grow by the same factor
+//! while the spheres move under Hertz-Mindlin contacts with friction, until they reach the given pressure on
+//! the walls; then growth only keeps the pressure until the packing is at rest. The packings are looser than those of
+//! [`mod@super::random_dense`], because of friction, and layered along the walls.
 
 use std::f64::consts::PI;
 
@@ -18,16 +18,16 @@ use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::state::{Particles, State, Wall, WallShape};
 use concordem_solver::{Model, PairCoefficients, Solver, StepReport, time_step};
 
-/// What is to be grown.
+/// Parameters of a grown packing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GrownBox {
-    /// Radii; only their ratios matter, as growth ends where the pressure is right.
+    /// Radii; only their ratios matter, since growth ends at the given pressure.
     pub sizes: SizeDistribution,
     /// Number of spheres.
     pub count: usize,
     /// Edge of the cube between the walls, m; one corner is the origin.
     pub edge: f64,
-    /// Seed of radii and places.
+    /// Seed of radii and initial positions.
     pub seed: u64,
     /// Density of the spheres, kg/m³.
     pub density: f64,
@@ -39,13 +39,13 @@ pub struct GrownBox {
     pub wall_friction: f64,
     /// Mean pressure on the six walls, Pa.
     pub pressure: f64,
-    /// Unbalanced force at which the packing rests.
+    /// Unbalanced force at which the packing is at rest.
     pub unbalanced: f64,
-    /// Steps after which it must rest.
+    /// Largest number of steps until it is at rest.
     pub step_limit: u64,
 }
 
-/// A grown packing, ready to be loaded: positions, contacts with their history, walls.
+/// A grown packing with its contacts, their history, and the walls, ready for loading.
 pub struct Grown {
     /// The state; walls are x low, x high, y low, y high, z low, z high.
     pub state: State,
@@ -53,24 +53,24 @@ pub struct Grown {
     pub model: Model,
     /// Mean pressure on the walls, Pa.
     pub pressure: f64,
-    /// Final radius over that asked for.
+    /// Final radii over the given ones.
     pub growth: f64,
     /// Steps done.
     pub steps: u64,
 }
 
-/// Solid fraction at which growth begins: random places are found quickly.
+/// Solid fraction at which growth begins; random positions without contact are easy to find there.
 const START: f64 = 0.15;
 /// Growth per step before the spheres press: four hundred thousandths, so that a sphere of the size of its spacing is
 /// pushed by less than a thousandth of its radius in the time in which it settles (some ten steps).
 const FREE_GROWTH: f64 = 4e-5;
 /// Growth per step under pressure: Hertzian contacts at a pressure of 1e-4 of the modulus are pressed in by some thousandths.
 const PRESSED_GROWTH: f64 = 4e-6;
-/// Share of the pressure from which growth counts as pressed.
+/// Fraction of the pressure from which the slower growth applies.
 const PRESSED: f64 = 1e-3;
-/// Relative error of the pressure that is left.
+/// Tolerance of the pressure, relative.
 const PRESSURE_TOLERANCE: f64 = 0.02;
-/// Steps between searches for neighbours: growth by 2e-3 of a radius at most. A contact found that late begins with an
+/// Steps between rebuilds of the neighbor list: growth by 2e-3 of a radius at most. A contact found that late begins with an
 /// overlap of that size, which only matters while all is moving.
 const SEARCH: u64 = 50;
 /// Local damping.
@@ -98,7 +98,7 @@ pub fn grown_box(recipe: &GrownBox, progress: &mut dyn FnMut(u64, f64, f64, f64)
     loop {
         let step = state.clock.step;
         let error = 1.0 - pressure / recipe.pressure;
-        // Within the tolerance the spheres are left alone, or they would never rest.
+        // Within the tolerance the radii stay, otherwise the spheres would never be at rest.
         let growth = if pressure < PRESSED * recipe.pressure {
             FREE_GROWTH
         } else if error.abs() < 0.5 * PRESSURE_TOLERANCE {
@@ -115,7 +115,7 @@ pub fn grown_box(recipe: &GrownBox, progress: &mut dyn FnMut(u64, f64, f64, f64)
         }
         let look = step.is_multiple_of(100);
         let report = solver.step_with(&mut state, look)?;
-        // Over ten steps or so, so that single impacts do not steer.
+        // Averaged over some ten steps, so that single impacts do not control the growth.
         let now = wall_pressure(&state, area);
         pressure += 0.1 * (now - pressure);
         if look {
@@ -139,7 +139,7 @@ pub fn grown_box(recipe: &GrownBox, progress: &mut dyn FnMut(u64, f64, f64, f64)
     }
 }
 
-/// Spheres at random places of the box, without contact, and the walls.
+/// Spheres at random positions in the box, without contact, and the walls.
 fn small_spheres(recipe: &GrownBox) -> Result<State, PackingError> {
     let mut radii = recipe.sizes.radii(recipe.count, recipe.seed)?;
     let solid: f64 = radii.iter().map(|r| 4.0 / 3.0 * PI * (r * r * r)).sum();
@@ -148,7 +148,7 @@ fn small_spheres(recipe: &GrownBox) -> Result<State, PackingError> {
         *r *= scale;
     }
     let largest = radii.iter().copied().fold(0.0, f64::max);
-    // Centres at least one largest radius from the walls.
+    // Centers at least one largest radius from the walls.
     let inner = recipe.edge - 2.0 * largest;
     positive("space between the walls left for the largest sphere", inner)?;
     let mut random = Random::new(recipe.seed ^ 0x9e37_79b9_7f4a_7c15);
@@ -156,9 +156,9 @@ fn small_spheres(recipe: &GrownBox) -> Result<State, PackingError> {
     for sphere in &mut spheres {
         sphere.position += Vec3::repeat(largest);
     }
-    let places: Vec<Vec3> = spheres.iter().map(|sphere| sphere.position).collect();
+    let positions: Vec<Vec3> = spheres.iter().map(|sphere| sphere.position).collect();
     let mut particles = Particles::default();
-    for k in spatial_order(&places, None) {
+    for k in spatial_order(&positions, None) {
         let sphere = spheres[k as usize];
         let mass = recipe.density * 4.0 / 3.0 * PI * sphere.radius.powi(3);
         particles.push(sphere, 0, mass, 0.4 * mass * sphere.radius * sphere.radius);
@@ -190,7 +190,7 @@ fn small_spheres(recipe: &GrownBox) -> Result<State, PackingError> {
     })
 }
 
-/// All radii by a factor; masses and the touching distances of contacts follow.
+/// Multiply all radii by a factor, and scale masses and touching distances of contacts accordingly.
 fn grow(state: &mut State, factor: f64) {
     let cube = factor * factor * factor;
     let particles = &mut state.particles;
@@ -209,8 +209,8 @@ fn grow(state: &mut State, factor: f64) {
     }
 }
 
-/// A stable time step, s: that of the assembled contacts, and no more than what two of the smallest spheres need that
-/// meet with the law's largest overlap.
+/// A stable time step, s: that of the present contacts, and at most that of two smallest spheres at the largest overlap of
+/// the law.
 fn stable_step(state: &State, recipe: &GrownBox) -> f64 {
     let smallest = state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
     let bounds = time_step::bounds(state);

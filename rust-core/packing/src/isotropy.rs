@@ -4,7 +4,7 @@ use super::{Packing, PackingError, positive};
 use concordem_contact::math::{Vec3, atan2};
 use concordem_solver::neighbor::candidate_pairs;
 
-/// Branch vectors `x_B − x_A` (m, periodic images included) of all pairs with centre distance up to
+/// Branch vectors `x_B − x_A` (m, periodic images included) of all pairs with center distance up to
 /// `interaction_ratio · (R_A + R_B)`: the links a cohesive material would get (Stránský 2018, section 2.1).
 ///
 /// # Errors
@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn cubic_links_are_counted() {
         let packing = Lattice::SimpleCubic.periodic(1.0, [4; 3]).unwrap();
-        // 6 neighbours at 2r and 12 at 2√2 r = 1.414 · 2r.
+        // 6 neighbors at 2r and 12 at 2√2 r = 1.414 · 2r.
         assert_eq!(link_vectors(&packing, 1.1).unwrap().len(), 3 * 64);
         assert_eq!(link_vectors(&packing, 1.5).unwrap().len(), 9 * 64);
         assert!(link_vectors(&packing, 0.0).is_err());

@@ -10,17 +10,17 @@ use concordem_solver::state::particles::Sphere;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Lattice {
-    /// Simple cubic: 6 neighbours, packing fraction π/6.
+    /// Simple cubic: 6 neighbors, packing fraction π/6.
     SimpleCubic,
-    /// Body-centred cubic: 8 neighbours, π√3/8.
+    /// Body-centerd cubic: 8 neighbors, π√3/8.
     BodyCentered,
-    /// Face-centred cubic: 12 neighbours, π/√18.
+    /// Face-centerd cubic: 12 neighbors, π/√18.
     FaceCentered,
-    /// Hexagonal close packing with the ideal axis ratio √(8/3): 12 neighbours, π/√18.
+    /// Hexagonal close packing with the ideal axis ratio √(8/3): 12 neighbors, π/√18.
     HexagonalClosePacked,
-    /// Plane square: 4 neighbours.
+    /// Plane square: 4 neighbors.
     Square,
-    /// Plane triangular: 6 neighbours.
+    /// Plane triangular: 6 neighbors.
     Triangular,
 }
 
@@ -152,7 +152,7 @@ mod tests {
             for repeats in [[1, 1, 1], [3, 2, 4]] {
                 let packing = lattice.periodic(0.1, repeats).unwrap();
                 let count = packing.spheres.len();
-                // 1e-9 of the radius: touching to rounding; the second neighbours are further by 15 % at least.
+                // 1e-9 of the radius: touching to rounding; the second neighbors are further by 15 % at least.
                 let reach = vec![0.1 * (1.0 + 1.0e-9); count];
                 let pairs = candidate_pairs(&packing.positions(), &reach, packing.cell.as_ref()).unwrap();
                 assert_eq!(2 * pairs.len(), neighbors * count, "{lattice:?} {repeats:?}");

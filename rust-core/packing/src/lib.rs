@@ -1,8 +1,8 @@
-//! Sphere packings: where the particles are before anything happens.
+//! Sphere packings: initial positions and radii of particles, and their bonds.
 //!
-//! A [`Packing`] is a list of spheres, with a periodic cell or without. It comes from a [`lattice`], from a
-//! [`mod@file`], or from random compaction; it is tiled and cropped to a [`shape`]; its quality is read by [`summary`] and
-//! [`isotropy`].
+//! A [`Packing`] is a list of spheres with or without a periodic cell. It comes from a [`lattice`], a [`mod@file`], or random
+//! compaction ([`mod@random_dense`], [`growth`], [`discs`]). It can be tiled and cropped to a [`shape`]. [`summary`] and
+//! [`isotropy`] measure its quality; [`bonding`] creates the bonds.
 
 pub mod bonding;
 mod cloud;
@@ -40,11 +40,11 @@ use concordem_solver::state::particles::Sphere;
 pub struct Packing {
     /// The spheres.
     pub spheres: Vec<Sphere>,
-    /// Periodic cell; without one the packing ends where its spheres end.
+    /// Periodic cell, if the packing is periodic.
     pub cell: Option<Cell>,
 }
 
-/// What can go wrong while a packing is made, read, or measured.
+/// Why a packing cannot be made, read, or measured.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PackingError {
@@ -123,7 +123,7 @@ pub enum PackingError {
         /// What the system said.
         source: std::io::Error,
     },
-    /// A cloud too dense for random places.
+    /// Too many spheres for random positions without contact.
     #[error(
         "no place for a sphere of radius {radius} m in a periodic cube of edge {edge} m with {placed} spheres after \
          {attempts} attempts"
@@ -131,11 +131,11 @@ pub enum PackingError {
     NoRoom {
         /// Spheres placed before.
         placed: usize,
-        /// Radius of the sphere without a place, m.
+        /// Radius of the sphere that does not fit, m.
         radius: f64,
         /// Edge of the cell, m.
         edge: f64,
-        /// Places tried.
+        /// Number of positions tried.
         attempts: usize,
     },
     /// A compaction that did not come to its end.
@@ -167,7 +167,7 @@ pub enum PackingError {
     /// The solver failed during compaction.
     #[error("compaction: {0}")]
     Solver(#[from] concordem_solver::SolverError),
-    /// The neighbour search refused the packing.
+    /// The neighbor search refused the packing.
     #[error(transparent)]
     Neighbor(#[from] NeighborError),
 }

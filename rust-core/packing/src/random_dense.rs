@@ -66,7 +66,7 @@ pub struct RandomDense {
     pub count: usize,
     /// Their radii.
     pub sizes: SizeDistribution,
-    /// Seed of radii and places. The same seed gives the same packing on any number of threads.
+    /// Seed of radii and initial positions. The same seed gives the same packing on any number of threads.
     pub seed: u64,
     /// Coefficient of friction, tan φ, while compacting.
     pub friction: f64,
@@ -128,7 +128,7 @@ impl RandomDense {
         within("the damping", self.damping, 0.0, 1.0)?;
         // Above, heavily compressed packings are unstable.
         within("the time step", self.time_step, 1.0e-3, 0.7)?;
-        // Above, random places are hard to find (no more than 0.38 is possible).
+        // Above this, random positions without contact are hard to find (0.38 is the limit).
         within("the packing fraction at the start", self.start, 1.0e-3, 0.32)?;
         within("the compression", self.compression, 0.0, 100.0)?;
         positive("the residual pressure", self.residual)?;
@@ -167,7 +167,7 @@ pub struct Progress {
 pub struct Compaction {
     /// The packing; its first sphere at the origin, all others wrapped into the cell.
     pub packing: Packing,
-    /// Its density and touching neighbours.
+    /// Its density and coordination.
     pub summary: PackingSummary,
     /// The state it stopped in.
     pub last: Progress,
@@ -301,14 +301,14 @@ impl Servo {
         let Some(block) = block else { return };
         let (mut force, mut stiffness, mut count) = (Vec3::zeros(), 0.0, 0_u32);
         for k in 0..block.len() {
-            if !block.link[k].has(ContactFlags::ACTIVE) {
+            if !block.flags[k].has(ContactFlags::ACTIVE) {
                 continue;
             }
             let geometry = block.geometry(k, &state.particles, false);
-            let (normal, shear) = block.rows[usize::from(block.link[k].row)].stiffness.of(&geometry);
-            let frame = &block.frame[k];
-            let stretch = frame.length - geometry.reference_length;
-            force += (frame.normal * (normal * stretch) + block.history[k].shear_displacement * shear).abs();
+            let (normal, shear) = block.rows[usize::from(block.flags[k].row)].stiffness.of(&geometry);
+            let previous = &block.previous[k];
+            let stretch = previous.length - geometry.reference_length;
+            force += (previous.normal * (normal * stretch) + block.history[k].shear_displacement * shear).abs();
             stiffness += (normal + 2.0 * shear) / 3.0;
             count += 1;
         }

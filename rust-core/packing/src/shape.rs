@@ -20,18 +20,18 @@ pub enum Shape {
     },
     /// Cylinder between two circles.
     Cylinder {
-        /// Centre of one end, m.
+        /// Center of one end, m.
         base: Vec3,
-        /// Centre of the other end, m.
+        /// Center of the other end, m.
         top: Vec3,
         /// Radius, m.
         radius: f64,
     },
     /// Hyperboloid of revolution, thinnest half-way between its two ends.
     Hyperboloid {
-        /// Centre of one end, m.
+        /// Center of one end, m.
         base: Vec3,
-        /// Centre of the other end, m.
+        /// Center of the other end, m.
         top: Vec3,
         /// Radius at both ends, m.
         end_radius: f64,
@@ -40,7 +40,7 @@ pub enum Shape {
     },
     /// Ball.
     Sphere {
-        /// Centre, m.
+        /// Center, m.
         center: Vec3,
         /// Radius, m.
         radius: f64,
@@ -77,7 +77,7 @@ impl Shape {
         Ok(Self::Box { low, high })
     }
 
-    /// A cylinder from the centres of its ends and its radius, m.
+    /// A cylinder from the centers of its ends and its radius, m.
     ///
     /// # Errors
     /// Ends that are not finite or coincide, or a radius that is not positive.
@@ -87,7 +87,7 @@ impl Shape {
         Ok(Self::Cylinder { base, top, radius })
     }
 
-    /// A hyperboloid from the centres of its ends, their radius, and the radius half-way, m.
+    /// A hyperboloid from the centers of its ends, their radius, and the radius half-way, m.
     ///
     /// # Errors
     /// Ends that are not finite or coincide, radii that are not positive, or a waist wider than the ends.
@@ -99,10 +99,10 @@ impl Shape {
         Ok(Self::Hyperboloid { base, top, end_radius, waist_radius })
     }
 
-    /// A ball from its centre and radius, m.
+    /// A ball from its center and radius, m.
     ///
     /// # Errors
-    /// A centre that is not finite, or a radius that is not positive.
+    /// A center that is not finite, or a radius that is not positive.
     pub fn new_sphere(center: Vec3, radius: f64) -> Result<Self, PackingError> {
         finite("the centre of the sphere", &center)?;
         positive("the radius of the sphere", radius)?;
@@ -198,7 +198,7 @@ mod tests {
 
     #[test]
     fn spheres_inside_do_not_stick_out() {
-        // Every accepted sphere, sampled on its surface, lies inside; some rejected ones with the centre inside do
+        // Every accepted sphere, sampled on its surface, lies inside; some rejected ones with the center inside do
         // stick out, so that the margin is not simply too large.
         let shapes = [
             Shape::new_box(Vec3::new(-1.0, -0.5, 0.0), Vec3::new(1.0, 0.5, 2.0)).unwrap(),

@@ -15,7 +15,7 @@ pub enum SizeDistribution {
         /// Largest radius, m.
         high: f64,
     },
-    /// Radii (m) with the share of the number of particles that have them; shares need not add up to 1.
+    /// Radii (m), each with its fraction of the number of particles; the fractions are normalized to the sum 1.
     Discrete(Vec<(f64, f64)>),
     /// A sieve curve: diameters (m, ascending) with the mass fraction that passes (ascending from 0 to 1).
     ///
@@ -24,12 +24,12 @@ pub enum SizeDistribution {
     Sieve(Vec<(f64, f64)>),
 }
 
-/// One interval of radii with its share of the particles; equal ends for a single radius.
+/// One interval of radii with its fraction of the number of particles; equal ends for a single radius.
 #[derive(Debug, Clone, Copy)]
 struct Class {
     low: f64,
     high: f64,
-    share: f64,
+    fraction: f64,
 }
 
 impl SizeDistribution {
@@ -39,23 +39,23 @@ impl SizeDistribution {
     /// packings follow it closely.
     ///
     /// # Errors
-    /// Radii, shares or passing fractions that are not positive or not in order.
+    /// Radii, number fractions, or passing fractions that are not positive or not in order.
     pub fn radii(&self, count: usize, seed: u64) -> Result<Vec<f64>, PackingError> {
         let classes = self.classes()?;
         let power_law = matches!(self, Self::Sieve(_));
-        let total: f64 = classes.iter().map(|class| class.share).sum();
+        let total: f64 = classes.iter().map(|class| class.fraction).sum();
         let mut random = Random::new(seed);
         let mut radii = Vec::with_capacity(count);
         let mut class = 0;
         let mut below = 0.0;
         for k in 0..count {
             let quantile = (k as f64 + random.uniform()) / count as f64 * total;
-            while class + 1 < classes.len() && quantile >= below + classes[class].share {
-                below += classes[class].share;
+            while class + 1 < classes.len() && quantile >= below + classes[class].fraction {
+                below += classes[class].fraction;
                 class += 1;
             }
-            let Class { low, high, share } = classes[class];
-            let t = ((quantile - below) / share).clamp(0.0, 1.0);
+            let Class { low, high, fraction } = classes[class];
+            let t = ((quantile - below) / fraction).clamp(0.0, 1.0);
             radii.push(if low == high {
                 low
             } else if power_law {
@@ -86,7 +86,7 @@ impl SizeDistribution {
         match self {
             Self::Single(radius) => {
                 let radius = positive("the radius", *radius)?;
-                Ok(vec![Class { low: radius, high: radius, share: 1.0 }])
+                Ok(vec![Class { low: radius, high: radius, fraction: 1.0 }])
             }
             Self::Uniform { low, high } => {
                 positive("the smallest radius", *low)?;
@@ -94,7 +94,7 @@ impl SizeDistribution {
                 if low > high {
                     return bad(format!("the smallest radius {low} m exceeds the largest {high} m"));
                 }
-                Ok(vec![Class { low: *low, high: *high, share: 1.0 }])
+                Ok(vec![Class { low: *low, high: *high, fraction: 1.0 }])
             }
             Self::Discrete(list) => {
                 let mut classes = Vec::new();
@@ -104,7 +104,7 @@ impl SizeDistribution {
                         return bad(format!("the share {share} of the radius {radius} m is negative or not finite"));
                     }
                     if share > 0.0 {
-                        classes.push(Class { low: radius, high: radius, share });
+                        classes.push(Class { low: radius, high: radius, fraction: share });
                     }
                 }
                 if classes.is_empty() {
@@ -133,9 +133,9 @@ impl SizeDistribution {
                     }
                     if p_high > p_low {
                         let (low, high) = (0.5 * d_low, 0.5 * d_high);
-                        let share = (p_high - p_low) / ln(d_high / d_low)
+                        let fraction = (p_high - p_low) / ln(d_high / d_low)
                             * (1.0 / (low * low * low) - 1.0 / (high * high * high));
-                        classes.push(Class { low, high, share });
+                        classes.push(Class { low, high, fraction });
                     }
                 }
                 Ok(classes)
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn uniform_and_discrete_follow_their_shares() {
+    fn uniform_and_discrete_follow_their_fractions() {
         let radii = SizeDistribution::Uniform { low: 1.0, high: 3.0 }.radii(1000, 1).unwrap();
         assert_eq!(radii.iter().filter(|r| **r < 1.5).count(), 250);
         assert!(radii.windows(2).any(|w| w[0] > w[1]), "not shuffled");

@@ -13,7 +13,7 @@ pub struct PackingSummary {
     pub packing_fraction: Option<f64>,
     /// `1 −` packing fraction.
     pub porosity: Option<f64>,
-    /// Contacts per sphere, `2 C / N`, counting pairs with centre distance up to `interaction_ratio·(R_A + R_B)`.
+    /// Contacts per sphere, `2 C / N`, counting pairs with center distance up to `interaction_ratio·(R_A + R_B)`.
     pub coordination: f64,
     /// The same without the rattlers and their contacts.
     pub coordination_of_backbone: f64,

@@ -12,7 +12,7 @@ pub enum Crop {
     /// Those that lie inside the shape as a whole: nothing sticks out.
     #[default]
     WholeSpheres,
-    /// Those whose centres lie inside: the density near the surface is that of the bulk.
+    /// Those whose centers lie inside: the density near the surface is that of the bulk.
     Centers,
 }
 

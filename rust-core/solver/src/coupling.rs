@@ -1,60 +1,60 @@
 //! How deformable particles couple their contacts: whether the iteration between forces and strains converges (Madan
-//! 2019, (3.5)–(3.16)), and what it does to the fastest vibration.
+//! 2019, (3.5)–(3.16)), and how it changes the highest frequency.
 //!
-//! At fixed positions a change of the forces of normal springs gives, through the strains, the next one: `f ← B f`,
+//! At fixed positions a change of the forces of normal springs causes the next change through the strains: `f ← B f`,
 //! `B = −k Nᵀ C N`, where `N` collects forces to dyads (`T_p = Σ_c (n⊗n)_c f_c` over both particles of each contact), `C` is
 //! the compliance of the particles ([`Compliance`]) and `k` the stiffnesses. `B` is similar to the symmetric
 //! `−P`, `P = C^½ N k Nᵀ C^½ ≥ 0`, in the space of particles' dyads. The iteration and, with it, the lagged scheme
 //! converge for `ρ(B) = λ_max(P) < 1`. Shear forces `g = k_t H x` do not enter: they add their dyads `S g` to the source of the
-//! iteration, `f = k G x − k Nᵀ C (N f + S g)`, which does not change while positions stand still.
+//! iteration, `f = k G x − k Nᵀ C (N f + S g)`, which is constant at fixed positions.
 //! * Spectral: `λ_max(P)` by Lanczos iteration, matrix-free.
 //! * Sufficient: `max_p λ_max(2 C^½ Σ_c k (n⊗n)(n⊗n) C^½)`, because every contact satisfies
 //!   `½k(a + b)² ≤ k a² + k b²`.
 //!
-//! Reactions of prescribed translations strain the particles too and make `P` unsymmetric; where there are any, the
-//! spectral radius is found by power iteration as well, and the larger value counts.
+//! Reactions of prescribed translations strain the particles, too, and make `P` unsymmetric. If there are any, the spectral
+//! radius is also computed by power iteration, and the larger value counts.
 //!
 //! **Time step.** In the highest mode of the lagged scheme the sign alternates from step to step, `T` lagging by one: the
-//! central differences then see the stiffness (`R = (1−P)⁻¹`; `G`, `H` from displacements to elongations and slides)
+//! central differences then have the effective stiffness (`R = (1−P)⁻¹`; `G`, `H` from displacements to elongations and slides)
 //!
 //! `A = K + Yᵀ(Y + Z)`, `Y = R^½ C^½ N k G`, `Z = R^½ C^½ S k_t H`.
 //!
-//! Iterated strains make it `A = K − Yᵀ(Y + Z)` with `R = (1+P)⁻¹`. Shear forces strain particles and do not feel the strain
-//! (`Z` without `Zᵀ`), so `A` is not symmetric. No real part of its eigenvalues is larger than the largest eigenvalue of
-//! its symmetric part (Bendixson 1902, Acta Math. 25:359), and that is sharp, since the antisymmetric part matters by its
+//! With iterated strains it is `A = K − Yᵀ(Y + Z)` with `R = (1+P)⁻¹`. Shear forces strain particles but do not depend on the
+//! strain (`Z` without `Zᵀ`), so `A` is not symmetric. No real part of its eigenvalues is larger than the largest eigenvalue of
+//! its symmetric part (Bendixson 1902, Acta Math. 25:359). That bound is sharp, since the antisymmetric part enters by its
 //! square (2e-5 to 6e-4 of the time step, by the eigenvalues of packings); so the symmetric part is used. From
 //! `YᵀY ≤ ρ/(1−ρ) Gᵀ k G`, `ZᵀZ ≤ ρ_s/(1−ρ) Hᵀ k_t H` with `ρ_s = λ_max(C^½ S k_t Sᵀ C^½)`, and
 //! `YᵀZ + ZᵀY ≤ η YᵀY + ZᵀZ/η` with the best `η`, it is at most `K·(1 + (ρ + √(ρ² + ρ ρ_s))/(2(1−ρ)))`; iterated, a complete
 //! square leaves `K·(1 + ρ_s/4)`.
 //!
-//! Reactions of prescribed translations are left out of `A`: they matter next to the held particles only, by less than
-//! 2e-4 of the time step in rows and in square, triangular and disturbed lattices with `ρ` up to 0.85.
+//! `A` leaves out the reactions of prescribed translations: they change it only next to held particles, by less than 2e-4 of
+//! the time step in rows and in square, triangular, and disturbed lattices with `ρ` up to 0.85.
 
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use rayon::prelude::*;
 
-use super::deformation::reaction_lever;
-use super::lanczos::{self, Interval};
+use crate::deformation::reaction_lever;
+use crate::lanczos::{self, Interval};
 use crate::state::State;
 use crate::state::contacts::{ContactFlags, Contacts};
 use concordem_contact::kinematics::deformable::{Compliance, Deformable, Update};
 use concordem_contact::kinematics::sphere_sphere::initial_geometry;
 use concordem_contact::math::{Symmetric, Vec3, any_perpendicular};
 
-/// Whether strains and forces find each other.
+/// Whether the iteration between strains and forces converges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
     /// Spectral radius `ρ(B)`: upper end of its interval.
     pub spectral_radius: f64,
     /// Width of that interval.
     pub uncertainty: f64,
-    /// The sufficient bound: the iteration converges if it is below 1.
+    /// Sufficient bound: the iteration converges if this is below 1.
     pub bound: f64,
-    /// Iterations taken.
+    /// Number of iterations.
     pub iterations: usize,
 }
 
-/// Normal and shear spring between particles, or a particle and a wall.
+/// Normal and shear spring between two particles, or a particle and a wall.
 #[derive(Debug, Clone, Copy)]
 struct Spring {
     a: u32,
@@ -63,7 +63,7 @@ struct Spring {
     normal: Vec3,
     stiffness: f64,
     shear: f64,
-    /// Distances from the centres to the contact point, m.
+    /// Distances from the centers to the contact point, m.
     arms: [f64; 2],
 }
 
@@ -72,12 +72,12 @@ impl Spring {
         [self.a, self.b].into_iter().filter(|&p| p != u32::MAX).map(|p| p as usize)
     }
 
-    /// `n⊗n` with shear components times √2, so that the scalar product is that of matrices.
+    /// `n⊗n` with shear components times √2, so that the scalar product equals that of matrices.
     fn dyad(&self) -> Vector6<f64> {
         vector(&Symmetric::product(&self.normal, &self.normal))
     }
 
-    /// Normal and shear force (N) that rigid particles would have after these displacements and rotations.
+    /// Normal and shear force (N) between rigid particles after these displacements and rotations.
     fn force(&self, motion: &impl Fn(usize) -> (Vec3, Vec3)) -> (f64, Vec3) {
         let [(ua, wa), (ub, wb)] =
             [self.a, self.b].map(|p| if p == u32::MAX { Default::default() } else { motion(p as usize) });
@@ -106,18 +106,18 @@ fn root_of(compliance: &Compliance) -> (f64, f64) {
     (direct.sqrt(), isotropic.max(0.0).sqrt())
 }
 
-/// The springs of a state that carry at its positions, and the compliances of its particles.
+/// The springs of a state that carry forces at its positions, and the compliances of its particles.
 pub struct Coupling {
     springs: Vec<Spring>,
     /// Square roots of the compliances: of the trace-free and of the isotropic part.
     roots: Vec<(f64, f64)>,
     planar: bool,
-    /// Constrained translations (without that across the plane) and lever of their reaction.
+    /// Held particles: index, constrained translations (in the plane, for discs), and lever of their reaction.
     held: Vec<(usize, u8, Vec3)>,
 }
 
 impl Coupling {
-    /// Coupling at the present positions: bonds, and contacts that touch.
+    /// Coupling by the bonds and the touching contacts at the present positions.
     pub fn new(state: &State, deformable: &Deformable) -> Self {
         let particles = &state.particles;
         let mut springs = Vec::new();
@@ -125,20 +125,20 @@ impl Coupling {
             for k in 0..block.len() {
                 let view = block.view(k);
                 let (a, b) = (view.pair.a as usize, view.pair.b as usize);
-                let shift = state.cell.as_ref().map_or_else(Vec3::zeros, |cell| cell.shift(view.link.image));
-                let frame = initial_geometry(&particles.position[a], &particles.position[b], &shift);
-                let touching = if view.link.has(ContactFlags::KEPT_REFERENCE) {
+                let shift = state.cell.as_ref().map_or_else(Vec3::zeros, |cell| cell.shift(view.flags.image));
+                let geometry = initial_geometry(&particles.position[a], &particles.position[b], &shift);
+                let touching = if view.flags.has(ContactFlags::KEPT_REFERENCE) {
                     view.reference.length
                 } else {
                     particles.radius[a] + particles.radius[b]
                 };
-                if view.link.carries() || (!view.link.has(ContactFlags::BROKEN) && frame.length <= touching) {
+                if view.flags.carries() || (!view.flags.has(ContactFlags::BROKEN) && geometry.length <= touching) {
                     let stiffness = block.stiffness(k, particles, false);
-                    let (arm_a, arm_b) = block.arms(k, particles, frame.length);
+                    let (arm_a, arm_b) = block.arms(k, particles, geometry.length);
                     springs.push(Spring {
                         a: view.pair.a,
                         b: view.pair.b,
-                        normal: frame.normal,
+                        normal: geometry.normal,
                         stiffness: stiffness.normal,
                         shear: stiffness.shear,
                         arms: [arm_a, arm_b],
@@ -154,7 +154,7 @@ impl Coupling {
         }
         if let Some(block) = &state.wall_contacts {
             let block = block.contacts();
-            let table = super::walls::element_table(&state.walls);
+            let table = crate::walls::element_table(&state.walls);
             for k in 0..block.len() {
                 let view = block.view(k);
                 let a = view.pair.a as usize;
@@ -197,8 +197,8 @@ impl Coupling {
         Self { springs, roots, planar, held }
     }
 
-    /// Coupling of normal springs between free particles of these compliances: particles A and B, direction from A to B,
-    /// stiffness (N/m).
+    /// Coupling by normal springs between free particles with these compliances. A spring is given by particles A and B,
+    /// direction from A to B, and stiffness (N/m).
     pub fn between(springs: impl Iterator<Item = (u32, u32, Vec3, f64)>, compliances: &[Compliance]) -> Self {
         Self {
             springs: springs
@@ -210,8 +210,8 @@ impl Coupling {
         }
     }
 
-    /// `Rε` (m) of the particles in equilibrium, if with rigid particles the forces' dyads were `rigid` (N):
-    /// `C^½ (1+P)⁻¹ C^½ T`, a symmetric map.
+    /// Surface displacements `Rε` (m) in equilibrium, `C^½ (1+P)⁻¹ C^½ T`, where `rigid` are the dyads `T` (N) of the forces
+    /// between rigid particles. The map is symmetric.
     pub fn surface_displacement(&self, rigid: &[Symmetric]) -> Vec<Symmetric> {
         let right = rigid.iter().enumerate().map(|(p, dyad)| self.root(p, &vector(dyad))).collect();
         let solution = self.solve(right, 1.0, 1e-15);
@@ -272,14 +272,14 @@ impl Coupling {
         }
     }
 
-    /// Spectral radius and sufficient bound.
+    /// Compute spectral radius and sufficient bound.
     pub fn convergence(&self) -> Convergence {
         let n = self.roots.len();
         let bound = self.largest_of_blocks(|spring| {
             let dyad = spring.dyad();
             dyad * dyad.transpose() * spring.stiffness
         });
-        // The interval is widened by the residual, so a small one is worth its iterations.
+        // The interval includes the residual, so a small residual is worth its iterations.
         let found = lanczos::largest_eigenvalue(n, |_, _| true, bound, 1e-6, |x, y| self.apply(x, y));
         let Interval { mut upper, mut width, mut iterations } = found;
         if !self.held.is_empty() && upper > 0.0 {
@@ -292,8 +292,8 @@ impl Coupling {
         Convergence { spectral_radius: upper, uncertainty: width, bound, iterations }
     }
 
-    /// `max_p λ_max(2 C^½ Σ_c block_c C^½)` over the springs of a particle (without the 2 for walls): at least the largest
-    /// eigenvalue of the whole.
+    /// `max_p λ_max(2 C^½ Σ_c block_c C^½)` over the springs of a particle (without the 2 for walls); an upper bound of the
+    /// largest eigenvalue of the whole.
     fn largest_of_blocks(&self, block: impl Fn(&Spring) -> Matrix6<f64>) -> f64 {
         let mut blocks = vec![Matrix6::<f64>::zeros(); self.roots.len()];
         for spring in &self.springs {
@@ -328,7 +328,7 @@ impl Coupling {
         })
     }
 
-    /// Size of the largest eigenvalue with reactions, its last change, and the iterations taken.
+    /// Modulus of the largest eigenvalue with reactions, its last change, and the number of iterations.
     fn power_iteration(&self) -> (f64, f64, usize) {
         const STEPS: usize = 2000;
         let n = self.roots.len();
@@ -353,8 +353,8 @@ impl Coupling {
         (value, change, STEPS)
     }
 
-    /// What the strains of the particles add to the stiffness of rigid ones, times displacements and rotations `motion(p)`:
-    /// the symmetric part of `A − K` in the highest mode of the [`Update`]. `add(p, force, torque)` for both ends of each
+    /// Product of displacements and rotations `motion(p)` with the symmetric part of `A − K`, the stiffness added by the
+    /// strains of the particles in the highest mode of the [`Update`]. Calls `add(p, force, torque)` for both ends of each
     /// spring.
     pub(super) fn add_stiffness(
         &self,
@@ -375,7 +375,7 @@ impl Coupling {
         }
         // C^½ (1 ± P)⁻¹ C^½ of either. A relative error of 1e-10 in the added force is far below the tolerance of the Lanczos
         // iteration.
-        let widen = |dyads: Vec<Vector6<f64>>| {
+        let displacement_of = |dyads: Vec<Vector6<f64>>| {
             let right = dyads.iter().enumerate().map(|(p, dyad)| self.root(p, dyad)).collect();
             let mut solution = self.solve(right, sign, 1e-10);
             for (p, solution) in solution.iter_mut().enumerate() {
@@ -383,7 +383,7 @@ impl Coupling {
             }
             solution
         };
-        let (by_normal, by_shear) = (widen(by_normal), widen(by_shear));
+        let (by_normal, by_shear) = (displacement_of(by_normal), displacement_of(by_shear));
         for spring in &self.springs {
             let n = spring.normal;
             let dyad = spring.dyad();
@@ -397,7 +397,7 @@ impl Coupling {
         }
     }
 
-    /// `(1 + sign P)⁻¹ r` by conjugate gradients up to a relative residual; with the sign −1 for `ρ < 1`.
+    /// `(1 + sign P)⁻¹ r` by conjugate gradients up to the relative residual `accuracy`; the sign −1 requires `ρ < 1`.
     fn solve(&self, right: Vec<Vector6<f64>>, sign: f64, accuracy: f64) -> Vec<Vector6<f64>> {
         const STEPS: usize = 1000;
         let n = right.len();

@@ -1,77 +1,78 @@
-//! The pass over deformable particles: from the forces of a step to the strains that the contacts see
-//! ([`kinematics::deformable`](concordem_contact::kinematics::deformable)), and their share of the ledger.
+//! Strains of deformable particles from the forces on them
+//! ([`kinematics::deformable`](concordem_contact::kinematics::deformable)), and their energies.
 //!
-//! **Ledger.** In a step the centres come nearer by what the contacts and the particles give way. Of the trapezoidal work
-//! of a contact's normal force, `½(f_o+f)Δu_c` is the contact's own business, and the rest, summed over the contacts of a
-//! particle, is `½(N_o+N):ΔW` with the dyads `N` of elastic normal forces and `W = Rε`. With `T` all that strains the
-//! particle, `S` the dyad `W` was computed from, `O = T − N − X` what strains it without feeling the strain (shear
-//! forces), and `X` given loads and reactions:
+//! **Ledger.** In a step the centers approach by the deformation of the contacts and of the particles. Of the trapezoidal
+//! work of a contact's normal force, `½(f_o+f)Δu_c` belongs to the contact. The rest, summed over the contacts of a
+//! particle, is `½(N_o+N):ΔW` with the dyads `N` of elastic normal forces and `W = Rε`. Let `T` be the sum of all dyads on
+//! the particle, `S` the dyad from which `W` was computed, `X` the dyads of given loads and reactions, and
+//! `O = T − N − X` those of forces that strain the particle but do not depend on its strain (shear forces). Then
 //!
 //! `½(N_o+N):ΔW = ½Δ(S:W) + ½[(T_o+T) − (S_o+S)]:ΔW − ½(O_o+O):ΔW − ½(X_o+X):ΔW`,
 //!
-//! which are, in this order, the change of the energy stored in particles, what the lag of the strains behind the forces
-//! dissipates, what shear makes or loses, and the work of loads and reactions on the particle's outer half. Exact up to
-//! the turn of the normals in one step.
+//! The terms are the change of the energy stored in particles, the dissipation by the lag of the strains behind the forces,
+//! the energy gained or lost by shear forces, and the work of loads and reactions on the outer half of the particle. Exact
+//! up to the rotation of the normals in one step.
 
 use rayon::prelude::*;
 
-use super::forces::{TILE, TileMap};
+use crate::forces::{TILE, TileMap};
 use crate::state::particles::load_dyad;
 use crate::state::{Constraint, Deformation, Particles};
 use concordem_contact::kinematics::deformable::{Deformable, Dyads, Held, SurfaceDisplacement, Update};
 use concordem_contact::math::{Symmetric, Vec3};
 
-/// Sums over particles of one step, J; see the [module](self).
+/// Sums over the particles of one step, J; see the [module](self).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DeformationSums {
-    /// Energy stored in particles.
+    /// Energy stored in particles, J.
     pub stored: f64,
-    /// Dissipated in the step by the lag.
+    /// Dissipated in the step by the lag of the strains, J.
     pub lag: f64,
-    /// Lost in the step to forces that strain particles and do not feel it.
+    /// Lost in the step to forces that strain particles but do not depend on their strain, J.
     pub other: f64,
-    /// Work of given forces in the step.
+    /// Work of given loads in the step, J.
     pub loads: f64,
-    /// Work of reactions in the step.
+    /// Work of reactions in the step, J.
     pub reactions: f64,
 }
 
-/// Scratch of the pass.
+/// Computes the strains of deformable particles; scratch.
 #[derive(Default)]
 pub struct DeformationPass {
-    /// What the contacts see, by particle; empty if particles do not deform.
+    /// Surface displacement of each particle, m; empty if particles are rigid.
     pub surface_displacement: Vec<SurfaceDisplacement>,
-    /// What they saw one step ago, m; empty if most contacts do not ask.
+    /// Surface displacements one step ago, m. Stored only if most contacts need them, otherwise empty.
     pub surface_displacement_before: Vec<Symmetric>,
-    /// What the contacts did, by particle.
+    /// Sums of the particle virials of the contacts, by particle.
     pub dyads: Vec<Dyads>,
-    /// What the reaction of held particles needs to know.
+    /// Sums for the reactions of held particles, by particle.
     pub held: Vec<Held>,
-    /// Whether these two are zero.
+    /// Whether `dyads` and `held` are zero.
     clean: bool,
-    /// The dyads that the present strains were computed from, if they are iterated; else these are those of the last step.
+    /// Dyads from which the present strains were computed, if strains are iterated; otherwise empty: the dyads of the last
+    /// step.
     guess: Vec<Symmetric>,
-    /// What stays as in the first evaluation of a step while the strains are iterated.
+    /// Forces that keep their values from the first iteration of a step.
     kept: Vec<Kept>,
 }
 
-/// What acts on a particle besides elastic normal forces.
+/// Forces on a particle besides elastic normal forces.
 #[derive(Debug, Clone, Copy, Default)]
 struct Kept {
-    /// Dyad of the other forces that strain it, N.
+    /// Dyad of the other forces that strain the particle, N.
     other: Symmetric,
-    /// Sum of the directions of its contacts, if it is held.
+    /// Sum of the directions of its contacts, if it is held (1).
     side: Vec3,
     /// Sum of the other contact forces, N.
     rest: Vec3,
 }
 
-/// How many particles ahead what contacts of other tiles did is fetched.
-const FETCHED_AHEAD: usize = 8;
+/// The halo is prefetched this many particles ahead.
+const PREFETCH_DISTANCE: usize = 8;
 
 impl DeformationPass {
-    /// Strains of a step before its forces are known: from the forces of the last one; with `before` those of the last step,
-    /// too. Returns the largest size of any particle's strain.
+    /// Compute the strains of a step from the forces of the last one, and with `before` also the strains of the last step.
+    /// Returns the largest norm of a particle's strain.
     pub fn begin(&mut self, deformable: &Deformable, particles: &mut Particles, before: bool) -> f64 {
         let n = particles.len();
         particles.deformation.resize(n, Deformation::default());
@@ -111,8 +112,8 @@ impl DeformationPass {
             .sqrt()
     }
 
-    /// Strains from the present guess. Returns the largest size of any particle's strain.
-    fn widen(&mut self, deformable: &Deformable, particles: &Particles) -> f64 {
+    /// Compute the strains from the present guess. Returns the largest norm of a particle's strain.
+    fn update_surface_displacement(&mut self, deformable: &Deformable, particles: &Particles) -> f64 {
         self.surface_displacement
             .par_iter_mut()
             .zip(&self.guess)
@@ -128,7 +129,7 @@ impl DeformationPass {
             .sqrt()
     }
 
-    /// Forget what contacts did in the last evaluation, for the next one.
+    /// Reset the sums over contacts before an evaluation.
     pub fn clear(&mut self) {
         if !self.clean {
             self.dyads.par_chunks_mut(TILE).for_each(|dyads| dyads.fill(Dyads::default()));
@@ -137,7 +138,7 @@ impl DeformationPass {
         self.clean = false;
     }
 
-    /// Add what contacts of other tiles did, in fixed order.
+    /// Add the particle virials in the halos, in fixed order.
     pub fn gather(&mut self, maps: &[&TileMap], particles: &Particles, reacting: Constraint) {
         let rows = self.dyads.par_iter_mut().zip(&mut self.held).enumerate().with_min_len(TILE);
         rows.for_each(|(p, (dyads, held))| {
@@ -145,9 +146,9 @@ impl DeformationPass {
         });
     }
 
-    /// Keep all but the elastic normal forces as they are now for the iterations that follow. Other forces depend on the
-    /// strains only through the limit of friction, which jumps when a contact closes against its dashpot, and the lever of a
-    /// reaction jumps with every contact that opens or closes: iterated, they would not settle.
+    /// Freeze all forces but the elastic normal ones for the iterations that follow. The other forces depend on the strains
+    /// only through the friction limit, which jumps when a contact closes against its dashpot; the lever of a reaction jumps
+    /// with every contact that opens or closes. If they were iterated, they would not converge.
     pub fn keep_others(&mut self, force: &[Vec3]) {
         let mut kept = std::mem::take(&mut self.kept);
         kept.clear();
@@ -155,8 +156,8 @@ impl DeformationPass {
         self.kept = kept;
     }
 
-    /// Difference between the dyads that the forces of the last evaluation give and those that its strains were computed
-    /// from: root of the sum of squares, by that of the former.
+    /// Relative difference between the dyads of the last evaluation and those from which its strains were computed (root of
+    /// sums of squares).
     pub fn disagreement(&self, particles: &Particles) -> f64 {
         let (mut change, mut size) = (0.0, 0.0);
         for (p, guess) in self.guess.iter().enumerate() {
@@ -167,11 +168,11 @@ impl DeformationPass {
             change += difference.contract(&difference);
             size += result.contract(&result);
         }
-        // No force at all is a solution.
+        // Without any force, zero strain is the solution.
         if change == 0.0 { 0.0 } else { (change / size).sqrt() }
     }
 
-    /// Take over a share `relaxation` of that difference. Returns the largest size of any particle's strain.
+    /// Add the fraction `relaxation` of that difference to the guess. Returns the largest norm of a particle's strain.
     pub fn relax(&mut self, deformable: &Deformable, relaxation: f64, particles: &Particles) -> f64 {
         let mut relaxed = std::mem::take(&mut self.guess);
         for (p, guess) in relaxed.iter_mut().enumerate() {
@@ -181,11 +182,11 @@ impl DeformationPass {
             *guess += (result - *guess) * relaxation;
         }
         self.guess = relaxed;
-        self.widen(deformable, particles)
+        self.update_surface_displacement(deformable, particles)
     }
 
-    /// Note the forces of the step, for the next one, and sum up what the deformation did in this one. What contacts of other
-    /// tiles did is added first ([`Self::gather`]), unless it has been: then `maps` is empty.
+    /// Store the dyads of the step for the next one, and sum the energies of this one. The halos in `maps` are added first;
+    /// pass none if [`Self::gather`] has added them.
     pub fn finish(
         &mut self,
         deformable: &Deformable,
@@ -197,7 +198,7 @@ impl DeformationPass {
         let Self { dyads, held, guess, .. } = self;
         let (particles_now, guess, reacting) = (&*particles, &*guess, deformable.reacting());
         let chunks = deformation.par_chunks_mut(TILE).zip(dyads.par_chunks_mut(TILE)).zip(held.par_chunks_mut(TILE));
-        // The newest instructions of the processor give the same bits: nothing is fused or reordered.
+        // With the widest instructions of the processor; the bits are the same: nothing is fused or reordered.
         let parts = chunks.enumerate().map(|(chunk, ((deformation, dyads), held))| {
             pulp::Arch::new().dispatch(
                 #[inline(always)]
@@ -206,7 +207,7 @@ impl DeformationPass {
                     for (i, ((deformation, dyads), held)) in deformation.iter_mut().zip(dyads).zip(held).enumerate() {
                         let p = chunk * TILE + i;
                         for map in maps {
-                            map.prefetch_virials(p + FETCHED_AHEAD);
+                            map.prefetch_virials(p + PREFETCH_DISTANCE);
                         }
                         let mut reaction = Symmetric::default();
                         if particles_now.constraint[p].any(reacting) {
@@ -258,7 +259,7 @@ impl DeformationPass {
     }
 }
 
-/// Add what contacts of other tiles did to particle `p`, in fixed order; `held`, if its translation is prescribed.
+/// Add the halos' particle virials to those of particle `p`, in fixed order. `held`: given if its translation is prescribed.
 #[inline(always)]
 fn add_incoming(maps: &[&TileMap], p: usize, dyads: &mut Dyads, mut held: Option<&mut Held>) {
     for map in maps {
@@ -271,33 +272,32 @@ fn add_incoming(maps: &[&TileMap], p: usize, dyads: &mut Dyads, mut held: Option
     }
 }
 
-/// All but the elastic normal forces on a particle; `other`: the dyad of the other contact forces, `force`: the net contact
-/// force.
+/// All forces on a particle but the elastic normal ones. `other`: dyad of the other contact forces, N; `force`: net contact
+/// force, N.
 #[inline(always)]
 fn others(other: &Symmetric, held: &Held, force: &Vec3) -> Kept {
     Kept { other: *other, side: held.side, rest: force - held.net }
 }
 
-/// All that strains a particle, N: dyads of the elastic normal forces, of the other contact forces, of given loads, and of the
-/// reaction.
+/// Sum of all dyads on a particle, N: of the elastic normal forces, the other contact forces, given loads, and the reaction.
 #[inline(always)]
 fn total(normal: &Symmetric, other: &Symmetric, load: &Symmetric, reaction: &Symmetric) -> Symmetric {
     *normal + *other + *load + *reaction
 }
 
-/// `ε:ε` of a particle with this `Rε` (m) and radius (m).
+/// `ε:ε` of a particle with the surface displacement `Rε` (m) and radius (m).
 #[inline(always)]
 fn strain_squared(surface_displacement: &Symmetric, radius: f64) -> f64 {
     surface_displacement.contract(surface_displacement) / (radius * radius)
 }
 
-/// The larger one; what is no number is larger than all.
+/// The larger number; NaN counts as the largest.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || a > b { a } else { b }
 }
 
-/// Dyad of the reaction of a prescribed translation, N, with the elastic normal forces of now and what was `kept`.
+/// Dyad of the reaction of a prescribed translation, N, from the present elastic normal forces and the `kept` others.
 #[inline(always)]
 fn reaction_of(p: usize, held: &Held, kept: &Kept, particles: &Particles) -> Symmetric {
     let prescribed = particles.constraint[p].0 & Constraint::TRANSLATION.0;
@@ -310,13 +310,13 @@ fn reaction_of(p: usize, held: &Held, kept: &Kept, particles: &Particles) -> Sym
     Symmetric::product(&reaction_lever(&kept.side), &reaction)
 }
 
-/// Lever of the reaction of a prescribed translation, by the radius: see
+/// Lever of the reaction of a prescribed translation, as a multiple of the radius: see
 /// [`kinematics::deformable`](concordem_contact::kinematics::deformable). `side` is the sum of the directions of the contacts.
 pub fn reaction_lever(side: &Vec3) -> Vec3 {
     side / -side.norm().max(1.0)
 }
 
-/// Tolerance, limit, and share of the iteration, if there is one.
+/// Tolerance, largest number, and relaxation of the iterations, if strains are iterated.
 pub(super) fn iteration(deformable: Option<&Deformable>) -> Option<(f64, u32, f64)> {
     match deformable?.update {
         Update::Lagged => None,

@@ -1,11 +1,11 @@
-//! Energy ledger: where the work of the boundary went. Every term has its own formula; the residual is what does not
-//! add up.
+//! Energy ledger: the balance of work, kinetic and stored energy, and dissipation. Every term has a formula of its own; the
+//! residual shows the error of the balance.
 
 use super::deformation::DeformationSums;
 use super::integrate::KickSums;
 use concordem_contact::law::EnergySplit;
 
-/// A sum that keeps the rounding error of its additions (Neumaier 1974).
+/// A compensated sum (Neumaier 1974).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Sum {
     value: f64,
@@ -26,12 +26,12 @@ impl Sum {
         self.value + self.correction
     }
 
-    /// Parts, for checkpoints.
+    /// Value and correction, for checkpoints.
     pub fn parts(&self) -> [f64; 2] {
         [self.value, self.correction]
     }
 
-    /// From its parts.
+    /// The sum with these [`parts`](Self::parts).
     pub fn from_parts(parts: [f64; 2]) -> Self {
         Self { value: parts[0], correction: parts[1] }
     }
@@ -40,7 +40,7 @@ impl Sum {
 /// The ledger at the time of the last force evaluation. All in J.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Ledger {
-    /// Whether the first step was booked (it sets the initial energy).
+    /// Whether the first step, which sets the initial energy, has been booked.
     pub started: bool,
     /// Kinetic plus stored energy at the start.
     pub initial: f64,
@@ -58,7 +58,7 @@ pub struct Ledger {
     pub viscous: Sum,
     /// Integration error at kinks of laws.
     pub integration: Sum,
-    /// Taken by artificial damping, up to the present instant / to the end of the present kick.
+    /// Dissipated by artificial damping.
     pub numerical_damping: Sum,
     /// Work of prescribed motion, of walls and of the cell's deformation.
     pub boundary_work: Sum,
@@ -66,15 +66,16 @@ pub struct Ledger {
     pub external_work: Sum,
     /// Dissipated by the lag of the particles' strains behind the forces.
     pub deformation_lag: Sum,
-    /// Lost (or made, if negative) by forces that strain particles and do not feel it.
+    /// Lost (gained if negative) by forces that strain particles but do not depend on their strain.
     pub deformation_other: Sum,
-    /// The parts of the three works that belong to the half step after the instant.
+    /// Numerical damping, boundary work, and external work over the half step after the present instant.
     pending: [f64; 3],
 }
 
 impl Ledger {
-    /// Book one step: energies of the contacts, sums of the kick, what the deformation of particles did (the work of loads
-    /// and reactions is that of the caller), and work of cell and walls (before, after).
+    /// Book one step: energies of the contacts, sums of the kick, energies of deformable particles, and work of cell and
+    /// walls over the half steps before and after. The caller adds the work of loads and reactions on deformable particles
+    /// to `kick` and `others`.
     pub fn book(&mut self, contacts: &EnergySplit, kick: &KickSums, deformation: &DeformationSums, others: [f64; 2]) {
         self.kinetic = kick.kinetic;
         self.stored = [contacts.stored_normal, contacts.stored_shear, contacts.stored_bending, contacts.stored_twist];
@@ -105,7 +106,7 @@ impl Ledger {
         self.stored.iter().sum()
     }
 
-    /// What does not add up: initial energy plus work done, minus what is there and what was dissipated.
+    /// Error of the balance, J: initial energy plus work, minus present and dissipated energy.
     pub fn residual(&self) -> f64 {
         let mut sum = Sum::default();
         for term in [
@@ -131,20 +132,20 @@ impl Ledger {
         sum.get()
     }
 
-    /// The numbers of deformable particles, for checkpoints.
+    /// The terms of deformable particles, for checkpoints.
     pub fn deformation_reals(&self) -> [f64; 5] {
         let ([a, b], [c, d]) = (self.deformation_lag.parts(), self.deformation_other.parts());
         [self.deformation, a, b, c, d]
     }
 
-    /// Take the numbers of [`Self::deformation_reals`].
+    /// Set the terms of [`Self::deformation_reals`].
     pub fn set_deformation(&mut self, [stored, a, b, c, d]: [f64; 5]) {
         self.deformation = stored;
         self.deformation_lag = Sum::from_parts([a, b]);
         self.deformation_other = Sum::from_parts([c, d]);
     }
 
-    /// All other numbers, for checkpoints.
+    /// All other terms, for checkpoints.
     pub fn to_reals(&self) -> Vec<f64> {
         let mut reals = vec![f64::from(u8::from(self.started)), self.initial, self.kinetic];
         reals.extend(self.stored);
@@ -163,7 +164,7 @@ impl Ledger {
         reals
     }
 
-    /// From [`Self::to_reals`]; `None` when the number of reals is wrong.
+    /// The ledger of [`Self::to_reals`]; `None` if the number of terms is wrong.
     pub fn from_reals(reals: &[f64]) -> Option<Self> {
         let reals: &[f64; 24] = reals.try_into().ok()?;
         let sum = |k: usize| Sum::from_parts([reals[7 + 2 * k], reals[8 + 2 * k]]);

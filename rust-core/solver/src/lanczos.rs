@@ -9,13 +9,13 @@ use concordem_contact::math::{Vec3, any_perpendicular};
 pub struct Interval {
     /// Upper end: Ritz value plus residual norm, at most the ceiling.
     pub upper: f64,
-    /// Residual norm: there is an eigenvalue within twice that below.
+    /// Residual norm; an eigenvalue lies within twice this below the upper end.
     pub width: f64,
-    /// Iterations taken.
+    /// Number of iterations.
     pub iterations: usize,
 }
 
-/// A vector of unit length without symmetry (alternating, with incommensurate weights), zero where `free` is not.
+/// A unit vector without symmetry (alternating, with incommensurate weights), zero where `free` is false.
 pub(super) fn start(n: usize, free: impl Fn(usize, usize) -> bool) -> Vec<Vector6<f64>> {
     let t = any_perpendicular(&Vec3::new(1.0, 0.3, 0.2).normalize());
     let mut v: Vec<Vector6<f64>> = (0..n)

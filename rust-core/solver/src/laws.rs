@@ -1,10 +1,10 @@
 //! From the parameter tables of materials to a block of contacts under one law.
 
-use concordem_contact::law::{self, ContactLaw, ContactLawName, HasTable, LawName, ParameterError, RegisteredLaw};
+use concordem_contact::law::{self, ContactLaw as _, ContactLawName, HasTable, LawName, ParameterError, RegisteredLaw};
 use concordem_contact::material::{Interface, Material};
 
 use crate::PairCoefficients;
-use crate::forces::EvaluatedContacts;
+use crate::forces::{EvaluatedContacts, LawLoops};
 use crate::state::contacts::ContactBlock;
 
 /// A block without contacts, and which of its rows serves which materials.
@@ -79,7 +79,7 @@ pub fn contact_block(
 }
 
 /// A block of `R`, whose rows are made of tables of law `L`.
-fn block_of<L: RegisteredLaw, R: ContactLaw>(
+fn block_of<L: RegisteredLaw, R: LawLoops>(
     materials: &[Material],
     interfaces: &[Interface],
     row: fn(&L::Table, &L::Table) -> Result<R, ParameterError>,

@@ -1,25 +1,25 @@
 //! Bounds of the stable time step.
 //!
 //! Central differences are stable for `Δt < 2/ω_max` (Madan 2019, (2.15)). Three estimates, from cheap to sharp:
-//! * P-wave: `min r √(ρ/E)` over particles, the customary rule, no bound;
+//! * P-wave: `min r √(ρ/E)` over particles, a common rule but no bound;
 //! * per particle: `ω² ≤ max_p λ_max(2 Σ_e Gᵀ k_e G, M_p)`, the sum over the contacts of a particle of its 6×6 stiffness
 //!   blocks including the arms. Rigorous, because every contact's energy satisfies
 //!   `½k(g_B − g_A)² ≤ k g_A² + k g_B²`;
 //! * spectral: the largest eigenvalue of the assembled mass-scaled stiffness by Lanczos iteration, plus its residual
 //!   norm. Sharp.
 //!
-//! Deformable particles stiffen the fastest vibration where their strains lag behind the forces, and soften it where they
-//! are iterated ([`coupling`](super::coupling)); the last two bounds take that into account, with the strains that shear
-//! forces make. Slower than the fastest, some vibrations gain energy from shear forces that strain particles, at any time
-//! step: damping has to take that (`docs/book/theory/deformable-particles.md`).
+//! Deformable particles raise the highest frequency where their strains lag behind the forces, and lower it where they are
+//! iterated ([`coupling`](super::coupling)). The last two bounds include this, and the strains due to shear forces. Some
+//! lower modes gain energy from shear forces that strain particles, at any time step: damping must remove it
+//! (`docs/book/theory/deformable-particles.md`).
 //!
 //! Dashpots with `C ≤ βK` lower the limit to `(2/ω)(√(1+ζ²) − ζ)`, `ζ = ½βω` (Belytschko 1983).
 
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use rayon::prelude::*;
 
-use super::coupling::{Convergence, Coupling};
-use super::lanczos;
+use crate::coupling::{Convergence, Coupling};
+use crate::lanczos;
 use crate::state::contacts::{ContactFlags, Contacts};
 use crate::state::{Cell, Particles, State};
 use concordem_contact::kinematics::deformable::{Deformable, Update};
@@ -30,15 +30,15 @@ use concordem_contact::math::{Mat3, Vec3};
 /// Bounds of the time step, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimeStepBounds {
-    /// `min 2 √(m/k_max)`-like bound from each particle's own contacts, dashpots included.
+    /// Bound of the form `min 2 √(m/k_max)` from each particle's own contacts, dashpots included.
     pub per_particle: f64,
     /// From the largest frequency of the assembled system, dashpots included.
     pub spectral: f64,
-    /// Largest angular frequency, rad/s (upper end of its interval).
+    /// Largest angular frequency, rad/s: upper end of its interval.
     pub frequency: f64,
-    /// Relative width of the interval the frequency is known to lie in.
+    /// Relative width of that interval.
     pub uncertainty: f64,
-    /// Lanczos steps taken.
+    /// Number of Lanczos steps.
     pub iterations: usize,
 }
 
@@ -53,7 +53,7 @@ struct Element {
     stiffness: Stiffness,
 }
 
-/// `min r √(ρ/E)`, s, over particles with density from mass and radius, and modulus `young` (Pa): the customary P-wave
+/// `min r √(ρ/E)`, s, over particles with density from mass and radius, and modulus `young` (Pa): the common P-wave
 /// rule (YADE's `PWaveTimeStep`).
 pub fn p_wave(particles: &Particles, young: f64) -> f64 {
     particles
@@ -70,17 +70,17 @@ fn elements(state: &State) -> Vec<Element> {
     let mut add = |block: &dyn Contacts| {
         for k in 0..block.len() {
             let view = block.view(k);
-            if view.link.has(ContactFlags::BROKEN) {
+            if view.flags.has(ContactFlags::BROKEN) {
                 continue;
             }
             let (a, b) = (view.pair.a as usize, view.pair.b as usize);
-            let shift = state.cell.as_ref().map_or_else(Vec3::zeros, |cell: &Cell| cell.shift(view.link.image));
-            let frame = initial_geometry(&particles.position[a], &particles.position[b], &shift);
-            let (arm_a, arm_b) = block.arms(k, particles, frame.length);
+            let shift = state.cell.as_ref().map_or_else(Vec3::zeros, |cell: &Cell| cell.shift(view.flags.image));
+            let geometry = initial_geometry(&particles.position[a], &particles.position[b], &shift);
+            let (arm_a, arm_b) = block.arms(k, particles, geometry.length);
             all.push(Element {
                 a: view.pair.a,
                 b: view.pair.b,
-                normal: frame.normal,
+                normal: geometry.normal,
                 arm_a,
                 arm_b,
                 stiffness: block.stiffness(k, particles, false),
@@ -96,11 +96,14 @@ fn elements(state: &State) -> Vec<Element> {
     all
 }
 
-/// Stiffness of walls on each particle, as if the wall were there at all times: `(particle, normal, stiffness)`.
-fn wall_elements(state: &State) -> Vec<(u32, Vec3, f64, Stiffness)> {
+/// A contact with a wall as a linear element: particle, normal, arm (m), stiffness.
+type WallElement = (u32, Vec3, f64, Stiffness);
+
+/// Contacts with walls, candidates included: as if particles touched them at all times.
+fn wall_elements(state: &State) -> Vec<WallElement> {
     let Some(block) = &state.wall_contacts else { return Vec::new() };
     let block = block.contacts();
-    let table = super::walls::element_table(&state.walls);
+    let table = crate::walls::element_table(&state.walls);
     (0..block.len())
         .filter_map(|k| {
             let view = block.view(k);
@@ -133,12 +136,13 @@ fn end_block(normal: &Vec3, arm: f64, k: &Stiffness) -> Matrix6<f64> {
     block
 }
 
-/// Largest ratio of dashpot to spring, s.
+/// Largest ratio of a dashpot to its spring, s.
 fn damping_ratio(k: &Stiffness) -> f64 {
     let ratio = |c: f64, k: f64| if c > 0.0 && k > 0.0 { c / k } else { 0.0 };
     ratio(k.normal_damping, k.normal).max(ratio(k.shear_damping, k.shear))
 }
 
+/// Largest stable time step, s, at the angular frequency `frequency` (rad/s) with dashpots `C ≤ βK`.
 fn limit(frequency: f64, beta: f64) -> f64 {
     if frequency <= 0.0 {
         return f64::INFINITY;
@@ -147,13 +151,13 @@ fn limit(frequency: f64, beta: f64) -> f64 {
     2.0 / frequency * ((1.0 + zeta * zeta).sqrt() - zeta)
 }
 
-/// Compute the bounds for the contacts and candidates of `state` as they are, between rigid particles.
+/// Bounds for the present contacts and candidates of `state` between rigid particles.
 pub fn bounds(state: &State) -> TimeStepBounds {
     bounds_with(state, None).0
 }
 
-/// [`bounds`] between particles that deform, and whether their strains and forces find each other. Where they do not,
-/// the bounds are those of rigid particles; no time step is stable.
+/// [`bounds`] between deformable particles, and whether their strains and forces converge. If they do not, no time step
+/// is stable, and the bounds are those of rigid particles.
 pub fn bounds_with(state: &State, deformable: Option<&Deformable>) -> (TimeStepBounds, Option<Convergence>) {
     let coupling = deformable.map(|deformable| Coupling::new(state, deformable));
     let convergence = coupling.as_ref().map(Coupling::convergence);
@@ -167,8 +171,6 @@ pub fn bounds_with(state: &State, deformable: Option<&Deformable>) -> (TimeStepB
             Update::Iterated { .. } => 1.0 + 0.25 * shear,
         }
     });
-    let particles = &state.particles;
-    let n = particles.len();
     let elements = elements(state);
     let walls = wall_elements(state);
     let beta = elements
@@ -176,43 +178,12 @@ pub fn bounds_with(state: &State, deformable: Option<&Deformable>) -> (TimeStepB
         .map(|e| damping_ratio(&e.stiffness))
         .chain(walls.iter().map(|w| damping_ratio(&w.3)))
         .fold(0.0, f64::max);
-    // Rigid links and more mass lower frequencies (Rayleigh): a clump vibrates no faster than its members would, each for
-    // itself, with such shares of their masses that together they have no more than the body.
-    let shares: Vec<f64> = state.clumps.iter().map(|clump| clump.share_of_members(particles)).collect();
-    // Inverse square roots of mass; zero where the degree of freedom is prescribed.
-    let scale: Vec<Vector6<f64>> = (0..n)
-        .map(|p| {
-            let c = particles.constraint[p];
-            let share = shares.get(particles.clump[p] as usize).copied().unwrap_or(1.0);
-            Vector6::from_fn(|i, _| {
-                let fixed = if i < 3 { c.translation(i) } else { c.rotation(i - 3) };
-                let m = if i < 3 { particles.mass[p] } else { particles.inertia[p] };
-                if fixed { 0.0 } else { 1.0 / (share * m).sqrt() }
-            })
-        })
-        .collect();
-
-    let mut blocks = vec![Matrix6::<f64>::zeros(); n];
-    for e in &elements {
-        blocks[e.a as usize] += end_block(&e.normal, e.arm_a, &e.stiffness) * 2.0;
-        blocks[e.b as usize] += end_block(&-e.normal, e.arm_b, &e.stiffness) * 2.0;
-    }
-    for (p, normal, arm, k) in &walls {
-        blocks[*p as usize] += end_block(normal, *arm, k);
-    }
-    let largest = blocks
-        .par_iter()
-        .zip(&scale)
-        .map(|(block, s)| {
-            let scaled = Matrix6::from_fn(|i, j| block[(i, j)] * s[i] * s[j]);
-            SymmetricEigen::new(scaled).eigenvalues.max()
-        })
-        .reduce(|| 0.0, f64::max)
-        * stiffening;
+    let scale = mass_scale(state);
+    let largest = largest_block_eigenvalue(&elements, &walls, &scale) * stiffening;
     let per_particle = limit(largest.max(0.0).sqrt(), beta);
 
     let found = lanczos::largest_eigenvalue(
-        n,
+        scale.len(),
         |p, i| scale[p][i] != 0.0,
         largest,
         1e-4,
@@ -238,7 +209,46 @@ pub fn bounds_with(state: &State, deformable: Option<&Deformable>) -> (TimeStepB
     (bounds, convergence)
 }
 
-/// Translation and rotation.
+/// Inverse square roots of the masses and moments of inertia, by particle; zero for prescribed degrees of freedom.
+fn mass_scale(state: &State) -> Vec<Vector6<f64>> {
+    let particles = &state.particles;
+    // Rigid connections and more mass lower frequencies (Rayleigh). So a clump vibrates no faster than its members would
+    // separately, each with such a fraction of its mass that together they have no more than the body.
+    let fractions: Vec<f64> = state.clumps.iter().map(|clump| clump.mass_fraction(particles)).collect();
+    (0..particles.len())
+        .map(|p| {
+            let c = particles.constraint[p];
+            let fraction = fractions.get(particles.clump[p] as usize).copied().unwrap_or(1.0);
+            Vector6::from_fn(|i, _| {
+                let fixed = if i < 3 { c.translation(i) } else { c.rotation(i - 3) };
+                let m = if i < 3 { particles.mass[p] } else { particles.inertia[p] };
+                if fixed { 0.0 } else { 1.0 / (fraction * m).sqrt() }
+            })
+        })
+        .collect()
+}
+
+/// `max_p λ_max` of the mass-scaled stiffness blocks: an upper bound of the largest squared frequency of rigid particles.
+fn largest_block_eigenvalue(elements: &[Element], walls: &[WallElement], scale: &[Vector6<f64>]) -> f64 {
+    let mut blocks = vec![Matrix6::<f64>::zeros(); scale.len()];
+    for e in elements {
+        blocks[e.a as usize] += end_block(&e.normal, e.arm_a, &e.stiffness) * 2.0;
+        blocks[e.b as usize] += end_block(&-e.normal, e.arm_b, &e.stiffness) * 2.0;
+    }
+    for (p, normal, arm, k) in walls {
+        blocks[*p as usize] += end_block(normal, *arm, k);
+    }
+    blocks
+        .par_iter()
+        .zip(scale)
+        .map(|(block, s)| {
+            let scaled = Matrix6::from_fn(|i, j| block[(i, j)] * s[i] * s[j]);
+            SymmetricEigen::new(scaled).eigenvalues.max()
+        })
+        .reduce(|| 0.0, f64::max)
+}
+
+/// Translational and rotational parts of a vector.
 fn halves(v: &Vector6<f64>) -> (Vec3, Vec3) {
     (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]))
 }
@@ -251,7 +261,7 @@ fn joined(force: &Vec3, torque: &Vec3) -> Vector6<f64> {
 /// `y = S K S x`, element by element in fixed order.
 fn apply(
     elements: &[Element],
-    walls: &[(u32, Vec3, f64, Stiffness)],
+    walls: &[WallElement],
     scale: &[Vector6<f64>],
     x: &[Vector6<f64>],
     y: &mut [Vector6<f64>],

@@ -80,7 +80,7 @@ fn disc_stiffness(young: f64, poisson: f64) -> f64 {
 // -------------------------------------------------------------------------------------------------------------------
 // Iteration
 
-/// Two held discs, whose reactions stand for their outer neighbours: the forces of successive steps of the lagged scheme
+/// Two held discs, whose reactions stand for their outer neighbors: the forces of successive steps of the lagged scheme
 /// are `f*(1 − (−r)^k)`, `r = 2k_n/k_p` (3.18)–(3.27), to 1e-12 of f*; and those of Table 3.1 as far as that goes (it was
 /// computed with π = 3.14: 0.06 %). The spectral radius is `r`: power iteration with reactions, 1e-8.
 #[test]
@@ -263,7 +263,7 @@ fn square_specimen_meets_the_tables() {
         let ratio = (surface_displacement / 16e-3) / (shortening / 38e-3);
         let expected_ratio =
             4.0 * poisson * (1.0 + poisson) * NORMAL / (4.0 * (1.0 - poisson * poisson) * NORMAL + PI * young);
-        // Stress 90 kN over 18 mm, gauge length between the centres of the end rows.
+        // Stress 90 kN over 18 mm, gauge length between the centers of the end rows.
         let modulus = 90e3 / 18e-3 / (shortening / 38e-3);
         let ledger = &state.ledger;
         let work = 0.5 * 90e3 * shortening;

@@ -9,7 +9,8 @@ use concordem_contact::law::{
 };
 use concordem_contact::math::{Mat3, Symmetric, Vec3, quaternion_of_rotation_vector};
 use concordem_packing::random::Random;
-use concordem_solver::integrate::{Damping, KickContext};
+use concordem_solver::forces::LawLoops;
+use concordem_solver::integrate::{Damping, KickContext, NetForces};
 use concordem_solver::neighbor::candidate_pairs;
 use concordem_solver::state::State;
 use concordem_solver::state::columns::ColumnStore;
@@ -18,13 +19,13 @@ use concordem_solver::state::contacts::{ContactFlags, Pair};
 use concordem_solver::state::{Cell, Constraint, Load, Particles, Sphere};
 use concordem_solver::*;
 
-/// A cubic block of `n³` touching unit spheres of mass 1 with bonds to all neighbours within 1.5 diameters.
+/// A cubic block of `n³` touching unit spheres of mass 1 with bonds to all neighbors within 1.5 diameters.
 fn block(n: usize, bond: LinearBond) -> State {
     block_of(n, vec![bond], false)
 }
 
 /// The same of any law, whose rows take turns; as a periodic cell if asked for.
-fn block_of<L: ContactLaw>(n: usize, rows: Vec<L>, periodic: bool) -> State {
+fn block_of<L: LawLoops>(n: usize, rows: Vec<L>, periodic: bool) -> State {
     let mut particles = Particles::default();
     for k in 0..n * n * n {
         let position = Vec3::new((k % n) as f64, (k / n % n) as f64, (k / (n * n)) as f64) * 2.0;
@@ -36,12 +37,12 @@ fn block_of<L: ContactLaw>(n: usize, rows: Vec<L>, periodic: bool) -> State {
     for pair in candidate_pairs(&particles.position, &vec![1.5; particles.len()], cell.as_ref()).unwrap() {
         let (a, b) = (pair.a as usize, pair.b as usize);
         let shift = cell.map_or(Vec3::zeros(), |cell| cell.shift(pair.image));
-        let frame = sphere_sphere::initial_geometry(&particles.position[a], &particles.position[b], &shift);
+        let previous = sphere_sphere::initial_geometry(&particles.position[a], &particles.position[b], &shift);
         // Runs of one row and places where they change.
         let row = (bonds.len() / 100 % row_count) as u16;
-        let link =
-            ContactFlags { row, flags: ContactFlags::BONDED | ContactFlags::ACTIVE, image: pair.image, padding: 0 };
-        bonds.push(Pair { a: pair.a, b: pair.b }, link, Reference { length: frame.length, area: 1.0 }, frame);
+        let flags =
+            ContactFlags { row, bits: ContactFlags::BONDED | ContactFlags::ACTIVE, image: pair.image, padding: 0 };
+        bonds.push(Pair { a: pair.a, b: pair.b }, flags, Reference { length: previous.length, area: 1.0 }, previous);
     }
     State { particles, bonds: vec![Box::new(bonds)], cell, ..State::default() }
 }
@@ -172,7 +173,8 @@ fn a_host_that_moves_the_particles_gets_the_same_bits() {
             convective: false,
             targets: None,
         };
-        integrate::kick_and_drift(&kick, &mut hosted.particles, force.forces(), force.torques());
+        let net = NetForces { force: force.forces(), torque: force.torques() };
+        integrate::kick_and_drift(&kick, &mut hosted.particles, net);
     }
     assert!(broken > 10, "only {broken} bonds broke: the test says little");
     assert!(own.particles == hosted.particles);
@@ -294,8 +296,9 @@ fn free_particles_move_as_one_by_one() {
             convective: false,
             targets: None,
         };
-        let sums = integrate::kick_and_drift(&kick, &mut block, &force, &torque);
-        let others = integrate::kick_and_drift(&kick, &mut one_by_one, &force, &torque);
+        let net = NetForces { force: &force, torque: &torque };
+        let sums = integrate::kick_and_drift(&kick, &mut block, net);
+        let others = integrate::kick_and_drift(&kick, &mut one_by_one, net);
         assert_eq!(sums, others);
         let loads = std::mem::take(&mut one_by_one.loads);
         let bits = |p: &Particles| format!("{p:?}");
@@ -324,10 +327,10 @@ fn shares_find_the_forces_of_the_whole() {
             let mut view = bonds.view(k);
             let (a, b) = (owned[view.pair.a as usize], owned[view.pair.b as usize]);
             if !a {
-                view.link.flags |= ContactFlags::NOT_OWNED;
+                view.flags.bits |= ContactFlags::NOT_OWNED;
             }
             if a || b {
-                kept.push(view.pair, view.link, view.reference, view.frame);
+                kept.push(view.pair, view.flags, view.reference, view.previous);
             }
         }
         state.bonds = vec![Box::new(kept)];
@@ -374,7 +377,7 @@ fn shares_find_the_forces_of_the_whole() {
         }
     }
     let contacts = parts[0].0.contacts.as_ref().unwrap().contacts();
-    let touching = (0..contacts.len()).filter(|&k| contacts.view(k).link.has(ContactFlags::ACTIVE)).count();
+    let touching = (0..contacts.len()).filter(|&k| contacts.view(k).flags.has(ContactFlags::ACTIVE)).count();
     assert!(broken > 100 && touching > 10, "{broken} {touching}");
 }
 
@@ -442,7 +445,7 @@ fn beams_and_other_bonds_share_a_model() {
     for k in 0..beams.bonds[0].len() {
         let view = beams.bonds[0].view(k);
         let pair = Pair { a: view.pair.a + n as u32, b: view.pair.b + n as u32 };
-        bonds.push(pair, view.link, view.reference, view.frame);
+        bonds.push(pair, view.flags, view.reference, view.previous);
     }
     both.bonds.push(Box::new(bonds));
     let (both, springs, beams) = (run(both), run(springs), run(beams));

@@ -3,9 +3,11 @@
 use nalgebra::Matrix6;
 use rayon::prelude::*;
 
+use super::iterative::solve;
 use super::link::{LinkStrain, NodeMotion};
 use super::network::Loose;
-use super::solve::{Accuracy, Method, Operator, add, motion, relief, solve};
+use super::solve::{Accuracy, Method};
+use super::stiffness_product::{StiffnessProduct, add, motion, relief};
 use super::{ElasticConstants, LinkNetwork, StaticsError, direct};
 use concordem_contact::kinematics::deformable::Compliance;
 use concordem_contact::math::{Symmetric, Vec3};
@@ -145,7 +147,7 @@ fn find(network: &LinkNetwork, accuracy: Accuracy, wants_derivatives: bool) -> R
     let affine = if rigid {
         in_plane(sum(&energies(network, &still)) / volume, planar)
     } else {
-        virial(&Operator::of_cell(network), &still) / volume
+        virial(&StiffnessProduct::of_cell(network), &still) / volume
     };
     let mut held = network.clone();
     let rattlers = held.remove_rattlers();
@@ -155,42 +157,42 @@ fn find(network: &LinkNetwork, accuracy: Accuracy, wants_derivatives: bool) -> R
         let relaxed = Matrix6::zeros();
         return Ok(CellStiffness { relaxed, affine, derivatives, loose, iterations: 0, links: 0, planar });
     }
-    let operator = Operator::of_cell(&held);
-    let (inverses, singular) = operator.blocks();
+    let product = StiffnessProduct::of_cell(&held);
+    let (inverses, singular) = product.inverse_diagonal_blocks();
     // Rattlers are particles without links now; nothing resists any of their motions.
     let mechanisms = singular - if planar { 3 } else { 6 } * rattlers;
     let names = ["strain 11", "strain 22", "strain 33", "shear 23", "shear 31", "shear 12"];
-    let loads = loads(&operator, &still);
+    let loads = loads(&product, &still);
     let (solutions, mut iterations) = match accuracy.method {
-        Method::Iterative => solve(&operator, &inverses, &loads, &names, accuracy)?,
-        Method::Direct => direct::solve(&operator, &loads, &names, accuracy)?,
+        Method::Iterative => solve(&product, &inverses, &loads, &names, accuracy)?,
+        Method::Direct => direct::solve(&product, &loads, &names, accuracy)?,
     };
     let (relaxed, derivatives) = if rigid {
         let links = energies(&held, &solutions).map(|energy| in_plane(energy / volume, planar));
         (sum(&links), Some(Derivatives { links, ..Derivatives::zero() }))
     } else {
         let derivatives = if wants_derivatives {
-            let transposed = Operator::of_cell(&held).transposed();
+            let transposed = StiffnessProduct::of_cell(&held).transposed();
             let names = names.map(|name| format!("{name}, transposed"));
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
             let (adjoint, more) = solve(&transposed, &inverses, &self::loads(&transposed, &still), &names, accuracy)?;
             iterations = iterations.max(more);
-            Some(derivatives(&operator, &solutions, &transposed, &adjoint).scaled(1.0 / volume))
+            Some(derivatives(&product, &solutions, &transposed, &adjoint).scaled(1.0 / volume))
         } else {
             None
         };
-        (virial(&operator, &solutions) / volume, derivatives)
+        (virial(&product, &solutions) / volume, derivatives)
     };
     let loose = Loose { rattlers, mechanisms };
     Ok(CellStiffness { relaxed, affine, derivatives, loose, iterations, links: held.links.len(), planar })
 }
 
 /// The forces that hold the particles on the uniform field, with the opposite sign, by strain.
-fn loads(operator: &Operator<'_>, still: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    let network = operator.network;
+fn loads(product: &StiffnessProduct<'_>, still: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let network = product.network;
     let mut loads = vec![vec![0.0; 6 * network.particles]; 6];
     for component in strains(network.planar) {
-        let answers = operator.answers(&still[component], Some(component));
+        let answers = product.link_forces(&still[component], Some(component));
         let load = &mut loads[component];
         for (link, (force, moment)) in network.links.iter().zip(&answers) {
             let [on_a, on_b] = link.holding(force, moment);
@@ -211,19 +213,19 @@ fn loads(operator: &Operator<'_>, still: &[Vec<f64>]) -> Vec<Vec<f64>> {
 
 /// Derivatives of volume times stiffness (J) with deformable particles, from the states of both systems.
 fn derivatives(
-    operator: &Operator<'_>,
+    product: &StiffnessProduct<'_>,
     states: &[Vec<f64>],
-    transposed: &Operator<'_>,
+    transposed: &StiffnessProduct<'_>,
     adjoint: &[Vec<f64>],
 ) -> Derivatives {
-    let network = operator.network;
+    let network = product.network;
     let felt: Vec<Vec<LinkStrain>> =
-        (0..6).map(|component| transposed.felt(&adjoint[component], Some(component))).collect();
+        (0..6).map(|component| transposed.link_strains(&adjoint[component], Some(component))).collect();
     let by_poisson: Vec<Compliance> = network.compliance.iter().map(Compliance::by_poisson).collect();
     let mut all = Derivatives::zero();
     for column in strains(network.planar) {
-        let answers = operator.answers(&states[column], Some(column));
-        let dyads = operator.dyads(&answers);
+        let answers = product.link_forces(&states[column], Some(column));
+        let dyads = product.dyads(&answers);
         let surface_displacement = |compliance: &[Compliance]| -> Vec<Symmetric> {
             compliance.iter().zip(&dyads).map(|(compliance, dyad)| compliance.surface_displacement(dyad)).collect()
         };
@@ -257,12 +259,12 @@ fn in_plane(mut matrix: Matrix6<f64>, planar: bool) -> Matrix6<f64> {
 }
 
 /// Volume times stress (J) of the states, by columns: `Σ ½(l⊗f + f⊗l)`.
-fn virial(operator: &Operator<'_>, states: &[Vec<f64>]) -> Matrix6<f64> {
-    let planar = operator.network.planar;
+fn virial(product: &StiffnessProduct<'_>, states: &[Vec<f64>]) -> Matrix6<f64> {
+    let planar = product.network.planar;
     let mut whole = Matrix6::zeros();
     for column in strains(planar) {
-        let answers = operator.answers(&states[column], Some(column));
-        for (link, (force, _)) in operator.network.links.iter().zip(&answers) {
+        let answers = product.link_forces(&states[column], Some(column));
+        for (link, (force, _)) in product.network.links.iter().zip(&answers) {
             for row in strains(planar) {
                 whole[(row, column)] += uniform(&link.branch, row).dot(force);
             }

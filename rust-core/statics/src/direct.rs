@@ -12,7 +12,9 @@ use faer::sparse::{SparseColMat, Triplet};
 use faer::{Conj, MatMut, Side};
 use nalgebra::Matrix6;
 
-use super::solve::{Accuracy, Operator, residual};
+use super::iterative::residual;
+use super::solve::Accuracy;
+use super::stiffness_product::StiffnessProduct;
 use super::{LinkNetwork, StaticsError};
 
 /// Refinements of a solution by the residual it leaves.
@@ -31,13 +33,13 @@ fn bytes(matrix: &SparseColMat<usize, f64>) -> Result<usize, StaticsError> {
 
 /// Solve for each right-hand side; the refinements taken.
 pub(super) fn solve(
-    operator: &Operator<'_>,
+    product: &StiffnessProduct<'_>,
     loads: &[Vec<f64>],
     names: &[&str],
     accuracy: Accuracy,
 ) -> Result<(Vec<Vec<f64>>, usize), StaticsError> {
     let unfit = |problem: String| StaticsError::Factor { problem };
-    let matrix = assemble(operator)?;
+    let matrix = assemble(product)?;
     let symbolic = SymbolicLlt::try_new(matrix.symbolic(), Side::Lower).map_err(|e| unfit(format!("{e:?}")))?;
     let gigabytes = bytes(&matrix)? as f64 * 1e-9;
     if gigabytes > MOST_GIGABYTES {
@@ -45,7 +47,7 @@ pub(super) fn solve(
     }
     let factor =
         Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), Side::Lower).map_err(|e| unfit(format!("{e:?}")))?;
-    let rows = operator.size();
+    let rows = product.size();
     let mut solutions = Vec::with_capacity(loads.len());
     let mut most = 0;
     for (load, name) in loads.iter().zip(names) {
@@ -62,11 +64,11 @@ pub(super) fn solve(
                 *x += change;
             }
             most = most.max(round);
-            left = residual(operator, &solution, load);
+            left = residual(product, &solution, load);
             if left <= accuracy.residual || left.is_nan() {
                 break;
             }
-            operator.multiply(&mut rest, &solution);
+            product.multiply(&mut rest, &solution);
             for (rest, load) in rest.iter_mut().zip(load) {
                 *rest = load - *rest;
             }
@@ -84,10 +86,10 @@ pub(super) fn solve(
 }
 
 /// Lower triangle of the stiffness, made positive definite where nothing resists and nothing loads.
-fn assemble(operator: &Operator<'_>) -> Result<SparseColMat<usize, f64>, StaticsError> {
-    let network = operator.network;
-    let blocks = operator.own_blocks();
-    let (inverses, _) = operator.blocks();
+fn assemble(product: &StiffnessProduct<'_>) -> Result<SparseColMat<usize, f64>, StaticsError> {
+    let network = product.network;
+    let blocks = product.diagonal_blocks();
+    let (inverses, _) = product.inverse_diagonal_blocks();
     let size = blocks.iter().map(|block| block.abs().max()).fold(0.0, f64::max);
     let mut entries = Vec::with_capacity(36 * network.links.len() + 21 * network.particles);
     let mut lower = |row: usize, column: usize, value: f64| {
@@ -110,7 +112,7 @@ fn assemble(operator: &Operator<'_>) -> Result<SparseColMat<usize, f64>, Statics
         let (a, b) = (6 * link.a as usize, 6 * link.b as usize);
         for i in 0..6 {
             for j in 0..6 {
-                if operator.is_free(link.a as usize, i) && operator.is_free(link.b as usize, j) {
+                if product.is_free(link.a as usize, i) && product.is_free(link.b as usize, j) {
                     lower((a + i).max(b + j), (a + i).min(b + j), matrix[(i, 6 + j)]);
                 }
             }
@@ -121,7 +123,7 @@ fn assemble(operator: &Operator<'_>) -> Result<SparseColMat<usize, f64>, Statics
             lower(6 * p + i, 6 * p + i, size);
         }
     }
-    let rows = operator.size();
+    let rows = product.size();
     SparseColMat::try_new_from_triplets(rows, rows, &entries)
         .map_err(|error| StaticsError::Factor { problem: format!("{error:?}") })
 }

@@ -1,4 +1,4 @@
-//! Statics of bonded assemblies: the network of links in the state of reference, linear, solved without time steps.
+//! Linear statics of bonded assemblies: bonds as a network of elastic links, solved without time steps.
 //!
 //! Which Young's modulus and Poisson's ratio does a bonded model have? Four answers, from crude to exact:
 //! closed form and affine sum ([`operator`](concordem_operator), Stránský 2018, (3.38) and (3.31)), the static network
@@ -6,7 +6,7 @@
 //! ([`relaxed`]).
 //!
 //! * [`link`]: a link's 12 degrees of freedom (3.39)–(3.57);
-//! * [`network`]: all links of a state, particles that nothing holds;
+//! * [`network`]: all links of a state, particles that no link holds;
 //! * [`mod@closed_form`]: links in all directions alike, rigid or deformable particles;
 //! * [`solve`]: conjugate gradients, prescribed displacements, loads; [`direct`]: a sparse factor for cells;
 //! * [`mod@cell_stiffness`]: periodic cell under six unit strains (3.58)–(3.63), exact derivatives;
@@ -15,11 +15,13 @@
 pub mod cell_stiffness;
 pub mod closed_form;
 pub mod direct;
+mod iterative;
 pub mod link;
 pub mod moduli;
 pub mod network;
 pub mod relaxed;
 pub mod solve;
+mod stiffness_product;
 
 pub use cell_stiffness::{CellStiffness, Derivatives, cell_stiffness, cell_stiffness_and_derivatives};
 pub use closed_form::{ClosedForm, closed_form};
@@ -31,7 +33,7 @@ pub use solve::{Accuracy, Method, Support, solve_supported};
 /// Order of the components of strain and stress: 11, 22, 33, 23, 31, 12; shear strains are engineering strains.
 pub const COMPONENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1)];
 
-/// Why a static problem has no answer.
+/// Why a static problem has no solution.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StaticsError {
     /// Nothing is bonded.
@@ -54,16 +56,16 @@ pub enum StaticsError {
         /// Iterations done.
         iterations: usize,
     },
-    /// Loads that a mechanism cannot carry.
+    /// Loads on a mechanism.
     #[error("{what}: the loads act on a part that nothing holds (a mechanism or a body without supports)")]
     Unsupported {
         /// Which system.
         what: String,
     },
-    /// The sparse factor does not know deformable particles.
+    /// The direct solver does not support deformable particles.
     #[error("the direct solver is for rigid particles; deformable ones take the iterative solver")]
     DirectDeformable,
-    /// The sparse factor could not be made, or is not good enough.
+    /// The sparse factorization failed or is not accurate enough.
     #[error("the direct solver failed ({problem}); the iterative solver needs little memory and stands mechanisms")]
     Factor {
         /// What happened.
@@ -84,7 +86,7 @@ pub enum StaticsError {
     /// The stiffness has no inverse.
     #[error("the cell has no stiffness against some strain: it is a mechanism")]
     Soft,
-    /// The dynamic solver gave up.
+    /// The dynamic solver failed.
     #[error("relaxation: {0}")]
     Relaxation(String),
 }

@@ -20,13 +20,13 @@ pub struct Link {
     pub a: u32,
     /// Particle B, or the one B is an image of.
     pub b: u32,
-    /// From the centre of A to that of B, m.
+    /// From the center of A to that of B, m.
     pub branch: Vec3,
     /// Direction of `branch`, unit.
     pub normal: Vec3,
-    /// Distance from the centre of A to the contact point, m.
+    /// Distance from the center of A to the contact point, m.
     pub arm_a: f64,
-    /// Distance from the centre of B to the contact point, m.
+    /// Distance from the center of B to the contact point, m.
     pub arm_b: f64,
     /// Stiffnesses k_N, k_T (N/m), k_B, k_W (N·m/rad).
     pub stiffness: Stiffness,

@@ -55,12 +55,12 @@ impl LinkNetwork {
             let block = block.contacts();
             for k in 0..block.len() {
                 let view = block.view(k);
-                if !view.link.has(ContactFlags::BONDED) || view.link.has(ContactFlags::BROKEN) {
+                if !view.flags.has(ContactFlags::BONDED) || view.flags.has(ContactFlags::BROKEN) {
                     continue;
                 }
                 let (a, b) = (view.pair.a as usize, view.pair.b as usize);
                 let x = &state.particles.position;
-                let shift = state.cell.as_ref().map(|cell| cell.shift(view.link.image)).unwrap_or_default();
+                let shift = state.cell.as_ref().map(|cell| cell.shift(view.flags.image)).unwrap_or_default();
                 let branch = x[b] + shift - x[a];
                 let length = branch.norm();
                 let (arm_a, arm_b) = block.arms(k, &state.particles, length);

@@ -1,33 +1,27 @@
 //! Solution of `K u = f` by conjugate gradients (or, for cells, [directly](super::direct)).
 //!
-//! The matrix is never assembled: a link's answer costs some sixty operations, its share of an assembled matrix more
-//! memory traffic than that. The iteration is [`faer`]'s, preconditioned with the inverse of each particle's own 6×6
-//! block; motions that no link of a particle resists have no load either and are left out by the pseudo-inverse, so that
-//! mechanisms need no artificial stiffness. Everything sequential inside one right-hand side: the bits do not depend on
-//! the number of threads (they may depend on the processor, whose instructions faer chooses among).
+//! The matrix is never assembled: the response of a link costs some sixty operations, less than the memory traffic of its
+//! part of an assembled matrix. The iteration is [`faer`]'s, preconditioned with the inverse of each particle's 6×6 diagonal
+//! block. Motions that no link of a particle resists have no load either, and the pseudo-inverse leaves them out, so that
+//! mechanisms need no artificial stiffness. Each right-hand side is solved sequentially: the bits do not depend on the number
+//! of threads. (They may depend on the processor, since faer chooses among its instructions.)
 //!
-//! **Deformable particles** couple all contacts of a particle: with the matrix `B` of the iteration between forces and
-//! strains ([`coupling`](concordem_solver::coupling)), normal forces are `(1−B)⁻¹ k_n (G u − …)`, where shear forces, which
-//! strain the particles as well, are on the right. `1−B` is solved by conjugate gradients inside each product; it is
-//! symmetric and never singular, whether or not the iteration itself converges. With shear forces the whole is not
-//! symmetric, and faer's stabilised biconjugate gradients take the place of conjugate gradients. In the transposed system,
-//! which derivatives need, shear springs feel the strains and do not cause them.
+//! **Deformable particles** couple all contacts of a particle. With the matrix `B` of the iteration between forces and
+//! strains ([`coupling`](concordem_solver::coupling)), normal forces are `(1−B)⁻¹ k_n (G u − …)` with the shear forces, which
+//! strain the particles as well, on the right. `1−B` is solved by conjugate gradients inside each product; it is symmetric
+//! and never singular, whether or not the iteration itself converges. With shear forces the matrix is not symmetric, and
+//! faer's stabilized biconjugate gradients replace conjugate gradients. In the transposed system, which derivatives need, the
+//! strains act on shear springs, which do not cause them.
 
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::matrix_free::bicgstab::{BicgError, BicgParams, bicgstab, bicgstab_scratch};
-use faer::matrix_free::conjugate_gradient::{CgError, CgParams, conjugate_gradient, conjugate_gradient_scratch};
-use faer::matrix_free::{IdentityPrecond, LinOp, Precond};
-use faer::{MatMut, MatRef, Par};
-use nalgebra::{Matrix6, SymmetricEigen, Vector6};
-use rayon::prelude::*;
+use concordem_contact::math::Vec3;
+use nalgebra::Vector6;
 
-use super::cell_stiffness::uniform;
-use super::link::{LinkStrain, NodeMotion};
+use super::iterative::solve;
+use super::link::NodeMotion;
+use super::stiffness_product::{StiffnessProduct, add, motion};
 use super::{LinkNetwork, StaticsError};
-use concordem_contact::math::{Symmetric, Vec3};
-use concordem_solver::coupling::Coupling;
 
-/// How the system is solved.
+/// Method of solution.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Method {
     /// Preconditioned conjugate gradients without a matrix.
@@ -44,13 +38,12 @@ pub struct Accuracy {
     pub residual: f64,
     /// Most iterations.
     pub iterations: usize,
-    /// How.
+    /// Method of solution.
     pub method: Method,
 }
 
 impl Default for Accuracy {
-    /// 1e-11, 20 000: the stiffness of a cell, being a minimum, is exact to the square of the residual and is limited by
-    /// rounding.
+    /// 1e-11, 20 000: the stiffness of a cell is a minimum, hence exact to the square of the residual and limited by rounding.
     fn default() -> Self {
         Self { residual: 1e-11, iterations: 20_000, method: Method::Iterative }
     }
@@ -67,7 +60,7 @@ pub struct Support {
     pub value: f64,
 }
 
-/// Motions of all particles under supports and loads.
+/// Equilibrium of all particles under supports and loads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StaticState {
     /// Motion of each particle.
@@ -76,354 +69,6 @@ pub struct StaticState {
     pub holding: Vec<NodeMotion>,
     /// Iterations of the solver.
     pub iterations: usize,
-}
-
-/// The network's stiffness with rotations scaled to lengths, acting on free degrees of freedom.
-pub(super) struct Operator<'a> {
-    pub network: &'a LinkNetwork,
-    /// False for prescribed degrees of freedom; empty: all are free.
-    free: Vec<bool>,
-    /// Of deformable particles.
-    coupling: Option<Coupling>,
-    /// It is the transposed one.
-    transposed: bool,
-}
-
-impl std::fmt::Debug for Operator<'_> {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.debug_struct("Operator").field("particles", &self.network.particles).finish_non_exhaustive()
-    }
-}
-
-/// Motion of particle `p` in the vector `x`.
-#[inline(always)]
-pub(super) fn motion(x: &[f64], p: usize, scale: f64) -> NodeMotion {
-    let x = &x[6 * p..6 * p + 6];
-    NodeMotion { displacement: Vec3::new(x[0], x[1], x[2]), rotation: Vec3::new(x[3], x[4], x[5]) / scale }
-}
-
-/// Add forces and moments (divided by `scale`) to those of particle `p`.
-#[inline(always)]
-pub(super) fn add(y: &mut [f64], p: usize, part: &NodeMotion, scale: f64) {
-    let y = &mut y[6 * p..6 * p + 6];
-    for i in 0..3 {
-        y[i] += part.displacement[i];
-        y[i + 3] += part.rotation[i] / scale;
-    }
-}
-
-/// Force (N) that particles which are so much wider (m) take from a link: `k_N n (n·(W_A + W_B)n)`.
-pub(super) fn relief(link: &super::Link, surface_displacement: &[Symmetric]) -> Vec3 {
-    let elongation =
-        (surface_displacement[link.a as usize] + surface_displacement[link.b as usize]).quadratic(&link.normal);
-    link.normal * (link.stiffness.normal * elongation)
-}
-
-impl<'a> Operator<'a> {
-    /// The operator of a network; `free` is false for prescribed degrees of freedom, or empty.
-    pub fn new(network: &'a LinkNetwork, free: Vec<bool>) -> Self {
-        let springs = network.links.iter().map(|link| (link.a, link.b, link.normal, link.stiffness.normal));
-        let coupling = (!network.compliance.is_empty()).then(|| Coupling::between(springs, &network.compliance));
-        Self { network, free, coupling, transposed: false }
-    }
-
-    pub fn size(&self) -> usize {
-        6 * self.network.particles
-    }
-
-    /// The transposed operator.
-    pub fn transposed(mut self) -> Self {
-        self.transposed = true;
-        self
-    }
-
-    /// What all links feel in the state `x` on top of a uniform strain.
-    pub fn felt(&self, x: &[f64], strain: Option<usize>) -> Vec<LinkStrain> {
-        let LinkNetwork { links, scale, .. } = self.network;
-        let of_link = |link: &super::Link| {
-            let mut felt = link.strain(&motion(x, link.a as usize, *scale), &motion(x, link.b as usize, *scale));
-            if let Some(component) = strain {
-                felt.displacement += uniform(&link.branch, component);
-            }
-            felt
-        };
-        let mut felt: Vec<LinkStrain> = links.iter().map(of_link).collect();
-        if let Some(coupling) = self.coupling.as_ref().filter(|_| self.transposed) {
-            let normal = links.iter().zip(&felt).map(|(link, felt)| {
-                let force = link.stiffness.normal * link.normal.dot(&felt.displacement);
-                Symmetric::product(&link.normal, &link.normal) * force
-            });
-            let surface_displacement = coupling.surface_displacement(&self.on_both_ends(normal));
-            for (link, felt) in links.iter().zip(&mut felt) {
-                felt.displacement -=
-                    (surface_displacement[link.a as usize] + surface_displacement[link.b as usize]).times(&link.normal);
-            }
-        }
-        felt
-    }
-
-    /// Forces (N) on A and moments (N·m) about the contact points of all links in the state `x` on top of a uniform strain.
-    pub fn answers(&self, x: &[f64], strain: Option<usize>) -> Vec<(Vec3, Vec3)> {
-        let links = &self.network.links;
-        let felt = self.felt(x, strain);
-        let mut answers: Vec<(Vec3, Vec3)> = links.iter().zip(&felt).map(|(link, felt)| link.answer(felt)).collect();
-        if let Some(coupling) = self.coupling.as_ref().filter(|_| !self.transposed) {
-            let surface_displacement = coupling.surface_displacement(&self.dyads(&answers));
-            for (link, (force, _)) in links.iter().zip(&mut answers) {
-                *force -= relief(link, &surface_displacement);
-            }
-        }
-        answers
-    }
-
-    /// Force dyads `T` (N) of all particles under these answers of the links.
-    pub fn dyads(&self, answers: &[(Vec3, Vec3)]) -> Vec<Symmetric> {
-        let dyads =
-            self.network.links.iter().zip(answers).map(|(link, (force, _))| Symmetric::product(&link.normal, force));
-        self.on_both_ends(dyads)
-    }
-
-    /// Sums by particle of what each link gives both of its ends.
-    fn on_both_ends(&self, of_links: impl Iterator<Item = Symmetric>) -> Vec<Symmetric> {
-        let mut sums = vec![Symmetric::default(); self.network.particles];
-        for (link, part) in self.network.links.iter().zip(of_links) {
-            sums[link.a as usize] += part;
-            sums[link.b as usize] += part;
-        }
-        sums
-    }
-
-    /// The operator of a cell: in a plane network what moves across the plane is held.
-    pub fn of_cell(network: &'a LinkNetwork) -> Self {
-        let in_plane = [true, true, false, false, false, true];
-        let free = if network.planar { in_plane.repeat(network.particles) } else { Vec::new() };
-        Self::new(network, free)
-    }
-
-    /// `y = K x` on the free degrees of freedom.
-    pub fn multiply(&self, y: &mut [f64], x: &[f64]) {
-        y.fill(0.0);
-        let scale = self.network.scale;
-        let mut hold = |link: &super::Link, force: &Vec3, moment: &Vec3| {
-            let [on_a, on_b] = link.holding(force, moment);
-            add(y, link.a as usize, &on_a, scale);
-            add(y, link.b as usize, &on_b, scale);
-        };
-        if self.coupling.is_some() {
-            for (link, (force, moment)) in self.network.links.iter().zip(self.answers(x, None)) {
-                hold(link, &force, &moment);
-            }
-        } else {
-            for link in &self.network.links {
-                let (a, b) = (link.a as usize, link.b as usize);
-                let (force, moment) = link.answer(&link.strain(&motion(x, a, scale), &motion(x, b, scale)));
-                hold(link, &force, &moment);
-            }
-        }
-        for (y, free) in y.iter_mut().zip(&self.free) {
-            if !free {
-                *y = 0.0;
-            }
-        }
-    }
-
-    /// The particles' own blocks of rigid particles, with zeros where a degree of freedom is prescribed.
-    pub fn own_blocks(&self) -> Vec<Matrix6<f64>> {
-        let network = self.network;
-        let mut blocks = vec![Matrix6::zeros(); network.particles];
-        for link in &network.links {
-            blocks[link.a as usize] += link.block(0, network.scale);
-            blocks[link.b as usize] += link.block(1, network.scale);
-            if link.a == link.b {
-                // a particle and its own image: the coupling of both ends is in the particle's own block as well
-                let mixed = link.scaled_matrix(network.scale).fixed_view::<6, 6>(0, 6).into_owned();
-                blocks[link.a as usize] += mixed + mixed.transpose();
-            }
-        }
-        for (p, block) in blocks.iter_mut().enumerate() {
-            for i in (0..6).filter(|&i| !self.is_free(p, i)) {
-                block.fill_row(i, 0.0);
-                block.fill_column(i, 0.0);
-            }
-        }
-        blocks
-    }
-
-    pub fn is_free(&self, p: usize, i: usize) -> bool {
-        self.free.is_empty() || self.free[6 * p + i]
-    }
-
-    /// Pseudo-inverses of the particles' own blocks, and the number of motions of single particles that nothing resists.
-    /// Eigenvalues below 1e-12 of the block's largest count as none: rounding of the sums leaves 1e-15.
-    pub fn blocks(&self) -> (Vec<Matrix6<f64>>, usize) {
-        let blocks = self.own_blocks();
-        let largest = blocks.iter().map(|block| block.abs().max()).fold(0.0, f64::max);
-        let found: Vec<(Matrix6<f64>, usize)> = blocks
-            .into_par_iter()
-            .enumerate()
-            .map(|(p, block)| {
-                let held = (0..6).filter(|&i| !self.is_free(p, i)).count();
-                if block.abs().max() <= 1e-12 * largest {
-                    return (Matrix6::zeros(), 6 - held);
-                }
-                let eigen = SymmetricEigen::new(block);
-                let limit = 1e-12 * eigen.eigenvalues.max();
-                let inverse =
-                    Vector6::from_fn(
-                        |i, _| {
-                            if eigen.eigenvalues[i] > limit { 1.0 / eigen.eigenvalues[i] } else { 0.0 }
-                        },
-                    );
-                let none = inverse.iter().filter(|&&x| x == 0.0).count();
-                let v = &eigen.eigenvectors;
-                (v * Matrix6::from_diagonal(&inverse) * v.transpose(), none - held)
-            })
-            .collect();
-        let mechanisms = found.iter().map(|f| f.1).sum();
-        (found.into_iter().map(|f| f.0).collect(), mechanisms)
-    }
-}
-
-/// Block-diagonal preconditioner.
-#[derive(Debug)]
-struct Blocks<'a>(&'a [Matrix6<f64>]);
-
-/// The one column of a vector.
-fn column(x: MatRef<'_, f64>) -> &[f64] {
-    x.col(0).try_as_col_major().expect("columns of dense matrices lie in one piece").as_slice()
-}
-
-fn column_mut(x: MatMut<'_, f64>) -> &mut [f64] {
-    x.col_mut(0).try_as_col_major_mut().expect("columns of dense matrices lie in one piece").as_slice_mut()
-}
-
-impl LinOp<f64> for Operator<'_> {
-    fn apply_scratch(&self, _columns: usize, _par: Par) -> StackReq {
-        StackReq::EMPTY
-    }
-    fn nrows(&self) -> usize {
-        self.size()
-    }
-    fn ncols(&self) -> usize {
-        self.size()
-    }
-    fn apply(&self, out: MatMut<'_, f64>, rhs: MatRef<'_, f64>, _par: Par, _stack: &mut MemStack) {
-        self.multiply(column_mut(out), column(rhs));
-    }
-    fn conj_apply(&self, out: MatMut<'_, f64>, rhs: MatRef<'_, f64>, par: Par, stack: &mut MemStack) {
-        self.apply(out, rhs, par, stack);
-    }
-}
-
-impl LinOp<f64> for Blocks<'_> {
-    fn apply_scratch(&self, _columns: usize, _par: Par) -> StackReq {
-        StackReq::EMPTY
-    }
-    fn nrows(&self) -> usize {
-        6 * self.0.len()
-    }
-    fn ncols(&self) -> usize {
-        6 * self.0.len()
-    }
-    fn apply(&self, out: MatMut<'_, f64>, rhs: MatRef<'_, f64>, _par: Par, _stack: &mut MemStack) {
-        let (out, rhs) = (column_mut(out), column(rhs));
-        for ((y, x), inverse) in out.chunks_exact_mut(6).zip(rhs.chunks_exact(6)).zip(self.0) {
-            y.copy_from_slice((inverse * Vector6::from_column_slice(x)).as_slice());
-        }
-    }
-    fn conj_apply(&self, out: MatMut<'_, f64>, rhs: MatRef<'_, f64>, par: Par, stack: &mut MemStack) {
-        self.apply(out, rhs, par, stack);
-    }
-}
-
-impl Precond<f64> for Blocks<'_> {}
-
-/// Solve `K u = f` for each right-hand side; the iterations of the longest.
-pub(super) fn solve(
-    operator: &Operator<'_>,
-    inverses: &[Matrix6<f64>],
-    loads: &[Vec<f64>],
-    names: &[&str],
-    accuracy: Accuracy,
-) -> Result<(Vec<Vec<f64>>, usize), StaticsError> {
-    let solved: Result<Vec<(Vec<f64>, usize)>, StaticsError> = loads
-        .par_iter()
-        .zip(names)
-        .map(|(load, name)| {
-            let rows = operator.size();
-            let mut solution = vec![0.0; rows];
-            let norm = load.iter().map(|x| x * x).sum::<f64>().sqrt();
-            if norm == 0.0 {
-                return Ok((solution, 0));
-            }
-            let what = (*name).to_owned();
-            let not_converged = |residual| StaticsError::NotConverged {
-                what: what.clone(),
-                residual,
-                wanted: accuracy.residual,
-                iterations: accuracy.iterations,
-            };
-            let place = MatMut::from_column_major_slice_mut(&mut solution, rows, 1);
-            let right = MatRef::from_column_major_slice(load, rows, 1);
-            let iterations = if operator.coupling.is_some() {
-                let without = IdentityPrecond { dim: rows };
-                let mut memory = MemBuffer::new(bicgstab_scratch(Blocks(inverses), without, operator, 1, Par::Seq));
-                // its fields cannot be named in a literal outside faer
-                #[allow(clippy::field_reassign_with_default)]
-                let parameters = {
-                    let mut parameters = BicgParams::default();
-                    parameters.rel_tolerance = accuracy.residual;
-                    parameters.abs_tolerance = 0.0;
-                    parameters.max_iters = accuracy.iterations;
-                    parameters
-                };
-                let stack = MemStack::new(&mut memory);
-                match bicgstab(place, Blocks(inverses), without, operator, right, parameters, |_| {}, Par::Seq, stack) {
-                    Ok(info) => info.iter_count,
-                    Err(BicgError::NoConvergence { rel_residual, .. }) => return Err(not_converged(rel_residual)),
-                }
-            } else {
-                let blocks = Blocks(inverses);
-                let mut memory = MemBuffer::new(conjugate_gradient_scratch(Blocks(inverses), operator, 1, Par::Seq));
-                #[allow(clippy::field_reassign_with_default)]
-                let parameters = {
-                    let mut parameters = CgParams::default();
-                    parameters.rel_tolerance = accuracy.residual;
-                    parameters.abs_tolerance = 0.0;
-                    parameters.max_iters = accuracy.iterations;
-                    parameters
-                };
-                let stack = MemStack::new(&mut memory);
-                match conjugate_gradient(place, blocks, operator, right, parameters, |_| {}, Par::Seq, stack) {
-                    Ok(info) => info.iter_count,
-                    Err(CgError::NoConvergence { rel_residual, .. }) => return Err(not_converged(rel_residual)),
-                    Err(CgError::NonPositiveDefiniteOperator | CgError::NonPositiveDefinitePreconditioner) => {
-                        return Err(StaticsError::Unsupported { what });
-                    }
-                }
-            };
-            if operator.coupling.is_some() {
-                // Biconjugate gradients may break down without saying so.
-                let residual = residual(operator, &solution, load);
-                if residual.is_nan() || residual > 10.0 * accuracy.residual {
-                    return Err(not_converged(residual));
-                }
-            }
-            Ok((solution, iterations))
-        })
-        .collect();
-    let solved = solved?;
-    let iterations = solved.iter().map(|s| s.1).max().unwrap_or(0);
-    Ok((solved.into_iter().map(|s| s.0).collect(), iterations))
-}
-
-/// Norm of `f − K u` over that of `f`.
-pub(super) fn residual(operator: &Operator<'_>, solution: &[f64], load: &[f64]) -> f64 {
-    let mut image = vec![0.0; solution.len()];
-    operator.multiply(&mut image, solution);
-    let square = |values: &mut dyn Iterator<Item = f64>| values.map(|x| x * x).sum::<f64>();
-    let left = square(&mut image.iter().zip(load).map(|(y, f)| f - y));
-    (left / square(&mut load.iter().copied())).sqrt()
 }
 
 /// Equilibrium under prescribed motions and loads (forces in N, moments in N·m, by particle).
@@ -455,14 +100,14 @@ pub fn solve_supported(
         }
         add(&mut load, *particle, wrench, scale);
     }
-    let whole = Operator::new(network, Vec::new());
+    let whole = StiffnessProduct::new(network, Vec::new());
     let mut held = vec![0.0; 6 * particles];
     whole.multiply(&mut held, &given);
     for ((load, held), free) in load.iter_mut().zip(&held).zip(&free) {
         *load = if *free { *load - held } else { 0.0 };
     }
-    let operator = Operator::new(network, free.clone());
-    let (inverses, _) = operator.blocks();
+    let product = StiffnessProduct::new(network, free.clone());
+    let (inverses, _) = product.inverse_diagonal_blocks();
     // A load along a motion that nothing resists has no equilibrium.
     let size = load.iter().fold(0.0_f64, |s, x| s.max(x.abs()));
     let blocks_of = |p: usize| {
@@ -475,7 +120,7 @@ pub fn solve_supported(
     }) {
         return Err(StaticsError::Unsupported { what: "equilibrium".into() });
     }
-    let (solution, iterations) = solve(&operator, &inverses, &[load], &["equilibrium"], accuracy)?;
+    let (solution, iterations) = solve(&product, &inverses, &[load], &["equilibrium"], accuracy)?;
     let x: Vec<f64> = solution[0].iter().zip(&given).map(|(x, given)| x + given).collect();
     let mut holding = vec![0.0; 6 * particles];
     whole.multiply(&mut holding, &x);

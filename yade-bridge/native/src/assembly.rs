@@ -335,7 +335,7 @@ impl Assembly {
             }
             let bonded = contacts.bonded[k];
             let flags = ContactFlags::ACTIVE | if bonded { ContactFlags::BONDED } else { 0 };
-            let link = ContactFlags { row, flags, image, padding: 0 };
+            let link = ContactFlags { row, bits: flags, image, padding: 0 };
             let block = if bonded { &mut bonds } else { &mut loose };
             let frame = PreviousGeometry { normal, length: contacts.distance[k] };
             block.push(Pair { a, b }, link, Reference { length, area }, frame);

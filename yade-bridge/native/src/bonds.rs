@@ -302,7 +302,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_facts(bonds: *const Bonds, facts: 
             bonds: a.state.bond_count(),
             broken: a.broken,
             steps: a.state.clock.step,
-            searches: a.solver.searches(),
+            searches: a.solver.neighbor_rebuilds(),
             dissipated: a.dissipated,
             stored: a.stored,
             needs_rotation: i32::from(a.needs_rotation),
@@ -456,7 +456,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_particles(
             for block in &state.bonds {
                 for k in 0..block.len() {
                     let view = block.view(k);
-                    if view.link.has(ContactFlags::BROKEN) {
+                    if view.flags.has(ContactFlags::BROKEN) {
                         continue;
                     }
                     let of_strength = strength_lost(&**block, k, crack_onset);

@@ -119,7 +119,7 @@ struct Row {
     position: Vec3,
     force: Vec3,
     moment: Vec3,
-    frame: PreviousGeometry,
+    previous: PreviousGeometry,
     reference: Reference,
     damage: f64,
     lost_strength: f64,
@@ -151,8 +151,8 @@ fn contacts(
         particles.position[pair.b as usize] + shift - particles.position[pair.a as usize]
     };
     let live = shown.iter().map(|&k| {
-        let ContactView { pair, link, reference, frame } = block.view(k);
-        let branch = branch_of(pair, link.image);
+        let ContactView { pair, flags, reference, previous } = block.view(k);
+        let branch = branch_of(pair, flags.image);
         let carried = (row_of[k] != usize::MAX).then_some(row_of[k]);
         let (position, force, moment) = carried.map_or_else(
             || {
@@ -162,16 +162,16 @@ fn contacts(
             |row| (forces.point[row], forces.force[row], forces.moment[row]),
         );
         let (damage, lost_strength) = (block.damage(k), block.lost_strength(k));
-        Row { pair, branch, position, force, moment, frame, reference, damage, lost_strength, broken: false }
+        Row { pair, branch, position, force, moment, previous, reference, damage, lost_strength, broken: false }
     });
-    let gone = broken.iter().map(|&BrokenBond { pair, image, reference, frame, .. }| Row {
+    let gone = broken.iter().map(|&BrokenBond { pair, image, reference, previous, .. }| Row {
         pair,
         branch: branch_of(pair, image),
         // Where it was, seen from A.
-        position: particles.position[pair.a as usize] + frame.normal * (0.5 * frame.length),
+        position: particles.position[pair.a as usize] + previous.normal * (0.5 * previous.length),
         force: Vec3::zeros(),
         moment: Vec3::zeros(),
-        frame,
+        previous,
         reference,
         damage: 1.0,
         lost_strength: 1.0,
@@ -187,14 +187,14 @@ fn contacts(
         ("branch", |row| row.branch, "m"),
         ("force", |row| row.force, "N"),
         ("moment", |row| row.moment, "N m"),
-        ("normal", |row| row.frame.normal, "1"),
+        ("normal", |row| row.previous.normal, "1"),
     ];
     for (column, vector, unit) in vectors {
         let reals: Vec<f64> = rows.iter().flat_map(|row| vector(row).data.0[0]).collect();
         sink.column(&path(column), Column::f64(&reals, 3, unit))?;
     }
     let scalars: [Quantity<f64>; 5] = [
-        ("length", |row| row.frame.length, "m"),
+        ("length", |row| row.previous.length, "m"),
         ("reference_length", |row| row.reference.length, "m"),
         ("area", |row| row.reference.area, "m^2"),
         ("damage", |row| row.damage, "1"),

@@ -1,30 +1,47 @@
-//! Best affine fit of motion: one 4×4 normal matrix for displacements and rotations.
+//! Affine fit of motion by least squares: one 4×4 normal matrix for displacements and rotations.
 
 use crate::error::{OperatorError, check_length};
+use crate::info::OperatorInfo;
 use crate::region::{self, Period, Region, Truncation};
 use crate::stress::axial;
 use crate::sum::{sum_tiles, sums};
 use concordem_contact::math::{Mat3, Vec3};
 
+/// Affine fit of displacement and rotation: [`affine_fit`].
+pub const AFFINE_STRAIN: OperatorInfo = OperatorInfo {
+    name: "affine-strain",
+    unit: "1",
+    equation: "min Σ_p |u_p − u⁰ − G (x_p − x⁰)|²",
+    source: "Jebahi et al. 2015, (1.19)-(1.29)",
+};
+
+/// Affine fit of velocity and angular velocity: [`affine_fit`].
+pub const AFFINE_RATE: OperatorInfo = OperatorInfo {
+    name: "affine-rate",
+    unit: "1/s",
+    equation: "min Σ_p |v_p − v⁰ − L (x_p − x⁰)|²",
+    source: "Jebahi et al. 2015, (1.19)-(1.29)",
+};
+
 /// Affine part of the motion of particles (operator O13; Cundall's best fit: Jebahi et al. 2015, (1.19)–(1.29) with the
 /// missing transpose of (1.27); ERDC 2019, (25) with corrected blocks).
 ///
-/// Displacements and rotations give strains, velocities and spins give rates. The 24-parameter fit of the report
+/// Displacements and rotations give strains, velocities and angular velocities give rates. The 24-parameter fit of the report
 /// separates exactly into the regressions of displacement and of rotation on `(1, x)`, because its uniform rotation is
 /// free: no weighting of lengths against angles arises.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AffineFit {
     /// Mean position of the particles, m: where the constant parts below hold.
-    pub centre: Vec3,
-    /// Displacement (m) or velocity (m/s) at the centre.
+    pub center: Vec3,
+    /// Displacement (m) or velocity (m/s) at the center.
     pub translation: Vec3,
     /// `G_ij = ∂u_i/∂x_j`.
     pub gradient: Mat3,
-    /// Particle rotation (rad) or spin (rad/s) at the centre.
+    /// Particle rotation (rad) or angular velocity (rad/s) at the center.
     pub rotation: Vec3,
     /// Curvature `κ_ij = ∂_i φ_j`, 1/m or 1/(m·s).
     pub curvature: Mat3,
-    /// Sum of squares of displacement that is not affine, and of all of it about the mean, m².
+    /// Sum of squares of the non-affine displacement, and of the whole displacement about its mean, m².
     pub residual: [f64; 2],
     /// The same for rotation, rad².
     pub rotation_residual: [f64; 2],
@@ -37,12 +54,12 @@ pub struct AffineFit {
 impl AffineFit {
     /// Displacement (m or m/s) that the fit gives at `x`.
     pub fn displacement(&self, x: &Vec3) -> Vec3 {
-        self.translation + self.gradient * (x - self.centre)
+        self.translation + self.gradient * (x - self.center)
     }
 
     /// Rotation (rad or rad/s) that the fit gives at `x`.
     pub fn rotation_at(&self, x: &Vec3) -> Vec3 {
-        self.rotation + self.curvature.transpose() * (x - self.centre)
+        self.rotation + self.curvature.transpose() * (x - self.center)
     }
 
     /// Symmetric strain `½(G + Gᵀ)`.
@@ -55,7 +72,7 @@ impl AffineFit {
         axial(&self.gradient.transpose()) * 0.5
     }
 
-    /// Micro-rotation `φ_m = φ − φ_M`: what particles turn beyond the body (the report's `wᵃ`).
+    /// Micro-rotation `φ_m = φ − φ_M`: rotation of the particles relative to the body (the report's `wᵃ`).
     pub fn micro_rotation(&self) -> Vec3 {
         self.rotation - self.macro_rotation()
     }
@@ -80,10 +97,10 @@ sums!(First { count: f64, x: Vec3, u: Vec3, phi: Vec3 });
 sums!(Second { xx: Mat3, ux: Mat3, px: Mat3 });
 sums!(Squares { u: f64, u_all: f64, phi: f64, phi_all: f64 });
 
-/// Fit an affine motion to the particles whose centres lie in a region.
+/// Fit an affine motion to the particles whose centers lie in a region.
 ///
-/// `position` (m) is in the configuration that strains shall refer to: the one at the start gives the displacement
-/// gradient of the reference, the present one that of the present; they differ by the order of the strain. `displacement`
+/// `position` (m) is in the reference configuration of the strains: the initial or the present one. The results differ by
+/// the order of the strain. `displacement`
 /// (m or m/s) and `rotation` (rad or rad/s; empty: none) are those of the particles. Images of a `period` take part with
 /// displacements that follow its change.
 pub fn affine_fit(
@@ -122,13 +139,13 @@ pub fn affine_fit(
     if first.count == 0.0 {
         return Err(OperatorError::EmptyRegion { what: "particle" });
     }
-    let (centre, mean_u, mean_phi) = (first.x / first.count, first.u / first.count, first.phi / first.count);
+    let (center, mean_u, mean_phi) = (first.x / first.count, first.u / first.count, first.phi / first.count);
     let second: Second = sum_tiles(n, |range| {
         let mut sum = Second::default();
         for p in range {
             each(p, &mut |x, u, phi| {
-                let t = (x - centre).transpose();
-                sum += Second { xx: (x - centre) * t, ux: (u - mean_u) * t, px: (phi - mean_phi) * t };
+                let t = (x - center).transpose();
+                sum += Second { xx: (x - center) * t, ux: (u - mean_u) * t, px: (phi - mean_phi) * t };
             });
         }
         sum
@@ -142,9 +159,9 @@ pub fn affine_fit(
             each(p, &mut |x, u, phi| {
                 let (du, dphi) = (u - mean_u, phi - mean_phi);
                 sum += Squares {
-                    u: (du - gradient * (x - centre)).norm_squared(),
+                    u: (du - gradient * (x - center)).norm_squared(),
                     u_all: du.norm_squared(),
-                    phi: (dphi - curvature.transpose() * (x - centre)).norm_squared(),
+                    phi: (dphi - curvature.transpose() * (x - center)).norm_squared(),
                     phi_all: dphi.norm_squared(),
                 };
             });
@@ -152,7 +169,7 @@ pub fn affine_fit(
         sum
     });
     Ok(AffineFit {
-        centre,
+        center,
         translation: mean_u,
         gradient,
         rotation: mean_phi,

@@ -3,11 +3,28 @@
 use rayon::prelude::*;
 
 use crate::error::{OperatorError, check_length, check_volume};
+use crate::info::OperatorInfo;
 use crate::region::{self, Period, Region, Truncation};
 use crate::strain::Dimension;
 use crate::sum::{sum_tiles, sums};
 use crate::tessellation::Mesh;
 use concordem_contact::math::{Mat3, Vec3};
+
+/// Displacement gradient by Delaunay cells: [`cell_strain`].
+pub const CELL_STRAIN: OperatorInfo = OperatorInfo {
+    name: "cell-strain",
+    unit: "1",
+    equation: "G = (1/V) Σ_faces ū⊗A",
+    source: "Jebahi et al. 2015, (1.14)-(1.15)",
+};
+
+/// Velocity gradient by Delaunay cells: [`cell_strain`].
+pub const CELL_RATE: OperatorInfo = OperatorInfo {
+    name: "cell-rate",
+    unit: "1/s",
+    equation: "L = (1/V) Σ_faces v̄⊗A",
+    source: "Jebahi et al. 2015, (1.14)-(1.15)",
+};
 
 /// Displacement gradient of one cell of a triangulation.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -19,7 +36,7 @@ pub struct CellStrain {
 }
 
 impl CellStrain {
-    /// `G_ij = ∂u_i/∂x_j`; nothing for a cell without volume.
+    /// `G_ij = ∂u_i/∂x_j`; `None` for a cell without volume.
     pub fn gradient(&self) -> Option<Mat3> {
         (self.volume != 0.0).then(|| self.moment / self.volume)
     }
@@ -37,8 +54,8 @@ pub struct MeshStrain {
 }
 
 impl MeshStrain {
-    /// The cells whose middles lie in a region, and their mean; of periodic cells, images that do count. Arguments as those
-    /// given to [`cell_strain`], whose answer this is.
+    /// The cells whose centroids lie in a region, and their mean; images of periodic cells count. Pass the arguments of
+    /// [`cell_strain`], which returned `self`.
     pub fn within(
         &self,
         mesh: &Mesh,
@@ -72,7 +89,7 @@ impl MeshStrain {
 /// Madan 2019, (4.4)–(4.6)): `G^c = (1/V^c) Σ_faces ū⊗A`, `ū` the mean over the face's corners, `A` its outward area
 /// vector.
 ///
-/// `position` (m) is the configuration that gradients refer to, which need not be the one the mesh was made in;
+/// `position` (m) is the reference configuration of the gradients, not necessarily that of the mesh;
 /// `displacement` in m (or velocity, m/s). Both by point; a periodic mesh needs `period` with its change.
 pub fn cell_strain(
     mesh: &Mesh,

@@ -1,16 +1,33 @@
-//! Strain of contact cells with spins (operator O17).
+//! Strain of contact cells with particle rotations (operator O17).
 
 use crate::error::{OperatorError, check_length, check_volume};
+use crate::info::OperatorInfo;
 use crate::region::Period;
 use crate::strain::cells::size;
 use crate::sum::{sum_tiles, sums};
-use crate::tessellation::{Neighbour, PowerDiagram};
+use crate::tessellation::{Neighbor, PowerDiagram};
 use concordem_contact::math::{Mat3, Vec3};
+
+/// Strain by contact cells with rotations: [`satake_strain`].
+pub const CONTACT_CELL_STRAIN: OperatorInfo = OperatorInfo {
+    name: "contact-cell-strain",
+    unit: "1",
+    equation: "(1/V) Σ c⊗d",
+    source: "Satake 2004; Jebahi et al. 2015, (1.30)-(1.34)",
+};
+
+/// Strain rate by contact cells with angular velocities: [`satake_strain`].
+pub const CONTACT_CELL_RATE: OperatorInfo = OperatorInfo {
+    name: "contact-cell-rate",
+    unit: "1/s",
+    equation: "(1/V) Σ ċ⊗d",
+    source: "Satake 2004; Jebahi et al. 2015, (1.30)-(1.34)",
+};
 
 /// Strain by contact cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SatakeStrain {
-    /// `(1/V) Σ c⊗d`, i: displacement, j: position. Under an affine motion `G` with one spin `θ` of all particles it is
+    /// `(1/V) Σ c⊗d`, i: displacement, j: position. Under an affine motion `G` with one rotation `θ` of all particles it is
     /// `G_ij + e_ijk θ_k`, the transpose of the Cosserat strain (P11).
     pub gradient: Mat3,
     /// Volume `⅓ Σ d·l` (½ in the plane), m³.
@@ -19,13 +36,13 @@ pub struct SatakeStrain {
     pub unity: Mat3,
 }
 
-/// Strain from relative displacements of neighbours at their common faces (operator O17; Satake 2004 in Jebahi et al. 2015,
+/// Strain from relative displacements of neighbors at their common faces (operator O17; Satake 2004 in Jebahi et al. 2015,
 /// (1.30)–(1.34)): `(1/V) Σ c^{pq}⊗d^{pq}` with
 /// `c^{pq} = (u_q + θ_q×r^{cq}) − (u_p + θ_p×r^{cp})`, `d` the face's area vector in the power diagram, and c where the
 /// branch meets the face.
 ///
-/// The printed rule (1.30) is that of plain Voronoi cells although the text claims that sizes are accounted for; the power
-/// diagram accounts for them. With zero radii in the diagram the printed rule is back.
+/// The printed rule (1.30) uses plain Voronoi cells, although the text claims to include the sizes; the power diagram does
+/// include them. Zero radii in the diagram give the printed rule.
 ///
 /// `displacement` (m or m/s) and `rotation` (rad or rad/s; empty: none) by particle. A diagram that ends at a border needs
 /// the displacement of the border at every border face (`border_displacement`, in the order of
@@ -44,12 +61,12 @@ pub fn satake_strain(
     }
     check_length("border_displacement", border_displacement.len(), diagram.border().count(), "face on the border")?;
     let faces = &diagram.faces;
-    // Number of the border faces before each tile's first would need a scan; count them once.
+    // Number the border faces once; otherwise each tile would have to count those before it.
     let mut border_number = Vec::with_capacity(faces.len());
     let mut count = 0;
     for face in faces {
         border_number.push(count);
-        count += usize::from(matches!(face.neighbour, Neighbour::Border(_)));
+        count += usize::from(matches!(face.neighbour, Neighbor::Border(_)));
     }
     let theta = |p: usize| rotation.get(p).copied().unwrap_or_default();
     sums!(Total { gradient: Mat3, unity: Mat3 });
@@ -59,7 +76,7 @@ pub fn satake_strain(
             let face = &faces[k];
             let p = face.point as usize;
             let relative = match face.neighbour {
-                Neighbour::Particle { point, image } => {
+                Neighbor::Particle { point, image } => {
                     let q = point as usize;
                     let shift = Vec3::from(image.map(f64::from));
                     let change = period.map_or_else(Vec3::zeros, |period| period.change * shift);
@@ -67,7 +84,7 @@ pub fn satake_strain(
                     let (arm_p, arm_q) = (normal * face.distance, normal * face.distance - face.branch);
                     (displacement[q] + change + theta(q).cross(&arm_q)) - (displacement[p] + theta(p).cross(&arm_p))
                 }
-                Neighbour::Border(_) => {
+                Neighbor::Border(_) => {
                     border_displacement[border_number[k]] - (displacement[p] + theta(p).cross(&face.centroid))
                 }
             };

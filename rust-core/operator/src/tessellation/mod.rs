@@ -1,4 +1,4 @@
-//! Division of space by the particles' centres: Delaunay triangulations and power diagrams.
+//! Division of space by the particles' centers: Delaunay triangulations and power diagrams.
 
 mod delaunay;
 mod mesh;
@@ -7,7 +7,7 @@ mod power;
 pub use delaunay::delaunay;
 pub(super) use mesh::face_area;
 pub use mesh::{Corner, Mesh};
-pub use power::{Domain, Face, Neighbour, PowerDiagram, power_diagram};
+pub use power::{Domain, Face, Neighbor, PowerDiagram, power_diagram};
 
 use super::error::{OperatorError, check_finite};
 use concordem_contact::math::{Mat3, Vec3};

@@ -48,7 +48,7 @@ impl Domain {
 
 /// What lies behind a face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Neighbour {
+pub enum Neighbor {
     /// Another particle, or one of its images.
     Particle {
         /// Index.
@@ -66,14 +66,14 @@ pub struct Face {
     /// Particle it belongs to (of two, the one with the lower index).
     pub point: u32,
     /// What lies behind.
-    pub neighbour: Neighbour,
+    pub neighbour: Neighbor,
     /// Area times unit normal, away from the particle, m² (m in the plane).
     pub area: Vec3,
     /// From the particle to the centroid of the face, m.
     pub centroid: Vec3,
     /// Distance of the particle from the plane of the face, m (negative if it lies behind it).
     pub distance: f64,
-    /// From the particle to the neighbour's centre (border: to the centroid), m.
+    /// From the particle to the neighbor's center (border: to the centroid), m.
     pub branch: Vec3,
 }
 
@@ -96,7 +96,7 @@ impl PowerDiagram {
 
     /// Faces on the border of the domain, in order.
     pub fn border(&self) -> impl Iterator<Item = &Face> {
-        self.faces.iter().filter(|face| matches!(face.neighbour, Neighbour::Border(_)))
+        self.faces.iter().filter(|face| matches!(face.neighbour, Neighbor::Border(_)))
     }
 }
 
@@ -131,24 +131,24 @@ pub fn power_diagram(
     for (p, (cell, volume)) in cells.into_iter().enumerate() {
         volumes.push(volume);
         faces.extend(cell.into_iter().filter(|face| match face.neighbour {
-            Neighbour::Particle { point, image } => (p as u32, [0; 3]) < (point, image),
-            Neighbour::Border(_) => true,
+            Neighbor::Particle { point, image } => (p as u32, [0; 3]) < (point, image),
+            Neighbor::Border(_) => true,
         }));
     }
     Ok(PowerDiagram { dimension, faces, volumes })
 }
 
-/// A neighbour and its radical plane `n·y = h`, `y` from the particle.
+/// A neighbor and its radical plane `n·y = h`, `y` from the particle.
 struct Plane {
-    neighbour: Neighbour,
+    neighbour: Neighbor,
     normal: Vec3,
     distance: f64,
     branch: Vec3,
-    /// Distance of the neighbour's centre.
+    /// Distance of the neighbor's center.
     reach: f64,
 }
 
-/// Particles sorted into bins, for the search of neighbours.
+/// Particles sorted into bins, for the search of neighbors.
 struct Bins<'a> {
     position: Vec<Vec3>,
     /// Cells by which the positions were wrapped.
@@ -284,7 +284,7 @@ impl<'a> Bins<'a> {
                         for (k, n) in named.iter_mut().enumerate() {
                             *n += self.moved[p][k] - self.moved[q][k];
                         }
-                        let neighbour = Neighbour::Particle { point: q as u32, image: named };
+                        let neighbour = Neighbor::Particle { point: q as u32, image: named };
                         planes.push(Plane { neighbour, normal, distance, branch, reach: length });
                     }
                 }
@@ -306,7 +306,7 @@ impl<'a> Bins<'a> {
             for (number, half) in domain.iter().enumerate() {
                 let distance = (half.point - given).dot(&half.normal);
                 planes.push(Plane {
-                    neighbour: Neighbour::Border(number as u32),
+                    neighbour: Neighbor::Border(number as u32),
                     normal: half.normal,
                     distance,
                     branch: Vec3::zeros(),
@@ -354,7 +354,7 @@ impl<'a> Bins<'a> {
                 area: plane.normal * area,
                 centroid,
                 distance: plane.distance,
-                branch: if matches!(plane.neighbour, Neighbour::Border(_)) { centroid } else { plane.branch },
+                branch: if matches!(plane.neighbour, Neighbor::Border(_)) { centroid } else { plane.branch },
             });
         }
         (faces, volume, farthest)
@@ -362,7 +362,7 @@ impl<'a> Bins<'a> {
 
     /// A square in the plane, large enough to be cut on all sides; in two dimensions a strip of unit depth.
     fn start_polygon(&self, plane: &Plane, size: f64, polygon: &mut Vec<Vec3>) {
-        let (n, centre) = (plane.normal, plane.normal * plane.distance);
+        let (n, center) = (plane.normal, plane.normal * plane.distance);
         let (s, t) = if self.plane {
             (Vec3::new(-n.y, n.x, 0.0) * size, Vec3::new(0.0, 0.0, 0.5))
         } else {
@@ -370,7 +370,7 @@ impl<'a> Bins<'a> {
             (s * size, n.cross(&s) * size)
         };
         polygon.clear();
-        polygon.extend([centre - s - t, centre + s - t, centre + s + t, centre - s + t]);
+        polygon.extend([center - s - t, center + s - t, center + s + t, center - s + t]);
     }
 }
 

@@ -30,7 +30,7 @@ fn flat_points() {
 #[test]
 fn empty_regions_and_volumes() {
     let c = Cluster::random(1);
-    let far = Region::Sphere { centre: Vec3::repeat(100.0), radius: 1.0 };
+    let far = Region::Sphere { center: Vec3::repeat(100.0), radius: 1.0 };
     let fit = affine_fit(&c.position, &c.velocity, &[], &far, None, Dimension::Three);
     assert_eq!(fit, Err(OperatorError::EmptyRegion { what: "particle" }));
     assert_eq!(conjugate(&c.set(), &far, &Vec3::zeros(), None), Err(OperatorError::EmptyRegion { what: "contact" }));
@@ -42,13 +42,13 @@ fn empty_regions_and_volumes() {
     for (region, words) in [
         (Region::All { volume: 0.0 }, "must be positive and finite"),
         (Region::All { volume: f64::NAN }, "must be positive and finite"),
-        (Region::Sphere { centre: Vec3::zeros(), radius: -1.0 }, "a sphere has radius = -1"),
+        (Region::Sphere { center: Vec3::zeros(), radius: -1.0 }, "a sphere has radius = -1"),
         (Region::Box { low: Vec3::repeat(1.0), high: Vec3::new(2.0, 2.0, 0.0) }, "side along z = -1"),
         (
-            Region::Cylinder { centre: Vec3::zeros(), axis: Vec3::repeat(1.0), radius: 1.0, half_length: 1.0 },
+            Region::Cylinder { center: Vec3::zeros(), axis: Vec3::repeat(1.0), radius: 1.0, half_length: 1.0 },
             "it must be 1",
         ),
-        (Region::Ellipsoid { centre: Vec3::zeros(), axes: Mat3::zeros() }, "determinant of its axes = 0"),
+        (Region::Ellipsoid { center: Vec3::zeros(), axes: Mat3::zeros() }, "determinant of its axes = 0"),
     ] {
         let error = region_stress(&c.set(), &region, Truncation::BranchClipped, None).unwrap_err().to_string();
         assert!(error.contains(words), "{error}");

@@ -6,7 +6,7 @@
 use super::super::strain::{
     Dimension, affine_fit, bagi_strain, boundary_strain, cell_gradient, cell_strain, cosserat, satake_strain,
 };
-use super::super::tessellation::{Domain, Neighbour, PowerDiagram, delaunay, power_diagram};
+use super::super::tessellation::{Domain, Neighbor, PowerDiagram, delaunay, power_diagram};
 use super::*;
 
 const EXACT: f64 = 1e-12;
@@ -119,7 +119,7 @@ fn periodic_fields(dimension: Dimension, n: usize, seed: u64) {
     exact(&bagi.gradient, &g);
     exact(&bagi.unity, &unit(dimension));
     let region =
-        Region::Cylinder { centre: cell * Vec3::new(0.1, 0.1, 0.0), axis: Vec3::z(), radius: 0.4, half_length: 0.5 };
+        Region::Cylinder { center: cell * Vec3::new(0.1, 0.1, 0.0), axis: Vec3::z(), radius: 0.4, half_length: 0.5 };
     let fit = affine_fit(&position, &displacement, &[], &region, Some(&period), dimension).unwrap();
     exact(&fit.gradient, &g);
     let diagram = power_diagram(&position, &radius, &Domain::Periodic(cell), dimension).unwrap();
@@ -205,7 +205,7 @@ proptest! {
             let mut r = Random::new(seed ^ 0x50);
             let (mut pair, mut branch, mut point, mut force) = (vec![], vec![], vec![], vec![]);
             for face in &diagram.faces {
-                if let Neighbour::Particle { point: q, .. } = face.neighbour {
+                if let Neighbor::Particle { point: q, .. } = face.neighbour {
                     pair.push([face.point, q]);
                     branch.push(face.branch);
                     point.push(position[face.point as usize] + face.centroid);
@@ -283,7 +283,7 @@ fn cells_of_regions() {
         let mean: Mat3 = parts.iter().map(|part| part.gradient * part.volume).sum::<Mat3>() / all.volume;
         // Random displacements of size 1 over spacings of 0.1.
         assert!((mean - all.gradient).abs().max() < 10.0 * EXACT);
-        let far = Region::Sphere { centre: Vec3::repeat(9.0), radius: 1.0 };
+        let far = Region::Sphere { center: Vec3::repeat(9.0), radius: 1.0 };
         assert!(all.within(&mesh, &position, &far, None).is_err());
         let list = Region::of_particles(position.len(), |p| p % 2 == 0, 1.0);
         assert_eq!(all.within(&mesh, &position, &list, None), Err(OperatorError::NoSurface));
@@ -298,7 +298,7 @@ fn cells_of_regions() {
         let u: Vec<Vec3> = position.iter().map(|x| g * x).collect();
         let mesh = delaunay(&position, dimension, Some(&cell)).unwrap();
         let all = cell_strain(&mesh, &position, &u, Some(&period)).unwrap();
-        let ball = Region::Cylinder { centre: Vec3::zeros(), axis: Vec3::z(), radius: 0.4, half_length: 0.6 };
+        let ball = Region::Cylinder { center: Vec3::zeros(), axis: Vec3::z(), radius: 0.4, half_length: 0.6 };
         let part = all.within(&mesh, &position, &ball, Some(&period)).unwrap();
         exact(&part.gradient, &g);
         assert!(part.cells.len() > 10 && part.cells.len() < mesh.len());
@@ -338,7 +338,7 @@ fn same_bits_for_any_number_of_threads() {
     c.velocity = c.position.iter().map(|_| r.vector()).collect();
     let work = || {
         let set = c.set();
-        let region = Region::Sphere { centre: Vec3::zeros(), radius: 0.8 };
+        let region = Region::Sphere { center: Vec3::zeros(), radius: 0.8 };
         let stress = region_stress(&set, &region, Truncation::BranchClipped, None).unwrap().stress;
         let moments = particle_moments(&set, &LoadSet::none(), Partition::ContactPoint);
         let fit = affine_fit(&c.position, &c.velocity, &[], &region, None, Dimension::Three).unwrap();

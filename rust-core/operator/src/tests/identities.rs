@@ -55,7 +55,7 @@ proptest! {
         for p in 0..c.position.len() {
             close_vector(&axial(&moments[p]), &(net[p].moment - of_contacts[p]), 30.0);
         }
-        // Moment equilibrium without contact moments: forces along the lines from the centres through c.
+        // Moment equilibrium without contact moments: forces along the lines from the centers through c.
         c.moment.iter_mut().for_each(|m| *m = Vec3::zeros());
         for k in 0..c.pair.len() {
             c.point[k] = c.position[c.pair[k][0] as usize] + c.branch[k] * 0.4;
@@ -110,7 +110,7 @@ proptest! {
         close(&left, &right, 3.0 * c.pair.len() as f64);
     }
 
-    /// Three couple stresses are one if every particle is in equilibrium under loads at the centres.
+    /// Three couple stresses are one if every particle is in equilibrium under loads at the centers.
     #[test]
     fn p7_couple_stresses_agree(seed in any::<u64>()) {
         let c = Cluster::random(seed);
@@ -336,7 +336,7 @@ proptest! {
         prop_assert!((report.contacts - report.stress).abs() <= size, "{report:?}");
     }
 
-    /// Loads away from the centres: the external stress differs from the internal by their arms.
+    /// Loads away from the centers: the external stress differs from the internal by their arms.
     #[test]
     fn p17_boundary_arms(seed in any::<u64>()) {
         let c = Cluster::random(seed);

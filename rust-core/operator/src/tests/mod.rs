@@ -109,7 +109,7 @@ impl Cluster {
     pub(super) fn net(&self) -> Vec<couple_stress::Resultant> {
         couple_stress::resultants(&self.set())
     }
-    /// Loads at the centres that balance every particle.
+    /// Loads at the centers that balance every particle.
     pub(super) fn reactions(&self) -> Reactions {
         let net = self.net();
         Reactions {

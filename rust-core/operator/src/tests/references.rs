@@ -173,7 +173,7 @@ fn particle_strain() {
     assert!(ElasticConstants::new(e, 0.6, ElasticState::Solid).is_err());
 }
 
-/// Beam end loads at the centres brought to mid-beam: balanced ends give opposite moments there, and region sums do not
+/// Beam end loads at the centers brought to mid-beam: balanced ends give opposite moments there, and region sums do not
 /// care where the point is.
 #[test]
 fn beam_end_loads() {

@@ -36,7 +36,7 @@ fn truncation_bias() {
     let mut worst = 0.0_f64;
     for ratio in [0.1, 0.24, 0.4] {
         let reach = 0.6;
-        let ball = Region::Sphere { centre: Vec3::zeros(), radius: reach };
+        let ball = Region::Sphere { center: Vec3::zeros(), radius: reach };
         let cube = Region::cube(Vec3::zeros(), 2.0 * reach);
         let c = network(count, ratio * reach, 5);
         let set = c.set();
@@ -71,9 +71,9 @@ fn clipping_by_counting() {
     let skew = Mat3::identity() + r.matrix() * 0.3;
     let regions = [
         Region::Box { low: Vec3::repeat(-0.5), high: Vec3::new(0.4, 0.5, 0.6) },
-        Region::Sphere { centre: Vec3::new(0.1, 0.0, 0.0), radius: 0.6 },
-        Region::Cylinder { centre: Vec3::zeros(), axis: Vec3::new(0.6, 0.0, 0.8), radius: 0.4, half_length: 0.5 },
-        Region::Ellipsoid { centre: Vec3::zeros(), axes: skew * 0.6 },
+        Region::Sphere { center: Vec3::new(0.1, 0.0, 0.0), radius: 0.6 },
+        Region::Cylinder { center: Vec3::zeros(), axis: Vec3::new(0.6, 0.0, 0.8), radius: 0.4, half_length: 0.5 },
+        Region::Ellipsoid { center: Vec3::zeros(), axes: skew * 0.6 },
         Region::Parallelepiped { corner: Vec3::repeat(-0.4), edges: skew * 0.8 },
         Region::HalfSpaces {
             planes: vec![
@@ -91,7 +91,7 @@ fn clipping_by_counting() {
             let n = 2000;
             let inside =
                 (0..n).filter(|&k| region.contains(0, &(x + l * ((f64::from(k) + 0.5) / f64::from(n))))).count();
-            let share = region.share_of_segment(&x, &l);
+            let share = region.fraction_of_segment(&x, &l);
             assert!((share - inside as f64 / f64::from(n)).abs() <= 1.0 / f64::from(n), "{region:?} {share}");
             partial += i32::from(share > 0.0 && share < 1.0);
         }
@@ -109,9 +109,9 @@ fn depth_is_a_bound() {
     let half = |point: f64, normal: Vec3| HalfSpace { point: Vec3::repeat(point), normal };
     for region in [
         Region::Box { low: Vec3::repeat(-0.5), high: Vec3::new(0.4, 0.5, 0.6) },
-        Region::Sphere { centre: Vec3::new(0.1, 0.0, 0.0), radius: 0.6 },
-        Region::Cylinder { centre: Vec3::zeros(), axis: Vec3::new(0.6, 0.0, 0.8), radius: 0.4, half_length: 0.5 },
-        Region::Ellipsoid { centre: Vec3::zeros(), axes: skew * 0.6 },
+        Region::Sphere { center: Vec3::new(0.1, 0.0, 0.0), radius: 0.6 },
+        Region::Cylinder { center: Vec3::zeros(), axis: Vec3::new(0.6, 0.0, 0.8), radius: 0.4, half_length: 0.5 },
+        Region::Ellipsoid { center: Vec3::zeros(), axes: skew * 0.6 },
         Region::Parallelepiped { corner: Vec3::repeat(-0.4), edges: skew * 0.8 },
         Region::HalfSpaces {
             planes: vec![half(0.2, Vec3::new(1.0, 1.0, 0.5)), half(-0.4, Vec3::new(-1.0, 0.3, -0.5))],
@@ -145,8 +145,8 @@ fn moving_regions() {
     let (origin, shift) = (Vec3::new(0.3, 0.0, 0.1), Vec3::new(1.0, 2.0, 3.0));
     for region in [
         Region::Box { low: Vec3::repeat(-0.5), high: Vec3::new(0.4, 0.5, 0.6) },
-        Region::Sphere { centre: Vec3::new(0.1, 0.0, 0.0), radius: 0.6 },
-        Region::Ellipsoid { centre: Vec3::zeros(), axes: f * 0.6 },
+        Region::Sphere { center: Vec3::new(0.1, 0.0, 0.0), radius: 0.6 },
+        Region::Ellipsoid { center: Vec3::zeros(), axes: f * 0.6 },
         Region::HalfSpaces {
             planes: vec![HalfSpace { point: Vec3::zeros(), normal: Vec3::new(1.0, 1.0, 0.5) }],
             volume: 0.5,
@@ -164,7 +164,7 @@ fn moving_regions() {
         assert!((virials.volume().unwrap() - region.volume().unwrap()).abs() < 1e-14);
     }
     // A cylinder along its axis.
-    let cylinder = Region::Cylinder { centre: Vec3::zeros(), axis: Vec3::z(), radius: 0.4, half_length: 0.5 };
+    let cylinder = Region::Cylinder { center: Vec3::zeros(), axis: Vec3::z(), radius: 0.4, half_length: 0.5 };
     let stretch = Mat3::from_diagonal(&Vec3::new(0.9, 0.9, 1.3));
     let moved = cylinder.moved(&stretch, &Vec3::zeros(), &shift);
     for _ in 0..1000 {
@@ -211,15 +211,15 @@ fn regions_across_the_periodic_border() {
         }
     }
     for region in [
-        Region::Sphere { centre: Vec3::new(0.95, 0.9, 0.1), radius: 0.45 },
+        Region::Sphere { center: Vec3::new(0.95, 0.9, 0.1), radius: 0.45 },
         Region::Box { low: Vec3::new(-0.4, 0.3, 0.6), high: Vec3::new(0.5, 1.2, 1.3) },
         Region::Cylinder {
-            centre: Vec3::new(1.3, 0.1, 0.2),
+            center: Vec3::new(1.3, 0.1, 0.2),
             axis: Vec3::new(0.6, 0.0, 0.8),
             radius: 0.2,
             half_length: 0.9,
         },
-        Region::Sphere { centre: Vec3::new(0.5, 0.5, 0.5), radius: 1.2 },
+        Region::Sphere { center: Vec3::new(0.5, 0.5, 0.5), radius: 1.2 },
     ] {
         let inside = region_stress(&set, &region, Truncation::BranchClipped, Some(&period)).unwrap();
         let around = region_stress(&copies.set(), &region, Truncation::BranchClipped, None).unwrap();
@@ -239,9 +239,9 @@ fn regions_across_the_periodic_border() {
         };
         // Moments at the ends of a branch through the border belong to its image; all images have the same.
         close(&average(&c, Some(&period)), &average_of_copies(&c, &copies, &region), 300.0 / inside.volume);
-        let centre = region.centre().unwrap();
-        let one = conjugate(&set, &region, &centre, Some(&period)).unwrap();
-        let many = conjugate(&copies.set(), &region, &centre, None).unwrap();
+        let center = region.center().unwrap();
+        let one = conjugate(&set, &region, &center, Some(&period)).unwrap();
+        let many = conjugate(&copies.set(), &region, &center, None).unwrap();
         assert_eq!(one.contacts, many.contacts);
         close(&one.stress, &many.stress, 300.0 / inside.volume);
         close(&one.couple_stress, &many.couple_stress, 300.0 / inside.volume);

@@ -83,17 +83,17 @@ fn region(
             if plane { Region::rectangle([low.x, low.y], [high.x, high.y]) } else { Region::Box { low, high } }
         }
         Some(SampleRegion::Sphere { center, radius }) => {
-            let (centre, radius) = (vector(center), radius.si());
-            if plane { Region::disc(centre, radius) } else { Region::Sphere { centre, radius } }
+            let (center, radius) = (vector(center), radius.si());
+            if plane { Region::disc(center, radius) } else { Region::Sphere { center, radius } }
         }
         Some(SampleRegion::Cylinder { center, axis, radius, height }) => Region::Cylinder {
-            centre: vector(center),
+            center: vector(center),
             axis: vector(axis).normalize(),
             radius: radius.si(),
             half_length: 0.5 * height.si(),
         },
         Some(SampleRegion::Ellipsoid { center, half_axes }) => {
-            Region::Ellipsoid { centre: vector(center), axes: Mat3::from_diagonal(&vector(half_axes)) }
+            Region::Ellipsoid { center: vector(center), axes: Mat3::from_diagonal(&vector(half_axes)) }
         }
         Some(SampleRegion::HalfSpaces { planes, volume }) => {
             let half_space = |plane: &schema::SamplePlane| HalfSpace {

@@ -96,7 +96,7 @@ impl ScheduledOperator {
             (SampledRegion::Cell, None) => return vec![Region::All { volume: f64::NAN }],
             (SampledRegion::Moving { region, velocity, gradient }, _) => (region, velocity, gradient),
         };
-        let origin = region.centre().unwrap_or_else(Vec3::zeros);
+        let origin = region.center().unwrap_or_else(Vec3::zeros);
         let parts = match (self.grid, region) {
             (Some(count), Region::Box { low, high }) => Region::grid(*low, *high, count),
             _ => vec![region.clone()],

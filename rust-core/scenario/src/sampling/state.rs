@@ -31,11 +31,11 @@ impl Bonds {
             for k in 0..block.len() {
                 let view = block.view(k);
                 let a = &state.particles.position[view.pair.a as usize];
-                bonds.push(a, &view.frame, [block.damage(k), block.lost_strength(k)]);
+                bonds.push(a, &view.previous, [block.damage(k), block.lost_strength(k)]);
             }
         }
         for bond in &state.broken {
-            bonds.push(&state.particles.position[bond.pair.a as usize], &bond.frame, [1.0, 1.0]);
+            bonds.push(&state.particles.position[bond.pair.a as usize], &bond.previous, [1.0, 1.0]);
         }
         bonds
     }

@@ -283,7 +283,7 @@ impl Simulation {
         self.state
             .bonds
             .iter()
-            .map(|block| (0..block.len()).filter(|&k| !block.view(k).link.has(ContactFlags::BROKEN)).count())
+            .map(|block| (0..block.len()).filter(|&k| !block.view(k).flags.has(ContactFlags::BROKEN)).count())
             .sum()
     }
 }

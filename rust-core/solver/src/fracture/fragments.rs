@@ -3,15 +3,15 @@
 use crate::state::State;
 use crate::state::contacts::ContactFlags;
 
-/// Fragment of each particle, by index: the smallest stable id of the particles in it. So a fragment keeps its name while
-/// pieces break off, unless that one particle leaves; a particle without bonds is a fragment of its own. Members of a
-/// clump belong together.
+/// Fragment of each particle, by index: the smallest id of the particles in it. So a fragment keeps its number while
+/// pieces break off, unless that particle leaves. A particle without bonds is a fragment of its own. Members of a clump
+/// belong together.
 pub fn fragments(state: &State) -> Vec<u32> {
     let particles = &state.particles;
     let mut parent: Vec<u32> = (0..particles.len() as u32).collect();
     let join = |parent: &mut [u32], a: u32, b: u32| {
         let (a, b) = (root(parent, a), root(parent, b));
-        // The root is the particle with the smallest id, whatever the order of the joints.
+        // The root is the particle with the smallest id, whatever the order of the bonds.
         if particles.id[a as usize] < particles.id[b as usize] {
             parent[b as usize] = a;
         } else {
@@ -21,7 +21,7 @@ pub fn fragments(state: &State) -> Vec<u32> {
     for block in &state.bonds {
         for k in 0..block.len() {
             let view = block.view(k);
-            if !view.link.has(ContactFlags::BROKEN) {
+            if !view.flags.has(ContactFlags::BROKEN) {
                 join(&mut parent, view.pair.a, view.pair.b);
             }
         }
@@ -37,7 +37,7 @@ pub fn fragments(state: &State) -> Vec<u32> {
 /// The representative of the set that `p` belongs to.
 fn root(parent: &mut [u32], mut p: u32) -> u32 {
     while parent[p as usize] != p {
-        // Halve the path on the way.
+        // Path halving.
         parent[p as usize] = parent[parent[p as usize] as usize];
         p = parent[p as usize];
     }

@@ -1,4 +1,4 @@
-//! Fracture seen above the single contact.
+//! Fracture beyond the single contact: event log, fragments, particle-level failure.
 
 pub mod events;
 pub mod fragments;

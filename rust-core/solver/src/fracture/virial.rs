@@ -1,11 +1,11 @@
-//! Failure of whole particles (Jebahi et al. 2015, [4.23]–[4.24]): a particle whose mean stress passes a threshold in
-//! tension lets go of all its bonds.
+//! Particle-level failure (Jebahi et al. 2015, [4.23]–[4.24]): a particle whose mean stress passes a threshold in tension
+//! releases all its bonds.
 //!
 //! `p_i = (1/dV_i) Σ_bonds ½ l·f`, the trace over the dimension `d` of the particle's stress `(1/2V_i)Σ ½(l⊗f+f⊗l)` with
-//! `V_i` the volume of the sphere (disc: of unit depth). Shear forces are perpendicular to the branch and drop out, so
-//! that only axial forces count. The book divides by 3; in two dimensions, of which it gives no formula, the stress has
-//! two normal components and is divided by 2. All particles are judged before any bond is let go; bonds break at
-//! their next evaluation, and what they store then is released.
+//! `V_i` the volume of the sphere (disc: of unit depth). Shear forces are perpendicular to the branch vector, so
+//! only axial forces count. The source divides by 3; it has no formula for two dimensions, where the stress has two normal
+//! components and is divided by 2. The stress of all particles is compared before any bond is released. Released bonds
+//! break at their next evaluation and dissipate the energy they store then.
 
 use std::f64::consts::PI;
 
@@ -17,7 +17,7 @@ use crate::state::contacts::ContactFlags;
 pub struct HydrostaticStrength {
     /// Threshold of the mean stress, Pa, tension positive; infinite for materials without one.
     pub thresholds: Vec<f64>,
-    /// Two-dimensional scene.
+    /// Whether the scene is two-dimensional.
     pub planar: bool,
 }
 
@@ -28,7 +28,8 @@ impl HydrostaticStrength {
     }
 }
 
-/// Mean stress of each particle by its bonds, Pa, tension positive. `None` when a bond's law has no axial force of its own
+/// Mean stress of each particle from its bonds, Pa, tension positive. `None` if the axial force of a bond depends on more
+/// than its length
 /// (see [`ContactLaw::axial_force`](concordem_contact::law::ContactLaw::axial_force)).
 pub fn mean_stress(state: &State, planar: bool) -> Option<Vec<f64>> {
     let particles = &state.particles;
@@ -36,10 +37,10 @@ pub fn mean_stress(state: &State, planar: bool) -> Option<Vec<f64>> {
     for block in &state.bonds {
         for k in 0..block.len() {
             let view = block.view(k);
-            if view.link.has(ContactFlags::BROKEN) {
+            if view.flags.has(ContactFlags::BROKEN) {
                 continue;
             }
-            let half = 0.5 * block.axial_force(k, particles)? * view.frame.length;
+            let half = 0.5 * block.axial_force(k, particles)? * view.previous.length;
             stress[view.pair.a as usize] += half;
             stress[view.pair.b as usize] += half;
         }
@@ -51,7 +52,7 @@ pub fn mean_stress(state: &State, planar: bool) -> Option<Vec<f64>> {
     Some(stress)
 }
 
-/// Let go of all bonds of the particles above their threshold; returns how many particles that are. `stress`: see
+/// Release all bonds of the particles above their threshold; returns the number of these particles. `stress`: see
 /// [`mean_stress`].
 pub fn release(state: &mut State, strength: &HydrostaticStrength, stress: &[f64]) -> usize {
     let material = &state.particles.material;

@@ -6,7 +6,7 @@
 //! particles for any mixture of sizes (Ogarko & Luding 2012, Comput. Phys. Commun. 183, 931).
 //!
 //! A grid stores no empty boxes: it is the list of its particles sorted by box number with x running fastest, so that
-//! the boxes of one row are neighbours in memory, and a row is found by a search from where the last one ended.
+//! the boxes of one row are neighbors in memory, and a row is found by a search from where the last one ended.
 
 use rayon::prelude::*;
 
@@ -14,7 +14,7 @@ use super::{Lattice, NeighborError, first_position_not_finite, typical_bounds};
 use crate::state::Cell;
 use concordem_contact::math::Vec3;
 
-/// Two particles whose centres are near enough to be looked at.
+/// Two particles whose centers are near enough to be looked at.
 ///
 /// A sees B at `x_B + H·image` with the cell matrix H; `a < b`, or `a == b` for a particle that sees its own periodic
 /// image (then the first non-zero component of `image` is positive, so that each such pair occurs once).
@@ -31,12 +31,12 @@ pub struct CandidatePair {
 /// Bits of a box number per axis.
 const AXIS_BITS: u32 = 21;
 const BOXES_PER_AXIS: i64 = 1 << AXIS_BITS;
-/// Size classes; the last takes all that is smaller. 2¹⁵ between the largest and the last level.
+/// Size classes; the last one takes all smaller particles. A factor of 2¹⁵ lies between the first and the last.
 const LEVELS: usize = 16;
-/// Queries per parallel task: long enough to amortise the first search of each row.
+/// Queries per parallel task: long enough to amortize the first search of each row.
 const CHUNK: usize = 2048;
 
-/// All pairs with centre distance `|x_B + H·image − x_A| ≤ reach_A + reach_B`, each once, sorted by (a, b, image).
+/// All pairs with center distance `|x_B + H·image − x_A| ≤ reach_A + reach_B`, each once, sorted by (a, b, image).
 ///
 /// Positions (m) may lie outside the periodic cell; the cell may be triclinic, and smaller than the reach: then a pair
 /// occurs with several images, and a particle with its own. The result does not depend on the number of threads.
@@ -66,7 +66,7 @@ pub fn candidate_pairs(
     search.pairs()
 }
 
-/// One particle in the order of a grid.
+/// A particle in the order of a grid.
 #[derive(Debug, Clone, Copy)]
 struct Entry {
     /// Position, wrapped into the cell if there is one, m.
@@ -82,8 +82,8 @@ struct Level {
     counts: [i64; 3],
     /// Boxes per unit of grid coordinate (m without a cell; fraction of the cell with one).
     boxes_per_unit: Vec3,
-    /// Boxes per metre of distance.
-    boxes_per_metre: Vec3,
+    /// Boxes per meter of distance.
+    boxes_per_meter: Vec3,
     /// Box number of each entry, ascending.
     keys: Vec<u64>,
     entries: Vec<Entry>,
@@ -126,7 +126,7 @@ impl<'a> Search<'a> {
         }
         let (low, high) = typical_bounds(positions);
         let mut search = Self { positions, reach, lattice: lattice.copied(), corner: low, slack, levels: Vec::new() };
-        // However small the reach, 10⁶ boxes hold the cloud.
+        // At most 10⁶ boxes span the particles, however small the reach.
         let smallest_box = 1.0e-6 * (high - low).amax();
         for list in members.into_iter().filter(|list| !list.is_empty()) {
             let level = search.level(list, smallest_box);
@@ -142,7 +142,7 @@ impl<'a> Search<'a> {
             largest_reach,
             counts: [BOXES_PER_AXIS; 3],
             boxes_per_unit: Vec3::repeat((1.0 / size).min(f64::MAX)),
-            boxes_per_metre: Vec3::repeat((1.0 / size).min(f64::MAX)),
+            boxes_per_meter: Vec3::repeat((1.0 / size).min(f64::MAX)),
             keys: Vec::new(),
             entries: Vec::new(),
         };
@@ -151,7 +151,7 @@ impl<'a> Search<'a> {
                 let count = (lattice.widths[axis] / size).floor().clamp(1.0, BOXES_PER_AXIS as f64);
                 level.counts[axis] = count as i64;
                 level.boxes_per_unit[axis] = count;
-                level.boxes_per_metre[axis] = count / lattice.widths[axis];
+                level.boxes_per_meter[axis] = count / lattice.widths[axis];
             }
         }
         let mut order: Vec<(u64, u32)> = list
@@ -175,19 +175,19 @@ impl<'a> Search<'a> {
         self.lattice.as_ref().map_or(*position, |lattice| lattice.wrapped(position))
     }
 
-    /// Place of a wrapped position on a level's grid, in boxes.
+    /// Coordinates of a wrapped position on a level's grid, in boxes.
     fn grid_coordinate(&self, level: &Level, position: &Vec3) -> Vec3 {
         match &self.lattice {
             Some(lattice) => (lattice.inverse * position).component_mul(&level.boxes_per_unit),
-            // The cloud starts in the middle of the range: what lies beyond either end shares the last box, which is
-            // correct for any position and slow only if many are there.
+            // The particles start in the middle of the range. Positions beyond either end share the last box, which is
+            // correct for any position and slow only if there are many.
             None => {
                 (position - self.corner).component_mul(&level.boxes_per_unit).add_scalar((BOXES_PER_AXIS / 2) as f64)
             }
         }
     }
 
-    /// A particle must not see an image of itself further than an `i8` can name.
+    /// A particle must not see an image of itself whose number exceeds an `i8`.
     fn check_images(&self) -> Result<(), NeighborError> {
         let (Some(lattice), Some(coarsest)) = (&self.lattice, self.levels.first()) else { return Ok(()) };
         let reach = coarsest.largest_reach;
@@ -220,7 +220,7 @@ impl<'a> Search<'a> {
             .collect();
         let count = found.iter().map(|result| result.as_ref().map_or(0, Vec::len)).sum();
         let mut pairs = Vec::with_capacity(count);
-        // In the order of the tasks, so that of several errors always the same one is reported.
+        // In the order of the tasks, so that the same one of several errors is always reported.
         for result in found {
             pairs.extend_from_slice(&result?);
         }
@@ -236,7 +236,7 @@ impl<'a> Search<'a> {
         own_level: bool,
         out: &mut Vec<CandidatePair>,
     ) -> Result<(), NeighborError> {
-        // Where the search in each row of boxes ended for the previous particle, which is usually the place to start.
+        // Where the search in each row of boxes ended for the previous particle: usually a good place to start.
         let mut hints = [0_usize; 32];
         let period = level.counts;
         let periodic = self.lattice.is_some();
@@ -244,7 +244,7 @@ impl<'a> Search<'a> {
             let cutoff = entry.reach + level.largest_reach + self.slack;
             let u = self.grid_coordinate(level, &entry.position);
             // 1e-6 boxes cover the rounding of coordinates up to 2²¹ boxes (2²¹·2⁻⁵² = 5e-10).
-            let half = (level.boxes_per_metre * cutoff).add_scalar(1.0e-6);
+            let half = (level.boxes_per_meter * cutoff).add_scalar(1.0e-6);
             let mut low = [0; 3];
             let mut high = [0; 3];
             for axis in 0..3 {
@@ -302,7 +302,7 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// The pair in its final form, if it is one by the formula of [`candidate_pairs`] on the positions as given.
+    /// The pair in its final form, if the formula of [`candidate_pairs`] holds for the positions as given.
     ///
     /// `image` is the one between the wrapped positions.
     fn confirm(&self, seeker: u32, other: u32, image: [i64; 3]) -> Result<Option<CandidatePair>, NeighborError> {
@@ -319,7 +319,7 @@ impl<'a> Search<'a> {
         if a == b && true_image.iter().find(|m| **m != 0.0).is_none_or(|m| *m < 0.0) {
             return Ok(None);
         }
-        // Of two equally valid roundings the one the solver sees: shift first, then difference.
+        // Round as the solver does: shift first, then difference.
         if (x_b + lattice.cell.matrix * true_image - x_a).norm_squared() > limit * limit {
             return Ok(None);
         }

@@ -1,5 +1,5 @@
-//! Who may touch whom: candidate pairs, the Verlet skin that says how long they stay valid, and the spatial order that
-//! keeps neighbours near each other in memory.
+//! Neighbor search: candidate pairs, the Verlet criterion that says how long they stay complete, and the spatial order that
+//! keeps neighbors close to each other in memory.
 
 mod grid;
 mod order;
@@ -15,7 +15,7 @@ pub use verlet::VerletList;
 use crate::state::Cell;
 use concordem_contact::math::{Mat3, Vec3};
 
-/// What can be wrong with the input of a neighbour search.
+/// Why the neighbor search refuses its input.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NeighborError {
@@ -47,7 +47,7 @@ pub enum NeighborError {
         /// Number of reaches.
         reaches: usize,
     },
-    /// More particles than a 32-bit index can name.
+    /// More particles than 32-bit indices can count.
     #[error("{count} particles; at most 4294967295 can be indexed")]
     TooManyParticles {
         /// Number of particles.
@@ -59,7 +59,7 @@ pub enum NeighborError {
         /// Edge vectors, m.
         edges: [[f64; 3]; 3],
     },
-    /// The cell is so thin against the reach that the image numbers would leave their range.
+    /// The cell is so thin compared with the reach that image numbers would leave their range.
     #[error(
         "particle {index} with the reach {reach} m sees more than 127 images of itself in the periodic cell, whose \
          faces {axis} lie {width} m apart"
@@ -90,7 +90,7 @@ pub enum NeighborError {
     },
 }
 
-/// A checked periodic cell with what the search needs of it.
+/// A valid periodic cell, its inverse and its widths.
 #[derive(Debug, Clone, Copy)]
 struct Lattice {
     cell: Cell,
@@ -117,7 +117,7 @@ impl Lattice {
         Ok(Self { cell: *cell, inverse, widths })
     }
 
-    /// Cell in which a position lies, as integral reals.
+    /// Index of the cell in which a position lies, as whole numbers.
     fn cell_of(&self, position: &Vec3) -> Vec3 {
         (self.inverse * position).map(f64::floor)
     }
@@ -138,7 +138,7 @@ fn first_position_not_finite(positions: &[Vec3]) -> Option<NeighborError> {
 
 /// Typical low and high coordinates of a cloud along each axis: the 2nd and 98th percentiles of a fixed sample.
 ///
-/// Used where a few far fliers must not spoil the choice of a grid. Infinite and NaN entries are skipped.
+/// So a few distant particles do not spoil the choice of a grid. Infinite and NaN entries are skipped.
 fn typical_bounds(positions: &[Vec3]) -> (Vec3, Vec3) {
     const SAMPLE: usize = 4096;
     let stride = positions.len().div_ceil(SAMPLE).max(1);

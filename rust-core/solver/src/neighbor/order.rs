@@ -6,18 +6,18 @@ use super::{Lattice, typical_bounds};
 use crate::state::Cell;
 use concordem_contact::math::{Vec3, cbrt};
 
-/// Mean number of particles per box of the curve: neighbours within a box keep their old order, so that small motions
-/// seldom change the order.
+/// Mean number of particles per box of the curve: neighbors within a box keep their old order, so that small motions
+/// rarely change the order.
 const PARTICLES_PER_BOX: f64 = 4.0;
 
-/// Indices of the particles in the order in which a Hilbert curve (Skilling 2004, AIP Conf. Proc. 707, 381) through a
-/// grid of boxes with a few particles each meets them; equal boxes keep the order of the indices.
+/// Indices of the particles in the order of a Hilbert curve (Skilling 2004, AIP Conf. Proc. 707, 381) through a grid of
+/// boxes with a few particles each. Particles in the same box keep the order of their indices.
 ///
-/// With a cell (edge vectors as columns, m) positions count by their place in the cell, wherever their images lie.
-/// Positions that are not finite go to some box; the neighbour search reports them.
+/// With a cell (edge vectors as columns, m) positions are wrapped into it. Positions that are not finite go to an arbitrary
+/// box; the neighbor search reports them.
 pub fn spatial_order(positions: &[Vec3], cell: Option<&Cell>) -> Vec<u32> {
     let lattice = cell.and_then(|cell| Lattice::new(cell).ok());
-    let place = |position: &Vec3| lattice.map_or(*position, |lattice| lattice.wrapped(position));
+    let wrapped = |position: &Vec3| lattice.map_or(*position, |lattice| lattice.wrapped(position));
     let (low, size) = lattice.as_ref().map_or_else(
         || {
             let (low, high) = typical_bounds(positions);
@@ -49,7 +49,7 @@ pub fn spatial_order(positions: &[Vec3], cell: Option<&Cell>) -> Vec<u32> {
         .par_iter()
         .enumerate()
         .map(|(index, position)| {
-            let u = (place(position) - low) * (boxes / longest);
+            let u = (wrapped(position) - low) * (boxes / longest);
             let clamp = |value: f64| value.clamp(0.0, boxes - 1.0) as u32;
             (hilbert([clamp(u.x), clamp(u.y), clamp(u.z)], bits), index as u32)
         })
@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn curve_visits_every_box_and_steps_to_a_face_neighbour() {
+    fn curve_visits_every_box_and_steps_to_a_face_neighbor() {
         let bits = 3;
         let mut path: Vec<(u64, [i32; 3])> = Vec::new();
         for x in 0..8 {

@@ -181,7 +181,7 @@ fn threads_do_not_matter() {
 }
 
 #[test]
-fn spatial_order_keeps_neighbours_together() {
+fn spatial_order_keeps_neighbors_together() {
     // 32³ points on a lattice, shuffled by a multiplication: along the curve of boxes of 4 to 8 points each, the mean
     // step stays near one spacing; in the shuffled order it is about half the edge.
     let count = 32_768_u64;

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use crate::state::Cell;
 use concordem_contact::math::{Mat3, Vec3};
 
-/// Remembers where the particles were when the pairs were found with an extra distance, the skin, so that the search
-/// can be left out until the skin may be spent.
+/// Stores the positions at the last neighbor search, which used an extra distance, the skin. The candidate pairs stay
+/// complete until the skin may be spent.
 ///
 /// The bound: let F map the cell at the search to the present one and `u_i = x_i − F x_i⁰` be the non-affine
 /// displacements (F = 1 without a cell). A pair that was not listed had `|d⁰| > c + s` with its cutoff distance c and
@@ -15,8 +15,7 @@ use concordem_contact::math::{Mat3, Vec3};
 /// the worst is the largest c for σ < 1, and c = 0 otherwise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VerletList {
-    /// Extra distance by which the candidate pairs were sought, m: the reaches of the search add up to a pair's cutoff
-    /// distance plus this.
+    /// Extra distance of the search, m: the reaches of a pair add up to its cutoff distance plus this.
     pub skin: f64,
     /// Largest cutoff distance of any pair, without the skin, m.
     pub largest_cutoff: f64,
@@ -27,7 +26,7 @@ pub struct VerletList {
 }
 
 impl VerletList {
-    /// Note the present positions and cell; `skin` and `largest_cutoff` in m.
+    /// Store the present positions and cell; `skin` and `largest_cutoff` in m.
     pub fn new(positions: &[Vec3], cell: Option<&Cell>, skin: f64, largest_cutoff: f64) -> Self {
         Self { skin, largest_cutoff, positions: positions.to_vec(), cell_matrix: cell.map(|c| c.matrix) }
     }
@@ -54,7 +53,7 @@ impl VerletList {
         let displacement = |(now, then): (&Vec3, &Vec3)| map.as_ref().map_or_else(|| now - then, |f| now - f * then);
         let pairs = || positions.par_iter().zip(&self.positions).with_min_len(4096);
 
-        // Minima and maxima do not depend on the order in which they are taken; NaN is kept on purpose.
+        // Minima and maxima do not depend on the order; NaN is kept on purpose.
         let none = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
         let (low, high) = pairs()
             .map(displacement)
@@ -67,13 +66,13 @@ impl VerletList {
         if !(extent.max() < allowance && extent.iter().all(|e| e.is_finite())) {
             return true;
         }
-        // |u − ū| is at most half the diagonal of the box of displacements around ū: usually enough to answer.
+        // |u − ū| is at most half the diagonal of the box of displacements around ū: usually enough to decide.
         if extent.norm() < allowance {
             return false;
         }
         let middle = 0.5 * (low + high);
         let largest = pairs().map(|p| (displacement(p) - middle).norm_squared()).reduce(|| 0.0, max_or_nan).sqrt();
-        // Not "<" negated away: NaN must rebuild.
+        // Not `>=`: NaN must rebuild.
         let holds = 2.0 * largest < allowance;
         !holds
     }

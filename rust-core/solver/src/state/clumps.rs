@@ -1,8 +1,8 @@
 //! Clumps: rigid bodies made of several spheres.
 //!
-//! The body has a centre of mass, a mass, and principal moments of inertia that may be set independently of its
-//! spheres (Stránský 2018, §2.3). Its spheres do not interact with each other; forces on them act on the body, and
-//! they move with it.
+//! A body has a center of mass, a mass, and principal moments of inertia, which may be set independently of its spheres
+//! (Stránský 2018, §2.3). Its spheres do not interact with each other; forces on them act on the body, and they move with
+//! it.
 
 use crate::state::{Constraint, Particles};
 use concordem_contact::math::{Mat3, Quat, Vec3, normalized, quaternion_of_rotation_vector, rotate};
@@ -12,11 +12,11 @@ use concordem_contact::math::{Mat3, Quat, Vec3, normalized, quaternion_of_rotati
 pub struct Clump {
     /// Indices of the member particles, ascending.
     pub members: Vec<u32>,
-    /// Positions of the members' centres in the body frame, m.
+    /// Positions of the members' centers in the body frame, m.
     pub offsets: Vec<Vec3>,
     /// Member orientations relative to the body.
     pub orientations: Vec<Quat>,
-    /// Centre of mass, m.
+    /// Center of mass, m.
     pub position: Vec3,
     /// Velocity at the half step, m/s.
     pub velocity: Vec3,
@@ -26,15 +26,15 @@ pub struct Clump {
     pub angular_momentum: Vec3,
     /// Mass, kg.
     pub mass: f64,
-    /// Principal moments of inertia, kg·m²; of a new clump in rising order.
+    /// Principal moments of inertia, kg·m²; in ascending order for a new clump.
     pub inertia: Vec3,
     /// Prescribed degrees of freedom.
     pub constraint: Constraint,
 }
 
 impl Clump {
-    /// A clump of `members` whose mass and inertia are those of its spheres taken together (overlaps counted twice,
-    /// as if the spheres were separate bodies rigidly joined), or the given ones (moments in rising order).
+    /// A clump of `members` with the given mass (kg) and principal moments of inertia (kg·m², ascending). Default: the sums
+    /// over its spheres, where overlaps count twice, as if the spheres were separate bodies rigidly joined.
     pub fn new(members: Vec<u32>, particles: &Particles, mass: Option<f64>, inertia: Option<Vec3>) -> Self {
         let sum_mass: f64 = members.iter().map(|&m| particles.mass[m as usize]).sum();
         let weighted = |values: &[Vec3]| {
@@ -68,24 +68,25 @@ impl Clump {
         }
     }
 
-    /// Start to move with this velocity (m/s) and angular velocity (rad/s); so do the members.
-    pub fn start(&mut self, velocity: Vec3, spin: Vec3, particles: &mut Particles) {
+    /// Set the velocity (m/s) and angular velocity (rad/s) of the body and its members.
+    pub fn start(&mut self, velocity: Vec3, angular_velocity: Vec3, particles: &mut Particles) {
         self.velocity = velocity;
-        let local = rotate(&self.orientation.conjugate(), &spin);
+        let local = rotate(&self.orientation.conjugate(), &angular_velocity);
         self.angular_momentum = rotate(&self.orientation, &local.component_mul(&self.inertia));
-        self.place_members(particles, &spin, &Quat::identity());
+        self.place_members(particles, &angular_velocity, &Quat::identity());
     }
 
-    /// Angular velocity for an angular momentum `momentum` at orientation `orientation`, rad/s.
+    /// Angular velocity (rad/s) of the angular momentum `momentum` (kg·m²/s) at `orientation`.
     pub fn angular_velocity(&self, momentum: &Vec3, orientation: &Quat) -> Vec3 {
         let body = rotate(&orientation.conjugate(), momentum);
         rotate(orientation, &body.component_div(&self.inertia))
     }
 
-    /// Kick with `force` and `torque` (about the centre of mass), then drift by `dt`; members follow.
+    /// Kick with `force` (N) and `torque` (about the center of mass, N·m) over the time `kick` (s), then drift by `dt` (s);
+    /// members follow.
     ///
-    /// The angular momentum is kicked in world axes; the orientation advances by the midpoint rule on the angular
-    /// velocity (implicit in the midpoint orientation, three fixed-point sweeps), second order and exact in momentum.
+    /// The angular momentum is kicked in world axes. The orientation advances by the midpoint rule on the angular velocity
+    /// (implicit in the midpoint orientation, three fixed-point iterations): second order, exact in momentum.
     pub fn advance(&mut self, force: &Vec3, torque: &Vec3, dt: f64, kick: f64, particles: &mut Particles) {
         let mut force = *force;
         let mut torque = *torque;
@@ -101,31 +102,31 @@ impl Clump {
         self.angular_momentum += torque * kick;
         self.position += self.velocity * dt;
         let mut middle = self.orientation;
-        let mut spin = self.angular_velocity(&self.angular_momentum, &middle);
+        let mut angular_velocity = self.angular_velocity(&self.angular_momentum, &middle);
         for _ in 0..3 {
-            middle = normalized(&(quaternion_of_rotation_vector(&(spin * (0.5 * dt))) * self.orientation));
-            spin = self.angular_velocity(&self.angular_momentum, &middle);
+            middle = normalized(&(quaternion_of_rotation_vector(&(angular_velocity * (0.5 * dt))) * self.orientation));
+            angular_velocity = self.angular_velocity(&self.angular_momentum, &middle);
         }
-        let increment = quaternion_of_rotation_vector(&(spin * dt));
+        let increment = quaternion_of_rotation_vector(&(angular_velocity * dt));
         self.orientation = normalized(&(increment * self.orientation));
-        self.place_members(particles, &spin, &increment);
+        self.place_members(particles, &angular_velocity, &increment);
     }
 
-    /// Put the members where the body is, moving with it.
-    pub fn place_members(&self, particles: &mut Particles, spin: &Vec3, increment: &Quat) {
+    /// Set positions and motions of the members from those of the body.
+    pub fn place_members(&self, particles: &mut Particles, angular_velocity: &Vec3, increment: &Quat) {
         for ((&m, offset), relative) in self.members.iter().zip(&self.offsets).zip(&self.orientations) {
             let m = m as usize;
             let arm = rotate(&self.orientation, offset);
             particles.position[m] = self.position + arm;
-            particles.velocity[m] = self.velocity + spin.cross(&arm);
-            particles.angular_velocity[m] = *spin;
+            particles.velocity[m] = self.velocity + angular_velocity.cross(&arm);
+            particles.angular_velocity[m] = *angular_velocity;
             particles.rotation_increment[m] = *increment;
             particles.orientation[m] = normalized(&(self.orientation * relative));
         }
     }
 
-    /// The least share that the body's mass and principal moments have of those that its members make together.
-    pub fn share_of_members(&self, particles: &Particles) -> f64 {
+    /// Smallest ratio of the body's mass and principal moments to the sums over its members.
+    pub fn mass_fraction(&self, particles: &Particles) -> f64 {
         let (mut mass, mut moments) = (0.0, Vec3::zeros());
         for (&m, offset) in self.members.iter().zip(&self.offsets) {
             let (own, inertia) = (particles.mass[m as usize], particles.inertia[m as usize]);
@@ -141,7 +142,7 @@ impl Clump {
     }
 }
 
-/// Principal moments in rising order and axes (columns, right-handed) of a symmetric tensor, by cyclic Jacobi rotations
+/// Principal moments in ascending order and axes (columns, right-handed) of a symmetric tensor, by cyclic Jacobi rotations
 /// with processor-independent arithmetic.
 fn principal_axes(tensor: &Mat3) -> (Vec3, Mat3) {
     let mut a = *tensor;
@@ -174,7 +175,7 @@ fn principal_axes(tensor: &Mat3) -> (Vec3, Mat3) {
     (Vec3::from(order.map(|k| a[(k, k)])), axes)
 }
 
-/// Unit quaternion of a rotation matrix (columns are the body axes in the world).
+/// Unit quaternion of a rotation matrix, whose columns are the body axes in world coordinates.
 fn quaternion_of_axes(m: &Mat3) -> Quat {
     let trace = m.trace();
     let q = if trace > 0.0 {

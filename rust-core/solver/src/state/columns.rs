@@ -1,12 +1,11 @@
-//! How state leaves and enters the program: named columns of numbers.
+//! Named columns of numbers: the interface between the state and files.
 //!
-//! Everything that changes during a run can be written as columns into a [`ColumnSink`] and read back from a
-//! [`ColumnSource`] without losing a bit. Checkpoints, the state hash, and tests are sinks and sources; the state
-//! does not know which.
+//! The state writes everything that changes during a run into a [`ColumnSink`] and reads it back from a [`ColumnSource`]
+//! bit for bit. Checkpoints, the state hash, and tests implement these traits.
 
 use std::collections::BTreeMap;
 
-/// One column: rows of `components` numbers each, rows contiguous.
+/// One column: contiguous rows of `components` numbers each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(missing_docs)] // the fields are the same in every variant and described on the enum's methods
 pub enum Column<'a> {
@@ -49,7 +48,7 @@ impl std::fmt::Display for ColumnKind {
     }
 }
 
-/// Run the same expression for the data of every kind of column.
+/// Evaluate an expression for the data of any kind of column.
 macro_rules! for_each_kind {
     ($column:expr, $data:ident => $body:expr) => {
         match $column {
@@ -130,17 +129,20 @@ impl<'a> Column<'a> {
         }
     }
 
-    /// Count of numbers, rows times components.
+    /// Number of numbers: rows times components.
     pub fn len(&self) -> usize {
         for_each_kind!(self, data => data.len())
     }
 
-    /// Whether there is no number.
+    /// Whether the column is empty.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Count of rows; refuses data that is not a whole number of rows.
+    /// Number of rows.
+    ///
+    /// # Errors
+    /// [`ColumnError::Ragged`].
     pub fn rows(&self, path: &str) -> Result<usize, ColumnError> {
         let (len, components) = (self.len(), self.components());
         if components == 0 || len % components != 0 {
@@ -149,13 +151,13 @@ impl<'a> Column<'a> {
         Ok(len / components)
     }
 
-    /// Bytes of the numbers in the machine's order.
+    /// Bytes of the numbers in the byte order of the machine.
     pub fn bytes(&self) -> &'a [u8] {
         for_each_kind!(*self, data => bytemuck::cast_slice(data))
     }
 }
 
-/// What can go wrong between state and columns.
+/// Why columns cannot be written or read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ColumnError {
@@ -176,19 +178,19 @@ pub enum ColumnError {
     Kind {
         /// Path of the column.
         path: String,
-        /// Wanted type.
+        /// Expected type.
         expected: ColumnKind,
         /// Type found.
         found: String,
     },
-    /// The count of numbers is wrong.
+    /// The number of numbers is wrong.
     #[error("column `{path}` holds {found} numbers where {expected} are needed")]
     Length {
         /// Path of the column.
         path: String,
-        /// Wanted count.
+        /// Expected number.
         expected: usize,
-        /// Count found.
+        /// Number found.
         found: usize,
     },
     /// The data is not a whole number of rows.
@@ -196,12 +198,12 @@ pub enum ColumnError {
     Ragged {
         /// Path of the column.
         path: String,
-        /// Count of numbers.
+        /// Number of numbers.
         len: usize,
         /// Numbers per row.
         components: usize,
     },
-    /// A value makes no sense.
+    /// A value is invalid.
     #[error("column `{path}`, row {row}: {problem}")]
     Value {
         /// Path of the column.
@@ -211,12 +213,12 @@ pub enum ColumnError {
         /// What is wrong with it.
         problem: String,
     },
-    /// The medium failed.
+    /// The storage failed.
     #[error("column `{path}`: {message}")]
     Storage {
         /// Path of the column.
         path: String,
-        /// What the medium said.
+        /// Message of the storage.
         message: String,
     },
 }
@@ -226,13 +228,13 @@ pub trait ColumnSink {
     /// Take one column.
     fn column(&mut self, path: &str, column: Column<'_>) -> Result<(), ColumnError>;
 
-    /// Take one column with a sentence on its meaning, which sinks that are not for people ignore.
+    /// Take one column with a description for readers; by default the description is ignored.
     fn described_column(&mut self, path: &str, column: Column<'_>, _description: &str) -> Result<(), ColumnError> {
         self.column(path, column)
     }
 }
 
-/// Gives columns back, bit for bit.
+/// Returns columns, bit for bit.
 pub trait ColumnSource {
     /// Whether the column exists.
     fn exists(&mut self, path: &str) -> bool;
@@ -250,13 +252,13 @@ pub trait ColumnSource {
     fn i8(&mut self, path: &str) -> Result<Vec<i8>, ColumnError>;
 }
 
-/// Something that can be written as columns, completely: the state of a run.
+/// Something that can be written as columns completely, such as the state of a run.
 pub trait WriteColumns {
     /// Write every column.
     fn write(&self, sink: &mut dyn ColumnSink) -> Result<(), ColumnError>;
 }
 
-/// The values, or an error when there are not exactly `expected` numbers.
+/// The values, or [`ColumnError::Length`] if there are not exactly `expected` numbers.
 pub fn with_length<T>(path: &str, values: Vec<T>, expected: usize) -> Result<Vec<T>, ColumnError> {
     if values.len() == expected {
         Ok(values)
@@ -292,7 +294,7 @@ impl StoredColumn {
         self.borrow().kind()
     }
 
-    /// The column as a view (its unit is not kept).
+    /// The column as a view; its unit is not stored.
     pub fn borrow(&self) -> Column<'_> {
         let (components, unit) = (self.components, "1");
         match &self.data {
@@ -308,21 +310,24 @@ impl StoredColumn {
 
 /// Columns in memory: sink and source.
 ///
-/// As a source it gives each column once and forgets it, so that reading a large state does not hold it twice.
+/// As a source it returns each column once and drops it, so that reading a large state does not hold it twice.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ColumnStore {
     columns: BTreeMap<String, StoredColumn>,
 }
 
 impl ColumnStore {
-    /// Everything that `state` writes.
+    /// All columns that `state` writes.
     pub fn of(state: &dyn WriteColumns) -> Result<Self, ColumnError> {
         let mut store = Self::default();
         state.write(&mut store)?;
         Ok(store)
     }
 
-    /// Add a column; refuses a path that exists.
+    /// Add a column.
+    ///
+    /// # Errors
+    /// [`ColumnError::Duplicate`] if the path exists.
     pub fn insert(&mut self, path: &str, column: StoredColumn) -> Result<(), ColumnError> {
         if self.columns.contains_key(path) {
             return Err(ColumnError::Duplicate { path: path.to_owned() });

@@ -18,19 +18,19 @@ pub struct Pair {
     pub b: u32,
 }
 
-/// A bond that broke. It is in no block any more; damage counts it.
+/// A bond that broke. It belongs to no block anymore; the damage operator counts it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BrokenBond {
-    /// Place of its block in [`State::bonds`](super::State::bonds).
+    /// Index of its block in [`State::bonds`](super::State::bonds).
     pub block: u16,
     /// Its particles.
     pub pair: Pair,
     /// Image of B, as [`ContactFlags::image`].
     pub image: [i8; 3],
-    /// Length without strain and area.
+    /// Reference length and area.
     pub reference: Reference,
-    /// Direction and length when it broke.
-    pub frame: PreviousGeometry,
+    /// Normal and length when it broke.
+    pub previous: PreviousGeometry,
 }
 
 /// Periodic image of B, parameter row, and flags of a contact.
@@ -39,8 +39,8 @@ pub struct BrokenBond {
 pub struct ContactFlags {
     /// Row of the law's parameter table.
     pub row: u16,
-    /// A sum of the constants `ContactFlags::BONDED`, ...
-    pub flags: u8,
+    /// Union of [`ContactFlags::BONDED`] and the other constants.
+    pub bits: u8,
     /// B is seen at `x_B + H·image`.
     pub image: [i8; 3],
     /// Unused, zero.
@@ -48,29 +48,29 @@ pub struct ContactFlags {
 }
 
 impl ContactFlags {
-    /// Made at bonding: cohesive.
+    /// Created at bonding: cohesive.
     pub const BONDED: u8 = 1;
     /// Has history: a bond, or an unbonded contact that touches.
     pub const ACTIVE: u8 = 2;
-    /// Broke; carries nothing and is removed at the next neighbour search.
+    /// Broke; carries nothing and is removed at the next rebuild of the neighbor list.
     pub const BROKEN: u8 = 4;
     /// An unbonded contact whose reference length was kept from a broken bond.
     pub const KEPT_REFERENCE: u8 = 8;
     /// Damage passed the event threshold and is in the event log.
     pub const REPORTED: u8 = 16;
-    /// Evaluated for the sake of B alone: A belongs to another share of a distributed computation, where the contact's
-    /// energies are counted.
+    /// Evaluated for B alone: A belongs to another subdomain of a distributed computation, where the contact's energies are
+    /// counted.
     pub const NOT_OWNED: u8 = 32;
 
-    /// Whether the contact has something to answer: active and not broken.
+    /// Whether the contact carries a force: active and not broken.
     #[inline(always)]
     pub fn carries(self) -> bool {
-        self.flags & (Self::ACTIVE | Self::BROKEN) == Self::ACTIVE
+        self.bits & (Self::ACTIVE | Self::BROKEN) == Self::ACTIVE
     }
-    /// Whether all of `flags` are set.
+    /// Whether all of `bits` are set.
     #[inline(always)]
-    pub fn has(self, flags: u8) -> bool {
-        self.flags & flags == flags
+    pub fn has(self, bits: u8) -> bool {
+        self.bits & bits == bits
     }
 }
 
@@ -82,11 +82,11 @@ pub struct ContactBlock<L: ContactLaw> {
     /// The particles.
     pub pair: Vec<Pair>,
     /// Image, row, flags.
-    pub link: Vec<ContactFlags>,
+    pub flags: Vec<ContactFlags>,
     /// Reference length and area.
     pub reference: Vec<Reference>,
     /// Normal and length of the last step.
-    pub frame: Vec<PreviousGeometry>,
+    pub previous: Vec<PreviousGeometry>,
     /// History.
     pub history: Vec<L::State>,
 }
@@ -97,17 +97,24 @@ pub struct ContactView {
     /// Particles.
     pub pair: Pair,
     /// Image, row, flags.
-    pub link: ContactFlags,
+    pub flags: ContactFlags,
     /// Reference length and area.
     pub reference: Reference,
     /// Normal and length of the last step.
-    pub frame: PreviousGeometry,
+    pub previous: PreviousGeometry,
 }
 
 impl<L: ContactLaw> ContactBlock<L> {
     /// An empty block with the given parameter rows.
     pub fn new(rows: Vec<L>) -> Self {
-        Self { rows, pair: Vec::new(), link: Vec::new(), reference: Vec::new(), frame: Vec::new(), history: Vec::new() }
+        Self {
+            rows,
+            pair: Vec::new(),
+            flags: Vec::new(),
+            reference: Vec::new(),
+            previous: Vec::new(),
+            history: Vec::new(),
+        }
     }
 
     /// Number of contacts, broken and inactive ones included.
@@ -115,17 +122,17 @@ impl<L: ContactLaw> ContactBlock<L> {
         self.pair.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no contacts.
     pub fn is_empty(&self) -> bool {
         self.pair.is_empty()
     }
 
-    /// Add a contact without history; call [`Self::sort`] when all are there.
-    pub fn push(&mut self, pair: Pair, link: ContactFlags, reference: Reference, frame: PreviousGeometry) {
+    /// Add a contact without history; call [`Self::sort`] after the last one.
+    pub fn push(&mut self, pair: Pair, flags: ContactFlags, reference: Reference, previous: PreviousGeometry) {
         self.pair.push(pair);
-        self.link.push(link);
+        self.flags.push(flags);
         self.reference.push(reference);
-        self.frame.push(frame);
+        self.previous.push(previous);
         self.history.push(L::State::default());
     }
 
@@ -135,16 +142,16 @@ impl<L: ContactLaw> ContactBlock<L> {
             *values = order.iter().map(|&k| values[k as usize]).collect();
         }
         pick(&mut self.pair, order);
-        pick(&mut self.link, order);
+        pick(&mut self.flags, order);
         pick(&mut self.reference, order);
-        pick(&mut self.frame, order);
+        pick(&mut self.previous, order);
         pick(&mut self.history, order);
     }
 
     /// Sort by (a, b, image).
     pub fn sort(&mut self) {
         let mut order: Vec<u32> = (0..self.len() as u32).collect();
-        order.sort_unstable_by_key(|&k| (self.pair[k as usize], self.link[k as usize].image));
+        order.sort_unstable_by_key(|&k| (self.pair[k as usize], self.flags[k as usize].image));
         if order.iter().enumerate().any(|(k, &o)| k != o as usize) {
             self.permute(&order);
         }
@@ -152,13 +159,13 @@ impl<L: ContactLaw> ContactBlock<L> {
 
     /// Keep the contacts for which `keep` holds.
     pub fn retain(&mut self, keep: impl Fn(&ContactFlags) -> bool) {
-        let order: Vec<u32> = (0..self.len() as u32).filter(|&k| keep(&self.link[k as usize])).collect();
+        let order: Vec<u32> = (0..self.len() as u32).filter(|&k| keep(&self.flags[k as usize])).collect();
         if order.len() != self.len() {
             self.permute(&order);
         }
     }
 
-    /// Constants of contact `k`. In a wall block B has no radius and infinite mass.
+    /// Geometry of contact `k`. In a wall block B has zero radius and infinite mass.
     #[inline(always)]
     pub fn geometry(&self, k: usize, particles: &Particles, with_wall: bool) -> ContactGeometry {
         let (a, b) = (self.pair[k].a as usize, self.pair[k].b as usize);
@@ -173,19 +180,19 @@ impl<L: ContactLaw> ContactBlock<L> {
     }
 }
 
-/// A block of contacts, whatever its law: what everything but the inner loop needs.
+/// A block of contacts, whatever its law, for everything but the force evaluation.
 pub trait Contacts: Send + Sync {
     /// Name of the law.
     fn law(&self) -> &'static str;
-    /// Whether the law goes with particles that deform.
+    /// Whether the law supports deformable particles ([`ContactLaw::DEFORMS`]).
     fn deforms(&self) -> bool;
-    /// Whether contacts are measured by orientations, and not by rotations of the step.
+    /// Whether the measure reads orientations (otherwise rotations of the step).
     fn reads_orientations(&self) -> bool;
     /// [`ContactLaw::READS_OLD_ELONGATION`].
     fn reads_old_elongation(&self) -> bool;
     /// Number of entries, broken and inactive ones included.
     fn len(&self) -> usize;
-    /// Whether there is none.
+    /// Whether there are no contacts.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -195,43 +202,43 @@ pub trait Contacts: Send + Sync {
     fn stiffness(&self, k: usize, particles: &Particles, with_wall: bool) -> Stiffness;
     /// Damage of contact `k`, 0 to 1.
     fn damage(&self, k: usize) -> f64;
-    /// Share of its strength that contact `k` has lost, 0 to 1.
+    /// Fraction of its strength that contact `k` has lost, 0 to 1.
     fn lost_strength(&self, k: usize) -> f64;
-    /// Add a contact without history; [`Self::sort`] must follow.
-    fn push(&mut self, pair: Pair, link: ContactFlags, reference: Reference, frame: PreviousGeometry);
-    /// Add a contact whose history is `history`, in the order of [`Self::history_reals`]; [`Self::sort`] must follow.
-    /// Reals that are missing are zero, those beyond the law's are left out.
+    /// Add a contact without history; call [`Self::sort`] after the last one.
+    fn push(&mut self, pair: Pair, flags: ContactFlags, reference: Reference, previous: PreviousGeometry);
+    /// Add a contact with the history `history`, in the order of [`Self::history_reals`]; call [`Self::sort`] after the last
+    /// one. Missing numbers are zero, surplus ones are ignored.
     fn push_with_history(
         &mut self,
         pair: Pair,
-        link: ContactFlags,
+        flags: ContactFlags,
         reference: Reference,
-        frame: PreviousGeometry,
+        previous: PreviousGeometry,
         history: &[f64],
     );
     /// Sort by particles and image.
     fn sort(&mut self);
-    /// Keep only contacts whose flags pass.
-    fn retain_links(&mut self, keep: &dyn Fn(&ContactFlags) -> bool);
+    /// Keep only the contacts for whose flags `keep` holds.
+    fn retain_where(&mut self, keep: &dyn Fn(&ContactFlags) -> bool);
     /// Cross-section of a bond of parameter row `row`, see [`ContactLaw::bonded_area`].
     fn bonded_area(&self, row: u16, radius_a: f64, radius_b: f64, mean_radius: f64) -> f64;
-    /// Axial force of bond `k`, N, by its length at the last evaluation; see [`ContactLaw::axial_force`].
+    /// Axial force of bond `k`, N, at its length in the last evaluation; see [`ContactLaw::axial_force`].
     fn axial_force(&self, k: usize, particles: &Particles) -> Option<f64>;
-    /// Distances from the centres to the contact point of contact `k` when the centres are `length` apart, m.
+    /// Distances from the centers of A and B to the contact point of contact `k`, m, at the center distance `length` (m).
     fn arms(&self, k: usize, particles: &Particles, length: f64) -> (f64, f64);
-    /// Let go of the bonds for which `condition` holds: they break at their next evaluation.
+    /// Release the bonds for which `condition` holds: they break at their next evaluation.
     fn release(&mut self, condition: &dyn Fn(&Pair) -> bool);
-    /// Reference of an unbonded contact that begins.
+    /// Reference of an unbonded contact that begins; see [`ContactLaw::unbonded_reference`].
     fn unbonded_reference(&self, length: f64, radius_a: f64, radius_b: f64) -> Reference;
-    /// Reference a broken bond keeps.
+    /// Reference that the broken bond `k` passes on; see [`ContactLaw::kept_reference`].
     fn kept_reference(&self, k: usize) -> Option<Reference>;
-    /// History of all contacts as reals, with its fields.
+    /// Fields of the history, and the histories of all contacts as numbers.
     fn history_reals(&self) -> (&'static [concordem_contact::law::Field], &[f64]);
     /// Write all columns under `path`.
     fn write(&self, path: &str, sink: &mut dyn ColumnSink) -> Result<(), ColumnError>;
     /// Replace all columns by those under `path`.
     fn read(&mut self, path: &str, source: &mut dyn ColumnSource) -> Result<(), ColumnError>;
-    /// Bytes held per contact.
+    /// Memory per contact in bytes.
     fn bytes_per_contact(&self) -> usize;
     /// For downcasting to the typed block.
     fn as_any(&self) -> &dyn Any;
@@ -239,17 +246,17 @@ pub trait Contacts: Send + Sync {
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
 
-/// Write the columns of one contact list: only entries with history, since candidates follow from the positions.
+/// Write the contacts with history; candidates follow from the positions.
 fn write_columns<L: ContactLaw>(
     block: &ContactBlock<L>,
     path: &str,
     sink: &mut dyn ColumnSink,
 ) -> Result<(), ColumnError> {
-    let has_history = |link: &ContactFlags| {
-        link.flags & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE | ContactFlags::BROKEN) != 0
+    let has_history = |flags: &ContactFlags| {
+        flags.bits & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE | ContactFlags::BROKEN) != 0
     };
     let mut only = ContactBlock::<L>::new(Vec::new());
-    let block = if block.link.iter().all(has_history) {
+    let block = if block.flags.iter().all(has_history) {
         block
     } else {
         only.clone_from(block);
@@ -261,10 +268,10 @@ fn write_columns<L: ContactLaw>(
     sink.column(&format!("{path}/pair"), u32s(bytemuck::cast_slice(&block.pair), 2))?;
     sink.column(
         &format!("{path}/link"),
-        Column::U8 { data: bytemuck::cast_slice(&block.link), components: 8, unit: "1" },
+        Column::U8 { data: bytemuck::cast_slice(&block.flags), components: 8, unit: "1" },
     )?;
     sink.column(&format!("{path}/reference"), reals(bytemuck::cast_slice(&block.reference), 2, "m, m^2"))?;
-    sink.column(&format!("{path}/frame"), reals(bytemuck::cast_slice(&block.frame), 4, "1, 1, 1, m"))?;
+    sink.column(&format!("{path}/frame"), reals(bytemuck::cast_slice(&block.previous), 4, "1, 1, 1, m"))?;
     let width = size_of::<L::State>() / 8;
     sink.column(&format!("{path}/history"), reals(bytemuck::cast_slice(&block.history), width, "see fields"))
 }
@@ -286,37 +293,42 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
         self.pair.len()
     }
     fn view(&self, k: usize) -> ContactView {
-        ContactView { pair: self.pair[k], link: self.link[k], reference: self.reference[k], frame: self.frame[k] }
+        ContactView {
+            pair: self.pair[k],
+            flags: self.flags[k],
+            reference: self.reference[k],
+            previous: self.previous[k],
+        }
     }
     fn stiffness(&self, k: usize, particles: &Particles, with_wall: bool) -> Stiffness {
         let mut geometry = self.geometry(k, particles, with_wall);
-        if !self.link[k].has(ContactFlags::ACTIVE) && !self.link[k].has(ContactFlags::KEPT_REFERENCE) {
-            // A candidate: as if it touched now.
+        if !self.flags[k].has(ContactFlags::ACTIVE) && !self.flags[k].has(ContactFlags::KEPT_REFERENCE) {
+            // A candidate counts as if it touched now.
             let touching =
                 L::unbonded_reference(geometry.radius_a + geometry.radius_b, geometry.radius_a, geometry.radius_b);
             geometry.reference_length = touching.length;
             geometry.area = touching.area;
         }
-        self.rows[self.link[k].row as usize].stiffness(&geometry)
+        self.rows[self.flags[k].row as usize].stiffness(&geometry)
     }
     fn damage(&self, k: usize) -> f64 {
         L::damage(&self.history[k])
     }
     fn lost_strength(&self, k: usize) -> f64 {
-        self.rows[self.link[k].row as usize].lost_strength(&self.history[k])
+        self.rows[self.flags[k].row as usize].lost_strength(&self.history[k])
     }
-    fn push(&mut self, pair: Pair, link: ContactFlags, reference: Reference, frame: PreviousGeometry) {
-        Self::push(self, pair, link, reference, frame);
+    fn push(&mut self, pair: Pair, flags: ContactFlags, reference: Reference, previous: PreviousGeometry) {
+        Self::push(self, pair, flags, reference, previous);
     }
     fn push_with_history(
         &mut self,
         pair: Pair,
-        link: ContactFlags,
+        flags: ContactFlags,
         reference: Reference,
-        frame: PreviousGeometry,
+        previous: PreviousGeometry,
         history: &[f64],
     ) {
-        Self::push(self, pair, link, reference, frame);
+        Self::push(self, pair, flags, reference, previous);
         if let Some(state) = self.history.last_mut() {
             let reals: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(state));
             for (to, from) in reals.iter_mut().zip(history) {
@@ -327,7 +339,7 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     fn sort(&mut self) {
         Self::sort(self);
     }
-    fn retain_links(&mut self, keep: &dyn Fn(&ContactFlags) -> bool) {
+    fn retain_where(&mut self, keep: &dyn Fn(&ContactFlags) -> bool) {
         self.retain(keep);
     }
     fn bonded_area(&self, row: u16, radius_a: f64, radius_b: f64, mean_radius: f64) -> f64 {
@@ -335,15 +347,15 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     }
     fn axial_force(&self, k: usize, particles: &Particles) -> Option<f64> {
         let geometry = self.geometry(k, particles, false);
-        self.rows[self.link[k].row as usize].axial_force(&geometry, self.frame[k].length)
+        self.rows[self.flags[k].row as usize].axial_force(&geometry, self.previous[k].length)
     }
     fn arms(&self, k: usize, particles: &Particles, length: f64) -> (f64, f64) {
         L::Kinematics::arms(&self.geometry(k, particles, false), length)
     }
     fn release(&mut self, condition: &dyn Fn(&Pair) -> bool) {
-        for (pair, link) in self.pair.iter().zip(&mut self.link) {
+        for (pair, flags) in self.pair.iter().zip(&mut self.flags) {
             if condition(pair) {
-                link.flags &= !ContactFlags::BONDED;
+                flags.bits &= !ContactFlags::BONDED;
             }
         }
     }
@@ -351,7 +363,7 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
         L::unbonded_reference(length, radius_a, radius_b)
     }
     fn kept_reference(&self, k: usize) -> Option<Reference> {
-        self.rows[self.link[k].row as usize].kept_reference(self.reference[k])
+        self.rows[self.flags[k].row as usize].kept_reference(self.reference[k])
     }
     fn history_reals(&self) -> (&'static [concordem_contact::law::Field], &[f64]) {
         (L::State::FIELDS, bytemuck::cast_slice(&self.history))
@@ -361,16 +373,16 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     }
     fn read(&mut self, path: &str, source: &mut dyn ColumnSource) -> Result<(), ColumnError> {
         let pair = source.u32(&format!("{path}/pair"))?;
-        let link = source.u8(&format!("{path}/link"))?;
+        let flags = source.u8(&format!("{path}/link"))?;
         let reference = source.f64(&format!("{path}/reference"))?;
-        let frame = source.f64(&format!("{path}/frame"))?;
+        let previous = source.f64(&format!("{path}/frame"))?;
         let history = source.f64(&format!("{path}/history"))?;
         let count = pair.len() / 2;
         let width = size_of::<L::State>() / 8;
         for (name, found, expected) in [
-            ("link", link.len(), 8 * count),
+            ("link", flags.len(), 8 * count),
             ("reference", reference.len(), 2 * count),
-            ("frame", frame.len(), 4 * count),
+            ("frame", previous.len(), 4 * count),
             ("history", history.len(), width * count),
         ] {
             if found != expected {
@@ -378,11 +390,11 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
             }
         }
         self.pair = pair.chunks_exact(2).map(|p| Pair { a: p[0], b: p[1] }).collect();
-        self.link = link.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
+        self.flags = flags.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
         self.reference = reference.chunks_exact(2).map(|r| Reference { length: r[0], area: r[1] }).collect();
-        self.frame = bytemuck::cast_slice(&frame).to_vec();
+        self.previous = bytemuck::cast_slice(&previous).to_vec();
         self.history = bytemuck::cast_slice(&history).to_vec();
-        if let Some(bad) = self.link.iter().position(|l| usize::from(l.row) >= self.rows.len()) {
+        if let Some(bad) = self.flags.iter().position(|l| usize::from(l.row) >= self.rows.len()) {
             return Err(ColumnError::Value {
                 path: format!("{path}/link"),
                 row: bad,

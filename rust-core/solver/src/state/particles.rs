@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use concordem_contact::kinematics::Pose;
 use concordem_contact::math::{Quat, Symmetric, Vec3};
 
-/// Spherical particles (discs in 2-D), struct of arrays; index = place along a space-filling curve, `id` = the
-/// user's stable name of a particle.
+/// Spherical particles (discs in 2-D) as a struct of arrays. The index is the position along a space-filling curve; `id` is
+/// the stable number of a particle.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Particles {
     /// Stable id, unique.
@@ -37,9 +37,9 @@ pub struct Particles {
     pub constraint: Vec<Constraint>,
     /// Tags of the scenario's named sets, one bit each.
     pub tags: Vec<u64>,
-    /// Net force (N) and torque (N·m) of the last step, where the damping remembers them; else empty.
+    /// Net force (N) and torque (N·m) of the last step, where the damping reads them; otherwise empty.
     pub previous: Vec<[Vec3; 2]>,
-    /// What strains the particles, where they deform; else empty.
+    /// What strains the particles; empty if they are rigid.
     pub deformation: Vec<Deformation>,
     /// Constant external loads, at most one per particle, by ascending particle.
     pub loads: Vec<Load>,
@@ -59,46 +59,46 @@ pub struct Load {
     pub dyad: Symmetric,
 }
 
-/// What strains a deformable particle: dyads `Σ ½(n⊗f + f⊗n)` over the forces on its surface, `n` from the centre to where
+/// What strains a deformable particle: dyads `Σ ½(n⊗f + f⊗n)` over the forces on its surface, `n` from the center to where
 /// they act, N.
 #[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Deformation {
-    /// Of all forces of the last step.
+    /// Dyad of all forces of the last step, N.
     pub dyad: Symmetric,
-    /// What the strains of the last step were computed from.
+    /// Dyad from which the strains of the last step were computed, N.
     pub used: Symmetric,
-    /// Of the contact forces that do not feel the strain.
+    /// Dyad of the contact forces that do not depend on the strain, N.
     pub other: Symmetric,
-    /// Of the reaction of a prescribed motion.
+    /// Dyad of the reaction of a prescribed motion, N.
     pub reaction: Symmetric,
 }
 
-/// How a given force reaches its particle.
+/// Where a given force acts on its particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoadLever {
-    /// It acts on the whole body, like a weight.
+    /// On the whole body, like a weight.
     #[default]
     Body,
-    /// It pulls at the point of the surface that lies in its direction.
+    /// At the point of the surface in the direction of the force: it pulls.
     Pull,
-    /// It pushes against the point of the surface that lies against its direction.
+    /// At the point of the surface opposite to the direction of the force: it pushes.
     Push,
 }
 
-/// One particle to be added: the usual defaults are a resting, free sphere.
+/// Position and radius of a particle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sphere {
-    /// Centre, m.
+    /// Center, m.
     pub position: Vec3,
     /// Radius, m.
     pub radius: f64,
 }
 
 impl Particles {
-    /// Write what the measure of contacts reads into `poses`, in the particles' order: with orientations, or with rotations of
-    /// the step.
+    /// Write position, rotation, and radius of each particle into `poses`. `oriented`: the rotation is the orientation,
+    /// otherwise the rotation of the step.
     pub fn poses(&self, oriented: bool, poses: &mut Vec<Pose>) {
         let rotation = if oriented { &self.orientation } else { &self.rotation_increment };
         self.position
@@ -116,13 +116,12 @@ impl Particles {
         self.position.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no particles.
     pub fn is_empty(&self) -> bool {
         self.position.is_empty()
     }
 
-    /// Add a resting free particle of `material` with the given mass (kg) and moment of inertia (kg·m²); its id is
-    /// its index at that time.
+    /// Add a free particle at rest with the given mass (kg) and moment of inertia (kg·m²). Its id is its index.
     pub fn push(&mut self, sphere: Sphere, material: u16, mass: f64, inertia: f64) {
         self.id.push(self.len() as u32);
         self.position.push(sphere.position);
@@ -144,7 +143,7 @@ impl Particles {
         self.add_load_at(particle, force, moment, LoadLever::Body);
     }
 
-    /// [`Self::add_load`] with a force that acts as `lever` says.
+    /// [`Self::add_load`] with a force that acts where `lever` says.
     pub fn add_load_at(&mut self, particle: u32, force: Vec3, moment: Vec3, lever: LoadLever) {
         let size = force.norm();
         let sign = match lever {
@@ -203,7 +202,7 @@ impl Particles {
     }
 }
 
-/// What a particle's load among `loads`, which are sorted by particle, adds to its dyad, N.
+/// Dyad of a particle's load among `loads`, which are sorted by particle, N.
 #[inline]
 pub fn load_dyad(loads: &[Load], particle: u32) -> Symmetric {
     if loads.is_empty() {
@@ -214,7 +213,7 @@ pub fn load_dyad(loads: &[Load], particle: u32) -> Symmetric {
         .map_or_else(|_| Symmetric::default(), |at| loads[at].dyad)
 }
 
-/// Load of a particle among `loads`, which are sorted by particle.
+/// Force (N) and moment (N·m) of a particle's load among `loads`, which are sorted by particle.
 #[inline]
 pub fn load_of(loads: &[Load], particle: u32) -> (Vec3, Vec3) {
     if loads.is_empty() {

@@ -13,7 +13,7 @@ pub enum WallShape {
         /// Unit normal, pointing out of the wall to where particles are.
         normal: Vec3,
     },
-    /// Circular cylinder, endless along its axis.
+    /// Circular cylinder, infinite along its axis.
     Cylinder {
         /// A point of the axis, m.
         point: Vec3,
@@ -21,10 +21,10 @@ pub enum WallShape {
         axis: Vec3,
         /// Radius, m.
         radius: f64,
-        /// Particles are inside (a vessel) or outside (a rod).
+        /// Whether particles are inside (a vessel) or outside (a rod).
         inside: bool,
     },
-    /// Triangles, touched from both sides.
+    /// Triangles, which particles touch from both sides.
     Facets {
         /// Corners, m.
         triangles: Vec<[Vec3; 3]>,
@@ -59,8 +59,8 @@ impl Wall {
         }
     }
 
-    /// Foot of the perpendicular from `x` on element `element`; `None` when undefined (centre on the surface's
-    /// singular set).
+    /// Closest point of element `element` to the point `x` (m); `None` where its direction is undefined: `x` on the axis of a
+    /// cylinder or on a triangle.
     pub fn closest_point(&self, element: usize, x: &Vec3) -> Option<ClosestPoint> {
         let x = x - self.displacement;
         match &self.shape {
@@ -82,7 +82,7 @@ impl Wall {
                 })
             }
             WallShape::Facets { triangles } => {
-                let (nearest, interior) = nearest_on_triangle(&x, &triangles[element]);
+                let (nearest, interior) = closest_on_triangle(&x, &triangles[element]);
                 let to = nearest - x;
                 let distance = to.norm();
                 (distance > 0.0).then(|| ClosestPoint { normal: to / distance, distance, interior })
@@ -90,23 +90,23 @@ impl Wall {
         }
     }
 
-    /// Centre and radius of a ball around element `element`; `None` when it is endless.
+    /// Center and radius (m) of a ball around element `element`; `None` if the element is infinite.
     pub fn bounds(&self, element: usize) -> Option<(Vec3, f64)> {
         match &self.shape {
             WallShape::Facets { triangles } => {
                 let t = &triangles[element];
-                let centre = (t[0] + t[1] + t[2]) / 3.0;
-                let radius = t.iter().map(|c| (c - centre).norm()).fold(0.0, f64::max);
-                Some((centre + self.displacement, radius))
+                let center = (t[0] + t[1] + t[2]) / 3.0;
+                let radius = t.iter().map(|c| (c - center).norm()).fold(0.0, f64::max);
+                Some((center + self.displacement, radius))
             }
             _ => None,
         }
     }
 }
 
-/// Nearest point of a triangle, and whether it lies inside the face (Ericson 2005, §5.1.5: regions by barycentric
-/// signs).
-fn nearest_on_triangle(x: &Vec3, [a, b, c]: &[Vec3; 3]) -> (Vec3, bool) {
+/// Closest point of a triangle, and whether it lies inside the face (Ericson 2005, §5.1.5: regions by the signs of the
+/// barycentric coordinates).
+fn closest_on_triangle(x: &Vec3, [a, b, c]: &[Vec3; 3]) -> (Vec3, bool) {
     let (ab, ac, ax) = (b - a, c - a, x - a);
     let (d1, d2) = (ab.dot(&ax), ac.dot(&ax));
     if d1 <= 0.0 && d2 <= 0.0 {
@@ -142,14 +142,14 @@ fn nearest_on_triangle(x: &Vec3, [a, b, c]: &[Vec3; 3]) -> (Vec3, bool) {
 mod tests {
     use super::*;
 
-    /// Nearest points of a triangle against a dense sampling of it; the sampling error is its spacing.
+    /// The closest point is at least as close as a dense sampling of the triangle, up to the spacing of the samples.
     #[test]
-    fn nearest_point_of_a_triangle() {
+    fn closest_point_of_a_triangle() {
         let t = [Vec3::new(0.0, 0.0, 0.0), Vec3::new(1.0, 0.1, 0.2), Vec3::new(0.3, 0.9, -0.1)];
         for k in 0..200 {
             let u = |m: u32| f64::from((k * 7919 + m * 104_729) % 1000) / 250.0 - 1.5;
             let x = Vec3::new(u(1), u(2), u(3));
-            let (nearest, _) = nearest_on_triangle(&x, &t);
+            let (nearest, _) = closest_on_triangle(&x, &t);
             let mut best = f64::INFINITY;
             let n = 200;
             for i in 0..=n {

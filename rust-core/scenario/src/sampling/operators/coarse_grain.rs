@@ -24,7 +24,7 @@ pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {
     // In two dimensions a sphere of a scenario is a cylinder of unit depth.
-    let (Region::Sphere { centre, radius } | Region::Cylinder { centre, radius, .. }) = sampling.region else {
+    let (Region::Sphere { center, radius } | Region::Cylinder { center, radius, .. }) = sampling.region else {
         return Err(OperatorError::Singular {
             what: "a coarse-grained field",
             reason: "its region is the support of the kernel, a sphere",
@@ -33,7 +33,7 @@ fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError>
     let particles = sampling.state.particles;
     let kernel = Kernel::new(*radius, sampling.state.dimension())?;
     let (mass, velocity) = (&particles.mass, &particles.velocity);
-    let fields = coarse_grain(&sampling.contacts, mass, velocity, &kernel, &[*centre], sampling.period())?;
+    let fields = coarse_grain(&sampling.contacts, mass, velocity, &kernel, &[*center], sampling.period())?;
     let field = fields.first().copied().unwrap_or_default();
     // The velocity is NaN where there is no mass.
     row.scalars([field.density]).vector(&(field.momentum / field.density));

@@ -24,7 +24,7 @@ pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {
-    let center = sampling.region.centre().unwrap_or_else(|| sampling.state.mean_position());
+    let center = sampling.region.center().unwrap_or_else(|| sampling.state.mean_position());
     let c = couple_stress::conjugate(&sampling.contacts, sampling.region, &center, sampling.period())?;
     row.tensor(&c.stress).tensor(&c.couple_stress).vector(&c.rigid_force).vector(&c.rigid_moment);
     row.scalars([c.volume, c.contacts as f64]);

@@ -1,0 +1,54 @@
+//! Why a step fails.
+
+use crate::neighbor::NeighborError;
+
+/// Why a step fails.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SolverError {
+    /// The neighbor search failed.
+    #[error("neighbour search at step {step}: {source}")]
+    Neighbor {
+        /// Step.
+        step: u64,
+        /// Reason.
+        source: NeighborError,
+    },
+    /// The strains of deformable particles do not converge.
+    #[error(
+        "at step {step} the strains of the deformable particles did not settle: after {iterations} iterations they still \
+         change by {change:.3e} of their size. The spectral radius of the iteration may be too large for the relaxation: \
+         `concordem check` prints it; lower deformable.relaxation below 2/(1 + spectral radius), or raise \
+         deformable.maximum_iterations"
+    )]
+    NotConverged {
+        /// Step.
+        step: u64,
+        /// Iterations done.
+        iterations: u32,
+        /// Relative change in the last iteration.
+        change: f64,
+    },
+    /// The contact law does not support deformable particles.
+    #[error(
+        "the law \"{law}\" does not know deformable particles; use \"linear_bond\", \"frictional\", or \
+         \"hertz_mindlin\", or particles that do not deform"
+    )]
+    NotDeformable {
+        /// Name of the law.
+        law: &'static str,
+    },
+    /// A velocity is NaN or infinite.
+    #[error(
+        "at step {step} (t = {time} s) the motion is no longer finite; the particle with id {id} is the first one. \
+         The time step may be too large: `concordem check` prints its bound"
+    )]
+    NotFinite {
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+        /// Id of the first such particle.
+        id: u32,
+    },
+}

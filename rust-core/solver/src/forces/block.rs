@@ -1,0 +1,121 @@
+//! Blocks of contacts that the solver can evaluate, whatever their law.
+
+use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
+use concordem_contact::math::Vec3;
+use rayon::prelude::*;
+
+use super::record::{ContactForces, WallForces};
+use super::{LawLoops, StepContext, Tile, TileMap, Totals};
+use crate::state::Wall;
+use crate::state::contacts::{ContactBlock, Contacts};
+
+/// Where an evaluation adds what acts on the particles; all slices are by particle.
+pub struct ParticleSums<'a> {
+    /// Net contact force, N.
+    pub force: &'a mut [Vec3],
+    /// Net contact torque about the particle's center, N·m.
+    pub torque: &'a mut [Vec3],
+    /// What strains the particles; empty if they are rigid.
+    pub virials: ParticleVirials<'a>,
+}
+
+impl ParticleSums<'_> {
+    /// The same sums, borrowed for a shorter time.
+    pub fn reborrow(&mut self) -> ParticleSums<'_> {
+        ParticleSums { force: self.force, torque: self.torque, virials: self.virials.reborrow() }
+    }
+}
+
+/// A block of contacts that the solver can evaluate.
+pub trait EvaluatedContacts: Contacts {
+    /// Evaluate all contacts; histories advance by one step.
+    ///
+    /// What acts on particles of a contact's own tile is added to `sums`, the rest goes to the map's halo.
+    fn evaluate(&mut self, context: &StepContext<'_>, map: &mut TileMap, sums: ParticleSums<'_>) -> Totals;
+    /// Evaluate all contacts with walls; histories advance by one step.
+    ///
+    /// `b` of a pair numbers the elements of all walls. What acts on particles is added to `sums`; forces of the
+    /// particles on the walls are added to `walls`.
+    fn evaluate_walls(&mut self, context: &StepContext<'_>, walls: &mut [Wall], sums: ParticleSums<'_>) -> Totals;
+    /// Append the forces of all contacts at the present positions; histories stay.
+    fn record(&self, context: &StepContext<'_>, out: &mut ContactForces);
+    /// Append the forces of all contacts with walls at the present positions; histories stay.
+    fn record_walls(&self, context: &StepContext<'_>, walls: &[Wall], out: &mut WallForces);
+    /// Copy of the block.
+    fn boxed_clone(&self) -> Box<dyn EvaluatedContacts>;
+    /// The block as plain contacts.
+    fn contacts(&self) -> &dyn Contacts;
+    /// The block as plain contacts.
+    fn contacts_mut(&mut self) -> &mut dyn Contacts;
+}
+
+impl<L: LawLoops> EvaluatedContacts for ContactBlock<L> {
+    fn evaluate(&mut self, context: &StepContext<'_>, map: &mut TileMap, sums: ParticleSums<'_>) -> Totals {
+        let (rows, tiles) = tiles(self, map, sums);
+        let totals: Vec<Totals> = tiles.into_par_iter().map(|tile| L::evaluate_tile(context, rows, tile)).collect();
+        let mut sum = Totals::default();
+        for of_tile in totals {
+            sum.merge(of_tile);
+        }
+        sum
+    }
+    fn evaluate_walls(&mut self, context: &StepContext<'_>, walls: &mut [Wall], sums: ParticleSums<'_>) -> Totals {
+        L::evaluate_walls(self, context, walls, sums, None)
+    }
+    fn record(&self, context: &StepContext<'_>, out: &mut ContactForces) {
+        let forces: Vec<_> = (0..self.len()).into_par_iter().map(|k| L::record_contact(self, k, context)).collect();
+        out.extend(forces.iter().flatten());
+    }
+    fn record_walls(&self, context: &StepContext<'_>, walls: &[Wall], out: &mut WallForces) {
+        super::record::record_walls(self, context, walls, out);
+    }
+    fn boxed_clone(&self) -> Box<dyn EvaluatedContacts> {
+        Box::new(self.clone())
+    }
+    fn contacts(&self) -> &dyn Contacts {
+        self
+    }
+    fn contacts_mut(&mut self) -> &mut dyn Contacts {
+        self
+    }
+}
+
+/// The parameter rows of a block, and its contacts cut into tiles together with the particles and halo slots they write.
+fn tiles<'a, L: LawLoops>(
+    block: &'a mut ContactBlock<L>,
+    map: &'a mut TileMap,
+    sums: ParticleSums<'a>,
+) -> (&'a [L], Vec<Tile<'a, L>>) {
+    let ParticleSums { force, torque, mut virials } = sums;
+    if !virials.dyads.is_empty() {
+        map.virial_halo.resize(map.halo.len(), ParticleVirial::default());
+    }
+    let mut tiles = Vec::with_capacity(map.contact_start.len());
+    let mut pair = &block.pair[..];
+    let mut flags = &mut block.flags[..];
+    let mut reference = &mut block.reference[..];
+    let mut previous = &mut block.previous[..];
+    let mut history = &mut block.history[..];
+    let mut halo = &mut map.halo[..];
+    let mut virial_halo = &mut map.virial_halo[..];
+    let length = map.tile_length;
+    for (t, (force, torque)) in force.chunks_mut(length).zip(torque.chunks_mut(length)).enumerate() {
+        let contacts = (map.contact_start[t + 1] - map.contact_start[t]) as usize;
+        let slots = (map.halo_start[t + 1] - map.halo_start[t]) as usize;
+        tiles.push(Tile {
+            base: t * length,
+            length,
+            pair: pair.split_off(..contacts).unwrap_or_default(),
+            flags: flags.split_off_mut(..contacts).unwrap_or_default(),
+            reference: reference.split_off_mut(..contacts).unwrap_or_default(),
+            previous: previous.split_off_mut(..contacts).unwrap_or_default(),
+            history: history.split_off_mut(..contacts).unwrap_or_default(),
+            force,
+            torque,
+            halo: halo.split_off_mut(..slots).unwrap_or_default(),
+            virials: virials.split_off(length),
+            virial_halo: virial_halo.split_off_mut(..slots.min(virial_halo.len())).unwrap_or_default(),
+        });
+    }
+    (&block.rows, tiles)
+}

@@ -1,0 +1,210 @@
+//! What a contact's response changes: its history, the totals, and what acts on its particles.
+
+use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
+use concordem_contact::kinematics::{BatchResult, BranchVector, PointKinematics, PreviousGeometry, torques};
+use concordem_contact::law::{ContactLaw, EnergySplit, LawState, Response, Status};
+use concordem_contact::math::Vec3;
+
+use super::tile::{LOCAL, PendingContact, TileEvaluator};
+use super::{BondEvent, Wrench};
+use crate::state::contacts::{ContactFlags, Pair};
+
+/// What a contact does to its two particles.
+struct Action<'a> {
+    /// Distance of the centers, m.
+    length: f64,
+    /// Unit normal from A to B.
+    normal: &'a Vec3,
+    /// Force on A, N.
+    force: &'a Vec3,
+    /// Torques on A and B about their centers, N·m.
+    torques: &'a [Vec3; 2],
+    /// What strains the particles, if they deform.
+    virial: Option<&'a ParticleVirial>,
+}
+
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>
+    TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
+{
+    /// Commit a law's response to contact `i` of the batch.
+    #[inline(always)]
+    pub(super) fn commit_response(
+        &mut self,
+        i: usize,
+        point: &PointKinematics,
+        response: &Response<L::State>,
+        virial: Option<&ParticleVirial>,
+    ) {
+        let PendingContact { contact, slot, begins } = self.pending[i];
+        let k = contact as usize;
+        let pair = self.tile.pair[k];
+        let a = pair.a as usize;
+        let flags = &mut self.tile.flags[k];
+        let history = &mut self.tile.history[k];
+        let totals = &mut self.totals;
+        let &PointKinematics { normal, arm_a, arm_b, .. } = point;
+        if begins
+            && flags.has(ContactFlags::KEPT_REFERENCE)
+            && !flags.has(ContactFlags::NOT_OWNED)
+            && point.elongation_old < 0.0
+        {
+            totals.energy.damage -= inherited_energy(point, &response.force, &response.energy);
+        }
+        self.tile.previous[k] = PreviousGeometry { normal, length: point.length };
+        let counted = !flags.has(ContactFlags::NOT_OWNED);
+        if counted {
+            totals.energy.damage += response.energy.damage;
+            totals.energy.friction += response.energy.friction;
+            totals.energy.viscous += response.energy.viscous;
+            totals.energy.integration += response.energy.integration;
+        }
+        if response.status != Status::Lives {
+            end(flags, history, response.status, response.state);
+            if response.status == Status::Broke {
+                let position = self.context.poses[a].position + normal * arm_a;
+                let (energy, stored) = (response.energy.damage, stored_by_mode(&response.energy));
+                log_event(&mut totals.bond_events, pair, 1.0, position, energy, stored, true);
+            }
+            if slot != LOCAL {
+                self.clear_slot(slot);
+            }
+            return;
+        }
+        *history = response.state;
+        let damage = L::damage(history);
+        if damage >= self.context.damage_threshold && !flags.has(ContactFlags::REPORTED) {
+            flags.bits |= ContactFlags::REPORTED;
+            let position = self.context.poses[a].position + normal * arm_a;
+            let (energy, stored) = (response.energy.damage, stored_by_mode(&response.energy));
+            log_event(&mut totals.bond_events, pair, damage, position, energy, stored, false);
+        }
+        let force = response.force;
+        if SAMPLE && counted {
+            totals.energy.stored_normal += response.energy.stored_normal;
+            totals.energy.stored_shear += response.energy.stored_shear;
+            totals.energy.stored_bending += response.energy.stored_bending;
+            totals.energy.stored_twist += response.energy.stored_twist;
+            totals.force_squared += force.norm_squared();
+        }
+        let [mut torque_a, mut torque_b] = torques(&normal, &force, [arm_a, arm_b]);
+        if L::TRANSMITS_MOMENT {
+            torque_a += response.moment;
+            torque_b -= response.moment;
+        }
+        let torques = &[torque_a, torque_b];
+        self.accumulate(k, slot, &Action { length: point.length, normal: &normal, force: &force, torques, virial });
+    }
+
+    /// Commit what a law computed in columns for bond `i` of the batch, which survives without damage.
+    #[inline(always)]
+    pub(super) fn commit_batch_result(&mut self, i: usize, result: &BatchResult<L::State>) {
+        debug_assert!(!SAMPLE && result.push.is_some() == self.deforms());
+        let PendingContact { contact, slot, .. } = self.pending[i];
+        let k = contact as usize;
+        let BatchResult { branch: BranchVector { length, normal }, force, torques, energy, state, push } = result;
+        self.tile.previous[k] = PreviousGeometry { normal: *normal, length: *length };
+        if let Some(state) = state {
+            self.tile.history[k] = *state;
+        }
+        let counted = !self.tile.flags[k].has(ContactFlags::NOT_OWNED);
+        if let Some([viscous, integration]) = energy
+            && counted
+        {
+            self.totals.energy.viscous += viscous;
+            self.totals.energy.integration += integration;
+        }
+        // Damage could pass the threshold of the event log, which is not checked here.
+        debug_assert!(L::damage(&self.tile.history[k]) == 0.0);
+        self.accumulate(k, slot, &Action { length: *length, normal, force, torques, virial: push.as_ref() });
+    }
+
+    /// Add what contact `k` does to the totals and to its particles: directly where they lie in the tile, otherwise to
+    /// its halo slot.
+    #[inline(always)]
+    fn accumulate(&mut self, k: usize, slot: u32, action: &Action<'_>) {
+        let &Action { length, normal, force, torques, virial } = action;
+        let (pair, flags, totals) = (self.tile.pair[k], &self.tile.flags[k], &mut self.totals);
+        let counted = !flags.has(ContactFlags::NOT_OWNED);
+        totals.active += u64::from(counted);
+        if PERIODIC && counted {
+            totals.virial += (normal * length) * force.transpose();
+            if flags.image != [0, 0, 0] {
+                let i = flags.image;
+                totals.crossing += force * Vec3::new(f64::from(i[0]), f64::from(i[1]), f64::from(i[2])).transpose();
+            }
+        }
+        let (a, b) = (pair.a as usize - self.tile.base, (pair.b as usize).wrapping_sub(self.tile.base));
+        if let Some(virial) = virial {
+            let dyads = virial.dyads();
+            let ParticleVirials { dyads: sums, held } = &mut self.tile.virials;
+            let (constraint, reacting) = (&self.context.particles.constraint, self.context.reacting);
+            sums[a] += dyads;
+            if constraint[pair.a as usize].any(reacting) {
+                held[a].add(virial);
+            }
+            if slot == LOCAL {
+                sums[b] += dyads;
+                if constraint[pair.b as usize].any(reacting) {
+                    held[b].add_opposite(virial);
+                }
+            } else {
+                self.tile.virial_halo[slot as usize] = *virial;
+            }
+        }
+        self.tile.force[a] += force;
+        self.tile.torque[a] += torques[0];
+        if slot == LOCAL {
+            self.tile.force[b] -= force;
+            self.tile.torque[b] += torques[1];
+        } else {
+            self.tile.halo[slot as usize] = Wrench { force: -force, torque: torques[1] };
+        }
+    }
+}
+
+/// Energy that a contact holds when it begins and that no work of its first step explains, J.
+///
+/// The contact continues a bond that broke under compression. The energy of that bond was booked as released; the contact
+/// takes a part of it back.
+#[inline(always)]
+fn inherited_energy(point: &PointKinematics, force: &Vec3, energy: &EnergySplit) -> f64 {
+    let along = point.normal * (point.elongation - point.elongation_old);
+    let work = 0.5 * force.dot(&(along + point.shear_increment));
+    energy.stored() + energy.dissipated() + energy.integration - work
+}
+
+/// Mark a contact that broke or opened. `last`: its history after the step.
+#[inline(always)]
+fn end<S: LawState>(flags: &mut ContactFlags, history: &mut S, status: Status, last: S) {
+    if status == Status::Broke {
+        *history = last;
+        flags.bits |= ContactFlags::BROKEN;
+    } else {
+        *history = S::default();
+        flags.bits &= !(ContactFlags::ACTIVE | ContactFlags::REPORTED);
+    }
+}
+
+/// Energies stored in normal, shear, bending, and twist deformation, J.
+#[inline(always)]
+fn stored_by_mode(energy: &EnergySplit) -> [f64; 4] {
+    [energy.stored_normal, energy.stored_shear, energy.stored_bending, energy.stored_twist]
+}
+
+/// Add a bond event to the log.
+///
+/// Takes scalars: if any part of a [`Response`] went to a cold function, even as a copy, the compiler would keep the
+/// responses of all contacts in memory instead of registers.
+#[cold]
+#[inline(never)]
+fn log_event(
+    log: &mut Vec<BondEvent>,
+    pair: Pair,
+    damage: f64,
+    position: Vec3,
+    energy: f64,
+    stored: [f64; 4],
+    broke: bool,
+) {
+    log.push(BondEvent { pair, broke, damage, position, energy, stored });
+}

@@ -1,0 +1,80 @@
+//! What a force evaluation reads besides the contacts.
+
+use concordem_contact::kinematics::deformable::{Deformable, SurfaceDisplacement};
+use concordem_contact::kinematics::sphere_sphere::Motion;
+use concordem_contact::kinematics::{MotionMeasure, Pose};
+use concordem_contact::math::{Symmetric, Vec3};
+
+use crate::state::{Cell, Constraint, Particles};
+
+/// What a force evaluation reads besides the contacts.
+#[derive(Clone, Copy)]
+pub struct StepContext<'a> {
+    /// The particles.
+    pub particles: &'a Particles,
+    /// Position, rotation, and radius of each particle, packed for the contact loops.
+    pub poses: &'a [Pose],
+    /// Whether `poses` hold orientations (otherwise they hold the rotations of the step).
+    pub oriented: bool,
+    /// Periodic cell.
+    pub cell: Option<&'a Cell>,
+    /// How relative motion is measured.
+    pub mode: MotionMeasure,
+    /// Time step, s.
+    pub dt: f64,
+    /// Damage at which a bond enters the event log.
+    pub damage_threshold: f64,
+    /// Whether to sum stored energies and squared contact forces. They are functions of the state, needed only in steps
+    /// that sample. (Dissipation is summed in every step.)
+    pub sample: bool,
+    /// Surface displacement of each particle; empty if particles are rigid.
+    pub surface_displacement: &'a [SurfaceDisplacement],
+    /// Surface displacements one step ago, m. Stored only if most contacts need them, otherwise empty.
+    pub surface_displacement_before: &'a [Symmetric],
+    /// How particles deform, if they do.
+    pub deformable: Option<&'a Deformable>,
+    /// Whether dashpot forces strain the particles.
+    pub dashpots_strain: bool,
+    /// Prescribed translations whose reactions strain the particles: all of them, or those in the plane.
+    pub reacting: Constraint,
+}
+
+impl StepContext<'_> {
+    /// How far the surfaces of particles `a` and `b` moved towards each other, m: along the present normal, and one step
+    /// ago along the normal of that time.
+    #[inline(always)]
+    pub fn surface_approach(&self, a: usize, b: usize, normal: &Vec3, normal_old: &Vec3) -> (f64, f64) {
+        let before = self.surface_displacement_before(a) + self.surface_displacement_before(b);
+        (
+            (self.surface_displacement[a].0 + self.surface_displacement[b].0).quadratic(normal),
+            before.quadratic(normal_old),
+        )
+    }
+
+    /// Surface displacement of particle `p` one step ago, m.
+    #[inline(always)]
+    pub fn surface_displacement_before(&self, p: usize) -> Symmetric {
+        self.surface_displacement_before.get(p).copied().unwrap_or_else(|| self.compute_surface_displacement_before(p))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn compute_surface_displacement_before(&self, p: usize) -> Symmetric {
+        let Particles { material, radius, deformation, .. } = self.particles;
+        self.deformable.map_or_else(Symmetric::default, |deformable| {
+            deformable.compliance(material[p], radius[p]).surface_displacement(&deformation[p].used)
+        })
+    }
+}
+
+/// Motion of particle `p`.
+#[inline(always)]
+pub fn motion_of(particles: &Particles, p: usize) -> Motion {
+    Motion {
+        position: particles.position[p],
+        velocity: particles.velocity[p],
+        angular_velocity: particles.angular_velocity[p],
+        rotation_increment: particles.rotation_increment[p],
+        orientation: particles.orientation[p],
+    }
+}

@@ -1,0 +1,372 @@
+//! The loop over the contacts of a tile.
+//!
+//! For each batch of up to 32 contacts: prefetch the particles of contacts ahead, activate candidates that begin to touch,
+//! measure the batch and evaluate the law ([`Batch`]), then commit each result. Everything here is inlined into one loop
+//! per law and kind of step; only rare cases are functions of their own.
+
+use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
+use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion};
+use concordem_contact::kinematics::{
+    BATCH, Batch, BatchResult, Columns, MotionMeasure, PointKinematics, Pose, PreviousGeometry,
+};
+use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Reference, Response, Status};
+use concordem_contact::math::{Quat, Symmetric, Vec3};
+use concordem_contact::prefetch::prefetch_row;
+
+use super::tile_map::is_local;
+use super::{StepContext, Totals, Wrench, motion_of};
+use crate::state::contacts::{ContactFlags, Pair};
+
+/// The contacts of a tile, and the particles and halo slots they act on.
+pub struct Tile<'a, L: ContactLaw> {
+    /// Index of the tile's first particle.
+    pub(super) base: usize,
+    /// Particles per tile.
+    pub(super) length: usize,
+    pub(super) pair: &'a [Pair],
+    pub(super) flags: &'a mut [ContactFlags],
+    pub(super) reference: &'a mut [Reference],
+    pub(super) previous: &'a mut [PreviousGeometry],
+    pub(super) history: &'a mut [L::State],
+    pub(super) force: &'a mut [Vec3],
+    pub(super) torque: &'a mut [Vec3],
+    pub(super) halo: &'a mut [Wrench],
+    pub(super) virials: ParticleVirials<'a>,
+    pub(super) virial_halo: &'a mut [ParticleVirial],
+}
+
+/// The loop over one tile in a step without a sample, which [`pulp`] runs with the widest instructions of the processor.
+/// The bits are the same: nothing is fused or reordered.
+struct PlainTileLoop<'a, 'b, L: ContactLaw, const PERIODIC: bool, const YADE: bool, const DEFORM: bool> {
+    context: &'a StepContext<'a>,
+    rows: &'a [L],
+    tile: Tile<'b, L>,
+}
+
+impl<L: ContactLaw, const PERIODIC: bool, const YADE: bool, const DEFORM: bool> pulp::NullaryFnOnce
+    for PlainTileLoop<'_, '_, L, PERIODIC, YADE, DEFORM>
+{
+    type Output = Totals;
+    #[inline(always)]
+    fn call(self) -> Totals {
+        // The compiler sees which measures are possible and leaves out the others.
+        let mode = match self.context.mode {
+            MotionMeasure::Yade if YADE => MotionMeasure::Yade,
+            _ if YADE => MotionMeasure::YadeRatcheting,
+            _ => MotionMeasure::Finite,
+        };
+        run::<L, PERIODIC, false, DEFORM>(mode, self.context, self.rows, self.tile)
+    }
+}
+
+/// Evaluate the contacts of a tile with the loop for this law and kind of step.
+///
+/// Steps without a sample have loops of their own for the default measure and, without a cell, for YADE's measures. All
+/// other steps share one loop, to keep the program small.
+#[inline(always)]
+pub fn evaluate_tile<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: Tile<'_, L>) -> Totals {
+    let (mode, periodic) = (context.mode, context.cell.is_some());
+    let finite = !context.sample && (mode == MotionMeasure::Finite || L::Kinematics::ONE_MODE);
+    let yade = !context.sample && !periodic && matches!(mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
+    let arch = pulp::Arch::new();
+    // Conditions on constants of the law come first: the compiler leaves out the loops that they exclude.
+    if L::DEFORMS && !context.surface_displacement.is_empty() {
+        if finite && !periodic {
+            arch.dispatch(PlainTileLoop::<L, false, false, true> { context, rows, tile })
+        } else {
+            run::<L, true, true, true>(mode, context, rows, tile)
+        }
+    } else if finite && periodic {
+        arch.dispatch(PlainTileLoop::<L, true, false, false> { context, rows, tile })
+    } else if finite {
+        arch.dispatch(PlainTileLoop::<L, false, false, false> { context, rows, tile })
+    } else if !L::Kinematics::ONE_MODE && yade {
+        arch.dispatch(PlainTileLoop::<L, false, true, false> { context, rows, tile })
+    } else if L::DEFORMS {
+        run::<L, true, true, true>(mode, context, rows, tile)
+    } else {
+        run::<L, true, true, false>(mode, context, rows, tile)
+    }
+}
+
+/// The loop over the contacts of a tile.
+#[inline(always)]
+fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>(
+    mode: MotionMeasure,
+    context: &StepContext<'_>,
+    rows: &[L],
+    tile: Tile<'_, L>,
+) -> Totals {
+    let count = tile.pair.len();
+    let (totals, pending) = (Totals::default(), [PendingContact::default(); BATCH]);
+    let mut evaluator = TileEvaluator::<L, PERIODIC, SAMPLE, DEFORM> { context, rows, tile, totals, pending };
+    let mut columns = Columns::default();
+    let (mut k, mut next_slot) = (0, 0);
+    while k < count {
+        let mut pending = 0;
+        while k < count && pending < BATCH {
+            evaluator.prefetch(k + 2 * BATCH);
+            let slot = if is_local(evaluator.tile.pair[k].b, evaluator.tile.base, evaluator.tile.length) {
+                LOCAL
+            } else {
+                next_slot += 1;
+                next_slot - 1
+            };
+            // Bonds carry a force from the start; candidates as soon as their surfaces meet.
+            let carried = evaluator.tile.flags[k].carries();
+            if carried || evaluator.activate(k) {
+                evaluator.pending[pending] = PendingContact { contact: k as u32, slot, begins: !carried };
+                pending += 1;
+            } else if slot != LOCAL {
+                evaluator.clear_slot(slot);
+            }
+            k += 1;
+        }
+        L::respond_batch(mode, pending, context.dt, &mut evaluator, &mut columns);
+    }
+    evaluator.totals
+}
+
+/// Stands for a halo slot where B lies in the tile.
+pub(super) const LOCAL: u32 = u32::MAX;
+
+/// Evaluates the contacts of a tile in batches.
+///
+/// The constants say which cases the loop serves: a periodic cell, a sample, deformable particles.
+pub(super) struct TileEvaluator<'a, L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> {
+    pub(super) context: &'a StepContext<'a>,
+    rows: &'a [L],
+    pub(super) tile: Tile<'a, L>,
+    pub(super) totals: Totals,
+    pub(super) pending: [PendingContact; BATCH],
+}
+
+/// A contact of the present batch.
+#[derive(Clone, Copy, Default)]
+pub(super) struct PendingContact {
+    /// Index of the contact in the tile.
+    pub contact: u32,
+    /// Its slot in the halo, or [`LOCAL`].
+    pub slot: u32,
+    /// Whether the contact begins in this step.
+    pub begins: bool,
+}
+
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>
+    TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
+{
+    /// Whether particles deform. The loop for cells and samples serves rigid and deformable particles.
+    #[inline(always)]
+    pub(super) fn deforms(&self) -> bool {
+        DEFORM && (!PERIODIC || !self.context.surface_displacement.is_empty())
+    }
+
+    /// Write zeros to the halo slot of a contact that carries nothing.
+    #[inline(always)]
+    pub(super) fn clear_slot(&mut self, slot: u32) {
+        self.tile.halo[slot as usize] = Wrench::default();
+        if self.deforms() {
+            self.tile.virial_halo[slot as usize] = ParticleVirial::default();
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn image(&self, k: usize) -> ImageShift {
+        match self.context.cell {
+            Some(cell) if PERIODIC => ImageShift::of(cell, self.tile.flags[k].image, self.context.mode),
+            _ => ImageShift::default(),
+        }
+    }
+
+    /// Prefetch what contact `k` will read of its B. A needs no prefetch: it follows the order of the contacts.
+    #[inline(always)]
+    fn prefetch(&self, k: usize) {
+        let Some(pair) = self.tile.pair.get(k) else { return };
+        let (b, particles) = (pair.b as usize, self.context.particles);
+        prefetch_row(self.context.poses, b);
+        if !PERIODIC && !L::Kinematics::ONE_MODE && self.context.mode != MotionMeasure::Finite {
+            prefetch_row(&particles.position, b);
+            prefetch_row(&particles.velocity, b);
+            prefetch_row(&particles.angular_velocity, b);
+        }
+        if self.deforms() {
+            prefetch_row(self.context.surface_displacement, b);
+        }
+    }
+
+    /// How far the surfaces of a contact's particles had moved towards each other one step ago, m.
+    #[inline(always)]
+    fn surface_approach_before(&self, contact: u32) -> f64 {
+        let before = |p: u32| self.context.surface_displacement_before(p as usize);
+        let Pair { a, b } = self.tile.pair[contact as usize];
+        (before(a) + before(b)).quadratic(&self.tile.previous[contact as usize].normal)
+    }
+
+    /// Evaluate contact `i` again, which ends in this step: then the response depends on the elongation one step ago,
+    /// too. `approach`: how far the surfaces have moved towards each other, m.
+    #[cold]
+    #[inline(never)]
+    fn evaluate_again(&mut self, i: usize, kinematics: L::Kinematics, approach: f64) {
+        let contact = self.pending[i].contact;
+        let deformed = kinematics.with_surface_displacement(approach, self.surface_approach_before(contact));
+        let (law, history) = self.law(i);
+        let response = law.respond(&deformed, history, self.context.dt);
+        self.commit(i, deformed.point(), &response);
+    }
+
+    /// Activate candidate `k` if its surfaces meet; returns whether they do.
+    #[inline(never)]
+    fn activate(&mut self, k: usize) -> bool {
+        let flags = &self.tile.flags[k];
+        if flags.has(ContactFlags::BROKEN) {
+            return false;
+        }
+        let (a, b) = (self.tile.pair[k].a as usize, self.tile.pair[k].b as usize);
+        let image = self.image(k);
+        let particles = self.context.particles;
+        let (radius_a, radius_b) = (particles.radius[a], particles.radius[b]);
+        let (motion_a, motion_b) = (motion_of(particles, a), motion_of(particles, b));
+        let between = motion_b.position + image.displacement - motion_a.position;
+        // The velocities give the branch vector one step ago, so that candidates need not store it.
+        let before = between - (motion_b.velocity + image.velocity - motion_a.velocity) * self.context.dt;
+        let surface_displacement = if self.deforms() {
+            let normal = between.normalize();
+            self.context.surface_approach(a, b, &normal, &normal).0
+        } else {
+            0.0
+        };
+        let tile = &mut self.tile;
+        let (flags, reference, previous) = (&mut tile.flags[k], &mut tile.reference[k], &mut tile.previous[k]);
+        let radii = [radius_a, radius_b];
+        super::activate::activate::<L>(flags, reference, previous, &between, &before, radii, surface_displacement)
+    }
+}
+
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> Batch<L>
+    for TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
+{
+    const PERIODIC: bool = PERIODIC;
+    const SAMPLE: bool = SAMPLE;
+    const DEFORM: bool = DEFORM;
+
+    #[inline(always)]
+    fn poses(&self, i: usize) -> ([Pose; 2], Vec3) {
+        let k = self.pending[i].contact as usize;
+        let Pair { a, b } = self.tile.pair[k];
+        let mut both = [self.context.poses[a as usize], self.context.poses[b as usize]];
+        if self.context.oriented {
+            for (pose, p) in both.iter_mut().zip([a, b]) {
+                pose.rotation = self.context.particles.rotation_increment[p as usize];
+            }
+        }
+        (both, self.image(k).displacement)
+    }
+
+    #[inline(always)]
+    fn motions(&self, i: usize) -> ([Motion; 2], ImageShift) {
+        let k = self.pending[i].contact as usize;
+        let Pair { a, b } = self.tile.pair[k];
+        let particles = self.context.particles;
+        ([motion_of(particles, a as usize), motion_of(particles, b as usize)], self.image(k))
+    }
+
+    #[inline(always)]
+    fn ends(&self, i: usize) -> ([Vec3; 2], [Quat; 2], Vec3) {
+        let k = self.pending[i].contact as usize;
+        let Pair { a, b } = self.tile.pair[k];
+        debug_assert!(self.context.oriented);
+        let both = [&self.context.poses[a as usize], &self.context.poses[b as usize]];
+        (both.map(|pose| pose.position), both.map(|pose| pose.rotation), self.image(k).displacement)
+    }
+
+    #[inline(always)]
+    fn constants(&self, i: usize) -> (ContactGeometry, PreviousGeometry, bool) {
+        let Pair { a, b } = self.tile.pair[self.pending[i].contact as usize];
+        let [radius_a, radius_b] = [a, b].map(|p| self.context.poses[p as usize].radius);
+        let ([mass_a, mass_b], (Reference { length, area }, bonded)) = (self.masses(i), self.reference(i));
+        let geometry = ContactGeometry { reference_length: length, area, radius_a, radius_b, mass_a, mass_b };
+        (geometry, self.frame(i), bonded)
+    }
+
+    #[inline(always)]
+    fn reference(&self, i: usize) -> (Reference, bool) {
+        let k = self.pending[i].contact as usize;
+        (self.tile.reference[k], self.tile.flags[k].has(ContactFlags::BONDED))
+    }
+
+    #[inline(always)]
+    fn frame(&self, i: usize) -> PreviousGeometry {
+        self.tile.previous[self.pending[i].contact as usize]
+    }
+
+    #[inline(always)]
+    fn masses(&self, i: usize) -> [f64; 2] {
+        let Pair { a, b } = self.tile.pair[self.pending[i].contact as usize];
+        [a, b].map(|p| self.context.particles.mass[p as usize])
+    }
+
+    #[inline(always)]
+    fn history(&self, i: usize) -> &L::State {
+        &self.tile.history[self.pending[i].contact as usize]
+    }
+
+    #[inline(always)]
+    fn law(&self, i: usize) -> (&L, &L::State) {
+        let k = self.pending[i].contact as usize;
+        (&self.rows[self.tile.flags[k].row as usize], &self.tile.history[k])
+    }
+
+    #[inline(always)]
+    fn row(&self, i: usize) -> u16 {
+        self.tile.flags[self.pending[i].contact as usize].row
+    }
+
+    #[inline(always)]
+    fn surface_displacement(&self, i: usize) -> Symmetric {
+        let Pair { a, b } = self.tile.pair[self.pending[i].contact as usize];
+        self.context.surface_displacement[a as usize].0 + self.context.surface_displacement[b as usize].0
+    }
+
+    #[inline(always)]
+    fn dashpots_strain(&self) -> bool {
+        self.context.dashpots_strain
+    }
+
+    #[inline(always)]
+    fn evaluate(&mut self, i: usize, kinematics: &L::Kinematics) {
+        let (law, history) = self.law(i);
+        if !self.deforms() {
+            let response = law.respond(kinematics, history, self.context.dt);
+            self.commit(i, kinematics.point(), &response);
+            return;
+        }
+        let PendingContact { contact, begins, .. } = self.pending[i];
+        let now = self.surface_displacement(i).quadratic(&kinematics.point().normal);
+        // The approach one step ago costs memory traffic: it stays NaN for surviving contacts of laws that do not read it.
+        let reads_before = L::READS_OLD_ELONGATION || begins;
+        let before = if reads_before { self.surface_approach_before(contact) } else { f64::NAN };
+        let deformed = kinematics.with_surface_displacement(now, before);
+        let response = law.respond(&deformed, history, self.context.dt);
+        if !reads_before && response.status != Status::Lives {
+            self.evaluate_again(i, *kinematics, now);
+            return;
+        }
+        self.commit(i, deformed.point(), &response);
+    }
+
+    #[inline(always)]
+    fn commit(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>) {
+        if self.deforms() {
+            let viscous = L::viscous_force(&point.normal, &response.state);
+            let virial = ParticleVirial::of(&point.normal, &response.force, &viscous, self.context.dashpots_strain);
+            self.commit_response(i, point, response, Some(&virial));
+        } else {
+            self.commit_response(i, point, response, None);
+        }
+    }
+
+    #[inline(always)]
+    fn commit_result(&mut self, i: usize, found: &BatchResult<L::State>) {
+        self.commit_batch_result(i, found);
+    }
+}

@@ -1,0 +1,52 @@
+//! Sums of a force evaluation.
+
+use concordem_contact::law::EnergySplit;
+use concordem_contact::math::{Mat3, Vec3};
+
+use crate::state::contacts::Pair;
+
+/// A bond that broke, or whose damage passed the threshold of the event log; particles by index.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BondEvent {
+    /// The particles, by index.
+    pub pair: Pair,
+    /// Whether the bond broke (otherwise its damage passed the threshold).
+    pub broke: bool,
+    /// Damage reached.
+    pub damage: f64,
+    /// Contact point, m.
+    pub position: Vec3,
+    /// Energy dissipated by damage in this step, J.
+    pub energy: f64,
+    /// Energy stored in normal, shear, bending, and twist deformation, J: before the bond broke, or after it was damaged.
+    pub stored: [f64; 4],
+}
+
+/// Sums over a block of contacts, and its bond events.
+#[derive(Debug, Clone, Default)]
+pub struct Totals {
+    /// Energies, J.
+    pub energy: EnergySplit,
+    /// `Σ l⊗f` with the force on A, J; divided by the volume it is the stress (tension positive, position index first).
+    pub virial: Mat3,
+    /// `Σ f⊗image`, N, over contacts across the periodic border.
+    pub crossing: Mat3,
+    /// `Σ|f|²`, N², in steps that sample.
+    pub force_squared: f64,
+    /// Number of contacts that carry a force.
+    pub active: u64,
+    /// Bond events in the order of the contacts.
+    pub bond_events: Vec<BondEvent>,
+}
+
+impl Totals {
+    /// Add other totals.
+    pub fn merge(&mut self, other: Self) {
+        self.energy += other.energy;
+        self.virial += other.virial;
+        self.crossing += other.crossing;
+        self.active += other.active;
+        self.force_squared += other.force_squared;
+        self.bond_events.extend(other.bond_events);
+    }
+}

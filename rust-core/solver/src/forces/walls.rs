@@ -1,0 +1,305 @@
+//! Forces between particles and walls.
+//!
+//! A particle near a surface of triangles can have several closest points. A point inside a face always acts. A point on
+//! an edge or corner acts only if it is a closest point of the surface as a whole: no other triangle that contains it has
+//! a closer one, and if it is the closest point of several triangles, one of them acts. So a flat or convex surface acts
+//! once, not once per triangle. Where the closest point passes from one triangle to the next, the new contact inherits the
+//! history of the old one.
+
+use std::ops::Range;
+
+use concordem_contact::kinematics::PreviousGeometry;
+use concordem_contact::kinematics::deformable::ParticleVirial;
+use concordem_contact::kinematics::sphere_sphere::Motion;
+use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Response, Status};
+use concordem_contact::math::Vec3;
+use concordem_contact::wall::ClosestPoint;
+
+use super::record::{WallForce, WallForces};
+use super::{BondEvent, ParticleSums, StepContext, Totals, motion_of};
+use crate::state::Wall;
+use crate::state::contacts::{ContactBlock, ContactFlags};
+
+/// Two points of a surface that lie closer together than this fraction of the particle's radius count as one.
+const SAME_POINT: f64 = 1e-6;
+
+/// Cosine of the largest rotation of the normal in one step between two triangles of which one inherits from the other.
+const SAME_SURFACE: f64 = 0.5;
+
+/// Wall and element of every element number.
+pub fn element_table(walls: &[Wall]) -> Vec<(u32, u32)> {
+    walls
+        .iter()
+        .enumerate()
+        .flat_map(|(w, wall)| (0..wall.element_count()).map(move |e| (w as u32, e as u32)))
+        .collect()
+}
+
+/// See [`EvaluatedContacts::evaluate_walls`](super::EvaluatedContacts::evaluate_walls). Forces are also appended to
+/// `record`, if there is one.
+pub fn evaluate<L: ContactLaw>(
+    block: &mut ContactBlock<L>,
+    context: &StepContext<'_>,
+    walls: &mut [Wall],
+    mut sums: ParticleSums<'_>,
+    mut record: Option<&mut WallForces>,
+) -> Totals {
+    for wall in walls.iter_mut() {
+        wall.force = Vec3::zeros();
+        wall.torque = Vec3::zeros();
+    }
+    let mut evaluator = WallEvaluator {
+        context,
+        elements: element_table(walls),
+        particle: 0,
+        contacts: 0..0,
+        closest_points: Vec::new(),
+        acts: Vec::new(),
+        totals: Totals::default(),
+    };
+    let mut start = 0;
+    while start < block.len() {
+        let particle = block.pair[start].a as usize;
+        let end = start + block.pair[start..].iter().take_while(|pair| pair.a as usize == particle).count();
+        evaluator.particle = particle;
+        evaluator.contacts = start..end;
+        evaluator.select(block, walls);
+        evaluator.inherit(block);
+        for k in start..end {
+            let Some(action) = evaluator.contact(block, walls, k) else { continue };
+            evaluator.accumulate::<L>(&action, &mut sums, &mut walls[action.force.wall as usize]);
+            if let Some(record) = record.as_deref_mut() {
+                record.push(&action.force);
+            }
+        }
+        start = end;
+    }
+    evaluator.totals
+}
+
+/// Evaluates the contacts of one particle with walls at a time.
+struct WallEvaluator<'a> {
+    context: &'a StepContext<'a>,
+    /// Wall and element of every element number.
+    elements: Vec<(u32, u32)>,
+    /// The particle.
+    particle: usize,
+    /// Its contacts in the block.
+    contacts: Range<usize>,
+    /// Closest point of each of these contacts.
+    closest_points: Vec<Option<ClosestPoint>>,
+    /// Whether each of these contacts acts.
+    acts: Vec<bool>,
+    totals: Totals,
+}
+
+/// What a contact with a wall does to its particle.
+struct WallAction {
+    force: WallForce,
+    /// Vector from the particle's center to the contact point, m.
+    arm: Vec3,
+    /// What strains the particle, if it deforms.
+    virial: ParticleVirial,
+}
+
+impl WallEvaluator<'_> {
+    /// Extent of the particle towards a wall with this normal, m: its radius, and its surface displacement.
+    fn extent(&self, normal: &Vec3) -> f64 {
+        let radius = self.context.particles.radius[self.particle];
+        radius + self.context.surface_displacement.get(self.particle).map_or(0.0, |w| w.0.quadratic(normal))
+    }
+
+    /// Closest point of the particle's contact number `i`, if the wall is touched there.
+    fn touching(&self, i: usize) -> Option<ClosestPoint> {
+        self.closest_points[i].filter(|closest_point| closest_point.distance < self.extent(&closest_point.normal))
+    }
+
+    /// Find the closest points of the particle's contacts, and which of them act.
+    fn select<L: ContactLaw>(&mut self, block: &ContactBlock<L>, walls: &[Wall]) {
+        let center = self.context.particles.position[self.particle];
+        let radius = self.context.particles.radius[self.particle];
+        self.closest_points.clear();
+        for pair in &block.pair[self.contacts.clone()] {
+            let (w, e) = self.elements[pair.b as usize];
+            self.closest_points.push(walls[w as usize].closest_point(e as usize, &center));
+        }
+        let mut acts = std::mem::take(&mut self.acts);
+        let element = |i: usize| self.elements[block.pair[self.contacts.start + i].b as usize];
+        // Whether contact `other` acts at the edge point `point` (from the center) of contact `i` in its stead.
+        let supersedes = |other: usize, i: usize, point: &Vec3| {
+            let (w, _) = element(i);
+            let (w_other, e_other) = element(other);
+            other != i
+                && w_other == w
+                && self.touching(other).is_some_and(|o| {
+                    if (o.normal * o.distance - point).norm() < SAME_POINT * radius {
+                        o.interior || other < i
+                    } else {
+                        // If the edge point lies on the other triangle, too, that one has a closer point.
+                        walls[w as usize]
+                            .closest_point(e_other as usize, &(center + point))
+                            .is_none_or(|found| found.distance.abs() < SAME_POINT * radius)
+                    }
+                })
+        };
+        let count = self.contacts.len();
+        acts.clear();
+        acts.extend((0..count).map(|i| {
+            let Some(closest_point) = self.touching(i) else { return false };
+            let point = closest_point.normal * closest_point.distance;
+            closest_point.interior || !(0..count).any(|other| supersedes(other, i, &point))
+        }));
+        self.acts = acts;
+    }
+
+    /// Let contacts that begin inherit from a contact with the same surface that ends.
+    fn inherit<L: ContactLaw>(&self, block: &mut ContactBlock<L>) {
+        for (i, k) in self.contacts.clone().enumerate() {
+            if let (true, Some(closest_point)) = (self.acts[i], self.closest_points[i])
+                && !block.flags[k].has(ContactFlags::ACTIVE)
+                && let Some(other) = self.predecessor(block, k, &closest_point.normal)
+            {
+                block.flags[k].bits |= ContactFlags::ACTIVE;
+                block.reference[k] = block.reference[other];
+                block.previous[k] = block.previous[other];
+                block.history[k] = block.history[other];
+                deactivate(block, other);
+            }
+        }
+    }
+
+    /// The active contact with the same wall and parameter row as contact `k` that ends in this step and whose normal is
+    /// nearest to `normal`, if there is one.
+    fn predecessor<L: ContactLaw>(&self, block: &ContactBlock<L>, k: usize, normal: &Vec3) -> Option<usize> {
+        let wall = |k: usize| self.elements[block.pair[k].b as usize].0;
+        let mut best = None;
+        let mut nearest = SAME_SURFACE;
+        for (other, _) in self.contacts.clone().zip(&self.acts).filter(|(_, acts)| !**acts) {
+            let cosine = block.previous[other].normal.dot(normal);
+            if block.flags[other].has(ContactFlags::ACTIVE)
+                && wall(other) == wall(k)
+                && block.flags[other].row == block.flags[k].row
+                && cosine > nearest
+            {
+                (best, nearest) = (Some(other), cosine);
+            }
+        }
+        best
+    }
+
+    /// Evaluate contact `k`; `None` if it carries nothing.
+    fn contact<L: ContactLaw>(&mut self, block: &mut ContactBlock<L>, walls: &[Wall], k: usize) -> Option<WallAction> {
+        let i = k - self.contacts.start;
+        let wall = self.elements[block.pair[k].b as usize].0;
+        let acting = self.closest_points[i].filter(|closest_point| {
+            let opens = block.flags[k].has(ContactFlags::ACTIVE)
+                && closest_point.distance >= self.extent(&closest_point.normal);
+            self.acts[i] || opens
+        });
+        let Some(closest_point) = acting else {
+            deactivate(block, k);
+            return None;
+        };
+        let kinematics = self.measure(block, k, &closest_point, &walls[wall as usize].velocity)?;
+        let context = self.context;
+        let response = block.rows[block.flags[k].row as usize].respond(&kinematics, &block.history[k], context.dt);
+        block.previous[k] = PreviousGeometry { normal: closest_point.normal, length: closest_point.distance };
+        self.totals.energy += response.energy;
+        let arm = closest_point.normal * closest_point.distance;
+        let point = context.particles.position[self.particle] + arm;
+        if response.status != Status::Lives {
+            if response.status == Status::Broke {
+                self.totals.bond_events.push(BondEvent {
+                    pair: block.pair[k],
+                    broke: true,
+                    damage: 1.0,
+                    position: point,
+                    energy: response.energy.damage,
+                    stored: [0.0; 4],
+                });
+            }
+            deactivate(block, k);
+            return None;
+        }
+        let Response { force, moment, state, .. } = response;
+        block.history[k] = state;
+        let viscous = L::viscous_force(&closest_point.normal, &state);
+        let virial = ParticleVirial::of(&closest_point.normal, &force, &viscous, context.dashpots_strain);
+        let moment = if L::TRANSMITS_MOMENT { moment } else { Vec3::zeros() };
+        let force = WallForce { particle: self.particle as u32, wall, point, force, moment };
+        Some(WallAction { force, arm, virial })
+    }
+
+    /// Measure contact `k`, which is activated if it begins; `None` if the law has no contacts with walls.
+    fn measure<L: ContactLaw>(
+        &self,
+        block: &mut ContactBlock<L>,
+        k: usize,
+        closest_point: &ClosestPoint,
+        wall_velocity: &Vec3,
+    ) -> Option<L::Kinematics> {
+        let (context, a) = (self.context, self.particle);
+        let radius = context.particles.radius[a];
+        let motion: Motion = motion_of(context.particles, a);
+        if !block.flags[k].has(ContactFlags::ACTIVE) {
+            block.flags[k].bits |= ContactFlags::ACTIVE;
+            block.reference[k] = L::unbonded_reference(radius, radius, 0.0);
+            // The velocities give the distance one step ago, so that candidates need not store it.
+            let approach = (motion.velocity - wall_velocity).dot(&closest_point.normal);
+            block.previous[k] = PreviousGeometry {
+                normal: closest_point.normal,
+                length: closest_point.distance + approach * context.dt,
+            };
+        }
+        let geometry = ContactGeometry {
+            reference_length: block.reference[k].length,
+            area: block.reference[k].area,
+            radius_a: radius,
+            radius_b: 0.0,
+            mass_a: context.particles.mass[a],
+            mass_b: f64::INFINITY,
+        };
+        let previous = &block.previous[k];
+        let measured = L::Kinematics::measure_wall(
+            context.mode,
+            &motion,
+            closest_point,
+            wall_velocity,
+            &geometry,
+            previous,
+            context.dt,
+        )?;
+        let Some(surface_displacement) = context.surface_displacement.get(a) else { return Some(measured) };
+        let before = context.surface_displacement_before(a).quadratic(&previous.normal);
+        Some(measured.with_surface_displacement(surface_displacement.0.quadratic(&closest_point.normal), before))
+    }
+
+    /// Add what a contact does to the totals, to its particle, and to its wall.
+    fn accumulate<L: ContactLaw>(&mut self, action: &WallAction, sums: &mut ParticleSums<'_>, wall: &mut Wall) {
+        let a = self.particle;
+        let WallAction { force: WallForce { force, moment, point, .. }, arm, virial } = action;
+        self.totals.active += 1;
+        if self.context.sample {
+            self.totals.force_squared += force.norm_squared();
+        }
+        sums.force[a] += force;
+        if let Some(dyads) = sums.virials.dyads.get_mut(a) {
+            *dyads += virial.dyads();
+            if self.context.particles.constraint[a].any(self.context.reacting) {
+                sums.virials.held[a].add(virial);
+            }
+        }
+        sums.torque[a] += arm.cross(force);
+        if L::TRANSMITS_MOMENT {
+            sums.torque[a] += moment;
+        }
+        wall.force -= force;
+        wall.torque -= (point - wall.displacement).cross(force);
+    }
+}
+
+/// Deactivate contact `k` and clear its history.
+fn deactivate<L: ContactLaw>(block: &mut ContactBlock<L>, k: usize) {
+    block.flags[k].bits &= !ContactFlags::ACTIVE;
+    block.history[k] = L::State::default();
+}

@@ -1,0 +1,162 @@
+//! Integration of the equations of motion of free spheres: kick and drift.
+//!
+//! Leapfrog: `v⁺ = v⁻ + a Δt`, `x' = x + v⁺ Δt`, `q' = exp(ω⁺Δt) q` (central differences; Madan 2019, (2.9)–(2.13)).
+//! Velocity Verlet is the same recursion whose first kick is half a step, so that the given initial velocity is the one
+//! at time 0 (its on-step velocity is `½(v⁻+v⁺)`).
+//!
+//! **Ledger.** With kinetic energy measured as `K = ½ m v⁻·v⁺` the recursion gives, without any error of order Δt,
+//! `K(n) − K(n−1) = Σ ½(F(n−1) + F(n))·Δx(n)`: the trapezoidal rule over each force. Therefore the work of every external
+//! force is booked in two halves: half the force times the displacement before the instant at which it acts, and half the
+//! force times the displacement after.
+
+mod batch;
+mod clumps;
+mod damping;
+mod kick;
+mod particle;
+
+use concordem_contact::math::{Mat3, Vec3};
+use rayon::prelude::*;
+
+pub use clumps::advance_clumps;
+pub use damping::Damping;
+
+use crate::forces::{TILE, TileMap};
+use crate::state::{Cell, Particles};
+use particle::{Chunk, ChunkLoop, Shared};
+
+/// Constants of the kick.
+#[derive(Debug, Clone, Copy)]
+pub struct KickContext<'a> {
+    /// Time step, s.
+    pub dt: f64,
+    /// Part of the time step that this kick spans: 1, or ½ for the first kick of velocity Verlet.
+    pub fraction: f64,
+    /// Gravity, m/s².
+    pub gravity: Vec3,
+    /// Damping.
+    pub damping: Damping,
+    /// Periodic cell.
+    pub cell: Option<&'a Cell>,
+    /// Change of the cell's velocity gradient at this kick, 1/s. All particles follow it, except for constrained components,
+    /// whose velocity is prescribed in space.
+    pub gradient_change: Option<Mat3>,
+    /// Whether particles get the convective acceleration `L·v` of the cell's motion, too, as in YADE. Then constrained
+    /// components also follow the cell, as in YADE.
+    pub convective: bool,
+    /// Velocities (m/s) and angular velocities (rad/s) that constrained degrees of freedom take at this kick, by particle;
+    /// `None`: they keep theirs.
+    pub targets: Option<&'a [(Vec3, Vec3)]>,
+}
+
+impl KickContext<'_> {
+    /// Time that this kick spans, s.
+    #[inline(always)]
+    fn step(&self) -> f64 {
+        self.dt * self.fraction
+    }
+}
+
+/// Net contact forces (N) and torques about the centers (N·m), by particle.
+#[derive(Debug, Clone, Copy)]
+pub struct NetForces<'a> {
+    /// Forces, N.
+    pub force: &'a [Vec3],
+    /// Torques, N·m.
+    pub torque: &'a [Vec3],
+}
+
+/// Sums over the particles of one kick, J. Pairs of works are over the half step before and after the instant.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct KickSums {
+    /// `Σ ½ m v⁻·v⁺ + ½ I ω⁻·ω⁺`, J.
+    pub kinetic: f64,
+    /// Energy dissipated by artificial damping, J.
+    pub damping: [f64; 2],
+    /// Work of the prescribed degrees of freedom, J.
+    pub boundary: [f64; 2],
+    /// Work of gravity and external forces, J.
+    pub external: [f64; 2],
+    /// `Σ|F|²` of the net force over free components, N².
+    pub net_force_squared: f64,
+    /// Number of bodies with a free component: particles, and clumps in place of their members.
+    pub free_particles: u64,
+    /// Largest `|v|²` after the kick, m²/s².
+    pub max_speed_squared: f64,
+}
+
+impl KickSums {
+    fn merge(&mut self, other: &Self) {
+        self.kinetic += other.kinetic;
+        for i in 0..2 {
+            self.damping[i] += other.damping[i];
+            self.boundary[i] += other.boundary[i];
+            self.external[i] += other.external[i];
+        }
+        self.net_force_squared += other.net_force_squared;
+        self.free_particles += other.free_particles;
+        self.max_speed_squared = self.max_speed_squared.max(other.max_speed_squared);
+    }
+}
+
+/// Add the forces and torques in the halos to the net ones of each particle, in fixed order.
+pub fn gather(force: &mut [Vec3], torque: &mut [Vec3], maps: &[&TileMap]) {
+    force.par_chunks_mut(TILE).zip(torque.par_chunks_mut(TILE)).enumerate().for_each(|(chunk, (force, torque))| {
+        for map in maps {
+            for (i, (f, t)) in force.iter_mut().zip(torque.iter_mut()).enumerate() {
+                for wrench in map.incoming(chunk * TILE + i) {
+                    *f += wrench.force;
+                    *t += wrench.torque;
+                }
+            }
+        }
+    });
+}
+
+/// Kick and drift all particles that belong to no clump; returns the sums of the kick.
+pub fn kick_and_drift(context: &KickContext<'_>, particles: &mut Particles, net: NetForces<'_>) -> KickSums {
+    let Particles {
+        position,
+        velocity,
+        orientation,
+        rotation_increment,
+        angular_velocity,
+        mass,
+        inertia,
+        clump,
+        constraint,
+        loads,
+        previous,
+        ..
+    } = particles;
+    let (mass, inertia, clump) = (&mass[..], &inertia[..], &clump[..]);
+    let (constraint, loads) = (&constraint[..], &loads[..]);
+    let mut previous = &mut previous[..];
+    let chunks: Vec<Chunk<'_>> = position
+        .chunks_mut(TILE)
+        .zip(velocity.chunks_mut(TILE))
+        .zip(orientation.chunks_mut(TILE))
+        .zip(rotation_increment.chunks_mut(TILE))
+        .zip(angular_velocity.chunks_mut(TILE))
+        .enumerate()
+        .map(|(c, ((((position, velocity), orientation), rotation_increment), angular_velocity))| Chunk {
+            base: c * TILE,
+            position,
+            velocity,
+            orientation,
+            rotation_increment,
+            angular_velocity,
+            // Empty unless the damping reads it.
+            previous: previous.split_off_mut(..TILE.min(previous.len())).unwrap_or_default(),
+        })
+        .collect();
+    let gradient = context.cell.map(|cell| cell.velocity_gradient);
+    let shared = Shared { context, mass, inertia, clump, constraint, loads, net, gradient };
+    let sums: Vec<KickSums> =
+        chunks.into_par_iter().map(|chunk| pulp::Arch::new().dispatch(ChunkLoop { shared: &shared, chunk })).collect();
+    let mut total = KickSums::default();
+    for s in &sums {
+        total.merge(s);
+    }
+    total
+}

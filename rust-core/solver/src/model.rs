@@ -1,0 +1,62 @@
+//! The model: laws' parameters and settings that stay constant while the solver steps.
+
+use concordem_contact::kinematics::MotionMeasure;
+use concordem_contact::kinematics::deformable::Deformable;
+use concordem_contact::math::Vec3;
+
+use crate::PairCoefficients;
+use crate::fracture::virial::HydrostaticStrength;
+use crate::integrate::Damping;
+
+/// Integration scheme.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scheme {
+    /// Central differences, velocities given at −½Δt.
+    #[default]
+    Leapfrog,
+    /// The same recursion, velocities given at time 0 (first kick half a step).
+    VelocityVerlet,
+}
+
+/// What stays constant while the solver steps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// How relative motion is measured.
+    pub mode: MotionMeasure,
+    /// Integration scheme.
+    pub scheme: Scheme,
+    /// Artificial damping.
+    pub damping: Damping,
+    /// Gravity, m/s².
+    pub gravity: Vec3,
+    /// Damage at which a bond enters the event log.
+    pub damage_threshold: f64,
+    /// Parameter rows of unbonded contacts by material.
+    pub contact_rows: PairCoefficients,
+    /// Parameter rows of wall contacts by material.
+    pub wall_rows: PairCoefficients,
+    /// Skin of the neighbor list, as a fraction of the smallest radius.
+    pub skin: f64,
+    /// Thresholds of particle-level failure.
+    pub hydrostatic_strength: HydrostaticStrength,
+    /// How particles deform, if they do.
+    pub deformable: Option<Deformable>,
+}
+
+impl Default for Model {
+    fn default() -> Self {
+        Self {
+            mode: MotionMeasure::Finite,
+            scheme: Scheme::Leapfrog,
+            damping: Damping::None,
+            gravity: Vec3::zeros(),
+            damage_threshold: 0.9,
+            contact_rows: PairCoefficients::default(),
+            wall_rows: PairCoefficients::default(),
+            skin: 0.2,
+            hydrostatic_strength: HydrostaticStrength::default(),
+            deformable: None,
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! Evaluation of all contact forces at the present positions and strains.
+
+use concordem_contact::kinematics::deformable::{Deformable, ParticleVirials};
+use concordem_contact::math::{Mat3, Vec3};
+
+use super::Solver;
+use crate::StepReport;
+use crate::deformation::{self, DeformationPass};
+use crate::forces::{ParticleSums, StepContext, TileMap, Totals};
+use crate::integrate;
+use crate::record::Forces;
+use crate::state::{Constraint, State};
+
+impl Solver {
+    /// Evaluate all contacts: net forces and torques, particle virials, and the report's sums; histories advance.
+    /// Returns `Σ f⊗image` (N) over contacts across the periodic border.
+    pub(super) fn evaluate(&mut self, state: &mut State, sample: bool, report: &mut StepReport) -> Mat3 {
+        self.force.fill(Vec3::zeros());
+        self.torque.fill(Vec3::zeros());
+        self.pass.clear();
+        report.evaluations += 1;
+        let deformable = self.model.deformable.as_ref();
+        let DeformationPass { surface_displacement, surface_displacement_before, dyads, held, .. } = &mut self.pass;
+        let virials = if deformable.is_some() { ParticleVirials { dyads, held } } else { ParticleVirials::default() };
+        let mut sums = ParticleSums { force: &mut self.force, torque: &mut self.torque, virials };
+        let reacting = deformable.map_or(Constraint::FREE, Deformable::reacting);
+        let context = StepContext {
+            particles: &state.particles,
+            poses: &self.poses,
+            oriented: self.oriented,
+            cell: state.cell.as_ref(),
+            mode: self.model.mode,
+            dt: state.clock.dt,
+            damage_threshold: self.model.damage_threshold,
+            sample,
+            surface_displacement,
+            surface_displacement_before,
+            deformable,
+            dashpots_strain: deformable.is_some_and(|d| d.dashpots),
+            reacting,
+        };
+        let mut crossing = Mat3::zeros();
+        for (k, (block, map)) in state.bonds.iter_mut().zip(&mut self.bond_maps).enumerate() {
+            let totals = block.evaluate(&context, map, sums.reborrow());
+            report.bond_events.extend(totals.bond_events.iter().map(|event| (k, *event)));
+            add(report, &totals, 0, &mut crossing);
+        }
+        // Unbonded contacts and contacts with walls have no bond events.
+        if let Some(block) = &mut state.contacts {
+            let totals = block.evaluate(&context, &mut self.contact_map, sums.reborrow());
+            add(report, &totals, 1, &mut crossing);
+        }
+        if let Some(block) = &mut state.wall_contacts {
+            let totals = block.evaluate_walls(&context, &mut state.walls, sums.reborrow());
+            add(report, &totals, 2, &mut crossing);
+        }
+        let maps = maps(&self.bond_maps, &self.contact_map, state);
+        integrate::gather(&mut self.force, &mut self.torque, &maps);
+        // Without iterations, [`DeformationPass::finish`] adds the halo.
+        if deformation::iteration(deformable).is_some() {
+            self.pass.gather(&maps, &state.particles, reacting);
+        }
+        crossing
+    }
+
+    /// The forces of [`Solver::record`], with the present neighbor list.
+    pub(super) fn record_forces(&self, state: &State) -> Forces {
+        let context = StepContext {
+            particles: &state.particles,
+            poses: &[],
+            oriented: false,
+            cell: state.cell.as_ref(),
+            mode: self.model.mode,
+            dt: state.clock.dt,
+            damage_threshold: self.model.damage_threshold,
+            sample: false,
+            surface_displacement: &self.pass.surface_displacement,
+            surface_displacement_before: &self.pass.surface_displacement_before,
+            deformable: self.model.deformable.as_ref(),
+            dashpots_strain: false,
+            reacting: Constraint::FREE,
+        };
+        let mut forces = Forces::default();
+        for block in state.bonds.iter().chain(&state.contacts) {
+            block.record(&context, &mut forces.contacts);
+        }
+        if let Some(block) = &state.wall_contacts {
+            block.record_walls(&context, &state.walls, &mut forces.walls);
+        }
+        forces
+    }
+}
+
+/// Add the totals of a block to the report. `kind`: 0 for bonds, 1 for unbonded contacts, 2 for wall contacts.
+fn add(report: &mut StepReport, totals: &Totals, kind: usize, crossing: &mut Mat3) {
+    report.energy += totals.energy;
+    report.virial += totals.virial;
+    *crossing += totals.crossing;
+    report.active[kind] += totals.active;
+    report.force_squared += totals.force_squared;
+}
+
+/// Tile maps of all blocks of contacts between particles.
+pub(super) fn maps<'a>(bonds: &'a [TileMap], contacts: &'a TileMap, state: &State) -> Vec<&'a TileMap> {
+    bonds.iter().chain(state.contacts.is_some().then_some(contacts)).collect()
+}

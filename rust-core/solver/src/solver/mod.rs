@@ -1,0 +1,348 @@
+//! The solver: one step after the other.
+
+mod evaluate;
+mod iterate;
+mod rebuild;
+
+use concordem_contact::kinematics::{MotionMeasure, Pose};
+use concordem_contact::math::{Mat3, Vec3};
+
+use crate::deformation::{self, DeformationPass};
+use crate::forces::{TILE, TileMap};
+use crate::fracture::virial;
+use crate::integrate::{self, KickContext, NetForces};
+use crate::neighbor::VerletList;
+use crate::record::Forces;
+use crate::state::{Cell, Particles, State};
+use crate::{Model, Scheme, SolverError, StepReport};
+
+/// Steps a state. It holds scratch only and can be rebuilt from the state at any time.
+///
+/// Use [`Solver::step`] for a run, or [`Solver::find_forces`] if the host integrates the motion.
+pub struct Solver {
+    model: Model,
+    bond_maps: Vec<TileMap>,
+    contact_map: TileMap,
+    verlet: Option<VerletList>,
+    /// Displacements of the walls at the last rebuild of the neighbor list, m.
+    wall_positions: Vec<Vec3>,
+    force: Vec<Vec3>,
+    torque: Vec<Vec3>,
+    poses: Vec<Pose>,
+    /// Whether `poses` hold orientations.
+    oriented: bool,
+    pass: DeformationPass,
+    /// Largest particle strain for which the candidates are complete.
+    strain_margin: f64,
+    /// Change of the cell's velocity gradient at the next kick, 1/s.
+    gradient_change: Option<Mat3>,
+    targets: Option<Vec<(Vec3, Vec3)>>,
+    rebuilds: u64,
+    /// Particles per tile.
+    tile: usize,
+    /// Whether each particle belongs to this subdomain, see [`Self::for_subdomain`]; empty: all do.
+    owned: Vec<bool>,
+}
+
+impl Solver {
+    /// A solver for `state`.
+    ///
+    /// # Errors
+    /// A law that does not support deformable particles where the model has them; input that the neighbor search refuses.
+    pub fn new(model: Model, state: &mut State) -> Result<Self, SolverError> {
+        Self::with_tiles(model, state, TILE, Vec::new())
+    }
+
+    /// A solver for one subdomain of a distributed computation, whose host integrates the motion
+    /// ([`Self::find_forces`]).
+    ///
+    /// `owned` says which particles belong to this subdomain; the others are ghosts of particles in other subdomains. The
+    /// state must hold every contact of an owned particle. A contact between particles of two subdomains is evaluated in
+    /// both, with the same bits. Its energies are counted where A is owned; the other subdomain flags it
+    /// [`ContactFlags::NOT_OWNED`](crate::state::contacts::ContactFlags::NOT_OWNED). The solver sets that flag on the
+    /// contacts it begins, the host sets it on bonds. Net forces are complete on owned particles only.
+    ///
+    /// Forces are summed in the order of the pairs, in a single tile. If all subdomains number the particles in the order
+    /// of the same global ids, the net forces do not depend on the decomposition, not even by a bit.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn for_subdomain(model: Model, state: &mut State, owned: Vec<bool>) -> Result<Self, SolverError> {
+        let tile = state.particles.len().max(1);
+        Self::with_tiles(model, state, tile, owned)
+    }
+
+    fn with_tiles(model: Model, state: &mut State, tile: usize, owned: Vec<bool>) -> Result<Self, SolverError> {
+        let n = state.particles.len();
+        let mut solver = Self {
+            model,
+            tile,
+            owned,
+            bond_maps: Vec::new(),
+            contact_map: TileMap::default(),
+            verlet: None,
+            wall_positions: Vec::new(),
+            force: vec![Vec3::zeros(); n],
+            torque: vec![Vec3::zeros(); n],
+            poses: Vec::new(),
+            oriented: false,
+            pass: DeformationPass::default(),
+            strain_margin: 0.0,
+            gradient_change: None,
+            targets: None,
+            rebuilds: 0,
+        };
+        for block in &mut state.bonds {
+            block.contacts_mut().sort();
+        }
+        if solver.model.deformable.is_some() {
+            let mut blocks = state.bonds.iter().chain(&state.contacts).map(|block| block.contacts());
+            if let Some(block) = blocks.find(|block| !block.deforms()) {
+                return Err(SolverError::NotDeformable { law: block.law() });
+            }
+        }
+        let strain = solver.begin_deformation(state);
+        solver.rebuild_neighbor_list(state, strain)?;
+        Ok(solver)
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The model, for changes of damping or gravity between steps.
+    pub fn model_mut(&mut self) -> &mut Model {
+        &mut self.model
+    }
+
+    /// Net contact force on each particle in the last step, N.
+    pub fn forces(&self) -> &[Vec3] {
+        &self.force
+    }
+
+    /// Net contact torque on each particle in the last step, N·m.
+    pub fn torques(&self) -> &[Vec3] {
+        &self.torque
+    }
+
+    /// Number of rebuilds of the neighbor list so far, the first one included.
+    pub fn neighbor_rebuilds(&self) -> u64 {
+        self.rebuilds
+    }
+
+    /// Memory of the solver's scratch in bytes.
+    pub fn scratch_bytes(&self) -> usize {
+        self.bond_maps.iter().map(TileMap::bytes).sum::<usize>()
+            + self.contact_map.bytes()
+            + (48 + size_of::<Pose>()) * self.force.len()
+            + self.pass.bytes()
+    }
+
+    /// From the next kick on, deform the cell with this velocity gradient (1/s), and all particles with it except for
+    /// their constrained components (see [`KickContext::gradient_change`]).
+    pub fn set_velocity_gradient(&mut self, cell: &Cell, gradient: Mat3) {
+        self.gradient_change = Some(gradient - cell.velocity_gradient);
+    }
+
+    /// Set the velocities (m/s) and angular velocities (rad/s) that constrained degrees of freedom take at the next kick,
+    /// by particle; `None`: they keep theirs.
+    pub fn set_targets(&mut self, targets: Option<Vec<(Vec3, Vec3)>>) {
+        self.targets = targets;
+    }
+
+    /// The targets of [`Self::set_targets`], to be changed in place; at first, the present velocities of `particles`.
+    pub fn targets_mut(&mut self, particles: &Particles) -> &mut [(Vec3, Vec3)] {
+        self.targets.get_or_insert_with(|| {
+            particles.velocity.iter().copied().zip(particles.angular_velocity.iter().copied()).collect()
+        })
+    }
+
+    /// Advance the state by one step.
+    ///
+    /// 1. Deformable particles: strains from the forces of the last step.
+    /// 2. Rebuild the neighbor list if the skin may be spent.
+    /// 3. Contact forces: measure, evaluate the laws, sum by particle; repeated until strains and forces agree where
+    ///    strains are iterated.
+    /// 4. Particle-level failure: release the bonds of particles whose mean stress passes a threshold.
+    /// 5. Kick and drift of free particles, then of clumps.
+    /// 6. Move the cell and the walls.
+    /// 7. Book the energies, advance the clock.
+    /// 8. If bonds broke, rebuild the neighbor list: their pairs continue as unbonded contacts.
+    ///
+    /// # Errors
+    /// Input that the neighbor search refuses, strains that do not converge, velocities that are no longer finite.
+    pub fn step(&mut self, state: &mut State) -> Result<StepReport, SolverError> {
+        self.step_with(state, true)
+    }
+
+    /// [`Self::step`] which sums stored energies and squared contact forces only if `sample`; otherwise they, and the
+    /// ledger's residual, are void. Without a sample a step is faster. Dissipation is booked in every step.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub fn step_with(&mut self, state: &mut State, sample: bool) -> Result<StepReport, SolverError> {
+        // The first step sets the ledger's initial energy.
+        let sample = sample || !state.ledger.started;
+        let mut report = StepReport::default();
+        let (crossing, strain) = self.compute_forces(state, sample, &mut report)?;
+        self.kick_and_drift(state, &mut report);
+        let work = self.move_cell_and_walls(state, &crossing);
+        book(state, &mut report, work);
+        check_finite(state, &report)?;
+        if report.bonds_broke() {
+            self.rebuild_neighbor_list(state, strain)?;
+        }
+        Ok(report)
+    }
+
+    /// Compute the contact forces at the present positions, for hosts that integrate the motion themselves.
+    ///
+    /// Read the result from [`Self::forces`] and [`Self::torques`]. Before the call, the host has moved the particles and
+    /// set the velocities, the orientations, and the `rotation_increment` of the step that led there. Histories advance by
+    /// one step; pairs whose bond broke continue as unbonded contacts. Clock, ledger, walls, cell, and external loads are
+    /// left to the host. [`Self::step`] is this followed by kick and drift, with the same bits.
+    ///
+    /// `sample`: sum stored energies, too, as in [`Self::step_with`].
+    ///
+    /// # Errors
+    /// Input that the neighbor search refuses, strains that do not converge.
+    pub fn find_forces(&mut self, state: &mut State, sample: bool) -> Result<StepReport, SolverError> {
+        let mut report = StepReport::default();
+        let (_, strain) = self.compute_forces(state, sample, &mut report)?;
+        if report.bonds_broke() {
+            self.rebuild_neighbor_list(state, strain)?;
+        }
+        Ok(report)
+    }
+
+    /// Forces of all contacts at the present positions: those that the next step will compute (where strains are
+    /// iterated: those of its first iteration).
+    ///
+    /// Changes nothing, except that the neighbor list is rebuilt now if the next step would rebuild it.
+    ///
+    /// # Errors
+    /// Input that the neighbor search refuses.
+    pub fn record(&mut self, state: &mut State) -> Result<Forces, SolverError> {
+        let strain = self.begin_deformation(state);
+        if self.needs_rebuild(state, strain) {
+            self.rebuild_neighbor_list(state, strain)?;
+        }
+        Ok(self.record_forces(state))
+    }
+
+    /// Everything before the kick: strains, neighbor list, contact forces, and particle-level failure. Returns
+    /// `Σ f⊗image` (N) over contacts across the periodic border, and the largest particle strain.
+    fn compute_forces(
+        &mut self,
+        state: &mut State,
+        sample: bool,
+        report: &mut StepReport,
+    ) -> Result<(Mat3, f64), SolverError> {
+        let mut strain = self.begin_deformation(state);
+        if self.needs_rebuild(state, strain) {
+            self.rebuild_neighbor_list(state, strain)?;
+            report.rebuilt = true;
+        }
+        let mut blocks = state.bonds.iter().chain(&state.contacts);
+        self.oriented = blocks.any(|block| block.reads_orientations());
+        state.particles.poses(self.oriented, &mut self.poses);
+        let iterated = deformation::iteration(self.model.deformable.as_ref()).is_some();
+        let crossing = if iterated {
+            self.evaluate_iterated(state, sample, report, &mut strain)?
+        } else {
+            self.evaluate(state, sample, report)
+        };
+        if let Some(deformable) = &self.model.deformable {
+            // Iterations have added the halo already.
+            let maps = if iterated { Vec::new() } else { evaluate::maps(&self.bond_maps, &self.contact_map, state) };
+            report.deformation = self.pass.finish(deformable, &mut state.particles, &self.force, &maps);
+        }
+        if self.model.hydrostatic_strength.is_active()
+            && let Some(stress) = virial::mean_stress(state, self.model.hydrostatic_strength.planar)
+        {
+            virial::release(state, &self.model.hydrostatic_strength, &stress);
+        }
+        Ok((crossing, strain))
+    }
+
+    /// Strains of the step from the forces of the last one; returns the largest one.
+    fn begin_deformation(&mut self, state: &mut State) -> f64 {
+        let Some(deformable) = &self.model.deformable else { return 0.0 };
+        // The strains one step ago are stored only if most contacts need them, otherwise computed where they are needed.
+        let blocks = state.bonds.iter().chain(&state.contacts).chain(&state.wall_contacts);
+        let readers = blocks.filter(|block| block.reads_old_elongation()).map(|block| block.len()).sum::<usize>();
+        let particles = &mut state.particles;
+        self.pass.begin(deformable, particles, readers > particles.len())
+    }
+
+    /// Kick and drift of free particles, then of clumps.
+    fn kick_and_drift(&self, state: &mut State, report: &mut StepReport) {
+        // Forces one step ago, where the damping needs them; a particle that is new to it starts from zero.
+        let remembered = if self.model.damping.remembers() { state.particles.len() } else { 0 };
+        if state.particles.previous.len() != remembered {
+            state.particles.previous = vec![[Vec3::zeros(); 2]; remembered];
+        }
+        let half_kick = self.model.scheme == Scheme::VelocityVerlet && state.clock.step == 0;
+        let kick = KickContext {
+            dt: state.clock.dt,
+            fraction: if half_kick { 0.5 } else { 1.0 },
+            gravity: self.model.gravity,
+            damping: self.model.damping,
+            cell: state.cell.as_ref(),
+            gradient_change: self.gradient_change,
+            convective: matches!(self.model.mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting),
+            targets: self.targets.as_deref(),
+        };
+        let net = NetForces { force: &self.force, torque: &self.torque };
+        report.kick = integrate::kick_and_drift(&kick, &mut state.particles, net);
+        integrate::advance_clumps(&kick, &mut state.clumps, &mut state.particles, net, &mut report.kick);
+    }
+
+    /// Move the cell and the walls. Returns the work of their prescribed motion, J, over the half steps before and after
+    /// the present instant. `crossing`: `Σ f⊗image`, N.
+    fn move_cell_and_walls(&mut self, state: &mut State, crossing: &Mat3) -> [f64; 2] {
+        let dt = state.clock.dt;
+        let mut work = [0.0; 2];
+        if let Some(cell) = &mut state.cell {
+            if let Some(change) = self.gradient_change.take() {
+                cell.velocity_gradient += change;
+            }
+            let half_before = 0.5 * crossing.component_mul(&cell.matrix_change).sum();
+            cell.matrix_change = cell.velocity_gradient * cell.matrix * dt;
+            cell.matrix += cell.matrix_change;
+            cell.deformation_gradient += cell.velocity_gradient * cell.deformation_gradient * dt;
+            work = [half_before, 0.5 * crossing.component_mul(&cell.matrix_change).sum()];
+        }
+        for wall in &mut state.walls {
+            let half = -0.5 * wall.force.dot(&wall.velocity) * dt;
+            work[0] += half;
+            work[1] += half;
+            wall.displacement += wall.velocity * dt;
+        }
+        work
+    }
+}
+
+/// Book the energies of the step and advance the clock. `work`: of cell and walls, J.
+fn book(state: &mut State, report: &mut StepReport, mut work: [f64; 2]) {
+    report.kick.external[0] += report.deformation.loads;
+    work[0] += report.deformation.reactions;
+    state.ledger.book(&report.energy, &report.kick, &report.deformation, work);
+    state.clock.step += 1;
+}
+
+/// Fail if a velocity is NaN or infinite. The sums of the kick show it; the particles are read only then.
+fn check_finite(state: &State, report: &StepReport) -> Result<(), SolverError> {
+    if report.kick.max_speed_squared.is_finite() && report.kick.kinetic.is_finite() {
+        return Ok(());
+    }
+    let Particles { velocity, angular_velocity, id, .. } = &state.particles;
+    let first =
+        velocity.iter().zip(angular_velocity).position(|(v, w)| !(v.norm_squared() + w.norm_squared()).is_finite());
+    Err(SolverError::NotFinite {
+        step: state.clock.step,
+        time: state.clock.time(),
+        id: first.map_or(u32::MAX, |p| id[p]),
+    })
+}

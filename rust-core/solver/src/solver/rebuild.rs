@@ -1,0 +1,238 @@
+//! Rebuild of the neighbor list: candidates of contacts between particles and with walls, and the tile maps.
+
+use concordem_contact::kinematics::{PreviousGeometry, sphere_sphere};
+use concordem_contact::law::Reference;
+use concordem_contact::math::Vec3;
+use rayon::prelude::*;
+
+use super::Solver;
+use crate::forces::TileMap;
+use crate::neighbor::{NeighborError, VerletList, candidate_pairs};
+use crate::state::contacts::{BrokenBond, ContactFlags, Contacts, Pair};
+use crate::state::{Particles, State, Wall};
+use crate::walls::element_table;
+use crate::{Model, SolverError};
+
+/// A contact: its particles and the image of B.
+type Key = (Pair, [i8; 3]);
+
+/// Bonds as the rebuild of the unbonded contacts sees them.
+#[derive(Default)]
+struct BondedPairs {
+    /// Pairs of intact bonds, which do not interact otherwise; sorted.
+    intact: Vec<Key>,
+    /// Broken bonds whose reference the unbonded contact keeps; sorted.
+    kept: Vec<(Key, Reference, PreviousGeometry)>,
+}
+
+impl Solver {
+    /// Rebuild the neighbor list: remove broken bonds, begin unbonded contacts where a bond's reference is kept, renew
+    /// the candidates and the tile maps.
+    ///
+    /// The candidates are complete while no particle strain exceeds twice `strain`, or 1e-4.
+    pub(super) fn rebuild_neighbor_list(&mut self, state: &mut State, strain: f64) -> Result<(), SolverError> {
+        self.rebuilds += 1;
+        let step = state.clock.step;
+        let n = state.particles.len();
+        let smallest = state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
+        let largest = state.particles.radius.iter().copied().fold(0.0, f64::max);
+        let skin = if n > 0 { self.model.skin * smallest } else { 0.0 };
+        self.strain_margin = if self.model.deformable.is_some() { (2.0 * strain).max(1e-4) } else { 0.0 };
+        let widest = 1.0 + self.strain_margin;
+        let neighbor = |source| SolverError::Neighbor { step, source };
+        let bonds = self.remove_broken_bonds(state);
+        if state.contacts.is_some() {
+            self.renew_contacts(state, bonds, skin).map_err(neighbor)?;
+        }
+        if let Some(block) = &mut state.wall_contacts {
+            let wall_skin = skin + self.strain_margin * largest;
+            renew_wall_contacts(block.contacts_mut(), &self.model, &state.walls, &state.particles, wall_skin)
+                .map_err(neighbor)?;
+        }
+        self.wall_positions = state.walls.iter().map(|wall| wall.displacement).collect();
+        self.bond_maps = state.bonds.iter().map(|block| TileMap::new(block.contacts(), n, self.tile)).collect();
+        self.verlet = (state.contacts.is_some() || state.wall_contacts.is_some()).then(|| {
+            // The longest cutoff distance is that of two touching spheres.
+            VerletList::new(&state.particles.position, state.cell.as_ref(), skin, 2.0 * largest * widest)
+        });
+        Ok(())
+    }
+
+    /// Move broken bonds from their blocks to [`State::broken`].
+    fn remove_broken_bonds(&self, state: &mut State) -> BondedPairs {
+        let mut pairs = BondedPairs::default();
+        for (index, block) in state.bonds.iter_mut().enumerate() {
+            let block = block.contacts_mut();
+            let mut any_broken = false;
+            for k in 0..block.len() {
+                let view = block.view(k);
+                let key = (view.pair, view.flags.image);
+                if view.flags.has(ContactFlags::BROKEN) {
+                    any_broken = true;
+                    // The host of a subdomain keeps its own list, over all subdomains.
+                    if self.owned.is_empty() {
+                        let (pair, image) = key;
+                        let (reference, previous) = (view.reference, view.previous);
+                        state.broken.push(BrokenBond { block: index as u16, pair, image, reference, previous });
+                    }
+                    if let Some(reference) = block.kept_reference(k) {
+                        pairs.kept.push((key, reference, view.previous));
+                    }
+                } else if state.contacts.is_some() {
+                    pairs.intact.push(key);
+                }
+            }
+            if any_broken {
+                block.retain_where(&|flags| !flags.has(ContactFlags::BROKEN));
+            }
+        }
+        pairs.intact.sort_unstable();
+        pairs.kept.sort_unstable_by_key(|k| k.0);
+        pairs
+    }
+
+    /// Renew the unbonded contacts: keep those with history, and those with a kept reference, which may touch again.
+    fn renew_contacts(&mut self, state: &mut State, bonds: BondedPairs, skin: f64) -> Result<(), NeighborError> {
+        let Some(block) = &mut state.contacts else { return Ok(()) };
+        let (block, particles) = (block.contacts_mut(), &state.particles);
+        let widest = 1.0 + self.strain_margin;
+        let reach: Vec<f64> = particles.radius.iter().map(|r| r * widest + 0.5 * skin).collect();
+        let candidates = candidate_pairs(&particles.position, &reach, state.cell.as_ref())?;
+        let row_of = |pair: Pair| {
+            let [a, b] = [pair.a, pair.b].map(|p| particles.material[p as usize]);
+            self.model.contact_rows.get(a, b)
+        };
+        block.retain_where(&|flags| flags.has(ContactFlags::ACTIVE) || flags.has(ContactFlags::KEPT_REFERENCE));
+        let present: Vec<Key> = (0..block.len())
+            .map(|k| {
+                let view = block.view(k);
+                (view.pair, view.flags.image)
+            })
+            .collect();
+        let mut excluded = bonds.intact;
+        for ((pair, image), reference, previous) in bonds.kept {
+            if present.binary_search(&(pair, image)).is_err()
+                && let Some(row) = row_of(pair)
+            {
+                let bits = ContactFlags::KEPT_REFERENCE | self.ownership(pair);
+                block.push(pair, ContactFlags { row, bits, image, padding: 0 }, reference, previous);
+                excluded.push((pair, image));
+            }
+        }
+        excluded.sort_unstable();
+        for candidate in candidates {
+            let pair = Pair { a: candidate.a, b: candidate.b };
+            let (a, b) = (pair.a as usize, pair.b as usize);
+            let key = (pair, candidate.image);
+            let same_clump = particles.clump[a] == particles.clump[b] && particles.clump[a] != u32::MAX;
+            let foreign = !self.owned.is_empty() && !self.owned[a] && !self.owned[b];
+            if same_clump || foreign || excluded.binary_search(&key).is_ok() || present.binary_search(&key).is_ok() {
+                continue;
+            }
+            let Some(row) = row_of(pair) else { continue };
+            let shift = state.cell.map_or(Vec3::zeros(), |cell| cell.shift(candidate.image));
+            let geometry = sphere_sphere::initial_geometry(&particles.position[a], &particles.position[b], &shift);
+            let flags = ContactFlags { row, bits: self.ownership(pair), image: candidate.image, padding: 0 };
+            block.push(pair, flags, Reference::default(), geometry);
+        }
+        block.sort();
+        self.contact_map = TileMap::new(block, particles.len(), self.tile);
+        Ok(())
+    }
+
+    /// [`ContactFlags::NOT_OWNED`] for a new contact whose energies another subdomain counts, otherwise 0.
+    fn ownership(&self, pair: Pair) -> u8 {
+        let counted = self.owned.is_empty() || self.owned[pair.a as usize];
+        if counted { 0 } else { ContactFlags::NOT_OWNED }
+    }
+
+    /// Whether the neighbor list may be incomplete.
+    pub(super) fn needs_rebuild(&self, state: &State, strain: f64) -> bool {
+        let Some(verlet) = &self.verlet else { return false };
+        // A NaN strain passes; the check of the velocities finds it.
+        if strain > self.strain_margin {
+            return true;
+        }
+        if state.wall_contacts.is_some() && self.wall_candidates_incomplete(state, verlet) {
+            return true;
+        }
+        verlet.needs_rebuild(&state.particles.position, state.cell.as_ref())
+    }
+
+    /// Wall candidates were searched within one skin, so a particle and a wall together must not move further than that.
+    fn wall_candidates_incomplete(&self, state: &State, verlet: &VerletList) -> bool {
+        let wall = state
+            .walls
+            .iter()
+            .zip(&self.wall_positions)
+            .map(|(wall, old)| (wall.displacement - old).norm())
+            .fold(0.0, f64::max);
+        let allowed = verlet.skin - wall;
+        let within = |(now, then): (&Vec3, &Vec3)| (now - then).norm_squared() < allowed * allowed;
+        allowed <= 0.0 || !state.particles.position.par_iter().zip(&verlet.positions).all(within)
+    }
+}
+
+/// Renew the candidates of wall contacts; contacts with history stay.
+fn renew_wall_contacts(
+    block: &mut dyn Contacts,
+    model: &Model,
+    walls: &[Wall],
+    particles: &Particles,
+    skin: f64,
+) -> Result<(), NeighborError> {
+    block.retain_where(&|flags| flags.has(ContactFlags::ACTIVE));
+    let present: Vec<Pair> = (0..block.len()).map(|k| block.view(k).pair).collect();
+    let elements = element_table(walls);
+    for pair in wall_candidates(walls, &elements, particles, skin)? {
+        if present.binary_search(&pair).is_ok() {
+            continue;
+        }
+        let a = pair.a as usize;
+        let wall = &walls[elements[pair.b as usize].0 as usize];
+        if let Some(row) = model.wall_rows.get(particles.material[a], wall.material) {
+            let flags = ContactFlags { row, bits: 0, image: [0; 3], padding: 0 };
+            block.push(pair, flags, Reference::default(), PreviousGeometry::default());
+        }
+    }
+    block.sort();
+    Ok(())
+}
+
+/// Pairs of a particle and a wall element closer than `skin` (m), sorted.
+fn wall_candidates(
+    walls: &[Wall],
+    elements: &[(u32, u32)],
+    particles: &Particles,
+    skin: f64,
+) -> Result<Vec<Pair>, NeighborError> {
+    let n = particles.len();
+    let mut pairs = Vec::new();
+    let mut bounded = Vec::new();
+    for (number, &(w, e)) in elements.iter().enumerate() {
+        let wall = &walls[w as usize];
+        if let Some(ball) = wall.bounds(e as usize) {
+            bounded.push((number as u32, ball));
+            continue;
+        }
+        for p in 0..n {
+            let closest_point = wall.closest_point(e as usize, &particles.position[p]);
+            if closest_point.is_some_and(|found| found.distance < particles.radius[p] + skin) {
+                pairs.push(Pair { a: p as u32, b: number as u32 });
+            }
+        }
+    }
+    if !bounded.is_empty() {
+        // Triangles join the neighbor search as balls, numbered after the particles.
+        let positions: Vec<Vec3> = particles.position.iter().copied().chain(bounded.iter().map(|b| b.1.0)).collect();
+        let reach: Vec<f64> = particles.radius.iter().map(|r| r + skin).chain(bounded.iter().map(|b| b.1.1)).collect();
+        for candidate in candidate_pairs(&positions, &reach, None)? {
+            let (a, b) = (candidate.a as usize, candidate.b as usize);
+            if a < n && b >= n {
+                pairs.push(Pair { a: candidate.a, b: bounded[b - n].0 });
+            }
+        }
+    }
+    pairs.sort_unstable();
+    Ok(pairs)
+}
