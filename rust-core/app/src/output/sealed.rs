@@ -73,7 +73,7 @@ fn put_in_place(unfinished: tempfile::NamedTempFile, path: &Path) -> Result<(), 
 pub(crate) fn sync_folder(folder: &Path) -> Result<(), OutputError> {
     File::open(folder)
         .and_then(|folder| folder.sync_all())
-        .map_err(|error| OutputError::io(folder, "synchronise", error))
+        .map_err(|error| OutputError::io(folder, "synchronize", error))
 }
 
 fn seal(unfinished: &Path, path: &Path) -> Result<(), OutputError> {

@@ -14,7 +14,7 @@ use concordem_scenario::schema::{ProblemKind, Scenario};
 pub(super) struct PackArguments {
     /// Scenario file
     scenario: PathBuf,
-    /// File to write: text with the columns x y z r in metres, or HDF5 if it ends in .h5; SCENARIO.spheres.txt by
+    /// File to write: text with the columns x y z r in meters, or HDF5 if it ends in .h5; SCENARIO.spheres.txt by
     /// default
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,

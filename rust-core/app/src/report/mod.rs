@@ -25,7 +25,7 @@ use html::{escape, frame};
 /// Colors of the runs; readers who confuse red and green can tell them apart.
 const RUN_COLORS: [&str; 6] = ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00", "#4a5560"];
 
-/// What the report needs of one result.
+/// One result with the data for all sections.
 struct Run<'a> {
     file: &'a ResultFile,
     name: String,

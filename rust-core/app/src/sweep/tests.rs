@@ -41,7 +41,7 @@ fn ranges_keep_their_ends() {
     assert!((numbers[1] - (1.1_f64 * 1.9).sqrt()).abs() < 1e-11);
 }
 
-/// A started sweep does not go on when a file has changed that only an axis names; where the folder lies is of no account.
+/// The fingerprint includes a file that only an axis names; the location of the folder does not matter.
 #[test]
 fn fingerprints_know_the_files_of_all_points() {
     let fingerprint = |second: &str| {

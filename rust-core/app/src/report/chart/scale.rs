@@ -56,7 +56,7 @@ impl Scale {
         self.from + share * (self.to - self.from)
     }
 
-    /// What the read-out needs to turn places into values: values at the ends, places of the ends, 1 if logarithmic.
+    /// The scale for the read-out: values at the ends, places of the ends, 1 if logarithmic.
     pub fn as_attribute(&self) -> String {
         format!("{:e} {:e} {} {} {}", self.low, self.high, self.from, self.to, u8::from(self.logarithmic))
     }
