@@ -833,7 +833,7 @@ fn killed_sweeps_give_the_file_of_an_undisturbed_one() {
     assert_eq!(given.code, exit::DONE, "{}", given.err);
     assert!(given.err.contains("192 points; 4 packings"), "{}", given.err);
     // Sixty bonds are not to be had; the other points have their numbers.
-    assert!(given.err.contains("64 of 192 points have a problem"), "{}", given.err);
+    assert!(given.err.contains("64 of 192 points failed"), "{}", given.err);
     let table = std::fs::read_to_string(folder.path().join("whole.csv")).expect("the table");
     assert_eq!(table.lines().count(), 193);
     let heads: Vec<&str> = table.lines().next().expect("heads").split(',').collect();
@@ -849,7 +849,7 @@ fn killed_sweeps_give_the_file_of_an_undisturbed_one() {
         }
     }
     let page = std::fs::read_to_string(folder.path().join("whole.html")).expect("the page");
-    for words in ["Bonds &lt; of spheres", "Over k_t", "Error of the closed form", "64 points have a problem"] {
+    for words in ["Bonds &lt; of spheres", "Over k_t", "Error of the closed form", "64 points failed"] {
         assert!(page.contains(words), "{words}");
     }
     let expected = std::fs::read(&whole).expect("the result");
@@ -903,7 +903,7 @@ fn sweeps_are_begun_from_a_template_and_refused_with_place_and_remedy() {
     let sweep = folder.path().join("elastic-sweep.toml");
     let given = concordem(["sweep", text(&sweep)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
-    assert!(given.err.contains("99 points; 3 packings") && !given.err.contains("problem"), "{}", given.err);
+    assert!(given.err.contains("99 points; 3 packings") && !given.err.contains("failed"), "{}", given.err);
     for (old, new, words) in [
         ("values = [1, 2, 3]", "values = [1, -2]", "packing.seed"),
         ("\"cpm-periodic.toml\"", "\"gone.toml\"", "gone.toml cannot be read"),

@@ -1,9 +1,9 @@
-//! Notes the commit and the versions of the crates that matter for results, for the provenance of every file.
+//! Records the commit and the versions of crates that affect results, for the provenance of every file.
 
 use std::path::Path;
 use std::process::Command;
 
-/// Crates on which numbers or files depend.
+/// Crates that affect numbers or files.
 const CRATES: [&str; 6] = ["blake3", "hdf5-metno", "libm", "nalgebra", "rayon", "toml"];
 
 fn main() {
@@ -12,10 +12,10 @@ fn main() {
         let output = Command::new("git").args(arguments).output().ok()?;
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     };
-    // Whoever builds without a repository may name the commit; so does who does not want a new library at every commit.
+    // A build without a repository, or one that must not change with every commit, may set the commit.
     println!("cargo::rerun-if-env-changed=CONCORDEM_COMMIT");
     let named = std::env::var("CONCORDEM_COMMIT").ok();
-    // Within another repository (a vendored copy) that repository's commit would say nothing about this source.
+    // In another repository (a vendored copy), the commit would not describe this source.
     let tracked = git(&["ls-files", "--error-unmatch", "build.rs"]).is_some();
     if let Some(commit) = named {
         println!("cargo::rustc-env=CONCORDEM_COMMIT={commit}");

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use concordem::assembly::{Assembly, assemble};
-use concordem::calibration::cohesive_beam::{Load, Sample as Cylinder, SampleRecipe, elastic, impact};
+use concordem::calibration::cohesive_beam::{CylinderLoad, CylinderRecipe, CylinderSpecimen, elastic, impact};
 use concordem::fracture::fragments::{count, fragments};
 use concordem::fracture::virial::{HydrostaticStrength, mean_stress};
 use concordem::law::{
@@ -190,9 +190,10 @@ fn chain_swings_with_its_period() {
 fn pulse_runs_with_the_celerity_of_a_bar() {
     let density = 2200.0;
     let sample =
-        Cylinder::new(&SampleRecipe { slenderness: 10.0, ..SampleRecipe::book(1000, 1) }, &mut |_| {}).unwrap();
+        CylinderSpecimen::new(&CylinderRecipe { slenderness: 10.0, ..CylinderRecipe::book(1000, 1) }, &mut |_| {})
+            .unwrap();
     let beam = CohesiveBeam::new(295.5e9, 0.3, Section::Ratio(0.68)).unwrap();
-    let tension = elastic(&sample, &beam, Load::Tension).unwrap();
+    let tension = elastic(&sample, &beam, CylinderLoad::Tension).unwrap();
     let bar = (tension.modulus / density).sqrt();
     let speed = |radii: f64| {
         let found = impact(&sample, &beam, sample.sphere_density(density), radii * sample.radius, bar).unwrap();

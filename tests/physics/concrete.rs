@@ -3,12 +3,15 @@
 use std::path::Path;
 
 use concordem::assembly::assemble;
-use concordem::calibration::concrete::{Arguments, ConcreteError, Laboratory, Pair, Specimen, Table, Wanted};
+use concordem::calibration::concrete::{
+    ConcreteCalibration, ConcreteError, ConcreteSpecimen, SpecimenPair, StrengthArguments, StrengthTable,
+    StrengthTargets,
+};
 use concordem::law::{Cpm, CpmParameters};
 use concordem::scenario::{Scenario, template};
 use concordem::state::contacts::ContactBlock;
 
-fn specimen(seed: u64, rate: &str) -> (Specimen, CpmParameters) {
+fn specimen(seed: u64, rate: &str) -> (ConcreteSpecimen, CpmParameters) {
     let template = template("cpm-small").expect("the template");
     let mut text = template.text.to_owned();
     for (from, to) in [
@@ -27,7 +30,7 @@ fn specimen(seed: u64, rate: &str) -> (Specimen, CpmParameters) {
     let block = built.state.bonds[0].as_any().downcast_ref::<ContactBlock<Cpm>>().expect("cpm bonds");
     let parameters = *block.rows[0].parameters();
     let area = built.summary.specimen.expect("a loaded specimen").0;
-    (Specimen { state: built.state, model: built.model, schedule: built.schedule, area }, parameters)
+    (ConcreteSpecimen { state: built.state, model: built.model, schedule: built.schedule, area }, parameters)
 }
 
 /// The strengths that planted parameters give lead back to them, from other parameters: the strengths and the energy to
@@ -41,22 +44,26 @@ fn planted_strengths_come_back() {
     for seed in 1..=2 {
         let (tension, parameters) = specimen(seed, "0.8 1/s");
         let (compression, _) = specimen(seed, "-6 1/s");
-        pairs.push(Pair { seed, tension, compression });
+        pairs.push(SpecimenPair { seed, tension, compression });
         base = Some(parameters);
     }
     let base = base.expect("parameters");
-    let laboratory = |base, table| Laboratory::new(&pairs, base, 1.3e-4, false, table);
-    let planted = Arguments { cohesion: 1.2, friction: 0.8, ductility: 30.0 };
-    let mut first = laboratory(base, Table::default());
+    let laboratory = |base, table| ConcreteCalibration::new(&pairs, base, 1.3e-4, false, table);
+    let planted = StrengthArguments { cohesion: 1.2, friction: 0.8, ductility: 30.0 };
+    let mut first = laboratory(base, StrengthTable::default());
     let functions = first.functions(planted).expect("runs");
     assert_eq!(first.runs, 2);
-    let mean = |f: fn(&concordem::calibration::concrete::Functions) -> f64| functions.iter().map(f).sum::<f64>() / 2.0;
+    let mean =
+        |f: fn(&concordem::calibration::concrete::StrengthFunctions) -> f64| functions.iter().map(f).sum::<f64>() / 2.0;
     let (onset, young) = (1e-4, base.normal_modulus);
     let tensile_strength = mean(|f| f.tension) * young * onset;
-    let wanted =
-        Wanted { tensile_strength, compressive_strength: tensile_strength * mean(|f| f.ratio), fracture_energy: None };
+    let wanted = StrengthTargets {
+        tensile_strength,
+        compressive_strength: tensile_strength * mean(|f| f.ratio),
+        fracture_energy: None,
+    };
     let other = CpmParameters { cohesion: 20e6, limit_strain: 3e-4, ..base };
-    let mut second = laboratory(other, Table::default());
+    let mut second = laboratory(other, StrengthTable::default());
     let fit = second.fit(&wanted).expect("within reach");
     let deviation = fit.cohesion_deviation.expect("two packings");
     let found = fit.parameters;
@@ -76,7 +83,7 @@ fn planted_strengths_come_back() {
     // What is known is used again: only the last pair of runs with the found parameters is new.
     let mut third = laboratory(base, second.table.clone());
     assert_eq!(third.fit(&wanted).expect("the same").runs, 2);
-    let far = Wanted { compressive_strength: 40.0 * tensile_strength, ..wanted };
+    let far = StrengthTargets { compressive_strength: 40.0 * tensile_strength, ..wanted };
     let refused = third.fit(&far).expect_err("nothing is 40 times as strong in compression");
     assert!(matches!(refused, ConcreteError::StrengthRatio { .. }), "{refused}");
 }

@@ -2,7 +2,7 @@
 
 use concordem::assembly::{Assembly, assemble};
 use concordem::calibration::cohesive_beam::{
-    Criterion, Load, Sample, SampleRecipe, match_elastic, scenario_text, strength,
+    CylinderLoad, CylinderRecipe, CylinderSpecimen, FractureCriterion, match_elastic, scenario_text, strength,
 };
 use concordem::law::{BendingTerm, Section};
 use concordem::program::{self, ElasticRequest, ElasticSearch, Spelling};
@@ -148,9 +148,10 @@ fn calibrate_cohesive_beam<'py>(
             return Err(PyValueError::new_err(format!("{name} is {value}; it must be positive and finite")));
         }
     }
-    let recipe = SampleRecipe { coordination, dispersion, ..SampleRecipe::book(count, seed) };
+    let recipe = CylinderRecipe { coordination, dispersion, ..CylinderRecipe::book(count, seed) };
     let found = guarded(py, threads, progress.as_ref(), |progress| {
-        let sample = Sample::new(&recipe, &mut |now| progress("compaction", (now.packing_fraction / 0.65).min(0.99)))?;
+        let sample =
+            CylinderSpecimen::new(&recipe, &mut |now| progress("compaction", (now.packing_fraction / 0.65).min(0.99)))?;
         let mut tried = 0;
         let found = match_elastic(&sample, young, poisson, beam_poisson, &mut |_, _| {
             tried += 1;
@@ -161,17 +162,17 @@ fn calibrate_cohesive_beam<'py>(
         let mut beams = None;
         if let Some(wanted) = tensile_strength {
             // Strength is in proportion to that of the beams: one trial, and one look at the result.
-            let criterion = |value| Criterion::Beam(value, BendingTerm::MidSection);
+            let criterion = |value| FractureCriterion::Beam(value, BendingTerm::MidSection);
             let trial = 6.0 * wanted;
             progress("strength", 0.3);
-            let first = strength(&sample, &found.beam, criterion(trial), spheres, Load::Tension)?;
+            let first = strength(&sample, &found.beam, criterion(trial), spheres, CylinderLoad::Tension)?;
             let right = trial * wanted / first.strength;
             progress("strength", 0.7);
-            achieved = Some(strength(&sample, &found.beam, criterion(right), spheres, Load::Tension)?.strength);
+            achieved = Some(strength(&sample, &found.beam, criterion(right), spheres, CylinderLoad::Tension)?.strength);
             beams = Some(right);
         }
-        let criterion = Criterion::Beam(beams.unwrap_or(f64::MAX), BendingTerm::MidSection);
-        let mut text = scenario_text(&sample, None, &found.beam, criterion, spheres, Load::Tension);
+        let criterion = FractureCriterion::Beam(beams.unwrap_or(f64::MAX), BendingTerm::MidSection);
+        let mut text = scenario_text(&sample, None, &found.beam, criterion, spheres, CylinderLoad::Tension);
         if beams.is_none() {
             text = text
                 .lines()

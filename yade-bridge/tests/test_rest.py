@@ -111,16 +111,16 @@ def test_calibrations_that_cannot_be():
     scenario = cell()
     for options, message in [
         ({"law": "glue"}, 'law is "glue"; wanted is "cpm", "linear_bond", or "cohesive_beam"'),
-        ({"deformable": True}, 'deformable: the law "cpm" .* take law="linear_bond"'),
-        ({"particle_poisson": 0.3}, "particle_poisson belongs to deformable particles; add deformable"),
-        ({"law": "linear_bond", "deformable": True, "particle_poisson": 0.7}, "particle_poisson is 0.7; it is more than -1"),
+        ({"deformable": True}, 'deformable: the law "cpm" .* use law="linear_bond"'),
+        ({"particle_poisson": 0.3}, "particle_poisson is for deformable particles; add deformable"),
+        ({"law": "linear_bond", "deformable": True, "particle_poisson": 0.7}, "particle_poisson is 0.7; it must be more than -1"),
         ({"law": "linear_bond", "deformable": True, "particle_softness": -1.0}, "particle_softness is -1; it must be positive"),
     ]:
         with pytest.raises(ValueError, match=message):
             concordem.calibrate_elastic(scenario, 30e9, 0.2, **options)
-    with pytest.raises(ValueError, match='name a scenario, or a law .*: law="cpm"'):
+    with pytest.raises(ValueError, match='give a scenario, or a law .*: law="cpm"'):
         concordem.calibrate_elastic(None, 30e9, 0.2)
-    with pytest.raises(concordem.CalibrationError, match="particle_softness=9: .* would not settle"):
+    with pytest.raises(concordem.CalibrationError, match="particle_softness=9: .* would not converge"):
         concordem.calibrate_elastic(scenario, 30e9, 0.2, law="linear_bond", deformable=True, particle_softness=9.0)
 
 

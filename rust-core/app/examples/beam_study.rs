@@ -1,19 +1,21 @@
-//! Silica made of cohesive beams, beside the tables of Jebahi, André, Terreros, Iordanoff 2015.
+//! Silica of cohesive beams, compared with the tables of Jebahi, André, Terreros, Iordanoff 2015.
 //!
 //! ```text
 //! cargo run --release --example beam_study                         one small case of each kind
-//! cargo run --release --example beam_study -- FILE.json            all cases; goes on where FILE.json ends
+//! cargo run --release --example beam_study -- FILE.json            all cases; skips those in FILE.json
 //! ```
 //!
-//! Elastic constants for several sizes (tension, bending, torsion: tables 2.3 and 2.5), periods and the celerity of a pulse
-//! (table 2.6), and strength under the three loads with either criterion (tables 4.1 and 4.2). Each case goes to the file when it is done.
+//! Elastic constants for several sizes (tension, bending, torsion: tables 2.3 and 2.5), periods and the speed of a pulse
+//! (table 2.6), and strength under the three loads with either criterion (tables 4.1 and 4.2). The file receives each case
+//! when it is finished.
 
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use concordem::calibration::cohesive_beam::{
-    Criterion, Load, Pressures, Sample, SampleRecipe, elastic, impact, strength, vibration,
+    CylinderLoad, CylinderRecipe, CylinderSpecimen, FractureCriterion, ParticlePressures, elastic, impact, strength,
+    vibration,
 };
 use concordem::law::{BendingTerm, CohesiveBeam, Section};
 use concordem::math::{Mat3, Vec3};
@@ -30,7 +32,7 @@ type Outcome<T> = Result<T, Box<dyn Error>>;
 struct Study {
     path: Option<PathBuf>,
     cases: BTreeMap<String, Value>,
-    sample: Option<Sample>,
+    sample: Option<CylinderSpecimen>,
 }
 
 impl Study {
@@ -42,16 +44,16 @@ impl Study {
         Ok(Self { path, cases, sample: None })
     }
 
-    /// One is kept: they are large.
-    fn sample(&mut self, recipe: SampleRecipe) -> Outcome<Sample> {
+    /// Keeps one specimen, since they are large.
+    fn sample(&mut self, recipe: CylinderRecipe) -> Outcome<CylinderSpecimen> {
         if let Some(sample) = self.sample.as_ref().filter(|sample| sample.recipe == recipe) {
             return Ok(sample.clone());
         }
         self.sample = None;
-        Ok(self.sample.insert(Sample::new(&recipe, &mut |_| {})?).clone())
+        Ok(self.sample.insert(CylinderSpecimen::new(&recipe, &mut |_| {})?).clone())
     }
 
-    /// Do a case that is not known yet.
+    /// Compute a case that the file does not have.
     fn case(&mut self, name: &str, work: impl FnOnce(&mut Self) -> Outcome<Value>) -> Outcome<()> {
         if self.cases.contains_key(name) {
             return Ok(());
@@ -71,7 +73,7 @@ impl Study {
     }
 }
 
-fn facts(sample: &Sample) -> Value {
+fn facts(sample: &CylinderSpecimen) -> Value {
     json!({
         "spheres": sample.spheres.len(),
         "solid_fraction": sample.solid_fraction,
@@ -85,12 +87,12 @@ fn facts(sample: &Sample) -> Value {
 }
 
 fn elasticity(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
-    let sample = study.sample(SampleRecipe::book(size, seed))?;
+    let sample = study.sample(CylinderRecipe::book(size, seed))?;
     let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
     let mut value = json!({ "sample": facts(&sample) });
-    let tension = elastic(&sample, &beam, Load::Tension)?;
-    let bending = elastic(&sample, &beam, Load::Bending)?;
-    let torsion = elastic(&sample, &beam, Load::Torsion)?;
+    let tension = elastic(&sample, &beam, CylinderLoad::Tension)?;
+    let bending = elastic(&sample, &beam, CylinderLoad::Bending)?;
+    let torsion = elastic(&sample, &beam, CylinderLoad::Torsion)?;
     let shear_modulus = tension.modulus / (2.0 * (1.0 + tension.poisson));
     value["young_gpa"] = json!(tension.modulus / 1e9);
     value["poisson"] = json!(tension.poisson);
@@ -103,13 +105,15 @@ fn elasticity(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
     Ok(value)
 }
 
-/// Scatter of the mean stresses by which particles fail, in the elastic sample under each load.
+/// Scatter of the mean stresses by which particles fail, in the elastic specimen under each load.
 fn pressures(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
-    let sample = study.sample(SampleRecipe::book(size, seed))?;
+    let sample = study.sample(CylinderRecipe::book(size, seed))?;
     let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
     let mut value = json!({ "sample": facts(&sample) });
-    for (name, load) in [("tension", Load::Tension), ("bending", Load::Bending), ("torsion", Load::Torsion)] {
-        let Pressures { bulk, skin, largest, sum } = elastic(&sample, &beam, load)?.pressures;
+    for (name, load) in
+        [("tension", CylinderLoad::Tension), ("bending", CylinderLoad::Bending), ("torsion", CylinderLoad::Torsion)]
+    {
+        let ParticlePressures { bulk, skin, largest, sum } = elastic(&sample, &beam, load)?.pressures;
         value[name] = json!({
             "bulk_mean_and_deviation_over_local_stress": bulk,
             "skin_mean_and_deviation_over_local_stress": skin,
@@ -120,24 +124,26 @@ fn pressures(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
     Ok(value)
 }
 
-/// First periods beside the formulas of a clamped-free bar with the sample's own constants (table 2.6).
+/// First periods beside the formulas of a clamped-free bar with the constants of the specimen (table 2.6).
 fn vibrations(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
     use std::f64::consts::PI;
-    let sample = study.sample(SampleRecipe::book(size, seed))?;
+    let sample = study.sample(CylinderRecipe::book(size, seed))?;
     let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
-    let tension = elastic(&sample, &beam, Load::Tension)?;
+    let tension = elastic(&sample, &beam, CylinderLoad::Tension)?;
     let shear_modulus = tension.modulus / (2.0 * (1.0 + tension.poisson));
     let density = sample.sphere_density(DENSITY);
     let r = sample.radius;
     let mut value = json!({ "sample": facts(&sample), "young_gpa": tension.modulus / 1e9, "poisson": tension.poisson });
-    for (name, load) in [("tension", Load::Tension), ("bending", Load::Bending), ("torsion", Load::Torsion)] {
+    for (name, load) in
+        [("tension", CylinderLoad::Tension), ("bending", CylinderLoad::Bending), ("torsion", CylinderLoad::Torsion)]
+    {
         let found = vibration(&sample, &beam, load, density)?;
         let l = found.free_length;
         let (area, inertia) = (PI * r * r, 0.25 * PI * r.powi(4));
         let theory = match load {
-            Load::Tension => 4.0 * l * (DENSITY / tension.modulus).sqrt(),
-            Load::Torsion => 4.0 * l * (DENSITY / shear_modulus).sqrt(),
-            Load::Bending => {
+            CylinderLoad::Tension => 4.0 * l * (DENSITY / tension.modulus).sqrt(),
+            CylinderLoad::Torsion => 4.0 * l * (DENSITY / shear_modulus).sqrt(),
+            CylinderLoad::Bending => {
                 2.0 * PI / 1.875_104_f64.powi(2) * l * l * (DENSITY * area / (tension.modulus * inertia)).sqrt()
             }
         };
@@ -147,13 +153,13 @@ fn vibrations(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
     Ok(value)
 }
 
-/// Celerity of a pulse beside `√(E/ρ)` with the sample's own modulus (table 2.6), by the length over which it is struck.
-/// Cylinders ten times as long as thick, so that the pulse is long beside the radius and short beside the length; longer
-/// ones to see where the celerity goes for longer pulses.
+/// Speed of a pulse compared with `√(E/ρ)` with the modulus of the specimen (table 2.6), by the struck length. The cylinders
+/// have a slenderness of ten, so that the pulse is long against the radius and short against the length; longer ones show the
+/// speed of longer pulses.
 fn impacts(study: &mut Study, count: usize, slenderness: f64, radii: &[f64], seed: u64) -> Outcome<Value> {
-    let sample = study.sample(SampleRecipe { slenderness, ..SampleRecipe::book(count, seed) })?;
+    let sample = study.sample(CylinderRecipe { slenderness, ..CylinderRecipe::book(count, seed) })?;
     let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
-    let tension = elastic(&sample, &beam, Load::Tension)?;
+    let tension = elastic(&sample, &beam, CylinderLoad::Tension)?;
     let bar = (tension.modulus / DENSITY).sqrt();
     let sphere_density = sample.sphere_density(DENSITY);
     let (mut by_half, mut by_peaks) = (Vec::new(), Vec::new());
@@ -182,22 +188,22 @@ fn impacts(study: &mut Study, count: usize, slenderness: f64, radii: &[f64], see
 }
 
 fn broken(study: &mut Study, size: usize, seed: u64, criterion: &str, load: &str) -> Outcome<Value> {
-    let sample = study.sample(SampleRecipe::book(size, seed))?;
+    let sample = study.sample(CylinderRecipe::book(size, seed))?;
     let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
     let kind = match criterion {
-        "particles" => Criterion::Particle(64e6),
-        "half-sum" => Criterion::Beam(292e6, BendingTerm::HalfSum),
-        "larger-end" => Criterion::Beam(292e6, BendingTerm::LargerEnd),
-        _ => Criterion::Beam(292e6, BendingTerm::MidSection),
+        "particles" => FractureCriterion::Particle(64e6),
+        "half-sum" => FractureCriterion::Beam(292e6, BendingTerm::HalfSum),
+        "larger-end" => FractureCriterion::Beam(292e6, BendingTerm::LargerEnd),
+        _ => FractureCriterion::Beam(292e6, BendingTerm::MidSection),
     };
     let loading = match load {
-        "tension" => Load::Tension,
-        "bending" => Load::Bending,
-        _ => Load::Torsion,
+        "tension" => CylinderLoad::Tension,
+        "bending" => CylinderLoad::Bending,
+        _ => CylinderLoad::Torsion,
     };
     let found = strength(&sample, &beam, kind, sample.sphere_density(DENSITY), loading)?;
     let events = &found.events;
-    // Direction in which the breaks are scattered least: the normal of the crack.
+    // The direction with the least scatter of broken bonds is the normal of the crack.
     let mean = events.iter().map(|e| e.position).sum::<Vec3>() / events.len().max(1) as f64;
     let scatter: Mat3 = events.iter().map(|e| (e.position - mean) * (e.position - mean).transpose()).sum();
     let eigen = nalgebra::SymmetricEigen::new(scatter);
@@ -244,7 +250,7 @@ fn main() -> Outcome<()> {
             }
         }
     }
-    // As thick as those of a thousand, and four times as long.
+    // As thick as cylinders of a thousand spheres, and four times as long.
     for seed in 1..=if full { seeds } else { 0 } {
         let radii = [1.0, 2.0, 4.0, 8.0, 16.0];
         study.case(&format!("impact on a long bar, 4000, seed {seed}"), |s| impacts(s, 4000, 40.0, &radii, seed))?;

@@ -1,12 +1,13 @@
-//! The test case of ERDC TR-14-6 Report 3, §5.2: grown spheres in a rigid cube, compressed by its lid, and sampled by a
-//! sphere in the middle. Prints one JSON object.
+//! Test case of ERDC TR-14-6 Report 3, §5.2: grown spheres in a rigid cube, compressed by its lid, and sampled by a sphere in
+//! the middle. Prints one JSON object.
 //!
 //! `cargo run --release --example rigid_box_sampling -- CASE GEOMETRY [SCALE [STATE]]`: case 1 to 3; geometry 1: the printed
 //! cube of 6 in with as many spheres of the printed sizes as fit; 2: a cube of 10.2 in with the printed number. `SCALE`
-//! divides the number of spheres (radii grow with it), for a quick look. The last state, its forces, and what the operators
-//! make of them are written to the file `STATE` (JSON), for another program to evaluate the same (`validation/yade_operators.py`).
+//! divides the number of spheres (radii grow with it), for a quick test. The file `STATE` (JSON)
+//! receives the last state, its forces, and the results of the operators, to compare with another program
+//! (`validation/yade_operators.py`).
 //!
-//! Not printed by the report, chosen here: Hertz-Mindlin spheres of E = 200 MPa, ν = 0.25, ρ = 2650 kg/m³, friction 0.5, at
+//! Not given in the report, chosen here: Hertz-Mindlin spheres of E = 200 MPa, ν = 0.25, ρ = 2650 kg/m³, friction 0.5, at
 //! the walls 0.51 (from its wall stresses), no gravity, local damping 0.3; radii between the printed bounds with the printed
 //! mean (density ∝ exp(b r)); grown to 69 kPa; lid at 0.4/s, an inertial number of 1e-3 or less.
 
@@ -31,7 +32,7 @@ const INCH: f64 = 0.0254;
 const CASES: [(f64, f64, f64, usize, usize); 3] =
     [(0.14, 0.31, 0.24, 9029, 1773), (0.08, 0.23, 0.19, 18015, 3706), (0.06, 0.22, 0.16, 27025, 5498)];
 
-/// Radii between bounds with a given mean, all else left to chance: density `exp(b ξ)` of `ξ` from −1 to 1, whose mean is
+/// Random radii between bounds with a given mean: density `exp(b ξ)` of `ξ` from −1 to 1, whose mean is
 /// `coth b − 1/b`.
 fn radii(low: f64, high: f64, mean: f64) -> SizeDistribution {
     let wanted = (2.0 * mean - low - high) / (high - low);
@@ -52,8 +53,8 @@ fn list(vectors: &[Vec3]) -> Vec<[f64; 3]> {
     vectors.iter().map(|v| [v.x, v.y, v.z]).collect()
 }
 
-/// The particles and their contacts with each other, and what the operators find in them: all that another program can be
-/// asked, too. Cells of the power diagram that touch the border depend on how a program closes its diagram and are left out.
+/// Particles, contacts, and those results of operators that another program can compute. Cells of the power diagram at the
+/// border depend on how a program closes its diagram and are left out.
 fn frozen_state(particles: &Particles, forces: &Forces, edge: f64, lid: &Vec3) -> serde_json::Value {
     let set = forces.contacts.set(particles).expect("contacts");
     let (low, high) = (Vec3::zeros(), Vec3::repeat(edge) + lid);
@@ -63,7 +64,7 @@ fn frozen_state(particles: &Particles, forces: &Forces, edge: f64, lid: &Vec3) -
     let of_particles =
         particle_stress(&set, &LoadSet::none(), Partition::ContactPoint, &volumes).expect("volumes above 0");
     let fabric = fabric::fabric(&set, &whole, Truncation::BranchClipped, None).expect("contacts");
-    // YADE closes its diagram at the box around the spheres; a little inside of it no cell is inner that it could cut.
+    // YADE closes its diagram at the box around the spheres; cells well inside the box are not cut.
     let mut domain = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
     for (x, r) in particles.position.iter().zip(&particles.radius) {
         domain = [domain[0].inf(&x.add_scalar(-0.9 * r)), domain[1].sup(&x.add_scalar(0.9 * r))];
@@ -134,7 +135,7 @@ fn main() {
     let walls_before = state.walls.clone();
     let report = solver.step_with(&mut state, true).expect("stable");
 
-    // The sphere in the middle of the cube as it was at the start.
+    // The sphere in the middle of the initial cube.
     let centre = Vec3::repeat(0.5 * edge);
     let region = Region::Sphere { center: centre, radius: 2.0 * INCH };
     let set = forces.contacts.set(&before).expect("contacts");
@@ -163,11 +164,11 @@ fn main() {
     let force_sum: f64 = forces.contacts.force.iter().map(Vec3::norm).sum();
     let couple_values = conjugate.couple_stress.svd(false, false).singular_values;
 
-    // The balance of all states, and the walls.
+    // Force balance over all states and walls.
     let left: Mat3 = particle_moments(&set, &walls, Partition::ContactPoint).iter().sum();
     let mut right = boundary_stress(&walls, 1.0).expect("a volume");
     for p in 0..before.len() {
-        // Damping and inertia together are what the contacts leave: b − m a = −F.
+        // Damping and inertia balance the contact forces: b − m a = −F.
         let net = solver.forces()[p];
         right -= before.position[p] * net.transpose();
     }

@@ -1,4 +1,4 @@
-//! Speed of a bond's law on a given packing, to be set beside other programs: `tests/peers/yade_cpm_speed.py` (concrete),
+//! Speed of a bond law on a given packing, to compare with other programs: `tests/peers/yade_cpm_speed.py` (concrete),
 //! `liggghts-bridge/lammps/compare_speed.py` (beams).
 //!
 //! ```sh
@@ -6,7 +6,7 @@
 //! ```
 //! LAW: `cpm`, `cohesive_beam`, `linear_bond`, or `deformable` (`linear_bond` between deformable particles).
 //! Prints one JSON object: nanoseconds per bond and step (whole steps; best and median of ten parts of the run), share
-//! of neighbour search, bytes held per bond and per particle.
+//! of the neighbor search, and bytes per bond and per particle.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -29,13 +29,13 @@ use concordem::state::contacts::{ContactBlock, Contacts};
 use concordem::state::{Constraint, Particles, State};
 
 const PARTS: usize = 10;
-/// Steps from one sample of energies to the next.
+/// Steps between samples of energies.
 const SAMPLED_EVERY: usize = 100;
 
 type Outcome = Result<(), Box<dyn std::error::Error + Send + Sync>>;
 
 fn main() -> Outcome {
-    // As the program does: a thread outside of the pool would wait for it in each step, several times.
+    // As in the program: a thread outside the pool would wait for the pool several times per step.
     rayon::ThreadPoolBuilder::new().build()?.install(measure)
 }
 
@@ -55,7 +55,7 @@ fn measure() -> Outcome {
             run(path, ratio, steps, law, law, model)
         }
         "cohesive_beam" => {
-            // Asked for its strength, and strong.
+            // With a strength that is never reached.
             let beam = CohesiveBeam::new(25e9, 0.2, Section::Ratio(0.5))?;
             run(path, ratio, steps, CohesiveBeam { strength: 1e12, ..beam }, touching()?, model)
         }
@@ -77,7 +77,7 @@ fn linear() -> Result<LinearBond, ParameterError> {
     LinearBond::new(1e6, 4e5, 0.0, f64::INFINITY, f64::INFINITY)
 }
 
-/// The law of spheres that touch without a bond.
+/// Law of contacts without a bond.
 fn touching() -> Result<Frictional, ParameterError> {
     Frictional::new(ContactStiffness::Given { normal: 1e6, shear: 4e5 }, 0.5, 0.0)
 }

@@ -1,7 +1,8 @@
 //! ConcorDEM: the discrete element method for cohesive materials.
 //!
-//! This crate is the program `concordem` and everything that leaves it: results, reports, calibration, sweeps. It re-exports the
-//! crates below it under one name, so that `concordem` is all a user of the library needs.
+//! This crate contains the program `concordem`, its files, reports, calibration, and sweeps. It re-exports the crates below it,
+//! so that users of the library need only `concordem`. Its modules depend on each other in one direction: [`calibration`] and
+//! [`mod@sweep`], then [`output`], [`report`], [`program`].
 //!
 //! A scenario is assembled into a state, a model, and a schedule; the solver steps the state; operators read it; sinks write it.
 //! Conventions: SI units; tension positive; the force of a contact is the one on A, and the normal points from A to B;
@@ -10,6 +11,8 @@
 pub mod calibration;
 pub mod output;
 pub mod program;
+pub mod provenance;
+pub mod report;
 pub mod sweep;
 
 pub use concordem_contact::{for_each_law, kinematics, law, law_state, material, math, prefetch, quantity};

@@ -1,11 +1,10 @@
-//! Speed of the operators against one pass over the same data, and of the triangulated strain.
+//! Speed of the operators compared with one pass over the same data, and of the triangulated strain.
 //!
-//! The first two are to cost no more than twice a pass (memory-bound work); read the ratio of times from one run. Three passes
-//! are timed, because one cannot be fair to all: that over pairs, branches, points, and forces (80 bytes per contact) leaves out
-//! what stress per particle writes and the positions that both operators read, and has points that a region does not need. So
-//! there is one over exactly what a region stress reads, and one over what stress per particle reads and writes. Times are
-//! those of the processors, summed over threads, so that other work on the machine disturbs them little: run it with
-//! `RAYON_NUM_THREADS=1`.
+//! The first two operators should cost at most twice a pass (memory-bound work); compare times of one run. There are three
+//! passes. The pass over pairs, branches, points, and forces (80 bytes per contact) omits the results of the stress per
+//! particle and the positions that both operators read, and includes points that a region does not need. The second pass
+//! covers exactly what a region stress reads; the third what the stress per particle reads and writes. Times are processor
+//! times summed over threads, which other work on the machine hardly disturbs; run with `RAYON_NUM_THREADS=1`.
 
 mod measurement;
 
@@ -31,7 +30,7 @@ fn block(n: usize) -> Vec<Vec3> {
         .collect()
 }
 
-/// Contacts of the block with its next neighbours along the axes and the diagonals: some ten per particle.
+/// Contacts of the block with nearest neighbors along the axes and the diagonals: about ten per particle.
 struct Data {
     position: Vec<Vec3>,
     pair: Vec<[u32; 2]>,
@@ -59,7 +58,7 @@ fn contacts(n: usize, most: usize) -> Data {
     Data { position, pair, branch, point, force }
 }
 
-/// Sum of all reals, so that nothing is left out; eight sums at once, so that memory and not the addition sets the pace.
+/// Sum of all numbers, so that the compiler keeps all reads; eight partial sums make memory, not the addition, the limit.
 fn pass(list: &[Vec3]) -> f64 {
     let reals: &[f64] = bytemuck::cast_slice(list);
     reals

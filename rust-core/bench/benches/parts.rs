@@ -1,5 +1,5 @@
-//! Speed of the parts: the concrete law alone, its kinematics, the neighbour search, a whole step. Times of whole steps are those
-//! of the processors, summed over threads: run with `RAYON_NUM_THREADS=1`.
+//! Speed of the parts: the concrete law, its kinematics, the neighbor search, and a whole step. Times of whole steps are
+//! processor times summed over threads; run with `RAYON_NUM_THREADS=1`.
 
 mod measurement;
 
@@ -73,7 +73,7 @@ fn single_contact(c: &mut Criterion) {
     });
 }
 
-fn neighbour_search(c: &mut Criterion) {
+fn neighbor_search(c: &mut Criterion) {
     let mut group = c.benchmark_group("neighbour search");
     group.sample_size(10);
     for n in [22, 47] {
@@ -107,7 +107,7 @@ fn bonded_step<L: LawLoops>(
             || {
                 let mut state = state.clone();
                 let mut solver = Solver::new(model.clone(), &mut state).expect("a sound state");
-                // The first step of a bond is not like the others.
+                // The first step of a bond differs from the others.
                 solver.step_with(&mut state, false).expect("stable");
                 (state, solver)
             },
@@ -121,8 +121,8 @@ fn bonded_step<L: LawLoops>(
     });
 }
 
-/// Ten steps of bonded particles; the throughput is that of bond-steps. The pass over deformable particles must not cost
-/// more than half as much again as the step of the same bonds without it.
+/// Ten steps of bonded particles; the throughput is in bond-steps. The pass over deformable particles must cost at most
+/// half as much as the step of the same bonds without it.
 fn whole_step(c: &mut Criterion<ProcessorTime>) {
     let mut group = c.benchmark_group("ten steps");
     group.sample_size(10);
@@ -151,7 +151,7 @@ fn whole_step(c: &mut Criterion<ProcessorTime>) {
     group.finish();
 }
 
-criterion_group!(parts, single_contact, neighbour_search);
+criterion_group!(parts, single_contact, neighbor_search);
 criterion_group! {
     name = steps;
     config = Criterion::default().with_measurement(ProcessorTime);

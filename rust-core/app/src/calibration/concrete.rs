@@ -1,4 +1,4 @@
-//! Strengths of concrete from the parameters of CPM links, and back.
+//! Strengths of concrete from the parameters of CPM links, and the inverse.
 //!
 //! By dimensional analysis (Stránský 2018, section 2.5.3) a specimen of given geometry, loaded slowly, has
 //!
@@ -7,12 +7,12 @@
 //! χ = c₀/(Ē ε₀)                   λ = ε_f/ε₀
 //! ```
 //!
-//! at a fixed shear ratio, which with Ē belongs to the elastic calibration. `G` is what a unit of cross-section dissipates in
-//! tension (J/m²) until the stress has fallen to a tenth of its peak. Each value of these functions is a pair of runs on the
-//! user's specimen, remembered by its arguments ([`Table`]). The inverse finds χ (and λ, if `G` is wanted) by bisection
-//! between measured values of `R`; then `ε₀ = f_t/(Ē T)`, and a last pair of runs with the parameters found says what they
-//! give. Bond-breaking makes the functions of one packing rough; the scatter
-//! over packings says how far a digit means something.
+//! at a fixed shear ratio, which like Ē comes from the elastic calibration. `G` is the energy that a unit of cross-section
+//! dissipates in tension (J/m²) until the stress has fallen to a tenth of its peak. Each value of these functions takes a
+//! pair of runs on the user's specimen; a [`StrengthTable`] keeps it. The inverse finds χ (and λ, for a wanted `G`) between
+//! measured values of `R`; then `ε₀ = f_t/(Ē T)`, and a last pair of runs measures the strengths with these parameters.
+//! Breaking bonds make the functions of one packing rough; the scatter over packings shows how many digits are
+//! significant.
 
 use std::collections::BTreeMap;
 
@@ -23,14 +23,14 @@ use concordem_solver::state::State;
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::{Model, SolverError};
 
-/// Range of `c₀/(Ē ε₀)` that is looked at. Below, links slip before they crack and the strengths hardly differ; above, cohesion
-/// no longer matters.
+/// Range of `c₀/(Ē ε₀)` in the search. Below it, links slip before they crack and the strengths hardly differ; above it,
+/// cohesion has no effect.
 pub const COHESION_RANGE: (f64, f64) = (0.15, 12.0);
 
-/// Range of `ε_f/ε₀` that is looked at.
+/// Range of `ε_f/ε₀` in the search.
 pub const DUCTILITY_RANGE: (f64, f64) = (2.0, 1000.0);
 
-/// Why there is no answer.
+/// Error of the calibration.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConcreteError {
@@ -51,13 +51,13 @@ pub enum ConcreteError {
         least: f64,
         /// Largest ratio found.
         most: f64,
-        /// What may help.
+        /// Remedy.
         remedy: &'static str,
     },
     /// The wanted energy is out of reach.
     #[error(
         "a fracture energy of {wanted:.4e} J/m² is out of reach: relative ductilities of {} to {} give {least:.4e} to \
-         {most:.4e} J/m². It grows with the size of the particles: scale them by about the ratio of both",
+         {most:.4e} J/m². The energy grows with the particle size: scale the particles by about the missing factor",
         DUCTILITY_RANGE.0, DUCTILITY_RANGE.1
     )]
     FractureEnergy {
@@ -68,10 +68,10 @@ pub enum ConcreteError {
         /// Most found, J/m².
         most: f64,
     },
-    /// A run did not pass its peak.
+    /// The stress of a run did not fall.
     #[error(
         "the {direction} run of seed {seed} at cohesion {cohesion:.4} times the onset stress reached its largest strain before \
-         the stress fell: lower the relative ductility"
+         the stress fell; lower the relative ductility"
     )]
     NoPeak {
         /// "tension" or "compression".
@@ -81,23 +81,23 @@ pub enum ConcreteError {
         /// `c₀/(Ēε₀)`.
         cohesion: f64,
     },
-    /// The specimen's bonds are not of this law.
+    /// The specimen has no bonds of the law cpm.
     #[error("the specimen has no bonds of the law cpm")]
     NoLinks,
-    /// The parameters are none.
+    /// Invalid parameters.
     #[error("{0}")]
     Parameters(#[from] CpmError),
     /// A run failed.
     #[error("run: {0}")]
     Run(#[from] RunError),
-    /// A run could not begin.
+    /// A run could not start.
     #[error("run: {0}")]
     Solver(#[from] SolverError),
 }
 
-/// A specimen before its first step, ready to be pulled or pressed.
+/// A specimen before its first step, with its loading.
 #[derive(Clone)]
-pub struct Specimen {
+pub struct ConcreteSpecimen {
     /// State; its bonds are of the law cpm.
     pub state: State,
     /// Model.
@@ -108,34 +108,37 @@ pub struct Specimen {
     pub area: f64,
 }
 
-/// Tension and compression of the same packing.
+/// The same packing in tension and in compression.
 #[derive(Clone)]
-pub struct Pair {
+pub struct SpecimenPair {
     /// Seed of the packing.
     pub seed: u64,
-    /// The specimen pulled.
-    pub tension: Specimen,
-    /// The specimen pressed.
-    pub compression: Specimen,
+    /// Specimen in tension.
+    pub tension: ConcreteSpecimen,
+    /// Specimen in compression.
+    pub compression: ConcreteSpecimen,
 }
 
-/// What a run shows.
+/// Results of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Strength {
-    /// Slope of stress over strain up to 30 % of the strength, Pa.
+pub struct LoadTest {
+    /// Slope of stress over strain up to 30 % of the peak stress, Pa.
     pub young: f64,
-    /// Largest stress with its sign, Pa.
+    /// Stress of largest magnitude, Pa; positive in tension.
     pub stress: f64,
-    /// Strain there.
+    /// Strain at this stress.
     pub strain: f64,
     /// Energy dissipated at the end of the run over the cross-section, J/m².
     pub dissipation: f64,
 }
 
-impl Specimen {
-    /// Load the specimen with other parameters of its links until the stress falls to `drop_to` of its peak; nothing when
+impl ConcreteSpecimen {
+    /// Load the specimen with other link parameters until the stress falls to the fraction `drop_to` of its peak; None if
     /// the run ends before.
-    pub fn load(&self, parameters: &CpmParameters, drop_to: f64) -> Result<Option<Strength>, ConcreteError> {
+    ///
+    /// # Errors
+    /// Invalid parameters; no links of the law cpm; a failed run.
+    pub fn load(&self, parameters: &CpmParameters, drop_to: f64) -> Result<Option<LoadTest>, ConcreteError> {
         let law = Cpm::new(parameters)?;
         let mut state = self.state.clone();
         let blocks = state.bonds.iter_mut().chain(&mut state.contacts);
@@ -162,7 +165,7 @@ impl Specimen {
         Ok(Some(self.strength(&samples)))
     }
 
-    fn strength(&self, samples: &[Record]) -> Strength {
+    fn strength(&self, samples: &[Record]) -> LoadTest {
         let mut peak = 0;
         for (k, sample) in samples.iter().enumerate() {
             if sample.stress.abs() > samples[peak].stress.abs() {
@@ -181,13 +184,13 @@ impl Specimen {
         }
         let young = if xx > 0.0 { xy / xx } else { stress / strain };
         let dissipation = samples.last().map_or(0.0, |s| s.damage + s.friction + s.viscous) / self.area;
-        Strength { young, stress, strain, dissipation }
+        LoadTest { young, stress, strain, dissipation }
     }
 }
 
-/// The arguments of the dimensionless functions.
+/// Arguments of the dimensionless functions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Arguments {
+pub struct StrengthArguments {
     /// `χ = c₀/(Ēε₀)`.
     pub cohesion: f64,
     /// `tan φ`.
@@ -196,43 +199,43 @@ pub struct Arguments {
     pub ductility: f64,
 }
 
-/// Values of the dimensionless functions of one packing.
+/// Values of the dimensionless functions for one packing.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Functions {
-    /// `E/Ē` of the specimen in tension, ends included.
+pub struct StrengthFunctions {
+    /// `E/Ē` of the specimen in tension, including its ends.
     pub stiffness: f64,
     /// `T = f_t/(Ēε₀)`.
     pub tension: f64,
     /// `R = f_c/f_t`.
     pub ratio: f64,
-    /// `G/(Ēε₀²)`, m, if the tension run went on until a tenth of the peak.
+    /// `G/(Ēε₀²)`, m, if the tension run continued to a tenth of the peak.
     pub dissipation: Option<f64>,
 }
 
-/// Measured values of the dimensionless functions, by their arguments and the seed of the packing.
+/// Measured values of the dimensionless functions, by arguments and seed of the packing.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Table {
-    /// What the values belong to, as text: the specimen, its motion, elastic parameters, the program. Another text, another table.
+pub struct StrengthTable {
+    /// Everything else the values depend on, as text: specimen, motion, elastic parameters, program.
     pub specimen: String,
     /// Values.
-    pub values: BTreeMap<String, Functions>,
+    pub values: BTreeMap<String, StrengthFunctions>,
 }
 
-impl Table {
-    fn key(arguments: Arguments, seed: u64) -> String {
-        let Arguments { cohesion, friction, ductility } = arguments;
+impl StrengthTable {
+    fn key(arguments: StrengthArguments, seed: u64) -> String {
+        let StrengthArguments { cohesion, friction, ductility } = arguments;
         format!("seed {seed}, cohesion {cohesion:.9e}, friction {friction:.9e}, ductility {ductility:.9e}")
     }
 }
 
-/// What is wanted.
+/// Wanted properties.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wanted {
+pub struct StrengthTargets {
     /// Tensile strength, Pa.
     pub tensile_strength: f64,
     /// Compressive strength, Pa, positive.
     pub compressive_strength: f64,
-    /// Energy dissipated by a unit of cross-section in tension, J/m².
+    /// Energy dissipated per cross-section in tension, J/m².
     pub fracture_energy: Option<f64>,
 }
 
@@ -241,7 +244,7 @@ pub struct Wanted {
 pub struct Scatter {
     /// Mean.
     pub mean: f64,
-    /// Standard deviation of one packing (0 for a single one).
+    /// Standard deviation of one packing; 0 for a single packing.
     pub deviation: f64,
 }
 
@@ -254,7 +257,7 @@ impl Scatter {
     }
 }
 
-/// What was found.
+/// Result of the calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConcreteFit {
     /// Parameters of the links.
@@ -263,20 +266,20 @@ pub struct ConcreteFit {
     pub tensile_strength: Scatter,
     /// Compressive strength, Pa, positive.
     pub compressive_strength: Scatter,
-    /// Modulus of the specimen in tension, ends included, Pa.
+    /// Modulus of the specimen in tension, including its ends, Pa.
     pub young: Scatter,
     /// Fracture energy, J/m², if one was wanted.
     pub fracture_energy: Option<Scatter>,
-    /// Relative standard deviation of the cohesion that one packing would give: that of `f_c/f_t` over its slope
-    /// `d ln R/d ln χ`, which is small. Unknown for a single packing.
+    /// Relative standard deviation of the cohesion from one packing: that of `f_c/f_t` over its small slope
+    /// `d ln R/d ln χ`. None for a single packing.
     pub cohesion_deviation: Option<f64>,
     /// Smallest and largest `f_c/f_t` at this friction and ductility.
     pub reach: (f64, f64),
-    /// Pairs of runs that were made, known ones not counted.
+    /// New pairs of runs, without those in the table.
     pub runs: usize,
 }
 
-/// Where the ratio of strengths is the wanted one.
+/// Cohesion with the wanted ratio of strengths.
 struct Crossing {
     /// `c₀/(Ēε₀)`.
     cohesion: f64,
@@ -286,34 +289,40 @@ struct Crossing {
     slope: f64,
 }
 
-/// Specimens, and what is known of them.
-pub struct Laboratory<'a> {
-    /// Packings, one per seed.
-    pub pairs: &'a [Pair],
-    /// Elastic parameters, friction, damage law; strengths and ductility in it do not matter.
+/// Calibration of one specimen on several packings.
+pub struct ConcreteCalibration<'a> {
+    /// Specimens, one pair per seed.
+    pub pairs: &'a [SpecimenPair],
+    /// Elastic parameters, friction, and damage law; strengths and ductility are replaced.
     pub base: CpmParameters,
-    /// Onset strain at which the functions are measured: about that of the answer, since inertia depends on it a little.
+    /// Onset strain of the measurements. It should be close to the result, since inertia depends on it slightly.
     pub onset: f64,
-    /// Whether tension runs go on until the fracture energy is known.
+    /// Whether tension runs continue until the fracture energy is known.
     pub with_energy: bool,
-    /// What is known.
-    pub table: Table,
-    /// Pairs of runs that were made.
+    /// Known values.
+    pub table: StrengthTable,
+    /// New pairs of runs.
     pub runs: usize,
-    /// Called after each measurement with the number of pairs of runs and what is known.
-    pub report: Report<'a>,
+    /// Called after each measurement.
+    pub on_measurement: OnMeasurement<'a>,
 }
 
-/// Somebody to be told how far the measurements are.
-pub type Report<'a> = Box<dyn FnMut(usize, &Table) + 'a>;
+/// Receives the number of new pairs of runs and the known values.
+pub type OnMeasurement<'a> = Box<dyn FnMut(usize, &StrengthTable) + 'a>;
 
-impl<'a> Laboratory<'a> {
-    /// A laboratory that tells nobody.
-    pub fn new(pairs: &'a [Pair], base: CpmParameters, onset: f64, with_energy: bool, table: Table) -> Self {
-        Self { pairs, base, onset, with_energy, table, runs: 0, report: Box::new(|_, _| {}) }
+impl<'a> ConcreteCalibration<'a> {
+    /// A calibration without a callback.
+    pub fn new(
+        pairs: &'a [SpecimenPair],
+        base: CpmParameters,
+        onset: f64,
+        with_energy: bool,
+        table: StrengthTable,
+    ) -> Self {
+        Self { pairs, base, onset, with_energy, table, runs: 0, on_measurement: Box::new(|_, _| {}) }
     }
 
-    fn parameters(&self, arguments: Arguments, onset: f64) -> CpmParameters {
+    fn parameters(&self, arguments: StrengthArguments, onset: f64) -> CpmParameters {
         CpmParameters {
             cohesion: arguments.cohesion * self.base.normal_modulus * onset,
             friction_angle: libm::atan(arguments.friction),
@@ -324,10 +333,10 @@ impl<'a> Laboratory<'a> {
     }
 
     /// Both runs of one packing: tension, compression.
-    fn test(&mut self, parameters: &CpmParameters, pair: &Pair) -> Result<[Strength; 2], ConcreteError> {
+    fn test(&mut self, parameters: &CpmParameters, pair: &SpecimenPair) -> Result<[LoadTest; 2], ConcreteError> {
         let cohesion = parameters.cohesion / (parameters.normal_modulus * parameters.limit_strain);
         let missing = |direction| ConcreteError::NoPeak { direction, seed: pair.seed, cohesion };
-        // A tenth of the peak for the energy; otherwise a fall that is surely no wave.
+        // A tenth of the peak for the energy; otherwise a fall that no stress wave can cause.
         let drop_to = if self.with_energy { 0.1 } else { 0.6 };
         let tension = pair.tension.load(parameters, drop_to)?.ok_or_else(|| missing("tension"))?;
         let compression = pair.compression.load(parameters, 0.8)?.ok_or_else(|| missing("compression"))?;
@@ -336,8 +345,12 @@ impl<'a> Laboratory<'a> {
     }
 
     /// The functions of one packing.
-    fn measure(&mut self, arguments: Arguments, pair: &Pair) -> Result<Functions, ConcreteError> {
-        let key = Table::key(arguments, pair.seed);
+    fn measure(
+        &mut self,
+        arguments: StrengthArguments,
+        pair: &SpecimenPair,
+    ) -> Result<StrengthFunctions, ConcreteError> {
+        let key = StrengthTable::key(arguments, pair.seed);
         if let Some(known) = self.table.values.get(&key)
             && (known.dissipation.is_some() || !self.with_energy)
         {
@@ -346,42 +359,42 @@ impl<'a> Laboratory<'a> {
         let parameters = self.parameters(arguments, self.onset);
         let [tension, compression] = self.test(&parameters, pair)?;
         let onset_stress = parameters.normal_modulus * self.onset;
-        let found = Functions {
+        let found = StrengthFunctions {
             stiffness: tension.young / parameters.normal_modulus,
             tension: tension.stress / onset_stress,
             ratio: -compression.stress / tension.stress,
             dissipation: self.with_energy.then_some(tension.dissipation / (onset_stress * self.onset)),
         };
         self.table.values.insert(key, found);
-        (self.report)(self.runs, &self.table);
+        (self.on_measurement)(self.runs, &self.table);
         Ok(found)
     }
 
     /// The functions of all packings.
-    pub fn functions(&mut self, arguments: Arguments) -> Result<Vec<Functions>, ConcreteError> {
+    pub fn functions(&mut self, arguments: StrengthArguments) -> Result<Vec<StrengthFunctions>, ConcreteError> {
         let pairs = self.pairs;
         pairs.iter().map(|pair| self.measure(arguments, pair)).collect()
     }
 
-    fn mean_ratio(&mut self, arguments: Arguments) -> Result<f64, ConcreteError> {
+    fn mean_ratio(&mut self, arguments: StrengthArguments) -> Result<f64, ConcreteError> {
         Ok(Scatter::of(self.functions(arguments)?.iter().map(|f| f.ratio)).mean)
     }
 
     /// The cohesion at which the mean ratio of strengths is `wanted`.
     fn cohesion(&mut self, wanted: f64, friction: f64, ductility: f64) -> Result<Crossing, ConcreteError> {
-        let at = |cohesion| Arguments { cohesion, friction, ductility };
-        // A coarse ladder first: the ratio rises with cohesion and levels off, roughly; the crossing with the smallest
-        // cohesion is taken.
+        let at = |cohesion| StrengthArguments { cohesion, friction, ductility };
+        // A coarse scan first: the ratio roughly rises with cohesion and levels off. The crossing at the smallest cohesion is
+        // used.
         let steps = 6;
         let range = COHESION_RANGE.1 / COHESION_RANGE.0;
-        let mut ladder: Vec<(f64, f64)> = Vec::new();
+        let mut scan: Vec<(f64, f64)> = Vec::new();
         for step in 0..=steps {
             let cohesion = COHESION_RANGE.0 * libm::pow(range, f64::from(step) / f64::from(steps));
-            ladder.push((cohesion, self.mean_ratio(at(cohesion))?));
+            scan.push((cohesion, self.mean_ratio(at(cohesion))?));
         }
         let (least, most) =
-            ladder.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), &(_, r)| (l.min(r), m.max(r)));
-        let Some(bracket) = ladder.windows(2).find(|w| (w[0].1 - wanted) * (w[1].1 - wanted) <= 0.0) else {
+            scan.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), &(_, r)| (l.min(r), m.max(r)));
+        let Some(bracket) = scan.windows(2).find(|w| (w[0].1 - wanted) * (w[1].1 - wanted) <= 0.0) else {
             return Err(ConcreteError::StrengthRatio {
                 wanted,
                 friction,
@@ -392,12 +405,11 @@ impl<'a> Laboratory<'a> {
             });
         };
         let ((mut low, mut ratio_low), (mut high, mut ratio_high)) = (bracket[0], bracket[1]);
-        // Over the whole ladder up to the largest ratio: between two rungs roughness counts more than the trend.
-        let top = ladder.iter().fold(ladder[0], |top, rung| if rung.1 > top.1 { *rung } else { top });
-        let slope =
-            if top.0 > ladder[0].0 { libm::log(top.1 / ladder[0].1) / libm::log(top.0 / ladder[0].0) } else { 0.0 };
+        // Over the whole scan up to the largest ratio: between two trials the roughness exceeds the trend.
+        let top = scan.iter().fold(scan[0], |top, trial| if trial.1 > top.1 { *trial } else { top });
+        let slope = if top.0 > scan[0].0 { libm::log(top.1 / scan[0].1) / libm::log(top.0 / scan[0].0) } else { 0.0 };
         let crossing = |cohesion| Crossing { cohesion, reach: (least, most), slope };
-        // Halving by false position on logarithms; the functions are rough below some thousandths.
+        // False position on logarithms; the functions are rough below a few thousandths.
         for _ in 0..8 {
             if (ratio_low - wanted).abs() <= 2e-3 * wanted {
                 return Ok(crossing(low));
@@ -418,8 +430,11 @@ impl<'a> Laboratory<'a> {
         Ok(crossing(nearer))
     }
 
-    /// Parameters of the links for wanted strengths, at the friction of `base` and, if no energy is wanted, its ductility.
-    pub fn fit(&mut self, wanted: &Wanted) -> Result<ConcreteFit, ConcreteError> {
+    /// Link parameters for wanted strengths, with the friction of `base` and, without a wanted energy, its ductility.
+    ///
+    /// # Errors
+    /// Strengths or energy out of reach; a failed run.
+    pub fn fit(&mut self, wanted: &StrengthTargets) -> Result<ConcreteFit, ConcreteError> {
         let friction = libm::tan(self.base.friction_angle);
         let ratio = wanted.compressive_strength / wanted.tensile_strength;
         let mut ductility = self.base.relative_ductility;
@@ -427,14 +442,14 @@ impl<'a> Laboratory<'a> {
             ductility = self.ductility(wanted, energy, friction, ratio)?;
         }
         let Crossing { cohesion, reach, slope } = self.cohesion(ratio, friction, ductility)?;
-        let arguments = Arguments { cohesion, friction, ductility };
+        let arguments = StrengthArguments { cohesion, friction, ductility };
         let functions = self.functions(arguments)?;
         let tension = Scatter::of(functions.iter().map(|f| f.tension)).mean;
         let onset = wanted.tensile_strength / (self.base.normal_modulus * tension);
         let ratio_scatter = Scatter::of(functions.iter().map(|f| f.ratio));
         let parameters = self.parameters(arguments, onset);
         let pairs = self.pairs;
-        let shown: Vec<[Strength; 2]> =
+        let shown: Vec<[LoadTest; 2]> =
             pairs.iter().map(|pair| self.test(&parameters, pair)).collect::<Result<_, _>>()?;
         Ok(ConcreteFit {
             parameters,
@@ -451,13 +466,19 @@ impl<'a> Laboratory<'a> {
         })
     }
 
-    /// Relative ductility for a wanted fracture energy. `G = D f_t²/(Ē T²)` at the cohesion that belongs to each ductility.
-    fn ductility(&mut self, wanted: &Wanted, energy: f64, friction: f64, ratio: f64) -> Result<f64, ConcreteError> {
+    /// Relative ductility for a wanted fracture energy. `G = D f_t²/(Ē T²)` at the cohesion of each ductility.
+    fn ductility(
+        &mut self,
+        wanted: &StrengthTargets,
+        energy: f64,
+        friction: f64,
+        ratio: f64,
+    ) -> Result<f64, ConcreteError> {
         let strength = wanted.tensile_strength;
         let start = self.base.relative_ductility.clamp(DUCTILITY_RANGE.0, DUCTILITY_RANGE.1);
         let mut energy_of = |ductility: f64| -> Result<f64, ConcreteError> {
             let Crossing { cohesion, .. } = self.cohesion(ratio, friction, ductility)?;
-            let functions = self.functions(Arguments { cohesion, friction, ductility })?;
+            let functions = self.functions(StrengthArguments { cohesion, friction, ductility })?;
             let tension = Scatter::of(functions.iter().map(|f| f.tension)).mean;
             let dissipation = Scatter::of(functions.iter().filter_map(|f| f.dissipation)).mean;
             Ok(dissipation * strength * strength / (self.base.normal_modulus * tension * tension))

@@ -1,4 +1,4 @@
-//! What a specimen does as a whole: mean deformation of its middle by least squares, and its size from tagged ends.
+//! Mean deformation of the middle of a specimen by least squares, and its size from sets of particles.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -10,13 +10,13 @@ use concordem_solver::state::Sphere;
 pub struct Deformation {
     /// Strain along the axis, 1.
     pub axial: f64,
-    /// Strain across it (mean of both directions), 1.
+    /// Lateral strain (mean of both directions), 1.
     pub lateral: f64,
-    /// Angle of twist per length, rad/m.
+    /// Twist per length, rad/m.
     pub twist: f64,
-    /// Curvature about the first and the second direction across the axis, 1/m.
+    /// Curvature about the first and second lateral direction, 1/m.
     pub curvature: [f64; 2],
-    /// Root mean square of what the fit leaves, m.
+    /// Root mean square residual of the fit, m.
     pub scatter: f64,
 }
 
@@ -24,8 +24,8 @@ pub struct Deformation {
 /// deflection and the lateral strain that comes with it.
 const FIELDS: usize = 13;
 
-/// Fit of even tension, torsion, and bending along the first of three orthogonal directions to displacements `u` (m) at
-/// places `x` (m). The neutral lines go through the mean place. `None` for too few or badly placed particles.
+/// Fit of uniform tension, torsion, and bending along `axis` to displacements `u` (m) at positions `x` (m). The neutral
+/// lines go through the mean position. `None` for too few particles, or positions that do not determine the fit.
 pub fn fit(x: &[Vec3], u: &[Vec3], axis: usize) -> Option<Deformation> {
     let (a, b, c) = (axis, (axis + 1) % 3, (axis + 2) % 3);
     let count = x.len() as f64;
@@ -89,7 +89,7 @@ pub fn fit(x: &[Vec3], u: &[Vec3], axis: usize) -> Option<Deformation> {
     })
 }
 
-/// Length and radius of a cylinder of spheres measured from tagged sets.
+/// Length and radius of a cylinder of spheres, measured from sets of particles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CylinderSize {
     /// Length, m.
@@ -100,20 +100,20 @@ pub struct CylinderSize {
 
 /// Bounding size of a cylinder, [2.20]–[2.21] of Jebahi et al. 2015 with the sign of the former corrected:
 /// `L = 2R̄ + (mean of the upper − mean of the lower end)·X`, `R_M = R̄ + mean distance of the surface set from the axis`.
-/// With `centres_only` the terms with the mean radius `R̄` are left out: the section spanned by the centres, between which
-/// the bonds are. Sets are indices into `spheres`; the axis goes through the mean place of the surface set.
-pub fn cylinder_size(spheres: &[Sphere], axis: usize, sets: [&[usize]; 3], centres_only: bool) -> Option<CylinderSize> {
+/// With `centers_only` the terms with the mean radius `R̄` are left out: this is the section spanned by the centers, which
+/// the bonds connect. Sets are indices into `spheres`; the axis goes through the mean position of the surface set.
+pub fn cylinder_size(spheres: &[Sphere], axis: usize, sets: [&[usize]; 3], centers_only: bool) -> Option<CylinderSize> {
     let [lower, upper, surface] = sets;
     if spheres.is_empty() || lower.is_empty() || upper.is_empty() || surface.is_empty() {
         return None;
     }
     let mean = |set: &[usize]| set.iter().map(|&p| spheres[p].position).sum::<Vec3>() / set.len() as f64;
     let mean_radius = spheres.iter().map(|s| s.radius).sum::<f64>() / spheres.len() as f64;
-    let border = if centres_only { 0.0 } else { mean_radius };
-    let centre = mean(surface);
+    let border = if centers_only { 0.0 } else { mean_radius };
+    let center = mean(surface);
     let mut across = Mat3::identity();
     across[(axis, axis)] = 0.0;
-    let distance = surface.iter().map(|&p| (across * (spheres[p].position - centre)).norm()).sum::<f64>();
+    let distance = surface.iter().map(|&p| (across * (spheres[p].position - center)).norm()).sum::<f64>();
     Some(CylinderSize {
         length: 2.0 * border + mean(upper)[axis] - mean(lower)[axis],
         radius: border + distance / surface.len() as f64,
@@ -125,7 +125,7 @@ mod tests {
     use super::*;
     use concordem_packing::Random;
 
-    /// Known fields at random places come back; 1e-12: solution of well-conditioned normal equations.
+    /// The fit recovers known fields at random positions; 1e-10: solution of well-conditioned normal equations.
     #[test]
     fn known_deformations_are_found() {
         let mut random = Random::new(3);
@@ -161,7 +161,7 @@ mod tests {
         assert_eq!(fit(&x[..2], &u[..2], 0), None);
     }
 
-    /// Spheres on the surface and the ends of a cylinder: its length and radius, with and without the spheres' own.
+    /// Spheres on the surface and the ends of a cylinder: length and radius with and without the sphere radius.
     #[test]
     fn a_cylinder_of_spheres_has_its_size() {
         let mut spheres = Vec::new();

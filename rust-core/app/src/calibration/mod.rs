@@ -1,4 +1,4 @@
-//! From wanted properties of a material to parameters of its bonds.
+//! Bond parameters for wanted properties of a material.
 
 pub mod cohesive_beam;
 pub mod concrete;

@@ -1,7 +1,7 @@
 //! The complete state in one file.
 //!
-//! A checkpoint holds every column of the state under `/state`, the state hash, and text on where it comes from. It
-//! appears whole or not at all ([`super::sealed`]), and reading it verifies seal, kind, version, and state hash.
+//! A checkpoint holds every column of the state under `/state`, the state hash, and its provenance. It is
+//! written completely or not at all ([`super::sealed`]); reading verifies seal, kind, version, and state hash.
 
 use std::path::Path;
 
@@ -11,28 +11,28 @@ use super::hdf::{self, GroupSink, kind};
 use super::sealed;
 use concordem_solver::state::columns::{Column, ColumnError, ColumnSink, ColumnStore, WriteColumns};
 
-/// A checkpoint read back, verified.
+/// A verified checkpoint.
 #[derive(Debug)]
 pub struct Checkpoint {
-    /// The state's columns, a source to rebuild it from.
+    /// Columns of the state.
     pub columns: ColumnStore,
     /// The state hash.
     pub state_hash: String,
-    /// Where the checkpoint comes from: the scenario's text, or whatever its writer put there.
+    /// Provenance: text of the scenario, or any text of the writer.
     pub provenance: String,
     pub(super) run: RunMark,
 }
 
-/// Place of a checkpoint in a run.
+/// Position of a checkpoint in a run.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct RunMark {
     /// Identity of the run; empty outside of one.
     pub run_id: String,
-    /// Count of result segments that belong to the state.
+    /// Number of segments before the state.
     pub segments: u64,
 }
 
-/// Write a checkpoint; gives the state hash. An existing file is replaced in one go, or kept when something fails.
+/// Write a checkpoint; returns the state hash. Replaces an existing file atomically, and keeps it on failure.
 pub fn write(path: &Path, state: &dyn WriteColumns, provenance: &str) -> Result<String, OutputError> {
     write_in_run(path, state, provenance, &RunMark::default())
 }
@@ -80,7 +80,7 @@ pub fn read(path: &Path) -> Result<Checkpoint, OutputError> {
     Ok(Checkpoint { columns, state_hash: stored, provenance, run })
 }
 
-/// Writes and hashes in one pass over the state.
+/// Writes and hashes the state in one pass.
 struct HashingSink<'a> {
     file: GroupSink<'a>,
     hasher: StateHasher,

@@ -7,8 +7,8 @@ use super::error::OutputError;
 use super::result::ResultFile;
 use super::sealed;
 
-/// Text of all series of a result: a first line with names and units in square brackets, then a line per sample.
-/// Numbers are written so that reading them gives the same bits.
+/// Text of all series of a result: a header with names and units in square brackets, then one line per sample.
+/// Reading the numbers gives the same bits.
 pub fn text(result: &ResultFile) -> Result<String, OutputError> {
     let series = result.series();
     let columns = series.iter().map(|series| result.samples(&series.name)).collect::<Result<Vec<_>, _>>()?;
@@ -18,7 +18,7 @@ pub fn text(result: &ResultFile) -> Result<String, OutputError> {
     for row in 0..columns.first().map_or(0, Vec::len) {
         for (k, column) in columns.iter().enumerate() {
             let separator = if k == 0 { "" } else { "," };
-            // Shortest digits that give the same number back. Writing into a string cannot fail.
+            // The shortest digits that restore the number. Writing to a string cannot fail.
             let _ = write!(text, "{separator}{:?}", column[row]);
         }
         text.push('\n');
@@ -26,7 +26,7 @@ pub fn text(result: &ResultFile) -> Result<String, OutputError> {
     Ok(text)
 }
 
-/// Write all series of a result to a file; refuses an existing one unless `overwrite`.
+/// Write all series of a result to a file; fails if it exists, unless `overwrite`.
 pub fn write(result: &ResultFile, path: &Path, overwrite: bool) -> Result<(), OutputError> {
     if !overwrite && path.exists() {
         return Err(OutputError::Exists { path: path.to_owned() });
@@ -34,7 +34,7 @@ pub fn write(result: &ResultFile, path: &Path, overwrite: bool) -> Result<(), Ou
     sealed::write_text(path, &text(result)?)
 }
 
-/// A field of the first line, quoted where it must be (RFC 4180).
+/// A field of the header, quoted if necessary (RFC 4180).
 fn field(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }

@@ -1,69 +1,69 @@
-//! What can go wrong with files. Every message names the file and what to do about it.
+//! Errors of files. Every message names the file and a remedy.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use concordem_solver::state::columns::ColumnError;
 
-/// What can go wrong when files are written or read.
+/// Error of writing or reading a file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
     /// The result exists.
-    #[error("{} exists already. Choose another name, or overwrite it with --force.", path.display())]
+    #[error("{} already exists. Choose another name, or overwrite it with --force.", path.display())]
     Exists {
         /// The file.
         path: PathBuf,
     },
     /// An unfinished run of that name exists.
     #[error(
-        "{} belongs to an unfinished run. Go on with it by `concordem resume`, or discard it with --force.",
+        "{} belongs to an unfinished run. Continue it with `concordem resume`, or discard it with --force.",
         path.display()
     )]
     Unfinished {
         /// Folder of the unfinished run.
         path: PathBuf,
     },
-    /// Another process works on the run.
-    #[error("{} is in use by another process. Wait until it is done, or choose another name.", path.display())]
+    /// Another process is working on the run.
+    #[error("{} is in use by another process. Wait until it ends, or choose another name.", path.display())]
     Busy {
         /// Folder of the run.
         path: PathBuf,
     },
-    /// The place cannot be written to.
-    #[error("{} cannot be written: {source}. Check the folder's permissions, or choose another place.", path.display())]
+    /// The file or folder cannot be written.
+    #[error("{} cannot be written: {source}. Check the permissions of the folder, or choose another folder.", path.display())]
     NotWritable {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
     /// The folder does not exist.
-    #[error("the folder {} does not exist. Create it, or choose another place.", path.display())]
+    #[error("the folder {} does not exist. Create it, or choose another folder.", path.display())]
     NoFolder {
         /// The folder.
         path: PathBuf,
     },
     /// No space is left.
     #[error(
-        "no space for {}: {message}. Free some space, then go on with `concordem resume`; what was written before \
-         is intact.",
+        "no space for {}: {message}. Free some space, then continue with `concordem resume`; earlier data are \
+         intact.",
         path.display()
     )]
     NoSpace {
         /// The file that was to be written.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         message: String,
     },
-    /// The system failed otherwise.
+    /// Another failure of the system.
     #[error("{}: cannot {action}: {source}.", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// What was tried.
+        /// Attempted action.
         action: &'static str,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
     /// The file does not exist.
@@ -72,22 +72,22 @@ pub enum OutputError {
         /// The file.
         path: PathBuf,
     },
-    /// The file was not written by this program, or its end is lost.
+    /// The file was not written by this program, or is incomplete.
     #[error(
-        "{} is no complete file of this program: its closing mark is missing. It is foreign, cut off, or was changed \
-         by another program; use an intact copy.",
+        "{} is not a complete file of this program: its closing mark is missing. Another program wrote or changed it, \
+         or it is cut off; use an intact copy.",
         path.display()
     )]
     NotSealed {
         /// The file.
         path: PathBuf,
     },
-    /// The content differs from what was written.
-    #[error("{} is damaged: {problem}. Use an intact copy or an older checkpoint, or run again.", path.display())]
+    /// The content has changed since it was written.
+    #[error("{} is damaged: {problem}. Use an intact copy or an older checkpoint, or repeat the run.", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// What is wrong.
         problem: String,
     },
     /// The file is of another kind.
@@ -95,9 +95,9 @@ pub enum OutputError {
     Kind {
         /// The file.
         path: PathBuf,
-        /// What it is.
+        /// Its kind.
         found: String,
-        /// What it should be.
+        /// The expected kind.
         expected: &'static str,
     },
     /// The file is of another version.
@@ -111,14 +111,14 @@ pub enum OutputError {
         path: PathBuf,
         /// Its format version.
         found: u64,
-        /// The version that is understood.
+        /// The supported version.
         supported: u64,
         /// The program version that wrote it.
         written_by: String,
     },
-    /// The state is not the one that was written.
+    /// The state differs from the written one.
     #[error(
-        "{}: the state read has the hash {computed}, the file says {stored}. Use an older checkpoint, or run again.",
+        "{}: the state has the hash {computed}, but the file records {stored}. Use an older checkpoint, or repeat the run.",
         path.display()
     )]
     StateHash {
@@ -126,7 +126,7 @@ pub enum OutputError {
         path: PathBuf,
         /// Hash in the file.
         stored: String,
-        /// Hash of what was read.
+        /// Hash of the state read.
         computed: String,
     },
     /// A run has no usable checkpoint.
@@ -146,9 +146,9 @@ pub enum OutputError {
     NoDataset {
         /// The file.
         path: PathBuf,
-        /// What was asked for.
+        /// Name of the dataset.
         name: String,
-        /// What there is.
+        /// Datasets of the file.
         available: Vec<String>,
     },
     /// A name cannot be used in a file.
@@ -158,15 +158,15 @@ pub enum OutputError {
         name: String,
         /// What it names.
         what: &'static str,
-        /// What is wrong with it.
+        /// What is wrong.
         problem: &'static str,
     },
-    /// A sample has another count of values than there are series.
-    #[error("a sample holds {found} values where the run has {expected} series")]
+    /// A sample has more or fewer values than the run has series.
+    #[error("a sample has {found} values, but the run has {expected} series")]
     SampleWidth {
-        /// Count of series.
+        /// Number of series.
         expected: usize,
-        /// Count of values.
+        /// Number of values.
         found: usize,
     },
     /// A snapshot differs in its fields from the first one.
@@ -174,10 +174,10 @@ pub enum OutputError {
     Snapshot {
         /// Step of the snapshot.
         step: u64,
-        /// What is wrong with it.
+        /// What is wrong.
         problem: String,
     },
-    /// State and columns do not fit.
+    /// Columns do not match the state.
     #[error("{}: {source}", path.display())]
     Column {
         /// The file.
@@ -190,10 +190,10 @@ pub enum OutputError {
     Hdf5 {
         /// The file.
         path: PathBuf,
-        /// What the library said.
+        /// Error of the library.
         message: String,
     },
-    /// A report cannot be made of these results.
+    /// No report can be written.
     #[error("no report: {problem}")]
     Report {
         /// Why.
@@ -202,7 +202,7 @@ pub enum OutputError {
 }
 
 impl OutputError {
-    /// An error of the system while doing `action` with `path`.
+    /// Error of the system during `action` on `path`.
     pub fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
         let path = path.to_owned();
         match source.kind() {
@@ -216,10 +216,10 @@ impl OutputError {
         }
     }
 
-    /// An error of the HDF5 library while working on `path`.
+    /// Error of the HDF5 library with `path`.
     pub(crate) fn hdf5(path: &Path, error: &hdf5::Error) -> Self {
         let path = path.to_owned();
-        // The library keeps the system's error as text in the innermost frames only.
+        // The library keeps the error of the system as text, in the innermost frames only.
         let system = error.stack().and_then(|stack| {
             stack.iter().find_map(|frame| {
                 let text = frame.desc();
@@ -236,7 +236,7 @@ impl OutputError {
     }
 }
 
-/// Attach the file's name to an error.
+/// Attach a path to an error.
 pub(crate) trait At<T> {
     fn at(self, path: &Path) -> Result<T, OutputError>;
 }

@@ -1,7 +1,7 @@
-//! The state hash: one number that tells whether two states are the same to the last bit.
+//! The state hash: equal for two states exactly if all their bits are equal.
 //!
-//! Definition: for every column the BLAKE3 hash of its path, its type, its count of components, its count of
-//! numbers, and its numbers as little-endian bytes; the state hash is the BLAKE3 hash of the column hashes in the
+//! Definition: for every column the BLAKE3 hash of its path, its type, its number of components, its number of
+//! values, and its values as little-endian bytes; the state hash is the BLAKE3 hash of the column hashes in the
 //! order of their paths. It does not depend on the order in which columns are written, nor on units.
 
 use std::collections::BTreeMap;
@@ -11,14 +11,14 @@ use concordem_solver::state::columns::{Column, ColumnError, ColumnSink, WriteCol
 #[cfg(target_endian = "big")]
 compile_error!("the state hash and the files are defined over little-endian numbers");
 
-/// Takes columns and makes their hash.
+/// Hashes columns.
 #[derive(Debug, Default)]
 pub struct StateHasher {
     columns: BTreeMap<String, blake3::Hash>,
 }
 
 impl StateHasher {
-    /// The hash of all columns taken, 64 hexadecimal digits.
+    /// Hash of all columns, 64 hexadecimal digits.
     pub fn finish(&self) -> String {
         let mut hasher = blake3::Hasher::new();
         for hash in self.columns.values() {
@@ -32,7 +32,7 @@ impl ColumnSink for StateHasher {
     fn column(&mut self, path: &str, column: Column<'_>) -> Result<(), ColumnError> {
         column.rows(path)?;
         let mut hasher = blake3::Hasher::new();
-        // Lengths before variable parts keep two different columns from giving the same stream of bytes.
+        // Lengths before variable parts keep the bytes of different columns different.
         hasher.update(&(path.len() as u64).to_le_bytes());
         hasher.update(path.as_bytes());
         hasher.update(column.kind().to_string().as_bytes());

@@ -1,4 +1,4 @@
-//! The few shapes of HDF5 objects that our files are made of.
+//! HDF5 objects of our files.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -12,7 +12,7 @@ use concordem_solver::state::columns::{Column, ColumnData, ColumnError, ColumnSi
 /// Version of the layout of all our files.
 pub(crate) const FORMAT_VERSION: u64 = 1;
 
-/// What a file is, as its attribute `kind` says.
+/// Values of the attribute `kind`.
 pub(crate) mod kind {
     pub const CHECKPOINT: &str = "checkpoint";
     pub const HEADER: &str = "run header";
@@ -27,7 +27,7 @@ pub(crate) use concordem_scenario::assembly::sphere_pack::options;
 pub(crate) fn write_identity(file: &Group, kind: &str, path: &Path) -> Result<(), OutputError> {
     write_text_attribute(file, "kind", kind, path)?;
     write_attribute(file, "format_version", &FORMAT_VERSION, path)?;
-    write_text_attribute(file, "written_by", super::provenance::PROGRAM, path)
+    write_text_attribute(file, "written_by", crate::provenance::PROGRAM, path)
 }
 
 /// Refuse a file of another kind or version.
@@ -48,7 +48,7 @@ pub(crate) fn check_identity(file: &Group, expected: &'static str, path: &Path) 
     Ok(())
 }
 
-/// Refuse names that HDF5 would take for something else.
+/// Refuse names with a meaning in HDF5.
 pub(crate) fn check_name(name: &str, what: &'static str) -> Result<(), OutputError> {
     let problem = if name.is_empty() || name == "." || name == ".." {
         "it is empty or a relative path"
@@ -84,7 +84,7 @@ pub(crate) fn read_attribute<T: H5Type>(at: &Location, name: &str, path: &Path) 
 
 /// Read a text attribute.
 pub(crate) fn read_text_attribute(at: &Location, name: &str, path: &Path) -> Result<String, OutputError> {
-    // The library knows no identity of text types, so conversions must be allowed here.
+    // The library cannot compare text types; conversions must be allowed here.
     at.attr(name).and_then(|attribute| attribute.read_scalar::<VarLenUnicode>()).at(path).map(|text| text.to_string())
 }
 
@@ -125,7 +125,7 @@ pub(crate) fn write_array<T: H5Type>(
 /// Read an array of exactly this type.
 pub(crate) fn read_array<T: H5Type>(group: &Group, name: &str, path: &Path) -> Result<Vec<T>, OutputError> {
     let dataset = group.dataset(name).at(path)?;
-    // The library reads nothing from an empty dataset, and complains about it.
+    // The library fails to read an empty dataset.
     if dataset.size() == 0 {
         return Ok(Vec::new());
     }
@@ -209,17 +209,17 @@ pub(crate) fn read_columns(group: &Group, path: &Path) -> Result<ColumnStore, Ou
     Ok(store)
 }
 
-/// Writes columns into a group, and remembers the first failure in full (the sink's own error type is coarser).
+/// Writes columns into a group; keeps the first error in full (the error type of the sink has less detail).
 pub(crate) struct GroupSink<'a> {
     pub group: &'a Group,
     pub path: &'a Path,
-    /// Groups in which columns may be put; empty: anywhere.
+    /// Groups that may receive columns; empty: any.
     pub allowed: &'a [&'a str],
     pub failure: Option<OutputError>,
 }
 
 impl GroupSink<'_> {
-    /// The outcome of a writing into this sink.
+    /// Result of writing to this sink.
     pub fn outcome(self, result: Result<(), ColumnError>) -> Result<(), OutputError> {
         let path = self.path;
         match self.failure {

@@ -1,4 +1,4 @@
-//! The segments of a run become one result file.
+//! Merging of the segments of a run into one result file.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use concordem_contact::math::Vec3;
 use concordem_solver::fracture::Event;
 use concordem_solver::state::columns::{ColumnData, WriteColumns};
 
-/// Everything a result is made of.
+/// Parts of a result.
 pub(super) struct Merge<'a> {
     pub path: &'a Path,
     pub scratch: &'a Path,
@@ -74,7 +74,7 @@ impl Merge<'_> {
     fn write_provenance(&self, file: &Group) -> Result<(), OutputError> {
         let group = file.create_group("provenance").at(self.path)?;
         hdf::write_text(&group, "scenario", &self.header.scenario, self.path)?;
-        // Later notes replace what was known at the beginning.
+        // Notes replace entries of the header.
         let mut entries: BTreeMap<&str, &str> = BTreeMap::new();
         entries.extend(self.header.provenance.iter().map(|(name, value)| (&name[..], &value[..])));
         entries.extend(self.notes.iter().map(|(name, value)| (&name[..], &value[..])));
@@ -94,7 +94,7 @@ impl Merge<'_> {
     }
 }
 
-/// Where a segment keeps the rows of an operator.
+/// Name of the rows of an operator in a segment.
 pub(super) fn operator_rows(k: usize) -> String {
     format!("operators-{k:03}")
 }
@@ -184,8 +184,8 @@ pub(super) fn read_events(file: &Group, path: &Path) -> Result<Vec<Event>, Outpu
 /// Writes `/VTKHDF`: an unstructured grid of vertex cells, one per particle, with time steps.
 ///
 /// Format: VTK, "VTKHDF file format", version 2.0. Arrays of all time steps follow each other in one dataset;
-/// `Steps` tells where each step begins. A field that did not change since the step before is not written again; the
-/// cells (vertex k at point k) are written once for every count of particles that occurs, as a part in VTK's sense.
+/// `Steps` holds the offset of each step. A field that is equal to that of the previous step is not written again; the
+/// cells (vertex k at point k) are written once for each number of particles, as a VTK part.
 struct VtkWriter<'a> {
     path: &'a Path,
     group: Group,
@@ -202,7 +202,7 @@ struct Step {
     field_offsets: Vec<i64>,
 }
 
-/// A dataset that grows, and where its last addition begins.
+/// A growing dataset, and the offset of its last addition.
 struct Appended {
     dataset: Dataset,
     rows: usize,
@@ -212,7 +212,7 @@ struct Appended {
 impl<'a> VtkWriter<'a> {
     fn new(file: &Group, path: &'a Path) -> Result<Self, OutputError> {
         let group = file.create_group("VTKHDF").at(path)?;
-        // Readers want this attribute as text of fixed length.
+        // Readers expect text of fixed length.
         let kind = FixedAscii::<16>::from_ascii(b"UnstructuredGrid").unwrap_or_default();
         hdf::write_attribute(&group, "Type", &kind, path)?;
         let version = group.new_attr::<i64>().shape([2]).create("Version").at(path)?;
@@ -361,7 +361,7 @@ impl Appended {
     }
 }
 
-/// Equality that tells -0 from 0 and takes a NaN for itself.
+/// Bitwise equality: distinguishes -0 from 0, and a NaN equals itself.
 fn same_bits(a: &ColumnData, b: &ColumnData) -> bool {
     fn bytes(data: &ColumnData) -> &[u8] {
         match data {

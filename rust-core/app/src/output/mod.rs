@@ -1,11 +1,11 @@
-//! What leaves the program: result files, checkpoints, tables, and the report.
+//! Files: results, checkpoints, and tables.
 //!
-//! * [`checkpoint`]: the complete state in one file, from which a run goes on bit for bit.
-//! * [`run_files`]: the files of a run; whatever happens to the process, the finished result equals that of an
-//!   undisturbed run.
+//! * [`checkpoint`]: the complete state in one file; a resumed run continues bit for bit.
+//! * [`run_files`]: the files of a run; the finished result equals that of an uninterrupted run, whatever happens to the
+//!   process.
 //! * [`result`]: reading a finished result.
-//! * [`sealed`]: how every file is written (whole or not at all) and checked before it is read.
-//! * [`csv`]: series as comma-separated text. [`report`]: the HTML page.
+//! * [`sealed`]: writes every file completely or not at all, and checks it before reading.
+//! * [`csv`]: series as comma-separated text.
 //! * [`mod@sweep`]: the files of a sweep.
 
 pub mod checkpoint;
@@ -14,8 +14,6 @@ pub mod error;
 pub mod hash;
 mod hdf;
 mod merge;
-pub mod provenance;
-pub mod report;
 pub mod result;
 pub mod run_files;
 pub mod sealed;

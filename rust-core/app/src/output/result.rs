@@ -31,7 +31,7 @@ impl ResultFile {
         let group = file.group("samples").at(path)?;
         let mut series = Vec::new();
         for name in group.member_names().at(path)? {
-            // Operators have groups of their own.
+            // Operators have their own groups.
             let Ok(dataset) = group.dataset(&name) else { continue };
             let order: u64 = hdf::read_attribute(&dataset, "order", path)?;
             let (unit, description) = hdf::read_description(&dataset, path)?;
@@ -47,7 +47,7 @@ impl ResultFile {
         &self.path
     }
 
-    /// The series that were sampled, in the order of the run.
+    /// The sampled series, in the order of the run.
     pub fn series(&self) -> &[SeriesColumn] {
         &self.series
     }
@@ -69,7 +69,7 @@ impl ResultFile {
         hdf::read_array(&self.file.group("samples").at(&self.path)?, name, &self.path)
     }
 
-    /// Names of the operators that were sampled; their columns are in the table `samples/NAME`.
+    /// Names of the sampled operators; their columns are in the table `samples/NAME`.
     pub fn operators(&self) -> Result<Vec<String>, OutputError> {
         let group = self.file.group("samples").at(&self.path)?;
         let names = group.member_names().at(&self.path)?;
@@ -91,7 +91,7 @@ impl ResultFile {
         hdf::read_text(&self.file.group("provenance").at(&self.path)?, "scenario", &self.path)
     }
 
-    /// Where the result comes from: pairs of name and value, by name.
+    /// Provenance: pairs of name and value, sorted by name.
     pub fn provenance(&self) -> Result<Vec<(String, String)>, OutputError> {
         let group = self.file.group("provenance").at(&self.path)?;
         let mut names = group.attr_names().at(&self.path)?;
@@ -119,7 +119,7 @@ impl ResultFile {
             .collect()
     }
 
-    /// Names of the laws that have contacts in the result.
+    /// Names of the laws with contacts in the result.
     pub fn laws(&self) -> Result<Vec<String>, OutputError> {
         if self.file.link_exists("contacts") {
             self.group("contacts")?.member_names().at(&self.path)
@@ -136,7 +136,7 @@ impl ResultFile {
         hdf::read_array(&self.group("VTKHDF/Steps")?, "Values", &self.path)
     }
 
-    /// Box around the particles' centres in all snapshots, m: its lowest and highest corner; None without snapshots.
+    /// Box around the particle centers in all snapshots, m: lowest and highest corner; None without snapshots.
     pub fn bounds(&self) -> Result<Option<(Vec3, Vec3)>, OutputError> {
         if !self.file.link_exists("VTKHDF") {
             return Ok(None);

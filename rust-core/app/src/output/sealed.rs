@@ -1,9 +1,9 @@
-//! Files that are whole or not there.
+//! Files that are complete or absent.
 //!
-//! A file is written under another name in the same folder, closed, sealed, synchronised to the disk, and only then
-//! renamed. The seal is 56 bytes behind the HDF5 content (other readers ignore what follows the content): 16 bytes
-//! that name it, the content's length as little-endian `u64`, and the BLAKE3 hash of the content. A file whose seal
-//! does not fit is refused before the HDF5 library sees it, since that library can be crashed by damaged files.
+//! A file is written under another name in the same folder, closed, sealed, synchronized to the disk, and only then
+//! renamed. The seal is 56 bytes after the HDF5 content (other readers ignore them): a 16-byte identifier,
+//! the length of the content as little-endian `u64`, and the BLAKE3 hash of the content. A file whose seal
+//! does not match is refused before the HDF5 library reads it: damaged files can crash that library.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -23,7 +23,7 @@ pub(crate) fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-/// Write an HDF5 file whole or not at all: `fill` writes its content.
+/// Write an HDF5 file completely or not at all; `fill` writes its content.
 ///
 /// `scratch` is the folder of the unfinished file, in the same file system as `path`.
 pub(crate) fn write(
@@ -32,7 +32,7 @@ pub(crate) fn write(
     fill: impl FnOnce(&hdf5::File) -> Result<(), OutputError>,
 ) -> Result<(), OutputError> {
     let unfinished = new_unfinished(path, scratch)?;
-    // The library's failures must name the file that the user knows, not the unfinished one.
+    // Errors of the library must name the file that the user knows, not the temporary one.
     let content = options().create(unfinished.path()).at(path)?;
     let filled = fill(&content).and_then(|()| content.flush().at(path));
     let closed = content.close().at(path);
@@ -42,7 +42,7 @@ pub(crate) fn write(
     put_in_place(unfinished, path)
 }
 
-/// Write text whole or not at all.
+/// Write text completely or not at all.
 pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     let mut unfinished = new_unfinished(path, &folder_of(path))?;
     unfinished
@@ -55,7 +55,7 @@ pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
 fn new_unfinished(path: &Path, scratch: &Path) -> Result<tempfile::NamedTempFile, OutputError> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".unfinished-");
-    // The crate's default is for secrets; a result is as readable as any other file of the user.
+    // The default of the crate is private; results get the permissions of other files.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(scratch).map_err(|error| match error.kind() {
@@ -69,11 +69,11 @@ fn put_in_place(unfinished: tempfile::NamedTempFile, path: &Path) -> Result<(), 
     sync_folder(&folder_of(path))
 }
 
-/// Make renamings and removals in a folder permanent.
+/// Synchronize renamed and removed files of a folder to the disk.
 pub(crate) fn sync_folder(folder: &Path) -> Result<(), OutputError> {
     File::open(folder)
         .and_then(|folder| folder.sync_all())
-        .map_err(|error| OutputError::io(folder, "synchronise", error))
+        .map_err(|error| OutputError::io(folder, "synchronize", error))
 }
 
 fn seal(unfinished: &Path, path: &Path) -> Result<(), OutputError> {
@@ -88,14 +88,14 @@ fn seal(unfinished: &Path, path: &Path) -> Result<(), OutputError> {
     file.write_all(&mark).and_then(|()| file.sync_all()).map_err(failed)
 }
 
-/// Check that a file is whole and unchanged since it was written.
+/// Check that a file is complete and unchanged.
 pub fn verify(path: &Path) -> Result<(), OutputError> {
     let failed = |error: io::Error| match error.kind() {
         io::ErrorKind::NotFound => OutputError::Missing { path: path.to_owned() },
         _ => OutputError::Io { path: path.to_owned(), action: "read", source: error },
     };
     let not_sealed = || OutputError::NotSealed { path: path.to_owned() };
-    // Opening a pipe would wait for a writer for ever, and a folder can be opened but not read.
+    // Opening a pipe would wait forever for a writer; a folder can be opened but not read.
     if !fs::metadata(path).map_err(failed)?.is_file() {
         return Err(not_sealed());
     }

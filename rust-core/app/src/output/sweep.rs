@@ -1,24 +1,25 @@
-//! The files of a finished sweep: HDF5 (all that there is), and comma-separated text.
+//! The files of a finished sweep: HDF5 (all data) and comma-separated text.
 //!
 //! | In the HDF5 file | |
 //! |---|---|
 //! | `sweep`, `scenario` | both files, as text |
-//! | `axes/NAME` | numbers of an axis, or its values as lines of text |
-//! | `points/axis_K` | which value of axis K (from 0) each point has |
+//! | `axes/NAME` | values of an axis: numbers, or lines of text |
+//! | `points/axis_K` | index of the value of axis K (from 0) at each point |
 //! | `points/young`, … | the quantities of [`point`](crate::sweep::point), one number per point, with unit and meaning |
 //! | `points/stiffness` | 36 numbers per point, Pa (11, 22, 33, 23, 31, 12; engineering shear strains) |
-//! | `problems` | what went wrong: lines of point and text |
+//! | `problems` | one line per failed point: number and message |
 
 use std::fmt::Write as _;
 use std::path::Path;
 
 use super::error::{At, OutputError};
-use super::{hdf, provenance, sealed};
+use super::{hdf, sealed};
+use crate::provenance;
 use crate::sweep::point::{Outcome, STIFFNESS, columns, quantities};
 use crate::sweep::{Axis, Sweep};
 use concordem_solver::state::columns::Column;
 
-/// Write the HDF5 file, whole or not at all. Nothing in it depends on when and how the points were computed.
+/// Write the HDF5 file completely or not at all. It does not depend on when and how the points were computed.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -59,7 +60,7 @@ pub fn write(path: &Path, sweep: &Sweep, outcomes: &[Outcome]) -> Result<(), Out
     })
 }
 
-/// Lines of point and problem.
+/// One line per failed point.
 pub fn problems(outcomes: &[Outcome]) -> String {
     outcomes.iter().enumerate().fold(String::new(), |mut text, (point, outcome)| {
         if let Some(problem) = &outcome.problem {
@@ -84,7 +85,7 @@ pub fn csv(sweep: &Sweep, outcomes: &[Outcome]) -> String {
             };
         }
         for value in &outcome.values {
-            // Shortest digits that give the same number back; nothing where there is no number.
+            // The shortest digits that restore the number; empty for NaN.
             let _ = if value.is_nan() { write!(text, ",") } else { write!(text, "{value:?},") };
         }
         let _ = writeln!(text, "{}", outcome.problem.as_deref().map(quoted).unwrap_or_default());
@@ -96,7 +97,7 @@ fn numbers(axis: &Axis) -> Option<Vec<f64>> {
     (0..axis.values.len()).map(|k| axis.number(k)).collect()
 }
 
-/// A name that HDF5 takes.
+/// A valid HDF5 name.
 fn dataset_name(axis: &Axis, k: usize) -> String {
     format!("{k} {}", axis.name.replace(['/', '\0'], " over "))
 }

@@ -1,4 +1,4 @@
-//! `concordem calibrate`: parameters of bonds for wanted properties of a material.
+//! `concordem calibrate`: bond parameters for wanted material properties.
 
 mod concrete;
 mod elastic;
@@ -9,8 +9,8 @@ use std::path::PathBuf;
 use super::drive::Meter;
 use super::{Console, Facts, Failure, Work};
 use crate::calibration::cohesive_beam::{
-    CalibrationError, Criterion, Load, Sample, SampleRecipe, elastic as elastic_response, match_elastic, scenario_text,
-    strength,
+    CalibrationError, CylinderLoad, CylinderRecipe, CylinderSpecimen, FractureCriterion, elastic as elastic_response,
+    match_elastic, scenario_text, strength,
 };
 use crate::calibration::elastic::ElasticCalibrationError;
 use crate::output::OutputError;
@@ -22,7 +22,7 @@ pub use elastic_search::{ElasticRequest, ElasticSearch, Spelling, calibrate_elas
 
 /// Arguments of `concordem calibrate`.
 #[derive(Debug, clap::Args)]
-pub(super) struct Arguments {
+pub(super) struct CalibrateArguments {
     #[command(subcommand)]
     target: Target,
 }
@@ -31,30 +31,30 @@ pub(super) struct Arguments {
 enum Target {
     /// Young's modulus, Poisson's ratio, and strength of cohesive beams, by the procedure of Jebahi et al. 2015
     #[command(name = "cohesive_beam")]
-    CohesiveBeam(BeamArguments),
-    /// Young's modulus and Poisson's ratio of cpm, linear_bond, or cohesive_beam bonds, on the packing of a scenario or one made
-    /// here, with deformable particles too
-    Elastic(elastic::Arguments),
-    /// Moduli, strengths, and fracture energy of cpm concrete, on the specimen of a scenario and packings like it
-    Concrete(concrete::Arguments),
+    CohesiveBeam(CalibrateBeamArguments),
+    /// Young's modulus and Poisson's ratio of cpm, linear_bond, or cohesive_beam bonds, on the packing of a scenario or a
+    /// built-in one, optionally with deformable particles
+    Elastic(elastic::CalibrateElasticArguments),
+    /// Moduli, strengths, and fracture energy of cpm concrete, on the specimen of a scenario and similar packings
+    Concrete(concrete::CalibrateConcreteArguments),
 }
 
 /// Arguments of `concordem calibrate cohesive_beam`.
 #[derive(Debug, clap::Args)]
-struct BeamArguments {
+struct CalibrateBeamArguments {
     /// Wanted Young's modulus, "75 GPa"
     #[arg(long, value_name = "STRESS", value_parser = stress)]
     young: f64,
     /// Wanted Poisson's ratio
     #[arg(long, value_name = "NUMBER")]
     poisson: f64,
-    /// Wanted tensile strength, "50 MPa"; without it the bonds never break
+    /// Wanted tensile strength, "50 MPa"; by default the bonds never break
     #[arg(long, value_name = "STRESS", value_parser = stress)]
     tensile_strength: Option<f64>,
     /// Density of the material, "2200 kg/m^3"
     #[arg(long, value_name = "DENSITY", value_parser = density)]
     density: f64,
-    /// Poisson's ratio of the beams themselves
+    /// Poisson's ratio of the beams
     #[arg(long, value_name = "NUMBER", default_value_t = 0.3)]
     beam_poisson: f64,
     /// Bonds per particle
@@ -63,7 +63,7 @@ struct BeamArguments {
     /// Dispersion of the radii: (largest - smallest)/mean
     #[arg(long, value_name = "NUMBER", default_value_t = 0.25)]
     dispersion: f64,
-    /// Spheres of the largest sample; a third and a ninth of them show the convergence
+    /// Spheres of the largest specimen; specimens with a third and a ninth of them show the convergence
     #[arg(long, value_name = "NUMBER", default_value_t = 5000, value_parser = clap::value_parser!(u64).range(1000..=1_000_000))]
     count: u64,
     /// Seed of the packings
@@ -91,7 +91,7 @@ fn positive(value: f64) -> Result<f64, String> {
     if value > 0.0 && value.is_finite() { Ok(value) } else { Err(format!("{value} must be positive and finite")) }
 }
 
-pub(super) fn calibrate(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+pub(super) fn calibrate(arguments: &CalibrateArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     match &arguments.target {
         Target::CohesiveBeam(arguments) => calibrate_beam(arguments, console),
         Target::Elastic(arguments) => elastic::calibrate(arguments, console),
@@ -106,7 +106,7 @@ fn elastic_failure(scenario: &Scenario, error: ElasticCalibrationError) -> Failu
     }
 }
 
-/// The scenario's text with new values in the tables of its first material; comments and order stay.
+/// Text of the scenario with new values in the tables of its first material; keeps comments and order.
 fn with_values(scenario: &Scenario, keys: &[(&str, &str, toml_edit::Value)]) -> Option<String> {
     let mut document: toml_edit::DocumentMut = scenario.source.text.parse().ok()?;
     for (law, key, new) in keys {
@@ -116,7 +116,7 @@ fn with_values(scenario: &Scenario, keys: &[(&str, &str, toml_edit::Value)]) -> 
     Some(document.to_string())
 }
 
-/// A new value in place of an old one, with its comments.
+/// Replace a value; keep its comments.
 fn replace(old: &mut toml_edit::Item, mut new: toml_edit::Value) -> Option<()> {
     let old = old.as_value_mut()?;
     *new.decor_mut() = old.decor().clone();
@@ -124,7 +124,7 @@ fn replace(old: &mut toml_edit::Item, mut new: toml_edit::Value) -> Option<()> {
     Some(())
 }
 
-fn calibrate_beam(arguments: &BeamArguments, console: &mut Console<'_>) -> Result<(), Failure> {
+fn calibrate_beam(arguments: &CalibrateBeamArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     if arguments.output.exists() && !arguments.force {
         return Err(OutputError::Exists { path: arguments.output.clone() }.into());
     }
@@ -136,15 +136,17 @@ fn calibrate_beam(arguments: &BeamArguments, console: &mut Console<'_>) -> Resul
     console.print(&format!("{}\n{facts}", arguments.output.display()))
 }
 
-fn cohesive_beam(arguments: &BeamArguments, visible: bool) -> Result<(Facts, String), CalibrationError> {
+fn cohesive_beam(arguments: &CalibrateBeamArguments, visible: bool) -> Result<(Facts, String), CalibrationError> {
     let meter = Meter::new(visible);
-    let recipe = |count: usize| SampleRecipe {
+    let recipe = |count: usize| CylinderRecipe {
         coordination: arguments.coordination,
         dispersion: arguments.dispersion,
-        ..SampleRecipe::book(count, arguments.seed)
+        ..CylinderRecipe::book(count, arguments.seed)
     };
     let make = |count: usize| {
-        Sample::new(&recipe(count), &mut |now| meter.stage("compaction", (now.packing_fraction / 0.65).min(0.99)))
+        CylinderSpecimen::new(&recipe(count), &mut |now| {
+            meter.stage("compaction", (now.packing_fraction / 0.65).min(0.99))
+        })
     };
     let largest = arguments.count as usize;
     let sample = make(largest)?;
@@ -162,41 +164,41 @@ fn cohesive_beam(arguments: &BeamArguments, visible: bool) -> Result<(Facts, Str
     let density = sample.sphere_density(arguments.density);
     facts.add("density of spheres", format!("{density:.2} kg/m³"));
     let criterion = match arguments.tensile_strength {
-        None => Criterion::Beam(f64::MAX, BendingTerm::MidSection),
+        None => FractureCriterion::Beam(f64::MAX, BendingTerm::MidSection),
         Some(wanted) => {
-            // Strength is in proportion to that of the beams: one trial, and one look at the result.
+            // Strength is proportional to that of the beams: one trial, and one check of the result.
             let trial = 6.0 * wanted;
             meter.stage("strength", 0.3);
             let first = strength(
                 &sample,
                 &found.beam,
-                Criterion::Beam(trial, BendingTerm::MidSection),
+                FractureCriterion::Beam(trial, BendingTerm::MidSection),
                 density,
-                Load::Tension,
+                CylinderLoad::Tension,
             )?;
-            let right = Criterion::Beam(trial * wanted / first.strength, BendingTerm::MidSection);
+            let right = FractureCriterion::Beam(trial * wanted / first.strength, BendingTerm::MidSection);
             meter.stage("strength", 0.7);
-            let second = strength(&sample, &found.beam, right, density, Load::Tension)?;
-            if let Criterion::Beam(value, _) = right {
+            let second = strength(&sample, &found.beam, right, density, CylinderLoad::Tension)?;
+            if let FractureCriterion::Beam(value, _) = right {
                 facts.add("strength of beams", format!("{value:.5e} Pa, mid-section"));
             }
             facts.add("achieved strength", format!("{:.4e} Pa, wanted {wanted:.4e} Pa", second.strength));
             right
         }
     };
-    facts.add("sample", sample_facts(&sample));
+    facts.add("specimen", sample_facts(&sample));
     let achieved = &found.achieved;
     facts.add("achieved", format!("young {:.5e} Pa, poisson {:.4}", achieved.modulus, achieved.poisson));
     let bounding = format!("young {:.5e} Pa, poisson {:.4}", achieved.bounding_modulus, achieved.bounding_poisson);
     facts.add("with the bounding section", bounding);
     for part in [9, 3] {
         let smaller = make(largest / part)?;
-        let response = elastic_response(&smaller, &found.beam, Load::Tension)?;
+        let response = elastic_response(&smaller, &found.beam, CylinderLoad::Tension)?;
         let name = format!("{} spheres", smaller.spheres.len());
         facts.add(&name, format!("young {:.5e} Pa, poisson {:.4}", response.modulus, response.poisson));
     }
     meter.finish();
-    let mut text = scenario_text(&sample, None, &found.beam, criterion, density, Load::Tension);
+    let mut text = scenario_text(&sample, None, &found.beam, criterion, density, CylinderLoad::Tension);
     if arguments.tensile_strength.is_none() {
         text = text
             .lines()
@@ -206,7 +208,7 @@ fn cohesive_beam(arguments: &BeamArguments, visible: bool) -> Result<(Facts, Str
     Ok((facts, text))
 }
 
-fn sample_facts(sample: &Sample) -> String {
+fn sample_facts(sample: &CylinderSpecimen) -> String {
     format!(
         "{} spheres, solid fraction {:.4}, dispersion {}, {:.3} bonds per particle in the bulk",
         sample.spheres.len(),

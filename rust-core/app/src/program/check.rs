@@ -1,4 +1,4 @@
-//! `concordem check`: what a scenario would build, and how long it would take.
+//! `concordem check`: size, time step, and estimated run time of a scenario.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -11,22 +11,22 @@ use concordem_scenario::schema::{Loading, Scenario};
 
 /// Arguments of `concordem check`.
 #[derive(Debug, clap::Args)]
-pub(super) struct Arguments {
+pub(super) struct CheckArguments {
     /// Scenario file
     scenario: PathBuf,
-    /// Check the text only; build nothing
+    /// Check the text only, without building the particles
     #[arg(long)]
     no_build: bool,
     #[command(flatten)]
     work: Work,
 }
 
-/// Steps are timed for about this long.
+/// Duration of the timing of steps.
 const TIMING: Duration = Duration::from_millis(1500);
 
-pub(super) fn check(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+pub(super) fn check(arguments: &CheckArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let scenario = Scenario::read(&arguments.scenario)?;
-    let head = format!("{}: a valid scenario\n", arguments.scenario.display());
+    let head = format!("{}: valid scenario\n", arguments.scenario.display());
     if arguments.no_build {
         return console.print(&head);
     }
@@ -70,24 +70,24 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
         format!("spectral {:.5e} s, per particle {:.5e} s", bounds.spectral, bounds.per_particle),
     );
     if let Some(convergence) = summary.convergence {
-        let settles = if convergence.bound < 1.0 { "settles" } else { "not known to settle" };
+        let settles = if convergence.bound < 1.0 { "converges" } else { "may not converge" };
         facts.add(
             "deformable particles",
             format!(
-                "spectral radius {:.5} (must be below 1 without relaxation), by the sufficient bound {:.5}: {settles}",
+                "spectral radius {:.5} (must be below 1 without relaxation); sufficient bound {:.5}: {settles}",
                 convergence.spectral_radius, convergence.bound
             ),
         );
     }
     if let Some(p_wave) = summary.p_wave {
-        facts.add("P-wave time step", format!("{p_wave:.5e} s (customary, no bound)"));
+        facts.add("P-wave time step", format!("{p_wave:.5e} s (customary estimate, not a stability bound)"));
     }
     if summary.unstable {
-        facts.add("warning", "the time step is unstable, as allow_unstable permits");
+        facts.add("warning", "the time step is unstable; allow_unstable permits it");
     }
     let steps = most_steps(scenario, &schedule, dt);
     let mut simulation = Simulation::new(state, model, schedule)?;
-    // The first step fills caches and is left out.
+    // The first step fills caches and is not timed.
     simulation.advance()?;
     let start = Instant::now();
     let mut timed = 0_u32;
@@ -101,15 +101,15 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
     facts.add("time per step", format!("{} on {} threads", seconds(per_step), rayon::current_num_threads()));
     match steps {
         Some((steps, reason)) => {
-            facts.add("steps", format!("about {steps:.0} at most, by stop.{reason}"));
-            facts.add("estimated time", format!("{} at most", seconds(steps * per_step)));
+            facts.add("steps", format!("at most about {steps:.0}, from stop.{reason}"));
+            facts.add("estimated time", format!("at most {}", seconds(steps * per_step)));
         }
-        None => facts.add("estimated time", "unknown: the run ends when its stop conditions say so"),
+        None => facts.add("estimated time", "unknown; it depends on the stop conditions"),
     }
     Ok(facts)
 }
 
-/// The most steps the run can take, and the stop condition that says so.
+/// Largest possible number of steps, and the stop condition that limits it.
 fn most_steps(scenario: &Scenario, schedule: &Schedule, dt: f64) -> Option<(f64, &'static str)> {
     let stop = &scenario.stop;
     let rate = match &scenario.loading {
@@ -133,7 +133,7 @@ fn most_steps(scenario: &Scenario, schedule: &Schedule, dt: f64) -> Option<(f64,
     limits.into_iter().flatten().reduce(|a, b| if b.0 < a.0 { b } else { a })
 }
 
-/// A number with its thousands apart.
+/// A number with separated thousands.
 pub(super) fn count(number: usize) -> String {
     let digits = number.to_string();
     let mut text = String::new();
@@ -151,7 +151,7 @@ fn bytes(number: usize) -> String {
     if number >= 1e9 { format!("{:.2} GB", number / 1e9) } else { format!("{:.1} MB", number / 1e6) }
 }
 
-/// A duration for people.
+/// A duration in a readable unit.
 pub(super) fn seconds(time: f64) -> String {
     if time < 1e-3 {
         format!("{:.1} µs", time * 1e6)

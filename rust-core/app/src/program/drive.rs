@@ -1,4 +1,4 @@
-//! A run from its first step, or a checkpoint, to its end, with its files.
+//! Execution of a run from its start or a checkpoint to its end, with its files.
 
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -18,12 +18,12 @@ use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::columns::Column;
 
-/// A checkpoint is written at least this often, beside those the scenario asks for. The result does not depend on it.
+/// Longest time between checkpoints. The result does not depend on it.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
-/// Snapshots wait in memory for the next checkpoint; this many bytes of them call for one.
+/// Snapshots stay in memory until the next checkpoint; more bytes than this trigger one.
 const MOST_SNAPSHOT_BYTES: usize = 256 << 20;
 
-/// Where the result of a scenario goes.
+/// Result file of a scenario.
 pub(super) fn result_path(scenario: &Scenario) -> PathBuf {
     match &scenario.output.file {
         Some(file) => scenario.directory().join(file),
@@ -31,14 +31,14 @@ pub(super) fn result_path(scenario: &Scenario) -> PathBuf {
     }
 }
 
-/// Shows how far the work is.
+/// Progress bar.
 pub(super) struct Meter {
     bar: ProgressBar,
     stage: RefCell<String>,
 }
 
 impl Meter {
-    /// A meter that draws itself on a terminal, or not at all.
+    /// A progress bar on the terminal, or an invisible one.
     pub(super) fn new(visible: bool) -> Self {
         let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(1000), target);
@@ -65,7 +65,7 @@ impl Meter {
     }
 }
 
-/// Build a scenario.
+/// Assemble a scenario.
 pub(super) fn build(scenario: &Scenario, meter: &Meter) -> Result<Assembly, Failure> {
     let folder = scenario.directory();
     let assembly = assemble(scenario, &folder, &mut |stage, share| meter.stage(stage, share));
@@ -75,7 +75,7 @@ pub(super) fn build(scenario: &Scenario, meter: &Meter) -> Result<Assembly, Fail
     })
 }
 
-/// Whether SIGINT or SIGTERM came. A second one ends the process at once.
+/// Handler of SIGINT and SIGTERM. A second signal ends the process at once.
 pub(super) struct Interruption {
     /// Set by the first signal.
     pub asked: Arc<AtomicBool>,
@@ -83,7 +83,7 @@ pub(super) struct Interruption {
 }
 
 impl Interruption {
-    /// Listen from now on, until this is dropped.
+    /// Handle signals until this value is dropped.
     pub(super) fn listen() -> Self {
         let asked = Arc::new(AtomicBool::new(false));
         let mut registered = Vec::new();
@@ -108,20 +108,20 @@ impl Drop for Interruption {
     }
 }
 
-/// How a run ended.
+/// End of a run.
 pub(super) enum Outcome {
-    /// The result is in place.
+    /// The result is written.
     Finished {
-        /// It.
+        /// Result file.
         path: PathBuf,
-        /// A sentence about the run.
+        /// Summary of the run.
         text: String,
     },
-    /// A checkpoint is in place.
+    /// A checkpoint is written.
     Interrupted {
-        /// The result that the run will have.
+        /// Result file of the run.
         path: PathBuf,
-        /// Steps done.
+        /// Number of steps.
         step: u64,
     },
 }
@@ -130,18 +130,29 @@ pub(super) enum Outcome {
 pub(super) struct Run {
     simulation: Simulation,
     files: RunFiles,
-    /// Place of every particle before the first step, m, in the state's order (which no run changes).
-    places: Vec<Vec3>,
+    /// Position of every particle before the first step, m, in the order of the state, which no run changes.
+    initial_positions: Vec<Vec3>,
     csv: bool,
     pending_bytes: usize,
 }
 
 impl Run {
-    pub(super) fn new(simulation: Simulation, files: RunFiles, places: &[Vec3], scenario: &Scenario) -> Self {
-        Self { simulation, files, places: places.to_vec(), csv: scenario.output.csv, pending_bytes: 0 }
+    pub(super) fn new(
+        simulation: Simulation,
+        files: RunFiles,
+        initial_positions: &[Vec3],
+        scenario: &Scenario,
+    ) -> Self {
+        Self {
+            simulation,
+            files,
+            initial_positions: initial_positions.to_vec(),
+            csv: scenario.output.csv,
+            pending_bytes: 0,
+        }
     }
 
-    /// Run to the end. `fresh` runs begin with a checkpoint of their first state.
+    /// Run to the end. A `fresh` run starts with a checkpoint of its initial state.
     pub(super) fn drive(mut self, meter: &Meter, fresh: bool) -> Result<Outcome, Failure> {
         let interruption = Interruption::listen();
         let outcome = self.steps(meter, fresh, &interruption.asked);
@@ -154,7 +165,7 @@ impl Run {
         self.finish(steps, time)
     }
 
-    /// Steps until the end, and the time they took; nothing when interrupted.
+    /// Number of steps to the end, and their duration; None if interrupted.
     fn steps(
         &mut self,
         meter: &Meter,
@@ -229,7 +240,7 @@ impl Run {
 
     fn displacement(&self) -> Vec<Vec3> {
         let now = &self.simulation.state.particles.position;
-        now.iter().zip(&self.places).map(|(now, then)| now - then).collect()
+        now.iter().zip(&self.initial_positions).map(|(now, then)| now - then).collect()
     }
 
     fn snapshot(&mut self) -> Result<(), Failure> {
@@ -299,22 +310,22 @@ impl Run {
     }
 }
 
-/// Write the samples of the result at `path` beside it.
+/// Write the table of samples of the result at `path`.
 pub(super) fn write_csv(path: &Path) -> Result<(), OutputError> {
     csv::write(&ResultFile::open(path)?, &csv_path(path), true)
 }
 
-/// The table beside a result.
+/// Table of samples of a result.
 pub(super) fn csv_path(path: &Path) -> PathBuf {
     path.with_extension("csv")
 }
 
-/// Refuse names for a result that another file would be written over, or that readers do not take for HDF5.
+/// Refuse result names without an extension of HDF5: readers do not recognize them, and other files may have them.
 pub(super) fn check_result_name(path: &Path) -> Result<(), Failure> {
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("h5" | "hdf5" | "vtkhdf") => Ok(()),
         _ => Err(Failure::Usage(format!(
-            "--output {}: a result is an HDF5 file and needs the extension .h5, .hdf5, or .vtkhdf: {}",
+            "--output {}: a result is an HDF5 file and needs the extension .h5, .hdf5, or .vtkhdf; use {}",
             path.display(),
             path.with_extension("h5").display()
         ))),

@@ -1,4 +1,4 @@
-//! `concordem elastic`: Young's modulus and Poisson's ratio of a scenario's packing and bonds, four ways.
+//! `concordem elastic`: elastic constants of a scenario's packing and bonds, computed in four ways.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -18,35 +18,35 @@ use concordem_statics::{
 
 /// Arguments of `concordem elastic`.
 #[derive(Debug, clap::Args)]
-pub(super) struct Arguments {
+pub(super) struct ElasticArguments {
     /// Scenario file with a periodic packing and bonds; its loading is not used
     scenario: PathBuf,
-    /// Leave out the relaxed dynamics, the slowest of the four
+    /// Skip the relaxed dynamics, the slowest of the four ways
     #[arg(long)]
     no_dynamics: bool,
     /// Print JSON instead of a table
     #[arg(long)]
     json: bool,
-    /// How the static network is solved: without a matrix, or by a sparse factor (up to some 10,000 particles)
+    /// Solver of the static network: matrix-free, or a sparse factorization (up to about 10,000 particles)
     #[arg(long, value_enum, default_value_t = Solver::Iterative)]
     solver: Solver,
-    /// Relative residual at which the static solution stops
+    /// Relative residual of the static solution
     #[arg(long, value_name = "SHARE", default_value_t = Accuracy::default().residual)]
     residual: f64,
     #[command(flatten)]
     work: Work,
 }
 
-/// How the static network is solved.
+/// Solver of the static network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Solver {
     /// Preconditioned conjugate gradients
     Iterative,
-    /// Sparse Cholesky factor
+    /// Sparse Cholesky factorization
     Direct,
 }
 
-/// What was found.
+/// Results.
 struct Answers {
     closed: Option<ClosedForm>,
     affine: ElasticConstants,
@@ -58,14 +58,14 @@ struct Answers {
     shear_ratio: f64,
     particles: usize,
     deformable: bool,
-    /// Of the static solution, s.
+    /// Duration of the static solution, s.
     time: f64,
 }
 
-pub(super) fn elastic(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+pub(super) fn elastic(arguments: &ElasticArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     if !(arguments.residual > 0.0 && arguments.residual < 1e-3) {
         let message =
-            format!("--residual is {:e}; a share between 0 and 1e-3 is wanted, say 1e-11", arguments.residual);
+            format!("--residual is {:e}; it must be between 0 and 1e-3, for example 1e-11", arguments.residual);
         return Err(Failure::Usage(message));
     }
     let scenario = Scenario::read(&arguments.scenario)?;
@@ -80,7 +80,7 @@ pub(super) fn elastic(arguments: &Arguments, console: &mut Console<'_>) -> Resul
     console.print(&if arguments.json { json(&answers) } else { table(&answers) })
 }
 
-/// Why there is no answer, at its place in the scenario.
+/// A failure with its place in the scenario.
 pub(super) fn failed(scenario: &Scenario, error: StaticsError) -> Failure {
     let problem = |key: &str, help: &str| {
         Failure::Scenario(scenario.problem(ProblemKind::Conflict, key, error.to_string(), help))
@@ -89,13 +89,13 @@ pub(super) fn failed(scenario: &Scenario, error: StaticsError) -> Failure {
         StaticsError::NoLinks => problem("bonds", "add [bonds] with a law and an interaction ratio"),
         StaticsError::NoCell => problem(
             "packing",
-            "elastic constants are those of a periodic packing: write kind = \"periodic\" under [packing.shape]",
+            "elastic constants need a periodic packing; write kind = \"periodic\" under [packing.shape]",
         ),
         other => Failure::Statics(other),
     }
 }
 
-fn find(arguments: &Arguments, assembly: Assembly, meter: &Meter) -> Result<Answers, StaticsError> {
+fn find(arguments: &ElasticArguments, assembly: Assembly, meter: &Meter) -> Result<Answers, StaticsError> {
     let Assembly { state, model, .. } = assembly;
     let network = LinkNetwork::of_model(&state, &model)?;
     let method = match arguments.solver {
@@ -145,7 +145,7 @@ fn table(answers: &Answers) -> String {
     if cell.loose.rattlers + cell.loose.mechanisms > 0 {
         let _ = writeln!(
             text,
-            "{} rattlers (no force, left out); {} motions of single particles that no link resists",
+            "{} rattlers (without force, left out); {} mechanisms (motions of single particles that no link resists)",
             cell.loose.rattlers, cell.loose.mechanisms
         );
     }
@@ -157,7 +157,7 @@ fn table(answers: &Answers) -> String {
         let _ = writeln!(text, "  {name:<36}{e:>13.6}{nu:>11.6}{k:>13.6}{g:>13.6}{gap:>+10.3}%");
     };
     if let Some(c) = answers.closed {
-        let name = if answers.deformable { "closed form, mean field" } else { "closed form, all directions alike" };
+        let name = if answers.deformable { "closed form, mean field" } else { "closed form, isotropic" };
         row(name, c.young, c.poisson, c.bulk, c.shear);
     }
     let mut of = |name: &str, c: &ElasticConstants| row(name, c.mean_young, c.mean_poisson, c.bulk, c.mean_shear);
@@ -205,14 +205,14 @@ fn table(answers: &Answers) -> String {
         }
         text += "\n";
     }
-    let _ = writeln!(text, "\nStatic solution: {} iterations at most, {:.2} s", cell.iterations, answers.time);
+    let _ = writeln!(text, "\nStatic solution: at most {} iterations, {:.2} s", cell.iterations, answers.time);
     if let Some((_, steps)) = &answers.dynamics {
-        let _ = writeln!(text, "Relaxed dynamics: {steps} steps at most");
+        let _ = writeln!(text, "Relaxed dynamics: at most {steps} steps");
     }
     text
 }
 
-/// The derivatives by logarithms with their names.
+/// Logarithmic derivatives with their names.
 fn by_logarithm(derivatives: &Derivatives) -> [(&'static str, &Matrix6<f64>); 5] {
     let [normal, shear, bending, twist] = &derivatives.links;
     let particles = &derivatives.particle_young;

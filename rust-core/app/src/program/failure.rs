@@ -1,4 +1,4 @@
-//! Why a command failed, what it prints, and its exit code.
+//! Failures of commands: messages and exit codes.
 
 use std::fmt::Write as _;
 use std::io;
@@ -15,20 +15,20 @@ use concordem_scenario::schema::{ProblemKind, ReadError, Scenario, ScenarioError
 use concordem_solver::SolverError;
 use concordem_statics::StaticsError;
 
-/// Why a command failed.
+/// Failure of a command.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Failure {
     /// Wrong arguments.
     #[error("{0}")]
     Usage(String),
-    /// The scenario is wrong.
+    /// The scenario is invalid.
     #[error("{0}")]
     Scenario(ScenarioError),
-    /// The scenario asks for something unstable.
+    /// The scenario is unstable.
     #[error("{0}")]
     Unstable(ScenarioError),
-    /// The scenario cannot be built.
+    /// The scenario cannot be assembled.
     #[error("{0}")]
     Assembly(AssemblyError),
     /// A file cannot be read or written.
@@ -36,12 +36,12 @@ pub enum Failure {
     File {
         /// The file.
         path: PathBuf,
-        /// What was tried: "read".
+        /// Attempted action, "read".
         action: &'static str,
-        /// What the system says.
+        /// Error of the system.
         error: io::Error,
     },
-    /// A scenario is no text.
+    /// A scenario is not text.
     #[error("{0}")]
     NotText(String),
     /// A result or checkpoint cannot be read or written.
@@ -50,25 +50,25 @@ pub enum Failure {
     /// The calculation failed.
     #[error("{0}")]
     Solver(#[from] SolverError),
-    /// A static problem has no answer.
+    /// A static problem has no solution.
     #[error("{0}")]
     Statics(#[from] StaticsError),
-    /// The points of a sweep cannot be kept.
+    /// The journal of a sweep failed.
     #[error(transparent)]
     Journal(#[from] JournalError),
-    /// The run cannot go on.
+    /// The run failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// An operator refused.
+    /// An operator failed.
     #[error(transparent)]
     Operator(#[from] OperatorError),
-    /// There are no bonds with the wanted elastic constants.
+    /// No bonds have the wanted elastic constants.
     #[error("{0}")]
     Elastic(ElasticCalibrationError),
     /// The search for parameters failed.
     #[error("{0}")]
     Calibration(String),
-    /// A person, or the system, asked to stop.
+    /// Interrupted by a signal.
     #[error("{0}")]
     Interrupted(String),
 }
@@ -90,7 +90,7 @@ impl From<ScenarioError> for Failure {
 }
 
 impl Failure {
-    /// Why a scenario could not be built, at its place in the scenario where that is known.
+    /// An assembly error with its place in the scenario, if known.
     pub fn of_assembly(scenario: &Scenario, error: AssemblyError) -> Self {
         match error {
             AssemblyError::Unfit { key, message } => {
@@ -103,7 +103,7 @@ impl Failure {
                     "{given:.5e} s is above the stability bound of {bound:.5e} s (largest angular frequency \
                      {frequency:.4e} rad/s)"
                 ),
-                "write \"auto\" or a smaller step, or set allow_unstable = true to run it all the same",
+                "write \"auto\" or a smaller step, or set allow_unstable = true to run anyway",
             )),
             AssemblyError::NotConvergent { spectral_radius, lagged, relaxation, young } => {
                 let first = scenario.materials.iter().position(|m| m.deformable.is_some()).unwrap_or(0);
@@ -115,17 +115,17 @@ impl Failure {
                 Self::Unstable(scenario.problem(
                     ProblemKind::OutOfRange,
                     &format!("material[{first}].deformable.young"),
-                    format!("strains and forces do not settle: spectral radius {spectral_radius:.5}"),
+                    format!("the iteration between strains and forces does not converge: spectral radius {spectral_radius:.5}"),
                     format!(
-                        "take a modulus above {young:.5e} Pa, or {other}, or set integration.allow_unstable = true to \
-                         run it all the same"
+                        "use a modulus above {young:.5e} Pa, or {other}, or set integration.allow_unstable = true to \
+                         run anyway"
                     ),
                 ))
             }
             AssemblyError::NoTimeStep => Self::Scenario(scenario.problem(
                 ProblemKind::Conflict,
                 "integration.time_step",
-                "nothing touches at the start, so \"auto\" has no stiffness to go by",
+                "no particles touch at the start, so \"auto\" has no stiffness for a time step",
                 "give a time step in seconds: time_step = \"1 us\"",
             )),
             AssemblyError::Packing(error) => {
@@ -155,7 +155,7 @@ impl Failure {
         }
     }
 
-    /// What to print; with colours and pictures for a person at a terminal.
+    /// Message to print; with colors on a terminal.
     pub(super) fn render(&self, interactive: bool) -> String {
         match self {
             Self::Scenario(error) | Self::Unstable(error) => render_scenario(error, interactive),
@@ -166,9 +166,9 @@ impl Failure {
 }
 
 fn render_scenario(error: &ScenarioError, interactive: bool) -> String {
-    let colours = interactive && std::env::var_os("NO_COLOR").is_none();
+    let colors = interactive && std::env::var_os("NO_COLOR").is_none();
     let handler = miette::MietteHandlerOpts::new()
-        .color(colours)
+        .color(colors)
         .unicode(interactive)
         .terminal_links(false)
         .context_lines(1)
@@ -178,7 +178,7 @@ fn render_scenario(error: &ScenarioError, interactive: bool) -> String {
     let mut text = String::new();
     for problem in &error.problems {
         let one = One { error, problem };
-        // Writing into a string cannot fail; should the picture fail, the plain text says the same.
+        // Writing to a string cannot fail; if the graphical message fails, the plain text has the same content.
         if write!(text, "{}", Picture { handler: &handler, one: &one }).is_err() {
             let (line, _) = error.source_text.position(problem.span.start);
             let _ = write!(text, "{}:{line}: {problem}\n  help: {}", error.source_text.name, problem.help);
@@ -191,7 +191,7 @@ fn render_scenario(error: &ScenarioError, interactive: bool) -> String {
     text
 }
 
-/// One problem with the text it is about.
+/// One problem with its source text.
 #[derive(Debug)]
 struct One<'a> {
     error: &'a ScenarioError,

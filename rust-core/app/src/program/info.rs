@@ -1,4 +1,4 @@
-//! `concordem info`: what a result file holds.
+//! `concordem info`: contents of a result file.
 
 use std::path::PathBuf;
 
@@ -8,13 +8,13 @@ use crate::output::{OutputError, ResultFile, checkpoint, csv};
 
 /// Arguments of `concordem info`.
 #[derive(Debug, clap::Args)]
-pub(super) struct Arguments {
+pub(super) struct InfoArguments {
     /// Result or checkpoint
     file: PathBuf,
-    /// Print the hash of the state only: equal hashes mean the same state, bit by bit
+    /// Print only the hash of the state; equal hashes mean bitwise equal states
     #[arg(long, conflicts_with_all = ["scenario", "csv"])]
     hash: bool,
-    /// Print the scenario only
+    /// Print only the scenario
     #[arg(long, conflicts_with = "csv")]
     scenario: bool,
     /// Print the samples as comma-separated values
@@ -22,7 +22,7 @@ pub(super) struct Arguments {
     csv: bool,
 }
 
-pub(super) fn info(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+pub(super) fn info(arguments: &InfoArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let result = match ResultFile::open(&arguments.file) {
         Err(OutputError::Kind { .. }) if !arguments.csv => return info_of_checkpoint(arguments, console),
         other => other?,
@@ -66,10 +66,10 @@ pub(super) fn info(arguments: &Arguments, console: &mut Console<'_>) -> Result<(
     for (name, value) in result.provenance()? {
         facts.add(&name.replace('_', " "), value);
     }
-    console.print(&format!("{}: a finished run\n{facts}", arguments.file.display()))
+    console.print(&format!("{}: finished run\n{facts}", arguments.file.display()))
 }
 
-fn info_of_checkpoint(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+fn info_of_checkpoint(arguments: &InfoArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let checkpoint = checkpoint::read(&arguments.file)?;
     if arguments.hash {
         return console.print(&format!("{}\n", checkpoint.state_hash));
@@ -78,7 +78,7 @@ fn info_of_checkpoint(arguments: &Arguments, console: &mut Console<'_>) -> Resul
         return console.print(&checkpoint.provenance);
     }
     console.print(&format!(
-        "{}: a checkpoint\n  {:20}{}\n",
+        "{}: checkpoint\n  {:20}{}\n",
         arguments.file.display(),
         "state hash",
         checkpoint.state_hash

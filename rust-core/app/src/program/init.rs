@@ -8,8 +8,8 @@ use concordem_scenario::schema::{SWEEP, SWEPT, TEMPLATES, Template, template};
 
 /// Arguments of `concordem init`.
 #[derive(Debug, clap::Args)]
-pub(super) struct Arguments {
-    /// Template to write; without it, the templates are listed
+pub(super) struct InitArguments {
+    /// Template to write; by default the templates are listed
     #[arg(long, short, value_name = "NAME", value_parser = names())]
     template: Option<String>,
     /// File or existing folder to write to; NAME.toml by default
@@ -30,18 +30,18 @@ fn names() -> clap::builder::PossibleValuesParser {
     )
 }
 
-pub(super) fn init(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+pub(super) fn init(arguments: &InitArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let Some(template) = arguments.template.as_deref().and_then(template) else {
         let mut templates = Facts::default();
         for template in all() {
             templates.add(template.name, template.description);
         }
-        return console.print(&format!("Templates, to be written by `concordem init --template NAME`:\n{templates}"));
+        return console.print(&format!("Templates for `concordem init --template NAME`:\n{templates}"));
     };
     let path = target(arguments.path.as_deref(), template.name);
     write(&path, template, arguments.force)?;
     if template.name == SWEEP.name {
-        // The scenario that the sweep names stands beside it; one that is there already stays.
+        // The sweep needs its scenario in the same folder; an existing one is kept.
         let beside = path.with_file_name(format!("{SWEPT}.toml"));
         if let Some(scenario) = TEMPLATES.iter().find(|template| template.name == SWEPT).filter(|_| !beside.exists()) {
             write(&beside, scenario, false)?;
@@ -67,7 +67,7 @@ fn write(path: &Path, template: &Template, force: bool) -> Result<(), Failure> {
     std::io::Write::write_all(&mut file, template.text.as_bytes()).map_err(failed)
 }
 
-/// Where to write: a file as named, in a folder under the template's name.
+/// Path to write: the given file, or the name of the template in the given folder.
 fn target(path: Option<&Path>, name: &str) -> PathBuf {
     let file = format!("{name}.toml");
     match path {

@@ -23,30 +23,30 @@ use concordem_solver::state::{Cell, Constraint, Particles, Sphere};
 
 /// Arguments of `concordem measure`.
 #[derive(Debug, clap::Args)]
-pub(super) struct Arguments {
+pub(super) struct MeasureArguments {
     /// Result file
     file: PathBuf,
     #[arg(long, value_name = "NAME", value_parser = operator, help = operator_help())]
     operator: Vec<Operator>,
-    /// Where, as in a scenario: '{ kind = "sphere", center = [0, 0, 0], radius = "5 mm" }'; by default the periodic cell
+    /// Region, as in a scenario: '{ kind = "sphere", center = [0, 0, 0], radius = "5 mm" }'; by default the periodic cell
     #[arg(long, value_name = "TABLE", requires = "operator")]
     region: Option<String>,
-    /// How contacts across the border count: internal-only, half-crossing, or branch-clipped
+    /// Treatment of contacts across the boundary of the region: internal-only, half-crossing, or branch-clipped
     #[arg(long, value_name = "NAME", value_parser = truncation, requires = "operator")]
     truncation: Option<Truncation>,
-    /// How branches are divided between particles, for particle-stress: contact-point or half-branch
+    /// Division of branch vectors between particles, for particle-stress: contact-point or half-branch
     #[arg(long, value_name = "NAME", value_parser = partition, requires = "operator")]
     partition: Option<Partition>,
     /// Name of the wall, for wall-traction
     #[arg(long, value_name = "NAME", requires = "operator")]
     wall: Option<String>,
-    /// Area that the traction refers to, for wall-traction: "36 mm^2"
+    /// Reference area, for wall-traction: "36 mm^2"
     #[arg(long, value_name = "AREA", requires = "operator")]
     area: Option<String>,
-    /// Divide a box into this many cells along x, y, z: a map of the field, a row per cell
+    /// Number of cells of a box along x, y, z: a map of the field with one row per cell
     #[arg(long, value_name = "NX,NY,NZ", value_parser = grid, requires = "region")]
     grid: Option<[usize; 3]>,
-    /// The stress of every particle instead of their mean, for particle-stress: a row per particle, for the volume of its
+    /// Stress of every particle instead of the mean, for particle-stress: one row per particle, over the volume of its
     /// sphere (or disc)
     #[arg(long, requires = "operator")]
     each: bool,
@@ -91,11 +91,11 @@ fn grid(text: &str) -> Result<[usize; 3], String> {
     let counts: Option<Vec<usize>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
     match counts.as_deref() {
         Some(&[x, y, z]) if x > 0 && y > 0 && z > 0 => Ok([x, y, z]),
-        _ => Err("give three whole numbers above 0: 4,4,8".into()),
+        _ => Err("write three positive integers, such as 4,4,8".into()),
     }
 }
 
-pub(super) fn measure(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+pub(super) fn measure(arguments: &MeasureArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let result = ResultFile::open(&arguments.file)?;
     let scenario = Scenario::parse(&arguments.file.display().to_string(), &result.scenario()?)?;
     let moment = Moment::read(&result, &scenario)?;
@@ -103,10 +103,10 @@ pub(super) fn measure(arguments: &Arguments, console: &mut Console<'_>) -> Resul
         let samples = samples::of(&scenario, &moment.particles, moment.cell.is_some())
             .map_err(|error| Failure::of_assembly(&scenario, error))?;
         if samples.is_empty() {
-            let message = "the run's scenario has no [[sample]]: say what to measure, with --operator and --region";
+            let message = "the scenario of the run has no [[sample]]; choose --operator and --region";
             return Err(Failure::Usage(message.into()));
         }
-        // Regions move on with the run's time.
+        // Regions move with the time of the run.
         samples.iter().map(|sample| moment.show(sample, arguments.csv)).collect::<Result<String, _>>()?
     } else {
         let wanted = arguments.region.as_deref().map(read_region).transpose()?;
@@ -161,7 +161,7 @@ fn read_region(text: &str) -> Result<SampleRegion, Failure> {
     }
     toml::from_str::<Table>(&format!("region = {text}\n"))
         .map(|table| table.region)
-        .map_err(|error| Failure::Usage(format!("--region is no region of a scenario: {}", error.message())))
+        .map_err(|error| Failure::Usage(format!("--region is not a region of a scenario: {}", error.message())))
 }
 
 /// The particles and contacts at the end of a run.
@@ -192,7 +192,7 @@ impl Table {
 
     fn missing(&self, column: &str) -> Failure {
         Failure::Usage(format!(
-            "{} has no {}/{column}: it was written by an older version; run its scenario again",
+            "{} has no {}/{column}: an older version wrote it; run its scenario again",
             self.file.display(),
             self.name
         ))
@@ -277,7 +277,7 @@ impl Moment {
             let (branch, broken) = (table.vectors("branch")?, table.flags("broken")?);
             let (point, force, moment) =
                 (table.vectors("position")?, table.vectors("force")?, table.vectors("moment")?);
-            // Broken bonds are damaged, and no contacts.
+            // Broken bonds count as damage, not as contacts.
             let contacts = &mut forces.contacts;
             for k in (0..pairs.len()).filter(|&k| !broken[k]) {
                 contacts.pair.push(pairs[k]);
@@ -296,7 +296,7 @@ impl Moment {
                 }
             }
         }
-        // A run ends with a snapshot.
+        // Every run ends with a snapshot.
         let time = result.snapshot_times()?.last().copied().unwrap_or_default();
         let gravity = vector(&scenario.integration.gravity);
         let plane = scenario.dimension == 2;
@@ -380,7 +380,7 @@ impl Moment {
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Heads of the columns of a quantity.
+/// Column headers of a quantity.
 fn heads(quantity: &SampledQuantity) -> Vec<String> {
     let unit = quantity.unit;
     let name = quantity.name;

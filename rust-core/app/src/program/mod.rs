@@ -1,7 +1,7 @@
 //! The command line program `concordem`.
 //!
-//! One file per command. Commands write to a [`Console`] and return a [`Failure`] or nothing, so that tests can run
-//! them without a process.
+//! One file per command. Commands write to a [`Console`] and may return a [`Failure`], so that tests can run them in
+//! their own process.
 
 mod calibrate;
 mod check;
@@ -33,9 +33,9 @@ pub use failure::Failure;
 pub mod exit {
     /// Done.
     pub const DONE: u8 = 0;
-    /// The program has a fault.
+    /// Internal error.
     pub const INTERNAL: u8 = 1;
-    /// Wrong arguments, or a scenario that cannot be built.
+    /// Wrong arguments, or an invalid scenario.
     pub const USAGE: u8 = 2;
     /// A file cannot be read or written, or is damaged.
     pub const FILE: u8 = 3;
@@ -48,25 +48,25 @@ pub mod exit {
 const EXAMPLES: &str = "\
 Examples:
   concordem init --template cpm-small          write cpm-small.toml, a commented scenario
-  concordem check cpm-small.toml               what would be built, and how long it takes
+  concordem check cpm-small.toml               particles, memory, time step, and estimated run time
   concordem run cpm-small.toml                 run it; the result is cpm-small.h5
-  concordem resume cpm-small.h5                go on after Ctrl-C, a kill, or a power cut
-  concordem report cpm-small.h5                curves and figures as a web page, cpm-small.html
+  concordem resume cpm-small.h5                continue after Ctrl-C, a kill, or a power failure
+  concordem report cpm-small.h5                curves and values as a web page, cpm-small.html
   concordem measure cpm-small.h5 --operator region-stress \\
     --region '{ kind = \"sphere\", center = [0, 0, 0], radius = \"5 mm\" }'
-  concordem sweep elastic-sweep.toml           constants over a range of parameters; elastic-sweep.h5 and .html
+  concordem sweep elastic-sweep.toml           elastic constants over ranges of parameters
   concordem info cpm-small.h5 --hash           hash of the final state, to compare runs
 
-A scenario is a TOML file in SI units; quantities may carry units: young = \"30 GPa\". Tension is positive.
+A scenario is a TOML file in SI units; quantities may have other units: young = \"30 GPa\". Tension is positive.
 `concordem init` lists the templates; `concordem schema` writes the JSON Schema for editors.
 
 Exit codes:
   0    done
-  1    fault of the program; please report it
-  2    wrong arguments, or a scenario that cannot be built
+  1    internal error; please report it
+  2    wrong arguments, or an invalid scenario
   3    a file cannot be read or written, or is damaged
   4    the calculation was refused or failed (unstable time step, motion no longer finite)
-  130  interrupted by Ctrl-C or SIGTERM; a checkpoint was written and `concordem resume` goes on";
+  130  interrupted by Ctrl-C or SIGTERM; a checkpoint was written and `concordem resume` continues";
 
 #[derive(Debug, Parser)]
 #[command(
@@ -85,36 +85,36 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Write a commented scenario to start from
-    Init(init::Arguments),
-    /// Validate a scenario and print what would be built: particles, links, memory, time step, estimated time
-    Check(check::Arguments),
+    /// Write a commented scenario template
+    Init(init::InitArguments),
+    /// Validate a scenario and print its particles, bonds, memory, time step, and estimated run time
+    Check(check::CheckArguments),
     /// Run a scenario
-    Run(run::Arguments),
-    /// Go on with a run that was interrupted or killed; the result equals that of an undisturbed run
-    Resume(resume::Arguments),
-    /// Print what a result file holds
-    Info(info::Arguments),
+    Run(run::RunArguments),
+    /// Continue an interrupted or killed run; the result equals that of an uninterrupted run
+    Resume(resume::ResumeArguments),
+    /// Print the contents of a result file
+    Info(info::InfoArguments),
     /// Evaluate operators on a finished run: stress, couple stress, strain, fabric, porosity, damage of a region
-    Measure(measure::Arguments),
-    /// Write a web page about one or more results: curves, figures, cracks, energies
-    Report(report::Arguments),
-    /// Young's modulus, Poisson's ratio, and all elastic constants of a bonded periodic packing, four ways
-    Elastic(elastic::Arguments),
-    /// The elastic constants at all combinations of values of a scenario's keys: one file, one page of figures
-    Sweep(sweep::Arguments),
-    /// Make only the packing of a scenario and write it as a text file
-    Pack(pack::Arguments),
-    /// Find parameters of bonds for wanted properties of a material, and write a scenario with them
-    Calibrate(calibrate::Arguments),
+    Measure(measure::MeasureArguments),
+    /// Write a web page about one or more results: curves, strengths, cracks, energies
+    Report(report::ReportArguments),
+    /// Compute the elastic constants of a bonded periodic packing in four ways
+    Elastic(elastic::ElasticArguments),
+    /// Compute elastic constants for all combinations of values of a scenario's keys; write one file and one web page
+    Sweep(sweep::SweepArguments),
+    /// Generate only the packing of a scenario and write it to a file
+    Pack(pack::PackArguments),
+    /// Find bond parameters for wanted material properties, and write a scenario with them
+    Calibrate(calibrate::CalibrateArguments),
     /// Write the JSON Schema of scenarios, for editors with completion
-    Schema(schema::Arguments),
+    Schema(schema::SchemaArguments),
 }
 
-/// Options of commands that calculate.
+/// Options of commands with a calculation.
 #[derive(Debug, Clone, Args)]
 struct Work {
-    /// Threads to use; all processors by default. Results do not depend on it, bit by bit
+    /// Number of threads; all processors by default. Results are bitwise equal for any number
     #[arg(long, short = 'j', value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Print errors only
@@ -123,7 +123,7 @@ struct Work {
 }
 
 impl Work {
-    /// Do the work on a pool of the wanted number of threads.
+    /// Run `work` on the given number of threads.
     fn install<T: Send>(&self, work: impl FnOnce() -> Result<T, Failure> + Send) -> Result<T, Failure> {
         let threads = self.threads.map_or(0, usize::from);
         rayon::ThreadPoolBuilder::new()
@@ -134,7 +134,7 @@ impl Work {
     }
 }
 
-/// Names and values, one pair per line and indented.
+/// Names and values, one indented pair per line.
 #[derive(Default)]
 struct Facts(Vec<(String, String)>);
 
@@ -151,20 +151,20 @@ impl std::fmt::Display for Facts {
     }
 }
 
-/// Where a command writes.
+/// Output of a command.
 pub struct Console<'a> {
-    /// What was asked for.
+    /// Results.
     pub out: &'a mut (dyn Write + Send),
-    /// What goes on, and errors.
+    /// Progress and errors.
     pub err: &'a mut (dyn Write + Send),
-    /// Whether `err` is a terminal that a person looks at.
+    /// Whether `err` is a terminal.
     pub interactive: bool,
-    /// Whether `out` is one.
+    /// Whether `out` is a terminal.
     pub out_interactive: bool,
 }
 
 impl Console<'_> {
-    /// Write to `out`. A reader that has gone away (`concordem schema | head`) is no fault.
+    /// Write to `out`. A reader that closed the pipe (`concordem schema | head`) is no error.
     fn print(&mut self, text: &str) -> Result<(), Failure> {
         match self.out.write_all(text.as_bytes()).and_then(|()| self.out.flush()) {
             Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
@@ -174,13 +174,13 @@ impl Console<'_> {
         }
     }
 
-    /// Tell what goes on; that nobody listens is no reason to stop.
+    /// Write a line to `err`; failures are ignored.
     fn tell(&mut self, text: &str) {
         let _ = writeln!(self.err, "{text}");
     }
 }
 
-/// Run a command; the exit code. `arguments` begin with the program's name.
+/// Run a command; returns the exit code. `arguments` start with the name of the program.
 pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<'_>) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
@@ -221,7 +221,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
 
 /// The program.
 pub fn main() -> ExitCode {
-    // A panic is a fault of the program; say so in place of a stack trace, and say where.
+    // A panic is an internal error; print its place instead of a stack trace.
     std::panic::set_hook(Box::new(|panic| {
         let place = panic.location().map(|place| format!(" at {}:{}", place.file(), place.line())).unwrap_or_default();
         let payload = panic.payload();
@@ -232,8 +232,8 @@ pub fn main() -> ExitCode {
             .unwrap_or_default();
         let _ = writeln!(
             std::io::stderr(),
-            "concordem {} has a fault{place}: {message}\nThis is not your doing. Please report it with the command, \
-             the scenario, and these lines.",
+            "concordem {}: internal error{place}: {message}\nPlease report it with the command, the scenario, and \
+             these lines.",
             env!("CARGO_PKG_VERSION")
         );
     }));

@@ -1,4 +1,4 @@
-//! `concordem pack`: only the packing of a scenario.
+//! `concordem pack`: the packing of a scenario.
 
 use std::path::PathBuf;
 
@@ -11,10 +11,10 @@ use concordem_scenario::schema::{ProblemKind, Scenario};
 
 /// Arguments of `concordem pack`.
 #[derive(Debug, clap::Args)]
-pub(super) struct Arguments {
+pub(super) struct PackArguments {
     /// Scenario file
     scenario: PathBuf,
-    /// File to write: text with the columns x y z r in metres, or HDF5 if it ends in .h5; SCENARIO.spheres.txt by
+    /// File to write: text with the columns x y z r in meters, or HDF5 if it ends in .h5; SCENARIO.spheres.txt by
     /// default
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     work: Work,
 }
 
-pub(super) fn pack(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+pub(super) fn pack(arguments: &PackArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let scenario = Scenario::read(&arguments.scenario)?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.scenario.with_extension("spheres.txt"));
     if path.exists() && !arguments.force {
@@ -72,10 +72,10 @@ fn facts(scenario: &Scenario, packing: &Packing) -> Result<Facts, Failure> {
         facts.add("solid fraction", format!("{fraction:.4}"));
     }
     facts.add("contacts per sphere", format!("{:.3}", touching.coordination));
-    facts.add("spheres that nothing holds", count(touching.rattlers));
-    facts.add("largest overlap", format!("{:.3e} of the radii's sum", touching.largest_overlap));
+    facts.add("rattlers", count(touching.rattlers));
+    facts.add("largest overlap", format!("{:.3e} of the sum of radii", touching.largest_overlap));
     if ratio > 1.0 {
-        facts.add(&format!("links per sphere at {ratio}"), format!("{:.3}", linked.coordination));
+        facts.add(&format!("links per sphere at interaction ratio {ratio}"), format!("{:.3}", linked.coordination));
     }
     if !links.is_empty() {
         let histogram = DirectionHistogram::new(&links, DirectionHistogram::BINS);

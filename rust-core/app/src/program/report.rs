@@ -5,31 +5,31 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 
 use super::{Console, Failure};
-use crate::output::report::{ReferenceFigures, write_report};
 use crate::output::{OutputError, ResultFile};
+use crate::report::{ReferenceFigures, write_report};
 use concordem_scenario::schema::{Packing, Scenario, Shape};
 
 /// Arguments of `concordem report`.
 #[derive(Debug, clap::Args)]
-pub(super) struct Arguments {
-    /// Results, for instance of tension and of compression
+pub(super) struct ReportArguments {
+    /// Results, for example of tension and compression
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Page to write; the first result's name with .html by default
+    /// Web page to write; by default the name of the first result with .html
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Overwrite an existing page
     #[arg(long, short)]
     force: bool,
-    /// Published figures to stand beside ours
+    /// Published values to compare
     #[arg(long, value_enum, default_value_t = Reference::Auto)]
     reference: Reference,
 }
 
-/// Published figures.
+/// Published values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Reference {
-    /// By the scenario of the first result
+    /// From the scenario of the first result
     Auto,
     /// None
     None,
@@ -41,7 +41,7 @@ enum Reference {
     Specimen4,
 }
 
-pub(super) fn report(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+pub(super) fn report(arguments: &ReportArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let results = arguments.files.iter().map(|path| ResultFile::open(path)).collect::<Result<Vec<_>, _>>()?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.files[0].with_extension("html"));
     if path.exists() && !arguments.force {

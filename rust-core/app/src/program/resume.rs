@@ -1,4 +1,4 @@
-//! `concordem resume`: go on with a run.
+//! `concordem resume`: continue a run.
 
 use std::path::{Path, PathBuf};
 
@@ -11,18 +11,18 @@ use concordem_scenario::schema::Scenario;
 
 /// Arguments of `concordem resume`.
 #[derive(Debug, clap::Args)]
-pub(super) struct Arguments {
+pub(super) struct ResumeArguments {
     /// Result file of the run, its scenario, or its folder FILE.parts
     run: PathBuf,
     #[command(flatten)]
     work: Work,
 }
 
-pub(super) fn resume(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let path = result_of(&arguments.run)?;
     let (files, mut checkpoint, unusable) = match RunFiles::resume(&path)? {
         Resumed::Finished => {
-            // It may have been killed between the result and its table.
+            // The run may have been killed between writing the result and its table.
             let text = ResultFile::open(&path)?.scenario()?;
             if Scenario::parse(&path.display().to_string(), &text)?.output.csv && !csv_path(&path).exists() {
                 write_csv(&path)?;
@@ -33,7 +33,7 @@ pub(super) fn resume(arguments: &Arguments, console: &mut Console<'_>) -> Result
         Resumed::Continue { files, checkpoint, unusable } => (files, checkpoint, unusable),
     };
     for error in unusable {
-        console.tell(&format!("an older checkpoint is used: {error}"));
+        console.tell(&format!("using an older checkpoint: {error}"));
     }
     let entry =
         |name: &str| files.header().provenance.iter().find(|(other, _)| other == name).map(|(_, value)| value.clone());
@@ -43,27 +43,27 @@ pub(super) fn resume(arguments: &Arguments, console: &mut Console<'_>) -> Result
     let visible = console.interactive && !arguments.work.quiet;
     let outcome = arguments.work.install(|| {
         let meter = Meter::new(visible);
-        // Laws and plan are built anew; the state is then that of the checkpoint.
+        // Model and schedule are assembled again; the state is read from the checkpoint.
         let mut assembly = build(&scenario, &meter)?;
         if initial_hash.is_some_and(|hash| state_hash(&assembly.state).is_ok_and(|now| now != hash)) {
             return Err(Failure::Usage(format!(
-                "{} cannot be resumed: what its scenario builds has changed since it was started (a packing or mesh \
-                 file, or the program). Run it again with --force.",
+                "{} cannot be resumed: its scenario builds another initial state than at the start (a packing or mesh \
+                 file, or the program, has changed). Run it again with --force.",
                 path.display()
             )));
         }
-        let places = assembly.state.particles.position.clone();
+        let initial_positions = assembly.state.particles.position.clone();
         assembly
             .state
             .read(&mut checkpoint.columns)
             .map_err(|source| OutputError::Column { path: path.clone(), source })?;
         let simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
-        Run::new(simulation, *files, &places, &scenario).drive(&meter, false)
+        Run::new(simulation, *files, &initial_positions, &scenario).drive(&meter, false)
     })?;
     conclude(outcome, arguments.work.quiet, console)
 }
 
-/// The result file that a path stands for.
+/// The result file of a path.
 fn result_of(path: &Path) -> Result<PathBuf, Failure> {
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("toml") => Ok(result_path(&Scenario::read(path)?)),

@@ -15,10 +15,10 @@ use concordem_solver::state::columns::WriteColumns;
 
 /// Arguments of `concordem run`.
 #[derive(Debug, clap::Args)]
-pub(super) struct Arguments {
+pub(super) struct RunArguments {
     /// Scenario file
     scenario: PathBuf,
-    /// Result file; by default as the scenario says, or its name with .h5
+    /// Result file; by default the file named in the scenario, or the name of the scenario with .h5
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Overwrite an existing result, or discard an unfinished run
@@ -28,12 +28,12 @@ pub(super) struct Arguments {
     work: Work,
 }
 
-pub(super) fn run(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let scenario = Scenario::read(&arguments.scenario)?;
     let path = arguments.output.clone().unwrap_or_else(|| result_path(&scenario));
     check_result_name(&path)?;
     if !arguments.force {
-        // Before the packing is made, which may take minutes.
+        // Before the packing, which may take minutes.
         for path in [Some(path.clone()), scenario.output.csv.then(|| csv_path(&path))].into_iter().flatten() {
             if path.exists() {
                 return Err(OutputError::Exists { path }.into());
@@ -50,14 +50,14 @@ pub(super) fn run(arguments: &Arguments, console: &mut Console<'_>) -> Result<()
         let assembly = build(&scenario, &meter)?;
         let header = header(&scenario, &assembly.state, &assembly.schedule.operators, &assembly.summary)?;
         let files = RunFiles::create(&path, header, arguments.force)?;
-        let places = assembly.state.particles.position.clone();
+        let initial_positions = assembly.state.particles.position.clone();
         let simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
-        Run::new(simulation, files, &places, &scenario).drive(&meter, true)
+        Run::new(simulation, files, &initial_positions, &scenario).drive(&meter, true)
     })?;
     conclude(outcome, arguments.work.quiet, console)
 }
 
-/// Say how a run ended.
+/// Report the end of a run.
 pub(super) fn conclude(outcome: Outcome, quiet: bool, console: &mut Console<'_>) -> Result<(), Failure> {
     match outcome {
         Outcome::Finished { path, text } => {
@@ -67,7 +67,7 @@ pub(super) fn conclude(outcome: Outcome, quiet: bool, console: &mut Console<'_>)
             console.print(&format!("{}\n", path.display()))
         }
         Outcome::Interrupted { path, step } => Err(Failure::Interrupted(format!(
-            "interrupted at step {step}; go on with: concordem resume {}",
+            "interrupted at step {step}; continue with: concordem resume {}",
             path.display()
         ))),
     }

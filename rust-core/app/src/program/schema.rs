@@ -4,8 +4,8 @@ use super::{Console, Failure};
 
 /// Arguments of `concordem schema`.
 #[derive(Debug, clap::Args)]
-pub(super) struct Arguments {}
+pub(super) struct SchemaArguments {}
 
-pub(super) fn schema(_: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+pub(super) fn schema(_: &SchemaArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     console.print(&format!("{:#}\n", concordem_scenario::schema::schema()))
 }

@@ -1,4 +1,4 @@
-//! `concordem sweep`: elastic constants at all combinations of given values of a scenario's keys.
+//! `concordem sweep`: elastic constants for all combinations of given values of a scenario's keys.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -10,7 +10,8 @@ use rayon::prelude::*;
 use super::drive::{Interruption, Meter, check_result_name};
 use super::{Console, Failure, Work};
 use crate::output::sealed::write_text;
-use crate::output::{OutputError, report, sweep as files};
+use crate::output::{OutputError, sweep as files};
+use crate::report;
 use crate::sweep::Sweep;
 use crate::sweep::journal::{Journal, path_of};
 use crate::sweep::point::{Outcome, evaluate};
@@ -20,13 +21,13 @@ use concordem_statics::Accuracy;
 
 /// Arguments of `concordem sweep`.
 #[derive(Debug, clap::Args)]
-pub(super) struct Arguments {
-    /// Sweep file; `concordem init --template elastic-sweep` writes one. Interrupted, the same command goes on
+pub(super) struct SweepArguments {
+    /// Sweep file; `concordem init --template elastic-sweep` writes one. The same command continues an interrupted sweep
     sweep: PathBuf,
-    /// Result; the sweep's name with .h5 by default. The page of figures stands beside it as .html
+    /// Result file; by default the name of the sweep with .h5. The web page has the same name with .html
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Write all points as comma-separated text, too
+    /// Also write all points as comma-separated text
     #[arg(long)]
     csv: bool,
     /// Overwrite an existing result, and discard points of an unfinished sweep
@@ -36,7 +37,7 @@ pub(super) struct Arguments {
     work: Work,
 }
 
-/// What goes on, for all threads.
+/// Progress, shared by all threads.
 struct Progress {
     journal: Journal,
     outcomes: BTreeMap<usize, Outcome>,
@@ -44,14 +45,14 @@ struct Progress {
     failure: Option<Failure>,
 }
 
-pub(super) fn sweep(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+pub(super) fn sweep(arguments: &SweepArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let sweep = Sweep::read(&arguments.sweep)?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.sweep.with_extension("h5"));
     check_result_name(&path)?;
     let page = path.with_extension("html");
     let table = path.with_extension("csv");
     let journal_path = path_of(&path);
-    // A sweep that was killed while it wrote its files still has its points: the same command writes the files again.
+    // A sweep killed while writing its files still has its journal; the same command writes the files again.
     let unfinished = journal_path.exists();
     for path in [Some(&path), Some(&page), arguments.csv.then_some(&table)].into_iter().flatten() {
         if path.exists() && !arguments.force && !unfinished {
@@ -70,35 +71,15 @@ pub(super) fn sweep(arguments: &Arguments, console: &mut Console<'_>) -> Result<
     let known = outcomes.len();
     let groups = groups(&sweep, &outcomes)?;
     if !arguments.work.quiet {
-        let rest = if known > 0 { format!(", {known} are computed already") } else { String::new() };
-        console.tell(&format!("{points} points{rest}; {} packings to make", groups.len()));
+        let rest = if known > 0 { format!(", {known} of them known") } else { String::new() };
+        console.tell(&format!("{points} points{rest}; {} packings to generate", groups.len()));
     }
     let visible = console.interactive && !arguments.work.quiet;
     let progress = Mutex::new(Progress { journal, outcomes, meter: Meter::new(visible), failure: None });
     let interruption = Interruption::listen();
-    let accuracy = Accuracy { residual: sweep.residual, ..Accuracy::default() };
     let stopped = || interruption.asked.load(Ordering::Relaxed) || locked(&progress).failure.is_some();
     arguments.work.install(|| {
-        groups.par_iter().for_each(|group| {
-            if stopped() {
-                return;
-            }
-            let note = |point: usize, outcome: Outcome| note(&progress, points, point, outcome);
-            // Checked when the sweep was read.
-            let Ok(first) = sweep.scenario(group[0]) else { return };
-            match place(&first, &first.directory(), &mut |_, _| {}) {
-                Err(error) => {
-                    for &point in group {
-                        note(point, Outcome::failed(error.to_string()));
-                    }
-                }
-                Ok(placed) => group.par_iter().for_each(|&point| {
-                    if let (false, Ok(scenario)) = (stopped(), sweep.scenario(point)) {
-                        note(point, evaluate(&scenario, &placed, accuracy, sweep.dynamics));
-                    }
-                }),
-            }
-        });
+        groups.par_iter().for_each(|group| compute(&sweep, group, &progress, &stopped));
         Ok(())
     })?;
     drop(interruption);
@@ -110,7 +91,7 @@ pub(super) fn sweep(arguments: &Arguments, console: &mut Console<'_>) -> Result<
     }
     if outcomes.len() < points {
         return Err(Failure::Interrupted(format!(
-            "interrupted; {} of {points} points are kept in {}, and the same command goes on with the rest",
+            "interrupted; {} of {points} points are saved in {}; the same command continues with the others",
             outcomes.len(),
             journal_path.display()
         )));
@@ -129,21 +110,44 @@ pub(super) fn sweep(arguments: &Arguments, console: &mut Console<'_>) -> Result<
     let bad = outcomes.iter().filter(|outcome| outcome.problem.is_some()).count();
     if bad > 0 {
         let first = outcomes.iter().find_map(|outcome| outcome.problem.as_deref()).unwrap_or_default();
-        console.tell(&format!("{bad} of {points} points have a problem; the first: {first}"));
+        console.tell(&format!("{bad} of {points} points failed; the first: {first}"));
     }
     console.print(&format!("{}\n{}\n", path.display(), page.display()))
 }
 
+/// Compute the points of a group, which share a packing, until `stopped`.
+fn compute(sweep: &Sweep, group: &[usize], progress: &Mutex<Progress>, stopped: &(dyn Fn() -> bool + Sync)) {
+    if stopped() {
+        return;
+    }
+    let note = |point: usize, outcome: Outcome| note(progress, sweep.points(), point, outcome);
+    // Reading the sweep has checked it.
+    let Ok(first) = sweep.scenario(group[0]) else { return };
+    let accuracy = Accuracy { residual: sweep.residual, ..Accuracy::default() };
+    match place(&first, &first.directory(), &mut |_, _| {}) {
+        Err(error) => {
+            for &point in group {
+                note(point, Outcome::failed(error.to_string()));
+            }
+        }
+        Ok(placed) => group.par_iter().for_each(|&point| {
+            if let (false, Ok(scenario)) = (stopped(), sweep.scenario(point)) {
+                note(point, evaluate(&scenario, &placed, accuracy, sweep.dynamics));
+            }
+        }),
+    }
+}
+
 fn locked(progress: &Mutex<Progress>) -> std::sync::MutexGuard<'_, Progress> {
-    // A panic elsewhere ends the program anyhow; what it holds is sound.
+    // A panic in another thread ends the program; the data are valid.
     progress.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-/// Keep a finished point.
+/// Save a finished point.
 fn note(progress: &Mutex<Progress>, points: usize, point: usize, outcome: Outcome) {
     let mut now = locked(progress);
     if let Err(error) = now.journal.add(point, &outcome) {
-        let path = PathBuf::from("the file of finished points");
+        let path = PathBuf::from("the journal of the sweep");
         now.failure = Some(Failure::File { path, action: "write", error });
     }
     now.outcomes.insert(point, outcome);
@@ -151,7 +155,7 @@ fn note(progress: &Mutex<Progress>, points: usize, point: usize, outcome: Outcom
     now.meter.stage("sweep", share);
 }
 
-/// The points that are still to be computed, those with the same packing together.
+/// The points to compute, grouped by packing.
 fn groups(sweep: &Sweep, known: &BTreeMap<usize, Outcome>) -> Result<Vec<Vec<usize>>, Failure> {
     let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
     let mut index: BTreeMap<String, usize> = BTreeMap::new();

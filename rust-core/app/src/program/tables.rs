@@ -1,4 +1,4 @@
-//! The particles and contacts at the end of a run, as tables for people.
+//! Tables of the particles and contacts at the end of a run.
 
 use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::law::Reference;
@@ -9,8 +9,8 @@ use concordem_solver::state::State;
 use concordem_solver::state::columns::{Column, ColumnError, ColumnSink, WriteColumns};
 use concordem_solver::state::contacts::{BrokenBond, ContactView, Contacts, Pair};
 
-/// Tables of a state: `particles/…` with a row per particle in the order of the ids, `cell/…`, `contacts/LAW/…` with a row
-/// per bond, broken ones included, `contacts/unbonded_LAW/…`, `contacts/walls/…`.
+/// Tables of a state: `particles/…` with one row per particle in the order of ids, `cell/…`, `contacts/LAW/…` with one row
+/// per bond, including broken ones, `contacts/unbonded_LAW/…`, `contacts/walls/…`.
 pub(super) struct Tables<'a> {
     pub state: &'a State,
     /// Displacement of every particle since the start, m, in the state's order.
@@ -91,7 +91,7 @@ impl WriteColumns for Tables<'_> {
     }
 }
 
-/// Name of a table of unbonded contacts, before that of their law.
+/// Prefix of the table of unbonded contacts, before the name of their law.
 pub(super) const UNBONDED: &str = "unbonded_";
 /// Name of the table of contacts with walls.
 pub(super) const WALLS: &str = "walls";
@@ -109,7 +109,7 @@ fn walls(state: &State, forces: &WallForces, sink: &mut dyn ColumnSink) -> Resul
     Ok(())
 }
 
-/// What a table has of each row: name, value, unit.
+/// A column of a table: name, value of a row, unit.
 type Quantity<T> = (&'static str, fn(&Row) -> T, &'static str);
 
 /// A row of a table of contacts.
@@ -126,8 +126,8 @@ struct Row {
     broken: bool,
 }
 
-/// A row for every bond, broken ones last and without history, and for every unbonded contact that carries something. Force
-/// and moment act on the first particle, the moment about `position`.
+/// One row per bond, broken bonds last and without history, and per unbonded contact with a force. Force and moment act on
+/// the first particle, the moment about `position`.
 fn contacts(
     state: &State,
     block: &dyn Contacts,
@@ -140,7 +140,7 @@ fn contacts(
     let particles = &state.particles;
     let bonded = !name.starts_with(UNBONDED);
     let forces = &forces.contacts;
-    // Row of the forces for every contact, if it carries any.
+    // Row of the forces of every contact; `usize::MAX` without a force.
     let mut row_of = vec![usize::MAX; block.len()];
     for row in rows {
         row_of[forces.place[row] as usize] = row;
@@ -167,7 +167,7 @@ fn contacts(
     let gone = broken.iter().map(|&BrokenBond { pair, image, reference, previous, .. }| Row {
         pair,
         branch: branch_of(pair, image),
-        // Where it was, seen from A.
+        // Its last position, from A.
         position: particles.position[pair.a as usize] + previous.normal * (0.5 * previous.length),
         force: Vec3::zeros(),
         moment: Vec3::zeros(),
@@ -179,8 +179,28 @@ fn contacts(
     });
     let rows: Vec<Row> = live.chain(gone).collect();
     let path = |column: &str| format!("contacts/{name}/{column}");
-    let ids: Vec<u32> =
-        rows.iter().flat_map(|row| [row.pair.a, row.pair.b]).map(|p| particles.id[p as usize]).collect();
+    columns(&rows, &path, &particles.id, sink)?;
+    let (fields, reals) = block.history_reals();
+    let width: usize = fields.iter().map(|field| field.components).sum();
+    let mut offset = 0;
+    for field in fields {
+        let at = |k: usize| k * width + offset;
+        let values = shown.iter().flat_map(|&k| reals[at(k)..at(k) + field.components].iter().copied());
+        let values: Vec<f64> = values.chain(std::iter::repeat_n(0.0, field.components * broken.len())).collect();
+        sink.column(&path(&format!("history_{}", field.name)), Column::f64(&values, field.components, field.unit))?;
+        offset += field.components;
+    }
+    Ok(())
+}
+
+/// The columns that all laws share; `id`: ids of the particles.
+fn columns(
+    rows: &[Row],
+    path: &dyn Fn(&str) -> String,
+    id: &[u32],
+    sink: &mut dyn ColumnSink,
+) -> Result<(), ColumnError> {
+    let ids: Vec<u32> = rows.iter().flat_map(|row| [row.pair.a, row.pair.b]).map(|p| id[p as usize]).collect();
     sink.column(&path("ids"), Column::U32 { data: &ids, components: 2, unit: "1" })?;
     let vectors: [Quantity<Vec3>; 5] = [
         ("position", |row| row.position, "m"),
@@ -205,21 +225,10 @@ fn contacts(
         sink.column(&path(column), Column::f64(&reals, 1, unit))?;
     }
     let is_broken: Vec<u8> = rows.iter().map(|row| u8::from(row.broken)).collect();
-    sink.column(&path("broken"), Column::u8(&is_broken))?;
-    let (fields, reals) = block.history_reals();
-    let width: usize = fields.iter().map(|field| field.components).sum();
-    let mut offset = 0;
-    for field in fields {
-        let at = |k: usize| k * width + offset;
-        let values = shown.iter().flat_map(|&k| reals[at(k)..at(k) + field.components].iter().copied());
-        let values: Vec<f64> = values.chain(std::iter::repeat_n(0.0, field.components * broken.len())).collect();
-        sink.column(&path(&format!("history_{}", field.name)), Column::f64(&values, field.components, field.unit))?;
-        offset += field.components;
-    }
-    Ok(())
+    sink.column(&path("broken"), Column::u8(&is_broken))
 }
 
-/// Mean damage of the bonds of each particle, broken ones counted as 1; 0 for particles that never had a bond.
+/// Mean damage of the bonds of each particle, broken bonds counted as 1; 0 for particles without bonds.
 pub(super) fn bond_damage(state: &State) -> Vec<f64> {
     let mut sum = vec![0.0; state.particles.len()];
     let mut count = vec![0.0; state.particles.len()];

@@ -1,7 +1,7 @@
-//! The finished points of a sweep that is under way: a text file to which a line is added for each.
+//! Journal of the finished points of a sweep: a text file with one line per point.
 //!
-//! A line holds the point's number, its values bit by bit, what went wrong if anything did, and a hash of all that. A line
-//! that was cut off by a crash does not fit its hash and is left out; the point is computed again.
+//! A line holds the number of the point, the bits of its values, its problem, and a hash of the line. A line cut off by a
+//! crash does not match its hash and is ignored; the point is computed again.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -13,16 +13,16 @@ use super::point::Outcome;
 
 const MAGIC: &str = "concordem sweep 1";
 
-/// Where the finished points of a sweep are kept until all are.
+/// The journal of a running sweep.
 #[derive(Debug)]
 pub struct Journal {
     file: File,
 }
 
-/// Why a journal cannot be used.
+/// Error of a journal.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
-    /// It belongs to another sweep, scenario, file that one reads, or version of the program.
+    /// It belongs to another sweep, scenario, input file, or version of the program.
     #[error(
         "{} holds points of another sweep, scenario, or packing file, or of another version of the program; --force discards them",
         path.display()
@@ -31,19 +31,19 @@ pub enum JournalError {
         /// The file.
         path: PathBuf,
     },
-    /// The system refused.
+    /// Error of the system.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// What was tried.
+        /// Attempted action.
         action: &'static str,
-        /// What the system says.
+        /// Error of the system.
         source: io::Error,
     },
 }
 
-/// The place of the journal of a result.
+/// Path of the journal of a result.
 pub fn path_of(result: &Path) -> PathBuf {
     let mut name = result.as_os_str().to_owned();
     name.push(".points");
@@ -51,10 +51,10 @@ pub fn path_of(result: &Path) -> PathBuf {
 }
 
 impl Journal {
-    /// Go on with a journal, or begin one; what it holds.
+    /// Open or create a journal; returns the points it holds.
     ///
     /// # Errors
-    /// A journal of another sweep; the system's.
+    /// A journal of another sweep; an error of the system.
     pub fn open(path: &Path, fingerprint: &str) -> Result<(Self, BTreeMap<usize, Outcome>), JournalError> {
         let failed = |action| move |source| JournalError::Io { path: path.to_owned(), action, source };
         let mut options = File::options();
@@ -72,7 +72,7 @@ impl Journal {
             return Err(JournalError::Other { path: path.to_owned() });
         } else {
             known.extend(lines.filter_map(read_line));
-            // After a line that was cut off, begin a new one.
+            // Start a new line after one that was cut off.
             if bytes.last() != Some(&b'\n') {
                 file.write_all(b"\n").map_err(failed("write"))?;
             }
@@ -80,10 +80,10 @@ impl Journal {
         Ok((Self { file }, known))
     }
 
-    /// Note a finished point.
+    /// Add a finished point.
     ///
     /// # Errors
-    /// The system's.
+    /// An error of the system.
     pub fn add(&mut self, point: usize, outcome: &Outcome) -> io::Result<()> {
         let line = content(point, outcome);
         writeln!(self.file, "{line} {}", mark(&line)).and_then(|()| self.file.sync_data())
@@ -99,7 +99,7 @@ fn content(point: usize, outcome: &Outcome) -> String {
     for value in &outcome.values {
         let _ = write!(line, " {:016x}", value.to_bits());
     }
-    // As JSON, so that it stays in the line.
+    // JSON has no line breaks.
     let _ = write!(line, " {}", serde_json::Value::from(outcome.problem.clone()));
     line
 }

@@ -1,11 +1,11 @@
-//! What is computed at a point of a sweep.
+//! Quantities of a point of a sweep.
 
 use concordem_scenario::assembly::{Placed, assemble_placed};
 use concordem_scenario::schema::Scenario;
 use concordem_statics::relaxed::{Relaxation, relaxed_stiffness};
 use concordem_statics::{Accuracy, LinkNetwork, cell_stiffness, closed_form};
 
-/// A number of a point: name, unit, meaning.
+/// A quantity of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Quantity {
     /// Name.
@@ -51,26 +51,26 @@ quantities! {
     "dynamic_steps" "1" "Steps of the longest relaxation",
 }
 
-/// Name of the stiffness in files: 36 numbers per point.
+/// Name of the stiffness in files; it has 36 numbers per point.
 pub const STIFFNESS: &str = "stiffness";
 
-/// The numbers of a point; behind them stand the 36 of the static stiffness, row by row.
+/// Names of all numbers of a point: the quantities, then the 36 entries of the static stiffness, row by row.
 pub fn columns() -> Vec<String> {
     let names = QUANTITIES.iter().map(|quantity| quantity.name.to_owned());
     names.chain((0..36).map(|k| format!("{STIFFNESS}_{}{}", k / 6 + 1, k % 6 + 1))).collect()
 }
 
-/// The quantities that have one number per point.
+/// Quantities with one number per point.
 pub fn quantities() -> &'static [Quantity] {
     QUANTITIES
 }
 
-/// What came out of a point.
+/// Result of a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// In the order of [`columns`]; NaN where there is no number.
+    /// In the order of [`columns`]; NaN for missing numbers.
     pub values: Vec<f64>,
-    /// What went wrong.
+    /// Problem of a failed point.
     pub problem: Option<String>,
 }
 
@@ -81,12 +81,12 @@ impl Default for Outcome {
 }
 
 impl Outcome {
-    /// An outcome without numbers.
+    /// Outcome of a failed point.
     pub fn failed(problem: String) -> Self {
         Self { problem: Some(problem), ..Self::default() }
     }
 
-    /// The number of this name; NaN if there is none.
+    /// Value of a quantity; NaN if it is missing.
     pub fn get(&self, name: &str) -> f64 {
         QUANTITIES.iter().position(|quantity| quantity.name == name).map_or(f64::NAN, |k| self.values[k])
     }
@@ -98,7 +98,7 @@ impl Outcome {
     }
 }
 
-/// Elastic constants of a scenario on a packing of its kind.
+/// Elastic constants of a scenario on a given packing.
 pub(crate) fn evaluate(scenario: &Scenario, placed: &Placed, accuracy: Accuracy, dynamics: bool) -> Outcome {
     let mut outcome = Outcome::default();
     if let Err(problem) = fill(&mut outcome, scenario, placed, accuracy, dynamics) {

@@ -1,9 +1,9 @@
-//! Processor time in place of wall time, so that other work on the machine disturbs ratios little. Run benches with
+//! Processor time instead of wall time, which other work on the machine would disturb more. Run benches with
 //! `RAYON_NUM_THREADS=1`.
 
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 
-/// Time that the threads of this process were on a processor, ns (Linux).
+/// Processor time of all threads of this process, ns (Linux).
 pub struct ProcessorTime;
 
 impl ProcessorTime {

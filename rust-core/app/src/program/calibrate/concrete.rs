@@ -5,10 +5,13 @@ use std::path::{Path, PathBuf};
 use super::super::drive::{Meter, build};
 use super::super::{Console, Facts, Failure, Work};
 use super::{elastic_failure, stress, with_values};
-use crate::calibration::concrete::{ConcreteFit, Laboratory, Pair, Scatter, Specimen, Table, Wanted};
+use crate::calibration::concrete::{
+    ConcreteCalibration, ConcreteFit, ConcreteSpecimen, Scatter, SpecimenPair, StrengthTable, StrengthTargets,
+};
 use crate::calibration::elastic::{ElasticCalibrationError, ElasticFit, fit};
+use crate::output::OutputError;
 use crate::output::sealed::write_text;
-use crate::output::{OutputError, provenance};
+use crate::provenance;
 use concordem_contact::law::Cpm;
 use concordem_scenario::schema::quantity::{Number, StrainRate, Stress};
 use concordem_scenario::schema::{LawName, Loading, Output, Packing, ProblemKind, Scenario, Shape, Stop};
@@ -16,17 +19,17 @@ use concordem_solver::state::State;
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_statics::{Accuracy, LinkNetwork};
 
-/// Compression needs ten times the strain of tension; the published specimens were pressed this much faster than pulled.
+/// Strain rate in compression over that in tension, as in the published tests; compression needs ten times the strain.
 const COMPRESSION_RATE: f64 = 7.5;
 
-/// Across fewer particles, strengths depend on the width of a specimen.
+/// With fewer particles across, strengths depend on the width of a specimen.
 const NARROW: f64 = 15.0;
 
 /// Arguments of `concordem calibrate concrete`.
 #[derive(Debug, clap::Args)]
-pub(super) struct Arguments {
+pub(super) struct CalibrateConcreteArguments {
     /// Scenario of a specimen in uniaxial loading, cut from a random dense packing, with cpm bonds and one material; its
-    /// moduli and strengths do not matter, its friction and relative ductility do
+    /// moduli and strengths have no effect, its friction and relative ductility do
     scenario: PathBuf,
     /// Wanted Young's modulus, "30 GPa"
     #[arg(long, value_name = "STRESS", value_parser = stress)]
@@ -40,14 +43,14 @@ pub(super) struct Arguments {
     /// Wanted compressive strength, positive, "30 MPa"
     #[arg(long, value_name = "STRESS", value_parser = stress)]
     compressive_strength: f64,
-    /// Wanted energy dissipated in tension by a square metre of cross-section until the stress has fallen to a tenth, J/m^2;
-    /// without it the relative ductility of the scenario stays
+    /// Wanted energy dissipated in tension per cross-section until the stress has fallen to a tenth of its peak, J/m^2; by
+    /// default the relative ductility of the scenario is kept
     #[arg(long, value_name = "NUMBER", value_parser = energy)]
     fracture_energy: Option<f64>,
-    /// Packings, for the scatter: seeds from that of the scenario on
+    /// Number of packings, for the scatter; their seeds start from that of the scenario
     #[arg(long, value_name = "NUMBER", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100))]
     seeds: u64,
-    /// Measured values are kept in this file and used again; by default beside the scenario, NAME.strengths.json
+    /// File of measured values, which are used again; by default SCENARIO.strengths.json
     #[arg(long, value_name = "FILE")]
     table: Option<PathBuf>,
     /// Write the scenario with the found parameters to this file
@@ -61,10 +64,10 @@ pub(super) struct Arguments {
 }
 
 fn energy(text: &str) -> Result<f64, String> {
-    super::positive(text.parse().map_err(|_| format!("`{text}` is no number of J/m²"))?)
+    super::positive(text.parse().map_err(|_| format!("`{text}` is not a number in J/m²"))?)
 }
 
-pub(super) fn calibrate(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+pub(super) fn calibrate(arguments: &CalibrateConcreteArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     if let Some(path) = arguments.output.as_ref().filter(|path| path.exists() && !arguments.force) {
         return Err(OutputError::Exists { path: path.clone() }.into());
     }
@@ -98,7 +101,7 @@ pub(super) fn calibrate(arguments: &Arguments, console: &mut Console<'_>) -> Res
     console.print(&format!("{}\n{facts}", path.display()))
 }
 
-/// Refuse a scenario that is no specimen of this kind.
+/// Refuse a scenario without a suitable specimen.
 fn fitting(scenario: &Scenario) -> Result<(), Failure> {
     let refuse = |key: &str, message: &str, help: &str| {
         Err(Failure::Scenario(scenario.problem(ProblemKind::Conflict, key, message.to_owned(), help)))
@@ -107,8 +110,8 @@ fn fitting(scenario: &Scenario) -> Result<(), Failure> {
         return refuse("bonds", "strengths are calibrated for bonds of the law cpm", "write law = \"cpm\"");
     }
     if scenario.materials.len() != 1 {
-        let help = "leave one [[material]] and calibrate each phase by itself";
-        return refuse("material", "one material is calibrated at a time; the scenario has several", help);
+        let help = "keep one [[material]], and calibrate each phase separately";
+        return refuse("material", "the scenario has several materials; only one can be calibrated at a time", help);
     }
     if !matches!(scenario.loading, Loading::Uniaxial { .. }) {
         let help = "write kind = \"uniaxial\", as in `concordem init --template cpm-small`";
@@ -121,7 +124,8 @@ fn fitting(scenario: &Scenario) -> Result<(), Failure> {
     Ok(())
 }
 
-struct BatchResult {
+/// Results of both calibrations.
+struct ConcreteResult {
     elastic: ElasticFit,
     fit: ConcreteFit,
     /// Particles across the specimen.
@@ -130,11 +134,11 @@ struct BatchResult {
 }
 
 fn find(
-    arguments: &Arguments,
+    arguments: &CalibrateConcreteArguments,
     mut scenario: Scenario,
     table_path: &Path,
     meter: &Meter,
-) -> Result<BatchResult, Failure> {
+) -> Result<ConcreteResult, Failure> {
     let elastic = elastic(arguments, &scenario, meter)?;
     let cpm = scenario.materials[0].cpm.as_mut().ok_or_else(|| Failure::Calibration("no cpm parameters".into()))?;
     cpm.shear_ratio = Number::new(elastic.shear_ratio);
@@ -149,36 +153,36 @@ fn find(
         let tension = specimen(&scenario, 1.0, meter)?;
         let compression = specimen(&scenario, -COMPRESSION_RATE, meter)?;
         width = width.min(tension.area.sqrt() / (2.0 * mean_radius(&tension.state)));
-        pairs.push(Pair { seed, tension, compression });
+        pairs.push(SpecimenPair { seed, tension, compression });
     }
     let base = law_of(&pairs[0].tension.state).ok_or_else(|| Failure::Calibration("no cpm bonds".into()))?;
     let table = read_table(table_path, described(&scenario)?)?;
     let known = table.values.len();
     let mut failed = None;
-    let mut report = |runs: usize, table: &Table| {
+    let mut report = |runs: usize, table: &StrengthTable| {
         meter.stage("strengths", 1.0 - 1.0 / (1.0 + 0.03 * runs as f64));
         if failed.is_none() {
             failed = save(table_path, table).err();
         }
     };
-    let wanted = Wanted {
+    let wanted = StrengthTargets {
         tensile_strength: arguments.tensile_strength,
         compressive_strength: arguments.compressive_strength,
         fracture_energy: arguments.fracture_energy,
     };
     let with_energy = wanted.fracture_energy.is_some();
-    let mut laboratory = Laboratory::new(&pairs, base, onset, with_energy, table);
-    laboratory.report = Box::new(&mut report);
-    let fit = laboratory.fit(&wanted).map_err(|error| Failure::Calibration(error.to_string()))?;
-    drop(laboratory);
+    let mut calibration = ConcreteCalibration::new(&pairs, base, onset, with_energy, table);
+    calibration.on_measurement = Box::new(&mut report);
+    let fit = calibration.fit(&wanted).map_err(|error| Failure::Calibration(error.to_string()))?;
+    drop(calibration);
     if let Some(error) = failed {
         return Err(error.into());
     }
-    Ok(BatchResult { elastic, fit, width, known })
+    Ok(ConcreteResult { elastic, fit, width, known })
 }
 
-/// Ē and Ḡ/Ē from the periodic packing that the specimen is cut from.
-fn elastic(arguments: &Arguments, scenario: &Scenario, meter: &Meter) -> Result<ElasticFit, Failure> {
+/// Ē and Ḡ/Ē from the periodic packing of the specimen.
+fn elastic(arguments: &CalibrateConcreteArguments, scenario: &Scenario, meter: &Meter) -> Result<ElasticFit, Failure> {
     let mut periodic = scenario.clone();
     if let Packing::RandomDense { shape, .. } = &mut periodic.packing {
         *shape = Shape::Periodic { tiles: [1; 3] };
@@ -195,14 +199,14 @@ fn elastic(arguments: &Arguments, scenario: &Scenario, meter: &Meter) -> Result<
         .map_err(|error| elastic_failure(scenario, error))
 }
 
-/// Only the fall of the stress ends a run (see [`Specimen::load`]), and a strain that no specimen survives. What the scenario says of
-/// the end of its own run is left out, all of it: a balance of forces, say, may be there long before the peak.
+/// A run ends when the stress falls (see [`ConcreteSpecimen::load`]), or at a strain that no specimen survives. The stop
+/// conditions of the scenario are left out: a balance of forces, for example, may occur long before the peak.
 fn stop() -> Stop {
     Stop { strain: Some(Number::new(0.1)), ..Stop::default() }
 }
 
 /// The specimen of a scenario, loaded at its rate times `factor`.
-fn specimen(scenario: &Scenario, factor: f64, meter: &Meter) -> Result<Specimen, Failure> {
+fn specimen(scenario: &Scenario, factor: f64, meter: &Meter) -> Result<ConcreteSpecimen, Failure> {
     let mut scenario = scenario.clone();
     if let Loading::Uniaxial { strain_rate, .. } = &mut scenario.loading {
         *strain_rate = StrainRate::new(strain_rate.si().abs() * factor);
@@ -210,7 +214,7 @@ fn specimen(scenario: &Scenario, factor: f64, meter: &Meter) -> Result<Specimen,
     scenario.stop = stop();
     let assembly = build(&scenario, meter)?;
     let area = assembly.summary.specimen.map_or(f64::NAN, |(area, _)| area);
-    Ok(Specimen { state: assembly.state, model: assembly.model, schedule: assembly.schedule, area })
+    Ok(ConcreteSpecimen { state: assembly.state, model: assembly.model, schedule: assembly.schedule, area })
 }
 
 fn law_of(state: &State) -> Option<concordem_contact::law::CpmParameters> {
@@ -224,8 +228,8 @@ fn mean_radius(state: &State) -> f64 {
     radii.iter().sum::<f64>() / radii.len() as f64
 }
 
-/// What a table belongs to: the program, and all of the scenario but the arguments by which its values are told apart, and what no
-/// run of a specimen looks at; files by their contents.
+/// Identity of a table: the program, and the scenario without the arguments of the table and without keys that no run of a
+/// specimen uses; files by their contents.
 fn described(scenario: &Scenario) -> Result<String, Failure> {
     let mut described = scenario.clone();
     if let Packing::RandomDense { seed, .. } = &mut described.packing {
@@ -248,16 +252,16 @@ fn described(scenario: &Scenario) -> Result<String, Failure> {
     }
     let parts = (provenance::PROGRAM, provenance::COMMIT, &described, files);
     serde_json::to_string(&parts)
-        .map_err(|error| Failure::Calibration(format!("the scenario cannot be described: {error}")))
+        .map_err(|error| Failure::Calibration(format!("the scenario cannot be serialized: {error}")))
 }
 
-fn read_table(path: &Path, specimen: String) -> Result<Table, Failure> {
+fn read_table(path: &Path, specimen: String) -> Result<StrengthTable, Failure> {
     match std::fs::read_to_string(path) {
         Ok(text) => {
-            let known: Table = serde_json::from_str(&text).map_err(|error| {
+            let known: StrengthTable = serde_json::from_str(&text).map_err(|error| {
                 let path = path.display();
                 Failure::Calibration(format!(
-                    "{path} is no table of strengths: {error}; remove it, or name another with --table"
+                    "{path} is not a table of strengths: {error}; remove it, or choose another file with --table"
                 ))
             })?;
             if known.specimen == specimen {
@@ -265,30 +269,34 @@ fn read_table(path: &Path, specimen: String) -> Result<Table, Failure> {
             }
             let path = path.display();
             Err(Failure::Calibration(format!(
-                "{path} belongs to another specimen, other moduli, or another version of the program; remove it, or name \
+                "{path} belongs to another specimen, other moduli, or another version of the program; remove it, or choose \
                  another file with --table"
             )))
         }
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Table { specimen, ..Table::default() }),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            Ok(StrengthTable { specimen, ..StrengthTable::default() })
+        }
         Err(error) => Err(Failure::File { path: path.to_owned(), action: "read", error }),
     }
 }
 
-fn save(path: &Path, table: &Table) -> Result<(), OutputError> {
+fn save(path: &Path, table: &StrengthTable) -> Result<(), OutputError> {
     write_text(path, &serde_json::to_string_pretty(table).unwrap_or_default())
 }
 
-fn facts(arguments: &Arguments, scenario: &Scenario, found: &BatchResult, table: &Path) -> Facts {
-    let BatchResult { elastic, fit, width, known } = found;
+fn facts(arguments: &CalibrateConcreteArguments, scenario: &Scenario, found: &ConcreteResult, table: &Path) -> Facts {
+    let ConcreteResult { elastic, fit, width, known } = found;
     let p = &fit.parameters;
     let mut facts = Facts::default();
     facts.add("young of the links", format!("{:.6e} Pa", p.normal_modulus));
     facts.add("shear_ratio", format!("{:.6}", p.shear_ratio));
     facts.add("crack_onset_strain", format!("{:.5e}", p.limit_strain));
     facts.add("relative_ductility", format!("{:.5}", p.relative_ductility));
-    let sure = fit.cohesion_deviation.map_or_else(String::new, |d| format!(" ± {:.0} % by the packing", 100.0 * d));
+    let sure = fit
+        .cohesion_deviation
+        .map_or_else(String::new, |d| format!(" ± {:.0} % from the scatter of packings", 100.0 * d));
     facts.add("cohesion", format!("{:.5e} Pa{sure}", p.cohesion));
-    facts.add("friction", format!("{:.5} (of the scenario)", libm::tan(p.friction_angle)));
+    facts.add("friction", format!("{:.5} (from the scenario)", libm::tan(p.friction_angle)));
     let achieved = &elastic.achieved;
     facts.add(
         "achieved, periodic packing",
@@ -306,7 +314,7 @@ fn facts(arguments: &Arguments, scenario: &Scenario, found: &BatchResult, table:
         "achieved, compression",
         format!("{} Pa, wanted {:.4e}", row(&fit.compressive_strength), arguments.compressive_strength),
     );
-    facts.add("modulus of the specimen", format!("{} Pa, its ends included", row(&fit.young)));
+    facts.add("modulus of the specimen", format!("{} Pa, including its ends", row(&fit.young)));
     if let (Some(energy), Some(wanted)) = (&fit.fracture_energy, arguments.fracture_energy) {
         facts.add("fracture energy", format!("{} J/m², wanted {wanted:.4e}", row(energy)));
     }
@@ -318,14 +326,14 @@ fn facts(arguments: &Arguments, scenario: &Scenario, found: &BatchResult, table:
             "{}, from seed {}{}",
             arguments.seeds,
             first_seed(scenario),
-            if several { "; ± is the standard deviation of one" } else { ": no scatter known" }
+            if several { "; ± is the standard deviation of one packing" } else { "; scatter unknown" }
         ),
     );
-    facts.add("pairs of runs", format!("{} made, {known} known before ({})", fit.runs, table.display()));
+    facts.add("pairs of runs", format!("{} new, {known} known before ({})", fit.runs, table.display()));
     if *width < NARROW {
         facts.add(
             "size",
-            format!("{width:.1} particles across: below {NARROW} strengths depend on the size of the specimen"),
+            format!("{width:.1} particles across; below {NARROW}, strengths depend on the size of the specimen"),
         );
     }
     facts
@@ -338,9 +346,9 @@ fn first_seed(scenario: &Scenario) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::concrete::Functions;
+    use crate::calibration::concrete::StrengthFunctions;
 
-    /// A small specimen, with what `more` adds.
+    /// A small specimen, with the additional text `more`.
     fn scenario(more: &str) -> Scenario {
         let template =
             concordem_scenario::schema::TEMPLATES.iter().find(|template| template.name == "cpm-small").unwrap();
@@ -355,8 +363,8 @@ mod tests {
         described(&scenario(more)).unwrap_or_else(|_| panic!("{more} has no description"))
     }
 
-    /// Whatever changes the specimen or its motion makes another table, and so does another program; what a run of a specimen does not
-    /// look at does not.
+    /// Every change of the specimen, its motion, or the program makes another table; changes that no run of a specimen uses do
+    /// not.
     #[test]
     fn values_of_another_specimen_are_not_used_again() {
         let set = "[[set]]\nname = \"some\"\nselection = { kind = \"ids\", ids = [20, 21] }\n";
@@ -396,23 +404,23 @@ mod tests {
         }
     }
 
-    /// Values that are used again are those that were measured, to the last bit: 1.0005465138252987 and its like used to come back
-    /// as their neighbours.
+    /// Saved values keep all their bits; 1.0005465138252987 and similar numbers used to change in the last digit.
     #[test]
     fn tables_come_back_as_they_were() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.json");
         let values = (0..2000).map(|k| {
             let value = 1.0 + f64::from(k).sqrt() * 1.234_567_89e-5;
-            let functions = Functions { stiffness: value, tension: value / 3.0, ratio: 1.0 / value, dissipation: None };
+            let functions =
+                StrengthFunctions { stiffness: value, tension: value / 3.0, ratio: 1.0 / value, dissipation: None };
             (format!("{k}"), functions)
         });
-        let table = Table { specimen: "a specimen".into(), values: values.collect() };
+        let table = StrengthTable { specimen: "a specimen".into(), values: values.collect() };
         save(&path, &table).ok().unwrap();
         assert!(read_table(&path, "a specimen".into()).ok().unwrap() == table);
     }
 
-    /// A surface is known by what its file holds.
+    /// The content of a surface file belongs to the identity of the table.
     #[test]
     fn files_of_surfaces_belong_to_the_specimen() {
         let folder = tempfile::tempdir().unwrap();
@@ -426,7 +434,7 @@ mod tests {
         assert_ne!(with("one"), with("two"));
     }
 
-    /// A bound on the balance of forces that every step meets does not end a run before its peak.
+    /// A bound on the balance of forces that holds at every step does not end a run before its peak.
     #[test]
     fn the_end_of_the_scenario_is_not_that_of_a_strength_run() {
         let scenario = scenario("");

@@ -1,4 +1,4 @@
-//! `concordem calibrate elastic`: stiffnesses of bonds for wanted elastic constants.
+//! `concordem calibrate elastic`: bond stiffnesses for wanted elastic constants.
 
 use std::path::PathBuf;
 
@@ -12,9 +12,9 @@ use concordem_scenario::schema::{LawName, Scenario};
 
 /// Arguments of `concordem calibrate elastic`.
 #[derive(Debug, clap::Args)]
-pub(super) struct Arguments {
-    /// Scenario with a periodic packing and one material; the stiffnesses in it do not matter. Without it, with --law, 1000
-    /// equal spheres of 1 mm
+pub(super) struct CalibrateElasticArguments {
+    /// Scenario with a periodic packing and one material; its stiffnesses have no effect. By default, with --law, 1000 equal
+    /// spheres of 1 mm
     scenario: Option<PathBuf>,
     /// Wanted Young's modulus, "30 GPa"
     #[arg(long, value_name = "STRESS", value_parser = stress)]
@@ -22,18 +22,18 @@ pub(super) struct Arguments {
     /// Wanted Poisson's ratio
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true)]
     poisson: f64,
-    /// Law of the bonds; that of the scenario if left out. What a scenario does not say about this law is filled in: bonds that
+    /// Law of the bonds; by default that of the scenario. Parameters missing in the scenario are filled in, for bonds that
     /// never break
     #[arg(long, value_enum)]
     law: Option<Law>,
-    /// Particles deform, too; with linear_bond
+    /// Deformable particles, for linear_bond
     #[arg(long)]
     deformable: bool,
-    /// Poisson's ratio of deformable particles; the wanted one if left out
+    /// Poisson's ratio of deformable particles; by default the wanted one
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, requires = "deformable")]
     particle_poisson: Option<f64>,
-    /// Normal stiffness of a bond over mean radius (of discs: unit depth) and Young's modulus of deformable particles; 0.2 if
-    /// left out
+    /// Normal stiffness of a bond over mean radius (of discs: unit depth) and Young's modulus of deformable particles; 0.2 by
+    /// default
     #[arg(long, value_name = "NUMBER", requires = "deformable", value_parser = number)]
     particle_softness: Option<f64>,
     /// Write the scenario with the found parameters to this file
@@ -46,7 +46,7 @@ pub(super) struct Arguments {
     work: Work,
 }
 
-/// Laws whose bonds have elastic constants.
+/// Laws of bonds with elastic constants.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum Law {
     /// Concrete particle model
@@ -71,10 +71,10 @@ impl From<Law> for LawName {
 }
 
 fn number(text: &str) -> Result<f64, String> {
-    positive(text.parse().map_err(|_| format!("`{text}` is no number"))?)
+    positive(text.parse().map_err(|_| format!("`{text}` is not a number"))?)
 }
 
-pub(super) fn calibrate(arguments: &Arguments, console: &mut Console<'_>) -> Result<(), Failure> {
+pub(super) fn calibrate(arguments: &CalibrateElasticArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     if let Some(path) = arguments.output.as_ref().filter(|path| path.exists() && !arguments.force) {
         return Err(OutputError::Exists { path: path.clone() }.into());
     }
@@ -105,7 +105,7 @@ pub(super) fn calibrate(arguments: &Arguments, console: &mut Console<'_>) -> Res
     console.print(&format!("{}\n{facts}", path.display()))
 }
 
-fn facts(arguments: &Arguments, found: &ElasticSearch) -> Facts {
+fn facts(arguments: &CalibrateElasticArguments, found: &ElasticSearch) -> Facts {
     let ElasticSearch { scenario, fit, parameters, spectral_radius } = found;
     let mut facts = Facts::default();
     for &(table, key, value) in parameters {
@@ -115,7 +115,7 @@ fn facts(arguments: &Arguments, found: &ElasticSearch) -> Facts {
             ("cohesive_beam", "radius") => facts.add("radius of the beams", format!("{value:.8e} m")),
             ("linear_bond", _) => facts.add(key, format!("{value:.8e} N/m")),
             ("deformable", _) => {
-                facts.add("young of the particles", format!("{value:.8e} Pa, in proportion to normal_stiffness"));
+                facts.add("young of the particles", format!("{value:.8e} Pa, proportional to normal_stiffness"));
                 let poisson = scenario.materials[0].deformable.as_ref().map_or(f64::NAN, |table| table.poisson.si());
                 facts.add("poisson of the particles", format!("{poisson}"));
             }
@@ -123,7 +123,10 @@ fn facts(arguments: &Arguments, found: &ElasticSearch) -> Facts {
         }
     }
     if let Some(spectral_radius) = spectral_radius {
-        facts.add("spectral radius", format!("{spectral_radius:.4} of strains and forces; below 1 they settle"));
+        facts.add(
+            "spectral radius",
+            format!("{spectral_radius:.4} of the iteration between strains and forces; it converges below 1"),
+        );
     }
     if let (Some(_), Some(bonds)) = (arguments.law, &scenario.bonds) {
         let many = bonds.coordination.map_or(format!("interaction ratio {}", bonds.interaction_ratio.si()), |number| {
@@ -141,7 +144,7 @@ fn facts(arguments: &Arguments, found: &ElasticSearch) -> Facts {
     facts.add("directions differ by", format!("{:.4} of E, {:.4} in poisson", anisotropy.young, anisotropy.poisson));
     facts.add("reach of this packing", format!("poisson {:.4} to {:.4}", fit.reach.0, fit.reach.1));
     if let Some((ratio, share)) = fit.prior {
-        facts.add("closed form", format!("would take shear_ratio {ratio:.5}; gives {share:.4} of the wanted modulus"));
+        facts.add("closed form", format!("predicts shear_ratio {ratio:.5}, and {share:.4} of the wanted modulus"));
     }
     facts.add("left out", format!("{} rattlers", fit.cell.loose.rattlers));
     facts

@@ -1,4 +1,5 @@
-//! Bonds of a scenario for wanted elastic constants: what the program's `calibrate elastic` and Python's `calibrate_elastic` do.
+//! Bond parameters of a scenario for wanted elastic constants, for the command `calibrate elastic` and Python's
+//! `calibrate_elastic`.
 
 use std::path::Path;
 
@@ -15,7 +16,7 @@ use concordem_solver::coupling::convergence;
 use concordem_solver::state::State;
 use concordem_statics::{Accuracy, LinkNetwork};
 
-/// The packing in place of a scenario.
+/// The built-in scenario.
 const CELL: &str = r#"# A periodic cell, bonded for wanted elastic constants by `concordem calibrate elastic`.
 version = 1
 title = "Periodic cell for elastic constants"
@@ -31,7 +32,7 @@ kind = "periodic"
 
 [[material]]
 name = "material"
-density = "2500 kg/m^3"     # of the particles; of no account to elastic constants
+density = "2500 kg/m^3"     # of the particles; no effect on elastic constants
 
 [contacts]
 law = "none"
@@ -40,8 +41,8 @@ law = "none"
 steps = 1
 "#;
 
-/// Normal stiffness over radius and modulus of a deformable particle, where none is given. Strains and forces settle up to 0.6
-/// or more in packings with 8 to 14 bonds per particle; Madan 2019 has 0.09 to 0.35.
+/// Default of the normal stiffness over radius and modulus of a deformable particle. The iteration between strains and
+/// forces converges up to 0.6 or more in packings with 8 to 14 bonds per particle; Madan 2019 has 0.09 to 0.35.
 const SOFTNESS: f64 = 0.2;
 
 /// Laws whose stiffnesses are sought: their elastic keys are known here.
@@ -58,27 +59,27 @@ pub fn calibrated_law(name: &str) -> Result<LawName, String> {
     })
 }
 
-/// What is wanted of the bonds of a scenario.
+/// Wanted properties of the bonds of a scenario.
 #[derive(Debug, Clone, Copy)]
 pub struct ElasticRequest {
     /// Wanted Young's modulus, Pa.
     pub young: f64,
     /// Wanted Poisson's ratio.
     pub poisson: f64,
-    /// Law of the bonds; `None`: that of the scenario. What a scenario does not say about this law is filled in.
+    /// Law of the bonds; `None`: that of the scenario. Missing parameters are filled in.
     pub law: Option<LawName>,
-    /// Whether particles deform, too; with `linear_bond`.
+    /// Whether particles deform; for `linear_bond`.
     pub deformable: bool,
     /// Poisson's ratio of deformable particles; `None`: the scenario's, else the wanted one.
     pub particle_poisson: Option<f64>,
     /// Normal stiffness of a bond over mean radius (of discs: unit depth) and Young's modulus of deformable particles; `None`: the
     /// scenario's, else 0.2.
     pub particle_softness: Option<f64>,
-    /// How messages name these.
+    /// Notation of these in messages.
     pub spelling: Spelling,
 }
 
-/// How whoever asks writes what is asked.
+/// Notation of options in messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spelling {
     /// `--particle-softness 0.2`
@@ -104,12 +105,12 @@ impl Spelling {
     }
 }
 
-/// What was found.
+/// Result of the search.
 #[derive(Debug, Clone)]
 pub struct ElasticSearch {
     /// The scenario with the found parameters.
     pub scenario: Scenario,
-    /// Stiffnesses over those of before, and the constants they give.
+    /// Factors of the stiffnesses, and the resulting constants.
     pub fit: ElasticFit,
     /// Found parameters, SI: table of the material, key, value.
     pub parameters: Vec<(&'static str, &'static str, f64)>,
@@ -117,8 +118,8 @@ pub struct ElasticSearch {
     pub spectral_radius: Option<f64>,
 }
 
-/// Stiffnesses of the bonds of a scenario, whose files are beside `folder`, for wanted elastic constants; without a scenario of 1000
-/// equal spheres of 1 mm in a periodic cell. The stiffnesses in the scenario do not matter, nor does its time step.
+/// Bond stiffnesses of a scenario for wanted elastic constants; without a scenario, for 1000 equal spheres of 1 mm in a
+/// periodic cell. Files of the scenario are relative to `folder`. Its stiffnesses and its time step have no effect.
 ///
 /// # Errors
 /// A request that contradicts itself or the scenario; no static solution; constants out of reach.
@@ -133,7 +134,7 @@ pub fn calibrate_elastic(
     let given = request.particle_poisson.is_some() || request.particle_softness.is_some();
     let to_deform = request.deformable && (given || scenario.materials[0].deformable.is_none());
     let mut built = scenario.clone();
-    // A given time step belongs to the stiffnesses before.
+    // A given time step belongs to the old stiffnesses.
     built.integration.time_step = TimeStep::Auto;
     if to_deform {
         built.materials[0].deformable = None;
@@ -154,12 +155,12 @@ pub fn calibrate_elastic(
     Ok(ElasticSearch { scenario, fit, parameters, spectral_radius })
 }
 
-/// Refuse what no scenario could fulfil.
+/// Refuse requests that no scenario can fulfill.
 fn check(request: &ElasticRequest) -> Result<(), Failure> {
     let ElasticRequest { deformable, particle_poisson, particle_softness, spelling, .. } = *request;
     let refuse = |name: &str, message: String| Err(Failure::Usage(format!("{} {message}", spelling.name(name))));
     if let Some(poisson) = particle_poisson.filter(|poisson| !(*poisson > -1.0 && *poisson <= 0.5)) {
-        return refuse("particle_poisson", format!("is {poisson}; it is more than -1 and at most 0.5"));
+        return refuse("particle_poisson", format!("is {poisson}; it must be more than -1 and at most 0.5"));
     }
     if let Some(softness) = particle_softness.filter(|softness| !(*softness > 0.0 && softness.is_finite())) {
         return refuse("particle_softness", format!("is {softness}; it must be positive and finite"));
@@ -169,13 +170,13 @@ fn check(request: &ElasticRequest) -> Result<(), Failure> {
     {
         if given && !deformable {
             let wanted = spelling.name("deformable");
-            return refuse(name, format!("belongs to deformable particles; add {wanted}, or leave it out"));
+            return refuse(name, format!("is for deformable particles; add {wanted}, or leave it out"));
         }
     }
     Ok(())
 }
 
-/// The found parameters: tables and keys of the material, values.
+/// The parameters found: table and key of the material, value.
 fn parameters(scenario: &Scenario, found: &ElasticFit) -> Vec<(&'static str, &'static str, f64)> {
     let material = &scenario.materials[0];
     match scenario.bonds.as_ref().map(|bonds| bonds.law) {
@@ -213,7 +214,7 @@ fn parameters(scenario: &Scenario, found: &ElasticFit) -> Vec<(&'static str, &'s
     }
 }
 
-/// The scenario, or the cell in its place, with bonds of the law that is asked for.
+/// The given or built-in scenario with bonds of the requested law.
 fn asked(scenario: Option<&Scenario>, request: &ElasticRequest) -> Result<Scenario, Failure> {
     let spelling = request.spelling;
     let scenario = match scenario {
@@ -221,9 +222,8 @@ fn asked(scenario: Option<&Scenario>, request: &ElasticRequest) -> Result<Scenar
         None if request.law.is_some() => Scenario::parse("the built-in cell", CELL)?,
         None => {
             let law = spelling.with("law", "cpm");
-            let message = format!(
-                "name a scenario, or a law for a packing that is made here: {law}, linear_bond, or cohesive_beam"
-            );
+            let message =
+                format!("give a scenario, or a law for the built-in packing: {law}, linear_bond, or cohesive_beam");
             return Err(Failure::Usage(message));
         }
     };
@@ -232,8 +232,8 @@ fn asked(scenario: Option<&Scenario>, request: &ElasticRequest) -> Result<Scenar
     };
     let own = scenario.bonds.as_ref().map(|bonds| bonds.law);
     let Some(law) = request.law.or(own) else {
-        let message = "the scenario has no bonds, so its law is not known";
-        let help = format!("add [bonds], or say which law: {}", spelling.with("law", "linear_bond"));
+        let message = "the scenario has no bonds, so their law is unknown";
+        let help = format!("add [bonds], or choose a law: {}", spelling.with("law", "linear_bond"));
         return Err(problem(&scenario, "bonds", message, &help));
     };
     if !CALIBRATED.contains(&law) {
@@ -242,36 +242,36 @@ fn asked(scenario: Option<&Scenario>, request: &ElasticRequest) -> Result<Scenar
         return Err(problem(&scenario, "bonds.law", &message, &help));
     }
     let [material] = &scenario.materials[..] else {
-        let message = "one material is calibrated at a time; the scenario has several";
-        let help = "leave one [[material]] and calibrate each phase by itself";
+        let message = "the scenario has several materials; only one can be calibrated at a time";
+        let help = "keep one [[material]], and calibrate each phase separately";
         return Err(problem(&scenario, "material", message, help));
     };
     if !law.facts().deforms {
         let right = spelling.with("law", "linear_bond");
         if request.deformable {
-            let help = if request.law.is_some() { "take" } else { "leave it out, or take" };
+            let help = if request.law.is_some() { "use" } else { "leave it out, or use" };
             let (option, law) = (spelling.name("deformable"), law.key());
-            let message = format!("{option}: the law \"{law}\" does not know deformable particles; {help} {right}");
+            let message = format!("{option}: the law \"{law}\" does not support deformable particles; {help} {right}");
             return Err(Failure::Usage(message));
         }
         if material.deformable.is_some() {
-            let message = format!("{}: this law does not know deformable particles", spelling.with("law", law.key()));
-            let help = format!("remove this table, or take {right}");
+            let message =
+                format!("{}: this law does not support deformable particles", spelling.with("law", law.key()));
+            let help = format!("remove this table, or use {right}");
             return Err(problem(&scenario, "material[0].deformable", &message, &help));
         }
     }
     let scenario = if own == Some(law) { scenario } else { with_law(&scenario, law, request)? };
     let beam = scenario.materials[0].cohesive_beam.as_ref();
     if law == LawName::CohesiveBeam && beam.is_some_and(|beam| beam.model != BeamModel::EulerBernoulli) {
-        let message =
-            "only the radius of Euler-Bernoulli beams is sought: of others the stiffnesses have other powers of it";
+        let message = "only the radius of Euler-Bernoulli beams can be calibrated; the stiffnesses of other beams depend on other powers of it";
         let key = "material[0].cohesive_beam.model";
         return Err(problem(&scenario, key, message, "write model = \"euler-bernoulli\""));
     }
     Ok(scenario)
 }
 
-/// A scenario after a change of its text.
+/// The scenario with an edited text.
 fn edited(
     scenario: &Scenario,
     name: &str,
@@ -287,12 +287,12 @@ fn uneditable(scenario: &Scenario) -> Failure {
     Failure::Scenario(scenario.problem(ProblemKind::Conflict, "material", message, "write it as [[material]]"))
 }
 
-/// The only material's table.
+/// Table of the only material.
 fn material_of(document: &mut DocumentMut) -> Option<&mut dyn TableLike> {
     document.get_mut("material")?.get_mut(0)?.as_table_like_mut()
 }
 
-/// Add a table: with a header where the one around it has one, else in braces. `comment` stands before the header.
+/// Add a table: with a header if `has_header`, else inline. `comment` goes before the header.
 fn add_table(parent: &mut dyn TableLike, has_header: bool, key: &str, comment: &str, values: InlineTable) {
     if has_header {
         let mut table = values.into_table();
@@ -309,10 +309,10 @@ fn add_table(parent: &mut dyn TableLike, has_header: bool, key: &str, comment: &
     }
 }
 
-/// The scenario with bonds of another law, on the same pairs: that law's table with stiffnesses to start from, if there is none,
-/// and contacts that follow. What belonged to the old law alone goes.
+/// The scenario with bonds of another law on the same pairs: with initial stiffnesses, if the table of the law is missing,
+/// and contacts of the same law if the old contacts followed the bonds. The table of the old law is removed.
 ///
-/// Bonds where there were none: the usual interaction ratio, of beams the usual number (Jebahi et al. 2015).
+/// A scenario without bonds gets the usual interaction ratio, or for beams the usual coordination (Jebahi et al. 2015).
 fn with_law(scenario: &Scenario, law: LawName, request: &ElasticRequest) -> Result<Scenario, Failure> {
     let old = scenario.bonds.as_ref().map(|bonds| bonds.law);
     let follow = old.is_some() && scenario.contacts.law.law() == old;
@@ -351,7 +351,7 @@ fn start(law: LawName, young: f64) -> Option<(InlineTable, &'static str)> {
     let table = |values: &[(&str, f64)]| values.iter().map(|(key, value)| (*key, *value)).collect::<InlineTable>();
     match law {
         LawName::Cpm => {
-            // A cohesion as large as the modulus is never reached.
+            // No bond reaches a cohesion as large as the modulus.
             let mut values = table(&[
                 ("young", young),
                 ("shear_ratio", 0.2),
@@ -375,8 +375,8 @@ fn start(law: LawName, young: f64) -> Option<(InlineTable, &'static str)> {
     }
 }
 
-/// Make the particles deformable, in the scenario and in the model, by what is given, the scenario's own, or defaults; returns the
-/// spectral radius of the iteration between their strains and forces, which is the same before and after the search.
+/// Make the particles deformable in the scenario and in the model, with given parameters, those of the scenario, or
+/// defaults; returns the spectral radius of the iteration between strains and forces, which the search does not change.
 fn deform(scenario: &mut Scenario, request: &ElasticRequest, state: &State, model: &mut Model) -> Result<f64, Failure> {
     let material = &scenario.materials[0];
     let stiffness = material.linear_bond.as_ref().ok_or_else(|| uneditable(scenario))?.normal_stiffness.si();
@@ -404,8 +404,8 @@ fn deform(scenario: &mut Scenario, request: &ElasticRequest, state: &State, mode
             let most = softness * particles.elasticity[0].young / young;
             let option = request.spelling.with("particle_softness", &softness.to_string());
             Err(Failure::Calibration(format!(
-                "{option}: strains and forces of these particles would not settle, the spectral radius of their iteration is \
-                 {spectral_radius:.4}; take one below {most:.4}"
+                "{option}: the iteration between strains and forces of these particles would not converge (spectral radius \
+                 {spectral_radius:.4}); use a softness below {most:.4}"
             )))
         }
         Err(other) => Err(Failure::of_assembly(scenario, other)),

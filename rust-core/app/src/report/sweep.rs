@@ -1,34 +1,25 @@
-//! The page of a sweep: constants over each axis, and a table of the means.
+//! The page of a sweep: elastic constants over each axis, and a table of the means.
 
 use std::fmt::Write as _;
 
-use plotly::Scatter;
-use plotly::common::{DashType, Line, Marker, MarkerSymbol, Mode};
-use plotly::layout::AxisType;
-
-use super::{axis, escape, frame, number, plot_between};
+use super::chart::{Axis, Chart, Series, Style};
+use super::html::{escape, frame, number};
+use crate::output::sweep::problems;
+use crate::provenance::PROGRAM;
 use crate::sweep::Sweep;
 use crate::sweep::point::Outcome;
 
-/// Colours of the curves.
-const COLOURS: [&str; 8] = ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00", "#4a5560", "#0d8f8f", "#b03a6f"];
-/// More curves than this are not told apart.
+/// Colors of the curves.
+const COLORS: [&str; 8] = ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00", "#4a5560", "#0d8f8f", "#b03a6f"];
+/// More curves than this cannot be told apart.
 const MOST_CURVES: usize = 8;
-/// A table longer than this is not read; the files have all.
+/// Most rows of the table; the files hold all points.
 const MOST_ROWS: usize = 400;
 
-/// A curve of a figure: quantity, how it is drawn, what is written beside it.
+/// A quantity of a figure, and its appearance.
 struct Drawn {
     of: fn(&Outcome) -> f64,
     style: Style,
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Style {
-    Main,
-    Dashed,
-    Dotted,
-    Points,
 }
 
 struct Figure {
@@ -38,47 +29,47 @@ struct Figure {
 }
 
 fn figures() -> Vec<Figure> {
-    use Style::{Dashed, Dotted, Main, Points};
+    use Style::{Crosses, Dashed, Dotted, LineAndDots};
     let drawn = |of, style| Drawn { of, style };
-    let one = |title, label, of| Figure { title, label, curves: vec![drawn(of, Main)] };
+    let one = |title, label, of| Figure { title, label, curves: vec![drawn(of, LineAndDots)] };
     vec![
         Figure {
             title: "Young’s modulus",
             label: "E, GPa",
             curves: vec![
-                drawn(|o| o.get("young") * 1e-9, Main),
+                drawn(|o| o.get("young") * 1e-9, LineAndDots),
                 drawn(|o| o.get("affine_young") * 1e-9, Dotted),
                 drawn(|o| o.get("closed_young") * 1e-9, Dashed),
-                drawn(|o| o.get("dynamic_young") * 1e-9, Points),
+                drawn(|o| o.get("dynamic_young") * 1e-9, Crosses),
             ],
         },
         Figure {
             title: "Poisson’s ratio",
             label: "ν",
             curves: vec![
-                drawn(|o| o.get("poisson"), Main),
+                drawn(|o| o.get("poisson"), LineAndDots),
                 drawn(|o| o.get("affine_poisson"), Dotted),
                 drawn(|o| o.get("closed_poisson"), Dashed),
-                drawn(|o| o.get("dynamic_poisson"), Points),
+                drawn(|o| o.get("dynamic_poisson"), Crosses),
             ],
         },
         Figure {
-            title: "Relaxation off the uniform field",
+            title: "Relaxation from the uniform strain",
             label: "E / E of the affine sum",
             curves: vec![
-                drawn(|o| o.get("young") / o.get("affine_young"), Main),
-                drawn(|o| o.get("dynamic_young") / o.get("affine_young"), Points),
+                drawn(|o| o.get("young") / o.get("affine_young"), LineAndDots),
+                drawn(|o| o.get("dynamic_young") / o.get("affine_young"), Crosses),
             ],
         },
         Figure {
             title: "Error of the closed form",
             label: "E of the closed form / E − 1",
-            curves: vec![drawn(|o| o.get("closed_young") / o.get("young") - 1.0, Main)],
+            curves: vec![drawn(|o| o.get("closed_young") / o.get("young") - 1.0, LineAndDots)],
         },
         one("Anisotropy of E", "ΔE/E", |o| o.get("anisotropy_young")),
         one("Anisotropy of ν", "Δν", |o| o.get("anisotropy_poisson")),
-        one("Relation of G to E and ν", "ΔG/G", |o| o.get("anisotropy_shear")),
-        one("Entries that should vanish", "Δ/E", |o| o.get("anisotropy_coupling")),
+        one("Deviation of G from E/2(1 + ν)", "ΔG/G", |o| o.get("anisotropy_shear")),
+        one("Coupling (zero for isotropy)", "Δ/E", |o| o.get("anisotropy_coupling")),
     ]
 }
 
@@ -88,18 +79,18 @@ pub fn page(sweep: &Sweep, outcomes: &[Outcome]) -> String {
     let title = if sweep.title.is_empty() { name } else { &sweep.title };
     let bad = outcomes.iter().filter(|outcome| outcome.problem.is_some()).count();
     let mut body = format!(
-        "<h1>{}</h1>\n<p class=\"quiet\">Sweep <code>{}</code>, {} points, computed by {}. Solid: static network; dotted: \
-         affine sum; dashed: closed form; crosses: relaxed dynamics.</p>\n",
+        "<h1>{}</h1>\n<p class=\"quiet\">Sweep <code>{}</code>, {} points, computed by {}. Solid line: static \
+         network; dotted: affine sum; dashed: closed form; crosses: relaxed dynamics.</p>\n",
         escape(title),
         escape(name),
         outcomes.len(),
-        super::super::provenance::PROGRAM
+        PROGRAM
     );
     if bad > 0 {
         let _ = writeln!(
             body,
-            "<details><summary>{bad} points have a problem</summary><pre>{}</pre></details>",
-            escape(&super::super::sweep::problems(outcomes))
+            "<details><summary>{bad} points failed</summary><pre>{}</pre></details>",
+            escape(&problems(outcomes))
         );
     }
     let shown: Vec<usize> = (0..sweep.axes.len()).filter(|&k| !sweep.axes[k].average).collect();
@@ -117,7 +108,7 @@ pub fn page(sweep: &Sweep, outcomes: &[Outcome]) -> String {
     frame(title, &body)
 }
 
-/// Points that have these values of the axes `of`, whatever those of the others are.
+/// Points with these values of the axes `of`.
 fn matching<'a>(
     sweep: &'a Sweep,
     outcomes: &'a [Outcome],
@@ -130,7 +121,7 @@ fn matching<'a>(
     })
 }
 
-/// Mean and standard deviation of the finite ones.
+/// Mean and standard deviation of the finite values.
 fn mean(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
     let n = values.len() as f64;
@@ -152,80 +143,92 @@ fn combinations(sweep: &Sweep, axes: &[usize]) -> Vec<Vec<usize>> {
     })
 }
 
-/// Figures over one axis; none where it has no two numbers.
+/// Figures over one axis; empty where it has fewer than two numbers.
 fn over(sweep: &Sweep, outcomes: &[Outcome], x: usize, shown: &[usize]) -> String {
     let along = &sweep.axes[x];
     let numbers: Option<Vec<f64>> = (0..along.values.len()).map(|k| along.number(k)).collect();
     let Some(numbers) = numbers.filter(|numbers| numbers.len() > 1) else { return String::new() };
     let (low, high) = numbers.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), &v| (l.min(v), h.max(v)));
-    let logarithmic = low > 0.0 && high / low > 20.0;
     let others: Vec<usize> = shown.iter().copied().filter(|&k| k != x && sweep.axes[k].values.len() > 1).collect();
     let all = combinations(sweep, &others);
     let every = all.len().div_ceil(MOST_CURVES);
     let curves: Vec<&Vec<usize>> = all.iter().step_by(every).collect();
     let mut html = format!("<h2>Over {}</h2>\n", escape(&along.name));
     if every > 1 {
-        let _ = writeln!(html, "<p class=\"quiet\">{} of {} curves are shown.</p>", curves.len(), all.len());
+        let _ = writeln!(html, "<p class=\"quiet\">{} of {} curves.</p>", curves.len(), all.len());
     }
     html += "<div class=\"pair\">\n";
+    let family = Family { sweep, outcomes, x, numbers: &numbers, others: &others };
     for (f, figure) in figures().iter().enumerate() {
-        let mut traces = Vec::new();
-        for (c, values) in curves.iter().enumerate() {
-            let name = others
-                .iter()
-                .zip(*values)
-                .map(|(&axis, &value)| format!("{} {}", sweep.axes[axis].name, sweep.axes[axis].text(value)))
-                .collect::<Vec<_>>()
-                .join(", ");
-            let axes: Vec<usize> = others.iter().copied().chain([x]).collect();
-            for drawn in &figure.curves {
-                let mut points: Vec<(f64, f64)> = (0..numbers.len())
-                    .filter_map(|k| {
-                        let place: Vec<usize> = values.iter().copied().chain([k]).collect();
-                        let found = mean(matching(sweep, outcomes, &axes, &place).map(drawn.of))?;
-                        Some((numbers[k], found.0))
-                    })
-                    .collect();
-                if points.is_empty() {
-                    continue;
-                }
-                points.sort_by(|a, b| a.0.total_cmp(&b.0));
-                let (xs, ys) = points.into_iter().unzip();
-                let colour = COLOURS[c % COLOURS.len()];
-                let line = Line::new().color(colour).width(if drawn.style == Style::Main { 2.0 } else { 1.2 });
-                let (mode, line, symbol) = match drawn.style {
-                    Style::Main => (Mode::LinesMarkers, line, MarkerSymbol::Circle),
-                    Style::Dashed => (Mode::Lines, line.dash(DashType::Dash), MarkerSymbol::Circle),
-                    Style::Dotted => (Mode::Lines, line.dash(DashType::Dot), MarkerSymbol::Circle),
-                    Style::Points => (Mode::Markers, line, MarkerSymbol::Cross),
-                };
-                traces.push(
-                    Scatter::new(xs, ys)
-                        .mode(mode)
-                        .name(if name.is_empty() { "all".to_owned() } else { escape(&name) })
-                        .show_legend(drawn.style == Style::Main && curves.len() > 1)
-                        .marker(Marker::new().color(colour).size(6).symbol(symbol))
-                        .line(line),
-                );
-            }
-        }
-        if traces.is_empty() {
+        let series: Vec<Series> =
+            curves.iter().enumerate().flat_map(|(c, values)| family.series(figure, c, values)).collect();
+        if series.is_empty() {
             continue;
         }
-        let mut across = axis(&along.name);
-        if logarithmic {
-            across = across.type_(AxisType::Log);
-        }
-        let id = format!("over-{x}-{f}");
         let legend = curves.len() > 1;
-        let _ = writeln!(
-            html,
-            "<div><h3>{}</h3>{}</div>",
-            figure.title,
-            plot_between(traces, across, axis(figure.label), &id, legend)
-        );
+        let chart = Chart {
+            id: format!("over-{x}-{f}"),
+            title: format!("{} over {}", figure.title, along.name),
+            x: Axis { label: along.name.clone(), logarithmic: low > 0.0 && high / low > 20.0 },
+            y: Axis::new(figure.label),
+            series,
+            legend,
+            ..Chart::default()
+        };
+        let _ = writeln!(html, "<div><h3>{}</h3>{}</div>", figure.title, chart.html());
     }
     html + "</div>\n"
+}
+
+/// Curves over one axis, one for each combination of values of the others.
+struct Family<'a> {
+    sweep: &'a Sweep,
+    outcomes: &'a [Outcome],
+    /// The axis.
+    x: usize,
+    /// Its values.
+    numbers: &'a [f64],
+    others: &'a [usize],
+}
+
+impl Family<'_> {
+    /// The quantities of a figure for one combination `values` of the other axes, the `c`-th that is shown.
+    fn series(&self, figure: &Figure, c: usize, values: &[usize]) -> Vec<Series> {
+        let Self { sweep, outcomes, x, numbers, others } = *self;
+        let name = others
+            .iter()
+            .zip(values)
+            .map(|(&axis, &value)| format!("{} {}", sweep.axes[axis].name, sweep.axes[axis].text(value)))
+            .collect::<Vec<_>>()
+            .join(", ");
+        let name = if name.is_empty() { "all".to_owned() } else { name };
+        let axes: Vec<usize> = others.iter().copied().chain([x]).collect();
+        let series = figure.curves.iter().map(|drawn| {
+            let mut points: Vec<(f64, f64)> = (0..numbers.len())
+                .filter_map(|k| {
+                    let place: Vec<usize> = values.iter().copied().chain([k]).collect();
+                    let found = mean(matching(sweep, outcomes, &axes, &place).map(drawn.of))?;
+                    Some((numbers[k], found.0))
+                })
+                .collect();
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let way = match drawn.style {
+                Style::Dotted => ", affine sum",
+                Style::Dashed => ", closed form",
+                Style::Crosses => ", relaxed dynamics",
+                Style::Line | Style::LineAndDots | Style::Diamonds | Style::StackedArea => "",
+            };
+            Series {
+                name: format!("{name}{way}"),
+                color: COLORS[c % COLORS.len()],
+                style: drawn.style,
+                points,
+                in_legend: drawn.style == Style::LineAndDots,
+                marks_peak: false,
+            }
+        });
+        series.filter(|series| !series.points.is_empty()).collect()
+    }
 }
 
 /// A column of the table, and its figure.
@@ -233,9 +236,9 @@ type Head = (&'static str, fn(&Outcome) -> f64);
 
 fn table(sweep: &Sweep, outcomes: &[Outcome], shown: &[usize]) -> String {
     let rows = combinations(sweep, shown);
-    let mut html = String::from("<h2>All</h2>\n");
+    let mut html = String::from("<h2>All points</h2>\n");
     if rows.len() > MOST_ROWS {
-        let _ = writeln!(html, "<p>The first {MOST_ROWS} of {} rows; the files have all.</p>", rows.len());
+        let _ = writeln!(html, "<p>The first {MOST_ROWS} of {} rows; the files hold all of them.</p>", rows.len());
     }
     html += "<div class=\"scroll\"><table>\n<tr>";
     for &axis in shown {
@@ -251,7 +254,7 @@ fn table(sweep: &Sweep, outcomes: &[Outcome], shown: &[usize]) -> String {
         ("Δν", |o| o.get("anisotropy_poisson")),
         ("ΔG/G", |o| o.get("anisotropy_shear")),
         ("Δ/E", |o| o.get("anisotropy_coupling")),
-        ("bonds each", |o| o.get("coordination")),
+        ("bonds per particle", |o| o.get("coordination")),
         ("rattlers", |o| o.get("rattlers")),
     ];
     for (head, _) in heads {

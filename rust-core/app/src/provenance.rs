@@ -1,21 +1,21 @@
-//! Which program, built how, made a result.
+//! Provenance: name, version, and build of the program.
 
 /// Name and version of this program.
 pub const PROGRAM: &str = concat!("concordem ", env!("CARGO_PKG_VERSION"));
 
-/// Commit of the source, or "unknown" when built outside of its repository; "+changes" when files differed from it.
+/// Commit of the source; "unknown" outside a repository; with "+changes" if files differed from it.
 pub const COMMIT: &str = match option_env!("CONCORDEM_COMMIT") {
     Some(commit) => commit,
     None => "unknown",
 };
 
-/// Versions of the crates on which numbers or files depend.
+/// Versions of the crates that affect numbers or files.
 pub const CRATES: &str = match option_env!("CONCORDEM_CRATES") {
     Some(crates) => crates,
     None => "unknown",
 };
 
-/// What is known about the program without knowing the run: pairs of name and value.
+/// Provenance of the program, the same for all runs: pairs of name and value.
 pub fn of_program() -> Vec<(String, String)> {
     let (major, minor, patch) = hdf5::library_version();
     [

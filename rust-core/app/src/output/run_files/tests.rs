@@ -1,5 +1,5 @@
-//! The files of a run under kill -9, full disks, and damage. A toy run stands for the solver: deterministic, with
-//! samples, events, and snapshots, and committed every few steps.
+//! The files of a run under kill -9, full disks, and damage. A deterministic toy run with samples, events, and snapshots
+//! replaces the solver; it commits every few steps.
 
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -12,7 +12,7 @@ use concordem_solver::state::columns::{ColumnError, ColumnSink, ColumnSource};
 const STEPS: u64 = 40;
 const COMMIT_EVERY: u64 = 7;
 
-/// Kill this process at the n-th passing of the stage that the environment names.
+/// Kill this process when it reaches a stage, named by the environment, for the n-th time.
 pub(in crate::output) fn stage(name: &str) {
     static PASSED: AtomicU32 = AtomicU32::new(0);
     let Ok(wanted) = std::env::var("CONCORDEM_TEST_KILL") else { return };
@@ -46,7 +46,7 @@ impl Toy {
         Self { step: source.u64("clock/step").unwrap()[0], x: source.f64("x").unwrap() }
     }
 
-    /// The logistic map: the last bit of the state decides what comes after.
+    /// The logistic map: the last bit of the state determines all later values.
     fn advance(&mut self, growth: usize) {
         self.step += 1;
         self.x.iter_mut().for_each(|x| *x = 3.9 * *x * (1.0 - *x));
@@ -72,9 +72,9 @@ impl Toy {
             }
         }
         if self.step.is_multiple_of(10) {
-            // The order in the solver changes; the ids say who is who.
+            // The order of particles in the solver changes; their ids do not.
             let turn = (self.step / 10) as usize;
-            // Two particles come in for a while.
+            // Two particles are added for a while.
             let count = if turn == 2 || turn == 3 { 14 } else { 12 };
             let id: Vec<u32> = (0..count).map(|k| (k + turn as u32) % count).collect();
             let x = |k: u32| self.x[k as usize % 12];
@@ -91,7 +91,7 @@ impl Toy {
     }
 }
 
-/// Columns for people at the end.
+/// Tables at the end.
 struct Tables<'a>(&'a Toy);
 
 impl WriteColumns for Tables<'_> {
@@ -114,7 +114,7 @@ fn header() -> RunHeader {
     }
 }
 
-/// Run, or go on with, a toy run up to its end.
+/// Run or resume a toy run to its end.
 fn run_toy(path: &Path, growth: usize) -> Result<(), OutputError> {
     let begun = parts_folder(path).exists() || path.exists();
     let (mut files, mut toy) = if begun {
@@ -152,7 +152,7 @@ fn child() {
     let growth = std::env::var("CONCORDEM_TEST_GROWTH").map_or(0, |growth| growth.parse().unwrap());
     if let Err(error) = run_toy(path, growth) {
         eprintln!("RUN FAILED: {error}");
-        // The failure must leave the library usable and the last commit intact, in this very process.
+        // The failure must leave the library usable and the last commit intact in this process.
         match RunFiles::resume(path) {
             Ok(Resumed::Continue { checkpoint, .. }) => eprintln!("AT {}", checkpoint.state_hash),
             other => eprintln!("NO WAY BACK: {other:?}"),
@@ -236,13 +236,13 @@ fn result_holds_what_was_put_in() {
     assert_eq!(result.scenario().unwrap(), header().scenario);
     let provenance: BTreeMap<_, _> = result.provenance().unwrap().into_iter().collect();
     assert_eq!((&provenance["threads"][..], &provenance["empty"][..]), ("2", ""));
-    assert_eq!(provenance["program"], super::super::provenance::PROGRAM);
+    assert_eq!(provenance["program"], crate::provenance::PROGRAM);
     assert!(provenance.contains_key("wall_time"));
     assert_eq!(result.laws().unwrap(), ["toy"]);
     assert_eq!(result.table("contacts/toy").unwrap()[0].1.data, ColumnData::F64(toy.x.clone()));
     assert_eq!(result.snapshot_times().unwrap(), [0.0, 5.0, 10.0, 15.0, 20.0]);
-    // Radii change with the count of particles only (12, 12, 14, 14, 12), so they are there three times, sorted by
-    // id; damage is there five times.
+    // Radii change only with the number of particles (12, 12, 14, 14, 12) and are written three times, sorted by id; damage
+    // is written five times.
     let fields: BTreeMap<_, _> = result.table("VTKHDF/PointData").unwrap().into_iter().collect();
     let radii = |count| (0..count).map(|k| 1.0 + f64::from(k));
     assert_eq!(fields["radius"].data, ColumnData::F64(radii(12).chain(radii(14)).chain(radii(12)).collect()));
@@ -296,7 +296,7 @@ fn killed_at_every_stage() {
                 assert_eq!(contents(&path), expected);
             }
             if stage.ends_with("segment") && count == 1 {
-                // Killed before the first commit: there is nothing to go on from, and the error says so.
+                // Killed before the first commit: the error says that no checkpoint exists.
                 let error = RunFiles::resume(&path).unwrap_err();
                 assert!(matches!(error, OutputError::NoCheckpoint { .. }), "{error}");
                 assert!(error.to_string().ends_with("Run the scenario again with --force."), "{error}");
@@ -325,7 +325,7 @@ fn killed_again_and_again_at_any_moment() {
         assert!(attempt < 2000, "no progress");
         let mut child = child_command(&path).env("CONCORDEM_TEST_GROWTH", "2000").spawn().unwrap();
         std::thread::sleep(Duration::from_millis(delay));
-        // The delays grow, so that the run comes to its end on any machine.
+        // Growing delays let the run finish on any machine.
         delay = (delay * 7) % 41 + 3 + attempt;
         if child.try_wait().unwrap().is_none() {
             child.kill().unwrap();
@@ -349,7 +349,7 @@ fn killed_again_and_again_at_any_moment() {
 #[test]
 fn full_disk_leaves_the_last_commit() {
     let folder = tempfile::tempdir().unwrap();
-    // The state grows by 16 kB a step, so that a limit of 256 KiB a file is met on the way.
+    // The state grows by 16 kB per step and reaches the limit of 256 KiB per file.
     let expected = undisturbed(folder.path(), 2000);
     let path = folder.path().join("full.h5");
     let inner = child_command(&path);
@@ -373,7 +373,7 @@ fn full_disk_leaves_the_last_commit() {
     assert_eq!(contents(&path), expected);
 }
 
-/// A run that is ended after `commits` commits.
+/// A run that ends after `commits` commits.
 fn unfinished(path: &Path, commits: u64) {
     let mut files = RunFiles::create(path, header(), false).unwrap();
     let mut toy = Toy::new();
@@ -401,11 +401,11 @@ fn two_last_checkpoints_are_kept_and_the_older_serves_when_the_newer_is_damaged(
     assert_eq!(files.segments, 4);
     assert!(unusable[0].to_string().contains("checkpoint-0004.h5 is damaged"), "{unusable:?}");
     assert_eq!(list_numbered(&parts, "segment").unwrap().len(), 4);
-    // The run is locked while it is worked on.
+    // A process locks its run.
     assert!(matches!(RunFiles::resume(&path), Err(OutputError::Busy { .. })));
     assert!(matches!(RunFiles::create(&path, header(), true), Err(OutputError::Busy { .. })));
     drop(files);
-    // A segment that the remaining checkpoint counts is lost: nothing can be saved, and it is said why.
+    // A segment that the remaining checkpoint counts is lost: the run cannot be resumed, and the error says why.
     fs::remove_file(parts.join("segment-0001.h5")).unwrap();
     let error = RunFiles::resume(&path).unwrap_err().to_string();
     assert!(error.contains("segment-0001.h5 does not exist"), "{error}");
@@ -436,7 +436,7 @@ fn existing_results_are_not_overwritten_unasked() {
     let first = fs::read(&path).unwrap();
     let error = RunFiles::create(&path, header(), false).unwrap_err().to_string();
     assert!(error.contains("--force"), "{error}");
-    // A run that overwrites leaves the old result until the new one is whole, also when it is killed on the way.
+    // An overwriting run keeps the old result until the new one is complete, also when it is killed.
     let mut files = RunFiles::create(&path, header(), true).unwrap();
     let toy = Toy::new();
     toy.record(&mut files);
@@ -463,7 +463,7 @@ fn impossible_places_and_names() {
     let locked = folder.path().join("locked");
     fs::create_dir(&locked).unwrap();
     fs::set_permissions(&locked, std::os::unix::fs::PermissionsExt::from_mode(0o555)).unwrap();
-    // The system's administrator may write anywhere.
+    // The administrator may write anywhere.
     if fs::write(locked.join("probe"), "").is_err() {
         let error = create(&locked.join("run.h5"));
         assert!(matches!(error, OutputError::NotWritable { .. }), "{error}");

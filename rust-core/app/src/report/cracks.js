@@ -1,13 +1,16 @@
-// Draws damaged bonds as points: from the front, and in a view that turns when dragged.
-// data: {size: [x, y, z], points: [x, y, z, shade, ...]} with coordinates 0 to 10000 of the longest edge, shade 0 to 255.
+// Draws damaged bonds as points: a front view, and a view that rotates by pointer and arrow keys.
+// data: {size: [x, y, z], points: base 64 of x, y, z as 16-bit numbers and a shade of 8 bits for each point}; coordinates
+// are 0 to 10000 of the longest edge.
 function drawCracks(frontId, turnId, data) {
-  const count = data.points.length / 4, half = data.size.map(s => s / 2);
+  const bytes = Uint8Array.from(atob(data.points), c => c.charCodeAt(0));
+  const count = bytes.length / 7, half = data.size.map(s => s / 2);
+  const coordinate = (k, c) => bytes[7 * k + 2 * c] + 256 * bytes[7 * k + 2 * c + 1];
   const ramp = [[244, 205, 160], [226, 110, 52], [120, 18, 16]];
-  const colour = shade => {
+  const color = shade => {
     const t = shade / 255 * 2, k = Math.min(1, Math.floor(t)), f = t - k;
     return `rgb(${[0, 1, 2].map(c => Math.round(ramp[k][c] + f * (ramp[k + 1][c] - ramp[k][c]))).join()})`;
   };
-  const colours = Array.from({length: 256}, (_, shade) => colour(shade));
+  const colors = Array.from({length: 256}, (_, shade) => color(shade));
   const corners = [...Array(8).keys()].map(k => [k & 1, k >> 1 & 1, k >> 2 & 1].map((b, c) => (b * 2 - 1) * half[c]));
   const edges = [[0,1],[2,3],[4,5],[6,7],[0,2],[1,3],[4,6],[5,7],[0,4],[1,5],[2,6],[3,7]];
   const reach = Math.hypot(...half);
@@ -19,7 +22,7 @@ function drawCracks(frontId, turnId, data) {
     pen.scale(ratio, ratio);
     const scale = zoom * Math.min(width, height) / 2;
     const [ct, st, ci, si] = [Math.cos(turn), Math.sin(turn), Math.cos(tilt), Math.sin(tilt)];
-    // z up; turned about z, then tilted towards the viewer.
+    // z is up; rotated about z, then tilted toward the viewer.
     const project = (x, y, z) => {
       const u = ct * x + st * y, v = ct * y - st * x;
       return [width / 2 + scale * u, height / 2 - scale * (ci * z + si * v)];
@@ -34,9 +37,8 @@ function drawCracks(frontId, turnId, data) {
     // Points come from the most to the least damaged; the most damaged are drawn last, on top.
     const size = Math.max(1.6, Math.min(5, 90 / Math.cbrt(count + 1)));
     for (let k = count - 1; k >= 0; k--) {
-      const [px, py, pz, shade] = data.points.slice(4 * k, 4 * k + 4);
-      const [x, y] = project(px - half[0], py - half[1], pz - half[2]);
-      pen.fillStyle = colours[shade];
+      const [x, y] = project(...half.map((h, c) => coordinate(k, c) - h));
+      pen.fillStyle = colors[bytes[7 * k + 6]];
       pen.fillRect(x - size / 2, y - size / 2, size, size);
     }
     // Axes in the corner.
@@ -60,17 +62,28 @@ function drawCracks(frontId, turnId, data) {
     view(front, 0, 0, 0.86 / Math.max(half[0], half[2]));
     view(turning, turn, tilt, 0.92 / reach);
   };
+  const rotate = (by, tiltBy) => {
+    turn += by;
+    tilt = Math.max(-1.57, Math.min(1.57, tilt + tiltBy));
+    view(turning, turn, tilt, 0.92 / reach);
+  };
+  const keys = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1]};
+  turning.addEventListener("keydown", event => {
+    if (!keys[event.key]) return;
+    event.preventDefault();
+    rotate(...keys[event.key]);
+  });
   turning.addEventListener("pointerdown", start => {
     turning.setPointerCapture(start.pointerId);
     let [x, y] = [start.clientX, start.clientY];
     const move = event => {
-      turn += (event.clientX - x) * 0.01;
-      tilt = Math.max(-1.57, Math.min(1.57, tilt + (event.clientY - y) * 0.01));
+      rotate((event.clientX - x) * 0.01, (event.clientY - y) * 0.01);
       [x, y] = [event.clientX, event.clientY];
-      view(turning, turn, tilt, 0.92 / reach);
     };
     turning.addEventListener("pointermove", move);
-    turning.addEventListener("pointerup", () => turning.removeEventListener("pointermove", move), {once: true});
+    // A touch may end without "pointerup".
+    const end = () => turning.removeEventListener("pointermove", move);
+    ["pointerup", "pointercancel"].forEach(name => turning.addEventListener(name, end, {once: true}));
   });
   window.addEventListener("resize", all);
   all();

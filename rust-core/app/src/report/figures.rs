@@ -1,6 +1,6 @@
-//! Stiffness and strength of a specimen from its stress-strain curve, and the figures of the literature beside them.
+//! Stiffness and strength of a specimen from its stress-strain curve, and published values to compare.
 
-/// Sense of a uniaxial test.
+/// Sense of loading of a uniaxial test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sense {
     /// The stress of largest magnitude is tensile.
@@ -9,18 +9,18 @@ pub enum Sense {
     Compression,
 }
 
-/// What one stress-strain curve says. Strains and stresses positive in tension.
+/// Stiffness and strength from one stress-strain curve. Strains and stresses are positive in tension.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurveFigures {
     /// Tension or compression.
     pub sense: Sense,
-    /// Young's modulus E, Pa: slope of the straight line fitted to the beginning of the curve (least squares, with
-    /// intercept), from the first sample to the last one before the stress first passes
-    /// [`FITTED_SHARE`] of its peak. None when the curve has fewer than three samples there.
+    /// Young's modulus E, Pa: slope of a straight line fitted to the beginning of the curve (least squares, with
+    /// intercept), from the first sample to the last one before the stress first exceeds [`FITTED_SHARE`] of its peak.
+    /// None with fewer than three samples.
     pub modulus: Option<f64>,
-    /// The same of stress over the strain of the middle half of the specimen, where that was measured.
+    /// The same with the strain of the middle half of the specimen, if measured.
     pub gauge_modulus: Option<f64>,
-    /// Count of samples of that fit.
+    /// Number of fitted samples.
     pub fitted: usize,
     /// Stress at the peak, Pa; negative in compression.
     pub peak_stress: f64,
@@ -28,12 +28,12 @@ pub struct CurveFigures {
     pub peak_strain: f64,
 }
 
-/// Share of the peak stress up to which the curve is taken for straight when the modulus is fitted. In the cohesive
-/// particle model no link is damaged there: the tensile strength is some 1.4 times the stress at which damage begins.
+/// Fraction of the peak stress up to which the modulus is fitted. In the concrete particle model no link is damaged there:
+/// the tensile strength is approximately 1.4 times the stress at which damage begins.
 pub const FITTED_SHARE: f64 = 0.3;
 
 impl CurveFigures {
-    /// Figures of a curve; None when it has no finite sample with a stress.
+    /// Figures of a curve; None without a finite, nonzero stress.
     pub fn of(strain: &[f64], stress: &[f64]) -> Option<Self> {
         let samples: Vec<(f64, f64)> = strain
             .iter()
@@ -58,7 +58,7 @@ impl CurveFigures {
         })
     }
 
-    /// Figures of a curve whose strain was also measured in the middle half of the specimen.
+    /// Figures of a curve with an additional strain of the middle half of the specimen.
     pub fn with_gauge(strain: &[f64], gauge_strain: &[f64], stress: &[f64]) -> Option<Self> {
         let figures = Self::of(strain, stress)?;
         Some(Self { gauge_modulus: Self::of(gauge_strain, stress).and_then(|gauged| gauged.modulus), ..figures })
@@ -78,7 +78,7 @@ fn slope(samples: &[(f64, f64)]) -> Option<f64> {
     (xx > 0.0).then(|| xy / xx)
 }
 
-/// A figure of the literature: one number, or the range in which it is given.
+/// A published value: one number or a range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Given {
     /// Lower end.
@@ -99,14 +99,14 @@ impl Given {
     }
 }
 
-/// Figures of the literature for the same specimen, and the link parameters that make figures dimensionless.
+/// Published values for the same specimen, and the link parameters that make values dimensionless.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReferenceFigures {
-    /// Where the figures come from; empty when there are none.
+    /// Source of the values; empty if there are none.
     pub source: String,
     /// Normal modulus of the links Ē, Pa.
     pub link_modulus: Option<f64>,
-    /// Strain at which a link begins to be damaged, ε₀.
+    /// Strain at the onset of damage of a link, ε₀.
     pub limit_strain: Option<f64>,
     /// Young's modulus E, Pa.
     pub modulus: Option<Given>,
@@ -163,7 +163,7 @@ impl ReferenceFigures {
         }
     }
 
-    /// No figures of the literature; the link parameters, if known.
+    /// No published values; the link parameters, if known.
     pub fn none(link_modulus: Option<f64>, limit_strain: Option<f64>) -> Self {
         Self { link_modulus, limit_strain, ..Self::default() }
     }
@@ -178,15 +178,15 @@ pub struct Row {
     pub name: &'static str,
     /// Unit to print.
     pub unit: &'static str,
-    /// What the numbers are multiplied with for printing.
+    /// Factor from SI to the printed unit.
     pub scale: f64,
-    /// Our figure, SI.
+    /// Our value, SI.
     pub ours: Option<f64>,
-    /// The source's, SI.
+    /// Published value, SI.
     pub source: Option<Given>,
 }
 
-/// All figures of a pair of tests beside those of the source.
+/// All values of a pair of tests beside the published ones.
 pub fn rows(tension: Option<&CurveFigures>, compression: Option<&CurveFigures>, given: &ReferenceFigures) -> Vec<Row> {
     let row = |symbol, name, (unit, scale), ours, source| Row { symbol, name, unit, scale, ours, source };
     let (gpa, mpa, per_mille, pure) = (("GPa", 1e-9), ("MPa", 1e-6), ("‰", 1e3), ("", 1.0));
@@ -198,8 +198,8 @@ pub fn rows(tension: Option<&CurveFigures>, compression: Option<&CurveFigures>, 
     let ratio = |a: Option<f64>, b: Option<f64>| Some(a? / b?);
     let onset = given.link_modulus.zip(given.limit_strain).map(|(modulus, strain)| modulus * strain);
     let rows = vec![
-        row("E", "Young’s modulus, strain between the ends", gpa, modulus, given.modulus),
-        row("E<sub>g</sub>", "Young’s modulus, strain of the middle half", gpa, gauge_modulus, None),
+        row("E", "Young’s modulus, from the strain between the ends", gpa, modulus, given.modulus),
+        row("E<sub>g</sub>", "Young’s modulus, from the strain of the middle half", gpa, gauge_modulus, None),
         row("f<sub>t</sub>", "tensile strength", mpa, tensile, given.tensile_strength),
         row(
             "ε(f<sub>t</sub>)",
@@ -223,10 +223,16 @@ pub fn rows(tension: Option<&CurveFigures>, compression: Option<&CurveFigures>, 
             ratio(compressive, tensile),
             given.strength_ratio,
         ),
-        row("E/Ē", "modulus over that of the links", pure, ratio(modulus, given.link_modulus), given.modulus_ratio),
+        row(
+            "E/Ē",
+            "Young’s modulus over the link modulus",
+            pure,
+            ratio(modulus, given.link_modulus),
+            given.modulus_ratio,
+        ),
         row(
             "f<sub>t</sub>/(Ē ε<sub>0</sub>)",
-            "tensile strength over the stress at which links begin to be damaged",
+            "tensile strength over the stress at the onset of link damage",
             pure,
             ratio(tensile, onset),
             given.tensile_ratio,

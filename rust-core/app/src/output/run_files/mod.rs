@@ -1,0 +1,363 @@
+//! The files of a run in progress, and how they become one result.
+//!
+//! A run with the result `NAME.h5` works in the folder `NAME.h5.parts`:
+//!
+//! * `header.h5`: scenario, provenance, series; written once.
+//! * `segment-0000.h5`, …: the samples, events, and snapshots between two commits.
+//! * `checkpoint-0000.h5`, …: the state at a commit, with the number of segments before it; the two newest are kept.
+//! * `lock`: held by the process that works on the run.
+//!
+//! Every file is written completely or not at all. A commit writes the segment first and then the checkpoint that counts
+//! it. A resumed run starts from the newest intact checkpoint and the segments it counts; it deletes later segments and
+//! computes their rows again, bit for bit. At the end all segments are merged into `NAME.h5`, and the folder is removed.
+//! The finished result therefore does not depend on where, or how often, the process was killed; its attributes (wall
+//! time, number of resumptions) may.
+
+mod folder;
+mod header;
+mod snapshot;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use super::checkpoint::{self, Checkpoint, RunMark};
+use super::error::{At, OutputError};
+use super::hdf::{self, kind};
+use super::{merge, sealed};
+use concordem_solver::fracture::Event;
+use concordem_solver::state::columns::WriteColumns;
+
+pub use folder::parts_folder;
+use folder::{
+    cleared, finished_run_id, list_numbered, lock, new_folder, new_run_id, numbered, remove, remove_folder,
+    remove_unfinished, usable,
+};
+pub use header::{OperatorTable, RunHeader, SeriesColumn};
+use header::{read_header, write_header};
+use snapshot::snapshot_fields;
+pub(super) use snapshot::{POSITION, StoredField, StoredSnapshot};
+pub use snapshot::{Snapshot, SnapshotField};
+
+/// The open files of a run.
+#[derive(Debug)]
+pub struct RunFiles {
+    path: PathBuf,
+    parts: PathBuf,
+    header: RunHeader,
+    run_id: String,
+    /// Holds the lock while it is open; the system releases it when the process ends, in any way.
+    _lock: File,
+    segments: u64,
+    next_checkpoint: u64,
+    last_hash: String,
+    notes: BTreeMap<String, String>,
+    samples: Vec<f64>,
+    /// Rows of each operator.
+    operators: Vec<Vec<f64>>,
+    events: Vec<Event>,
+    snapshots: Vec<StoredSnapshot>,
+    /// Names and shapes of the fields of all snapshots, known from the first one.
+    fields: Option<Vec<(String, String)>>,
+}
+
+/// Outcome of [`RunFiles::resume`].
+#[derive(Debug)]
+pub enum Resumed {
+    /// The run continues.
+    Continue {
+        /// Its files.
+        files: Box<RunFiles>,
+        /// The state to continue from.
+        checkpoint: Box<Checkpoint>,
+        /// Why newer checkpoints could not be used.
+        unusable: Vec<OutputError>,
+    },
+    /// The run is finished and its result exists.
+    Finished,
+}
+
+impl RunFiles {
+    /// Start a run with the result `path`.
+    ///
+    /// Fails if a result or an unfinished run exists, unless `overwrite`. An overwritten result stays until the new one
+    /// is complete.
+    pub fn create(path: &Path, mut header: RunHeader, overwrite: bool) -> Result<Self, OutputError> {
+        let mut names = BTreeSet::new();
+        let operators = header.operators.iter().map(|table| &table.name);
+        for name in header.series.iter().map(|series| &series.name).chain(operators) {
+            hdf::check_name(name, "a series")?;
+            if !names.insert(name) {
+                return Err(OutputError::Name {
+                    name: name.clone(),
+                    what: "a series",
+                    problem: "another has the same name",
+                });
+            }
+        }
+        if path.file_name().is_none() || path.is_dir() {
+            let name = path.display().to_string();
+            return Err(OutputError::Name { name, what: "a result", problem: "it is a folder" });
+        }
+        let parts = parts_folder(path);
+        if !overwrite && path.exists() {
+            return Err(OutputError::Exists { path: path.to_owned() });
+        }
+        if parts.exists() {
+            if !overwrite {
+                return Err(OutputError::Unfinished { path: parts });
+            }
+            // Another process may be working on the run to discard.
+            drop(lock(&parts)?);
+            remove_folder(&parts)?;
+        }
+        for (name, value) in crate::provenance::of_program() {
+            if header.provenance.iter().all(|(other, _)| *other != name) {
+                header.provenance.push((name, value));
+            }
+        }
+        // The folder gets its name after its header is written: a folder without one is the rest of a finished run.
+        let folder = sealed::folder_of(path);
+        let run_id = new_run_id(path, &header);
+        let operators = vec![Vec::new(); header.operators.len()];
+        let new = new_folder(&folder)?;
+        let lock = lock(new.path())?;
+        write_header(new.path(), &header, &run_id)?;
+        fs::rename(new.path(), &parts).map_err(|error| OutputError::io(&parts, "create", error))?;
+        let _renamed = new.keep();
+        sealed::sync_folder(&folder)?;
+        Ok(Self {
+            path: path.to_owned(),
+            parts,
+            header,
+            run_id,
+            _lock: lock,
+            segments: 0,
+            next_checkpoint: 0,
+            last_hash: String::new(),
+            notes: BTreeMap::new(),
+            samples: Vec::new(),
+            operators,
+            events: Vec::new(),
+            snapshots: Vec::new(),
+            fields: None,
+        })
+    }
+
+    /// Resume the run with the result `path` from its newest usable checkpoint.
+    pub fn resume(path: &Path) -> Result<Resumed, OutputError> {
+        let parts = parts_folder(path);
+        if !parts.is_dir() {
+            return match sealed::verify(path) {
+                Ok(()) => Ok(Resumed::Finished),
+                Err(OutputError::Missing { .. }) => Err(OutputError::Missing { path: parts }),
+                Err(other) => Err(other),
+            };
+        }
+        let lock = lock(&parts)?;
+        let header = read_header(&parts);
+        // The process was killed between renaming the result and removing the folder, or while removing it.
+        let finished = finished_run_id(path)?;
+        let (header, run_id) = match (header, finished) {
+            (Ok((_, run_id)), Some(finished)) if run_id == finished => return cleared(&parts),
+            (Err(OutputError::Missing { .. }), Some(_)) => return cleared(&parts),
+            (header, _) => header?,
+        };
+        let checkpoints = list_numbered(&parts, "checkpoint")?;
+        let segments = list_numbered(&parts, "segment")?;
+        let mut unusable = Vec::new();
+        for (&number, checkpoint_path) in checkpoints.iter().rev() {
+            match usable(checkpoint_path, &run_id, &parts) {
+                Ok(checkpoint) => {
+                    // What came after the checkpoint is computed again.
+                    for (_, later) in checkpoints.range(number + 1..) {
+                        remove(later)?;
+                    }
+                    for (_, later) in segments.range(checkpoint.run.segments..) {
+                        remove(later)?;
+                    }
+                    remove_unfinished(&parts)?;
+                    sealed::sync_folder(&parts)?;
+                    let files = Self {
+                        path: path.to_owned(),
+                        operators: vec![Vec::new(); header.operators.len()],
+                        fields: snapshot_fields(&parts, checkpoint.run.segments)?,
+                        parts,
+                        header,
+                        run_id,
+                        _lock: lock,
+                        segments: checkpoint.run.segments,
+                        next_checkpoint: number + 1,
+                        last_hash: checkpoint.state_hash.clone(),
+                        notes: BTreeMap::new(),
+                        samples: Vec::new(),
+                        events: Vec::new(),
+                        snapshots: Vec::new(),
+                    };
+                    return Ok(Resumed::Continue {
+                        files: Box::new(files),
+                        checkpoint: Box::new(checkpoint),
+                        unusable,
+                    });
+                }
+                Err(error) => unusable.push(error),
+            }
+        }
+        let reasons = unusable.iter().map(ToString::to_string).collect();
+        Err(OutputError::NoCheckpoint { path: parts, reasons })
+    }
+
+    /// Description of the run before its first step.
+    pub fn header(&self) -> &RunHeader {
+        &self.header
+    }
+
+    /// Path of the result.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Add the values of the series at one moment.
+    pub fn append_sample(&mut self, values: &[f64]) -> Result<(), OutputError> {
+        if values.len() != self.header.series.len() {
+            return Err(OutputError::SampleWidth { expected: self.header.series.len(), found: values.len() });
+        }
+        self.samples.extend_from_slice(values);
+        Ok(())
+    }
+
+    /// Add a row of an operator: its index in the header, time, step, values.
+    pub fn append_operator(
+        &mut self,
+        operator: usize,
+        time: f64,
+        step: u64,
+        values: &[f64],
+    ) -> Result<(), OutputError> {
+        let expected = self.header.operators.get(operator).map_or(0, OperatorTable::width);
+        if values.len() + 2 != expected {
+            return Err(OutputError::SampleWidth { expected, found: values.len() + 2 });
+        }
+        self.operators[operator].extend([time, step as f64]);
+        self.operators[operator].extend_from_slice(values);
+        Ok(())
+    }
+
+    /// Add an entry to the event log.
+    pub fn append_event(&mut self, event: Event) {
+        self.events.push(event);
+    }
+
+    /// Add a snapshot. It is kept in memory until the next [`Self::commit`].
+    pub fn append_snapshot(&mut self, snapshot: &Snapshot<'_>) -> Result<(), OutputError> {
+        let stored = StoredSnapshot::of(snapshot)?;
+        let fields: Vec<_> = stored.fields.iter().map(|field| (field.name.clone(), field.shape())).collect();
+        match &self.fields {
+            Some(first) if *first != fields => {
+                let list = |fields: &[(String, String)]| {
+                    fields.iter().map(|(name, shape)| format!("{name} ({shape})")).collect::<Vec<_>>().join(", ")
+                };
+                let problem = format!("it has the fields {}; the first had {}", list(&fields), list(first));
+                return Err(OutputError::Snapshot { step: snapshot.step, problem });
+            }
+            Some(_) => {}
+            None => self.fields = Some(fields),
+        }
+        self.snapshots.push(stored);
+        Ok(())
+    }
+
+    /// Add an attribute to the provenance of the result, such as the wall time.
+    pub fn note(&mut self, name: &str, value: &str) {
+        self.notes.insert(name.to_owned(), value.to_owned());
+    }
+
+    /// Write everything appended since the last commit, and the state, to disk; returns the state hash.
+    ///
+    /// After a failure the last commit is still valid, nothing appended is lost, and the commit can be tried again.
+    pub fn commit(&mut self, state: &dyn WriteColumns) -> Result<String, OutputError> {
+        let empty = self.samples.is_empty()
+            && self.operators.iter().all(Vec::is_empty)
+            && self.events.is_empty()
+            && self.snapshots.is_empty();
+        let segment = numbered(&self.parts, "segment", self.segments);
+        if !empty {
+            stage("before segment");
+            self.write_segment(&segment)?;
+            stage("after segment");
+        }
+        let run = RunMark { run_id: self.run_id.clone(), segments: self.segments + u64::from(!empty) };
+        let checkpoint = numbered(&self.parts, "checkpoint", self.next_checkpoint);
+        let hash = checkpoint::write_in_run(&checkpoint, state, &self.header.scenario, &run).inspect_err(|_| {
+            // The next commit uses the same number and replaces the file if it cannot be removed.
+            let _ = fs::remove_file(&segment);
+        })?;
+        stage("after checkpoint");
+        self.segments = run.segments;
+        self.next_checkpoint += 1;
+        self.samples.clear();
+        self.operators.iter_mut().for_each(Vec::clear);
+        self.events.clear();
+        self.snapshots.clear();
+        self.last_hash.clone_from(&hash);
+        for (&number, old) in &list_numbered(&self.parts, "checkpoint")? {
+            if number + 2 < self.next_checkpoint {
+                remove(old)?;
+            }
+        }
+        Ok(hash)
+    }
+
+    /// Merge all segments into the result and remove the working folder.
+    ///
+    /// Commits `last`, the state at the end, first; `tables` writes its columns below `cell/`, `contacts/`, and
+    /// `particles/`. A run killed in this function is resumed like any other: its newest checkpoint is the state at the
+    /// end.
+    pub fn finish(mut self, last: &dyn WriteColumns, tables: &dyn WriteColumns) -> Result<(), OutputError> {
+        self.commit(last)?;
+        stage("before merge");
+        let segments: Vec<PathBuf> = (0..self.segments).map(|k| numbered(&self.parts, "segment", k)).collect();
+        let result = merge::Merge {
+            path: &self.path,
+            scratch: &self.parts,
+            header: &self.header,
+            run_id: &self.run_id,
+            state_hash: &self.last_hash,
+            notes: &self.notes,
+            segments: &segments,
+        };
+        result.write(tables)?;
+        stage("after merge");
+        remove_folder(&self.parts)?;
+        sealed::sync_folder(&sealed::folder_of(&self.path))
+    }
+
+    fn write_segment(&self, path: &Path) -> Result<(), OutputError> {
+        sealed::write(path, &self.parts, |file| {
+            hdf::write_identity(file, kind::SEGMENT, path)?;
+            hdf::write_text_attribute(file, "run_id", &self.run_id, path)?;
+            hdf::write_array(file, "samples", &self.samples, self.header.series.len(), path)?;
+            for (k, (rows, table)) in self.operators.iter().zip(&self.header.operators).enumerate() {
+                hdf::write_array(file, &merge::operator_rows(k), rows, table.width(), path)?;
+            }
+            merge::write_events(file, &self.events, path)?;
+            let group = file.create_group("snapshots").at(path)?;
+            for (k, snapshot) in self.snapshots.iter().enumerate() {
+                let group = group.create_group(&format!("{k:06}")).at(path)?;
+                snapshot.write(&group, path)?;
+            }
+            stage("within segment");
+            Ok(())
+        })
+    }
+}
+
+/// A point at which the tests kill the process.
+#[cfg(not(test))]
+#[inline]
+pub(super) fn stage(_name: &str) {}
+#[cfg(test)]
+pub(super) use tests::stage;
+
+#[cfg(test)]
+mod tests;

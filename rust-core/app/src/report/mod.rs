@@ -1,0 +1,108 @@
+//! The report: one HTML page about one or more finished runs, or about a sweep.
+//!
+//! A page holds stress-strain curves, the properties of the specimen beside published ones, the damaged bonds, the energy
+//! balance, and the provenance of the numbers. It needs no other file and no network.
+
+mod chart;
+mod cracks;
+mod curves;
+mod energy;
+pub mod figures;
+mod html;
+mod properties;
+mod provenance;
+pub mod sweep;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use crate::output::{OutputError, ResultFile, sealed};
+use crate::provenance::PROGRAM;
+pub use figures::{CurveFigures, Given, ReferenceFigures, Sense};
+use html::{escape, frame};
+
+/// Colors of the runs; readers who confuse red and green can tell them apart.
+const RUN_COLORS: [&str; 6] = ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00", "#4a5560"];
+
+/// One result with the data for all sections.
+struct Run<'a> {
+    file: &'a ResultFile,
+    name: String,
+    title: String,
+    strain: Vec<f64>,
+    stress: Vec<f64>,
+    figures: Option<CurveFigures>,
+    color: &'static str,
+}
+
+/// Write the page about `inputs` to `out`, replacing an existing file.
+///
+/// # Errors
+/// No input; a result that cannot be read; a page that cannot be written.
+pub fn write_report(inputs: &[ResultFile], out: &Path, reference: &ReferenceFigures) -> Result<(), OutputError> {
+    sealed::write_text(out, &page(inputs, reference)?)
+}
+
+/// The page about `inputs` as text.
+///
+/// # Errors
+/// No input; a result that cannot be read.
+pub fn page(inputs: &[ResultFile], reference: &ReferenceFigures) -> Result<String, OutputError> {
+    if inputs.is_empty() {
+        return Err(OutputError::Report { problem: "no result file is given".into() });
+    }
+    let runs = inputs.iter().enumerate().map(|(k, file)| Run::new(file, k)).collect::<Result<Vec<_>, _>>()?;
+    let body = [
+        heading(&runs),
+        properties::section(&runs, reference),
+        curves::section(&runs, reference),
+        cracks::section(&runs)?,
+        energy::section(&runs)?,
+        provenance::section(&runs)?,
+    ]
+    .concat();
+    Ok(frame(&page_title(&runs), &body))
+}
+
+impl<'a> Run<'a> {
+    fn new(file: &'a ResultFile, k: usize) -> Result<Self, OutputError> {
+        let strain = file.samples("strain")?;
+        let stress = file.samples("stress")?;
+        let name = file.path().file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let title = toml::from_str::<toml::Table>(&file.scenario()?)
+            .ok()
+            .and_then(|scenario| Some(scenario.get("title")?.as_str()?.to_owned()))
+            .unwrap_or_default();
+        let figures = if file.has_series("gauge_strain") {
+            CurveFigures::with_gauge(&strain, &file.samples("gauge_strain")?, &stress)
+        } else {
+            CurveFigures::of(&strain, &stress)
+        };
+        Ok(Self { file, name, title, figures, strain, stress, color: RUN_COLORS[k % RUN_COLORS.len()] })
+    }
+
+    /// The last value of a series; None when the series is missing or empty.
+    fn last(&self, series: &str) -> Result<Option<f64>, OutputError> {
+        if self.file.has_series(series) { Ok(self.file.samples(series)?.last().copied()) } else { Ok(None) }
+    }
+
+    fn label(&self) -> String {
+        if self.title.is_empty() { self.name.clone() } else { format!("{} ({})", self.title, self.name) }
+    }
+}
+
+fn page_title(runs: &[Run]) -> String {
+    let mut titles: Vec<&str> = runs.iter().map(|run| run.title.as_str()).filter(|title| !title.is_empty()).collect();
+    titles.dedup();
+    if titles.is_empty() { "Discrete element runs".into() } else { titles.join(" · ") }
+}
+
+fn heading(runs: &[Run]) -> String {
+    let files: Vec<String> = runs.iter().map(|run| format!("<code>{}</code>", escape(&run.name))).collect();
+    format!(
+        "<h1>{}</h1>\n<p class=\"quiet\">Results {}, computed by {PROGRAM}. Tension is positive.</p>\n",
+        escape(&page_title(runs)),
+        files.join(", "),
+    )
+}

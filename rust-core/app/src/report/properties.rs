@@ -1,0 +1,101 @@
+//! Section of the report: stiffness and strength beside published values.
+
+use std::fmt::Write as _;
+
+use super::Run;
+use super::figures::{self, CurveFigures, ReferenceFigures, Row, Sense};
+use super::html::{escape, number, percent};
+
+pub(super) fn section(runs: &[Run], reference: &ReferenceFigures) -> String {
+    let rows = figures::rows(first_of(runs, Sense::Tension), first_of(runs, Sense::Compression), reference);
+    if rows.is_empty() {
+        return String::new();
+    }
+    let compared = rows.iter().any(|row| row.source.is_some());
+    let mut html =
+        format!("<h2>Stiffness and strength</h2>\n{}{}", table(&rows, compared), notes(runs, reference, compared));
+    if runs.len() > 1 {
+        html += &table_of_runs(runs);
+    }
+    html
+}
+
+fn first_of<'r>(runs: &'r [Run], sense: Sense) -> Option<&'r CurveFigures> {
+    runs.iter().filter_map(|run| run.figures.as_ref()).find(|figures| figures.sense == sense)
+}
+
+fn table(rows: &[Row], compared: bool) -> String {
+    let mut html =
+        String::from("<div class=\"scroll\"><table>\n<tr><th></th><th></th><th class=\"number\">this work</th>");
+    if compared {
+        html += "<th class=\"number\">published</th><th class=\"number\">difference</th>";
+    }
+    html += "</tr>\n";
+    for row in rows {
+        let unit = if row.unit.is_empty() { String::new() } else { format!(", {}", row.unit) };
+        let shown = |value: f64| number(value * row.scale);
+        let ours = row.ours.map_or("–".into(), shown);
+        let _ = write!(
+            html,
+            "<tr><td class=\"symbol\">{}</td><td>{}{unit}</td><td class=\"number\">{ours}</td>",
+            row.symbol, row.name
+        );
+        if compared {
+            let source = row.source.map_or("–".into(), |given| {
+                if given.low == given.high {
+                    shown(given.low)
+                } else {
+                    format!("{} to {}", shown(given.low), shown(given.high))
+                }
+            });
+            let difference = row.ours.zip(row.source).map_or("–".into(), |(ours, source)| {
+                let difference = percent(ours / source.middle() - 1.0);
+                if difference.starts_with('−') { difference } else { format!("+{difference}") }
+            });
+            let _ = write!(html, "<td class=\"number\">{source}</td><td class=\"number\">{difference}</td>");
+        }
+        html += "</tr>\n";
+    }
+    html + "</table></div>\n"
+}
+
+/// Definitions of the quantities, parameters of the links, and the source.
+fn notes(runs: &[Run], reference: &ReferenceFigures, compared: bool) -> String {
+    let mut html = format!(
+        "<p class=\"quiet\">E is the slope of a straight line fitted to the beginning of the curve, up to {:.0} % of the \
+         peak stress (least squares",
+        100.0 * figures::FITTED_SHARE
+    );
+    if let Some(curve) = first_of(runs, Sense::Tension).or(first_of(runs, Sense::Compression)) {
+        let sense = if curve.sense == Sense::Tension { "tension" } else { "compression" };
+        let _ = write!(html, ", {} samples, in {sense}", curve.fitted);
+    }
+    html += "). f<sub>t</sub> and f<sub>c</sub> are the stresses of largest magnitude in tension and compression. The \
+             layers that hold the ends are rigid; E measured between the ends contains their stiffness.";
+    if let Some((modulus, strain)) = reference.link_modulus.zip(reference.limit_strain) {
+        let _ = write!(html, " Links: Ē = {} GPa, ε<sub>0</sub> = {} ‰.", number(modulus * 1e-9), number(strain * 1e3));
+    }
+    if compared {
+        let _ = write!(html, " Published values: {}. Their packings are other ones.", escape(&reference.source));
+    }
+    html + "</p>\n"
+}
+
+fn table_of_runs(runs: &[Run]) -> String {
+    let mut html = String::from(
+        "<div class=\"scroll\"><table>\n<tr><th>run</th><th class=\"number\">E, GPa</th>\
+         <th class=\"number\">peak stress, MPa</th><th class=\"number\">strain at the peak, ‰</th></tr>\n",
+    );
+    for run in runs {
+        let cell = |value: Option<f64>| format!("<td class=\"number\">{}</td>", value.map_or("–".into(), number));
+        let _ = writeln!(
+            html,
+            "<tr><td>{}</td>{}{}{}</tr>",
+            escape(&run.label()),
+            cell(run.figures.and_then(|figures| figures.modulus).map(|modulus| modulus * 1e-9)),
+            cell(run.figures.map(|figures| figures.peak_stress * 1e-6)),
+            cell(run.figures.map(|figures| figures.peak_strain * 1e3)),
+        );
+    }
+    html + "</table></div>\n"
+}

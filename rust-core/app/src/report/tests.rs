@@ -1,0 +1,201 @@
+//! Pages about made-up results.
+
+use std::path::Path;
+
+use super::cracks::{base64, share_of_scale};
+use super::html::number;
+use super::*;
+use crate::output::{RunFiles, RunHeader, SeriesColumn, Snapshot};
+use concordem_contact::math::Vec3;
+use concordem_solver::fracture::Event;
+use concordem_solver::state::columns::{ColumnError, ColumnSink, WriteColumns};
+
+struct Nothing;
+impl WriteColumns for Nothing {
+    fn write(&self, _: &mut dyn ColumnSink) -> Result<(), ColumnError> {
+        Ok(())
+    }
+}
+
+/// A made-up specimen: a curve with the given peak, an energy ledger that closes, and a slanted crack.
+fn synthetic(path: &Path, peak_stress: f64, peak_strain: f64, title: &str) -> ResultFile {
+    const NAMES: [&str; 19] = [
+        "time",
+        "step",
+        "strain",
+        "stress",
+        "kinetic",
+        "stored_normal",
+        "stored_shear",
+        "stored_bending",
+        "stored_twist",
+        "damage",
+        "friction",
+        "viscous",
+        "integration",
+        "numerical_damping",
+        "boundary_work",
+        "external_work",
+        "residual",
+        "broken",
+        "damaged",
+    ];
+    let header = RunHeader {
+        scenario: format!("title = \"{title}\"\n# a < b & c\n"),
+        provenance: vec![("threads".into(), "2".into()), ("time_step".into(), "2.4787e-7 s".into())],
+        series: NAMES.map(|name| SeriesColumn::new(name, "1", "")).to_vec(),
+        operators: vec![],
+    };
+    let mut files = RunFiles::create(path, header, false).unwrap();
+    let modulus = 27e9 * peak_stress.signum();
+    let volume = 1.25e-4;
+    let (mut work, mut last) = (0.0, (0.0, 0.0));
+    let mut random = 12345_u64;
+    let mut uniform = || {
+        random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (random >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let end = peak_strain * 2.6;
+    for k in 0..=300 {
+        let strain = end * f64::from(k) / 300.0;
+        let x = strain / peak_strain;
+        // Straight at first, rounded at the peak, softening after it.
+        let initial = modulus * peak_strain.abs() / peak_stress;
+        let stress = peak_stress * (initial * x) / (1.0 + (initial - 2.0) * x + x * x).max(initial * x * 0.2);
+        work += 0.5 * (stress + last.1) * (strain - last.0) * volume;
+        last = (strain, stress);
+        let stored = (0.5 * stress * stress / 27e9 * volume).min(work);
+        let lost = work - stored;
+        let row = [
+            strain / 0.4,
+            f64::from(k),
+            strain,
+            stress,
+            0.02 * lost,
+            0.8 * stored,
+            0.2 * stored,
+            0.0,
+            0.0,
+            0.6 * lost,
+            0.3 * lost,
+            0.0,
+            1e-9 * lost,
+            0.08 * lost,
+            work,
+            0.0,
+            1e-12 * work,
+            f64::from(k),
+            0.0,
+        ];
+        files.append_sample(&row).unwrap();
+    }
+    for k in 0..4000 {
+        let (x, y) = (uniform() * 0.05, uniform() * 0.05);
+        let z = 0.02 + 0.3 * x + 0.006 * (uniform() - 0.5) * (1.0 + 4.0 * uniform());
+        files.append_event(Event {
+            time: 0.0,
+            step: k,
+            id_a: k as u32,
+            id_b: k as u32 + 1,
+            position: Vec3::new(x, y, z),
+            mode_shares: [1.0, 0.0, 0.0, 0.0],
+            energy: 1e-6,
+            damage: 0.9 + 0.1 * uniform(),
+        });
+    }
+    let position = [Vec3::zeros(), Vec3::new(0.05, 0.05, 0.05)];
+    let snapshot = Snapshot { time: 0.0, step: 0, id: &[0, 1], position: &position, fields: vec![] };
+    files.append_snapshot(&snapshot).unwrap();
+    files.note("wall_time", "71.2 s");
+    files.finish(&Nothing, &Nothing).unwrap();
+    ResultFile::open(path).unwrap()
+}
+
+#[test]
+fn page_holds_the_figures_and_nothing_from_elsewhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let tension = synthetic(&folder.path().join("tension.h5"), 3.5e6, 1.6e-4, "Cube <in> tension");
+    let compression = synthetic(&folder.path().join("compression.h5"), -32e6, -1.9e-3, "Cube in compression");
+    let page = page(&[tension, compression], &ReferenceFigures::stransky_specimen_1()).unwrap();
+    for expected in [
+        "Cube &lt;in&gt; tension · Cube in compression",
+        // f_t, f_c, and their ratio, here and in the source.
+        "<td class=\"number\">3.500</td><td class=\"number\">3.475</td><td class=\"number\">+0.7 %</td>",
+        "<td class=\"number\">32.00</td><td class=\"number\">32.50</td><td class=\"number\">−1.5 %</td>",
+        "<td class=\"number\">9.143</td><td class=\"number\">9.350</td>",
+        "E/Ē",
+        ": 4000 bonds. 300 bonds broke.",
+        "Residual of the balance: at most",
+        "1.00·10⁻¹² of the largest work",
+        "<td>threads</td><td class=\"value\" colspan=\"2\">2</td>",
+        "<td>wall time</td>",
+        "# a &lt; b &amp; c",
+    ] {
+        assert!(page.contains(expected), "no {expected}");
+    }
+    // Charts have text alternatives, and peaks carry their values.
+    for expected in [
+        "<svg class=\"chart\"",
+        "role=\"img\"",
+        "<title id=\"curve-tension-title\">Stress and strain in tension</title>",
+        "published peak",
+        ">3.500</text>",
+        ">−32.00</text>",
+        "aria-label=\"Front view: 4000 bonds",
+    ] {
+        assert!(page.contains(expected), "no {expected}");
+    }
+    // Nothing is loaded from elsewhere: no sources, style sheets, or imports; and the page is small.
+    for loading in ["src=\"", "<link", "@import", "https://"] {
+        assert!(!page.contains(loading), "{loading}");
+    }
+    assert!(page.len() < 150_000, "{} bytes", page.len());
+    if let Ok(path) = std::env::var("CONCORDEM_TEST_REPORT") {
+        std::fs::write(path, page).unwrap();
+    }
+}
+
+#[test]
+fn a_result_without_a_specimen_is_no_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.h5");
+    let series = ["strain", "stress"].map(|name| SeriesColumn::new(name, "1", "")).to_vec();
+    let header = RunHeader { scenario: "not even TOML =".into(), provenance: vec![], series, operators: vec![] };
+    RunFiles::create(&path, header, false).unwrap().finish(&Nothing, &Nothing).unwrap();
+    let empty = page(&[ResultFile::open(&path).unwrap()], &ReferenceFigures::none(None, None)).unwrap();
+    assert!(empty.contains("No bond reached the damage") && !empty.contains("Energy balance"));
+    assert!(matches!(page(&[], &ReferenceFigures::default()), Err(OutputError::Report { .. })));
+}
+
+#[test]
+fn scale_of_damage() {
+    assert_eq!(share_of_scale(0.2), 0.0, "below the scale");
+    assert_eq!(share_of_scale(0.5), 0.0);
+    assert_eq!(share_of_scale(1.0), 1.0, "no stiffness left");
+    // Steps of ten in what is left: equal to the rounding of 1 - 0.99 and 1 - 0.999.
+    let steps = [0.9, 0.99, 0.999].map(share_of_scale);
+    assert!(((steps[2] - steps[1]) - (steps[1] - steps[0])).abs() < 1e-12, "{steps:?}");
+}
+
+#[test]
+fn numbers_have_four_digits() {
+    for (value, text) in [
+        (27.034_f64, "27.03"),
+        (3.4749e-2, "0.03475"),
+        (-1.859, "−1.859"),
+        (12345.6, "12346"),
+        (0.0, "0"),
+        (1.5e-9, "1.50·10⁻⁹"),
+        (f64::NAN, "not a number"),
+    ] {
+        assert_eq!(number(value), text);
+    }
+}
+
+/// Test vectors of RFC 4648, section 10.
+#[test]
+fn base64_of_the_standard() {
+    for (text, expected) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
+        assert_eq!(base64(text.as_bytes()), expected);
+    }
+}
