@@ -31,6 +31,12 @@ constexpr static const uint32_t CONCORDEM_DAMPING = 8;
 /// Property: characteristic velocity.
 constexpr static const uint32_t CONCORDEM_VELOCITY = 16;
 
+/// Reals in a row of [`Self::rows`].
+constexpr static const size_t ConcordemNetwork_ROW = 16;
+
+/// Bonds and contacts of the atoms of one processor.
+struct ConcordemNetwork;
+
 /// A law of pairs.
 struct ConcordemPairLaw;
 
@@ -424,4 +430,4 @@ static_assert(offsetof(ConcordemPairArrays, torque) == 128 && sizeof(ConcordemPa
 static_assert(offsetof(ConcordemPairArrays, dt) == 136 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 144 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0xf5fa58f2cdcdbe91)
+#define CONCORDEM_HEADER_HASH UINT64_C(0xbc730952f1aafa0c)

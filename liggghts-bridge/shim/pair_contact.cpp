@@ -45,6 +45,12 @@ const std::vector<ConcordemPairModel> &models()
   return all;
 }
 
+// LIGGGHTS' vectors of all atoms lie one after the other.
+double (*vectors(double *first))[3]
+{
+  return reinterpret_cast<double(*)[3]>(first);
+}
+
 // Index of the model in a hash of LIGGGHTS: its lowest six bits are the number of the normal model.
 int index_of(int64_t hash)
 {
@@ -242,20 +248,20 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
       }
       arrays.history = &shifted_[0];
     }
-    arrays.position = atom->x[0];
-    arrays.velocity = atom->v[0];
-    arrays.angular_velocity = atom->omega[0];
+    arrays.position = vectors(atom->x[0]);
+    arrays.velocity = vectors(atom->v[0]);
+    arrays.angular_velocity = vectors(atom->omega[0]);
     arrays.radius = atom->radius;
     arrays.mass = atom->rmass;
     arrays.kind = atom->type;
     arrays.mask = atom->mask;
-    arrays.force = atom->f[0];
-    arrays.torque = atom->torque[0];
+    arrays.force = vectors(atom->f[0]);
+    arrays.torque = vectors(atom->torque[0]);
     arrays.dt = update->dt;
     if (!acts) {
       unused_.assign(6 * count, 0.0);
-      arrays.force = &unused_[0];
-      arrays.torque = &unused_[3 * count];
+      arrays.force = vectors(&unused_[0]);
+      arrays.torque = vectors(&unused_[3 * count]);
     }
     // Rows of LIGGGHTS' own forms are found when they are asked for; those of the library's laws are kept from the forces that acted,
     // at every step, since nothing announces the steps that ask.
