@@ -4,7 +4,7 @@ CONCORDEM := target/release/concordem
 DEMO := demo
 SCENARIOS := rust-core/scenario/src/schema/templates
 
-.PHONY: help demo liggghts lammps test check bench docs validate validate-full clean-demo
+.PHONY: help demo liggghts lammps test test-build $(TEST_STEPS) check bench docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -14,6 +14,7 @@ help:
 	@echo "make check          formatting and lints"
 	@echo "make bench          speed of laws, neighbour search, and whole steps; ratio to YADE"
 	@echo "make docs           documentation of the library, into target/doc"
+	@echo "make book           the book, into docs/book/_build/html; runs its code blocks"
 	@echo "make validate       the same scenarios in ConcorDEM, YADE, LIGGGHTS, LAMMPS, ESyS-Particle, closed forms; a report (minutes)"
 	@echo "make validate-full  all cases, and the long studies behind the published figures (hours; resumable)"
 
@@ -43,25 +44,70 @@ clean-demo:
 	rm -rf $(DEMO)
 
 # A missing peer is a failure here and in the long studies, and so is to be without root, which Debian 13 for YADE needs.
-test validate-full: export CI := 1
+test test-build $(TEST_STEPS) validate-full: export CI := 1
+
+# One build, then independent steps, two at a time. Each says how long it took; the table is target/test-times.txt.
+# Longest first, so that none is left alone at the end.
+TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-lint test-docs test-gold
+JOBS ?= 2
 
 test:
 	.ci/setup test
-	# Debian 13 for the native plugin of YADE, meanwhile; yade-bridge/test.sh waits for it and tells if it failed.
+	rm -f target/test-times.txt
+	# Debian 13 for the native plugin of YADE, in the background; the step that needs it waits for it.
 	(setsid nohup yade-bridge/tests/native/chroot.sh make >/dev/null 2>&1 &)
-	$(CARGO) build --release -p concordem
+	.ci/timed build $(MAKE) --no-print-directory test-build
+	$(MAKE) --no-print-directory --keep-going --jobs=$(JOBS) --output-sync=target $(TEST_STEPS)
+	@echo; cat target/test-times.txt
+
+# Everything that the steps start: program, tests, examples, libraries for the hosts, Python package. The same selection of
+# packages in every call of cargo: another one may choose other features of dependencies, and compile them again.
+TESTED := --release --workspace --exclude concordem-python --exclude concordem-bench
+test-build:
+	$(CARGO) build $(TESTED) --lib --bins --examples --tests
 	liggghts-bridge/build
 	liggghts-bridge/lammps/build
-	$(CARGO) test --release --workspace --exclude concordem-python
-	tests/golden/yade/check_gold.sh
-	tests/results_read_back.sh
-	validation/specimens.py
-	validation/rigid_box_sampling.py --built
-	.venv/bin/python validation/distributed_specimen.py
-	validation/elastic.py
-	yade-bridge/test.sh
-	cd validation && ../.venv/bin/python -m pytest -q tests
-	PYTHONPATH=validation .venv/bin/python -m concordem_validate run
+	yade-bridge/test.sh wheel
+
+# Unit, integration and documentation tests of the library and of the program.
+test-rust:
+	@.ci/timed $@ $(CARGO) test $(TESTED) --exclude concordem-liggghts
+
+# Our styles inside LIGGGHTS and LAMMPS, under MPI.
+HOST_TESTS := $(patsubst liggghts-bridge/tests/%.rs,--test %,$(wildcard liggghts-bridge/tests/*.rs))
+test-hosts:
+	@.ci/timed $@ $(CARGO) test $(TESTED) $(HOST_TESTS)
+
+test-gold:
+	@.ci/timed $@ tests/golden/yade/check_gold.sh
+	@.ci/timed read-back tests/results_read_back.sh
+
+# Reduced cases of the long studies, by the same code.
+test-studies:
+	@.ci/timed specimens validation/specimens.py
+	@.ci/timed rigid-box validation/rigid_box_sampling.py --built
+	@.ci/timed distributed .venv/bin/python validation/distributed_specimen.py
+	@.ci/timed elastic validation/elastic.py
+
+test-python:
+	@.ci/timed $@ yade-bridge/test.sh python
+
+test-yade:
+	@.ci/timed $@ yade-bridge/tests/yade/run.sh
+
+test-yade-native:
+	@.ci/timed $@ yade-bridge/tests/native/run.sh
+
+test-harness:
+	@.ci/timed harness-units sh -c 'cd validation && ../.venv/bin/python -m pytest -q tests'
+	@.ci/timed harness env PYTHONPATH=validation .venv/bin/python -m concordem_validate run
+
+test-lint:
+	@.ci/timed lint $(MAKE) --no-print-directory check
+
+test-docs:
+	@.ci/timed docs $(MAKE) --no-print-directory docs
+	@.ci/timed book docs/build
 
 check:
 	.ci/setup build
@@ -70,14 +116,17 @@ check:
 
 bench:
 	.ci/setup test
-	$(CARGO) bench -p concordem
+	$(CARGO) bench -p concordem-bench
 	tests/peers/compare_speed.sh
 	yade-bridge/tests/yade/speed.sh
 	yade-bridge/tests/native/run.sh speed
 
 docs:
 	.ci/setup build
-	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps -p concordem
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps --workspace --exclude concordem-python --exclude concordem-bench
+
+book: $(CONCORDEM)
+	docs/build
 
 # A missing peer fails where CI is set, and is said otherwise. PYTHONPATH: no installation is needed.
 validate: $(CONCORDEM)

@@ -5,9 +5,9 @@ Times are processor times (of all processes of a run, waiting included, since MP
 run, medians of rounds that alternate, so that a busy machine slows all alike. Bytes are counted by Open MPI itself (its monitoring
 component) on 8 processors of a periodic box, as the difference of a long and a short run again.
   liggghts-bridge/compare_speed.py [--rounds 15]   measures, writes validation/results/liggghts-speed.json, prints what
-                                                   docs/liggghts.md says of it (between lines that name this program)
+                                                   docs/book/reference/liggghts.md says of it (between lines that name this program)
   liggghts-bridge/compare_speed.py --docs          prints that from the file
-  liggghts-bridge/compare_speed.py --check         fails if docs/liggghts.md says anything else
+  liggghts-bridge/compare_speed.py --check         fails if docs/book/reference/liggghts.md says anything else
 """
 import argparse
 import json
@@ -24,7 +24,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 LAUNCHER = os.path.join(os.environ.get("CARGO_TARGET_DIR", os.path.join(HERE, "../target")), "liggghts/concordem-liggghts")
 ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
 RESULTS = os.path.join(HERE, "../validation/results/liggghts-speed.json")
-DOCS = os.path.join(HERE, "../docs/liggghts.md")
+DOCS = os.path.join(HERE, "../docs/book/reference/liggghts.md")
 EDGE = 22
 # Steps of a long run beyond those of a short one: seconds, since what differs from start to start is hundredths of one.
 CONTACT_STEPS, BOND_STEPS = 1000, 300
@@ -329,7 +329,7 @@ def main():
             docs = file.read()
         for block in wanted:
             if block not in docs:
-                raise SystemExit(f"compare_speed.py: docs/liggghts.md does not say what {RESULTS} does; it should have\n{block}")
+                raise SystemExit(f"compare_speed.py: docs/book/reference/liggghts.md does not say what {RESULTS} does; it should have\n{block}")
     else:
         print("\n\n".join(wanted))
 

@@ -60,7 +60,7 @@ GAP = {1.25: 1.15, 1.5: 1.04, 2.0: 1.03}
 # The cell counts as at rest when the net force is 1e-6 of the contact force (`Relaxation::default`): stress, and so E, has an error
 # of that order, and twice it is allowed. The strain of 1e-7 adds an error of its own size. Largest on record: 1.7e-7.
 REST = 2e-6
-# Statements that do not hold on record: the range in which what is found must stay, and why. docs/elastic.md has the measurements.
+# Statements that do not hold on record: the range in which what is found must stay, and why. docs/book/theory/statics.md has the measurements.
 KNOWN = {
     ("dynamics", "closed form by relaxed E at 1.5"): (
         1.04, 1.0422, "one packing where the statement is about means: ten have 1.0383 in the mean, and the range ends three "
@@ -205,7 +205,7 @@ def failures(name, points, verdicts):
             if not verdict["holds"]:
                 wrong.append(f"{what} does not hold")
         elif verdict["holds"]:
-            wrong.append(f"{what} holds again: take it out of KNOWN, and out of docs/elastic.md")
+            wrong.append(f"{what} holds again: take it out of KNOWN, and out of docs/book/theory/statics.md")
         elif not known[0] <= verdict["found"] <= known[1]:
             wrong.append(f"{what} is known not to hold, but to lie within {known[0]:g} and {known[1]:g}: {known[2]}")
     looked_at = {verdict["statement"] for verdict in verdicts}

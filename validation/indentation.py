@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Cracks under a rigid cylinder with both criteria of Jebahi et al. 2015, sections 4.2.4.3 and 4.3.4: docs/indentation.png.
+"""Cracks under a rigid cylinder with both criteria of Jebahi et al. 2015, sections 4.2.4.3 and 4.3.4: docs/book/images/indentation.png.
 
     .venv/bin/python validation/indentation.py
 
@@ -39,4 +39,4 @@ for row, (name, criterion) in zip(axes, CRITERIA.items(), strict=True):
         axis.set_title(f"{name}: {count} bonds, {time[count - 1]:.0f} µs", fontsize=8)
 figure.supxlabel("mm", fontsize=8)
 figure.tight_layout()
-figure.savefig(ROOT / "docs/indentation.png", dpi=90)
+figure.savefig(ROOT / "docs/book/images/indentation.png", dpi=90)

@@ -160,7 +160,7 @@ def check_reduced(found, recorded):
 
 
 def table(known):
-    """The cases on record as the rows of the table in docs/concrete.md."""
+    """The cases on record as the rows of the table in docs/book/theory/cpm.md."""
     for packing, layer, thickness in ("loose", "full-reach", "4 mm"), ("loose", "thin", "2.2 mm"), ("dense", "full-reach", "4 mm"):
         for kinematics, name in zip(KINEMATICS, ("finite increments", "YADE's"), strict=True):
             for specimen in SPECIMENS:

@@ -5,6 +5,8 @@
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include <cstdio>
 #include <cstring>
+#include <string>
+#include <utility>
 
 #include "atom.h"
 #include "comm.h"
@@ -12,6 +14,7 @@
 #include "lammps.h"
 #include "library.h"
 
+#include "abi.h"
 #include "bond_style.h"
 #include "computes.h"
 #include "fix_bond.h"
@@ -56,44 +59,58 @@ template <typename Style> void *new_compute(void *lmp, int narg, char **arg)
   return static_cast<Compute *>(new Style(static_cast<LAMMPS *>(lmp), after_style, narg, arg));
 }
 
-// A style of a law; its name, after the prefix that all have, is the law's.
-template <typename Base, typename Style, const char *const &name> void *new_style(void *lmp)
+// Most laws of bonds, and of contacts, that can have styles: LAMMPS wants a function for each.
+constexpr int MOST_LAWS = 32;
+
+// "concordem/" and the name of law `index` of bonds, or of contacts; empty past the last. LAMMPS keeps the pointer.
+const char *style_name(bool bonds, int index)
 {
-  return static_cast<Base *>(new Style(static_cast<LAMMPS *>(lmp), name + strlen("concordem/")));
+  static std::string names[2][MOST_LAWS];
+  char name[64];
+  if (concordem_law_name(bonds, index, name, sizeof(name)) < 0) return "";
+  return (names[bonds][index] = std::string("concordem/") + name).c_str();
 }
 
-const char *const BEAM = "concordem/cohesive_beam";
-const char *const CPM = "concordem/cpm";
-const char *const LINEAR = "concordem/linear_bond";
-const char *const HERTZ = "concordem/hertz_mindlin";
-const char *const FRICTIONAL = "concordem/frictional";
+template <typename Base, typename Style, bool bonds, int index> void *new_style(void *lmp)
+{
+  return static_cast<Base *>(new Style(static_cast<LAMMPS *>(lmp), style_name(bonds, index) + strlen("concordem/")));
+}
 
 const char *const OF_BONDS = "the atoms' bonds by ConcorDEM's law";
 const char *const OF_CONTACTS = "contacts by ConcorDEM's law";
 
-// A creator takes the words of the script or, for bond and pair styles, does not.
 struct Entry {
   const char *style, *name, *info;
-  lammpsplugin_factory2 *with_words;
-  lammpsplugin_factory1 *of_law;
+  lammpsplugin_factory2 *creator;
 };
 
 const Entry STYLES[] = {
-    {"fix", "concordem/bond", "bonds and contacts of ConcorDEM's laws", &new_fix, nullptr},
+    {"fix", "concordem/bond", "bonds and contacts of ConcorDEM's laws", &new_fix},
     {"compute", "concordem/bond/local", "rows of bonds and contacts of fix concordem/bond",
-     &new_compute<ComputeConcordemBondLocal>, nullptr},
+     &new_compute<ComputeConcordemBondLocal>},
     {"compute", "concordem/stress/atom", "stress of atoms from the bonds of fix concordem/bond",
-     &new_compute<ComputeConcordemStressAtom>, nullptr},
+     &new_compute<ComputeConcordemStressAtom>},
     {"compute", "concordem/couple", "couple stress and stress from the bonds of fix concordem/bond",
-     &new_compute<ComputeConcordemCouple>, nullptr},
-    {"bond", BEAM, OF_BONDS, nullptr, &new_style<Bond, BondConcordem, BEAM>},
-    {"bond", CPM, OF_BONDS, nullptr, &new_style<Bond, BondConcordem, CPM>},
-    {"bond", LINEAR, OF_BONDS, nullptr, &new_style<Bond, BondConcordem, LINEAR>},
-    {"pair", HERTZ, OF_CONTACTS, nullptr, &new_style<Pair, PairConcordem, HERTZ>},
-    {"pair", FRICTIONAL, OF_CONTACTS, nullptr, &new_style<Pair, PairConcordem, FRICTIONAL>},
-    {"pair", LINEAR, OF_CONTACTS, nullptr, &new_style<Pair, PairConcordem, LINEAR>},
-    {"pair", CPM, OF_CONTACTS, nullptr, &new_style<Pair, PairConcordem, CPM>},
+     &new_compute<ComputeConcordemCouple>},
 };
+
+// A bond style for every law of bonds, a pair style for every law of contacts.
+template <int... index>
+void register_laws(lammpsplugin_regfunc register_style, lammpsplugin_t plugin, void *lmp, std::integer_sequence<int, index...>)
+{
+  lammpsplugin_factory1 *const of_bonds[] = {&new_style<Bond, BondConcordem, true, index>...};
+  lammpsplugin_factory1 *const of_contacts[] = {&new_style<Pair, PairConcordem, false, index>...};
+  for (int law = 0; law < MOST_LAWS; law++) {
+    for (const bool bonds : {true, false}) {
+      plugin.name = style_name(bonds, law);
+      if (!*plugin.name) continue;
+      plugin.style = bonds ? "bond" : "pair";
+      plugin.info = bonds ? OF_BONDS : OF_CONTACTS;
+      plugin.creator.v1 = (bonds ? of_bonds : of_contacts)[law];
+      register_style(&plugin, lmp);
+    }
+  }
+}
 
 // Class layouts are those of one version: what the headers say must be what the program does.
 void check_version(LAMMPS *lmp)
@@ -122,8 +139,8 @@ void lammpsplugin_init(void *pointer, void *handle, void *function)
     plugin.style = entry.style;
     plugin.name = entry.name;
     plugin.info = entry.info;
-    if (entry.with_words) plugin.creator.v2 = entry.with_words;
-    else plugin.creator.v1 = entry.of_law;
+    plugin.creator.v2 = entry.creator;
     register_style(&plugin, pointer);
   }
+  register_laws(register_style, plugin, pointer, std::make_integer_sequence<int, MOST_LAWS>());
 }

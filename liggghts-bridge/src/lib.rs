@@ -9,6 +9,7 @@ pub mod abi;
 pub mod atoms;
 pub mod driver;
 pub mod host_laws;
+mod law_names;
 pub mod network;
 pub mod options;
 pub mod pair;

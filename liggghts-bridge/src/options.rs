@@ -4,7 +4,8 @@ use std::path::Path;
 
 use concordem_contact::kinematics::MotionMeasure;
 use concordem_contact::kinematics::deformable::Condition;
-use concordem_scenario::schema::{ContactLawName, Interface, LawName, Material};
+use concordem_contact::law::{ContactLawName, LawName};
+use concordem_contact::material::{Interface, Material};
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
 use serde::de::value::{Error as ValueError, StrDeserializer};
@@ -15,7 +16,8 @@ use serde::de::value::{Error as ValueError, StrDeserializer};
 pub enum OptionError {
     /// No law, or one that does not exist.
     #[error(
-        "unknown law `{name}`; laws of bonds are linear_bond, cpm, cohesive_beam; `none` with `contact LAW` is for contacts only"
+        "unknown law `{name}`; laws of bonds are {}; `none` with `contact LAW` is for contacts only",
+        names(LawName::bonds())
     )]
     Law {
         /// What stands where the law is wanted.
@@ -23,8 +25,7 @@ pub enum OptionError {
     },
     /// A word that is no law of contacts.
     #[error(
-        "unknown law of contacts `{name}`; there are none, linear_bond (after a linear bond), cpm, frictional, \
-         hertz_mindlin"
+        "unknown law of contacts `{name}`; there are none, {}", names(LawName::contacts())
     )]
     ContactLaw {
         /// The word.
@@ -71,7 +72,7 @@ pub enum OptionError {
     )]
     Nothing,
     /// Bonds are to be made without a law for them.
-    #[error("`bond` makes bonds, but law `none` has none; remove `bond`, or choose linear_bond, cpm, or cohesive_beam")]
+    #[error("`bond` makes bonds, but law `none` has none; remove `bond`, or choose one of {}", names(LawName::bonds()))]
     NoBondLaw,
     /// Parameters both inline and from a file.
     #[error("`{key}` is a parameter, but `materials` names a file of them; give one or the other")]
@@ -81,8 +82,8 @@ pub enum OptionError {
     },
     /// A law that particles cannot deform under.
     #[error(
-        "`deformable` does not go with law {law}: particles deform under linear_bond, and contacts linear_bond, frictional, or \
-         hertz_mindlin; remove `deformable`, or choose one of these"
+        "`deformable` does not go with law {law}: particles deform under {}; remove `deformable`, or choose one of these",
+        names(LawName::ALL.iter().copied().filter(|law| law.facts().deforms))
     )]
     NotDeformable {
         /// The law.
@@ -101,6 +102,11 @@ pub enum OptionError {
         /// Why not.
         message: String,
     },
+}
+
+/// Names of laws, with commas.
+fn names(laws: impl Iterator<Item = LawName>) -> String {
+    laws.map(LawName::key).collect::<Vec<_>>().join(", ")
 }
 
 /// A bond of a list: ids in ascending order, and the rest length (m) if it is given.
@@ -209,8 +215,8 @@ impl Options {
         let law = match name {
             "none" => None,
             _ => Some(
-                named::<LawName>(name)
-                    .filter(|law| matches!(law, LawName::Cpm | LawName::LinearBond | LawName::CohesiveBeam))
+                LawName::bonds()
+                    .find(|law| law.key() == name)
                     .ok_or_else(|| OptionError::Law { name: name.to_owned() })?,
             ),
         };
@@ -237,7 +243,7 @@ impl Options {
                     twice(contact.is_some())?;
                     let word = value("a law of contacts, or none")?;
                     contact = Some(
-                        named::<ContactLawName>(word)
+                        ContactLawName::of_key(word)
                             .ok_or_else(|| OptionError::ContactLaw { name: word.to_owned() })?,
                     );
                 }
@@ -307,9 +313,9 @@ impl Options {
                 }
             }
         }
-        let contact = contact.unwrap_or(ContactLawName::None);
+        let contact = contact.unwrap_or_default();
         if law.is_none() {
-            if contact == ContactLawName::None {
+            if contact == ContactLawName::NONE {
                 return Err(OptionError::Nothing);
             }
             if !matches!(creation.get_or_insert(Creation::None), Creation::None) {
@@ -326,10 +332,7 @@ impl Options {
             None => (vec![inline_material(law, contact, tables)?; types], Vec::new()),
         };
         if deformable.is_some() {
-            let refused = [law, contact.law()]
-                .into_iter()
-                .flatten()
-                .find(|law| matches!(law, LawName::Cpm | LawName::CohesiveBeam));
+            let refused = [law, contact.law()].into_iter().flatten().find(|law| !law.facts().deforms);
             if let Some(law) = refused {
                 return Err(OptionError::NotDeformable { law: law.key().to_owned() });
             }
@@ -379,17 +382,18 @@ fn inline_material(
     material.insert("density".into(), toml::Value::Float(1.0));
     let [first, of_contacts, of_particles] = tables;
     if let Some(key) = of_contacts.keys().next()
-        && (law.is_none() || contact.law().is_none() || contact.law() == law || contact == ContactLawName::LinearBond)
+        && (law.is_none() || contact.law().is_none() || contact.law() == law)
     {
         let message = if law.is_none() {
             format!("`contact.{key}`: without bonds parameters are those of contacts; write `{key}`")
         } else {
             format!(
-                "`contact.{key}`: contacts of this law have no parameters of their own; remove it, or choose contact \
-                 frictional or hertz_mindlin"
+                "`contact.{key}`: contacts of this law have no parameters of their own; remove it, or choose another law of \
+                 contacts: {}",
+                names(LawName::contacts().filter(|&other| Some(other) != law))
             )
         };
-        return Err(OptionError::Parameters { place: format!("contact law {contact:?}"), message });
+        return Err(OptionError::Parameters { place: format!("contact law {}", contact.key()), message });
     }
     let key = law.or(contact.law()).map_or("none", LawName::key);
     material.insert(key.into(), toml::Value::Table(first));
@@ -435,13 +439,6 @@ mod tests {
         let options = parse("none contact frictional normal_stiffness 2e6 friction_coefficient 0.3").unwrap();
         assert_eq!((options.law, options.creation), (None, Creation::None));
         assert_eq!(options.materials[1].frictional.as_ref().unwrap().friction_coefficient.si(), 0.3);
-    }
-
-    /// Restart files hold the numbers.
-    #[test]
-    fn laws_of_contacts_keep_their_numbers() {
-        use ContactLawName::{Cpm, Frictional, HertzMindlin, LinearBond, None};
-        assert_eq!([None, Cpm, LinearBond, Frictional, HertzMindlin].map(|law| law as i32), [0, 1, 2, 3, 4]);
     }
 
     #[test]

@@ -35,7 +35,7 @@ fn misuse_stops_all_processors_with_a_remedy() {
     let good = attempt(folder.path(), &script(|s| s), 2);
     assert!(good.status.success(), "{}", text(&good));
     let cases = [
-        (with("linear_bond", "glue"), "unknown law `glue`; laws of bonds are linear_bond, cpm, cohesive_beam"),
+        (with("linear_bond", "glue"), "unknown law `glue`; laws of bonds are cpm, linear_bond, cohesive_beam"),
         (with("shear_stiffness 1e4", ""), "missing field `shear_stiffness`"),
         (with("shear_stiffness 1e4", "shear_stiffness -1"), "shear_stiffness = -1 must be finite and not negative"),
         (with("bond distance 1.2", ""), "add `bond distance FACTOR`"),

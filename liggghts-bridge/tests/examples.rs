@@ -6,19 +6,19 @@ use std::path::Path;
 
 use harness::{Host, run_in, thermo};
 
-/// The output of the script that a chapter shows, on two processors.
-fn printed(host: Host, script: &str, chapter: &str, folder: &Path) -> String {
+/// The output of a script that the book includes, on two processors.
+fn printed(host: Host, script: &str, folder: &Path) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(root.join("examples").join(script)).unwrap();
-    let shown = std::fs::read_to_string(root.join("../docs").join(chapter)).unwrap();
-    assert!(shown.contains(&text), "docs/{chapter} shows another script than examples/{script}");
+    let page = std::fs::read_to_string(root.join("../docs/book/tutorials/in-liggghts-lammps.md")).unwrap();
+    assert!(page.contains(&format!("examples/{script}")), "the book does not include examples/{script}");
     run_in(host, folder, &text, 2)
 }
 
 #[test]
 fn the_script_for_lammps_runs() {
     let folder = tempfile::tempdir().unwrap();
-    let printed = printed(Host::Lammps, "tension-lammps.in", "lammps.md", folder.path());
+    let printed = printed(Host::Lammps, "tension-lammps.in", folder.path());
     let rows = thermo(&printed);
     let (first, last) = (&rows[0], rows.last().unwrap());
     assert!(first[3] > 1000.0 && last[4] > 10.0, "{first:?} {last:?}");
@@ -33,7 +33,7 @@ fn the_script_for_lammps_runs() {
 #[test]
 fn the_script_of_the_documentation_runs() {
     let folder = tempfile::tempdir().unwrap();
-    let printed = printed(Host::Liggghts, "tension.in", "liggghts.md", folder.path());
+    let printed = printed(Host::Liggghts, "tension.in", folder.path());
     let rows = thermo(&printed);
     let (first, last) = (&rows[0], rows.last().unwrap());
     assert!(first[1] > 1000.0 && last[2] > 10.0, "{first:?} {last:?}");

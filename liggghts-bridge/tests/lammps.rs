@@ -8,7 +8,7 @@ use std::path::Path;
 
 use concordem_contact::math::Vec3;
 use concordem_liggghts::options::Options;
-use concordem_scenario::assembly::laws::contact_block;
+use concordem_solver::laws::contact_block;
 use concordem_solver::state::{Particles, Sphere, State};
 use concordem_solver::{Model, Scheme, Solver};
 use harness::{
@@ -442,7 +442,7 @@ fn misuse_is_named_with_its_remedy() {
         (format!("{head}bond_style concordem/cpm\nbond_coeff 1 young 30e9\nrun 0\n"), "missing field"),
         (
             format!("{head}fix b all concordem/bond glue bond none\n"),
-            "laws of bonds are linear_bond, cpm, cohesive_beam",
+            "laws of bonds are cpm, linear_bond, cohesive_beam",
         ),
         (
             format!("{}bond_style concordem/cohesive_beam\n{coeff}run 0\n", with("newton off", "newton on")),

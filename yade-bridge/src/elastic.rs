@@ -6,7 +6,6 @@ use concordem::calibration::cohesive_beam::{
 };
 use concordem::law::{BendingTerm, Section};
 use concordem::program::{self, ElasticRequest, ElasticSearch, Spelling};
-use concordem::scenario::LawName;
 use concordem::statics::relaxed::{Relaxation, relaxed_stiffness};
 use concordem::statics::{Accuracy, ElasticConstants, LinkNetwork, StaticsError, cell_stiffness, closed_form};
 use pyo3::exceptions::PyValueError;
@@ -77,17 +76,6 @@ fn elastic_constants<'py>(
     result(py, "ElasticAnswers", fields)
 }
 
-/// The law of this name, of those whose bonds have elastic constants.
-fn law_named(name: &str) -> PyResult<LawName> {
-    [LawName::Cpm, LawName::LinearBond, LawName::CohesiveBeam].into_iter().find(|law| law.key() == name).ok_or_else(
-        || {
-            PyValueError::new_err(format!(
-                "law is \"{name}\"; wanted is \"cpm\", \"linear_bond\", or \"cohesive_beam\""
-            ))
-        },
-    )
-}
-
 /// Parameters of bonds for wanted elastic constants, on a scenario's packing.
 #[pyfunction]
 #[pyo3(signature = (
@@ -106,7 +94,7 @@ fn calibrate_elastic<'py>(
     threads: Option<usize>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> Any<'py> {
-    let law = law.map(law_named).transpose()?;
+    let law = law.map(program::calibrated_law).transpose().map_err(PyValueError::new_err)?;
     let spelling = Spelling::Keywords;
     let request = ElasticRequest { young, poisson, law, deformable, particle_poisson, particle_softness, spelling };
     let scenario = scenario.map(Bound::get);

@@ -14,7 +14,7 @@ use crate::pair::{PairForce, WallContact};
 fn c_header_is_current() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let sources: Vec<PathBuf> =
-        ["c-abi/src/guard.rs", "src/abi/atoms.rs", "src/abi/network.rs", "src/abi/results.rs", "src/abi/pair.rs", "src/network/mod.rs", "src/pair.rs"]
+        ["c-abi/src/guard.rs", "src/abi/atoms.rs", "src/abi/network.rs", "src/abi/results.rs", "src/abi/pair.rs", "src/network/mod.rs", "src/law_names.rs", "src/pair.rs"]
             .map(|name| root.join(name))
             .into();
     Header {

@@ -66,7 +66,7 @@ pub unsafe extern "C" fn concordem_network_new(
                 communicated: network.communicated() as i32,
                 creation,
                 sample_every_step: i32::from(options.sample_every_step),
-                contacts: options.contact as i32,
+                contacts: options.contact.number(),
                 at: options.at.unwrap_or(-1),
                 factor,
                 reach: options.reach,

@@ -1,8 +1,8 @@
 //! Why the network cannot go on.
 
 use concordem_operator::OperatorError;
-use concordem_scenario::assembly::AssemblyError;
 use concordem_solver::SolverError;
+use concordem_solver::laws::LawError;
 use concordem_solver::neighbor::NeighborError;
 
 /// An error of the network. The message says what to do.
@@ -11,7 +11,7 @@ use concordem_solver::neighbor::NeighborError;
 pub enum NetworkError {
     /// The parameters are not valid for the law.
     #[error("{0}")]
-    Parameters(#[from] AssemblyError),
+    Parameters(#[from] LawError),
     /// The neighbor search failed.
     #[error("{0}")]
     Neighbor(#[from] NeighborError),

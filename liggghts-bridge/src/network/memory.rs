@@ -23,6 +23,11 @@ pub(super) struct Layout {
 }
 
 impl Layout {
+    /// Whether atoms have an orientation.
+    pub(super) fn has_orientation(&self) -> bool {
+        self.virials > self.orientation
+    }
+
     pub(super) fn new(oriented: bool, deformable: bool) -> Self {
         let others = NET;
         let orientation = others + if deformable { 12 } else { 0 };

@@ -17,10 +17,10 @@ mod results;
 use std::collections::HashMap;
 
 use concordem_contact::kinematics::deformable::{Deformable, Update};
-use concordem_contact::law::{Elastic, EnergySplit};
-use concordem_scenario::assembly::laws;
-use concordem_scenario::schema::LawName;
+use concordem_contact::law::{EnergySplit, LawName};
+use concordem_contact::material::Material;
 use concordem_solver::forces::EvaluatedContacts;
+use concordem_solver::laws;
 use concordem_solver::record::ContactForces;
 use concordem_solver::state::State;
 use concordem_solver::state::contacts::{Contacts, Pair};
@@ -79,7 +79,7 @@ impl Network {
     /// # Errors
     /// Parameters that are not valid for the law.
     pub fn new(options: Options) -> Result<Self, NetworkError> {
-        // Without bonds the block stays empty: any law is right.
+        // Without bonds the block stays empty; its law sets the width of records in restart files.
         let law = options.law.unwrap_or(LawName::LinearBond);
         let (block, bond_coefficients) = laws::block(law, &options.materials, &options.interfaces)?;
         let contacts = laws::contact_block(options.contact, &options.materials, &options.interfaces)?;
@@ -90,21 +90,14 @@ impl Network {
         assert!(reals <= HISTORY, "a law remembers {reals} reals");
         let mut model = Model { mode: options.mode, skin: 0.0, ..Model::default() };
         model.deformable = options.deformable.map(|condition| Deformable {
-            elasticity: options
-                .materials
-                .iter()
-                .map(|material| {
-                    material
-                        .deformable
-                        .as_ref()
-                        .map_or(Elastic::RIGID, |d| Elastic { young: d.young.si(), poisson: d.poisson.si() })
-                })
-                .collect(),
+            elasticity: options.materials.iter().map(Material::elasticity).collect(),
             condition,
             update: Update::Lagged,
             dashpots: false,
         });
-        let layout = Layout::new(law == LawName::CohesiveBeam, model.deformable.is_some());
+        let mut blocks = std::iter::once(&block).chain(contacts.as_ref().map(|(block, _)| block));
+        let oriented = blocks.any(|block| block.contacts().reads_orientations());
+        let layout = Layout::new(oriented, model.deformable.is_some());
         let mut state = State { bonds: vec![block], ..State::default() };
         if let Some((block, rows)) = contacts {
             model.contact_rows = rows;
@@ -142,7 +135,7 @@ impl Network {
 
     /// Whether atoms need an orientation.
     pub fn needs_orientation(&self) -> bool {
-        self.options.law == Some(LawName::CohesiveBeam)
+        self.layout.has_orientation()
     }
 
     /// Compute the forces at the current positions and add them to the atoms'. `setup`: the host sets a run up, nothing moves; forces

@@ -1,9 +1,8 @@
 //! The state of the solver from the atoms and records that a processor holds after atoms have migrated.
 
 use concordem_contact::kinematics::sphere_sphere::initial_geometry;
-use concordem_contact::law::Reference;
+use concordem_contact::law::{LawName, Reference};
 use concordem_contact::math::{Mat3, Vec3};
-use concordem_scenario::schema::LawName;
 use concordem_solver::Solver;
 use concordem_solver::neighbor::candidate_pairs;
 use concordem_solver::state::contacts::{ContactFlags, Pair};

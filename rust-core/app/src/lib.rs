@@ -12,7 +12,7 @@ pub mod output;
 pub mod program;
 pub mod sweep;
 
-pub use concordem_contact::{kinematics, law, law_state, math, prefetch};
+pub use concordem_contact::{for_each_law, kinematics, law, law_state, material, math, prefetch, quantity};
 pub use concordem_operator as operator;
 pub use concordem_packing as packing;
 pub use concordem_scenario::{assembly, schedule, schema as scenario};

@@ -6,8 +6,10 @@ pub mod cell;
 pub mod constraint;
 pub mod kinematics;
 pub mod law;
+pub mod material;
 pub mod math;
 pub mod prefetch;
+pub mod quantity;
 pub mod wall;
 
 pub use cell::Cell;

@@ -10,6 +10,7 @@ pub mod forces;
 pub mod fracture;
 pub mod integrate;
 mod lanczos;
+pub mod laws;
 pub mod neighbor;
 pub mod record;
 pub mod state;

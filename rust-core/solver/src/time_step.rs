@@ -11,7 +11,7 @@
 //! Deformable particles stiffen the fastest vibration where their strains lag behind the forces, and soften it where they
 //! are iterated ([`coupling`](super::coupling)); the last two bounds take that into account, with the strains that shear
 //! forces make. Slower than the fastest, some vibrations gain energy from shear forces that strain particles, at any time
-//! step: damping has to take that (`docs/deformable-particles.md`).
+//! step: damping has to take that (`docs/book/theory/deformable-particles.md`).
 //!
 //! Dashpots with `C ≤ βK` lower the limit to `(2/ω)(√(1+ζ²) − ζ)`, `ζ = ½βω` (Belytschko 1983).
 

@@ -1,7 +1,7 @@
 """LIGGGHTS 3.8.0 as Debian ships it: scenario and start state become a data file and a deck.
 
 Native models: `hertz_mindlin` → `hertz tangential history`, `frictional` with stiffnesses → `hooke/stiffness tangential
-history`. The public build has no bonds: bonded laws come by our library (docs/liggghts.md), `fix concordem/bond` with the
+history`. The public build has no bonds: bonded laws come by our library (docs/book/reference/liggghts.md), `fix concordem/bond` with the
 bonds of the start state. There the law is ours, and the host's are motion, lists, and processors.
 """
 import hashlib
@@ -44,13 +44,14 @@ def launcher():
     return path.resolve()
 
 
-def _bonded(task):
-    return "bonds" in task.scenario
+def _ours(task):
+    """Whether our library computes the contacts: of all bonds, and of contact laws without a native model."""
+    return "bonds" in task.scenario or task.scenario["contacts"]["law"] not in {*_MODELS, "none"}
 
 
 def also(task):
     """What else a run depends on: the library's bytes, where it is used."""
-    if not _bonded(task):
+    if not _ours(task):
         return ""
     with open(launcher().with_name("libconcordem-liggghts.so"), "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()[:16]
@@ -115,7 +116,8 @@ def _materials(document):
 
 def _bond_fix(document):
     """The line of our fix; parameters and bonds are in files beside the deck."""
-    line = f"fix bonds all concordem/bond {document['bonds']['law']} bond list bonds.txt materials materials.toml"
+    bonds = f"{document['bonds']['law']} bond list bonds.txt" if "bonds" in document else "none"
+    line = f"fix bonds all concordem/bond {bonds} materials materials.toml"
     line += f" kinematics {document.get('kinematics', 'finite')} contact {document['contacts']['law']}"
     if "deformable" in document:
         translate.law_keys("liggghts", document["deformable"], {"condition"})
@@ -176,8 +178,8 @@ def _held(fixed, loading):
 def deck(task, ranks):
     """Files of the run by name, and the number of steps."""
     document, start = task.scenario, task.start
-    bonded = _bonded(task)
-    translate.check_keys({k: v for k, v in document.items() if not (bonded and k == "deformable")}, "liggghts")
+    ours = _ours(task)
+    translate.check_keys({k: v for k, v in document.items() if not (ours and k == "deformable")}, "liggghts")
     if translate.local_damping(document):
         raise Unsupported("liggghts: local damping is none of its schemes")
     law = document["contacts"]["law"]
@@ -193,7 +195,7 @@ def deck(task, ranks):
     force, moment = translate.forces(document, start)
     if moment.any():
         raise Unsupported("liggghts: no translation of moments on particles")
-    if bonded:
+    if ours:
         if document.get("wall"):
             raise Unsupported("liggghts: our bonds know no walls there")
         head, properties, style = [], [], None
@@ -231,7 +233,7 @@ def deck(task, ranks):
         data.append(" ".join([str(p + 1), *map(_number, velocity[p]), *map(_number, spin[p])]))
     skin = start.radius.min() * 0.5
     lines = [
-        f"atom_style {'sphere' if bonded else 'granular'}", "atom_modify map array sort 0 0.0", "boundary f f f",
+        f"atom_style {'sphere' if ours else 'granular'}", "atom_modify map array sort 0 0.0", "boundary f f f",
         "newton off", "communicate single vel yes", "units si", *filter(None, head),
         "read_data data.txt", f"neighbor {_number(skin)} bin", "neigh_modify delay 0",
         *[f"fix property{k} all property/global {p}" for k, p in enumerate(properties)],
@@ -246,7 +248,7 @@ def deck(task, ranks):
                      f"{'xyz'[axis]}plane {_number(position)} tangential_damping off")
     if size:
         lines.append(f"fix gravity all gravity {_number(size)} vector " + " ".join(map(_number, gravity)))
-    if bonded:
+    if ours:
         lines.append(_bond_fix(document))
     for p in np.flatnonzero(force.any(axis=1)):
         lines += [f"group loaded{p} id {p + 1}", f"fix load{p} loaded{p} addforce " + " ".join(map(_number, force[p]))]
@@ -266,7 +268,7 @@ def deck(task, ranks):
     else:
         lines.append("thermo 1000000")
     if task.command == "operators":
-        if bonded:
+        if ours:
             raise Unsupported("liggghts: our bonds are not in its pair virial")
         lines += [
             "compute each all stress/atom pair", "compute contacts all pair/gran/local id force contactPoint",
@@ -279,7 +281,7 @@ def deck(task, ranks):
             "thermo_modify format float %.17g lost error", f"thermo {steps}"]
     lines.append(f"run {steps}")
     files = {"data.txt": "\n".join(data) + "\n", "in.txt": "\n".join(lines) + "\n"}
-    if bonded:
+    if ours:
         files["materials.toml"] = _materials(document)
         files["bonds.txt"] = "".join(
             f"{a + 1} {b + 1} {_number(length)}\n" for (a, b), length in zip(start.bonds, start.reference_length))
@@ -368,7 +370,7 @@ class Liggghts:
         for name, text in files.items():
             (folder / name).write_text(text)
         # `-screen none` crashes this version (quirk liggghts-screen-none); waiting ranks yield to whoever works
-        program = [launcher(), "in.txt"] if _bonded(task) else ["liggghts", "-in", "in.txt"]
+        program = [launcher(), "in.txt"] if _ours(task) else ["liggghts", "-in", "in.txt"]
         command = [*map(str, program), "-log", "log.liggghts"]
         if self.ranks > 1:
             command = ["mpirun", "-np", str(self.ranks), "--oversubscribe", "--mca", "mpi_yield_when_idle", "1", *command]
@@ -401,7 +403,7 @@ class Liggghts:
         wall = float(loop[1]) if loop else wall
         result.numbers.update(wall_s=wall, particles=count, steps=steps,
                               particle_steps_per_s=count * steps / wall if wall else None)
-        result.provenance.update(version=version(), command=" ".join(command).replace(str(launcher().parent) + "/", "") if _bonded(task) else " ".join(command),
+        result.provenance.update(version=version(), command=" ".join(command).replace(str(launcher().parent) + "/", "") if _ours(task) else " ".join(command),
                                  velocity_at="full steps",
                                  ranks=str(self.ranks))
         return result

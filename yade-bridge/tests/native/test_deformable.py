@@ -147,7 +147,7 @@ def forces():
 
 
 def test_stretched_row_and_every_step_on_the_way():
-    """docs/deformable-particles.md: 1/k = 1/k_n + 2/k_p with k_p of Madan 2019 (2.72), and the forces of successive steps of the lagged
+    """docs/book/theory/deformable-particles.md: 1/k = 1/k_n + 2/k_p with k_p of Madan 2019 (2.72), and the forces of successive steps of the lagged
     scheme f (1 - (-r)^k), r = 2 k_n/k_p. The elongation of 1e-6 m is the difference of places up to 1e-2 m, known to 2e-18 m."""
     for condition in ("solid", "plane-strain", "plane-stress"):
         bond, ratio = stretched(condition, 5, 1e-6)

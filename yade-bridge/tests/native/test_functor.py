@@ -304,7 +304,7 @@ def test_history_survives_saving():
     run(800)
     O.save(path)
     O.load(path)
-    assert all(i.phys.kappaD == 0 for i in O.interactions), "YADE's defect is still there: docs/yade.md says so"
+    assert all(i.phys.kappaD == 0 for i in O.interactions), "YADE's defect is still there: docs/book/reference/yade.md says so"
 
 
 def test_saved_physics_computes_the_same():

@@ -18,7 +18,7 @@ use concordem_contact::law::{BendingTerm, Section};
 use concordem_scenario::schema::Scenario;
 use concordem_scenario::schema::quantity::{Density, Quantity, Stress};
 
-pub use elastic_search::{ElasticRequest, ElasticSearch, Spelling, calibrate_elastic};
+pub use elastic_search::{ElasticRequest, ElasticSearch, Spelling, calibrate_elastic, calibrated_law};
 
 /// Arguments of `concordem calibrate`.
 #[derive(Debug, clap::Args)]

@@ -26,7 +26,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-pub use calibrate::{ElasticRequest, ElasticSearch, Spelling, calibrate_elastic};
+pub use calibrate::{ElasticRequest, ElasticSearch, Spelling, calibrate_elastic, calibrated_law};
 pub use failure::Failure;
 
 /// Exit codes, as documented in the program's help.

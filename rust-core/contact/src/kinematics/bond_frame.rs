@@ -365,6 +365,7 @@ impl EndRotations {
 
 impl Kinematics for FrameKinematics {
     const ONE_MODE: bool = true;
+    const READS_ORIENTATIONS: bool = true;
 
     #[inline(always)]
     fn measure(

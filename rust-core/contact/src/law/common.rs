@@ -19,10 +19,16 @@ pub enum ParameterError {
         /// What would be accepted.
         requirement: &'static str,
     },
+    /// Tables of two materials that cannot be combined.
+    #[error("{0}")]
+    Unlike(&'static str),
+    /// The concrete particle model refuses.
+    #[error(transparent)]
+    Cpm(#[from] super::cpm::CpmError),
 }
 
 /// Refuse a parameter unless `accepted`. Comparisons with NaN are false, so a NaN is refused too.
-pub(crate) fn require(
+pub fn require(
     accepted: bool,
     law: &'static str,
     parameter: &'static str,
@@ -51,7 +57,7 @@ impl EnergySplit {
     /// motion turns round the rule can give a negative work. That is an error of the rule, of third order in the
     /// step, and no dissipation; it is booked as such.
     #[inline(always)]
-    pub(crate) fn add_viscous(&mut self, work: f64) {
+    pub fn add_viscous(&mut self, work: f64) {
         self.viscous += work.max(0.0);
         self.integration += work.min(0.0);
     }
@@ -61,7 +67,7 @@ impl EnergySplit {
     /// With a constant friction limit it is never negative. It can be when the sliding turns round and the limit
     /// falls in the same step; that is an error of the rule and booked as such.
     #[inline(always)]
-    pub(crate) fn add_friction(&mut self, work: f64) {
+    pub fn add_friction(&mut self, work: f64) {
         self.friction += work.max(0.0);
         self.integration += work.min(0.0);
     }
@@ -69,7 +75,7 @@ impl EnergySplit {
 
 /// `1/dt`, and 0 for a step without duration, in which a dashpot has nothing to say.
 #[inline(always)]
-pub(crate) fn reciprocal_of_step(dt: f64) -> f64 {
+pub fn reciprocal_of_step(dt: f64) -> f64 {
     if dt > 0.0 { 1.0 / dt } else { 0.0 }
 }
 
@@ -77,7 +83,7 @@ pub(crate) fn reciprocal_of_step(dt: f64) -> f64 {
 ///
 /// It keeps the direction of the dashpot's force, so that the dashpot never drives the motion.
 #[inline(always)]
-pub(crate) fn dashpot_within_limit(elastic: &Vec3, dashpot: &Vec3, limit: f64) -> Vec3 {
+pub fn dashpot_within_limit(elastic: &Vec3, dashpot: &Vec3, limit: f64) -> Vec3 {
     if (elastic + dashpot).norm_squared() <= limit * limit {
         return *dashpot;
     }

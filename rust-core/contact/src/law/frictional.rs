@@ -17,9 +17,13 @@
 //! `½k_n(u_old⁻u⁺ − u⁻u_old⁺)`, which is the [`EnergySplit::integration`] term.
 
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
+use super::table::{Fault, LawTable, RegisteredLaw};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
 use crate::kinematics::PointKinematics;
 use crate::math::Vec3;
+use crate::quantity::{self, Number, Stress};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Where the stiffnesses of a contact come from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -109,7 +113,13 @@ impl Frictional {
                 require(not_negative(ratio), Self::NAME, "stiffness_ratio", ratio, "finite and not negative")?;
             }
         }
-        require(not_negative(self.friction), Self::NAME, "friction", self.friction, "finite and not negative")?;
+        require(
+            not_negative(self.friction),
+            Self::NAME,
+            "friction_coefficient",
+            self.friction,
+            "finite and not negative",
+        )?;
         let xi = self.damping_ratio;
         require(not_negative(xi), Self::NAME, "damping_ratio", xi, "finite and not negative")
     }
@@ -214,6 +224,95 @@ impl ContactLaw for Frictional {
             std::mem::swap(young_a, young_b);
         }
         out
+    }
+}
+
+/// Linear elastic contact with Coulomb friction; no tension.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename = "Frictional", deny_unknown_fields)]
+pub struct FrictionalTable {
+    /// Modulus, Pa: the normal stiffness of two equal spheres is modulus × radius; or give both stiffnesses.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub young: Option<Stress>,
+    /// Shear stiffness divided by normal stiffness; with `young`.
+    #[schemars(extend("minimum" = 0))]
+    pub stiffness_ratio: Option<Number>,
+    /// Normal stiffness, N/m.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub normal_stiffness: Option<quantity::Stiffness>,
+    /// Shear stiffness, N/m.
+    #[schemars(extend("minimum" = 0))]
+    pub shear_stiffness: Option<quantity::Stiffness>,
+    /// Friction coefficient (tangent of the angle).
+    #[serde(default)]
+    #[schemars(extend("minimum" = 0))]
+    pub friction_coefficient: Number,
+    /// Dashpots as a fraction of critical damping.
+    #[serde(default)]
+    #[schemars(extend("minimum" = 0))]
+    pub damping_ratio: Number,
+}
+
+impl LawTable for FrictionalTable {
+    fn faults(&self) -> Vec<Fault> {
+        let moduli = [("young", self.young.is_some()), ("stiffness_ratio", self.stiffness_ratio.is_some())];
+        let springs = [
+            ("normal_stiffness", self.normal_stiffness.is_some()),
+            ("shear_stiffness", self.shear_stiffness.is_some()),
+        ];
+        let help = "give `young` and `stiffness_ratio` (stiffness grows with the radius), \
+                    or `normal_stiffness` and `shear_stiffness` (the same for all)";
+        let any = |pair: &[(&str, bool); 2]| pair.iter().any(|(_, given)| *given);
+        if any(&moduli) && any(&springs) {
+            let key = springs.iter().find(|(_, given)| *given).map_or("normal_stiffness", |(key, _)| key);
+            return vec![Fault::conflict(key, "the stiffness is given twice", help)];
+        }
+        if !any(&moduli) && !any(&springs) {
+            return vec![Fault::missing("", "no stiffness", help)];
+        }
+        let pair = if any(&moduli) { moduli } else { springs };
+        pair.iter().filter(|(_, given)| !given).map(|(key, _)| Fault::missing(key, "missing key", help)).collect()
+    }
+
+    fn modulus(&self) -> Option<f64> {
+        self.young.map(Stress::si)
+    }
+}
+
+impl RegisteredLaw for Frictional {
+    type Table = FrictionalTable;
+    type Unbonded = Self;
+    const TITLE: &'static str = "linear frictional contact";
+    const AS_CONTACT: Option<&'static str> = Some("Linear elastic contact with Coulomb friction.");
+
+    fn row(a: &FrictionalTable, b: &FrictionalTable) -> Result<Self, ParameterError> {
+        let mean = |x: f64, y: f64| 0.5 * (x + y);
+        let stiffness = match (a.young, b.young, a.normal_stiffness, b.normal_stiffness) {
+            (Some(young_a), Some(young_b), _, _) => {
+                let ratio = |table: &FrictionalTable| table.stiffness_ratio.map_or(0.0, Number::si);
+                ContactStiffness::Moduli {
+                    young_a: young_a.si(),
+                    young_b: young_b.si(),
+                    ratio: mean(ratio(a), ratio(b)),
+                }
+            }
+            (_, _, Some(normal_a), Some(normal_b)) => {
+                let shear = |table: &FrictionalTable| table.shear_stiffness.map_or(0.0, quantity::Stiffness::si);
+                ContactStiffness::Given { normal: mean(normal_a.si(), normal_b.si()), shear: mean(shear(a), shear(b)) }
+            }
+            _ => {
+                return Err(ParameterError::Unlike(
+                    "one material gives `young`, the other `normal_stiffness`; give both the same, or an [[interface]]",
+                ));
+            }
+        };
+        // The rougher surface does not matter when the smoother one slides first.
+        let friction = a.friction_coefficient.si().min(b.friction_coefficient.si());
+        Self::new(stiffness, friction, mean(a.damping_ratio.si(), b.damping_ratio.si()))
+    }
+
+    fn unbonded_row(a: &FrictionalTable, b: &FrictionalTable) -> Result<Self, ParameterError> {
+        Self::row(a, b)
     }
 }
 

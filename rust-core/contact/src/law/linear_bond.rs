@@ -18,6 +18,8 @@
 //! Whether the springs start unstressed is open in Madan 2019; see [`LinearBond::subtract_initial_gap`].
 
 use super::common::{ParameterError, reciprocal_of_step, require};
+use super::frictional::{Frictional, FrictionalTable};
+use super::table::{LawTable, RegisteredLaw};
 use super::{
     ContactGeometry, ContactLaw, EnergySplit, Kinematics, Reference, Response, Status, Stiffness, evaluate_one,
 };
@@ -28,6 +30,9 @@ use crate::kinematics::{
     BATCH, Batch, BatchResult, BranchVector, Columns, MotionMeasure, PointKinematics, PreviousGeometry, torques,
 };
 use crate::math::{Symmetric, Vec3};
+use crate::quantity::{self, Force, Number};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Parameters of the brittle linear bond.
 ///
@@ -393,149 +398,81 @@ impl ContactLaw for LinearBond {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::law::conformance::{Native, Observed, Properties, Station, Subject, Window, atlas, atlas_paths, check};
+/// Linear elastic bond with dashpots and brittle failure; afterwards a contact with Coulomb friction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename = "LinearBond", deny_unknown_fields)]
+pub struct LinearBondTable {
+    /// Normal stiffness of a bond, N/m.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub normal_stiffness: quantity::Stiffness,
+    /// Shear stiffness of a bond, N/m.
+    #[schemars(extend("minimum" = 0))]
+    pub shear_stiffness: quantity::Stiffness,
+    /// Dashpots as a fraction of critical damping.
+    #[serde(default)]
+    #[schemars(extend("minimum" = 0))]
+    pub damping_ratio: Number,
+    /// Tensile force at which a bond breaks, N; never when left out.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub normal_strength: Option<Force>,
+    /// Shear force at which a bond breaks, N; never when left out.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub shear_strength: Option<Force>,
+    /// Friction coefficient (tangent of the angle) after failure.
+    #[serde(default)]
+    #[schemars(extend("minimum" = 0))]
+    pub friction_coefficient: Number,
+    /// Whether a bond is free of force at the distance at which it is made.
+    #[serde(default = "yes")]
+    pub subtract_initial_gap: bool,
+}
 
-    /// Deformations are a good part of the length, so that rounding of positions does not hide anything.
-    fn subject(name: &'static str, bond: LinearBond) -> Subject<Native<LinearBond>> {
-        let window = Window { elongation: [-0.4, 0.6], shear: 0.5 };
-        Subject {
-            name,
-            host: Native(bond),
-            geometry: ContactGeometry {
-                reference_length: 2.1,
-                area: 1.0,
-                radius_a: 0.8,
-                radius_b: 1.2,
-                mass_a: 1.0,
-                mass_b: 2.0,
-            },
-            bonded: true,
-            properties: Properties {
-                conservative_normal: bond.damping_ratio == 0.0,
-                conservative_shear: bond.damping_ratio == 0.0,
-                dissipation_nonnegative: true,
-                continuous_failure: true,
-                brittle: false,
-            },
-            elastic: window,
-            inelastic: window,
-            held: Station { elongation: 0.3, shear: [0.2, -0.3], twist: 0.0 },
-            failure: 1.0,
-            dt: 1e-3,
+fn yes() -> bool {
+    true
+}
+
+impl LawTable for LinearBondTable {}
+
+impl LinearBondTable {
+    /// The contact that is left of a broken bond: the same springs and dashpots, with friction.
+    fn after_breaking(&self) -> FrictionalTable {
+        FrictionalTable {
+            young: None,
+            stiffness_ratio: None,
+            normal_stiffness: Some(self.normal_stiffness),
+            shear_stiffness: Some(self.shear_stiffness),
+            friction_coefficient: self.friction_coefficient,
+            damping_ratio: self.damping_ratio,
         }
-    }
-
-    /// (2.23)–(2.40) written out for the prescribed deformation.
-    fn closed_form(
-        bond: LinearBond,
-        subject: &Subject<Native<LinearBond>>,
-    ) -> impl FnMut(&Observed) -> Option<[f64; 3]> {
-        let mass = 2.0 / 3.0;
-        let initial_gap = if bond.subtract_initial_gap { 0.0 } else { 0.1 };
-        assert_eq!(subject.geometry.reference_length, 2.1);
-        let cn = bond.damping_ratio * 2.0 * (mass * bond.normal_stiffness).sqrt();
-        let ct = bond.damping_ratio * 2.0 * (mass * bond.shear_stiffness).sqrt();
-        let mut before: Option<Station> = None;
-        move |now| {
-            let s = now.station;
-            let b = before.replace(s).unwrap_or(s);
-            let force = [
-                bond.normal_stiffness * (s.elongation + initial_gap) + cn * (s.elongation - b.elongation) / now.dt,
-                bond.shear_stiffness * s.shear[0] + ct * (s.shear[0] - b.shear[0]) / now.dt,
-                bond.shear_stiffness * s.shear[1] + ct * (s.shear[1] - b.shear[1]) / now.dt,
-            ];
-            let shear = (force[1] * force[1] + force[2] * force[2]).sqrt();
-            (force[0] < bond.normal_strength && shear < bond.shear_strength).then_some(force)
-        }
-    }
-
-    /// 1e-11: 300 steps, each with a rounding of the order of 1e-16 of the length in the orientation, read as shear
-    /// (and, divided by the step, as rate), against shears of a quarter of the length.
-    fn conforms(subject: &Subject<Native<LinearBond>>) {
-        let mut report = check(subject);
-        report.findings.extend(atlas(
-            subject,
-            &atlas_paths(&subject.inelastic, 50),
-            || closed_form(subject.host.0, subject),
-            1e-11,
-            "rounding of orientations over 300 steps",
-        ));
-        println!("{report}");
-        assert!(report.passed(), "{report}");
-    }
-
-    #[test]
-    fn elastic_bond_conforms() {
-        conforms(&subject("linear bond", LinearBond::new(1e6, 4e5, 0.0, f64::INFINITY, f64::INFINITY).unwrap()));
-    }
-
-    #[test]
-    fn damped_bond_conforms() {
-        conforms(&subject("damped bond", LinearBond::new(1e6, 4e5, 0.3, f64::INFINITY, f64::INFINITY).unwrap()));
-    }
-
-    #[test]
-    fn bond_with_its_initial_gap_conforms() {
-        let mut bond = LinearBond::new(1e6, 4e5, 0.0, f64::INFINITY, f64::INFINITY).unwrap();
-        bond.subtract_initial_gap = false;
-        conforms(&subject("bond under its initial gap", bond));
-    }
-
-    #[test]
-    fn brittle_bond_conforms() {
-        for damping_ratio in [0.0, 0.1] {
-            // breaks at an elongation of 0.45 or a shear of 0.475
-            let bond = LinearBond::new(1e6, 4e5, damping_ratio, 4.5e5, 1.9e5).unwrap();
-            let mut subject = subject("brittle bond", bond);
-            subject.properties.continuous_failure = false;
-            subject.properties.brittle = true;
-            subject.elastic = Window { elongation: [-0.4, 0.4], shear: 0.3 };
-            conforms(&subject);
-        }
-    }
-
-    /// Compression never breaks a bond, however strong; shear does, under any normal force.
-    #[test]
-    fn which_strength_breaks() {
-        let bond = LinearBond::new(1e6, 4e5, 0.0, 1e3, 1e3).unwrap();
-        let subject = subject("bond", bond);
-        let at = |elongation: f64, shear: f64| {
-            let k = PointKinematics {
-                geometry: subject.geometry,
-                length: 2.1 + elongation,
-                length_old: 2.1,
-                elongation,
-                elongation_old: 0.0,
-                gap: 0.1 + elongation,
-                normal: Vec3::x(),
-                shear_increment: Vec3::new(0.0, shear, 0.0),
-                arm_a: 1.0,
-                arm_b: 1.0,
-                bonded: true,
-                transport: crate::kinematics::Transport::identity(Vec3::x()),
-            };
-            bond.respond(&k, &LinearBondState::default(), 1e-3)
-        };
-        assert_eq!(at(-0.5, 0.0).status, Status::Lives);
-        assert_eq!(at(0.9e-3, 0.0).status, Status::Lives);
-        assert_eq!(at(1.1e-3, 0.0).status, Status::Broke);
-        assert_eq!(at(-0.5, 2.4e-3).status, Status::Lives);
-        assert_eq!(at(-0.5, 2.6e-3).status, Status::Broke);
-        let broken = at(1.1e-3, 0.0);
-        assert_eq!(broken.force, Vec3::zeros());
-        assert_eq!(broken.energy.damage, 0.5 * (1e6 * 1.1e-3) * 1.1e-3);
-    }
-
-    #[test]
-    fn bad_parameters_are_named() {
-        let message = LinearBond::new(1e6, -1.0, 0.0, 1.0, 1.0).unwrap_err().to_string();
-        assert_eq!(message, "law linear_bond: shear_stiffness = -1 must be finite and not negative (N/m)");
-        assert!(LinearBond::new(0.0, 1.0, 0.0, 1.0, 1.0).is_err());
-        assert!(LinearBond::new(1.0, 1.0, f64::NAN, 1.0, 1.0).is_err());
-        assert!(LinearBond::new(1.0, 1.0, 0.0, 0.0, 1.0).is_err());
-        assert!(LinearBond::new(1.0, 1.0, 0.0, 1.0, f64::NAN).is_err());
     }
 }
+
+impl RegisteredLaw for LinearBond {
+    type Table = LinearBondTable;
+    type Unbonded = Frictional;
+    const TITLE: &'static str = "linear bond";
+    const AS_BOND: Option<&'static str> = Some("Linear elastic bond, brittle; afterwards a frictional contact.");
+    const AS_CONTACT: Option<&'static str> = Some("Linear bond after failure: linear contact with friction.");
+
+    fn row(a: &LinearBondTable, b: &LinearBondTable) -> Result<Self, ParameterError> {
+        let mean = |of: fn(&LinearBondTable) -> f64| 0.5 * (of(a) + of(b));
+        let strength = |value: Option<Force>| value.map_or(f64::INFINITY, Force::si);
+        let mut bond = Self::new(
+            mean(|t| t.normal_stiffness.si()),
+            mean(|t| t.shear_stiffness.si()),
+            mean(|t| t.damping_ratio.si()),
+            0.5 * (strength(a.normal_strength) + strength(b.normal_strength)),
+            0.5 * (strength(a.shear_strength) + strength(b.shear_strength)),
+        )?;
+        bond.subtract_initial_gap = a.subtract_initial_gap && b.subtract_initial_gap;
+        Ok(bond)
+    }
+
+    fn unbonded_row(a: &LinearBondTable, b: &LinearBondTable) -> Result<Frictional, ParameterError> {
+        Frictional::row(&a.after_breaking(), &b.after_breaking())
+    }
+}
+
+#[cfg(test)]
+#[path = "linear_bond_tests.rs"]
+mod tests;

@@ -3,26 +3,37 @@
 //! A law is a pure function: parameters are `self`, memory is [`ContactLaw::State`], everything else is an argument.
 //! Same inputs give the same bits, whoever calls: the solver, a host code, or a test.
 //!
-//! Adding a law touches one file here and one line of registration in `assembly/laws.rs`.
+//! A law is one file here, declared below, and one line in the list of [`registry`]: scenarios and hosts read all the rest from
+//! the law ([`RegisteredLaw`]).
 
 pub mod cohesive_beam;
 pub mod common;
 pub mod conformance;
 pub mod conformance_frame;
 pub mod cpm;
+pub mod cpm_table;
 pub mod frictional;
 pub mod hertz_mindlin;
 pub mod linear_bond;
+pub mod registry;
 pub mod restitution;
 pub mod state;
+pub mod table;
 
-pub use cohesive_beam::{BeamModel, BendingTerm, CohesiveBeam, CohesiveBeamState, Section};
+pub use cohesive_beam::{BeamModel, BendingTerm, CohesiveBeamState, Section};
 pub use common::ParameterError;
-pub use cpm::{Cpm, CpmParameters, CpmState};
-pub use frictional::{ContactStiffness, Frictional, FrictionalState};
-pub use hertz_mindlin::{Elastic, HertzMindlin, HertzMindlinState};
-pub use linear_bond::{LinearBond, LinearBondState};
+pub use cpm::{CpmParameters, CpmState};
+pub use frictional::{ContactStiffness, FrictionalState};
+pub use hertz_mindlin::{Elastic, HertzMindlinState};
+pub use linear_bond::LinearBondState;
+pub use registry::{ContactLawName, LawName};
 pub use state::{Field, LawState, Parity};
+pub use table::{Fault, FaultKind, HasTable, LawFacts, LawTable, RegisteredLaw};
+
+macro_rules! laws {
+    ($($key:ident: $Law:ident,)*) => { $(pub use $key::$Law;)* };
+}
+crate::for_each_law!(laws);
 
 use crate::kinematics::sphere_sphere::{self, ImageShift, Motion};
 use crate::kinematics::sphere_wall;
@@ -120,6 +131,8 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
 pub trait Kinematics: Copy + Send + Sync {
     /// Whether the measure is the same in all modes.
     const ONE_MODE: bool = false;
+    /// Whether the measure reads the orientations of the particles; hosts must supply them then.
+    const READS_ORIENTATIONS: bool = false;
     /// Measure a contact; see [`sphere_sphere::measure`].
     fn measure(
         mode: MotionMeasure,

@@ -1,9 +1,9 @@
 //! From a scenario to a state, a model, and a plan.
 
-pub mod laws;
 mod loading;
 mod place;
 pub mod samples;
+#[cfg(feature = "hdf5")]
 pub mod sphere_pack;
 
 use std::path::Path;
@@ -11,13 +11,14 @@ use std::path::Path;
 use crate::schedule::{Schedule, Stop};
 use crate::schema::{self, Scenario, Selection};
 use concordem_contact::kinematics::deformable::{Condition, Deformable, Update};
-use concordem_contact::law::Elastic;
 use concordem_contact::law::cpm::Cpm;
 use concordem_contact::math::Vec3;
 use concordem_packing::{PackingError, bonding, mass_of};
 use concordem_solver::coupling::Convergence;
 use concordem_solver::fracture::virial::HydrostaticStrength;
 use concordem_solver::integrate::Damping;
+pub use concordem_solver::laws;
+use concordem_solver::laws::LawError;
 use concordem_solver::neighbor::{NeighborError, spatial_order};
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::state::{Clump, Constraint, Particles, Sphere, State, Wall, WallShape};
@@ -101,6 +102,18 @@ pub enum AssemblyError {
         /// What happened.
         message: String,
     },
+}
+
+impl From<LawError> for AssemblyError {
+    fn from(error: LawError) -> Self {
+        match error {
+            LawError::Parameters { law, materials, source } => {
+                let [a, b] = *materials;
+                Self::Parameters { law, a, b, message: source.to_string() }
+            }
+            other => unfit("material", other.to_string()),
+        }
+    }
 }
 
 /// A scenario, built.
@@ -380,20 +393,10 @@ fn set_index(scenario: &Scenario, name: &str) -> usize {
     scenario.sets.iter().position(|s| s.name == name).unwrap_or(0)
 }
 
+/// Largest modulus in any table of a law, Pa.
 fn stiffest_modulus(scenario: &Scenario) -> Option<f64> {
-    scenario
-        .materials
-        .iter()
-        .filter_map(|m| {
-            let moduli = [
-                m.cpm.as_ref().map(|t| t.young.si()),
-                m.frictional.as_ref().and_then(|t| t.young.map(schema::Quantity::si)),
-                m.cohesive_beam.as_ref().map(|t| t.young.si()),
-                m.hertz_mindlin.as_ref().map(|t| t.young.si()),
-            ];
-            moduli.into_iter().flatten().reduce(f64::max)
-        })
-        .reduce(f64::max)
+    let tables = scenario.materials.iter().flat_map(schema::Material::tables);
+    tables.filter_map(|(_, table)| table.modulus()).reduce(f64::max)
 }
 
 fn damping(damping: &schema::Damping) -> Damping {
@@ -411,14 +414,11 @@ fn damping(damping: &schema::Damping) -> Damping {
 
 /// How the particles deform, if any material does.
 pub fn deformable(scenario: &Scenario) -> Option<Deformable> {
-    let elasticity = |m: &schema::Material| {
-        m.deformable.as_ref().map_or(Elastic::RIGID, |t| Elastic { young: t.young.si(), poisson: t.poisson.si() })
-    };
     scenario.materials.iter().find(|m| m.deformable.is_some())?;
     let options = scenario.deformable.clone().unwrap_or_default();
     let or = |value: Option<schema::Quantity<_>>, default: f64| value.map_or(default, schema::Quantity::si);
     Some(Deformable {
-        elasticity: scenario.materials.iter().map(elasticity).collect(),
+        elasticity: scenario.materials.iter().map(schema::Material::elasticity).collect(),
         condition: options.condition.unwrap_or(if scenario.dimension == 2 {
             Condition::PlaneStrain
         } else {
@@ -455,12 +455,12 @@ pub fn settles(deformable: &Deformable, convergence: &Convergence, allow: bool) 
     })
 }
 
-/// Thresholds of the failure of whole particles, where the bonds are beams.
+/// Thresholds of the failure of whole particles, of the law of bonds.
 fn hydrostatic_strength(scenario: &Scenario) -> HydrostaticStrength {
-    let beams = scenario.bonds.as_ref().is_some_and(|bonds| bonds.law == schema::LawName::CohesiveBeam);
+    let law = scenario.bonds.as_ref().map(|bonds| bonds.law);
     let threshold = |m: &schema::Material| {
-        let table = m.cohesive_beam.as_ref().filter(|_| beams);
-        table.and_then(|t| t.hydrostatic_strength).map_or(f64::INFINITY, schema::Quantity::si)
+        let table = law.and_then(|law| m.table_of(law));
+        table.and_then(concordem_contact::law::LawTable::hydrostatic_strength).unwrap_or(f64::INFINITY)
     };
     let thresholds = scenario.materials.iter().map(threshold).collect();
     HydrostaticStrength { thresholds, planar: scenario.dimension == 2 }

@@ -112,7 +112,15 @@ pub fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Resu
     }
 }
 
+/// An HDF5 sphere pack, where this build cannot read it.
+#[cfg(not(feature = "hdf5"))]
+fn read_hdf5(file: &Path) -> Result<Packing, AssemblyError> {
+    let message = "HDF5 sphere packs cannot be read here; write the packing as text (x y z r per line)".to_owned();
+    Err(AssemblyError::File { path: file.display().to_string(), message })
+}
+
 /// An HDF5 sphere pack.
+#[cfg(feature = "hdf5")]
 fn read_hdf5(file: &Path) -> Result<Packing, AssemblyError> {
     super::sphere_pack::read(file).map_err(|message| AssemblyError::File { path: file.display().to_string(), message })
 }

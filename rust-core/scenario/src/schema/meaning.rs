@@ -7,9 +7,10 @@ use super::error::{Problem, ProblemKind};
 use super::quantity::{Component, Dimension, Length, Quantity, vector};
 use super::structure::{listing, nearest};
 use super::{
-    Axis, BeamModel, CohesiveBeam, Cpm, CpmFormulation, DamageLaw, DeformableUpdate, Frictional, LawName, Loading,
-    Misuse, Packing, Radii, SampleRegion, Scenario, Selection, Shape, WallShape, YieldSurface,
+    Axis, DeformableUpdate, LawName, Loading, Misuse, Packing, Radii, SampleRegion, Scenario, Selection, Shape,
+    WallShape,
 };
+use concordem_contact::law::{FaultKind, LawTable};
 use concordem_contact::math::Vec3;
 
 /// Ids are 32-bit.
@@ -352,37 +353,15 @@ impl Checker<'_> {
         let names = self.material_names().into_iter().map(str::to_owned).collect::<Vec<_>>();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         self.unique("material", &names);
-        let mut first_mode: Option<(CpmFormulation, String)> = None;
-        let laws = scenario
-            .materials
-            .iter()
-            .enumerate()
-            .map(|(at, m)| (format!("material[{at}]"), &m.cpm, &m.frictional, &m.cohesive_beam))
-            .chain(
-                scenario
-                    .interfaces
-                    .iter()
-                    .enumerate()
-                    .map(|(at, i)| (format!("interface[{at}]"), &i.cpm, &i.frictional, &i.cohesive_beam)),
-            );
-        for (path, cpm, frictional, cohesive_beam) in laws {
-            if let Some(beam) = cohesive_beam {
-                self.cohesive_beam(&format!("{path}.cohesive_beam"), beam);
-            }
-            if let Some(cpm) = cpm {
-                let path = format!("{path}.cpm");
-                self.cpm(&path, cpm);
-                match &first_mode {
-                    None => first_mode = Some((cpm.mode, path)),
-                    Some((mode, other)) if *mode != cpm.mode => {
-                        let help = format!("one run has one mode of the model; make it that of `{other}`");
-                        self.conflict(&format!("{path}.mode"), format!("`{other}` has another mode"), help);
-                    }
-                    Some(_) => {}
-                }
-            }
-            if let Some(frictional) = frictional {
-                self.frictional(&format!("{path}.frictional"), frictional);
+        let materials = scenario.materials.iter().map(|material| material.tables()).enumerate();
+        let interfaces = scenario.interfaces.iter().map(|interface| interface.tables()).enumerate();
+        let tables = materials
+            .map(|(at, tables)| (format!("material[{at}]"), tables))
+            .chain(interfaces.map(|(at, tables)| (format!("interface[{at}]"), tables)));
+        let mut first: Vec<(LawName, String, String)> = Vec::new();
+        for (owner, tables) in tables {
+            for (law, table) in tables {
+                self.law_table(&format!("{owner}.{}", law.key()), law, table, &mut first);
             }
         }
         for (at, interface) in scenario.interfaces.iter().enumerate() {
@@ -404,136 +383,31 @@ impl Checker<'_> {
         }
     }
 
-    fn cpm(&mut self, path: &str, cpm: &Cpm) {
-        match (cpm.friction_coefficient, cpm.friction_angle) {
-            (None, None) => self.add(
-                ProblemKind::MissingKey,
-                &format!("{path}.friction_angle"),
-                "neither `friction_angle` nor `friction_coefficient`",
-                "add `friction_coefficient = 0.8` (the tangent), or `friction_angle = \"38 deg\"`",
-            ),
-            (Some(_), Some(_)) => self.conflict(
-                &format!("{path}.friction_angle"),
-                "both `friction_angle` and `friction_coefficient`",
-                "keep one: `friction_coefficient` is the tangent of `friction_angle`",
-            ),
-            (None, Some(angle)) if angle.si() >= std::f64::consts::FRAC_PI_2 => {
-                let help = format!("plain numbers are radians; did you mean \"{} deg\"?", angle.si());
-                self.range(&format!("{path}.friction_angle"), "must be less than a right angle", help);
+    /// Faults of the table of a law at `path`; `first` holds the key that all tables of a law must agree on: law, value, path.
+    fn law_table(
+        &mut self,
+        path: &str,
+        law: LawName,
+        table: &dyn LawTable,
+        first: &mut Vec<(LawName, String, String)>,
+    ) {
+        for fault in table.faults() {
+            let key = if fault.key.is_empty() { path.to_owned() } else { format!("{path}.{}", fault.key) };
+            let kind = match fault.kind {
+                FaultKind::Missing => ProblemKind::MissingKey,
+                FaultKind::Conflict => ProblemKind::Conflict,
+                FaultKind::Range => ProblemKind::OutOfRange,
+            };
+            self.add(kind, &key, fault.message, fault.help);
+        }
+        let Some((key, value)) = table.uniform_key() else { return };
+        match first.iter().find(|(other, _, _)| *other == law) {
+            None => first.push((law, value, path.to_owned())),
+            Some((_, same, other)) if *same != value => {
+                let help = format!("one run has one {key} of the model; make it that of `{other}`");
+                self.conflict(&format!("{path}.{key}"), format!("`{other}` has another {key}"), help);
             }
-            _ => {}
-        }
-        if cpm.damage_law == DamageLaw::Linear && cpm.relative_ductility.si() <= 1.0 {
-            let message = "must be greater than 1 with the linear damage law";
-            let help = "it is the strain at zero stress divided by the strain at peak stress";
-            self.range(&format!("{path}.relative_ductility"), message, help);
-        }
-        if cpm.relative_soft_stiffness.is_some() && cpm.soft_strain.is_none() {
-            let help = "add `soft_strain = -3e-3`, the strain at which hardening begins, or remove it";
-            self.conflict(&format!("{path}.relative_soft_stiffness"), "has no effect without `soft_strain`", help);
-        }
-        if cpm.relative_soft_stiffness.is_none() && cpm.soft_strain.is_some() {
-            self.add(
-                ProblemKind::MissingKey,
-                &format!("{path}.relative_soft_stiffness"),
-                "missing key, which `soft_strain` needs",
-                "add `relative_soft_stiffness = 0.3`, the hardening modulus divided by the normal modulus",
-            );
-        }
-        let rates = [
-            ("damage_time", cpm.damage_time.is_some(), "damage_rate_exponent", cpm.damage_rate_exponent.is_some()),
-            (
-                "plasticity_time",
-                cpm.plasticity_time.is_some(),
-                "plasticity_rate_exponent",
-                cpm.plasticity_rate_exponent.is_some(),
-            ),
-        ];
-        let woo = cpm.mode == CpmFormulation::Woo;
-        for (time, has_time, exponent, has_exponent) in rates {
-            if has_time != has_exponent && woo {
-                let (there, missing) = if has_time { (time, exponent) } else { (exponent, time) };
-                let message = format!("`{there}` needs `{missing}`");
-                self.conflict(
-                    &format!("{path}.{there}"),
-                    message,
-                    format!("add `{missing} = ...`, or remove `{there}`"),
-                );
-            }
-        }
-        let only_woo = [
-            ("yield_surface", cpm.yield_surface.is_some()),
-            ("yield_log_speed", cpm.yield_log_speed.is_some()),
-            (rates[0].0, rates[0].1),
-            (rates[0].2, rates[0].3),
-            (rates[1].0, rates[1].1),
-            (rates[1].2, rates[1].3),
-        ];
-        for (key, given) in only_woo {
-            if given && !woo {
-                let help = "write mode = \"woo\" for the full model, or remove this key";
-                self.conflict(&format!("{path}.{key}"), "has no effect in this mode of the model", help);
-            }
-        }
-        let logarithmic =
-            matches!(cpm.yield_surface, Some(YieldSurface::Logarithmic | YieldSurface::LogarithmicLinear));
-        if woo && logarithmic != cpm.yield_log_speed.is_some() {
-            if logarithmic {
-                let message = "missing key, which a logarithmic yield surface needs";
-                self.add(
-                    ProblemKind::MissingKey,
-                    &format!("{path}.yield_log_speed"),
-                    message,
-                    "add `yield_log_speed = 0.1`",
-                );
-            } else {
-                let help = "write yield_surface = \"logarithmic\" or \"logarithmic-linear\", or remove this key";
-                self.conflict(&format!("{path}.yield_log_speed"), "has no effect with this yield surface", help);
-            }
-        }
-    }
-
-    fn cohesive_beam(&mut self, path: &str, law: &CohesiveBeam) {
-        let help = "give `radius_ratio` (through the mean radius of the particles) or `radius`";
-        match (law.radius_ratio.is_some(), law.radius.is_some()) {
-            (true, true) => self.conflict(&format!("{path}.radius"), "the radius of the beam is given twice", help),
-            (false, false) => self.add(ProblemKind::MissingKey, path, "no radius of the beam", help),
-            _ => {}
-        }
-        if law.shear_coefficient.is_some() && law.model != BeamModel::Timoshenko {
-            let help = "write model = \"timoshenko\", or remove this key";
-            self.conflict(&format!("{path}.shear_coefficient"), "has no effect with this model", help);
-        }
-        if law.shear_ratio.is_some() != (law.model == BeamModel::DualSpring) {
-            if law.shear_ratio.is_some() {
-                let help = "write model = \"dual-spring\", or remove this key";
-                self.conflict(&format!("{path}.shear_ratio"), "has no effect with this model", help);
-            } else {
-                let message = "missing key, which model \"dual-spring\" needs";
-                self.add(ProblemKind::MissingKey, &format!("{path}.shear_ratio"), message, "add `shear_ratio = 0.4`");
-            }
-        }
-    }
-
-    fn frictional(&mut self, path: &str, law: &Frictional) {
-        let moduli = [("young", law.young.is_some()), ("stiffness_ratio", law.stiffness_ratio.is_some())];
-        let springs =
-            [("normal_stiffness", law.normal_stiffness.is_some()), ("shear_stiffness", law.shear_stiffness.is_some())];
-        let help = "give `young` and `stiffness_ratio` (stiffness grows with the radius), \
-                    or `normal_stiffness` and `shear_stiffness` (the same for all)";
-        let any = |pair: &[(&str, bool); 2]| pair.iter().any(|(_, given)| *given);
-        if any(&moduli) && any(&springs) {
-            let key = springs.iter().find(|(_, given)| *given).map_or("normal_stiffness", |(key, _)| key);
-            self.conflict(&format!("{path}.{key}"), "the stiffness is given twice", help);
-        } else if !any(&moduli) && !any(&springs) {
-            self.add(ProblemKind::MissingKey, path, "no stiffness", help);
-        } else {
-            let pair = if any(&moduli) { moduli } else { springs };
-            for (key, given) in pair {
-                if !given {
-                    self.add(ProblemKind::MissingKey, &format!("{path}.{key}"), "missing key", help);
-                }
-            }
+            Some(_) => {}
         }
     }
 
@@ -579,9 +453,11 @@ impl Checker<'_> {
         let key = format!("material[{first}].deformable");
         let laws = scenario.bonds.iter().map(|bonds| bonds.law).chain(scenario.contacts.law.law());
         for law in laws {
-            if !matches!(law, LawName::LinearBond | LawName::Frictional | LawName::HertzMindlin) {
+            if !law.facts().deforms {
                 let message = format!("the law \"{}\" does not know deformable particles", law.key());
-                let help = "use \"linear_bond\", \"frictional\", or \"hertz_mindlin\", or remove this table";
+                let deforming = LawName::ALL.iter().filter(|law| law.facts().deforms);
+                let quoted: Vec<String> = deforming.map(|law| format!("\"{}\"", law.key())).collect();
+                let help = format!("use {}, or remove this table", listing(&quoted));
                 self.conflict(&key, message, help);
             }
         }
@@ -608,12 +484,7 @@ impl Checker<'_> {
                 let help = "the ratio follows from the number of bonds: remove one of the two keys";
                 self.conflict("bonds.interaction_ratio", "has no effect beside `coordination`", help);
             }
-            if matches!(bonds.law, LawName::Cpm | LawName::LinearBond | LawName::CohesiveBeam) {
-                wanted.push(("bonds.law", bonds.law, &particle_materials));
-            } else {
-                let help = "bonds are made by \"cpm\", \"linear_bond\", or \"cohesive_beam\"; leave [bonds] out for a granular material";
-                self.conflict("bonds.law", "this law makes no bonds", help);
-            }
+            wanted.push(("bonds.law", bonds.law, &particle_materials));
         }
         if let Some(law) = scenario.contacts.law.law() {
             wanted.push(("contacts.law", law, &touching_materials));

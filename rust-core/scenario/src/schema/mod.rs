@@ -42,9 +42,8 @@ use serde::{Deserialize, Serialize};
 pub use bodies::{AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Selection, Side, Wall, WallShape};
 pub use error::{Problem, ProblemKind, ScenarioError, Source};
 pub use material::{
-    BeamModel, Bonds, CohesiveBeam, Condition, ContactLawName, Contacts, Cpm, CpmFormulation, DamageLaw, Deformable,
-    DeformableUpdate, Frictional, HertzMindlin, Interface, LawName, LinearBond, Material, ParticleElasticity,
-    YieldSurface,
+    BeamModel, BendingTerm, Bonds, Condition, ContactLawName, Contacts, CpmFormulation, DamageLaw, Deformable,
+    DeformableUpdate, Interface, LawName, Material, ParticleElasticity, YieldSurface,
 };
 pub use motion::{Damping, DampingForm, Integration, Lateral, Loading, Output, Safety, Scheme, Stop};
 pub use packing::{Axis, Lattice, Packing, Radii, Shape};

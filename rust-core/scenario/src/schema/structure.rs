@@ -186,7 +186,7 @@ impl Checker<'_> {
         let description = unresolved["description"].as_str().or(schema["description"].as_str()).unwrap_or("");
         let about = about(path, description);
         if let Some(words) = words(schema) {
-            self.word(value, &words, path, &about);
+            self.word(value, &words, schema, path, &about);
         } else if schema["x-dimension"].is_string() {
             self.quantity(value, unresolved, schema, path, &about);
         } else if schema["oneOf"].is_array() || schema["properties"].is_object() {
@@ -213,10 +213,17 @@ impl Checker<'_> {
         }
     }
 
-    fn word(&mut self, value: &Spanned<DeValue<'_>>, words: &[&str], path: &str, about: &str) {
+    fn word(&mut self, value: &Spanned<DeValue<'_>>, words: &[&str], schema: &Value, path: &str, about: &str) {
         let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
+        // Words that mean something, but not here: the schema has the message.
+        let refused = &schema["x-refused"];
+        let is_refused = |text: &str| refused["words"].as_array().is_some_and(|words| words.iter().any(|w| w == text));
         match value.get_ref() {
             DeValue::String(text) if words.contains(&text.as_ref()) => {}
+            DeValue::String(text) if is_refused(text) => {
+                let [message, help] = ["message", "help"].map(|key| refused[key].as_str().unwrap_or_default());
+                self.report(ProblemKind::Conflict, path, value.span(), true, message.to_owned(), help);
+            }
             DeValue::String(text) => {
                 let hint = nearest(text, words.iter().copied())
                     .map(|word| format!("did you mean \"{word}\"? "))
@@ -423,7 +430,7 @@ impl Checker<'_> {
                     self.keys(table, place, variant, path);
                 }
             }
-            Some((value, _)) => self.word(value, &kinds, &kind_path, ""),
+            Some((value, _)) => self.word(value, &kinds, &Value::Null, &kind_path, ""),
             None => {
                 let message = "missing key".to_owned();
                 let help = format!("add kind = {}", listing(&quoted));

@@ -277,7 +277,7 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
         L::DEFORMS
     }
     fn reads_orientations(&self) -> bool {
-        L::Kinematics::ONE_MODE
+        L::Kinematics::READS_ORIENTATIONS
     }
     fn reads_old_elongation(&self) -> bool {
         L::READS_OLD_ELONGATION

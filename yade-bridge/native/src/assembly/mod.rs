@@ -137,8 +137,8 @@ impl Assembly {
     /// The solver refuses them.
     pub fn new(mut state: State, model: Model, origin: Origin) -> Result<Self, String> {
         // Among the measures only those of YADE read velocities instead of rotations.
-        let beams = state.bonds.iter().any(|block| block.law() == "cohesive_beam");
-        let needs_rotation = beams || !matches!(model.mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
+        let oriented = state.bonds.iter().chain(&state.contacts).any(|block| block.reads_orientations());
+        let needs_rotation = oriented || !matches!(model.mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
         let needs_constraint = model.deformable.is_some();
         let solver = Solver::new(model, &mut state).map_err(|error| error.to_string())?;
         let losses = vec![0; state.particles.len()];

@@ -130,7 +130,7 @@ fn facts(arguments: &Arguments, found: &ElasticSearch) -> Facts {
             format!("{} per particle", number.si())
         });
         facts.add("bonds", many);
-        facts.add("contacts", format!("law = \"{}\"", scenario.contacts.law.law().map_or("none", LawName::key)));
+        facts.add("contacts", format!("law = \"{}\"", scenario.contacts.law.key()));
     }
     let achieved = &fit.achieved;
     facts.add(

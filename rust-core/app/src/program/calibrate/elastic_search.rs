@@ -44,6 +44,20 @@ steps = 1
 /// or more in packings with 8 to 14 bonds per particle; Madan 2019 has 0.09 to 0.35.
 const SOFTNESS: f64 = 0.2;
 
+/// Laws whose stiffnesses are sought: their elastic keys are known here.
+pub const CALIBRATED: [LawName; 3] = [LawName::Cpm, LawName::LinearBond, LawName::CohesiveBeam];
+
+/// The law of this name, of those in [`CALIBRATED`].
+///
+/// # Errors
+/// The names to choose from.
+pub fn calibrated_law(name: &str) -> Result<LawName, String> {
+    CALIBRATED.into_iter().find(|law| law.key() == name).ok_or_else(|| {
+        let [first, second, third] = CALIBRATED.map(LawName::key);
+        format!("law is \"{name}\"; wanted is \"{first}\", \"{second}\", or \"{third}\"")
+    })
+}
+
 /// What is wanted of the bonds of a scenario.
 #[derive(Debug, Clone, Copy)]
 pub struct ElasticRequest {
@@ -181,7 +195,7 @@ fn parameters(scenario: &Scenario, found: &ElasticFit) -> Vec<(&'static str, &'s
             }
             parameters
         }
-        _ => {
+        Some(LawName::CohesiveBeam) => {
             let (Some(beam), Some((radius_factor, young_factor))) = (&material.cohesive_beam, found.beam_factors)
             else {
                 return Vec::new();
@@ -194,6 +208,8 @@ fn parameters(scenario: &Scenario, found: &ElasticFit) -> Vec<(&'static str, &'s
             }
             parameters
         }
+        // `asked` lets no other law pass.
+        Some(_) | None => Vec::new(),
     }
 }
 
@@ -220,12 +236,17 @@ fn asked(scenario: Option<&Scenario>, request: &ElasticRequest) -> Result<Scenar
         let help = format!("add [bonds], or say which law: {}", spelling.with("law", "linear_bond"));
         return Err(problem(&scenario, "bonds", message, &help));
     };
+    if !CALIBRATED.contains(&law) {
+        let message = format!("the elastic keys of law \"{}\" are not known to the search", law.key());
+        let help = format!("take a law whose keys are: {}", CALIBRATED.map(LawName::key).join(", "));
+        return Err(problem(&scenario, "bonds.law", &message, &help));
+    }
     let [material] = &scenario.materials[..] else {
         let message = "one material is calibrated at a time; the scenario has several";
         let help = "leave one [[material]] and calibrate each phase by itself";
         return Err(problem(&scenario, "material", message, help));
     };
-    if law != LawName::LinearBond {
+    if !law.facts().deforms {
         let right = spelling.with("law", "linear_bond");
         if request.deformable {
             let help = if request.law.is_some() { "take" } else { "leave it out, or take" };
@@ -298,8 +319,7 @@ fn with_law(scenario: &Scenario, law: LawName, request: &ElasticRequest) -> Resu
     let name = format!("{} with {}", scenario.source.name, request.spelling.with("law", law.key()));
     edited(scenario, &name, |document| {
         if follow {
-            // There are no contacts of the law of beams.
-            let word = if law == LawName::CohesiveBeam { "none" } else { law.key() };
+            let word = if law.facts().as_contact.is_some() { law.key() } else { "none" };
             replace(document.get_mut("contacts")?.get_mut("law")?, word.into())?;
         }
         if let Some(bonds) = document.get_mut("bonds") {
@@ -319,15 +339,15 @@ fn with_law(scenario: &Scenario, law: LawName, request: &ElasticRequest) -> Resu
             material.remove(old.key());
         }
         if !scenario.materials[0].has(law) {
-            let (values, comment) = start(law, request.young);
+            let (values, comment) = start(law, request.young)?;
             add_table(material, has_header, law.key(), comment, values);
         }
         Some(())
     })
 }
 
-/// Parameters to start from, and what to say about them.
-fn start(law: LawName, young: f64) -> (InlineTable, &'static str) {
+/// Parameters to start from, and what to say about them; `None` for a law whose elastic keys are not known.
+fn start(law: LawName, young: f64) -> Option<(InlineTable, &'static str)> {
     let table = |values: &[(&str, f64)]| values.iter().map(|(key, value)| (*key, *value)).collect::<InlineTable>();
     match law {
         LawName::Cpm => {
@@ -341,16 +361,17 @@ fn start(law: LawName, young: f64) -> (InlineTable, &'static str) {
                 ("friction_coefficient", 0.8),
             ]);
             values.insert("never_damage", true.into());
-            (values, "# Elastic: no damage, no slip. Strengths come from `concordem calibrate concrete`.\n")
+            Some((values, "# Elastic: no damage, no slip. Strengths come from `concordem calibrate concrete`.\n"))
         }
         LawName::CohesiveBeam => {
             let values = table(&[("young", young), ("poisson", 0.3), ("radius_ratio", 0.5)]);
-            (values, "# Elastic: bonds break only with a tensile_strength.\n")
+            Some((values, "# Elastic: bonds break only with a tensile_strength.\n"))
         }
-        _ => {
+        LawName::LinearBond => {
             let values = table(&[("normal_stiffness", 1e7), ("shear_stiffness", 2e6)]);
-            (values, "# Elastic: bonds break only with a normal_strength or shear_strength.\n")
+            Some((values, "# Elastic: bonds break only with a normal_strength or shear_strength.\n"))
         }
+        _ => None,
     }
 }
 

@@ -1,0 +1,303 @@
+//! The concrete particle model in scenarios: its table of parameters, and the rows made of it.
+
+use super::cpm::{Cpm, CpmError, CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
+use super::table::{Fault, LawTable, RegisteredLaw};
+use super::{ContactLaw, ParameterError};
+use crate::math;
+use crate::quantity::{Angle, Number, Stress, Time};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Concrete particle model (Šmilauer 2010; Stránský 2018, section 2.5).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename = "Cpm", deny_unknown_fields)]
+pub struct CpmTable {
+    /// Normal modulus of a link, Pa.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub young: Stress,
+    /// Shear modulus of a link divided by its normal modulus.
+    #[schemars(extend("minimum" = 0))]
+    pub shear_ratio: Number,
+    /// Tensile strain at which damage begins.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub crack_onset_strain: Number,
+    /// Decay strain of the softening divided by the crack onset strain.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub relative_ductility: Number,
+    /// Cohesion of the undamaged link: shear strength without normal stress, Pa.
+    #[schemars(extend("minimum" = 0))]
+    pub cohesion: Stress,
+    /// Angle of friction; or give `friction_coefficient`.
+    #[schemars(extend("minimum" = 0))]
+    pub friction_angle: Option<Angle>,
+    /// Tangent of the angle of friction; or give `friction_angle`.
+    #[schemars(extend("minimum" = 0))]
+    pub friction_coefficient: Option<Number>,
+    /// Which published form of the model.
+    #[serde(default)]
+    pub mode: CpmFormulation,
+    /// Shape of the softening branch.
+    #[serde(default)]
+    pub damage_law: DamageLaw,
+    /// Damage above which a link in tension is deleted; 1 keeps all.
+    #[serde(default = "one")]
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
+    pub omega_threshold: Number,
+    /// Keep the links undamaged whatever their strain.
+    #[serde(default)]
+    pub never_damage: bool,
+    /// Normal strain (negative) beyond which compression hardens plastically; elastic when left out.
+    #[schemars(extend("exclusiveMaximum" = 0))]
+    pub soft_strain: Option<Number>,
+    /// Hardening modulus beyond `soft_strain`, divided by the normal modulus.
+    #[schemars(extend("minimum" = 0, "maximum" = 1))]
+    pub relative_soft_stiffness: Option<Number>,
+    /// Confinement added to the normal stress of every link, Pa.
+    #[serde(default)]
+    pub isotropic_prestress: Stress,
+    /// Weight of the shear strain in the equivalent strain that drives damage.
+    #[serde(default)]
+    #[schemars(extend("minimum" = 0))]
+    pub shear_contribution: Number,
+    /// Yield surface of the shear stress; only in mode `woo`.
+    pub yield_surface: Option<YieldSurface>,
+    /// Speed of the logarithmic yield surface; only in mode `woo`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub yield_log_speed: Option<Number>,
+    /// Characteristic time of viscous damage, s; rate independent when left out; only in mode `woo`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub damage_time: Option<Time>,
+    /// Exponent of viscous damage; only in mode `woo`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub damage_rate_exponent: Option<Number>,
+    /// Characteristic time of viscous plasticity, s; rate independent when left out; only in mode `woo`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub plasticity_time: Option<Time>,
+    /// Exponent of viscous plasticity; only in mode `woo`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub plasticity_rate_exponent: Option<Number>,
+}
+
+fn one() -> Number {
+    Number::new(1.0)
+}
+
+impl CpmTable {
+    /// Tangent of the angle of friction; 0 when neither form of it is given (such a scenario does not pass the checks).
+    pub fn friction_tangent(&self) -> f64 {
+        match (self.friction_coefficient, self.friction_angle) {
+            (Some(coefficient), _) => coefficient.si(),
+            (None, Some(angle)) => {
+                let (sine, cosine) = math::sin_cos(angle.si());
+                sine / cosine
+            }
+            (None, None) => 0.0,
+        }
+    }
+
+    /// Parameters of a link within this material.
+    fn parameters(&self) -> CpmParameters {
+        let or = |value: Option<Number>, default: f64| value.map_or(default, Number::si);
+        let time = |value: Option<Time>| value.map_or(0.0, Time::si);
+        CpmParameters {
+            mode: self.mode,
+            damage_law: self.damage_law,
+            omega_threshold: self.omega_threshold.si(),
+            never_damage: self.never_damage,
+            shear_contribution: self.shear_contribution.si(),
+            soft_strain: or(self.soft_strain, 0.0),
+            relative_soft_stiffness: or(self.relative_soft_stiffness, 0.0),
+            isotropic_prestress: self.isotropic_prestress.si(),
+            yield_surface: self.yield_surface.unwrap_or_default(),
+            yield_log_speed: or(self.yield_log_speed, 0.1),
+            damage_time: time(self.damage_time),
+            damage_rate_exponent: or(self.damage_rate_exponent, 1.0),
+            plastic_time: time(self.plasticity_time),
+            plastic_rate_exponent: or(self.plasticity_rate_exponent, 1.0),
+            ..CpmParameters::new(
+                self.young.si(),
+                self.shear_ratio.si(),
+                self.cohesion.si(),
+                self.friction_angle.map_or_else(|| math::atan2(self.friction_tangent(), 1.0), Angle::si),
+                self.crack_onset_strain.si(),
+                self.relative_ductility.si(),
+            )
+        }
+    }
+
+    /// Faults of friction: given once, and less than a right angle.
+    fn faults_of_friction(&self) -> Option<Fault> {
+        match (self.friction_coefficient, self.friction_angle) {
+            (None, None) => Some(Fault::missing(
+                "friction_angle",
+                "neither `friction_angle` nor `friction_coefficient`",
+                "add `friction_coefficient = 0.8` (the tangent), or `friction_angle = \"38 deg\"`",
+            )),
+            (Some(_), Some(_)) => Some(Fault::conflict(
+                "friction_angle",
+                "both `friction_angle` and `friction_coefficient`",
+                "keep one: `friction_coefficient` is the tangent of `friction_angle`",
+            )),
+            (None, Some(angle)) if angle.si() >= std::f64::consts::FRAC_PI_2 => {
+                let help = format!("plain numbers are radians; did you mean \"{} deg\"?", angle.si());
+                Some(Fault::range("friction_angle", "must be less than a right angle", help))
+            }
+            _ => None,
+        }
+    }
+
+    /// Faults of keys that belong to one mode of the model.
+    fn faults_of_mode(&self) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        let damage = (
+            ("damage_time", self.damage_time.is_some()),
+            ("damage_rate_exponent", self.damage_rate_exponent.is_some()),
+        );
+        let plasticity = (
+            ("plasticity_time", self.plasticity_time.is_some()),
+            ("plasticity_rate_exponent", self.plasticity_rate_exponent.is_some()),
+        );
+        let woo = self.mode == CpmFormulation::Woo;
+        for ((time, has_time), (exponent, has_exponent)) in [damage, plasticity] {
+            if has_time != has_exponent && woo {
+                let (there, missing) = if has_time { (time, exponent) } else { (exponent, time) };
+                let help = format!("add `{missing} = ...`, or remove `{there}`");
+                faults.push(Fault::conflict(there, format!("`{there}` needs `{missing}`"), help));
+            }
+        }
+        let only_woo = [
+            ("yield_surface", self.yield_surface.is_some()),
+            ("yield_log_speed", self.yield_log_speed.is_some()),
+            damage.0,
+            damage.1,
+            plasticity.0,
+            plasticity.1,
+        ];
+        for (key, given) in only_woo {
+            if given && !woo {
+                let help = "write mode = \"woo\" for the full model, or remove this key";
+                faults.push(Fault::conflict(key, "has no effect in this mode of the model", help));
+            }
+        }
+        let logarithmic =
+            matches!(self.yield_surface, Some(YieldSurface::Logarithmic | YieldSurface::LogarithmicLinear));
+        if woo && logarithmic && self.yield_log_speed.is_none() {
+            let message = "missing key, which a logarithmic yield surface needs";
+            faults.push(Fault::missing("yield_log_speed", message, "add `yield_log_speed = 0.1`"));
+        }
+        if woo && !logarithmic && self.yield_log_speed.is_some() {
+            let help = "write yield_surface = \"logarithmic\" or \"logarithmic-linear\", or remove this key";
+            faults.push(Fault::conflict("yield_log_speed", "has no effect with this yield surface", help));
+        }
+        faults
+    }
+}
+
+impl LawTable for CpmTable {
+    fn faults(&self) -> Vec<Fault> {
+        let mut faults: Vec<Fault> = self.faults_of_friction().into_iter().collect();
+        if self.damage_law == DamageLaw::Linear && self.relative_ductility.si() <= 1.0 {
+            let help = "it is the strain at zero stress divided by the strain at peak stress";
+            let message = "must be greater than 1 with the linear damage law";
+            faults.push(Fault::range("relative_ductility", message, help));
+        }
+        if self.relative_soft_stiffness.is_some() && self.soft_strain.is_none() {
+            let help = "add `soft_strain = -3e-3`, the strain at which hardening begins, or remove it";
+            faults.push(Fault::conflict("relative_soft_stiffness", "has no effect without `soft_strain`", help));
+        }
+        if self.relative_soft_stiffness.is_none() && self.soft_strain.is_some() {
+            let help = "add `relative_soft_stiffness = 0.3`, the hardening modulus divided by the normal modulus";
+            let message = "missing key, which `soft_strain` needs";
+            faults.push(Fault::missing("relative_soft_stiffness", message, help));
+        }
+        faults.extend(self.faults_of_mode());
+        faults
+    }
+
+    fn uniform_key(&self) -> Option<(&'static str, String)> {
+        Some(("mode", format!("{:?}", self.mode)))
+    }
+
+    fn modulus(&self) -> Option<f64> {
+        Some(self.young.si())
+    }
+}
+
+/// The same error with the key of the table in place of the field of [`CpmParameters`].
+fn by_key(error: CpmError) -> ParameterError {
+    let key = |field: &'static str| match field {
+        "normal_modulus" => "young",
+        "limit_strain" => "crack_onset_strain",
+        "plastic_time" => "plasticity_time",
+        "plastic_rate_exponent" => "plasticity_rate_exponent",
+        same => same,
+    };
+    match error {
+        CpmError::OutOfRange { name, value, requirement } => {
+            ParameterError::OutOfRange { law: Cpm::NAME, parameter: key(name), value, requirement }
+        }
+        CpmError::NotInYade { name } => ParameterError::Cpm(CpmError::NotInYade { name: key(name) }),
+        CpmError::Unlike { name } => ParameterError::Cpm(CpmError::Unlike { name: key(name) }),
+    }
+}
+
+impl RegisteredLaw for Cpm {
+    type Table = CpmTable;
+    type Unbonded = Self;
+    const TITLE: &'static str = "concrete particle model";
+    const AS_BOND: Option<&'static str> = Some("Concrete particle model: cohesion, damage, plastic slip.");
+    const AS_CONTACT: Option<&'static str> = Some("Concrete particle model without cohesion.");
+
+    fn row(a: &CpmTable, b: &CpmTable) -> Result<Self, ParameterError> {
+        let (a, b) = (a.parameters(), b.parameters());
+        // Averaging equal parameters could round; take them as they are.
+        let mean = if a == b { a } else { a.average(&b).map_err(by_key)? };
+        Self::new(&mean).map_err(by_key)
+    }
+
+    fn unbonded_row(a: &CpmTable, b: &CpmTable) -> Result<Self, ParameterError> {
+        Self::row(a, b)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors name the keys of a scenario, not the fields of the law.
+    #[test]
+    fn errors_name_the_keys_of_the_table() {
+        let error = |change: fn(&mut CpmTable)| {
+            let mut table = CpmTable {
+                young: Stress::new(25e9),
+                shear_ratio: Number::new(0.2),
+                crack_onset_strain: Number::new(1e-4),
+                relative_ductility: Number::new(30.0),
+                cohesion: Stress::new(3e6),
+                friction_angle: None,
+                friction_coefficient: Some(Number::new(0.8)),
+                mode: CpmFormulation::default(),
+                damage_law: DamageLaw::default(),
+                omega_threshold: one(),
+                never_damage: false,
+                soft_strain: None,
+                relative_soft_stiffness: None,
+                isotropic_prestress: Stress::new(0.0),
+                shear_contribution: Number::new(0.0),
+                yield_surface: None,
+                yield_log_speed: None,
+                damage_time: None,
+                damage_rate_exponent: None,
+                plasticity_time: None,
+                plasticity_rate_exponent: None,
+            };
+            change(&mut table);
+            Cpm::row(&table, &table).map_err(|error| error.to_string())
+        };
+        assert!(error(|_| ()).is_ok());
+        let message = error(|t| t.crack_onset_strain = Number::new(-1.0)).unwrap_err();
+        assert_eq!(message, "law cpm: crack_onset_strain = -1 must be positive");
+        let message = error(|t| t.young = Stress::new(0.0)).unwrap_err();
+        assert_eq!(message, "law cpm: young = 0 must be positive");
+    }
+}

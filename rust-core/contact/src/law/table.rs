@@ -1,0 +1,151 @@
+//! What scenarios and hosts must know of a law besides its answer to motion: its table of parameters and its roles.
+
+use std::fmt::Debug;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::{ContactLaw, Field, Kinematics, LawState, ParameterError};
+
+/// A law with a table of parameters. All laws of [`for_each_law!`](crate::for_each_law) have one.
+///
+/// Scenarios, result files, and hosts take everything from this trait and from [`ContactLaw`]: the table, the rows made of
+/// it, the roles of the law, and their descriptions. No other code lists the laws.
+pub trait RegisteredLaw: ContactLaw {
+    /// Parameters of one material, as in `[material.NAME]` of a scenario.
+    type Table: LawTable + Clone + PartialEq + Serialize + DeserializeOwned + JsonSchema;
+    /// Law of pairs without a bond where `contacts.law` names this law. It is `Self`, unless a broken bond becomes another
+    /// law: a broken [`LinearBond`](super::LinearBond) is a [`Frictional`](super::Frictional) contact.
+    type Unbonded: ContactLaw;
+    /// Name of the law in a sentence: "linear bond".
+    const TITLE: &'static str;
+    /// What the law does as a bond, in one sentence; `None` if it makes no bonds.
+    const AS_BOND: Option<&'static str> = None;
+    /// What the law does without a bond, in one sentence; `None` if it acts in bonds only.
+    const AS_CONTACT: Option<&'static str> = None;
+
+    /// The row of coefficients of a bond (or contact) between two materials with these tables; `a` and `b` are the same
+    /// table within one material and across an `[[interface]]`.
+    ///
+    /// # Errors
+    /// Values out of range, by the keys of the table; tables that cannot be combined.
+    fn row(a: &Self::Table, b: &Self::Table) -> Result<Self, ParameterError>;
+
+    /// The same for pairs without a bond. Laws that do not change after breaking write `Self::row(a, b)`.
+    ///
+    /// # Errors
+    /// As [`Self::row`].
+    fn unbonded_row(a: &Self::Table, b: &Self::Table) -> Result<Self::Unbonded, ParameterError>;
+}
+
+/// Parameters of a law in one material. Ranges of single keys are in the schema of the struct; this trait tells the rest.
+pub trait LawTable: Debug + Send + Sync {
+    /// Faults that the range of a single key does not show: keys that exclude each other, or that need each other.
+    fn faults(&self) -> Vec<Fault> {
+        Vec::new()
+    }
+
+    /// A key that must have the same value in all tables of a run, and its value.
+    fn uniform_key(&self) -> Option<(&'static str, String)> {
+        None
+    }
+
+    /// Elastic modulus, Pa: sets the time scale on which platens start. `None` for laws that have none.
+    fn modulus(&self) -> Option<f64> {
+        None
+    }
+
+    /// Mean stress of a particle at which all its bonds break, Pa; `None`: never.
+    fn hydrostatic_strength(&self) -> Option<f64> {
+        None
+    }
+}
+
+/// Class of a [`Fault`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FaultKind {
+    /// A key is missing.
+    Missing,
+    /// Keys that do not go together.
+    Conflict,
+    /// A value out of range.
+    Range,
+}
+
+/// A fault of a table, for the user.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fault {
+    /// Class.
+    pub kind: FaultKind,
+    /// Key in the table; empty for the table as a whole.
+    pub key: &'static str,
+    /// What is wrong.
+    pub message: String,
+    /// What to do.
+    pub help: String,
+}
+
+impl Fault {
+    /// A missing key.
+    pub fn missing(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self { kind: FaultKind::Missing, key, message: message.into(), help: help.into() }
+    }
+
+    /// A key that does not go with the others.
+    pub fn conflict(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self { kind: FaultKind::Conflict, key, message: message.into(), help: help.into() }
+    }
+
+    /// A value out of range.
+    pub fn range(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self { kind: FaultKind::Range, key, message: message.into(), help: help.into() }
+    }
+}
+
+/// Constants of a law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LawFacts {
+    /// [`ContactLaw::NAME`].
+    pub key: &'static str,
+    /// [`RegisteredLaw::TITLE`].
+    pub title: &'static str,
+    /// [`RegisteredLaw::AS_BOND`].
+    pub as_bond: Option<&'static str>,
+    /// [`RegisteredLaw::AS_CONTACT`].
+    pub as_contact: Option<&'static str>,
+    /// [`ContactLaw::DEFORMS`].
+    pub deforms: bool,
+    /// [`ContactLaw::TRANSMITS_MOMENT`].
+    pub transmits_moment: bool,
+    /// [`Kinematics::READS_ORIENTATIONS`].
+    pub reads_orientations: bool,
+    /// Fields of the history of a bond.
+    pub history: &'static [Field],
+    /// Fields of the history of a contact without a bond.
+    pub unbonded_history: &'static [Field],
+}
+
+impl LawFacts {
+    /// Those of law `L`.
+    pub const fn of<L: RegisteredLaw>() -> Self {
+        Self {
+            key: L::NAME,
+            title: L::TITLE,
+            as_bond: L::AS_BOND,
+            as_contact: L::AS_CONTACT,
+            deforms: L::DEFORMS,
+            transmits_moment: L::TRANSMITS_MOMENT,
+            reads_orientations: L::Kinematics::READS_ORIENTATIONS,
+            history: <L::State as LawState>::FIELDS,
+            unbonded_history: <<L::Unbonded as ContactLaw>::State as LawState>::FIELDS,
+        }
+    }
+}
+
+/// Access to the table of one law in a [`Material`](crate::material::Material) or
+/// [`Interface`](crate::material::Interface).
+pub trait HasTable<L: RegisteredLaw> {
+    /// The table, if it is there.
+    fn table(&self) -> Option<&L::Table>;
+}

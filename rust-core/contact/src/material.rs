@@ -1,0 +1,116 @@
+//! Materials: density, elastic constants of the particles, and the parameter tables of contact laws.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::law::{self, Elastic, HasTable, LawName, LawTable, RegisteredLaw};
+use crate::quantity::{Density, Number, Stress};
+
+/// Elastic constants of particles that deform under their contacts (Madan 2019).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ParticleElasticity {
+    /// Young's modulus of the particles, Pa.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub young: Stress,
+    /// Poisson's ratio of the particles.
+    #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
+    pub poisson: Number,
+}
+
+/// Title of the table of a law, for the schema.
+fn about<L: RegisteredLaw>() -> String {
+    format!("Parameters of the {}.", L::TITLE)
+}
+
+macro_rules! with_tables {
+    ($($key:ident: $Law:ident,)*) => {
+        /// A material.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct Material {
+            /// Name, by which sets and walls refer to it. The first material is that of all particles in no other's set.
+            pub name: String,
+            /// Mass density of the particles themselves (not of the packing), kg/m³.
+            #[schemars(extend("exclusiveMinimum" = 0))]
+            pub density: Density,
+            $(
+                #[doc = concat!("Parameters of [`", stringify!($Law), "`](law::", stringify!($key), ").")]
+                #[schemars(extend("description" = about::<law::$key::$Law>()))]
+                pub $key: Option<<law::$key::$Law as RegisteredLaw>::Table>,
+            )*
+            /// Elastic constants of the particles themselves, which deform under their contacts; rigid when left out.
+            pub deformable: Option<ParticleElasticity>,
+        }
+
+        /// Parameters between two materials, in place of the average of theirs.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct Interface {
+            /// Names of the two materials.
+            pub between: [String; 2],
+            $(
+                #[doc = concat!("Parameters of [`", stringify!($Law), "`](law::", stringify!($key), ").")]
+                #[schemars(extend("description" = about::<law::$key::$Law>()))]
+                pub $key: Option<<law::$key::$Law as RegisteredLaw>::Table>,
+            )*
+        }
+
+        impl Material {
+            /// The tables that are there, by law.
+            pub fn tables(&self) -> Vec<(LawName, &dyn LawTable)> {
+                let mut tables: Vec<(LawName, &dyn LawTable)> = Vec::new();
+                $(tables.extend(self.$key.as_ref().map(|table| (LawName::$Law, table as &dyn LawTable)));)*
+                tables
+            }
+        }
+
+        impl Interface {
+            /// The tables that are there, by law.
+            pub fn tables(&self) -> Vec<(LawName, &dyn LawTable)> {
+                let mut tables: Vec<(LawName, &dyn LawTable)> = Vec::new();
+                $(tables.extend(self.$key.as_ref().map(|table| (LawName::$Law, table as &dyn LawTable)));)*
+                tables
+            }
+        }
+
+        $(
+            impl HasTable<law::$key::$Law> for Material {
+                fn table(&self) -> Option<&<law::$key::$Law as RegisteredLaw>::Table> {
+                    self.$key.as_ref()
+                }
+            }
+            impl HasTable<law::$key::$Law> for Interface {
+                fn table(&self) -> Option<&<law::$key::$Law as RegisteredLaw>::Table> {
+                    self.$key.as_ref()
+                }
+            }
+        )*
+    };
+}
+crate::for_each_law!(with_tables);
+
+impl Material {
+    /// The table of a law, if it is there.
+    pub fn table_of(&self, law: LawName) -> Option<&dyn LawTable> {
+        self.tables().into_iter().find(|(name, _)| *name == law).map(|(_, table)| table)
+    }
+
+    /// Whether the material has parameters of the law.
+    pub fn has(&self, law: LawName) -> bool {
+        self.table_of(law).is_some()
+    }
+
+    /// Elastic constants of the particles; rigid if they do not deform.
+    pub fn elasticity(&self) -> Elastic {
+        self.deformable.as_ref().map_or(Elastic::RIGID, |t| Elastic { young: t.young.si(), poisson: t.poisson.si() })
+    }
+}
+
+impl Interface {
+    /// Whether it is between these two materials, in either order.
+    pub fn joins(&self, a: &str, b: &str) -> bool {
+        let [x, y] = &self.between;
+        (x == a && y == b) || (x == b && y == a)
+    }
+}

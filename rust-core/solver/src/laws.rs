@@ -1,0 +1,117 @@
+//! From the parameter tables of materials to a block of contacts under one law.
+
+use concordem_contact::law::{self, ContactLaw, ContactLawName, HasTable, LawName, ParameterError, RegisteredLaw};
+use concordem_contact::material::{Interface, Material};
+
+use crate::PairCoefficients;
+use crate::forces::EvaluatedContacts;
+use crate::state::contacts::ContactBlock;
+
+/// A block without contacts, and which of its rows serves which materials.
+pub type BlockAndRows = (Box<dyn EvaluatedContacts>, PairCoefficients);
+
+/// Why tables make no block.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LawError {
+    /// The parameters of two materials do not make a law.
+    #[error("law `{law}` between materials `{}` and `{}`: {source}", materials[0], materials[1])]
+    Parameters {
+        /// Law.
+        law: &'static str,
+        /// Names of the two materials.
+        materials: Box<[String; 2]>,
+        /// What is wrong.
+        source: Box<ParameterError>,
+    },
+    /// More pairs of materials than rows can be numbered.
+    #[error(
+        "the materials with parameters of \"{law}\" make more pairs than the {most} that contacts can tell apart; give `{law}` \
+         to at most 255 materials, or join those with the same parameters"
+    )]
+    TooManyPairs {
+        /// Law.
+        law: &'static str,
+        /// Most rows.
+        most: usize,
+    },
+}
+
+macro_rules! dispatch {
+    ($($key:ident: $Law:ident,)*) => {
+        /// A block of bonds of `law` without contacts, with all its rows, and which row serves which pairs of `materials`.
+        /// Pairs of which one material has no table of the law get no row.
+        ///
+        /// # Errors
+        /// Parameters that make no law; too many pairs of materials.
+        pub fn block(law: LawName, materials: &[Material], interfaces: &[Interface]) -> Result<BlockAndRows, LawError> {
+            match law {
+                $(LawName::$Law => block_of::<law::$key::$Law, _>(materials, interfaces, law::$key::$Law::row),)*
+            }
+        }
+
+        /// The same for contacts without a bond.
+        fn unbonded_block(
+            law: LawName,
+            materials: &[Material],
+            interfaces: &[Interface],
+        ) -> Result<BlockAndRows, LawError> {
+            match law {
+                $(LawName::$Law => {
+                    block_of::<law::$key::$Law, _>(materials, interfaces, law::$key::$Law::unbonded_row)
+                })*
+            }
+        }
+    };
+}
+concordem_contact::for_each_law!(dispatch);
+
+/// Like [`block`], for contacts without a bond; nothing for [`ContactLawName::NONE`].
+///
+/// # Errors
+/// As [`block`].
+pub fn contact_block(
+    law: ContactLawName,
+    materials: &[Material],
+    interfaces: &[Interface],
+) -> Result<Option<BlockAndRows>, LawError> {
+    law.law().map(|law| unbonded_block(law, materials, interfaces)).transpose()
+}
+
+/// A block of `R`, whose rows are made of tables of law `L`.
+fn block_of<L: RegisteredLaw, R: ContactLaw>(
+    materials: &[Material],
+    interfaces: &[Interface],
+    row: fn(&L::Table, &L::Table) -> Result<R, ParameterError>,
+) -> Result<BlockAndRows, LawError>
+where
+    Material: HasTable<L>,
+    Interface: HasTable<L>,
+{
+    let mut rows = Vec::new();
+    let mut map = PairCoefficients::new(materials.len());
+    for (i, a) in materials.iter().enumerate() {
+        for (j, b) in materials.iter().enumerate().skip(i) {
+            let interface = interfaces.iter().find(|interface| interface.joins(&a.name, &b.name));
+            let between = interface.and_then(HasTable::<L>::table);
+            let (Some(table_a), Some(table_b)) = (between.or(a.table()), between.or(b.table())) else { continue };
+            let made = row(table_a, table_b).map_err(|source| LawError::Parameters {
+                law: L::NAME,
+                materials: Box::new([a.name.clone(), b.name.clone()]),
+                source: Box::new(source),
+            })?;
+            // Every ordered pair has a row, so that 255 materials make 65025 of them.
+            let most = usize::from(PairCoefficients::NONE);
+            if rows.len() + if i == j { 1 } else { 2 } > most {
+                return Err(LawError::TooManyPairs { law: L::NAME, most });
+            }
+            map.set(i as u16, j as u16, rows.len() as u16);
+            rows.push(made);
+            if i != j {
+                map.set(j as u16, i as u16, rows.len() as u16);
+                rows.push(made.exchanged());
+            }
+        }
+    }
+    Ok((Box::new(ContactBlock::new(rows)), map))
+}
