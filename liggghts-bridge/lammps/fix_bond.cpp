@@ -1,5 +1,5 @@
-/* fix concordem/bond in LAMMPS, see fix_bond.h. Differs from the one for LIGGGHTS where the hosts do: forces are added after those
-   of pair styles (which may take the virial from the sum of forces), virials are tallied, bonds may be the atoms' own.
+/* fix concordem/bond for LAMMPS, see fix_bond.h. Differences from the one for LIGGGHTS: it adds forces after those of pair styles (which
+   may take the virial from the sum of forces), tallies virials, and can take bonds from the atoms' own lists.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "fix_bond.h"
@@ -13,82 +13,31 @@
 #include "domain.h"
 #include "error.h"
 #include "force.h"
-#include "memory.h"
-#include "modify.h"
 #include "neighbor.h"
-#include "output.h"
 #include "update.h"
 
 #include "host.h"
 
 using namespace LAMMPS_NS;
 
-FixConcordemBond::FixConcordemBond(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
+FixConcordemBond::FixConcordemBond(LAMMPS *lmp, int narg, char **arg) : FixBondBase(lmp, narg, arg)
 {
-  message_.text = text_;
-  message_.capacity = sizeof(text_);
-  text_[0] = 0;
-  if (!atom->radius_flag || !atom->rmass_flag || !atom->omega_flag || !atom->torque_flag)
-    fail("needs atoms with radius, mass, spin, and torque: use `atom_style bpm/sphere` or `atom_style sphere`");
-  if (!atom->tag_enable) fail("needs atom ids: remove `atom_modify id no`");
-  if (domain->triclinic) fail("needs an orthogonal box, not a triclinic one");
-  if (strcmp(update->unit_style, "si") != 0) fail("takes its parameters in SI units: use `units si`");
-
-  network_ = concordem_network_new(arg + 3, narg - 3, atom->ntypes, &facts_, &message_);
-  if (!network_) fail(text_);
-  law_ = arg[3];
-
-  restart_global = 1;
-  restart_peratom = 1;
-  create_attribute = 1;
-  scalar_flag = 1;
-  vector_flag = 1;
-  size_vector = CONCORDEM_SUMS;
-  global_freq = 1;
-  extscalar = 1;
-  extvector = 1;
-  time_depend = 1;
   virial_global_flag = 1;
   virial_peratom_flag = 1;
   thermo_virial = 1;
   maxexchange_dynamic = 1;
-  periodic_ = domain->xperiodic || domain->yperiodic || domain->zperiodic;
-  comm_forward = facts_.communicated + (periodic_ ? 3 : 0);
-
-  FixConcordemBond::grow_arrays(atom->nmax);
-  atom->add_callback(Atom::GROW);
-  atom->add_callback(Atom::RESTART);
-  for (int i = 0; i < atom->nlocal; i++) FixConcordemBond::set_arrays(i);
 }
 
+// LAMMPS calls the fixes of its last set-up: `run N pre no` would call a deleted one, and so would a style. This makes the next run set
+// up in any case, as before the first run. (When LAMMPS ends, it deletes `update` before the fixes.)
 FixConcordemBond::~FixConcordemBond()
 {
-  if (network_) {
-    atom->delete_callback(id, Atom::GROW);
-    atom->delete_callback(id, Atom::RESTART);
-  }
-  memory->destroy(memory_);
-  memory->destroy(original_);
-  concordem_network_delete(network_);
-  // LAMMPS' lists of what to call are those of the last set-up: `run N pre no` would go on calling a fix that is gone, and so would a
-  // style. As before the first run, the next one is set up whatever it says. (When LAMMPS ends, `update` goes before fixes.)
   if (update) update->first_update = 0;
 }
 
 int FixConcordemBond::setmask()
 {
   return FixConst::PRE_EXCHANGE | FixConst::PRE_FORCE | FixConst::POST_FORCE;
-}
-
-void FixConcordemBond::fail(const std::string &text)
-{
-  error->all(FLERR, "Fix {} concordem/bond: {}", id, text);
-}
-
-// A message that may exist on one processor only: all are stopped.
-void FixConcordemBond::fail_on_this_processor()
-{
-  error->one(FLERR, "Fix {} concordem/bond: {}", id, text_);
 }
 
 void FixConcordemBond::serve(const ConcordemStyle *style, bool lists)
@@ -107,20 +56,16 @@ void FixConcordemBond::init()
   if (periodic_ != (domain->xperiodic || domain->yperiodic || domain->zperiodic))
     fail("must be defined after `boundary` or change_box have set the final boundaries");
 
-  // Atoms must be known as far as the longest bond reaches. It may stretch by 5 % before lists are rebuilt with a check.
-  double wanted = 0.0, smallest = 0.0;
-  if (!made_ && lists_) wanted = longest_given();
-  if (!made_ && facts_.creation == 2) wanted = longest_listed();
-  const double longest = concordem_longest(network_, facts_, made_, wanted, atom, groupbit, world, &smallest);
-  reach_ = MAX(1.05 * longest + neighbor->skin, facts_.reach);
+  double smallest = 0.0;
+  find_reach(!made_ && lists_ ? longest_given() : 0.0, &smallest);
   comm->cutghostuser = MAX(comm->cutghostuser, reach_);
   if (made_ && lists_) compare_with_lists();
 }
 
-// Longest of the bonds in the atoms' own lists, by the positions of all atoms in them.
+// Longest bond in the atoms' own lists, from the positions of all their atoms.
 double FixConcordemBond::longest_given()
 {
-  // Copies of neighbours need not be there yet: every processor gets the positions of partners it does not have.
+  // Ghosts may not exist yet: every processor asks for the positions of partners that it does not own.
   std::vector<int> asked;
   for (int i = 0; i < atom->nlocal; i++)
     for (int m = 0; m < atom->num_bond[i]; m++) {
@@ -172,10 +117,9 @@ void FixConcordemBond::setup_pre_exchange()
   FixConcordemBond::pre_exchange();
 }
 
-// The buffer for an atom that migrates must hold all its bonds.
 void FixConcordemBond::pre_exchange()
 {
-  maxexchange = facts_.atom_width + 2 + static_cast<int>(concordem_network_largest_pack(network_));
+  maxexchange = exchange_size();
 }
 
 void FixConcordemBond::setup_pre_force(int)
@@ -207,19 +151,14 @@ void FixConcordemBond::post_force(int vflag)
     find_forces(false, vflag_either);
     add_virial(vflag_global, virial, vflag_atom, vatom);
   }
-  // Bonds begin at the end of the step, unstressed, and are first asked in the next one.
+  // New bonds begin at the end of the step without strain; the next step evaluates them.
   if (!setup_ && creation_is_due()) make_bonds();
 }
 
 void FixConcordemBond::find_forces(bool energies, bool virial_wanted)
 {
-  ConcordemAtoms atoms = arrays();
-  const bool output_is_due = setup_ || update->ntimestep == output->next;
-  const bool sample = output_is_due || energies || facts_.sample_every_step;
-  const bool record = output_is_due || virial_wanted || concordem_compute_is_due(modify, update);
-  if (concordem_network_forces(network_, &atoms, setup_, sample, record, &message_) < 0) fail_on_this_processor();
-  if (sample) sampled_at_ = update->ntimestep;
-  if (lists_) take_broken_off_lists();
+  FixBondBase::find_forces(setup_, energies, virial_wanted);
+  if (lists_) remove_broken_from_lists();
 }
 
 void FixConcordemBond::add_virial(int global, double *sum, int per_atom, double **of_atoms) const
@@ -244,55 +183,18 @@ double FixConcordemBond::stored_energy() const
   return sums[3] + sums[4] + sums[5] + sums[6];
 }
 
-// Copies get what the network must know of them. On steps with new lists LAMMPS itself sends positions of copies, moved to
-// their periodic image, which rounds; bonds need what their owner has.
-void FixConcordemBond::communicate()
-{
-  if (periodic_)
-    for (int i = 0; i < atom->nlocal; i++)
-      for (int axis = 0; axis < 3; axis++) original_[i][axis] = atom->x[i][axis];
-  if (comm_forward) comm->forward_comm(this);
-}
-
 int FixConcordemBond::pack_forward_comm(int n, int *list, double *buf, int, int *)
 {
-  return concordem_pack_copies(n, list, buf, facts_.atom_width - facts_.communicated, facts_.atom_width, memory_,
-                        periodic_ ? original_ : nullptr);
+  return pack_ghosts(n, list, buf);
 }
 
 void FixConcordemBond::unpack_forward_comm(int n, int first_atom, double *buf)
 {
-  concordem_unpack_copies(n, first_atom, buf, facts_.atom_width - facts_.communicated, facts_.atom_width, memory_,
-                          periodic_ ? original_ : nullptr);
+  unpack_ghosts(n, first_atom, buf);
 }
 
-void FixConcordemBond::make_bonds()
-{
-  if (facts_.creation == 1 && concordem_network_make_near(network_, &message_) < 0) fail_on_this_processor();
-  if (facts_.creation == 2) concordem_network_make_listed(network_);
-  if (lists_) {
-    std::vector<std::array<int32_t, 2>> pairs;
-    for (int i = 0; i < atom->nlocal; i++)
-      for (int m = 0; m < atom->num_bond[i]; m++)
-        if (atom->bond_type[i][m] > 0) pairs.push_back({atom->tag[i], atom->bond_atom[i][m]});
-    concordem_network_make_given(network_, reinterpret_cast<const int32_t(*)[2]>(pairs.data()), pairs.size());
-  }
-  if (facts_.creation || lists_) rebuild();
-  made_ = true;
-  double total;
-  if (!concordem_count(network_, world, &total))
-    fail("neighbours on other processors are not known as far as bonds reach; add `reach LENGTH` with a larger length");
-  if (!facts_.creation && !lists_) return;
-  if (comm->me == 0) {
-    utils::logmesg(lmp, "fix {} concordem/bond: {:.0f} bonds of law {}\n", id, total, law_);
-    if (total == 0.0)
-      error->warning(FLERR, "Fix {} concordem/bond made no bonds: {}", id,
-                     lists_ ? "the atoms have none" : "is the factor too small, or the group empty?");
-  }
-}
-
-// The atoms' own lists of bonds follow.
-void FixConcordemBond::take_broken_off_lists()
+// Remove broken bonds from the atoms' own lists.
+void FixConcordemBond::remove_broken_from_lists()
 {
   const int32_t(*pairs)[2];
   const int64_t count = concordem_network_broken_now(network_, &pairs);
@@ -309,7 +211,7 @@ void FixConcordemBond::take_broken_off_lists()
         break;
       }
     }
-  // Until LAMMPS builds its list of bonds anew, others who read it see that these are off.
+  // Type 0 switches them off in LAMMPS' list of bonds until it is rebuilt.
   if (count)
     for (int n = 0; n < neighbor->nbondlist; n++) {
       int *bond = neighbor->bondlist[n];
@@ -319,7 +221,7 @@ void FixConcordemBond::take_broken_off_lists()
     }
 }
 
-// Another command may have changed the atoms' lists of bonds.
+// Fails if another command changed the atoms' lists of bonds.
 void FixConcordemBond::compare_with_lists()
 {
   double mine[3] = {0.0, 0.0, 0.0}, all[3];
@@ -334,4 +236,41 @@ void FixConcordemBond::compare_with_lists()
     fail(fmt::format("the atoms' lists hold {:.0f} ends of bonds, but {:.0f} were left at the end of the last run: bonds cannot be "
                      "added or removed after the first run",
                      all[2], all[0] + all[1]));
+}
+
+/* -------------------------------------------------------------------------------------- what the common part asks of LAMMPS */
+
+void FixBondBase::fail(const std::string &text)
+{
+  error->all(FLERR, "Fix {} concordem/bond: {}", id, text);
+}
+
+void FixBondBase::fail_on_this_processor()
+{
+  error->one(FLERR, "Fix {} concordem/bond: {}", id, text_);
+}
+
+void FixBondBase::communicate_ghosts()
+{
+  comm->forward_comm(this);
+}
+
+void FixBondBase::queue_bonds_of_lists()
+{
+  std::vector<std::array<int32_t, 2>> pairs;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int m = 0; m < atom->num_bond[i]; m++)
+      if (atom->bond_type[i][m] > 0) pairs.push_back({atom->tag[i], atom->bond_atom[i][m]});
+  concordem_network_make_given(network_, reinterpret_cast<const int32_t(*)[2]>(pairs.data()), pairs.size());
+}
+
+void FixBondBase::print(double bonds)
+{
+  utils::logmesg(lmp, "fix {} concordem/bond: {:.0f} bonds of law {}\n", id, bonds, law_);
+}
+
+void FixBondBase::warn_no_bonds()
+{
+  error->warning(FLERR, "Fix {} concordem/bond made no bonds: {}", id,
+                 lists_ ? "the atoms have none" : "is the factor too small, or the group empty?");
 }

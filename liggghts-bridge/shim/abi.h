@@ -1,121 +1,433 @@
-/* What the Rust side offers (src/abi.rs).
+/* Functions and structures of the Rust library (../src). Generated from the Rust sources by the test c_header: do not edit.
 
-   SPDX-License-Identifier: GPL-2.0-or-later */
-#ifndef CONCORDEM_ABI_H
-#define CONCORDEM_ABI_H
+   SPDX-License-Identifier: MIT OR Apache-2.0 */
+
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
 
-extern "C" {
+/// Reals of [`concordem_network_sums`].
+constexpr static const size_t CONCORDEM_SUMS = 12;
 
+/// Reals of [`concordem_network_totals`].
+constexpr static const size_t CONCORDEM_TOTALS = 9;
+
+/// Reals of a row of [`concordem_network_rows`].
+constexpr static const size_t CONCORDEM_ROW = 16;
+
+/// Property: Young's modulus and Poisson's ratio.
+constexpr static const uint32_t CONCORDEM_ELASTIC = 1;
+
+/// Property: coefficient of restitution.
+constexpr static const uint32_t CONCORDEM_RESTITUTION = 2;
+
+/// Property: stiffnesses.
+constexpr static const uint32_t CONCORDEM_STIFFNESS = 4;
+
+/// Property: damping.
+constexpr static const uint32_t CONCORDEM_DAMPING = 8;
+
+/// Property: characteristic velocity.
+constexpr static const uint32_t CONCORDEM_VELOCITY = 16;
+
+/// Reals in a row of [`Self::rows`].
+constexpr static const size_t ConcordemNetwork_ROW = 16;
+
+/// Bonds and contacts of the atoms of one processor.
 struct ConcordemNetwork;
 
-/* Atoms as LIGGGHTS holds them: `owned` of this processor, `count` with the copies of neighbours. */
+/// A law of pairs.
+struct ConcordemPairLaw;
+
+/// Forces of recorded contacts.
+struct ConcordemPairRecord;
+
+/// What the shim needs to know of the arguments.
+struct ConcordemFacts {
+  /// Reals stored per atom.
+  int32_t atom_width;
+  /// How many of them, the last ones, ghosts need.
+  int32_t communicated;
+  /// 0: no bonds are made, 1: by distance, 2: from a list.
+  int32_t creation;
+  /// Whether to sum stored energies at every step.
+  int32_t sample_every_step;
+  /// Index of the law of contacts without a bond; 0: none.
+  int32_t contacts;
+  /// Step at which bonds are made; negative: the first one.
+  int64_t at;
+  /// Factor on the sum of radii.
+  double factor;
+  /// Reach given by the user, m.
+  double reach;
+};
+
+/// Buffer of the caller that receives an error message, ended by a zero byte.
+struct ConcordemMessage {
+  /// First byte of the buffer; null: the message is dropped.
+  char *text;
+  /// Size of the buffer, bytes.
+  size_t capacity;
+};
+
+/// Atoms of the host: `owned` ones of this processor, `count` with the ghosts; see `Atoms` in `src/atoms.rs`. Vectors are three
+/// reals.
 struct ConcordemAtoms {
-  int32_t owned, count, group, memory_width;
-  const int32_t *tag, *type, *mask;
-  const double *position, *velocity, *spin, *radius, *mass;
-  double *force, *torque, *memory;
+  int32_t owned;
+  int32_t count;
+  /// Bit of the group.
+  int32_t group;
+  /// Reals of `memory` per atom.
+  int32_t memory_width;
+  const int32_t *tag;
+  const int32_t *kind;
+  const int32_t *mask;
+  const double *position;
+  const double *velocity;
+  const double *angular_velocity;
+  const double *radius;
+  const double *mass;
+  double *force;
+  double *torque;
+  double *memory;
+  /// Periodic edges of the box, m; 0: not periodic.
   double edge[3];
   double dt;
   int64_t step;
 };
 
-struct ConcordemFacts {
-  int32_t atom_width, communicated, creation, sample_every_step, contacts;
-  int64_t at;
-  double factor, reach;
+/// A normal model of `pair_style gran`, see `Model` in `src/pair.rs`.
+struct ConcordemPairModel {
+  const char *name;
+  /// Number in LIGGGHTS' hash of models.
+  int32_t number;
+  /// Bits of `CONCORDEM_ELASTIC` and so on.
+  uint32_t properties;
+  int32_t hertzian;
+  int32_t is_law;
 };
 
-struct ConcordemMessage {
-  char *text;
-  size_t capacity;
-};
-
-/* Reals of concordem_network_sums, _totals, and of a row of _rows. */
-enum { CONCORDEM_SUMS = 12, CONCORDEM_TOTALS = 9, CONCORDEM_ROW = 16 };
-
-// Name of law `index` of bonds, or of contacts; its length, -1 past the last.
-int32_t concordem_law_name(int32_t bonds, int32_t index, char *name, size_t capacity);
-
-ConcordemNetwork *concordem_network_new(const char *const *words, int32_t count, int32_t types, ConcordemFacts *,
-                                        const ConcordemMessage *);
-void concordem_network_delete(ConcordemNetwork *);
-void concordem_network_initial_memory(const ConcordemNetwork *, double *);
-int64_t concordem_network_rebuild(ConcordemNetwork *, const ConcordemAtoms *, double skin, double cutoff, double mean_radius,
-                                  const ConcordemMessage *);
-void concordem_network_make_listed(ConcordemNetwork *);
-void concordem_network_make_given(ConcordemNetwork *, const int32_t (*pairs)[2], int64_t count);
-int64_t concordem_network_broken_now(const ConcordemNetwork *, const int32_t (**pairs)[2]);
-void concordem_network_virial(const ConcordemNetwork *, double *total, double *per_atom, int64_t count);
-int64_t concordem_network_listed_atoms(const ConcordemNetwork *, int32_t *);
-double concordem_network_longest_listed(const ConcordemNetwork *, const double *positions, const double *edges);
-int64_t concordem_network_make_near(ConcordemNetwork *, const ConcordemMessage *);
-void concordem_network_turn(const ConcordemNetwork *, const ConcordemAtoms *);
-int64_t concordem_network_forces(ConcordemNetwork *, const ConcordemAtoms *, int32_t setup, int32_t sample, int32_t record,
-                                 const ConcordemMessage *);
-int64_t concordem_network_largest_pack(ConcordemNetwork *);
-int64_t concordem_network_pack(ConcordemNetwork *, int32_t tag, int32_t leaves, double *, int64_t capacity);
-int64_t concordem_network_unpack(ConcordemNetwork *, int32_t tag, const double *, int64_t count, const ConcordemMessage *);
-void concordem_network_sums(const ConcordemNetwork *, double *);
-void concordem_network_ends(const ConcordemNetwork *, double *);
-int64_t concordem_network_totals(const ConcordemNetwork *, double *);
-void concordem_network_resume(ConcordemNetwork *, const double *, int64_t found_at);
-int64_t concordem_network_stress(const ConcordemNetwork *, int64_t step, int32_t half_branch, double fraction, double *per_atom,
-                                 int64_t count, const ConcordemMessage *);
-int64_t concordem_network_couple_sums(const ConcordemNetwork *, int64_t step, double *sums, const ConcordemMessage *);
-void concordem_couple_of_sums(const double *sums, double volume, const double *centroid, double *result);
-double *concordem_network_rows(const ConcordemNetwork *, int64_t *count);
-void concordem_rows_delete(double *, int64_t count);
-double *concordem_network_records(const ConcordemNetwork *, int64_t *count, int64_t *length);
-void concordem_records_delete(double *, int64_t count, int64_t length);
-
-struct ConcordemPairLaw;
-struct ConcordemPairRecord;
-
+/// Properties of `types` atom types for [`concordem_pair_new`]: one real per type or per pair of types; null where the model does
+/// not need them.
 struct ConcordemPairProperties {
-  int32_t types, shear;
-  const double *young, *poisson, *restitution, *friction;
+  int32_t types;
+  /// 0: off, 1: no history, 2: history.
+  int32_t shear;
+  const double *young;
+  const double *poisson;
+  const double *restitution;
+  const double *friction;
   const double *stiffness[4];
   double velocity;
 };
 
+/// Neighbor lists and atoms of a pass: `count` atoms with ghosts, lists of the first `atoms` of `list`.
 struct ConcordemPairArrays {
-  int32_t owned, count, atoms, frozen, advance, stride;
-  const int32_t *list, *numbers;
-  int32_t *const *neighbours;
+  int32_t owned;
+  int32_t count;
+  int32_t atoms;
+  int32_t frozen;
+  int32_t advance;
+  int32_t stride;
+  const int32_t *list;
+  const int32_t *numbers;
+  const int32_t *const *neighbors;
   int32_t *const *flags;
   double *const *history;
-  const double *position, *velocity, *spin, *radius, *mass;
-  const int32_t *type, *mask;
-  double *force, *torque;
+  const double (*position)[3];
+  const double (*velocity)[3];
+  const double (*angular_velocity)[3];
+  const double *radius;
+  const double *mass;
+  const int32_t *kind;
+  const int32_t *mask;
+  double (*force)[3];
+  double (*torque)[3];
   double dt;
 };
 
-struct ConcordemPairForce {
-  int32_t i, j;
-  double force[3], torque[3], between[3];
-};
-
+/// A particle and a wall.
 struct ConcordemWallContact {
-  int32_t type, wall_type;
-  double radius, mass, distance;
-  double normal[3], position[3], velocity[3], spin[3], wall_velocity[3];
+  /// Type of the particle, from 1.
+  int32_t kind;
+  /// Type of the wall.
+  int32_t wall_kind;
+  /// Radius, m.
+  double radius;
+  /// Mass, kg.
+  double mass;
+  /// Distance of the center from the wall, m.
+  double distance;
+  /// Unit vector from the center to the wall.
+  double normal[3];
+  /// Centre, m.
+  double position[3];
+  /// Velocity, m/s.
+  double velocity[3];
+  /// Angular velocity, rad/s.
+  double angular_velocity[3];
+  /// Velocity of the wall at the contact, m/s.
+  double wall_velocity[3];
+  /// Time step, s; 0 during the set-up of a run.
   double dt;
 };
 
-ConcordemPairLaw *concordem_pair_new(int32_t model, const ConcordemPairProperties *, const ConcordemMessage *);
-void concordem_pair_delete(ConcordemPairLaw *);
+/// Force of a contact, for tallies.
+struct ConcordemPairForce {
+  /// Atoms.
+  int32_t i;
+  /// Atoms.
+  int32_t j;
+  /// Force on `i`, N.
+  double force[3];
+  /// Torque on `i`, N·m.
+  double torque[3];
+  /// Position of `i` less that of `j`, m.
+  double between[3];
+};
+
+extern "C" {
+
+/// A network from the `count` arguments of the script after the style; null and a message if they are not valid.
+ConcordemNetwork *concordem_network_new(const char *const *words,
+                                        int32_t count,
+                                        int32_t types,
+                                        ConcordemFacts *facts,
+                                        const ConcordemMessage *message);
+
+/// Delete a network.
+void concordem_network_delete(ConcordemNetwork *network);
+
+/// Fill the memory of a new atom, `ConcordemFacts::atom_width` reals.
+void concordem_network_initial_memory(const ConcordemNetwork *network, double *memory);
+
+/// 
+int64_t concordem_network_rebuild(ConcordemNetwork *network,
+                                  const ConcordemAtoms *atoms,
+                                  double skin,
+                                  double cutoff,
+                                  double mean_radius,
+                                  const ConcordemMessage *message);
+
+/// Queue the bonds of the list for the next rebuild.
+void concordem_network_make_listed(ConcordemNetwork *network);
+
+/// Queue bonds between `count` pairs of ids for the next rebuild.
+void concordem_network_make_given(ConcordemNetwork *network, const int32_t (*pairs)[2], int64_t count);
+
+/// Number of bonds that broke in the last force computation; `pairs` is set to their ids, valid until the next one.
+int64_t concordem_network_broken_now(const ConcordemNetwork *network, const int32_t (**pairs)[2]);
+
+/// Number of atoms in the list of bonds; writes their ids, ascending, to `ids` unless this is null.
+int64_t concordem_network_listed_atoms(const ConcordemNetwork *network, int32_t *ids);
+
+/// Length of the longest listed bond, m (current or rest length). `positions`: of the listed atoms in the order of
+/// [`concordem_network_listed_atoms`]; `edges`: of the periodic box, 0 where it is not periodic.
+double concordem_network_longest_listed(const ConcordemNetwork *network, const double *positions, const double *edges);
+
+/// Queue bonds between atoms closer than the factor of the script; their number, as this processor counts, or −1 and a message.
+int64_t concordem_network_make_near(ConcordemNetwork *network, const ConcordemMessage *message);
+
+/// Rotate owned atoms by the angular velocity of the step.
+void concordem_network_turn(const ConcordemNetwork *network, const ConcordemAtoms *atoms);
+
+/// Add the forces at the current positions to the atoms'. `setup`: nothing moves; `sample`: sum stored energies; `record`: keep the
+/// forces of contacts. 0, or −1 and a message.
+int64_t concordem_network_forces(ConcordemNetwork *network,
+                                 const ConcordemAtoms *atoms,
+                                 int32_t setup,
+                                 int32_t sample,
+                                 int32_t record,
+                                 const ConcordemMessage *message);
+
+/// Largest number of reals that [`concordem_network_pack`] writes for an atom.
+int64_t concordem_network_largest_pack(ConcordemNetwork *network);
+
+/// Number of reals in the records of atom `tag`; writes them to `buffer` if they fit into `capacity` reals and `buffer` is not
+/// null. `leaves`: the atom leaves this processor.
+int64_t concordem_network_pack(ConcordemNetwork *network, int32_t tag, int32_t leaves, double *buffer, int64_t capacity);
+
+/// Read the records of an atom that [`concordem_network_pack`] wrote. 0, or −1 and a message.
+int64_t concordem_network_unpack(ConcordemNetwork *network,
+                                 int32_t tag,
+                                 const double *buffer,
+                                 int64_t count,
+                                 const ConcordemMessage *message);
+
+/// Add the virial (J: xx, yy, zz, xy, xz, yz) to `total` and to `per_atom`, six reals for each of `count` atoms (null: none).
+void concordem_network_virial(const ConcordemNetwork *network, double *total, double *per_atom, int64_t count);
+
+/// Stress (Pa, nine reals) of each of `count` atoms at `step`, with half of each branch per atom (`half_branch`) or the part up to
+/// the contact point. The volume is that of the sphere, divided by the packing fraction `fraction` unless this is 0. 0, or −1 and
+/// a message.
+int64_t concordem_network_stress(const ConcordemNetwork *network,
+                                 int64_t step,
+                                 int32_t half_branch,
+                                 double fraction,
+                                 double *per_atom,
+                                 int64_t count,
+                                 const ConcordemMessage *message);
+
+/// Sums for [`concordem_couple_of_sums`] at `step`: 18 reals, to be summed over processors. 0, or −1 and a message.
+int64_t concordem_network_couple_sums(const ConcordemNetwork *network, int64_t step, double *sums, const ConcordemMessage *message);
+
+/// Couple stress (N/m) about `centroid` (m), then stress (Pa), nine reals each, from the sums of all processors
+/// ([`concordem_network_couple_sums`]): `μ = M/V + x⁰⊗(1×σ)` (Stránský 2018, (4.57)).
+void concordem_couple_of_sums(const double *sums, double volume, const double *centroid, double *result);
+
+/// Sums over the contacts that this processor counts, [`SUMS`] reals; the last one is the length of the longest bond.
+void concordem_network_sums(const ConcordemNetwork *network, double *sums);
+
+/// Number of bonds whose first, and whose second, atom this processor owns: 2 reals.
+void concordem_network_ends(const ConcordemNetwork *network, double *ends);
+
+/// Totals for a restart file, [`TOTALS`] reals; returns the step whose forces are stored, −1 for none.
+int64_t concordem_network_totals(const ConcordemNetwork *network, double *totals);
+
+/// Continue from a restart file with these [`TOTALS`] reals and the step whose forces it contains (−1: none).
+void concordem_network_resume(ConcordemNetwork *network, const double *totals, int64_t found_at);
+
+/// Rows of the recorded contacts, [`ROW`] reals each; the caller frees them with [`concordem_rows_delete`].
+double *concordem_network_rows(const ConcordemNetwork *network, int64_t *count);
+
+/// Free rows.
+void concordem_rows_delete(double *rows, int64_t count);
+
+/// Records of all contacts, `length` reals each; the caller frees them with [`concordem_records_delete`].
+double *concordem_network_records(const ConcordemNetwork *network, int64_t *count, int64_t *length);
+
+/// Free records.
+void concordem_records_delete(double *reals, int64_t count, int64_t length);
+
+/// Hash of the C header that this library was built with; a shim compares it with its own.
+uint64_t concordem_header_hash();
+
+/// Number of models; writes model `index` to `model` unless `index` is past the last one.
+int32_t concordem_pair_model(int32_t index, ConcordemPairModel *model);
+
+/// The law of model `model`; null and a message if its parameters are not valid.
+ConcordemPairLaw *concordem_pair_new(int32_t model, const ConcordemPairProperties *properties, const ConcordemMessage *message);
+
+/// Delete a law.
+void concordem_pair_delete(ConcordemPairLaw *law);
+
+/// Number of reals in the history of model `model`; writes for each whether it changes sign when the atoms are exchanged. −1: no
+/// such model.
 int32_t concordem_pair_history(int32_t model, int32_t *odd, int32_t capacity);
-int64_t concordem_pair_compute(const ConcordemPairLaw *, const ConcordemPairArrays *, ConcordemPairRecord *,
-                               const ConcordemMessage *);
-int64_t concordem_pair_wall(const ConcordemPairLaw *, const ConcordemWallContact *, double *history, int32_t width, double *wrench,
-                            const ConcordemMessage *);
+
+/// Add the forces of all pairs. With `record`: returns the number of contacts, and [`concordem_pair_recorded`] returns their forces.
+/// Without (null): 0. −1 and a message on an error.
+int64_t concordem_pair_compute(const ConcordemPairLaw *law,
+                               const ConcordemPairArrays *arrays,
+                               ConcordemPairRecord *record,
+                               const ConcordemMessage *message);
+
+/// Force (N) and torque (N·m) of a wall on a particle: six reals in `wrench`. `history` holds `width` reals.
+int64_t concordem_pair_wall(const ConcordemPairLaw *law,
+                            const ConcordemWallContact *contact,
+                            double *history,
+                            int32_t width,
+                            double *wrench,
+                            const ConcordemMessage *message);
+
+/// A new record for [`concordem_pair_compute`].
 ConcordemPairRecord *concordem_pair_record_new();
-const ConcordemPairForce *concordem_pair_recorded(const ConcordemPairRecord *);
-void concordem_pair_record_delete(ConcordemPairRecord *);
 
-}
+/// Forces in the record.
+const ConcordemPairForce *concordem_pair_recorded(const ConcordemPairRecord *record);
 
-#endif
+/// Delete a record.
+void concordem_pair_record_delete(ConcordemPairRecord *record);
+
+}  // extern "C"
+
+// Layout of the structures in Rust.
+static_assert(offsetof(ConcordemMessage, text) == 0 && sizeof(ConcordemMessage::text) == 8, "ConcordemMessage::text");
+static_assert(offsetof(ConcordemMessage, capacity) == 8 && sizeof(ConcordemMessage::capacity) == 8, "ConcordemMessage::capacity");
+static_assert(sizeof(ConcordemMessage) == 16 && alignof(ConcordemMessage) == 8, "ConcordemMessage");
+static_assert(offsetof(ConcordemAtoms, owned) == 0 && sizeof(ConcordemAtoms::owned) == 4, "ConcordemAtoms::owned");
+static_assert(offsetof(ConcordemAtoms, count) == 4 && sizeof(ConcordemAtoms::count) == 4, "ConcordemAtoms::count");
+static_assert(offsetof(ConcordemAtoms, group) == 8 && sizeof(ConcordemAtoms::group) == 4, "ConcordemAtoms::group");
+static_assert(offsetof(ConcordemAtoms, memory_width) == 12 && sizeof(ConcordemAtoms::memory_width) == 4, "ConcordemAtoms::memory_width");
+static_assert(offsetof(ConcordemAtoms, tag) == 16 && sizeof(ConcordemAtoms::tag) == 8, "ConcordemAtoms::tag");
+static_assert(offsetof(ConcordemAtoms, kind) == 24 && sizeof(ConcordemAtoms::kind) == 8, "ConcordemAtoms::kind");
+static_assert(offsetof(ConcordemAtoms, mask) == 32 && sizeof(ConcordemAtoms::mask) == 8, "ConcordemAtoms::mask");
+static_assert(offsetof(ConcordemAtoms, position) == 40 && sizeof(ConcordemAtoms::position) == 8, "ConcordemAtoms::position");
+static_assert(offsetof(ConcordemAtoms, velocity) == 48 && sizeof(ConcordemAtoms::velocity) == 8, "ConcordemAtoms::velocity");
+static_assert(offsetof(ConcordemAtoms, angular_velocity) == 56 && sizeof(ConcordemAtoms::angular_velocity) == 8, "ConcordemAtoms::angular_velocity");
+static_assert(offsetof(ConcordemAtoms, radius) == 64 && sizeof(ConcordemAtoms::radius) == 8, "ConcordemAtoms::radius");
+static_assert(offsetof(ConcordemAtoms, mass) == 72 && sizeof(ConcordemAtoms::mass) == 8, "ConcordemAtoms::mass");
+static_assert(offsetof(ConcordemAtoms, force) == 80 && sizeof(ConcordemAtoms::force) == 8, "ConcordemAtoms::force");
+static_assert(offsetof(ConcordemAtoms, torque) == 88 && sizeof(ConcordemAtoms::torque) == 8, "ConcordemAtoms::torque");
+static_assert(offsetof(ConcordemAtoms, memory) == 96 && sizeof(ConcordemAtoms::memory) == 8, "ConcordemAtoms::memory");
+static_assert(offsetof(ConcordemAtoms, edge) == 104 && sizeof(ConcordemAtoms::edge) == 24, "ConcordemAtoms::edge");
+static_assert(offsetof(ConcordemAtoms, dt) == 128 && sizeof(ConcordemAtoms::dt) == 8, "ConcordemAtoms::dt");
+static_assert(offsetof(ConcordemAtoms, step) == 136 && sizeof(ConcordemAtoms::step) == 8, "ConcordemAtoms::step");
+static_assert(sizeof(ConcordemAtoms) == 144 && alignof(ConcordemAtoms) == 8, "ConcordemAtoms");
+static_assert(offsetof(ConcordemFacts, atom_width) == 0 && sizeof(ConcordemFacts::atom_width) == 4, "ConcordemFacts::atom_width");
+static_assert(offsetof(ConcordemFacts, communicated) == 4 && sizeof(ConcordemFacts::communicated) == 4, "ConcordemFacts::communicated");
+static_assert(offsetof(ConcordemFacts, creation) == 8 && sizeof(ConcordemFacts::creation) == 4, "ConcordemFacts::creation");
+static_assert(offsetof(ConcordemFacts, sample_every_step) == 12 && sizeof(ConcordemFacts::sample_every_step) == 4, "ConcordemFacts::sample_every_step");
+static_assert(offsetof(ConcordemFacts, contacts) == 16 && sizeof(ConcordemFacts::contacts) == 4, "ConcordemFacts::contacts");
+static_assert(offsetof(ConcordemFacts, at) == 24 && sizeof(ConcordemFacts::at) == 8, "ConcordemFacts::at");
+static_assert(offsetof(ConcordemFacts, factor) == 32 && sizeof(ConcordemFacts::factor) == 8, "ConcordemFacts::factor");
+static_assert(offsetof(ConcordemFacts, reach) == 40 && sizeof(ConcordemFacts::reach) == 8, "ConcordemFacts::reach");
+static_assert(sizeof(ConcordemFacts) == 48 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
+static_assert(offsetof(ConcordemPairForce, i) == 0 && sizeof(ConcordemPairForce::i) == 4, "ConcordemPairForce::i");
+static_assert(offsetof(ConcordemPairForce, j) == 4 && sizeof(ConcordemPairForce::j) == 4, "ConcordemPairForce::j");
+static_assert(offsetof(ConcordemPairForce, force) == 8 && sizeof(ConcordemPairForce::force) == 24, "ConcordemPairForce::force");
+static_assert(offsetof(ConcordemPairForce, torque) == 32 && sizeof(ConcordemPairForce::torque) == 24, "ConcordemPairForce::torque");
+static_assert(offsetof(ConcordemPairForce, between) == 56 && sizeof(ConcordemPairForce::between) == 24, "ConcordemPairForce::between");
+static_assert(sizeof(ConcordemPairForce) == 80 && alignof(ConcordemPairForce) == 8, "ConcordemPairForce");
+static_assert(offsetof(ConcordemWallContact, kind) == 0 && sizeof(ConcordemWallContact::kind) == 4, "ConcordemWallContact::kind");
+static_assert(offsetof(ConcordemWallContact, wall_kind) == 4 && sizeof(ConcordemWallContact::wall_kind) == 4, "ConcordemWallContact::wall_kind");
+static_assert(offsetof(ConcordemWallContact, radius) == 8 && sizeof(ConcordemWallContact::radius) == 8, "ConcordemWallContact::radius");
+static_assert(offsetof(ConcordemWallContact, mass) == 16 && sizeof(ConcordemWallContact::mass) == 8, "ConcordemWallContact::mass");
+static_assert(offsetof(ConcordemWallContact, distance) == 24 && sizeof(ConcordemWallContact::distance) == 8, "ConcordemWallContact::distance");
+static_assert(offsetof(ConcordemWallContact, normal) == 32 && sizeof(ConcordemWallContact::normal) == 24, "ConcordemWallContact::normal");
+static_assert(offsetof(ConcordemWallContact, position) == 56 && sizeof(ConcordemWallContact::position) == 24, "ConcordemWallContact::position");
+static_assert(offsetof(ConcordemWallContact, velocity) == 80 && sizeof(ConcordemWallContact::velocity) == 24, "ConcordemWallContact::velocity");
+static_assert(offsetof(ConcordemWallContact, angular_velocity) == 104 && sizeof(ConcordemWallContact::angular_velocity) == 24, "ConcordemWallContact::angular_velocity");
+static_assert(offsetof(ConcordemWallContact, wall_velocity) == 128 && sizeof(ConcordemWallContact::wall_velocity) == 24, "ConcordemWallContact::wall_velocity");
+static_assert(offsetof(ConcordemWallContact, dt) == 152 && sizeof(ConcordemWallContact::dt) == 8, "ConcordemWallContact::dt");
+static_assert(sizeof(ConcordemWallContact) == 160 && alignof(ConcordemWallContact) == 8, "ConcordemWallContact");
+static_assert(offsetof(ConcordemPairModel, name) == 0 && sizeof(ConcordemPairModel::name) == 8, "ConcordemPairModel::name");
+static_assert(offsetof(ConcordemPairModel, number) == 8 && sizeof(ConcordemPairModel::number) == 4, "ConcordemPairModel::number");
+static_assert(offsetof(ConcordemPairModel, properties) == 12 && sizeof(ConcordemPairModel::properties) == 4, "ConcordemPairModel::properties");
+static_assert(offsetof(ConcordemPairModel, hertzian) == 16 && sizeof(ConcordemPairModel::hertzian) == 4, "ConcordemPairModel::hertzian");
+static_assert(offsetof(ConcordemPairModel, is_law) == 20 && sizeof(ConcordemPairModel::is_law) == 4, "ConcordemPairModel::is_law");
+static_assert(sizeof(ConcordemPairModel) == 24 && alignof(ConcordemPairModel) == 8, "ConcordemPairModel");
+static_assert(offsetof(ConcordemPairProperties, types) == 0 && sizeof(ConcordemPairProperties::types) == 4, "ConcordemPairProperties::types");
+static_assert(offsetof(ConcordemPairProperties, shear) == 4 && sizeof(ConcordemPairProperties::shear) == 4, "ConcordemPairProperties::shear");
+static_assert(offsetof(ConcordemPairProperties, young) == 8 && sizeof(ConcordemPairProperties::young) == 8, "ConcordemPairProperties::young");
+static_assert(offsetof(ConcordemPairProperties, poisson) == 16 && sizeof(ConcordemPairProperties::poisson) == 8, "ConcordemPairProperties::poisson");
+static_assert(offsetof(ConcordemPairProperties, restitution) == 24 && sizeof(ConcordemPairProperties::restitution) == 8, "ConcordemPairProperties::restitution");
+static_assert(offsetof(ConcordemPairProperties, friction) == 32 && sizeof(ConcordemPairProperties::friction) == 8, "ConcordemPairProperties::friction");
+static_assert(offsetof(ConcordemPairProperties, stiffness) == 40 && sizeof(ConcordemPairProperties::stiffness) == 32, "ConcordemPairProperties::stiffness");
+static_assert(offsetof(ConcordemPairProperties, velocity) == 72 && sizeof(ConcordemPairProperties::velocity) == 8, "ConcordemPairProperties::velocity");
+static_assert(sizeof(ConcordemPairProperties) == 80 && alignof(ConcordemPairProperties) == 8, "ConcordemPairProperties");
+static_assert(offsetof(ConcordemPairArrays, owned) == 0 && sizeof(ConcordemPairArrays::owned) == 4, "ConcordemPairArrays::owned");
+static_assert(offsetof(ConcordemPairArrays, count) == 4 && sizeof(ConcordemPairArrays::count) == 4, "ConcordemPairArrays::count");
+static_assert(offsetof(ConcordemPairArrays, atoms) == 8 && sizeof(ConcordemPairArrays::atoms) == 4, "ConcordemPairArrays::atoms");
+static_assert(offsetof(ConcordemPairArrays, frozen) == 12 && sizeof(ConcordemPairArrays::frozen) == 4, "ConcordemPairArrays::frozen");
+static_assert(offsetof(ConcordemPairArrays, advance) == 16 && sizeof(ConcordemPairArrays::advance) == 4, "ConcordemPairArrays::advance");
+static_assert(offsetof(ConcordemPairArrays, stride) == 20 && sizeof(ConcordemPairArrays::stride) == 4, "ConcordemPairArrays::stride");
+static_assert(offsetof(ConcordemPairArrays, list) == 24 && sizeof(ConcordemPairArrays::list) == 8, "ConcordemPairArrays::list");
+static_assert(offsetof(ConcordemPairArrays, numbers) == 32 && sizeof(ConcordemPairArrays::numbers) == 8, "ConcordemPairArrays::numbers");
+static_assert(offsetof(ConcordemPairArrays, neighbors) == 40 && sizeof(ConcordemPairArrays::neighbors) == 8, "ConcordemPairArrays::neighbors");
+static_assert(offsetof(ConcordemPairArrays, flags) == 48 && sizeof(ConcordemPairArrays::flags) == 8, "ConcordemPairArrays::flags");
+static_assert(offsetof(ConcordemPairArrays, history) == 56 && sizeof(ConcordemPairArrays::history) == 8, "ConcordemPairArrays::history");
+static_assert(offsetof(ConcordemPairArrays, position) == 64 && sizeof(ConcordemPairArrays::position) == 8, "ConcordemPairArrays::position");
+static_assert(offsetof(ConcordemPairArrays, velocity) == 72 && sizeof(ConcordemPairArrays::velocity) == 8, "ConcordemPairArrays::velocity");
+static_assert(offsetof(ConcordemPairArrays, angular_velocity) == 80 && sizeof(ConcordemPairArrays::angular_velocity) == 8, "ConcordemPairArrays::angular_velocity");
+static_assert(offsetof(ConcordemPairArrays, radius) == 88 && sizeof(ConcordemPairArrays::radius) == 8, "ConcordemPairArrays::radius");
+static_assert(offsetof(ConcordemPairArrays, mass) == 96 && sizeof(ConcordemPairArrays::mass) == 8, "ConcordemPairArrays::mass");
+static_assert(offsetof(ConcordemPairArrays, kind) == 104 && sizeof(ConcordemPairArrays::kind) == 8, "ConcordemPairArrays::kind");
+static_assert(offsetof(ConcordemPairArrays, mask) == 112 && sizeof(ConcordemPairArrays::mask) == 8, "ConcordemPairArrays::mask");
+static_assert(offsetof(ConcordemPairArrays, force) == 120 && sizeof(ConcordemPairArrays::force) == 8, "ConcordemPairArrays::force");
+static_assert(offsetof(ConcordemPairArrays, torque) == 128 && sizeof(ConcordemPairArrays::torque) == 8, "ConcordemPairArrays::torque");
+static_assert(offsetof(ConcordemPairArrays, dt) == 136 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
+static_assert(sizeof(ConcordemPairArrays) == 144 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
+
+#define CONCORDEM_HEADER_HASH UINT64_C(0xbc730952f1aafa0c)

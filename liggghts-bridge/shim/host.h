@@ -1,4 +1,4 @@
-/* What the shims for LIGGGHTS and LAMMPS share, written against what both hosts' classes have in common.
+/* Functions for both hosts, written against what the classes of LIGGGHTS and LAMMPS have in common.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #ifndef CONCORDEM_HOST_H
@@ -22,10 +22,10 @@
 
 namespace LAMMPS_NS {
 
-// Version of what is written to restart files: another one with every change of the head, or of what its numbers mean.
+// Version of restart files: change it with every change of the head or of the meaning of its numbers.
 const int CONCORDEM_RESTART_VERSION = 2;
 
-// What a restart file holds besides atoms. The version comes first in all versions; heads of others have other lengths.
+// What a restart file holds besides atoms. All versions begin with the version; the length of the head differs.
 struct ConcordemRestartHead {
   int version;
   int made;
@@ -37,7 +37,7 @@ struct ConcordemRestartHead {
 
 static_assert(sizeof(ConcordemRestartHead) == 56 + 8 * CONCORDEM_TOTALS, "the head of restart files has a new length: a new version");
 
-// The host's arrays. `original` (NULL: as the host has them) are positions of copies that no periodic border has shifted.
+// The host's arrays. `original` are positions of ghosts before periodic borders shift them (NULL: the host's positions).
 inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, const Update *update, int groupbit, int width,
                                        double **memory, double **original)
 {
@@ -48,11 +48,11 @@ inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, c
   atoms.group = groupbit;
   atoms.memory_width = width;
   atoms.tag = atom->tag;
-  atoms.type = atom->type;
+  atoms.kind = atom->type;
   atoms.mask = atom->mask;
   atoms.position = count ? (original ? original[0] : atom->x[0]) : NULL;
   atoms.velocity = count ? atom->v[0] : NULL;
-  atoms.spin = count ? atom->omega[0] : NULL;
+  atoms.angular_velocity = count ? atom->omega[0] : NULL;
   atoms.radius = atom->radius;
   atoms.mass = atom->rmass;
   atoms.force = count ? atom->f[0] : NULL;
@@ -64,9 +64,9 @@ inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, c
   return atoms;
 }
 
-// What copies get beside what the host sends: memory from `first` on, and positions that no periodic border has shifted
-// (`original`, NULL: not needed). Returns the reals written.
-inline int concordem_pack_copies(int count, const int *list, double *buffer, int first, int width, double **memory,
+// Write what ghosts get besides the host's data: memory from `first` on, and positions before periodic borders shift them (`original`,
+// NULL: not needed). Returns the number of reals.
+inline int concordem_pack_ghosts(int count, const int *list, double *buffer, int first, int width, double **memory,
                                  double **original)
 {
   int m = 0;
@@ -79,7 +79,7 @@ inline int concordem_pack_copies(int count, const int *list, double *buffer, int
   return m;
 }
 
-inline void concordem_unpack_copies(int count, int first_atom, const double *buffer, int first, int width, double **memory,
+inline void concordem_unpack_ghosts(int count, int first_atom, const double *buffer, int first, int width, double **memory,
                                     double **original)
 {
   int m = 0;
@@ -90,7 +90,7 @@ inline void concordem_unpack_copies(int count, int first_atom, const double *buf
   }
 }
 
-// Whether a compute of ours is to be asked at this step.
+// Whether one of our computes is evaluated at this step.
 inline bool concordem_compute_is_due(const Modify *modify, const Update *update)
 {
   for (int k = 0; k < modify->ncompute; k++) {
@@ -100,7 +100,7 @@ inline bool concordem_compute_is_due(const Modify *modify, const Update *update)
   return false;
 }
 
-// Longest bond of the list at the present positions. `missing` is set to a listed atom that is not in the group, or to 0.
+// Longest bond of the list at the current positions. `missing`: a listed atom that is not in the group, or 0.
 inline double concordem_longest_listed(const ConcordemNetwork *network, const Atom *atom, const Domain *domain, int groupbit,
                                        MPI_Comm world, int *missing)
 {
@@ -128,8 +128,7 @@ inline double concordem_longest_listed(const ConcordemNetwork *network, const At
   return concordem_network_longest_listed(network, &all[0], edge);
 }
 
-// Longest bond or contact to be reckoned with, given the longest of those that a list or the host wants made. `smallest` is
-// set to the smallest radius.
+// Longest possible bond or contact. `wanted`: the longest one that a list or the host is about to make. `smallest`: the smallest radius.
 inline double concordem_longest(const ConcordemNetwork *network, const ConcordemFacts &facts, bool made, double wanted,
                                 const Atom *atom, int groupbit, MPI_Comm world, double *smallest)
 {
@@ -152,8 +151,8 @@ inline double concordem_longest(const ConcordemNetwork *network, const Concordem
   return longest;
 }
 
-// Mean radius of the group. In whole numbers of a unit so small that nothing is lost, since the sum must not depend on how
-// the atoms are shared out.
+// Mean radius of the group. Summed in integers of a unit that is small enough to be exact: the sum must not depend on the distribution of
+// the atoms.
 inline double concordem_mean_radius(const Atom *atom, int groupbit, MPI_Comm world)
 {
   double mine = 0.0, largest = 0.0;
@@ -178,7 +177,7 @@ inline double concordem_mean_radius(const Atom *atom, int groupbit, MPI_Comm wor
   return ldexp(static_cast<double>(sum / all[2]), -shift);
 }
 
-// Bonds in all, and whether every one is seen by the processors of both of its ends, or a copy was missing.
+// Total number of bonds; returns whether the processors of both ends know every bond.
 inline bool concordem_count(const ConcordemNetwork *network, MPI_Comm world, double *bonds)
 {
   double sums[CONCORDEM_SUMS];
@@ -190,7 +189,7 @@ inline bool concordem_count(const ConcordemNetwork *network, MPI_Comm world, dou
   return all[1] == all[2];
 }
 
-// Whether `buffer`, from a restart file, has a head of this version, which is then read.
+// Read the head of a restart file; false if it is of another version.
 inline bool concordem_read_restart_head(const char *buffer, ConcordemRestartHead *head)
 {
   int version;

@@ -31,11 +31,34 @@ using namespace LIGGGHTS;
 
 namespace {
 
-// Numbers of our normal models in LIGGGHTS' hash of models (six bits); its own are below 13.
-const int FIRST_MODEL = 58;
-const int MODELS = 6;
-const char *const NAMES[MODELS] = {"concordem/hertz",           "concordem/hertz/stiffness", "concordem/hooke",
-                                   "concordem/hooke/stiffness", "concordem/hertz_mindlin",   "concordem/frictional"};
+// The library's models.
+std::vector<ConcordemPairModel> all_models()
+{
+  std::vector<ConcordemPairModel> models(concordem_pair_model(-1, NULL));
+  for (size_t index = 0; index < models.size(); index++) concordem_pair_model(static_cast<int32_t>(index), &models[index]);
+  return models;
+}
+
+const std::vector<ConcordemPairModel> &models()
+{
+  static const std::vector<ConcordemPairModel> all = all_models();
+  return all;
+}
+
+// LIGGGHTS' vectors of all atoms lie one after the other.
+double (*vectors(double *first))[3]
+{
+  return reinterpret_cast<double(*)[3]>(first);
+}
+
+// Index of the model in a hash of LIGGGHTS: its lowest six bits are the number of the normal model.
+int index_of(int64_t hash)
+{
+  for (size_t index = 0; index < models().size(); index++)
+    if (models()[index].number == (hash & 63)) return static_cast<int>(index);
+  return -1;   // not reached: the factories ask for registered numbers only
+}
+
 // LIGGGHTS' own numbers: 0 off, 1 no_history, 2 history.
 const int SHEARS = 3;
 
@@ -43,7 +66,7 @@ const int SHEARS = 3;
 class ConcordemModel : protected Pointers {
  protected:
   ConcordemModel(LAMMPS *lmp, int64_t hash) :
-      Pointers(lmp), model_((hash & 63) - FIRST_MODEL), shear_((hash >> 6) & 63), law_(NULL), width_(0), offset_(0)
+      Pointers(lmp), index_(index_of(hash)), model_(models().at(index_)), shear_((hash >> 6) & 63), law_(NULL), width_(0), offset_(0)
   {
     message_.text = text_;
     message_.capacity = sizeof(text_);
@@ -55,7 +78,9 @@ class ConcordemModel : protected Pointers {
     concordem_pair_delete(law_);
   }
 
-  int model_, shear_;
+  const int index_;
+  const ConcordemPairModel model_;
+  const int shear_;
   ConcordemPairLaw *law_;
   int width_, offset_;
   char text_[1024];
@@ -64,15 +89,15 @@ class ConcordemModel : protected Pointers {
   void set(int narg, char **arg, IContactHistorySetup *setup)
   {
     if (narg > 0) {
-      snprintf(text_, sizeof(text_), "model %s knows no setting `%s`; remove it", NAMES[model_], arg[0]);
+      snprintf(text_, sizeof(text_), "model %s knows no setting `%s`; remove it", model_.name, arg[0]);
       error->all(FLERR, text_);
     }
-    if (model_ >= 4 && shear_ != 0) {
-      snprintf(text_, sizeof(text_), "model %s has its own shear; remove `tangential ...`", NAMES[model_]);
+    if (model_.is_law && shear_ != 0) {
+      snprintf(text_, sizeof(text_), "model %s has its own shear; remove `tangential ...`", model_.name);
       error->all(FLERR, text_);
     }
     int32_t odd[64];
-    width_ = concordem_pair_history(model_, odd, 64);
+    width_ = concordem_pair_history(index_, odd, 64);
     for (int k = 0; k < width_; k++) {
       char name[64];
       snprintf(name, sizeof(name), "concordem%d", k);
@@ -87,21 +112,21 @@ class ConcordemModel : protected Pointers {
     ConcordemPairProperties properties;
     memset(&properties, 0, sizeof(properties));
     std::vector<double> young, poisson, restitution, friction, stiffness[4];
-    if (model_ == 0 || model_ == 2 || model_ == 4) {
+    if (reads(CONCORDEM_ELASTIC)) {
       young = per_type("youngsModulus");
       poisson = per_type("poissonsRatio");
     }
-    if (model_ == 0 || model_ == 2 || model_ >= 4) restitution = per_pair("coefficientRestitution");
-    friction = shear_ == 0 && model_ < 4 ? std::vector<double>(n * n, 0.0) : per_pair("coefficientFriction");
-    if (model_ == 1 || model_ == 3 || model_ == 5) {
+    if (reads(CONCORDEM_RESTITUTION)) restitution = per_pair("coefficientRestitution");
+    friction = shear_ == 0 && !model_.is_law ? std::vector<double>(n * n, 0.0) : per_pair("coefficientFriction");
+    if (reads(CONCORDEM_STIFFNESS)) {
       stiffness[0] = per_pair("kn");
       stiffness[1] = per_pair("kt");
     }
-    if (model_ == 1 || model_ == 3) {
+    if (reads(CONCORDEM_DAMPING)) {
       stiffness[2] = per_pair("gamman");
       stiffness[3] = per_pair("gammat");
     }
-    if (model_ == 2)
+    if (reads(CONCORDEM_VELOCITY))
       properties.velocity = property("characteristicVelocity", "scalar", 0, 0)->compute_scalar();
     properties.types = n;
     properties.shear = shear_;
@@ -111,17 +136,19 @@ class ConcordemModel : protected Pointers {
     properties.friction = friction.data();
     for (int k = 0; k < 4; k++) properties.stiffness[k] = stiffness[k].data();
     concordem_pair_delete(law_);
-    law_ = concordem_pair_new(model_, &properties, &message_);
+    law_ = concordem_pair_new(index_, &properties, &message_);
     if (!law_) {
-      const std::string text = std::string("model ") + NAMES[model_] + ": " + text_;
+      const std::string text = std::string("model ") + model_.name + ": " + text_;
       error->all(FLERR, text.c_str());
     }
   }
 
+  bool reads(uint32_t property) const { return model_.properties & property; }
+
   FixPropertyGlobal *property(const char *name, const char *kind, int len1, int len2)
   {
     return static_cast<FixPropertyGlobal *>(
-        modify->find_fix_property(name, "property/global", kind, len1, len2, NAMES[model_]));
+        modify->find_fix_property(name, "property/global", kind, len1, len2, model_.name));
   }
 
   std::vector<double> per_type(const char *name)
@@ -156,9 +183,9 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
   }
 
   int64_t hashcode() { return hash_; }
-  double stressStrainExponent() { return model_ == 0 || model_ == 1 || model_ == 4 ? 1.5 : 1.0; }
+  double stressStrainExponent() { return model_.hertzian ? 1.5 : 1.0; }
   int get_history_offset(const std::string) { return -1; }
-  bool contact_match(const std::string type, const std::string model) { return type == "model" && model == NAMES[model_]; }
+  bool contact_match(const std::string type, const std::string model) { return type == "model" && model == model_.name; }
   void write_restart_settings(FILE *fp) { fwrite(&hash_, sizeof(hash_), 1, fp); }
 
   void read_restart_settings(FILE *fp, int64_t hash)
@@ -185,7 +212,7 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
     // velocities of then; the library's laws tell the forces that acted.
     const bool acts = pair->computeflag();
     if (!acts && !(pair->cpl() && addflag)) return;
-    if (!acts && model_ >= 4) {
+    if (!acts && model_.is_law) {
       add_rows(pair);
       return;
     }
@@ -209,7 +236,7 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
     arrays.stride = pair->dnum();
     arrays.list = list->ilist;
     arrays.numbers = list->numneigh;
-    arrays.neighbours = list->firstneigh;
+    arrays.neighbors = list->firstneigh;
     arrays.flags = contacts->firstneigh;
     if (offset_ == 0) {
       arrays.history = contacts->firstdouble;
@@ -221,24 +248,24 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
       }
       arrays.history = &shifted_[0];
     }
-    arrays.position = atom->x[0];
-    arrays.velocity = atom->v[0];
-    arrays.spin = atom->omega[0];
+    arrays.position = vectors(atom->x[0]);
+    arrays.velocity = vectors(atom->v[0]);
+    arrays.angular_velocity = vectors(atom->omega[0]);
     arrays.radius = atom->radius;
     arrays.mass = atom->rmass;
-    arrays.type = atom->type;
+    arrays.kind = atom->type;
     arrays.mask = atom->mask;
-    arrays.force = atom->f[0];
-    arrays.torque = atom->torque[0];
+    arrays.force = vectors(atom->f[0]);
+    arrays.torque = vectors(atom->torque[0]);
     arrays.dt = update->dt;
     if (!acts) {
       unused_.assign(6 * count, 0.0);
-      arrays.force = &unused_[0];
-      arrays.torque = &unused_[3 * count];
+      arrays.force = vectors(&unused_[0]);
+      arrays.torque = vectors(&unused_[3 * count]);
     }
     // Rows of LIGGGHTS' own forms are found when they are asked for; those of the library's laws are kept from the forces that acted,
     // at every step, since nothing announces the steps that ask.
-    const bool record = pair->evflag || !acts || (pair->cpl() && model_ >= 4);
+    const bool record = pair->evflag || !acts || (pair->cpl() && model_.is_law);
     recorded_ = concordem_pair_compute(law_, &arrays, record ? record_ : NULL, &message_);
     if (recorded_ < 0) error->one(FLERR, text_);
     if (!acts) {
@@ -325,7 +352,7 @@ class ConcordemWall : public Walls::IGranularWall, private ConcordemModel {
 
   bool checkSurfaceIntersect(ContactModels::SurfacesIntersectData &) { return true; }
   int get_history_offset(const std::string) { return -1; }
-  bool contact_match(const std::string type, const std::string model) { return type == "model" && model == NAMES[model_]; }
+  bool contact_match(const std::string type, const std::string model) { return type == "model" && model == model_.name; }
 
   void compute_force(FixWallGran *wall, ContactModels::SurfacesIntersectData &data, bool overlaps, double *wall_velocity,
                      FixMeshSurface *mesh_fix, int mesh_number, TriMesh *mesh, int triangle)
@@ -342,8 +369,8 @@ class ConcordemWall : public Walls::IGranularWall, private ConcordemModel {
       error->all(FLERR, "fix wall/gran model concordem/... does not store forces of single contacts or sums of normal forces, "
                         "and transfers no heat; remove that setting");
     ConcordemWallContact contact;
-    contact.type = atom->type[i];
-    contact.wall_type = wall->atom_type_wall();
+    contact.kind = atom->type[i];
+    contact.wall_kind = wall->atom_type_wall();
     contact.radius = data.radi;
     contact.mass = wall->fix_rigid() && wall->body(i) >= 0 ? wall->masstotal(wall->body(i)) : atom->rmass[i];
     contact.distance = data.radi - data.deltan;
@@ -352,7 +379,7 @@ class ConcordemWall : public Walls::IGranularWall, private ConcordemModel {
       contact.normal[axis] = -data.delta[axis] / contact.distance;
       contact.position[axis] = atom->x[i][axis];
       contact.velocity[axis] = atom->v[i][axis];
-      contact.spin[axis] = atom->omega[i][axis];
+      contact.angular_velocity[axis] = atom->omega[i][axis];
       contact.wall_velocity[axis] = wall_velocity[axis];
     }
     const bool local = wall->compute_wall_gran_local() && wall->addflag();
@@ -389,10 +416,10 @@ Walls::IGranularWall *new_wall(LAMMPS *lmp, FixWallGran *parent, int64_t hash)
 struct Registration {
   Registration()
   {
-    for (int model = 0; model < MODELS; model++) {
-      ContactModels::Factory::instance().addNormalModel(NAMES[model], FIRST_MODEL + model);
+    for (const ConcordemPairModel &model : models()) {
+      ContactModels::Factory::instance().addNormalModel(model.name, model.number);
       for (int shear = 0; shear < SHEARS; shear++) {
-        const int hash = static_cast<int>(Utils::generate_gran_hashcode(FIRST_MODEL + model, shear, 0, 0, 0));
+        const int hash = static_cast<int>(Utils::generate_gran_hashcode(model.number, shear, 0, 0, 0));
         PairStyles::Factory::instance().addStyle("gran", hash, &new_pair);
         Walls::Factory::instance().addStyle("gran", hash, &new_wall);
       }

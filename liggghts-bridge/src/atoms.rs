@@ -1,4 +1,4 @@
-//! The atoms of one processor, as LIGGGHTS holds them: owned ones first, then copies of neighbours.
+//! The atoms of one processor in the host's arrays: owned ones first, then ghosts.
 
 use concordem_contact::math::Vec3;
 
@@ -6,29 +6,29 @@ use concordem_contact::math::Vec3;
 pub struct Atoms<'a> {
     /// Number of owned atoms.
     pub owned: usize,
-    /// Id of every atom, copies included; as in all slices unless said otherwise.
+    /// Id of every atom, ghosts included, as in all slices unless stated otherwise.
     pub tag: &'a [i32],
     /// Type, from 1.
     pub kind: &'a [i32],
     /// Groups.
     pub mask: &'a [i32],
-    /// Bit of the group that takes part.
+    /// Bit of the fix's group.
     pub group: i32,
-    /// Position, m; of copies: that of the original, not of its periodic image.
+    /// Position, m; that of a ghost is its owner's, not shifted by periodic borders.
     pub position: &'a [f64],
     /// Velocity, m/s.
     pub velocity: &'a [f64],
     /// Angular velocity, rad/s.
-    pub spin: &'a [f64],
+    pub angular_velocity: &'a [f64],
     /// Radius, m.
     pub radius: &'a [f64],
     /// Mass, kg.
     pub mass: &'a [f64],
-    /// Force, N, to be added to.
+    /// Force, N; the network adds to it.
     pub force: &'a mut [f64],
-    /// Torque, N·m, to be added to.
+    /// Torque, N·m; the network adds to it.
     pub torque: &'a mut [f64],
-    /// What the network remembers of every atom ([`Network::atom_width`](crate::network::Network::atom_width) reals each).
+    /// What the network stores per atom ([`Network::atom_width`](crate::network::Network::atom_width) reals each).
     pub memory: &'a mut [f64],
     /// Periodic edge lengths of the box, m; 0 where it is not periodic.
     pub edge: [f64; 3],

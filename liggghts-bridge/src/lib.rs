@@ -1,9 +1,9 @@
 //! ConcorDEM's contact laws as styles of the stock LIGGGHTS program.
 //!
-//! [`network`] holds the bonds of one processor's atoms and finds their forces with the solver of the library; [`pair`]
-//! evaluates contacts along LIGGGHTS' neighbour lists, by the library's laws or by LIGGGHTS' own ([`host_laws`]);
-//! [`options`] reads the arguments of the script; [`abi`] is what the C++ shim calls. [`driver`] goes the other way: it opens
-//! LIGGGHTS as a library of a Rust program. Unsafe code is in these two only.
+//! [`network`] holds the bonds and contacts of one processor's atoms and computes their forces with the library's solver. [`pair`]
+//! evaluates contacts along LIGGGHTS' neighbor lists, by the library's laws or by LIGGGHTS' own forms ([`host_laws`]). [`options`]
+//! reads the arguments of the script. The C++ shims call [`abi`]. [`driver`] opens LIGGGHTS as a library of a Rust program. Only
+//! [`abi`] and [`driver`] contain unsafe code.
 
 pub mod abi;
 pub mod atoms;

@@ -1,4 +1,4 @@
-//! Contacts found by LIGGGHTS' neighbour lists, with LIGGGHTS' own contact history.
+//! Contacts of LIGGGHTS' neighbor lists, with LIGGGHTS' contact history.
 
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion};
 use concordem_contact::kinematics::{MotionMeasure, PreviousGeometry};
@@ -13,14 +13,14 @@ use concordem_solver::state::walls::ClosestPoint;
 
 use crate::host_laws::{HostContact, HostModel, HostShear};
 
-/// Arrays of a pass over the neighbour lists.
+/// Arrays of a pass over the neighbor lists.
 pub struct Pass<'a> {
-    /// Position, m, and so on for owned atoms and copies.
+    /// Position, m, and so on for owned atoms and ghosts.
     pub position: &'a [[f64; 3]],
     /// Velocity, m/s.
     pub velocity: &'a [[f64; 3]],
     /// Angular velocity, rad/s.
-    pub spin: &'a [[f64; 3]],
+    pub angular_velocity: &'a [[f64; 3]],
     /// Radius, m.
     pub radius: &'a [f64],
     /// Mass, kg.
@@ -35,12 +35,13 @@ pub struct Pass<'a> {
     pub owned: usize,
     /// Time step, s.
     pub dt: f64,
-    /// Whether histories advance (not while a run is set up).
+    /// Whether histories advance (not during the set-up of a run).
     pub advance: bool,
 }
 
 /// Force of a contact, for tallies.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
 #[repr(C)]
 pub struct PairForce {
     /// Atoms.
@@ -55,11 +56,11 @@ pub struct PairForce {
     pub between: [f64; 3],
 }
 
-/// Neighbours of an atom, with flags and histories of their contacts.
-pub struct Neighbours<'a> {
+/// Neighbors of an atom, with flags and histories of their contacts.
+pub struct Neighbors<'a> {
     /// The atom.
     pub i: usize,
-    /// Its neighbours; the two upper bits of each are LIGGGHTS' own.
+    /// Its neighbors; the two upper bits of each are LIGGGHTS' own.
     pub list: &'a [i32],
     /// Whether there is a contact; 0 forgets the history.
     pub flags: &'a mut [i32],
@@ -71,6 +72,7 @@ pub struct Neighbours<'a> {
 
 /// A particle and a wall.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
 #[repr(C)]
 pub struct WallContact {
     /// Type of the particle, from 1.
@@ -81,33 +83,33 @@ pub struct WallContact {
     pub radius: f64,
     /// Mass, kg.
     pub mass: f64,
-    /// Distance of the centre from the wall, m.
+    /// Distance of the center from the wall, m.
     pub distance: f64,
-    /// Unit vector from the centre to the wall.
+    /// Unit vector from the center to the wall.
     pub normal: [f64; 3],
     /// Centre, m.
     pub position: [f64; 3],
     /// Velocity, m/s.
     pub velocity: [f64; 3],
     /// Angular velocity, rad/s.
-    pub spin: [f64; 3],
+    pub angular_velocity: [f64; 3],
     /// Velocity of the wall at the contact, m/s.
     pub wall_velocity: [f64; 3],
-    /// Time step, s; 0 while a run is set up.
+    /// Time step, s; 0 during the set-up of a run.
     pub dt: f64,
 }
 
-const NEIGHBOUR: i32 = 0x3FFF_FFFF;
+const NEIGHBOR: i32 = 0x3FFF_FFFF;
 
 /// A contact law for all pairs of types.
 pub trait PairLaw {
     /// Names of the reals of a history, and whether they change their sign when the atoms of a pair are exchanged.
     fn fields(&self) -> Vec<(String, bool)>;
-    /// Forces between an atom and its neighbours, added to `force` and `torque` of owned atoms.
+    /// Forces between an atom and its neighbors, added to `force` and `torque` of owned atoms.
     fn compute(
         &self,
         pass: &Pass<'_>,
-        neighbours: Neighbours<'_>,
+        neighbors: Neighbors<'_>,
         force: &mut [[f64; 3]],
         torque: &mut [[f64; 3]],
         record: Option<&mut Vec<PairForce>>,
@@ -116,20 +118,20 @@ pub trait PairLaw {
     fn wall(&self, contact: &WallContact, history: &mut [f64]) -> [Vec3; 2];
 }
 
-/// A law with its rows. `FRAMED`: whether its kinematics needs the contact's frame of the last step.
-pub struct Rows<L, const FRAMED: bool> {
+/// A law for all pairs of types. `FRAMED`: its kinematics needs the geometry of the last step.
+pub struct PairLaws<L, const FRAMED: bool> {
     laws: Vec<L>,
     map: PairCoefficients,
     mode: MotionMeasure,
 }
 
-impl<L: ContactLaw, const FRAMED: bool> Rows<L, FRAMED> {
+impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
     /// Reals of a history before the law's own.
     const HEAD: usize = if FRAMED { 4 } else { 0 };
     /// Reals of a history.
     const WIDTH: usize = Self::HEAD + size_of::<L::State>() / 8;
 
-    /// Rows of a law for pairs of types.
+    /// The laws with the index of the law of each pair of types.
     pub fn new(laws: Vec<L>, map: PairCoefficients, mode: MotionMeasure) -> Self {
         Self { laws, map, mode }
     }
@@ -139,39 +141,39 @@ fn vec3(v: &[f64; 3]) -> Vec3 {
     Vec3::new(v[0], v[1], v[2])
 }
 
-impl<L: ContactLaw, const FRAMED: bool> Rows<L, FRAMED> {
+impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
     #[inline(always)]
     fn evaluate<const RECORD: bool>(
         &self,
         pass: &Pass<'_>,
-        neighbours: Neighbours<'_>,
+        neighbors: Neighbors<'_>,
         force: &mut [[f64; 3]],
         torque: &mut [[f64; 3]],
         record: &mut Vec<PairForce>,
     ) {
-        let Neighbours { i, list, flags, history, stride } = neighbours;
+        let Neighbors { i, list, flags, history, stride } = neighbors;
         let (xi, radius_i) = (vec3(&pass.position[i]), pass.radius[i]);
         let (mut sum, mut moment) = (Vec3::zeros(), Vec3::zeros());
         let heavy = |p: usize| if pass.mask[p] & pass.frozen != 0 { 1e100 } else { pass.mass[p] };
         let motion = |p: usize| {
-            let spin = vec3(&pass.spin[p]);
-            // Only laws with a frame ask how far the particles turned.
-            let turn = if FRAMED && pass.advance {
-                quaternion_of_rotation_vector(&(spin * pass.dt))
+            let angular_velocity = vec3(&pass.angular_velocity[p]);
+            // Only laws that need the last geometry read the rotation of the step.
+            let rotation_increment = if FRAMED && pass.advance {
+                quaternion_of_rotation_vector(&(angular_velocity * pass.dt))
             } else {
                 Quat::identity()
             };
             Motion {
                 position: vec3(&pass.position[p]),
                 velocity: vec3(&pass.velocity[p]),
-                angular_velocity: spin,
-                rotation_increment: turn,
+                angular_velocity,
+                rotation_increment,
                 orientation: Quat::identity(),
             }
         };
         let mut mine: Option<Motion> = None;
         for (jj, &entry) in list.iter().enumerate() {
-            let j = (entry & NEIGHBOUR) as usize;
+            let j = (entry & NEIGHBOR) as usize;
             let between = vec3(&pass.position[j]) - xi;
             let (squared, touching) = (between.norm_squared(), radius_i + pass.radius[j]);
             if squared >= touching * touching {
@@ -185,9 +187,9 @@ impl<L: ContactLaw, const FRAMED: bool> Rows<L, FRAMED> {
             let a = *mine.get_or_insert_with(|| motion(i));
             let b = motion(j);
             let reals = &mut history[jj * stride..][..Self::WIDTH];
-            let mut frame = PreviousGeometry::default();
+            let mut previous = PreviousGeometry::default();
             if FRAMED {
-                frame = if flags[jj] == 0 || !pass.advance {
+                previous = if flags[jj] == 0 || !pass.advance {
                     let before = if pass.advance { between - (b.velocity - a.velocity) * pass.dt } else { between };
                     let length = before.norm();
                     PreviousGeometry { normal: before / length, length }
@@ -208,10 +210,10 @@ impl<L: ContactLaw, const FRAMED: bool> Rows<L, FRAMED> {
                 mass_a: heavy(i),
                 mass_b: heavy(j),
             };
-            // While a run is set up nothing has moved.
+            // During the set-up of a run nothing has moved.
             let dt = if pass.advance { pass.dt } else { 0.0 };
-            let k = L::Kinematics::measure(self.mode, &a, &b, &ImageShift::default(), &geometry, &frame, false, dt);
-            let answer = self.laws[row as usize].respond(&k, &old, dt);
+            let k = L::Kinematics::measure(self.mode, &a, &b, &ImageShift::default(), &geometry, &previous, false, dt);
+            let response = self.laws[row as usize].respond(&k, &old, dt);
             let point = k.point();
             if pass.advance {
                 flags[jj] = 1;
@@ -219,18 +221,18 @@ impl<L: ContactLaw, const FRAMED: bool> Rows<L, FRAMED> {
                     reals[..3].copy_from_slice(point.normal.as_slice());
                     reals[3] = point.length;
                 }
-                reals[Self::HEAD..Self::WIDTH].copy_from_slice(answer.state.as_reals());
+                reals[Self::HEAD..Self::WIDTH].copy_from_slice(response.state.as_reals());
             }
-            if answer.status != Status::Lives {
+            if response.status != Status::Lives {
                 continue;
             }
-            let lever = point.normal.cross(&answer.force);
-            let (torque_i, torque_j) = (lever * point.arm_a + answer.moment, lever * point.arm_b - answer.moment);
-            sum += answer.force;
+            let lever = point.normal.cross(&response.force);
+            let (torque_i, torque_j) = (lever * point.arm_a + response.moment, lever * point.arm_b - response.moment);
+            sum += response.force;
             moment += torque_i;
             if j < pass.owned {
                 for axis in 0..3 {
-                    force[j][axis] -= answer.force[axis];
+                    force[j][axis] -= response.force[axis];
                     torque[j][axis] += torque_j[axis];
                 }
             }
@@ -238,7 +240,7 @@ impl<L: ContactLaw, const FRAMED: bool> Rows<L, FRAMED> {
                 record.push(PairForce {
                     i: i as i32,
                     j: j as i32,
-                    force: answer.force.into(),
+                    force: response.force.into(),
                     torque: torque_i.into(),
                     between: (-between).into(),
                 });
@@ -251,7 +253,7 @@ impl<L: ContactLaw, const FRAMED: bool> Rows<L, FRAMED> {
     }
 }
 
-impl<L: ContactLaw, const FRAMED: bool> PairLaw for Rows<L, FRAMED> {
+impl<L: ContactLaw, const FRAMED: bool> PairLaw for PairLaws<L, FRAMED> {
     fn fields(&self) -> Vec<(String, bool)> {
         let mut fields = Vec::new();
         if FRAMED {
@@ -269,38 +271,38 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for Rows<L, FRAMED> {
     fn compute(
         &self,
         pass: &Pass<'_>,
-        neighbours: Neighbours<'_>,
+        neighbors: Neighbors<'_>,
         force: &mut [[f64; 3]],
         torque: &mut [[f64; 3]],
         record: Option<&mut Vec<PairForce>>,
     ) {
         // Two loops: recording costs registers where nothing is recorded.
         match record {
-            Some(record) => self.evaluate::<true>(pass, neighbours, force, torque, record),
-            None => self.evaluate::<false>(pass, neighbours, force, torque, &mut Vec::new()),
+            Some(record) => self.evaluate::<true>(pass, neighbors, force, torque, record),
+            None => self.evaluate::<false>(pass, neighbors, force, torque, &mut Vec::new()),
         }
     }
 
     fn wall(&self, contact: &WallContact, history: &mut [f64]) -> [Vec3; 2] {
         let none = [Vec3::zeros(); 2];
         let Some(row) = self.map.get((contact.kind - 1) as u16, (contact.wall_kind - 1) as u16) else { return none };
-        let (spin, dt) = (vec3(&contact.spin), contact.dt);
+        let (angular_velocity, dt) = (vec3(&contact.angular_velocity), contact.dt);
         let motion = Motion {
             position: vec3(&contact.position),
             velocity: vec3(&contact.velocity),
-            angular_velocity: spin,
-            rotation_increment: if FRAMED { quaternion_of_rotation_vector(&(spin * dt)) } else { Quat::identity() },
+            angular_velocity,
+            rotation_increment: if FRAMED { quaternion_of_rotation_vector(&(angular_velocity * dt)) } else { Quat::identity() },
             orientation: Quat::identity(),
         };
         let closest_point = ClosestPoint { normal: vec3(&contact.normal), distance: contact.distance, interior: true };
         let velocity = vec3(&contact.wall_velocity);
         let reals = &mut history[..Self::WIDTH];
-        let mut frame = PreviousGeometry { normal: closest_point.normal, length: closest_point.distance };
+        let mut previous = PreviousGeometry { normal: closest_point.normal, length: closest_point.distance };
         if FRAMED && dt > 0.0 {
             if reals[3] == 0.0 {
-                frame.length += (motion.velocity - velocity).dot(&closest_point.normal) * dt;
+                previous.length += (motion.velocity - velocity).dot(&closest_point.normal) * dt;
             } else {
-                frame = PreviousGeometry { normal: Vec3::new(reals[0], reals[1], reals[2]), length: reals[3] };
+                previous = PreviousGeometry { normal: Vec3::new(reals[0], reals[1], reals[2]), length: reals[3] };
             }
         }
         let reference = L::unbonded_reference(contact.radius, contact.radius, 0.0);
@@ -315,23 +317,23 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for Rows<L, FRAMED> {
         let mut old = L::State::default();
         let state: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut old));
         state.copy_from_slice(&reals[Self::HEAD..]);
-        let Some(k) = L::Kinematics::measure_wall(self.mode, &motion, &closest_point, &velocity, &geometry, &frame, dt)
+        let Some(k) = L::Kinematics::measure_wall(self.mode, &motion, &closest_point, &velocity, &geometry, &previous, dt)
         else {
             return none;
         };
-        let answer = self.laws[row as usize].respond(&k, &old, dt);
+        let response = self.laws[row as usize].respond(&k, &old, dt);
         if dt > 0.0 {
             reals.fill(0.0);
-            if answer.status == Status::Lives {
+            if response.status == Status::Lives {
                 if FRAMED {
                     reals[..3].copy_from_slice(closest_point.normal.as_slice());
                     reals[3] = closest_point.distance;
                 }
-                reals[Self::HEAD..].copy_from_slice(answer.state.as_reals());
+                reals[Self::HEAD..].copy_from_slice(response.state.as_reals());
             }
         }
-        if answer.status == Status::Lives {
-            [answer.force, closest_point.normal.cross(&answer.force) * k.point().arm_a + answer.moment]
+        if response.status == Status::Lives {
+            [response.force, closest_point.normal.cross(&response.force) * k.point().arm_a + response.moment]
         } else {
             none
         }
@@ -356,18 +358,56 @@ pub struct Properties<'a> {
     pub velocity: f64,
 }
 
-/// The models, as numbered by the shim.
-pub const MODELS: [&str; 6] = [
-    "concordem/hertz",
-    "concordem/hertz/stiffness",
-    "concordem/hooke",
-    "concordem/hooke/stiffness",
-    "concordem/hertz_mindlin",
-    "concordem/frictional",
-];
+/// Properties that a model reads, as bits of [`Model::properties`].
+pub mod property {
+    /// Young's modulus and Poisson's ratio.
+    pub const ELASTIC: u32 = 1;
+    /// Coefficient of restitution.
+    pub const RESTITUTION: u32 = 2;
+    /// Stiffnesses `kn`, `kt`.
+    pub const STIFFNESS: u32 = 4;
+    /// Damping `gamman`, `gammat`.
+    pub const DAMPING: u32 = 8;
+    /// Characteristic velocity.
+    pub const VELOCITY: u32 = 16;
+}
 
-/// Rows for all pairs of types.
-fn rows<L: ContactLaw, const FRAMED: bool>(
+/// A normal model of `pair_style gran`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Model {
+    /// Name in the script.
+    pub name: &'static std::ffi::CStr,
+    /// Number in LIGGGHTS' hash of models, 13 to 63: below are LIGGGHTS' own. Restart files hold it, so it must not change.
+    pub number: i32,
+    /// Bits of [`property`]. Every model reads the coefficient of friction, LIGGGHTS' forms only with a tangential model.
+    pub properties: u32,
+    /// Whether the force grows as overlap^1.5, else linearly.
+    pub hertzian: bool,
+    /// Whether it is a law of the library, which has its own shear, else one of LIGGGHTS' forms.
+    pub is_law: bool,
+}
+
+/// The models; [`law`] makes the law of each.
+pub const MODELS: [Model; 6] = {
+    use property::{DAMPING, ELASTIC, RESTITUTION, STIFFNESS, VELOCITY};
+    const fn form(name: &'static std::ffi::CStr, number: i32, properties: u32, hertzian: bool) -> Model {
+        Model { name, number, properties, hertzian, is_law: false }
+    }
+    const fn library(name: &'static std::ffi::CStr, number: i32, properties: u32, hertzian: bool) -> Model {
+        Model { name, number, properties, hertzian, is_law: true }
+    }
+    [
+        form(c"concordem/hertz", 58, ELASTIC | RESTITUTION, true),
+        form(c"concordem/hertz/stiffness", 59, STIFFNESS | DAMPING, true),
+        form(c"concordem/hooke", 60, ELASTIC | RESTITUTION | VELOCITY, false),
+        form(c"concordem/hooke/stiffness", 61, STIFFNESS | DAMPING, false),
+        library(c"concordem/hertz_mindlin", 62, ELASTIC | RESTITUTION, true),
+        library(c"concordem/frictional", 63, STIFFNESS | RESTITUTION, false),
+    ]
+};
+
+/// A law for all pairs of types.
+fn pair_laws<L: ContactLaw, const FRAMED: bool>(
     types: usize,
     row: impl Fn(usize, usize) -> Result<L, ParameterError>,
 ) -> Result<Box<dyn PairLaw>, ParameterError> {
@@ -379,10 +419,13 @@ fn rows<L: ContactLaw, const FRAMED: bool>(
             all.push(row(a, b)?);
         }
     }
-    Ok(Box::new(Rows::<L, FRAMED>::new(all, map, MotionMeasure::Finite)))
+    Ok(Box::new(PairLaws::<L, FRAMED>::new(all, map, MotionMeasure::Finite)))
 }
 
-/// The law of model number `model` (of [`MODELS`]); `shear` counts for the host's forms.
+/// The law of model `model` (index in [`MODELS`]). `shear` applies to LIGGGHTS' forms.
+///
+/// # Errors
+/// Parameters that are not valid, or no such model.
 pub fn law(model: usize, shear: HostShear, p: &Properties<'_>) -> Result<Box<dyn PairLaw>, ParameterError> {
     let n = p.types;
     let at = |values: &[f64], a: usize, b: usize| values[a * n + b];
@@ -393,24 +436,24 @@ pub fn law(model: usize, shear: HostShear, p: &Properties<'_>) -> Result<Box<dyn
     };
     let host = |model: HostModel, a, b| Ok(HostContact { model, shear, friction: at(p.friction, a, b) });
     match model {
-        0 => rows::<_, false>(n, |a, b| {
+        0 => pair_laws::<_, false>(n, |a, b| {
             let (young, shear) = effective(a, b);
             host(HostModel::hertz(young, shear, at(p.restitution, a, b)), a, b)
         }),
-        1 | 3 => rows::<_, false>(n, |a, b| {
+        1 | 3 => pair_laws::<_, false>(n, |a, b| {
             let [normal, shear, normal_damping, shear_damping] = p.stiffness.map(|values| at(values, a, b));
             let hertz = model == 1;
             host(HostModel::Stiffness { hertz, normal, shear, normal_damping, shear_damping }, a, b)
         }),
-        2 => rows::<_, false>(n, |a, b| {
+        2 => pair_laws::<_, false>(n, |a, b| {
             let log_restitution = at(p.restitution, a, b).ln();
             host(HostModel::Hooke { young: effective(a, b).0, log_restitution, velocity: p.velocity }, a, b)
         }),
-        4 => rows::<_, true>(n, |a, b| {
+        4 => pair_laws::<_, true>(n, |a, b| {
             let elastic = |k: usize| Elastic { young: p.young[k], poisson: p.poisson[k] };
             HertzMindlin::new(elastic(a), elastic(b), at(p.friction, a, b), at(p.restitution, a, b))
         }),
-        5 => rows::<_, true>(n, |a, b| {
+        5 => pair_laws::<_, true>(n, |a, b| {
             let stiffness =
                 ContactStiffness::Given { normal: at(p.stiffness[0], a, b), shear: at(p.stiffness[1], a, b) };
             let damping = damping_of_restitution(at(p.restitution, a, b), End::ForceSpent);

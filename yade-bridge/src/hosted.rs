@@ -1,8 +1,7 @@
-//! An assembly whose particles belong to a host program: its bonds and contacts are ours.
+//! Bonds and contacts between particles of a host program.
 //!
-//! Two uses. `advance` takes whole steps, as a stand-in for the host's own loop. `contact_step` computes the forces of one
-//! step at the places where the host has its bodies, and adds them to the host's forces, so that all the rest stays the
-//! host's.
+//! Two uses. `advance` performs whole steps in place of the host's loop. `contact_step` computes the forces of one step at the
+//! positions of the host's bodies and adds them to the host's forces; everything else stays with the host.
 
 use std::ffi::{CStr, c_void};
 use std::path::PathBuf;
@@ -17,7 +16,7 @@ use concordem::prefetch::{AHEAD, prefetch};
 use concordem::solver::Solver;
 use concordem::state::Cell;
 use concordem_yade::assembly::{
-    Assembly, Bodies, Contacts, Given, Origin, PAUSE_SOFT, PauseThreads, Row, cell_of, mode_of,
+    Assembly, Bodies, BodyState, Contacts, Origin, PAUSE_SOFT, PairParameters, PauseThreads, cell_of, motion_measure,
 };
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -58,11 +57,11 @@ struct Host {
     forces: usize,
     add_force: AddVector,
     add_torque: AddVector,
-    /// How its OpenMP ends waiting threads, if it has one.
+    /// OpenMP's function that stops waiting threads, if the host uses OpenMP.
     pause: Option<PauseThreads>,
-    /// What was behind every id when the host was attached: body and state.
+    /// Body and state behind every id when the host was attached.
     seen: Vec<(u64, u64)>,
-    /// Particles in the order of their ids: in that of the host's forces.
+    /// Particles in the order of their ids, as the host stores its forces.
     by_id: Vec<u32>,
 }
 
@@ -97,19 +96,19 @@ fn same_length(name: &str, found: usize, wanted: usize) -> PyResult<()> {
     }
 }
 
-/// The parameter rows of the concrete law, one for each pair of materials `(a, b)` with `a ≤ b`.
-fn cpm_rows(list: &Bound<'_, PyAny>) -> PyResult<Vec<Row>> {
-    let mut rows = Vec::new();
+/// The parameters of the concrete law, one for each pair of materials `(a, b)` with `a ≤ b`.
+fn pair_parameters(list: &Bound<'_, PyAny>) -> PyResult<Vec<PairParameters>> {
+    let mut pairs = Vec::new();
     for item in list.try_iter()? {
         let (a, b, parameters): (u16, u16, Bound<'_, PyDict>) = item?.extract()?;
         let table = toml::Value::Table(table_of(parameters.as_any(), "")?);
         let parameters = CpmParameters::deserialize(table).map_err(|e| PyValueError::new_err(e.to_string()))?;
-        rows.push(Row { a, b, parameters });
+        pairs.push(PairParameters { a, b, parameters });
     }
-    Ok(rows)
+    Ok(pairs)
 }
 
-/// The cell behind (edges, deformation gradient, velocity gradient).
+/// The cell of (edges, deformation gradient, velocity gradient).
 fn cell_from((edges, gradient, rate): (Tensor, Tensor, Tensor), dt: f64) -> Cell {
     cell_of(edges.0, gradient.0, rate.0, dt)
 }
@@ -142,7 +141,7 @@ impl Hosted {
         threads: Option<usize>,
     ) -> PyResult<Self> {
         let position: Vectors<'_> = get(bodies, "position")?;
-        let (velocity, spin): (Vectors<'_>, Vectors<'_>) = (get(bodies, "velocity")?, get(bodies, "angular_velocity")?);
+        let (velocity, angular_velocity): (Vectors<'_>, Vectors<'_>) = (get(bodies, "velocity")?, get(bodies, "angular_velocity")?);
         let orientation: Rows<'_> = get(bodies, "orientation")?;
         let (radius, mass): (Scalars<'_>, Scalars<'_>) = (get(bodies, "radius")?, get(bodies, "mass")?);
         let inertia: Scalars<'_> = get(bodies, "inertia")?;
@@ -153,7 +152,7 @@ impl Hosted {
             position: position.get()?,
             velocity: velocity.get()?,
             orientation: orientation.get()?,
-            angular_velocity: spin.get()?,
+            angular_velocity: angular_velocity.get()?,
             radius: radius.get()?,
             mass: mass.get()?,
             inertia: inertia.get()?,
@@ -180,11 +179,11 @@ impl Hosted {
             history: history.get()?,
         };
         let origin = Origin::Concrete {
-            kinematics: mode_of(kinematics).map_err(PyValueError::new_err)?,
+            kinematics: motion_measure(kinematics).map_err(PyValueError::new_err)?,
             materials,
             damping,
             gravity: gravity.unwrap_or_default().0.into(),
-            rows: cpm_rows(laws)?,
+            pairs: pair_parameters(laws)?,
         };
         let cell = cell.map(|cell| cell_from(cell, dt));
         let made = Assembly::concrete(&columns, &given, origin, cell, dt).map_err(PyValueError::new_err)?;
@@ -287,7 +286,7 @@ impl Hosted {
         let cell = cell.map(|cell| cell_from(cell, dt));
         let pool = self.pool.as_ref();
         let threads = pool.map_or_else(rayon::current_num_threads, rayon::ThreadPool::current_num_threads);
-        if let Some(pause) = host.pause.filter(|_| assembly.wants_room(threads)) {
+        if let Some(pause) = host.pause.filter(|_| assembly.wants_host_threads_paused(threads)) {
             // Safety: OpenMP's own function, called by the thread that begins the host's loops.
             unsafe { pause(PAUSE_SOFT) };
         }
@@ -396,23 +395,23 @@ impl Hosted {
         Ok(self.lock()?.assembly.state.clock.step)
     }
 
-    /// Neighbour searches so far.
+    /// Number of neighbor-list rebuilds so far.
     #[getter]
     fn searches(&self) -> PyResult<u64> {
         Ok(self.lock()?.assembly.solver.neighbor_rebuilds())
     }
 
-    /// Hash of everything that changes.
+    /// Hash of the state.
     fn state_hash(&self) -> PyResult<String> {
         hash::state_hash(&self.lock()?.assembly.state).or_raise()
     }
 
-    /// Write everything that changes to a file, with a text of the caller's.
+    /// Write the state and a text of the caller to a file.
     fn save(&self, path: PathBuf, text: &str) -> PyResult<String> {
         checkpoint::write(&path, &self.lock()?.assembly.state, text).or_raise()
     }
 
-    /// Replace everything that changes by what `save` wrote.
+    /// Replace the state by the one that `save` wrote.
     fn restore(&self, path: PathBuf, losses: Indices<'_>) -> PyResult<()> {
         let mut checkpoint = checkpoint::read(&path).or_raise()?;
         let mut inner = self.lock()?;
@@ -422,7 +421,7 @@ impl Hosted {
         lost.copy_from_slice(losses.get()?);
         *broken = lost.iter().map(|&n| u64::from(n)).sum::<u64>() / 2;
         state.read(&mut checkpoint.columns).or_raise()?;
-        // Their order may be another one: it is that of the places where the assembly was made first.
+        // The order of particles follows the positions at which the assembly was first made, so it may differ.
         let sorted = |mut ids: Vec<u32>| {
             ids.sort_unstable();
             ids
@@ -447,7 +446,7 @@ impl Hosted {
     }
 }
 
-/// Places and motion from the host's bodies, which must be those that were there at first.
+/// Read positions and motion of the host's bodies, which must be those that were attached.
 fn gather(assembly: &mut Assembly, host: &Host, dt: f64) -> Result<(), String> {
     // Safety: the container belongs to the scene, which the caller compared before.
     let (begin, end): (usize, usize) = unsafe { (peek(host.bodies), peek(host.bodies + 8)) };
@@ -456,7 +455,7 @@ fn gather(assembly: &mut Assembly, host: &Host, dt: f64) -> Result<(), String> {
     let fields = if rotation { 4 } else { 3 };
     assembly.take_motions(dt, |k, id| {
         let (id, (body, object)) = (id as usize, host.seen[k]);
-        // Bodies lie anywhere in memory.
+        // Bodies are scattered in memory.
         if let Some(&(body, object)) = host.seen.get(k + AHEAD) {
             prefetch(body as usize + host.state);
             for field in &host.fields[..fields] {
@@ -474,7 +473,7 @@ fn gather(assembly: &mut Assembly, host: &Host, dt: f64) -> Result<(), String> {
         let at = |field: usize| object as usize + host.fields[field];
         // Safety: fields of the state of a body of the host.
         let three = |field: usize| unsafe { Vec3::from(peek::<[f64; 3]>(at(field))) };
-        Ok(Given {
+        Ok(BodyState {
             position: three(0),
             velocity: three(1),
             angular_velocity: three(2),

@@ -1,6 +1,6 @@
 //! From the parameter tables of materials to a block of contacts under one law.
 
-use concordem_contact::law::{self, ContactLaw as _, ContactLawName, HasTable, LawName, ParameterError, RegisteredLaw};
+use concordem_contact::law::{self, ContactLawName, HasTable, LawName, ParameterError, RegisteredLaw};
 use concordem_contact::material::{Interface, Material};
 
 use crate::PairCoefficients;

@@ -13,7 +13,6 @@
 //! faer's stabilized biconjugate gradients replace conjugate gradients. In the transposed system, which derivatives need, the
 //! strains act on shear springs, which do not cause them.
 
-use concordem_contact::math::Vec3;
 use nalgebra::Vector6;
 
 use super::iterative::solve;

@@ -3,7 +3,7 @@
    SPDX-License-Identifier: GPL-2.0-or-later */
 #pragma once
 #include "abi.h"
-#include "running.hpp"
+#include "functor.hpp"
 #include <pkg/dem/FrictPhys.hpp>
 #include <pkg/dem/ScGeom.hpp>
 
@@ -55,16 +55,13 @@ public:
 REGISTER_SERIALIZABLE(BeamPhys_Rust);
 
 class Ip2_BeamMat_BeamMat_BeamPhys_Rust : public Ip2_FrictMat_FrictMat_FrictPhys {
-	// Where and when the laws and the radii were looked at last.
-	const Scene *seenIn = nullptr, *countedIn = nullptr;
-	long         seenAt = -1, countedAt = -1;
-	Real         countedRadius = NaN;
-	LawsOfScene  laws;
-
+	Real   countedRadius = NaN; // mean radius of the spheres, counted in this step if it is not NaN
 	Real   meanRadius();
-	string make(const class BeamMat_Rust&, const class BeamMat_Rust&, BeamPhys_Rust&);
 
 public:
+	LastLook last;
+	void     look() { countedRadius = NaN; }
+	string   make(const Interaction&, const BeamMat_Rust&, const BeamMat_Rust&, BeamPhys_Rust&);
 	void go(const shared_ptr<Material>&, const shared_ptr<Material>&, const shared_ptr<Interaction>&) override;
 	FUNCTOR2D(BeamMat_Rust, BeamMat_Rust);
 	// clang-format off
@@ -78,11 +75,17 @@ public:
 REGISTER_SERIALIZABLE(Ip2_BeamMat_BeamMat_BeamPhys_Rust);
 
 class Law2_ScGeom6D_BeamPhys_Rust : public LawFunctor {
-	int  damageId = -1, storedId = -1, integrationId = -1;
-	void addEnergies(const struct ::ConcordemBeamContact&);
-	bool stop(const Interaction&, const string& reason);
+	LawEnergies energies { "beamDamage", "beamIntegration", "beamElastic" };
 
 public:
+	string               fill(ConcordemBeamContact&, BeamPhys_Rust&, const Interaction&) const;
+	ConcordemBondOutcome compute(ConcordemBeamContact& c) const { return concordem_yade_beam(&c); }
+	string               store(ConcordemBeamContact&, ConcordemBondOutcome, BeamPhys_Rust&) const;
+	void                 show(const ConcordemBeamContact& c, BeamPhys_Rust& phys) const { phys.moment = read(c.moment); }
+	void                 addEnergies(const ConcordemBeamContact& c)
+	{
+		energies.add(*scene->energy, { c.damageEnergy, c.integrationEnergy, c.storedEnergy });
+	}
 	bool go(shared_ptr<IGeom>&, shared_ptr<IPhys>&, Interaction*) override;
 	FUNCTOR2D(ScGeom6D, BeamPhys_Rust);
 	// clang-format off

@@ -2,8 +2,7 @@
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bonds.hpp"
-#include "running.hpp"
-#include <core/EnergyTracker.hpp>
+#include "functor.hpp"
 #include <core/InteractionLoop.hpp>
 #include <core/Omega.hpp>
 #include <core/Scene.hpp>
@@ -37,7 +36,7 @@ namespace {
 	}
 
 	/* The cell, or null. */
-	const ConcordemCell* cellOf(const Scene& scene, ConcordemCell& cell)
+	const ConcordemCellArrays* cellOf(const Scene& scene, ConcordemCellArrays& cell)
 	{
 		if (!scene.isPeriodic) return nullptr;
 		put(cell.edges, scene.cell->hSize);
@@ -49,7 +48,7 @@ namespace {
 	/* Columns of bodies for the library. */
 	struct BodyColumns {
 		vector<uint32_t> id, material, constraint;
-		vector<Real>     position, velocity, orientation, spin, radius, mass, inertia;
+		vector<Real>     position, velocity, orientation, angularVelocity, radius, mass, inertia;
 
 		void add(const Body& body, const Sphere& sphere, uint32_t number)
 		{
@@ -58,14 +57,14 @@ namespace {
 				refuse("body " + std::to_string(body.id) + " has different moments of inertia about its axes");
 			if (!body.isStandalone()) refuse("body " + std::to_string(body.id) + " belongs to a clump; members of clumps cannot be bonded");
 			id.push_back(body.id), material.push_back(number), constraint.push_back(s.blockedDOFs);
-			put(position, s.pos), put(velocity, s.vel), put(spin, s.angVel);
+			put(position, s.pos), put(velocity, s.vel), put(angularVelocity, s.angVel);
 			for (Real q : { s.ori.x(), s.ori.y(), s.ori.z(), s.ori.w() })
 				orientation.push_back(q);
 			radius.push_back(sphere.radius), mass.push_back(s.mass), inertia.push_back(s.inertia[0]);
 		}
-		ConcordemBodies view() const
+		ConcordemBodyArrays view() const
 		{
-			return { id.size(), id.data(), position.data(), velocity.data(), orientation.data(), spin.data(), radius.data(), mass.data(),
+			return { id.size(), id.data(), position.data(), velocity.data(), orientation.data(), angularVelocity.data(), radius.data(), mass.data(),
 				 inertia.data(), material.data(), constraint.data() };
 		}
 	};
@@ -245,11 +244,11 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 	}
 	if (columns.id.empty()) refuse("the scene has no spheres of CpmMat");
 
-	vector<ConcordemRow> rows;
+	vector<ConcordemPairCoefficients> rows;
 	for (size_t i = 0; i < materials.size(); i++)
 		for (size_t j = i; j < materials.size(); j++) {
 			const CpmMat &one = *materials[i], &two = *materials[j];
-			ConcordemRow  r;
+			ConcordemPairCoefficients  r;
 			r.a = i, r.b = j;
 			r.young = mean(one.young, two.young), r.shearRatio = mean(one.poisson, two.poisson), r.cohesion = mean(one.sigmaT, two.sigmaT);
 			r.frictionAngle = mean(one.frictionAngle, two.frictionAngle), r.crackOnset = mean(one.epsCrackOnset, two.epsCrackOnset);
@@ -260,9 +259,9 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 			r.damageLaw = one.damLaw, r.neverDamage = one.neverDamage || two.neverDamage;
 			rows.push_back(r);
 		}
-	const auto between = [&](int one, int two) -> const ConcordemRow& {
+	const auto between = [&](int one, int two) -> const ConcordemPairCoefficients& {
 		const size_t i = std::min(columns.material[one], columns.material[two]), j = std::max(columns.material[one], columns.material[two]);
-		for (const ConcordemRow& r : rows)
+		for (const ConcordemPairCoefficients& r : rows)
 			if (r.a == i && r.b == j) return r;
 		refuse("no parameters between two materials");
 	};
@@ -280,7 +279,7 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 		const auto * geom = dynamic_cast<const ScGeom*>(I->geom.get());
 		if (!phys || !geom) refuse(which + " has another physics than CpmPhys, or another geometry than ScGeom");
 		if (!std::isfinite(phys->refLength)) refuse(which + " was made but never answered by its law: take one step first");
-		const ConcordemRow& r     = between(one, two);
+		const ConcordemPairCoefficients& r     = between(one, two);
 		const auto          check = [&](const char* name, Real found, Real wanted) {
 			if (std::abs(found - wanted) > 1e-12 * std::abs(wanted)) {
 				std::ostringstream text;
@@ -304,15 +303,14 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 			history.push_back(x);
 		put(history, phys->epsT), put(history, phys->epsTPl);
 	}
-	const ConcordemBodies   bodies   = columns.view();
-	const ConcordemContacts contacts = { length.size(), pair.data(), image.data(), bonded.data(), length.data(), area.data(), normal.data(), distance.data(), history.data() };
-	ConcordemCell           cell;
+	const ConcordemBodyArrays   bodies   = columns.view();
+	const ConcordemContactArrays contacts = { length.size(), pair.data(), image.data(), bonded.data(), length.data(), area.data(), normal.data(), distance.data(), history.data() };
+	ConcordemCellArrays           cell;
 	const string            measure = !kinematics.empty() ? kinematics : ig2->avoidGranularRatcheting ? "yade-ratcheting" : "yade";
 	Reason                  reason;
-	begin(concordem_yade_bonds_concrete(
-	              &bodies, &contacts, rows.data(), rows.size(), materials.size(), measure.c_str(), mode.c_str(), cellOf(*scene, cell), scene->dt,
-	              wantedThreads(), reason),
-	      reason.text);
+	const ConcordemConcreteScene given
+	        = { &bodies, &contacts, rows.data(), rows.size(), materials.size(), measure.c_str(), mode.c_str(), cellOf(*scene, cell), scene->dt };
+	begin(concordem_yade_bonds_concrete(&given, wantedThreads(), reason), reason.text);
 	crackOnset = rows[0].crackOnset;
 	return true;
 }
@@ -343,7 +341,7 @@ void BondedEngine_Rust::bondScenario()
 	}
 	if (columns.id.empty()) refuse("the scene has no spheres to bond");
 	text << "]\n[stop]\nsteps = 1\n";
-	const ConcordemBodies bodies = columns.view();
+	const ConcordemBodyArrays bodies = columns.view();
 	Reason                reason;
 	begin(concordem_yade_bonds_scenario(text.str().c_str(), &bodies, scene->dt, wantedThreads(), reason), reason.text);
 }
@@ -393,12 +391,12 @@ void BondedEngine_Rust::action()
 		}
 	}
 	if (scene->iter % 256 == 0) refuseBlindEngines(false);
-	ConcordemCell cell;
+	ConcordemCellArrays cell;
 	Reason        reason;
-	const auto*   rows = reinterpret_cast<const double* const(*)[4]>(motion.data());
-	if (concordem_yade_bonds_step(
-	            bonds.get(), isPresent, this, rows, blocked.data(), scene->dt, cellOf(*scene, cell), scene->trackEnergy, pauseThreads, reason)
-	    < 0)
+	const auto*   addresses = reinterpret_cast<const double* const(*)[4]>(motion.data());
+	const ConcordemBondedStep step
+	        = { isPresent, this, addresses, blocked.data(), cellOf(*scene, cell), pauseThreads, scene->dt, int32_t(scene->trackEnergy) };
+	if (concordem_yade_bonds_step(bonds.get(), &step, reason) < 0)
 		refuse("at iteration " + std::to_string(scene->iter) + ": " + reason.text);
 	const uint32_t* id = concordem_yade_bonds_ids(bonds.get());
 	const double *  force, *torque;
@@ -464,7 +462,7 @@ Matrix3r BondedEngine_Rust::stress(Real volume)
 	}
 	double sum[9];
 	Reason reason;
-	if (concordem_yade_bonds_virial(bonds.get(), sum, reason) < 0) refuse(reason.text);
+	if (concordem_yade_bonds_virial(bonds.get(), &sum, reason) < 0) refuse(reason.text);
 	Matrix3r found;
 	for (int i = 0; i < 3; i++)
 		for (int j = 0; j < 3; j++)

@@ -40,7 +40,7 @@ public:
 	long     bondCount_get() { return facts().bonds; }
 	long     broken_get() { return facts().broken; }
 	long     steps_get() { return facts().steps; }
-	long     searches_get() { return facts().searches; }
+	long     searches_get() { return facts().neighborListRebuilds; }
 	Matrix3r stress(Real volume);
 
 	// clang-format off

@@ -3,8 +3,6 @@
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "concrete.hpp"
 #include "opened.hpp"
-#include "running.hpp"
-#include <core/EnergyTracker.hpp>
 #include <pkg/common/Box.hpp>
 #include <pkg/common/Facet.hpp>
 #include <pkg/common/Wall.hpp>
@@ -37,7 +35,7 @@ namespace {
 		return index == Facet::getClassIndexStatic() || index == Wall::getClassIndexStatic() || index == Box::getClassIndexStatic();
 	}
 
-	/* Reference length, area, and what follows from them, in the first step of a contact. */
+	/* Reference length, area, and stiffnesses in the first step of a contact. */
 	void begin(Scene* scene, const ScGeom& geom, CpmPhys& phys, const Interaction& I)
 	{
 		const Body &one = *Body::byId(I.id1, scene), &two = *Body::byId(I.id2, scene);
@@ -69,12 +67,12 @@ namespace {
 		state->numBrokenCohesive += 1;
 	}
 
-	const char* what(int outcome)
+	const char* reasonOf(ConcordemCpmOutcome outcome)
 	{
 		switch (outcome) {
-			case -1: return "the strain is not a number; is the time step too large, or was the contact not made by its functors?";
-			case -2: return "damLaw is neither 0 nor 1";
-			default: return "internal error of concordem, please report it";
+			case ConcordemCpmOutcome::NotANumber: return "the strain is not a number; is the time step too large, or was the contact not made by its functors?";
+			case ConcordemCpmOutcome::DamageLaw: return "damLaw is neither 0 nor 1";
+			default: return INTERNAL_ERROR;
 		}
 	}
 
@@ -90,7 +88,7 @@ void CpmPhys_Rust::preSave(CpmPhys_Rust&)
 
 void CpmPhys_Rust::postLoad(CpmPhys_Rust&)
 {
-	// Also called after attributes were set in Python, when there is none.
+	// Also called after Python set attributes; then there is no history.
 	if (history.empty()) return;
 	if (history.size() != 19) throw std::runtime_error("CpmPhys_Rust: the saved history has " + std::to_string(history.size()) + " reals, not 19");
 	omega = history[0], epsN = history[1], kappaD = history[2], epsNPl = history[3];
@@ -156,26 +154,7 @@ void Law2_ScGeom_CpmPhys_Rust::stop(const Interaction& I, const string& reason)
 	stopRun(*scene, "Law2_ScGeom_CpmPhys_Rust", error, I, reason);
 }
 
-void Law2_ScGeom_CpmPhys_Rust::addEnergies(const ConcordemCpmContact& c)
-{
-	EnergyTracker& all = *scene->energy;
-	// Names are given once, by one thread.
-	if (storedId < 0) {
-#pragma omp critical(concordem_energy)
-		if (storedId < 0) {
-			all.findId("cpmDamage", damageId), all.findId("cpmFriction", frictionId), all.findId("cpmIntegration", integrationId);
-			int id = -1;
-			all.findId("cpmElastic", id, /*reset at every step*/ true);
-			storedId = id;
-		}
-	}
-	all.add(c.damageEnergy, "cpmDamage", damageId);
-	all.add(c.frictionEnergy, "cpmFriction", frictionId);
-	all.add(c.integrationEnergy, "cpmIntegration", integrationId);
-	all.add(c.storedEnergy, "cpmElastic", storedId, true);
-}
-
-/* Let YADE's own law answer the same contact, in a scene of its own that has the same bodies and takes the forces. */
+/* Compute the same contact with YADE's own law, in a separate scene that has the same bodies and receives the forces. */
 void Law2_ScGeom_CpmPhys_Rust::check(
         const shared_ptr<IGeom>& geometry, const shared_ptr<CpmPhys>& before, const CpmPhys& after, Interaction* I, bool lives)
 {
@@ -198,7 +177,7 @@ void Law2_ScGeom_CpmPhys_Rust::check(
 	shared_ptr<IPhys> phys(before);
 	const bool        livesThere = yades.go(geom, phys, I);
 	if (!livesThere) {
-		// It has counted the loss, too.
+		// YADE's law has counted the loss as well.
 		for (Body::id_t id : { I->id1, I->id2 }) {
 			CpmState*                         state = YADE_CAST<CpmState*>(Body::byId(id, scene)->state.get());
 			const std::lock_guard<std::mutex> lock(state->updateMutex);
@@ -254,9 +233,9 @@ bool Law2_ScGeom_CpmPhys_Rust::go(shared_ptr<IGeom>& geometry, shared_ptr<IPhys>
 	c.fresh       = fresh;
 
 	const bool energy  = scene->trackEnergy;
-	const int  outcome = energy ? concordem_yade_cpm_with_energy(&c) : concordem_yade_cpm(&c);
-	if (outcome < 0) {
-		stop(*I, what(outcome));
+	const auto outcome = energy ? concordem_yade_cpm_with_energy(&c) : concordem_yade_cpm(&c);
+	if (int(outcome) < 0) {
+		stop(*I, reasonOf(outcome));
 		return true;
 	}
 
@@ -269,9 +248,9 @@ bool Law2_ScGeom_CpmPhys_Rust::go(shared_ptr<IGeom>& geometry, shared_ptr<IPhys>
 	phys.sigmaN              = c.normalStress;
 	phys.sigmaT              = read(c.shearStress);
 	phys.relResidualStrength = c.residualStrength;
-	if (energy) addEnergies(c);
+	if (energy) energies.add(*scene->energy, { c.damageEnergy, c.frictionEnergy, c.integrationEnergy, c.storedEnergy });
 	const shared_ptr<Body>&one = Body::byId(I->id1, scene), &two = Body::byId(I->id2, scene);
-	if (outcome == 1) {
+	if (outcome == ConcordemCpmOutcome::Lost) {
 		countBroken(one);
 		countBroken(two);
 		if (checks) check(geometry, before, phys, I, false);
@@ -286,7 +265,7 @@ bool Law2_ScGeom_CpmPhys_Rust::go(shared_ptr<IGeom>& geometry, shared_ptr<IPhys>
 	if (!scene->isPeriodic) {
 		applyForceAtContactPoint(f, geom.contactPoint, I->id1, one->state->pos, I->id2, two->state->pos);
 	} else {
-		// As YADE: arms from the elongation, not to the contact point.
+		// As in YADE: arms from the elongation, not to the contact point.
 		const Real     half  = .5 * (phys.refPD - geom.penetrationDepth);
 		const Vector3r twist = geom.normal.cross(f);
 		scene->forces.addForce(I->id1, f);

@@ -2,7 +2,7 @@
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #pragma once
-#include "abi.h"
+#include "functor.hpp"
 #include <pkg/dem/ConcretePM.hpp>
 
 namespace yade {
@@ -40,8 +40,7 @@ REGISTER_SERIALIZABLE(Ip2_CpmMat_CpmMat_CpmPhys_Rust);
 
 /* Attributes, elasticEnergy and the rest are inherited: a script changes one word. */
 class Law2_ScGeom_CpmPhys_Rust : public Law2_ScGeom_CpmPhys_Cpm {
-	int  damageId = -1, frictionId = -1, storedId = -1, integrationId = -1;
-	void addEnergies(const struct ::ConcordemCpmContact&);
+	LawEnergies energies { "cpmDamage", "cpmFriction", "cpmIntegration", "cpmElastic" };
 	void check(const shared_ptr<IGeom>&, const shared_ptr<CpmPhys>& before, const CpmPhys& after, Interaction*, bool lives);
 	void stop(const Interaction&, const string& reason);
 

@@ -3,7 +3,6 @@
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "linear_bonds.hpp"
 #include <core/Body.hpp>
-#include <core/EnergyTracker.hpp>
 #include <cmath>
 
 namespace yade {
@@ -13,8 +12,8 @@ YADE_PLUGIN((DeformableState_Rust)(LinearBondMat_Rust)(LinearBondPhys_Rust)(Ip2_
 
 namespace {
 
-	/* What is wrong with the pass of the scene; empty if nothing is. */
-	string wrongPass(const Scene& scene)
+	/* What is wrong with DeformableParticles_Rust in the scene; empty if nothing is. */
+	string checkPass(const Scene& scene)
 	{
 		int loop = -1, pass = -1, at = 0;
 		for (const auto& engine : scene.engines) {
@@ -44,7 +43,7 @@ ConcordemLinearBondParameters LinearBondPhys_Rust::parameters() const
 	return { kn, ks, dampingRatio, normalStrength, shearStrength, subtractInitialGap };
 }
 
-/* The bond between two materials; what is wrong with them, or nothing. */
+/* Parameters of the bond between two materials; the reason if they are not valid. */
 string Ip2_LinearBondMat_LinearBondMat_LinearBondPhys_Rust::make(
         const Interaction& I, const LinearBondMat_Rust& one, const LinearBondMat_Rust& two, LinearBondPhys_Rust& phys)
 {
@@ -61,91 +60,35 @@ string Ip2_LinearBondMat_LinearBondMat_LinearBondPhys_Rust::make(
 	Reason                              reason;
 	if (concordem_yade_linear_bond_check(&parameters, &particles, reason) < 0) return reason.text;
 	if (!phys.deforms) return "";
-	if (!missingPass.empty()) return missingPass;
+	if (!wrongPass.empty()) return wrongPass;
 	for (Body::id_t id : { I.id1, I.id2 })
 		if (!Body::byId(id, scene)->isStandalone()) return "body " + std::to_string(id) + " belongs to a clump; members of clumps cannot deform";
 	return "";
 }
 
+void Ip2_LinearBondMat_LinearBondMat_LinearBondPhys_Rust::look() { wrongPass = checkPass(*scene); }
+
 void Ip2_LinearBondMat_LinearBondMat_LinearBondPhys_Rust::go(
         const shared_ptr<Material>& one, const shared_ptr<Material>& two, const shared_ptr<Interaction>& I)
 {
-	if (I->phys) return;
-	const bool bonds = (cohesiveThresholdIter < 0 || scene->iter < cohesiveThresholdIter) && isBall(scene, I->id1) && isBall(scene, I->id2);
-	string     why;
-	shared_ptr<LinearBondPhys_Rust> phys(new LinearBondPhys_Rust);
-#pragma omp critical(concordem_linear_bonds)
-	{
-		if (seenIn != scene || seenAt != scene->iter) {
-			laws        = lawsOf<Law2_ScGeom_LinearBondPhys_Rust>(*scene);
-			missingPass = wrongPass(*scene);
-			seenIn = scene, seenAt = scene->iter;
-		}
-		if (!laws.ours) why = "InteractionLoop has no Law2_ScGeom_LinearBondPhys_Rust";
-		else if (bonds)
-			why = make(*I, *YADE_CAST<LinearBondMat_Rust*>(one.get()), *YADE_CAST<LinearBondMat_Rust*>(two.get()), *phys);
-		else if (!laws.frictional)
-			why = "this contact has no bond, and InteractionLoop has no law of FrictPhys for it; add Law2_ScGeom_FrictPhys_CundallStrack()";
-	}
-	if (!why.empty()) {
-		stopRun(*scene, "Ip2_LinearBondMat_LinearBondMat_LinearBondPhys_Rust", error, *I, why);
-		refuseAlways<Law2_ScGeom_LinearBondPhys_Rust>(scene, *I, phys);
-	} else if (bonds) {
-		I->phys = phys;
-	} else {
-		Ip2_FrictMat_FrictMat_FrictPhys::go(one, two, I);
-	}
+	makeBondOrContact<Law2_ScGeom_LinearBondPhys_Rust, LinearBondPhys_Rust, LinearBondMat_Rust>(*this, "bond", one, two, I);
 }
 
-bool Law2_ScGeom_LinearBondPhys_Rust::stop(const Interaction& I, const string& reason)
+string Law2_ScGeom_LinearBondPhys_Rust::fill(ConcordemLinearBondContact& c, const LinearBondPhys_Rust& phys, const Interaction& I) const
 {
-	stopRun(*scene, "Law2_ScGeom_LinearBondPhys_Rust", error, I, reason);
-	return true;
-}
-
-void Law2_ScGeom_LinearBondPhys_Rust::addEnergies(const ConcordemLinearBond& c)
-{
-	EnergyTracker& all = *scene->energy;
-	// Names are given once, by one thread.
-	if (storedId < 0) {
-#pragma omp critical(concordem_energy)
-		if (storedId < 0) {
-			all.findId("linearBondDamage", damageId), all.findId("linearBondViscous", viscousId), all.findId("linearBondIntegration", integrationId);
-			int id = -1;
-			all.findId("linearBondElastic", id, /*reset at every step*/ true);
-			storedId = id;
-		}
-	}
-	all.add(c.damageEnergy, "linearBondDamage", damageId);
-	all.add(c.viscousEnergy, "linearBondViscous", viscousId);
-	all.add(c.integrationEnergy, "linearBondIntegration", integrationId);
-	all.add(c.storedEnergy, "linearBondElastic", storedId, true);
-}
-
-bool Law2_ScGeom_LinearBondPhys_Rust::go(shared_ptr<IGeom>&, shared_ptr<IPhys>& physics, Interaction* I)
-{
-	LinearBondPhys_Rust& phys = *static_cast<LinearBondPhys_Rust*>(physics.get());
-	if (phys.refLength < 0) {
-		stopAgain(*scene);
-		return true;
-	}
-	if (!phys.intact) return false;
 	if (phys.deforms && phys.refLength > 0 && !phys.strained)
-		return stop(
-		        *I, "its particles deform, but DeformableParticles_Rust has not run since the last step; put one, not dead, behind InteractionLoop");
-	ConcordemLinearBond c;
+		return "its particles deform, but DeformableParticles_Rust has not run since the last step; put one, not dead, behind InteractionLoop";
 	for (int k = 0; k < 2; k++) {
-		const Body&  body  = *Body::byId(k ? I->id2 : I->id1, scene);
-		const State& s     = *body.state;
-		const auto*  shape = dynamic_cast<const DeformableState_Rust*>(&s);
-		if (phys.deforms && !shape) return stop(*I, "the state of body " + std::to_string(body.id) + " is no DeformableState_Rust any more");
-		c.bodies[k] = { { s.pos.data(), s.vel.data(), s.angVel.data(), s.ori.coeffs().data() },
-			         static_cast<const Sphere&>(*body.shape).radius,
-			         s.mass,
-			         { phys.deforms ? shape->widening.data() : nullptr, phys.deforms ? shape->wideningBefore.data() : nullptr } };
+		const Body& body  = *Body::byId(k ? I.id2 : I.id1, scene);
+		const auto* shape = dynamic_cast<const DeformableState_Rust*>(body.state.get());
+		if (phys.deforms && !shape) return "the state of body " + std::to_string(body.id) + " is no DeformableState_Rust any more";
+		c.bodies[k] = { motionOf(*body.state),
+			        static_cast<const Sphere&>(*body.shape).radius,
+			        body.state->mass,
+			        { phys.deforms ? shape->widening.data() : nullptr, phys.deforms ? shape->wideningBefore.data() : nullptr } };
 	}
 	c.parameters = phys.parameters();
-	put(c.shift, scene->isPeriodic ? scene->cell->intrShiftPos(I->cellDist) : Vector3r(Vector3r::Zero()));
+	put(c.shift, imageShift(*scene, I));
 	c.dt              = scene->dt;
 	c.referenceLength = phys.refLength;
 	c.length          = phys.length;
@@ -153,15 +96,17 @@ bool Law2_ScGeom_LinearBondPhys_Rust::go(shared_ptr<IGeom>&, shared_ptr<IPhys>& 
 	put(c.shearDisplacement, phys.shearDisplacement);
 	c.normalDashpot = phys.normalDashpot;
 	put(c.shearDashpot, phys.shearDashpot);
+	return string();
+}
 
-	const int outcome = concordem_yade_linear_bond(&c);
-	if (outcome == -3) return stop(*I, "internal error of concordem, please report it");
-	if (outcome < 0) {
-		// Attributes may have been changed.
+string Law2_ScGeom_LinearBondPhys_Rust::store(const ConcordemLinearBondContact& c, ConcordemBondOutcome outcome, LinearBondPhys_Rust& phys) const
+{
+	if (int(outcome) < 0) {
+		// Scripts can change attributes.
 		const ConcordemElasticity rigid[2] = { { std::numeric_limits<Real>::infinity(), 0 }, { std::numeric_limits<Real>::infinity(), 0 } };
 		Reason                    reason;
-		if (concordem_yade_linear_bond_check(&c.parameters, &rigid, reason) < 0) return stop(*I, reason.text);
-		return stop(*I, "the force is not a number; is the time step too large, or are two bodies in one place?");
+		if (concordem_yade_linear_bond_check(&c.parameters, &rigid, reason) < 0) return reason.text;
+		return "the force is not a number; is the time step too large, or are two bodies in one place?";
 	}
 	phys.refLength         = c.referenceLength;
 	phys.length            = c.length;
@@ -170,20 +115,12 @@ bool Law2_ScGeom_LinearBondPhys_Rust::go(shared_ptr<IGeom>&, shared_ptr<IPhys>& 
 	phys.normalDashpot     = c.normalDashpot;
 	phys.shearDashpot      = read(c.shearDashpot);
 	phys.strained          = false;
-	if (scene->trackEnergy) addEnergies(c);
-	if (outcome == 1) {
-#pragma omp atomic
-		broken++;
-		return false;
-	}
-	phys.force       = read(c.force);
-	phys.normalForce = -phys.force.dot(phys.direction) * phys.direction;
-	phys.shearForce  = -phys.force - phys.normalForce;
-	scene->forces.addForce(I->id1, phys.force);
-	scene->forces.addForce(I->id2, -phys.force);
-	scene->forces.addTorque(I->id1, read(c.torque[0]));
-	scene->forces.addTorque(I->id2, read(c.torque[1]));
-	return true;
+	return string();
+}
+
+bool Law2_ScGeom_LinearBondPhys_Rust::go(shared_ptr<IGeom>&, shared_ptr<IPhys>& physics, Interaction* I)
+{
+	return stepBond<ConcordemLinearBondContact>(*this, *static_cast<LinearBondPhys_Rust*>(physics.get()), *I);
 }
 
 namespace {
@@ -206,7 +143,7 @@ void DeformableParticles_Rust::addEnergies(const ConcordemDeformationEnergies& n
 
 void DeformableParticles_Rust::action()
 {
-	const string wrong = wrongPass(*scene);
+	const string wrong = checkPass(*scene);
 	if (!wrong.empty()) refuse(*scene, wrong);
 	if (!scratch) {
 #ifdef YADE_OPENMP
@@ -217,7 +154,7 @@ void DeformableParticles_Rust::action()
 		Reason reason;
 		auto*  made = concordem_yade_deformation_scratch(wanted, reason);
 		if (!made) refuse(*scene, reason.text);
-		scratch = shared_ptr<ConcordemDeformation>(made, concordem_yade_deformation_delete);
+		scratch = shared_ptr<ConcordemDeformationScratch>(made, concordem_yade_deformation_delete);
 	}
 
 	vector<ConcordemDeformableBody>          bodies;
@@ -242,8 +179,8 @@ void DeformableParticles_Rust::action()
 		                   s->reactionDyad.data(), s->widening.data(), s->wideningBefore.data(), s->stress.data() });
 	}
 
-	// By the ids of both bodies, so that sums have one order, whatever the threads made of O.interactions.
-	vector<ConcordemBondAnswer>  bonds;
+	// In the order of the ids of both bodies: the order of O.interactions depends on the threads, the sums must not.
+	vector<ConcordemBondForce>  bonds;
 	vector<LinearBondPhys_Rust*> seen;
 	for (const auto& body : *scene->bodies) {
 		if (!body || row[body->id] < 0) continue;
@@ -261,13 +198,11 @@ void DeformableParticles_Rust::action()
 			seen.push_back(phys);
 		}
 	}
+	const ConcordemDeformableScene given
+	        = { bodies.data(), bodies.size(), bonds.data(), bonds.size(), materials.data(), materials.size(), condition.c_str(), dashpots };
 	ConcordemDeformationEnergies energies;
 	Reason                       reason;
-	if (concordem_yade_deformation(
-	            scratch.get(), bodies.data(), bodies.size(), bonds.data(), bonds.size(), materials.data(), materials.size(), condition.c_str(),
-	            dashpots, &energies, reason)
-	    < 0)
-		refuse(*scene, reason.text);
+	if (concordem_yade_deformation(scratch.get(), &given, &energies, reason) < 0) refuse(*scene, reason.text);
 	for (LinearBondPhys_Rust* phys : seen)
 		phys->strained = true;
 	if (scene->trackEnergy) addEnergies(energies);

@@ -4,7 +4,7 @@
    SPDX-License-Identifier: GPL-2.0-or-later */
 #pragma once
 #include "abi.h"
-#include "running.hpp"
+#include "functor.hpp"
 #include <core/GlobalEngine.hpp>
 #include <pkg/dem/FrictPhys.hpp>
 #include <pkg/dem/ScGeom.hpp>
@@ -84,15 +84,12 @@ public:
 REGISTER_SERIALIZABLE(LinearBondPhys_Rust);
 
 class Ip2_LinearBondMat_LinearBondMat_LinearBondPhys_Rust : public Ip2_FrictMat_FrictMat_FrictPhys {
-	// Where and when the engines were looked at last.
-	const Scene* seenIn = nullptr;
-	long         seenAt = -1;
-	LawsOfScene  laws;
-	string       missingPass;
-
-	string make(const Interaction&, const LinearBondMat_Rust&, const LinearBondMat_Rust&, LinearBondPhys_Rust&);
+	string wrongPass; // what is wrong with DeformableParticles_Rust in this step
 
 public:
+	LastLook last;
+	void     look();
+	string   make(const Interaction&, const LinearBondMat_Rust&, const LinearBondMat_Rust&, LinearBondPhys_Rust&);
 	void go(const shared_ptr<Material>&, const shared_ptr<Material>&, const shared_ptr<Interaction>&) override;
 	FUNCTOR2D(LinearBondMat_Rust, LinearBondMat_Rust);
 	// clang-format off
@@ -106,11 +103,17 @@ public:
 REGISTER_SERIALIZABLE(Ip2_LinearBondMat_LinearBondMat_LinearBondPhys_Rust);
 
 class Law2_ScGeom_LinearBondPhys_Rust : public LawFunctor {
-	int  damageId = -1, viscousId = -1, storedId = -1, integrationId = -1;
-	void addEnergies(const struct ::ConcordemLinearBond&);
-	bool stop(const Interaction&, const string& reason);
+	LawEnergies energies { "linearBondDamage", "linearBondViscous", "linearBondIntegration", "linearBondElastic" };
 
 public:
+	string               fill(ConcordemLinearBondContact&, const LinearBondPhys_Rust&, const Interaction&) const;
+	ConcordemBondOutcome compute(ConcordemLinearBondContact& c) const { return concordem_yade_linear_bond(&c); }
+	string               store(const ConcordemLinearBondContact&, ConcordemBondOutcome, LinearBondPhys_Rust&) const;
+	void                 show(const ConcordemLinearBondContact& c, LinearBondPhys_Rust& phys) const { phys.force = read(c.force); }
+	void                 addEnergies(const ConcordemLinearBondContact& c)
+	{
+		energies.add(*scene->energy, { c.damageEnergy, c.viscousEnergy, c.integrationEnergy, c.storedEnergy });
+	}
 	bool go(shared_ptr<IGeom>&, shared_ptr<IPhys>&, Interaction*) override;
 	FUNCTOR2D(ScGeom, LinearBondPhys_Rust);
 	// clang-format off
@@ -124,7 +127,7 @@ public:
 REGISTER_SERIALIZABLE(Law2_ScGeom_LinearBondPhys_Rust);
 
 class DeformableParticles_Rust : public GlobalEngine {
-	shared_ptr<ConcordemDeformation> scratch;
+	shared_ptr<ConcordemDeformationScratch> scratch;
 	int                              storedId = -1, lagId = -1, otherId = -1, reactionsId = -1;
 	void                             addEnergies(const struct ::ConcordemDeformationEnergies&);
 

@@ -1,4 +1,4 @@
-/* What Python calls after loading the plugin: registration of its classes, and samples for the comparison of layouts.
+/* Functions for Python: registration of the plugin's classes, and samples for the comparison of layouts.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "abi.h"
@@ -27,7 +27,7 @@ namespace {
 namespace py = ::boost::python;
 using namespace yade;
 
-/* Run, and turn C++ exceptions into Python's. */
+/* Run `body`; C++ exceptions become Python's. */
 template <class Body> PyObject* guarded(Body body)
 {
 	try {
@@ -40,7 +40,7 @@ template <class Body> PyObject* guarded(Body body)
 	}
 }
 
-/* An object whose fields were written here, by the headers' layout, with what is in them. */
+/* Objects whose fields are written here, by the layout of the headers, with their values. */
 struct Sample {
 	py::list all;
 	int      next = 1;
@@ -76,7 +76,7 @@ struct Sample {
 
 extern "C" {
 
-/* Tell YADE of classes by their names: as boot.initialize does for its own, but the scene stays. */
+/* Register classes in YADE by their names, as boot.initialize does for its own, without resetting the scene. */
 __attribute__((visibility("default"))) PyObject* concordem_yade_register(PyObject* names)
 {
 	return guarded([&] {
@@ -84,15 +84,14 @@ __attribute__((visibility("default"))) PyObject* concordem_yade_register(PyObjec
 		py::object     list(py::handle<>(py::borrowed(names)));
 		for (py::ssize_t k = 0; k < py::len(list); k++)
 			classes.push_back(py::extract<string>(list[k]));
-		if (concordem_yade_cpm_size() != sizeof(ConcordemCpmContact) || concordem_yade_beam_size() != sizeof(ConcordemBeamContact)
-		    || concordem_yade_linear_bond_size() != sizeof(ConcordemLinearBond))
+		if (concordem_yade_header_hash() != CONCORDEM_HEADER_HASH)
 			throw std::runtime_error("the shim and the library do not belong together");
 		(Omega::instance().*opened(BuildDatabase()))(classes);
 		return py::object();
 	});
 }
 
-/* Objects written with the layout of the headers and what YADE must read in them; sizes of a few classes. */
+/* Objects written with the layout of the headers, and the values that YADE must read in them. */
 __attribute__((visibility("default"))) PyObject* concordem_yade_samples()
 {
 	return guarded([] {
@@ -154,7 +153,7 @@ __attribute__((visibility("default"))) PyObject* concordem_yade_samples()
 	});
 }
 
-/* Let all contacts forget which law answered them last. */
+/* Clear the law that every contact remembers. */
 __attribute__((visibility("default"))) PyObject* concordem_yade_forget_laws()
 {
 	return guarded([] {
@@ -164,7 +163,7 @@ __attribute__((visibility("default"))) PyObject* concordem_yade_forget_laws()
 	});
 }
 
-/* What differs between two CpmPhys; a string. */
+/* The differences between two CpmPhys, as text. */
 __attribute__((visibility("default"))) PyObject* concordem_yade_difference(PyObject* one, PyObject* two)
 {
 	return guarded([&] {

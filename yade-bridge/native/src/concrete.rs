@@ -1,4 +1,6 @@
-//! The concrete law on one contact of YADE (`CpmPhys` on `ScGeom`), in YADE's form bit for bit.
+//! The concrete law for one contact of YADE (`CpmPhys` on `ScGeom`), in YADE's form bit for bit.
+
+#![allow(unsafe_code)] // C functions
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -7,10 +9,11 @@ use concordem_contact::law::ContactGeometry;
 use concordem_contact::law::cpm::{Answer, Cpm, CpmState, DamageLaw, YadeParameters};
 use concordem_contact::math::Vec3;
 
-/// One contact and what it answers. Names are those of YADE's classes; SI units.
+/// Parameters, motion, history, and results of one contact. Names are those of YADE's classes; SI units.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
-#[allow(missing_docs)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+#[allow(missing_docs)] // named as the attributes of YADE's classes
 pub struct CpmContact {
     // CpmPhys: parameters of the contact.
     pub young: f64,
@@ -24,7 +27,7 @@ pub struct CpmContact {
     pub reference_length: f64,
     pub reference_penetration: f64,
     pub area: f64,
-    // The law functor.
+    // Law2 functor: its attributes.
     pub omega_threshold: f64,
     pub soft_strain: f64,
     pub relative_soft_stiffness: f64,
@@ -32,9 +35,9 @@ pub struct CpmContact {
     pub penetration: f64,
     pub normal: [f64; 3],
     pub shear_increment: [f64; 3],
-    /// `orthonormal_axis`.
+    /// `ScGeom::orthonormal_axis`.
     pub swing: [f64; 3],
-    /// `twist_axis`.
+    /// `ScGeom::twist_axis`.
     pub twist: [f64; 3],
     // CpmPhys: history, before and after.
     pub strain: f64,
@@ -43,11 +46,11 @@ pub struct CpmContact {
     pub plastic_strain: f64,
     pub shear_strain: [f64; 3],
     pub plastic_shear_strain: [f64; 3],
-    // The answer.
+    // Result.
     pub normal_stress: f64,
     pub shear_stress: [f64; 3],
     pub residual_strength: f64,
-    // Energies (J) where they are asked for: dissipated in the step by damage and by friction, stored, error of the work rule.
+    // Energies (J), if requested: dissipated in the step by damage and by friction, stored, error of the work rule.
     pub damage_energy: f64,
     pub friction_energy: f64,
     pub stored_energy: f64,
@@ -59,19 +62,19 @@ pub struct CpmContact {
     pub fresh: i32,
 }
 
-/// What became of a contact.
+/// Outcome of a step of one contact.
 #[repr(i32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
-    /// It lives on.
+pub enum CpmOutcome {
+    /// The contact lives on.
     Lives = 0,
-    /// YADE's law deletes it.
+    /// The contact is to be deleted.
     Lost = 1,
     /// The strain is not a number.
     NotANumber = -1,
     /// `damLaw` is neither 0 nor 1.
     DamageLaw = -2,
-    /// A panic was stopped.
+    /// The library panicked.
     Internal = -3,
 }
 
@@ -80,9 +83,9 @@ fn vector(a: &[f64; 3]) -> Vec3 {
     Vec3::new(a[0], a[1], a[2])
 }
 
-/// One step of one contact; the contact is changed only if the outcome is not an error.
+/// One step of one contact. An error leaves the contact unchanged.
 #[inline(always)]
-fn respond<const ENERGY: bool>(contact: &mut CpmContact) -> Outcome {
+fn respond<const ENERGY: bool>(contact: &mut CpmContact) -> CpmOutcome {
     let c = contact;
     let law = Cpm::of_yade(&YadeParameters {
         normal_modulus: c.young,
@@ -96,7 +99,7 @@ fn respond<const ENERGY: bool>(contact: &mut CpmContact) -> Outcome {
         damage_law: match c.damage_law {
             0 => DamageLaw::Linear,
             1 => DamageLaw::Exponential,
-            _ => return Outcome::DamageLaw,
+            _ => return CpmOutcome::DamageLaw,
         },
         never_damage: c.never_damage != 0,
         omega_threshold: c.omega_threshold,
@@ -111,7 +114,7 @@ fn respond<const ENERGY: bool>(contact: &mut CpmContact) -> Outcome {
         geometry: ContactGeometry {
             reference_length: c.reference_length,
             area: c.area,
-            // Neither radii nor masses matter to the law.
+            // The law reads neither radii nor masses.
             radius_a: 0.0,
             radius_b: 0.0,
             mass_a: 0.0,
@@ -140,7 +143,7 @@ fn respond<const ENERGY: bool>(contact: &mut CpmContact) -> Outcome {
     };
     let Answer { state, normal_stress, shear_stress, lost, energy } = law.answer_as_yade::<false>(&kinematics, &old);
     if state.normal_strain.is_nan() || state.shear_strain.iter().any(|x| x.is_nan()) {
-        return Outcome::NotANumber;
+        return CpmOutcome::NotANumber;
     }
     c.strain = state.normal_strain + law.prestress_strain();
     c.kappa = state.kappa;
@@ -158,43 +161,34 @@ fn respond<const ENERGY: bool>(contact: &mut CpmContact) -> Outcome {
         (1.0 - c.omega) * c.kappa / c.crack_onset
     };
     if ENERGY {
-        // A contact that is lost lets go of what it stored.
-        let let_go = if lost { energy.stored() } else { 0.0 };
-        c.damage_energy = energy.damage + if c.cohesive != 0 { let_go } else { 0.0 };
-        c.friction_energy = energy.friction + if c.cohesive != 0 { 0.0 } else { let_go };
-        c.stored_energy = energy.stored() - let_go;
+        // A deleted contact releases its stored energy.
+        let released = if lost { energy.stored() } else { 0.0 };
+        c.damage_energy = energy.damage + if c.cohesive != 0 { released } else { 0.0 };
+        c.friction_energy = energy.friction + if c.cohesive != 0 { 0.0 } else { released };
+        c.stored_energy = energy.stored() - released;
         c.integration_energy = energy.integration;
     }
-    if lost { Outcome::Lost } else { Outcome::Lives }
+    if lost { CpmOutcome::Lost } else { CpmOutcome::Lives }
 }
 
-/// One step of the concrete law; see [`Outcome`]. No energies.
+/// One step of the concrete law, without energies.
 ///
 /// # Safety
 /// `contact` must point to a contact.
-#[allow(unsafe_code)]
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_yade_cpm(contact: *mut CpmContact) -> Outcome {
+pub unsafe extern "C" fn concordem_yade_cpm(contact: *mut CpmContact) -> CpmOutcome {
     // SAFETY: the caller's promise.
     let contact = unsafe { &mut *contact };
-    catch_unwind(AssertUnwindSafe(|| respond::<false>(contact))).unwrap_or(Outcome::Internal)
+    catch_unwind(AssertUnwindSafe(|| respond::<false>(contact))).unwrap_or(CpmOutcome::Internal)
 }
 
-/// [`concordem_yade_cpm`] with energies.
+/// One step of the concrete law, with energies.
 ///
 /// # Safety
 /// `contact` must point to a contact.
-#[allow(unsafe_code)]
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_yade_cpm_with_energy(contact: *mut CpmContact) -> Outcome {
+pub unsafe extern "C" fn concordem_yade_cpm_with_energy(contact: *mut CpmContact) -> CpmOutcome {
     // SAFETY: the caller's promise.
     let contact = unsafe { &mut *contact };
-    catch_unwind(AssertUnwindSafe(|| respond::<true>(contact))).unwrap_or(Outcome::Internal)
-}
-
-/// Size of [`CpmContact`] in bytes, for the shim to compare with its own.
-#[allow(unsafe_code)]
-#[unsafe(no_mangle)]
-pub extern "C" fn concordem_yade_cpm_size() -> usize {
-    size_of::<CpmContact>()
+    catch_unwind(AssertUnwindSafe(|| respond::<true>(contact))).unwrap_or(CpmOutcome::Internal)
 }

@@ -1,70 +1,76 @@
-//! The pass over deformable particles of a YADE scene: the solver's own
-//! ([`DeformationPass`]) on the forces of bonds that YADE holds.
+//! The pass over the deformable particles of a YADE scene: the solver's [`DeformationPass`] with the forces of bonds that YADE
+//! stores.
 //!
-//! It keeps nothing between steps: what strains a body is in its state, where YADE saves it.
+//! It stores nothing between steps: the history of a body lies in its YADE state, which YADE saves.
 
-#![allow(unsafe_code)]
+#![allow(unsafe_code)] // C functions and pointers into YADE's objects
 
 use std::ffi::{CStr, c_char};
 
+use concordem_c_abi::{Message, guarded, slice};
 use concordem_contact::kinematics::deformable::{Condition, Deformable, ParticleVirial, Update};
 use concordem_contact::law::Elastic;
-use concordem_contact::math::{Symmetric, Vec3};
+use concordem_contact::math::Vec3;
 use concordem_solver::deformation::{DeformationPass, DeformationSums};
 use concordem_solver::state::{Constraint, Deformation, Particles};
 
-use crate::beam::vector;
-use crate::guard::{Message, guarded};
+use crate::body_motion::{symmetric, vector};
 use crate::linear_bond::viscous_force;
 
-/// Elastic constants of a particle.
+/// Elastic constants of a particle: `young` (Pa; infinite for a rigid particle) and `poisson`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
 pub struct Elasticity {
-    /// Young's modulus, Pa; infinite for a rigid particle.
     young: f64,
     poisson: f64,
 }
 
-/// A body: where what strains it and what it answers are kept, six reals each (xx, yy, zz, yz, xz, xy).
+/// A deformable body with the addresses of its history and results, six reals each (xx, yy, zz, yz, xz, xy).
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
 pub struct DeformableBody {
-    /// Its elasticity, by number.
+    /// Index of its elasticity.
     material: u32,
-    /// Prescribed degrees of freedom ([`Constraint`]).
+    /// Mask of its prescribed degrees of freedom (`Constraint`).
     blocked: u32,
     /// Radius, m.
     radius: f64,
-    /// History, N: [`Deformation`].
+    /// History, N: particle virials, see `Deformation`.
     dyad: *mut f64,
     used: *mut f64,
     other: *mut f64,
     reaction: *mut f64,
-    /// How far its surface will have moved out in the next step, and has in this one, m.
+    /// Surface displacement in the next step, m.
     surface_displacement: *mut f64,
+    /// Surface displacement in this step, m.
     surface_displacement_before: *mut f64,
     /// Stress, Pa.
     stress: *mut f64,
 }
 
-/// A bond's answer in this step.
+/// Result of a bond in this step.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
-pub struct BondAnswer {
-    /// The bodies, by row.
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct BondForce {
+    /// Indices of the two bodies.
     bodies: [u32; 2],
-    /// Direction from the first to the second, and force on the first, N: three reals each.
+    /// Direction from the first body to the second: address of three reals.
     normal: *const f64,
+    /// Force on the first body, N: address of three reals.
     force: *const f64,
-    /// Of which dashpots exert: along the normal, and across it (three reals), N.
+    /// Part of the dashpots along the normal, N.
     normal_dashpot: f64,
+    /// Part of the dashpots across the normal, N: address of three reals.
     shear_dashpot: *const f64,
 }
 
-/// What the deformation of all particles did ([`DeformationSums`]), J.
+/// Energies of the deformation of all particles, J: see `DeformationSums`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
 pub struct DeformationEnergies {
     stored: f64,
     lag: f64,
@@ -72,7 +78,7 @@ pub struct DeformationEnergies {
     reactions: f64,
 }
 
-/// What the pass reads of a bond: bodies by row, direction, force on the first, and the part of it that dashpots exert, N.
+/// A bond for the pass: bodies, direction, force on the first (N), and its part by dashpots (N).
 struct Bond {
     bodies: [u32; 2],
     normal: Vec3,
@@ -80,8 +86,8 @@ struct Bond {
     viscous: Vec3,
 }
 
-/// Scratch of the pass, and its threads.
-pub struct Scratch {
+/// Working memory and threads of the pass.
+pub struct DeformationScratch {
     particles: Particles,
     bonds: Vec<Bond>,
     pass: DeformationPass,
@@ -90,7 +96,7 @@ pub struct Scratch {
 }
 
 impl Elasticity {
-    /// What is wrong with it.
+    /// An error unless the constants are possible.
     pub fn check(&self) -> Result<(), String> {
         let Self { young, poisson } = *self;
         // Comparisons with NaN are false.
@@ -107,12 +113,6 @@ impl Elasticity {
     }
 }
 
-/// Six reals.
-pub(crate) unsafe fn symmetric(p: *const f64) -> Symmetric {
-    // SAFETY: the caller's promise.
-    Symmetric(std::array::from_fn(|k| unsafe { *p.add(k) }))
-}
-
 unsafe fn condition(name: *const c_char) -> Result<Condition, String> {
     // SAFETY: the shim passes strings that end with a zero.
     match unsafe { CStr::from_ptr(name) }.to_str() {
@@ -126,9 +126,9 @@ unsafe fn condition(name: *const c_char) -> Result<Condition, String> {
     }
 }
 
-impl Scratch {
-    /// Take over what the host has.
-    unsafe fn read(&mut self, bodies: &[DeformableBody], bonds: &[BondAnswer]) {
+impl DeformationScratch {
+    /// Copy the host's bodies and bonds.
+    unsafe fn read(&mut self, bodies: &[DeformableBody], bonds: &[BondForce]) {
         let particles = &mut self.particles;
         particles.position.resize(bodies.len(), Vec3::zeros());
         particles.radius.clear();
@@ -158,33 +158,33 @@ impl Scratch {
         }));
     }
 
-    /// The pass after the forces of a step; strains for the next one. Bonds are added up in their order.
+    /// The pass after the forces of a step. It sums the bonds in their order and strains the particles for the next step.
     fn run(&mut self, deformable: &Deformable) -> Result<DeformationSums, String> {
         let Self { particles, bonds, pass, force, pool } = self;
-        // Once: threads that sleep take long to wake.
+        // One entry into the pool: waking its threads takes long.
         let (sums, strain) = pool.install(|| {
-            // What the bonds saw in this step.
+            // Strains of this step.
             pass.begin(deformable, particles, false);
             pass.clear();
             force.clear();
             force.resize(particles.len(), Vec3::zeros());
             let reacting = deformable.reacting();
             for bond in &*bonds {
-                let push = ParticleVirial::of(&bond.normal, &bond.force, &bond.viscous, deformable.dashpots);
-                let ([a, b], dyads) = (bond.bodies.map(|body| body as usize), push.dyads());
+                let virial = ParticleVirial::of(&bond.normal, &bond.force, &bond.viscous, deformable.dashpots);
+                let ([a, b], dyads) = (bond.bodies.map(|body| body as usize), virial.dyads());
                 force[a] += bond.force;
                 force[b] -= bond.force;
                 pass.dyads[a] += dyads;
                 pass.dyads[b] += dyads;
                 if particles.constraint[a].any(reacting) {
-                    pass.held[a].add(&push);
+                    pass.held[a].add(&virial);
                 }
                 if particles.constraint[b].any(reacting) {
-                    pass.held[b].add_opposite(&push);
+                    pass.held[b].add_opposite(&virial);
                 }
             }
             let sums = pass.finish(deformable, particles, force, &[]);
-            // What they will see in the next one.
+            // Strains of the next step.
             (sums, pass.begin(deformable, particles, true))
         });
         if strain.is_finite() {
@@ -193,10 +193,10 @@ impl Scratch {
         Err("the strain of a particle is not a number; is the time step too large, or particleYoung too small?".into())
     }
 
-    /// Give the host what was found.
+    /// Write the results into the host's bodies.
     unsafe fn write(&self, deformable: &Deformable, bodies: &[DeformableBody]) {
-        let widenings = self.pass.surface_displacement.iter().zip(&self.pass.surface_displacement_before);
-        for ((body, d), (now, before)) in bodies.iter().zip(&self.particles.deformation).zip(widenings) {
+        let displacements = self.pass.surface_displacement.iter().zip(&self.pass.surface_displacement_before);
+        for ((body, d), (now, before)) in bodies.iter().zip(&self.particles.deformation).zip(displacements) {
             let stress = deformable.stress(&d.dyad, body.radius);
             for (to, from) in [
                 (body.dyad, &d.dyad),
@@ -214,19 +214,19 @@ impl Scratch {
     }
 }
 
-/// Scratch for `threads` threads; null and a message if they cannot be started.
+/// Working memory of the pass with `threads` threads; null and a message if they cannot be started.
 ///
 /// # Safety
 /// The message must be the shim's.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_yade_deformation_scratch(threads: i32, message: *const Message) -> *mut Scratch {
+pub unsafe extern "C" fn concordem_yade_deformation_scratch(threads: i32, message: *const Message) -> *mut DeformationScratch {
     let mut made = std::ptr::null_mut();
     // SAFETY: the caller's promise.
     unsafe {
         guarded(message, || {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1) as usize).build();
             let pool = pool.map_err(|error| format!("cannot start {threads} threads: {error}"))?;
-            made = Box::into_raw(Box::new(Scratch {
+            made = Box::into_raw(Box::new(DeformationScratch {
                 particles: Particles::default(),
                 bonds: Vec::new(),
                 pass: DeformationPass::default(),
@@ -239,59 +239,70 @@ pub unsafe extern "C" fn concordem_yade_deformation_scratch(threads: i32, messag
     made
 }
 
-/// The end of a scratch.
+/// Delete working memory of the pass.
 ///
 /// # Safety
 /// Made by [`concordem_yade_deformation_scratch`], deleted once.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_yade_deformation_delete(scratch: *mut Scratch) {
+pub unsafe extern "C" fn concordem_yade_deformation_delete(scratch: *mut DeformationScratch) {
     if !scratch.is_null() {
         // SAFETY: the caller's promise.
         drop(unsafe { Box::from_raw(scratch) });
     }
 }
 
-/// The pass after the forces of a step: history, widening, and stress of the bodies from the answers of their bonds, which are
-/// added up in the order given. 0, or −1 and a message.
-///
-/// # Safety
-/// Arrays of the lengths given, with addresses in living objects; bodies of bonds are below `body_count`, materials of bodies
-/// below `material_count`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_yade_deformation(
-    scratch: *mut Scratch,
+/// A scene for [`concordem_yade_deformation`].
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct DeformableScene {
     bodies: *const DeformableBody,
     body_count: usize,
-    bonds: *const BondAnswer,
+    /// Bonds, summed in this order.
+    bonds: *const BondForce,
     bond_count: usize,
     materials: *const Elasticity,
     material_count: usize,
-    condition_name: *const c_char,
+    /// solid, plane-strain, or plane-stress.
+    condition: *const c_char,
+    /// Whether forces of dashpots strain the particles.
     dashpots: i32,
+}
+
+/// The pass after the forces of a step: from the forces of the bonds follow history, surface displacement, and stress of the
+/// bodies. 0, or −1 and a message.
+///
+/// # Safety
+/// Arrays of the stated lengths, with addresses in living objects; bodies of bonds are below `body_count`, materials of bodies
+/// below `material_count`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_yade_deformation(
+    scratch: *mut DeformationScratch,
+    scene: *const DeformableScene,
     energies: *mut DeformationEnergies,
     message: *const Message,
 ) -> i64 {
     // SAFETY: the caller's promise.
     unsafe {
         guarded(message, || {
-            let scratch = &mut *scratch;
-            let list = |at: *const Elasticity| std::slice::from_raw_parts(at, material_count);
-            let materials = if material_count == 0 { &[] } else { list(materials) };
-            let bodies = if body_count == 0 { &[] } else { std::slice::from_raw_parts(bodies, body_count) };
-            let bonds = if bond_count == 0 { &[] } else { std::slice::from_raw_parts(bonds, bond_count) };
+            let (scratch, scene) = (&mut *scratch, &*scene);
+            let materials = slice(scene.materials, scene.material_count);
+            let bodies = slice(scene.bodies, scene.body_count);
+            let bonds = slice(scene.bonds, scene.bond_count);
             for material in materials {
                 material.check()?;
             }
-            if u16::try_from(material_count).is_err() {
+            if u16::try_from(materials.len()).is_err() {
                 return Err(format!(
-                    "{material_count} materials of deformable particles; at most 65535 can be told apart"
+                    "{} materials of deformable particles; at most 65535 can be told apart",
+                    materials.len()
                 ));
             }
             let deformable = Deformable {
                 elasticity: materials.iter().map(|m| Elastic { young: m.young, poisson: m.poisson }).collect(),
-                condition: condition(condition_name)?,
+                condition: condition(scene.condition)?,
                 update: Update::Lagged,
-                dashpots: dashpots != 0,
+                dashpots: scene.dashpots != 0,
             };
             scratch.read(bodies, bonds);
             let sums = scratch.run(&deformable)?;

@@ -1,12 +1,14 @@
-//! What the native plugin of YADE (`shim/`) calls: C functions over the library's laws and solver.
+//! C functions over the library's laws and solver for the native plugin of YADE (`shim/`).
 //!
-//! The shim is compiled on the user's machine, where YADE's headers are; this crate is compiled once and knows nothing of
-//! YADE's classes. Numbers come in as plain structures that the shim fills.
+//! Each user compiles the shim, which includes YADE's headers; this crate is compiled once and knows no class of YADE. The shim
+//! passes plain structures. `shim/abi.h` declares functions and structures; the test `c_header` generates it.
 
 pub mod assembly;
 pub mod beam;
-mod bonds;
+mod body_motion;
+mod bonded_engine;
+#[cfg(test)]
+mod c_header;
 pub mod concrete;
 mod deformation;
-mod guard;
 mod linear_bond;

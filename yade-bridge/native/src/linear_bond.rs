@@ -1,26 +1,27 @@
-//! The brittle linear bond on one contact of YADE (`LinearBondPhys_Rust` on `ScGeom`), between particles that may deform: the
-//! library's law on the bodies' own places and rotations.
+//! The brittle linear bond for one contact of YADE (`LinearBondPhys_Rust` on `ScGeom`) between particles that may deform, computed
+//! from the bodies' own positions and rotations.
 //!
-//! Motion is measured by [`MotionMeasure::Finite`], the default of the solver and of the bonded engine: YADE's integrator turns a body
-//! by `ω Δt` in a step and moves it by `v Δt`, as ours does, so that increments of finite rotations are known and the work of
-//! the bonds adds up to their energies.
+//! [`MotionMeasure::Finite`] measures the motion, as by default in the solver and in the bonded engine. YADE's integrator rotates a
+//! body by `ω Δt` and moves it by `v Δt` in a step, as the solver does: so the finite rotation increments are known, and the work
+//! of the bonds equals the change of their energies.
 
-#![allow(unsafe_code)]
+#![allow(unsafe_code)] // C functions and pointers into YADE's objects
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use concordem_c_abi::{Message, guarded};
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, initial_geometry, measure};
 use concordem_contact::kinematics::{MotionMeasure, PreviousGeometry};
 use concordem_contact::law::{ContactGeometry, ContactLaw, LinearBond, LinearBondState, Status};
 use concordem_contact::math::{Symmetric, Vec3, quaternion_of_rotation_vector};
 
-use crate::beam::{BodyMotion, Outcome};
-use crate::deformation::{Elasticity, symmetric};
-use crate::guard::{Message, guarded};
+use crate::body_motion::{BodyMotion, BondOutcome, symmetric};
+use crate::deformation::Elasticity;
 
-/// Parameters of a bond: [`LinearBond`].
+/// Parameters of a brittle linear bond, as in `LinearBond`; SI units.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
 pub struct LinearBondParameters {
     normal_stiffness: f64,
     shear_stiffness: f64,
@@ -33,29 +34,33 @@ pub struct LinearBondParameters {
 /// A body of a bond.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
 pub struct BondedBody {
     motion: BodyMotion,
-    /// Radius, m, and mass, kg.
+    /// Radius, m.
     radius: f64,
+    /// Mass, kg.
     mass: f64,
-    /// How far its surface moved out in this step and in the one before, m: six reals each ([`Symmetric`]), or null if it is
-    /// rigid.
+    /// Surface displacement in this step and in the last one, m: addresses of six reals each (xx, yy, zz, yz, xz, xy), or null for a
+    /// rigid body.
     surface_displacement: [*const f64; 2],
 }
 
-/// One bond, its history, and what it answers; SI units.
+/// Parameters, motion, history, and results of one bond; SI units.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
 pub struct LinearBondContact {
     parameters: LinearBondParameters,
     bodies: [BondedBody; 2],
     /// Displacement of the second body's periodic image, m.
     shift: [f64; 3],
+    /// Time step, s.
     dt: f64,
-    /// Length without force, m; 0 before the first evaluation, which sets it.
+    /// Length without force, m; 0 before the first step, which sets it.
     reference_length: f64,
-    /// History: distance of the centres in the step before, m, the direction from the first to the second, and
-    /// [`LinearBondState`].
+    /// History: distance of the centers at the last step, m; then the direction from the first body to the second and the fields
+    /// of `LinearBondState`.
     length: f64,
     normal: [f64; 3],
     shear_displacement: [f64; 3],
@@ -63,11 +68,11 @@ pub struct LinearBondContact {
     shear_dashpot: [f64; 3],
     /// Force on the first body, N; the second gets the opposite.
     force: [f64; 3],
-    /// Torques on both about their centres, N·m.
+    /// Torques on both bodies about their centers, N·m.
     torque: [[f64; 3]; 2],
-    /// Stored, J.
+    /// Stored energy, J.
     stored_energy: f64,
-    /// Released by breaking, dissipated by dashpots, and error of the work rule in this step, J.
+    /// Energies of this step, J: released by breaking, dissipated by dashpots, error of the work rule.
     damage_energy: f64,
     viscous_energy: f64,
     integration_energy: f64,
@@ -87,32 +92,32 @@ impl LinearBondParameters {
 }
 
 impl BondedBody {
-    /// How far the surface moved out, now and one step ago.
+    /// Surface displacement in this step and in the last one.
     unsafe fn surface_displacement(&self) -> [Symmetric; 2] {
         // SAFETY: six reals, or null.
         self.surface_displacement.map(|p| if p.is_null() { Symmetric::default() } else { unsafe { symmetric(p) } })
     }
 }
 
-/// One step of one bond; history and length are changed only if the outcome is not an error.
-unsafe fn respond(c: &mut LinearBondContact) -> Outcome {
+/// One step of one bond. An error leaves history and length unchanged.
+unsafe fn respond(c: &mut LinearBondContact) -> BondOutcome {
     // SAFETY: the caller's promise.
     let mut motions = unsafe { [c.bodies[0].motion.read(), c.bodies[1].motion.read()] };
-    let (mut reference_length, mut frame) =
+    let (mut reference_length, mut previous) =
         (c.reference_length, PreviousGeometry { normal: c.normal.into(), length: c.length });
     if reference_length > 0.0 {
         for motion in &mut motions {
             motion.rotation_increment = quaternion_of_rotation_vector(&(motion.angular_velocity * c.dt));
         }
     } else {
-        // The bond begins here: how the bodies came to where they are does not strain it.
-        frame = initial_geometry(&motions[0].position, &motions[1].position, &c.shift.into());
-        reference_length = frame.length;
+        // The bond begins here: earlier motion of the bodies does not strain it.
+        previous = initial_geometry(&motions[0].position, &motions[1].position, &c.shift.into());
+        reference_length = previous.length;
     }
     let [a, b] = &c.bodies;
     let geometry = ContactGeometry {
         reference_length,
-        // The law reads no area.
+        // The law does not read the area.
         area: 0.0,
         radius_a: a.radius,
         radius_b: b.radius,
@@ -120,12 +125,12 @@ unsafe fn respond(c: &mut LinearBondContact) -> Outcome {
         mass_b: b.mass,
     };
     let image = ImageShift { displacement: c.shift.into(), ..ImageShift::default() };
-    let kinematics = measure(MotionMeasure::Finite, &motions[0], &motions[1], &image, &geometry, &frame, true, c.dt);
+    let kinematics = measure(MotionMeasure::Finite, &motions[0], &motions[1], &image, &geometry, &previous, true, c.dt);
     // SAFETY: the caller's promise.
     let [[a, a_old], [b, b_old]] = unsafe { [a.surface_displacement(), b.surface_displacement()] };
     let normal = kinematics.normal;
     let kinematics =
-        kinematics.with_surface_displacement((a + b).quadratic(&normal), (a_old + b_old).quadratic(&frame.normal));
+        kinematics.with_surface_displacement((a + b).quadratic(&normal), (a_old + b_old).quadratic(&previous.normal));
     let old = LinearBondState {
         shear_displacement: c.shear_displacement.into(),
         normal_dashpot: c.normal_dashpot,
@@ -134,7 +139,7 @@ unsafe fn respond(c: &mut LinearBondContact) -> Outcome {
     let response = c.parameters.law().respond(&kinematics, &old, c.dt);
     let (force, energy) = (response.force, response.energy);
     if !(force.norm_squared() + energy.stored()).is_finite() {
-        return Outcome::NotANumber;
+        return BondOutcome::NotANumber;
     }
     let lever = normal.cross(&force);
     c.force = force.into();
@@ -150,10 +155,10 @@ unsafe fn respond(c: &mut LinearBondContact) -> Outcome {
     c.integration_energy = energy.integration;
     let lives = response.status == Status::Lives;
     c.stored_energy = if lives { energy.stored() } else { 0.0 };
-    if lives { Outcome::Lives } else { Outcome::Broke }
+    if lives { BondOutcome::Lives } else { BondOutcome::Broke }
 }
 
-/// Force of the dashpots of a bond with this direction and history, N.
+/// Force on the first body by the dashpots of a bond with this direction and history, N.
 pub fn viscous_force(normal: &Vec3, normal_dashpot: f64, shear_dashpot: Vec3) -> Vec3 {
     LinearBond::viscous_force(
         normal,
@@ -161,18 +166,18 @@ pub fn viscous_force(normal: &Vec3, normal_dashpot: f64, shear_dashpot: Vec3) ->
     )
 }
 
-/// One step of a bond; see [`Outcome`].
+/// One step of a bond.
 ///
 /// # Safety
 /// `contact` must point to a bond whose addresses are those of living bodies.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_yade_linear_bond(contact: *mut LinearBondContact) -> Outcome {
+pub unsafe extern "C" fn concordem_yade_linear_bond(contact: *mut LinearBondContact) -> BondOutcome {
     // SAFETY: the caller's promise.
     let contact = unsafe { &mut *contact };
-    catch_unwind(AssertUnwindSafe(|| unsafe { respond(contact) })).unwrap_or(Outcome::Internal)
+    catch_unwind(AssertUnwindSafe(|| unsafe { respond(contact) })).unwrap_or(BondOutcome::Internal)
 }
 
-/// Whether the parameters of a bond and the elasticities of its two particles have a meaning; −1 and a message if not.
+/// Check the parameters of a bond and the elasticities of its two particles: 0, or −1 and a message.
 ///
 /// # Safety
 /// The pointers must be the shim's.
@@ -192,10 +197,4 @@ pub unsafe extern "C" fn concordem_yade_linear_bond_check(
             Ok::<_, String>(0)
         })
     }
-}
-
-/// Size of [`LinearBondContact`] in bytes, for the shim to compare with its own.
-#[unsafe(no_mangle)]
-pub extern "C" fn concordem_yade_linear_bond_size() -> usize {
-    size_of::<LinearBondContact>()
 }

@@ -6,11 +6,11 @@
 ...     host.run(100)
 ...     host.positions[:, 2].max(), host.fix("bonds"), host.bonds("bonds")["force"]
 
-`make liggghts` builds the library; its folder, or that of the launcher on PATH, is found by itself. Under MPI
-(``mpirun -np 4 python script.py``) every process opens LIGGGHTS, gives the same commands, and sees its own atoms.
+`make liggghts` builds the library; without `library`, it is searched beside the launcher on PATH. Under MPI
+(``mpirun -np 4 python script.py``) every process opens LIGGGHTS, runs the same commands, and sees its own atoms.
 
-LIGGGHTS answers wrong commands by ending the process, with a message on the screen: where that must not happen, run it in a
-process of its own. One instance at a time.
+LIGGGHTS ends the process on a wrong command, with a message on the screen; use a separate process to survive it. One instance
+at a time.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ _LIBRARY = "libconcordem-liggghts.so"
 
 
 class LiggghtsError(ConcordemError):
-    """LIGGGHTS cannot be loaded, is closed, or has nothing of that name."""
+    """LIGGGHTS cannot be loaded, is closed, or does not know a name."""
 
 
 def _find(library: str | os.PathLike[str] | None) -> Path:
@@ -72,7 +72,10 @@ def _find(library: str | os.PathLike[str] | None) -> Path:
 
 
 class Liggghts:
-    """A LIGGGHTS of this process."""
+    """A LIGGGHTS instance in this process.
+
+    Methods raise :class:`LiggghtsError` once it is closed.
+    """
 
     _open: Liggghts | None = None
 
@@ -81,7 +84,10 @@ class Liggghts:
         library: str | os.PathLike[str] | None = None,
         arguments: Sequence[str] = ("-screen", "/dev/null", "-log", "none"),
     ) -> None:
-        """Open LIGGGHTS with our styles. `arguments` are those of its command line."""
+        """Open LIGGGHTS with ConcorDEM's styles; `arguments` are those of its command line.
+
+        Raises LiggghtsError if the library is missing or an instance is open.
+        """
         self._handle: ctypes.c_void_p | None = None
         if Liggghts._open is not None:
             raise LiggghtsError("LIGGGHTS is open already; close it first")
@@ -143,7 +149,7 @@ class Liggghts:
         self.close()
 
     def close(self) -> None:
-        """End LIGGGHTS. Views must not be used any more."""
+        """Close LIGGGHTS. Do not use views of its arrays afterwards."""
         if self._handle is not None:
             self._library.lammps_close(self._handle)
             self._handle = None
@@ -218,47 +224,47 @@ class Liggghts:
 
     @property
     def positions(self) -> npt.NDArray[np.float64]:
-        """Positions, m: a view, like the following ones. Ask for it anew after every run."""
+        """Positions, m, (n, 3): a view of LIGGGHTS' memory, as are the following; valid until the next run."""
         return self._view("x", 3, ctypes.c_double)
 
     @property
     def velocities(self) -> npt.NDArray[np.float64]:
-        """Velocities, m/s."""
+        """Velocities, m/s, (n, 3)."""
         return self._view("v", 3, ctypes.c_double)
 
     @property
     def spins(self) -> npt.NDArray[np.float64]:
-        """Angular velocities, rad/s."""
+        """Angular velocities, rad/s, (n, 3)."""
         return self._view("omega", 3, ctypes.c_double)
 
     @property
     def forces(self) -> npt.NDArray[np.float64]:
-        """Forces, N."""
+        """Forces, N, (n, 3)."""
         return self._view("f", 3, ctypes.c_double)
 
     @property
     def torques(self) -> npt.NDArray[np.float64]:
-        """Torques, N·m."""
+        """Torques, N·m, (n, 3)."""
         return self._view("torque", 3, ctypes.c_double)
 
     @property
     def radii(self) -> npt.NDArray[np.float64]:
-        """Radii, m."""
+        """Radii, m, (n,)."""
         return self._view("radius", 0, ctypes.c_double)
 
     @property
     def masses(self) -> npt.NDArray[np.float64]:
-        """Masses, kg."""
+        """Masses, kg, (n,)."""
         return self._view("rmass", 0, ctypes.c_double)
 
     @property
     def ids(self) -> npt.NDArray[np.int32]:
-        """Ids."""
+        """Ids, (n,)."""
         return self._view("id", 0, ctypes.c_int)
 
     @property
     def types(self) -> npt.NDArray[np.int32]:
-        """Types, from 1."""
+        """Types, from 1, (n,)."""
         return self._view("type", 0, ctypes.c_int)
 
     def fix(self, name: str, index: int | None = None) -> float:

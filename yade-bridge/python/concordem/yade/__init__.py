@@ -1,12 +1,12 @@
-"""The bridge to YADE: our operators, our solver, and our bonds in a script of YADE's.
+"""ConcorDEM's operators, solver, and bonds in a YADE script.
 
-Imported within YADE (``yade script.py``). At import the places of YADE's data in memory are found and compared with what
-YADE's own Python says; on any doubt the import is refused (:class:`concordem.YadeError`). Of a version whose memory nobody has
-compared, only the native plugin is offered; all else refuses when it is called.
+Import it inside YADE (``yade script.py``). The import finds the data of YADE's objects in memory and compares them with YADE's own
+Python; it raises :class:`concordem.YadeError` on any difference. On a version of YADE that was not tested, only the native plugin
+works; everything else raises when it is called.
 
-* :func:`snapshot`: the live scene as arrays; stress, couple stress, strain, fabric in bulk.
-* :func:`advance`: our solver takes some steps of a scene of concrete, and writes all of it back.
-* :func:`take_over`, :func:`bond`: the bonded engine; bonds are ours, everything else stays YADE's.
+* :func:`snapshot`: the current scene as arrays, with stress, couple stress, strain, and fabric.
+* :func:`advance`: the solver computes steps of a concrete scene and writes the result back.
+* :func:`take_over`, :func:`bond`: the bonded engine stores and computes the bonds; everything else stays with YADE.
 * :func:`save`, :func:`load`: `O.save` and `O.load` with the bonds of bonded engines.
 * :func:`load_native`, :func:`use_rust_cpm`: the native plugin, built by ``python3 -m concordem.yade build``.
 """
@@ -33,7 +33,7 @@ __all__ = [
     "use_rust_cpm",
 ]
 
-# Find and compare now, so that a YADE that does not fit is refused here and not in the middle of a run.
+# Find and compare now: a YADE that does not fit fails at import, not during a run.
 try:
     host()
 except YadeError as error:

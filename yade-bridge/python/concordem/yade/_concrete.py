@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from .._errors import YadeError
-from ._layout import address_of
+from ._memory import address_of
 from ._scene import Reals, bodies, gather, host, interactions, of_class
 
 #: Engines whose work our solver takes over while it advances a scene.

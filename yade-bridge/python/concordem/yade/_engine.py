@@ -19,7 +19,7 @@ from .. import _core, operators
 from .._errors import YadeError
 from .._types import Contacts
 from ._concrete import Concrete, cell_of, class_of, engine_of, refuse, scatter
-from ._layout import address_of, memory
+from ._memory import address_of, memory
 from ._scene import Bodies, Reals, at_rest, bodies, gather, host, interactions, of_class
 
 #: Engines that read O.interactions and would silently find nothing there, with what to do instead.

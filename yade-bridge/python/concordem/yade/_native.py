@@ -1,8 +1,8 @@
-"""The native plugin in the running YADE: found, compared, registered.
+"""Finds, checks, and registers the native plugin in the running YADE.
 
-The plugin is a library compiled against the headers of exactly this YADE (:mod:`concordem.yade._build`). Its name holds a hash
-of everything that its layout depends on; another YADE does not find it. Before its classes are registered, objects written
-by its layout are read through YADE's own Python, and it is refused if a number differs.
+The plugin is a library compiled against the headers of exactly this YADE (:mod:`concordem.yade._build`). Its name contains a hash
+of everything that its layout depends on, so another YADE does not find it. Before registration, YADE's Python reads objects that
+the plugin wrote; a difference raises :class:`concordem.YadeError`.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _library: ctypes.PyDLL | None = None
 
 
 def facts() -> dict[str, Any]:
-    """What decides about the layout of the running YADE's classes."""
+    """Everything that the layout of the running YADE's classes depends on."""
     try:
         import yade
         from yade import config
@@ -78,12 +78,12 @@ def folder() -> Path:
 
 
 def staged() -> Path:
-    """What the wheel carries to build from: the library, and the sources of the shim."""
+    """Folder of the library and the shim's sources in the wheel."""
     return Path(__file__).parent / "native"
 
 
 def stamp() -> str:
-    """Hash of what the wheel carries."""
+    """Hash of the files in :func:`staged`."""
     parts = staged()
     found = hashlib.sha256()
     for file in sorted(parts.glob("*")) if parts.is_dir() else []:
@@ -93,13 +93,16 @@ def stamp() -> str:
 
 
 def place(of: dict[str, Any]) -> Path:
-    """Where the plugin for a YADE with these facts is, or would be."""
+    """Path of the plugin for a YADE with these facts."""
     text = json.dumps([of, stamp()], sort_keys=True)
     return folder() / f"yade-{of['version']}-{hashlib.sha256(text.encode()).hexdigest()[:16]}.so"
 
 
 def load(path: Path | None = None) -> None:
-    """Load the plugin built for this YADE; its classes then stand beside YADE's own, in scripts by their bare names."""
+    """Load the plugin for this YADE and add its classes to YADE's; scripts use their bare names.
+
+    Raises YadeError if it is not built or does not fit.
+    """
     global _library
     if _library is not None:
         return
@@ -137,7 +140,7 @@ def load(path: Path | None = None) -> None:
 
 
 def compare(samples: tuple[list[tuple[Any, dict[str, Any]]], dict[str, Any]]) -> None:
-    """Whether YADE reads in objects what the plugin wrote into them by its headers."""
+    """Raise YadeError unless YADE reads the values that the plugin wrote into objects."""
     import yade.wrapper
 
     objects, scene = samples
@@ -168,7 +171,7 @@ def _equal(one: Any, two: Any) -> bool:
 
 
 def loaded() -> bool:
-    """Whether the plugin is in this process."""
+    """Whether the plugin is loaded."""
     return _library is not None
 
 
@@ -184,10 +187,10 @@ _LAWS = {"Law2_ScGeom_CpmPhys_Cpm": "Law2_ScGeom_CpmPhys_Rust"}
 
 
 def use_rust_cpm(check: int = 0) -> Any:
-    """Put `Law2_ScGeom_CpmPhys_Rust` in the place of YADE's concrete law in O.engines, with the same settings; the functor.
+    """Replace YADE's concrete law in O.engines by `Law2_ScGeom_CpmPhys_Rust` with the same settings; returns the functor.
 
-    `check`: every so many steps YADE's own law answers every contact as well, and the run stops with what differs if a bit
-    does (`functor.error`).
+    `check`: every `check` steps YADE's own law computes every contact as well, and the run stops if a bit differs
+    (`functor.error`). Raises YadeError if YADE is running or O.engines has no concrete law.
     """
     load()
     import yade.wrapper

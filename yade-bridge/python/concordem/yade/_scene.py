@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from .. import _core, operators
 from .._errors import YadeError
 from .._types import Contacts, Fabric, Loads, RegionStress
-from ._layout import Layout, address_of, memory, pack_real, probe
+from ._layout import probe
+from ._memory import address_of, memory, pack_real
+from ._probe import Layout
 
 Reals = NDArray[np.float64]
 Ints = NDArray[np.int32]

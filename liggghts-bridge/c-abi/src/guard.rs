@@ -1,21 +1,25 @@
-//! Errors and panics on their way to C++: a status and a text, never an unwinding stack.
+//! Errors and panics become a status and a text for C++; the stack never unwinds into it.
+#![allow(unsafe_code)] // the message buffer of a C caller
 
 use std::ffi::c_char;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Where a message goes: a buffer of the caller.
+/// Buffer of the caller that receives an error message, ended by a zero byte.
 #[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(feature = "header", derive(type_layout::TypeLayout))]
 pub struct Message {
+    /// First byte of the buffer; null: the message is dropped.
     text: *mut c_char,
+    /// Size of the buffer, bytes.
     capacity: usize,
 }
 
 impl Message {
-    /// Write a text, cut to the buffer, with a zero at its end.
+    /// Write `text` and a zero byte, cut to the buffer at a character boundary.
     ///
     /// # Safety
-    /// The buffer must have the capacity it says.
-    #[allow(unsafe_code)]
+    /// The buffer must have the stated capacity.
     unsafe fn put(&self, text: &str) {
         if self.text.is_null() || self.capacity == 0 {
             return;
@@ -38,11 +42,10 @@ fn text_of(panic: &(dyn std::any::Any + Send)) -> String {
     format!("internal error of concordem, please report it: {}", what.unwrap_or("unknown"))
 }
 
-/// Run `body`; −1 and a message if it fails or panics.
+/// Run `body` and return its value; on an error or a panic, write the message and return −1.
 ///
 /// # Safety
-/// `message` must point to a buffer, see [`Message`].
-#[allow(unsafe_code)]
+/// `message` must be null or point to a [`Message`] whose buffer has the stated capacity.
 pub unsafe fn guarded<E: std::fmt::Display>(message: *const Message, body: impl FnOnce() -> Result<i64, E>) -> i64 {
     let text = match catch_unwind(AssertUnwindSafe(body)) {
         Ok(Ok(value)) => return value,
@@ -57,7 +60,6 @@ pub unsafe fn guarded<E: std::fmt::Display>(message: *const Message, body: impl 
 }
 
 #[cfg(test)]
-#[allow(unsafe_code)]
 mod tests {
     use super::*;
 

@@ -1,0 +1,64 @@
+//! The arrays of atoms as the shim passes them.
+
+// C functions: the pointers are the shim's, as its header documents.
+#![allow(unsafe_code, clippy::missing_safety_doc)]
+
+use concordem_c_abi::{slice, slice_mut};
+
+use crate::atoms::Atoms;
+
+/// Atoms of the host: `owned` ones of this processor, `count` with the ghosts; see `Atoms` in `src/atoms.rs`. Vectors are three
+/// reals.
+#[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct AtomArrays {
+    owned: i32,
+    count: i32,
+    /// Bit of the group.
+    group: i32,
+    /// Reals of `memory` per atom.
+    memory_width: i32,
+    tag: *const i32,
+    kind: *const i32,
+    mask: *const i32,
+    position: *const f64,
+    velocity: *const f64,
+    angular_velocity: *const f64,
+    radius: *const f64,
+    mass: *const f64,
+    force: *mut f64,
+    torque: *mut f64,
+    memory: *mut f64,
+    /// Periodic edges of the box, m; 0: not periodic.
+    edge: [f64; 3],
+    dt: f64,
+    step: i64,
+}
+
+impl AtomArrays {
+    pub(super) unsafe fn view<'a>(&self) -> Atoms<'a> {
+        let (owned, count) = (self.owned as usize, self.count as usize);
+        // SAFETY: lengths of the host's arrays; forces exist for owned atoms and ghosts, only those of owned atoms are used.
+        unsafe {
+            Atoms {
+                owned,
+                tag: slice(self.tag, count),
+                kind: slice(self.kind, count),
+                mask: slice(self.mask, count),
+                group: self.group,
+                position: slice(self.position, 3 * count),
+                velocity: slice(self.velocity, 3 * count),
+                angular_velocity: slice(self.angular_velocity, 3 * count),
+                radius: slice(self.radius, count),
+                mass: slice(self.mass, count),
+                force: slice_mut(self.force, 3 * owned),
+                torque: slice_mut(self.torque, 3 * owned),
+                memory: slice_mut(self.memory, self.memory_width as usize * count),
+                edge: self.edge,
+                dt: self.dt,
+                step: self.step,
+            }
+        }
+    }
+}

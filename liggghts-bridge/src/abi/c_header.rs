@@ -1,0 +1,50 @@
+//! The committed C header declares what the sources define.
+
+use std::path::{Path, PathBuf};
+
+use concordem_c_abi::Message;
+use concordem_c_abi::header::{FieldNames, Header, TypeLayout};
+
+use super::atoms::AtomArrays;
+use super::network::Facts;
+use super::pair::{PairArrays, PairModel, PairProperties};
+use crate::pair::{PairForce, WallContact};
+
+#[test]
+fn c_header_is_current() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let sources: Vec<PathBuf> =
+        ["c-abi/src/guard.rs", "src/abi/atoms.rs", "src/abi/network.rs", "src/abi/results.rs", "src/abi/pair.rs", "src/network/mod.rs", "src/law_names.rs", "src/pair.rs"]
+            .map(|name| root.join(name))
+            .into();
+    Header {
+        path: &root.join("shim/abi.h"),
+        sources: &sources,
+        comment: "/* Functions and structures of the Rust library (../src). Generated from the Rust sources by the test c_header: do not edit.\n\n   \
+                  SPDX-License-Identifier: MIT OR Apache-2.0 */",
+        fields: FieldNames::Snake,
+        names: &[
+            ("AtomArrays", "ConcordemAtoms"),
+            ("PairLawHandle", "ConcordemPairLaw"),
+            ("SUMS", "CONCORDEM_SUMS"),
+            ("ELASTIC", "CONCORDEM_ELASTIC"),
+            ("RESTITUTION", "CONCORDEM_RESTITUTION"),
+            ("STIFFNESS", "CONCORDEM_STIFFNESS"),
+            ("DAMPING", "CONCORDEM_DAMPING"),
+            ("VELOCITY", "CONCORDEM_VELOCITY"),
+            ("TOTALS", "CONCORDEM_TOTALS"),
+            ("ROW", "CONCORDEM_ROW"),
+        ],
+        layouts: &[
+            Message::type_layout(),
+            AtomArrays::type_layout(),
+            Facts::type_layout(),
+            PairForce::type_layout(),
+            WallContact::type_layout(),
+            PairModel::type_layout(),
+            PairProperties::type_layout(),
+            PairArrays::type_layout(),
+        ],
+    }
+    .check();
+}

@@ -1,0 +1,254 @@
+//! The network of a fix: made, stepped, moved between processors.
+
+// C functions: the pointers are the shim's, as its header documents.
+#![allow(unsafe_code, clippy::missing_safety_doc)]
+
+use std::ffi::{CStr, c_char};
+
+use concordem_c_abi::{Message, guarded, slice, slice_mut};
+
+use super::atoms::AtomArrays;
+use crate::network::Network;
+use crate::options::{Creation, Options};
+
+/// What the shim needs to know of the arguments.
+#[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct Facts {
+    /// Reals stored per atom.
+    atom_width: i32,
+    /// How many of them, the last ones, ghosts need.
+    communicated: i32,
+    /// 0: no bonds are made, 1: by distance, 2: from a list.
+    creation: i32,
+    /// Whether to sum stored energies at every step.
+    sample_every_step: i32,
+    /// Index of the law of contacts without a bond; 0: none.
+    contacts: i32,
+    /// Step at which bonds are made; negative: the first one.
+    at: i64,
+    /// Factor on the sum of radii.
+    factor: f64,
+    /// Reach given by the user, m.
+    reach: f64,
+}
+
+/// A network from the `count` arguments of the script after the style; null and a message if they are not valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_new(
+    words: *const *const c_char,
+    count: i32,
+    types: i32,
+    facts: *mut Facts,
+    message: *const Message,
+) -> *mut Network {
+    // MPI provides the parallelism: one thread per processor.
+    let _ = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global();
+    let mut made = std::ptr::null_mut();
+    // SAFETY: `count` strings that end in zero; `facts` and `message` are the shim's.
+    unsafe {
+        let words: Vec<String> = slice(words, count as usize)
+            .iter()
+            .map(|&word| CStr::from_ptr(word).to_string_lossy().into_owned())
+            .collect();
+        guarded(message, || {
+            let options = Options::parse(&words, types as usize).map_err(|error| error.to_string())?;
+            let network = Network::new(options).map_err(|error| error.to_string())?;
+            let options = network.options();
+            let (creation, factor) = match &options.creation {
+                Creation::None => (0, 0.0),
+                Creation::Distance(factor) => (1, *factor),
+                Creation::List(_) => (2, 0.0),
+            };
+            *facts = Facts {
+                atom_width: network.atom_width() as i32,
+                communicated: network.communicated() as i32,
+                creation,
+                sample_every_step: i32::from(options.sample_every_step),
+                contacts: options.contact.number(),
+                at: options.at.unwrap_or(-1),
+                factor,
+                reach: options.reach,
+            };
+            made = Box::into_raw(Box::new(network));
+            Ok::<_, String>(0)
+        });
+    }
+    made
+}
+
+/// Delete a network.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_delete(network: *mut Network) {
+    if !network.is_null() {
+        // SAFETY: made by `concordem_network_new`, deleted once.
+        drop(unsafe { Box::from_raw(network) });
+    }
+}
+
+/// Fill the memory of a new atom, `ConcordemFacts::atom_width` reals.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_initial_memory(network: *const Network, memory: *mut f64) {
+    // SAFETY: `atom_width` reals.
+    unsafe { (*network).initial_memory(slice_mut(memory, (*network).atom_width())) }
+}
+
+/// 
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_rebuild(
+    network: *mut Network,
+    atoms: *const AtomArrays,
+    skin: f64,
+    cutoff: f64,
+    mean_radius: f64,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: the shim's own structures.
+    unsafe { guarded(message, || (*network).rebuild(&(*atoms).view(), skin, cutoff, mean_radius).map(|()| 0)) }
+}
+
+/// Queue the bonds of the list for the next rebuild.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_make_listed(network: *mut Network) {
+    // SAFETY: the shim's own.
+    unsafe { (*network).make_listed() }
+}
+
+/// Queue bonds between `count` pairs of ids for the next rebuild.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_make_given(network: *mut Network, pairs: *const [i32; 2], count: i64) {
+    // SAFETY: the shim's own, `count` pairs.
+    unsafe { (*network).make_given(slice(pairs, count as usize)) }
+}
+
+/// Number of bonds that broke in the last force computation; `pairs` is set to their ids, valid until the next one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_broken_now(network: *const Network, pairs: *mut *const [i32; 2]) -> i64 {
+    // SAFETY: the shim's own.
+    unsafe {
+        let broken = (*network).broken_now();
+        *pairs = broken.as_ptr();
+        broken.len() as i64
+    }
+}
+
+/// Number of atoms in the list of bonds; writes their ids, ascending, to `ids` unless this is null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_listed_atoms(network: *const Network, ids: *mut i32) -> i64 {
+    // SAFETY: the shim's own; `ids` holds as many as an earlier call told.
+    unsafe {
+        let Creation::List(bonds) = &(*network).options().creation else { return 0 };
+        let mut listed: Vec<i32> = bonds.iter().flat_map(|bond| bond.0).collect();
+        listed.sort_unstable();
+        listed.dedup();
+        if !ids.is_null() {
+            slice_mut(ids, listed.len()).copy_from_slice(&listed);
+        }
+        listed.len() as i64
+    }
+}
+
+/// Length of the longest listed bond, m (current or rest length). `positions`: of the listed atoms in the order of
+/// [`concordem_network_listed_atoms`]; `edges`: of the periodic box, 0 where it is not periodic.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_longest_listed(
+    network: *const Network,
+    positions: *const f64,
+    edges: *const f64,
+) -> f64 {
+    // SAFETY: three reals per listed atom, three edges.
+    unsafe {
+        let Creation::List(bonds) = &(*network).options().creation else { return 0.0 };
+        let mut listed: Vec<i32> = bonds.iter().flat_map(|bond| bond.0).collect();
+        listed.sort_unstable();
+        listed.dedup();
+        let positions = slice(positions, 3 * listed.len());
+        let edges = slice(edges, 3);
+        let mut longest = 0.0_f64;
+        for (tags, length) in bonds {
+            let [a, b] = tags.map(|tag| listed.partition_point(|&t| t < tag));
+            let squared: f64 = (0..3)
+                .map(|k| {
+                    let d = positions[3 * b + k] - positions[3 * a + k];
+                    let d = if edges[k] > 0.0 { d - edges[k] * (d / edges[k]).round() } else { d };
+                    d * d
+                })
+                .sum();
+            longest = longest.max(squared.sqrt()).max(length.unwrap_or(0.0));
+        }
+        longest
+    }
+}
+
+/// Queue bonds between atoms closer than the factor of the script; their number, as this processor counts, or −1 and a message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_make_near(network: *mut Network, message: *const Message) -> i64 {
+    // SAFETY: the shim's own.
+    unsafe { guarded(message, || (*network).make_near().map(|made| made as i64)) }
+}
+
+/// Rotate owned atoms by the angular velocity of the step.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_turn(network: *const Network, atoms: *const AtomArrays) {
+    // SAFETY: the shim's own.
+    unsafe { (*network).rotate(&mut (*atoms).view()) }
+}
+
+/// Add the forces at the current positions to the atoms'. `setup`: nothing moves; `sample`: sum stored energies; `record`: keep the
+/// forces of contacts. 0, or −1 and a message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_forces(
+    network: *mut Network,
+    atoms: *const AtomArrays,
+    setup: i32,
+    sample: i32,
+    record: i32,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: the shim's own.
+    unsafe {
+        guarded(message, || (*network).forces(&mut (*atoms).view(), setup != 0, sample != 0, record != 0).map(|()| 0))
+    }
+}
+
+/// Largest number of reals that [`concordem_network_pack`] writes for an atom.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_largest_pack(network: *mut Network) -> i64 {
+    // SAFETY: the shim's own.
+    unsafe { (*network).largest_pack() as i64 }
+}
+
+/// Number of reals in the records of atom `tag`; writes them to `buffer` if they fit into `capacity` reals and `buffer` is not
+/// null. `leaves`: the atom leaves this processor.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_pack(
+    network: *mut Network,
+    tag: i32,
+    leaves: i32,
+    buffer: *mut f64,
+    capacity: i64,
+) -> i64 {
+    let mut reals = Vec::new();
+    // SAFETY: the shim's own.
+    unsafe {
+        (*network).pack(tag, leaves != 0, &mut reals);
+        if !buffer.is_null() && reals.len() as i64 <= capacity {
+            slice_mut(buffer, reals.len()).copy_from_slice(&reals);
+        }
+    }
+    reals.len() as i64
+}
+
+/// Read the records of an atom that [`concordem_network_pack`] wrote. 0, or −1 and a message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_network_unpack(
+    network: *mut Network,
+    tag: i32,
+    buffer: *const f64,
+    count: i64,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: `count` reals.
+    unsafe { guarded(message, || (*network).unpack(tag, slice(buffer, count as usize)).map(|()| 0)) }
+}

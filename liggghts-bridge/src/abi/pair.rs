@@ -1,0 +1,270 @@
+//! Contact laws along LIGGGHTS' neighbor lists.
+
+// C functions: the pointers are the shim's, as its header documents.
+#![allow(unsafe_code, clippy::missing_safety_doc)]
+
+use std::ffi::c_char;
+
+use concordem_c_abi::{Message, guarded, slice, slice_mut};
+
+use crate::host_laws::HostShear;
+use crate::pair::{self, MODELS, Neighbors, PairForce, PairLaw, Pass, Properties, WallContact};
+
+/// Properties of `types` atom types for [`concordem_pair_new`]: one real per type or per pair of types; null where the model does
+/// not need them.
+#[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct PairProperties {
+    types: i32,
+    /// 0: off, 1: no history, 2: history.
+    shear: i32,
+    young: *const f64,
+    poisson: *const f64,
+    restitution: *const f64,
+    friction: *const f64,
+    stiffness: [*const f64; 4],
+    velocity: f64,
+}
+
+/// Forces of recorded contacts.
+pub struct PairRecord(Vec<PairForce>);
+
+/// A law of pairs.
+pub struct PairLawHandle(Box<dyn PairLaw>);
+
+/// A normal model of `pair_style gran`, see `Model` in `src/pair.rs`.
+#[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct PairModel {
+    name: *const c_char,
+    /// Number in LIGGGHTS' hash of models.
+    number: i32,
+    /// Bits of `CONCORDEM_ELASTIC` and so on.
+    properties: u32,
+    hertzian: i32,
+    is_law: i32,
+}
+
+/// Property: Young's modulus and Poisson's ratio.
+pub const ELASTIC: u32 = 1;
+/// Property: coefficient of restitution.
+pub const RESTITUTION: u32 = 2;
+/// Property: stiffnesses.
+pub const STIFFNESS: u32 = 4;
+/// Property: damping.
+pub const DAMPING: u32 = 8;
+/// Property: characteristic velocity.
+pub const VELOCITY: u32 = 16;
+
+// The header needs literal numbers.
+const _: () = {
+    use pair::property as p;
+    assert!(ELASTIC == p::ELASTIC && RESTITUTION == p::RESTITUTION && STIFFNESS == p::STIFFNESS);
+    assert!(DAMPING == p::DAMPING && VELOCITY == p::VELOCITY);
+};
+
+/// Number of models; writes model `index` to `model` unless `index` is past the last one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_pair_model(index: i32, model: *mut PairModel) -> i32 {
+    if let Some(found) = usize::try_from(index).ok().and_then(|index| MODELS.get(index)) {
+        let pair::Model { name, number, properties, hertzian, is_law } = *found;
+        let (hertzian, is_law) = (i32::from(hertzian), i32::from(is_law));
+        // SAFETY: the shim's own.
+        unsafe { *model = PairModel { name: name.as_ptr(), number, properties, hertzian, is_law } };
+    }
+    MODELS.len() as i32
+}
+
+/// The law of model `model`; null and a message if its parameters are not valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_pair_new(
+    model: i32,
+    properties: *const PairProperties,
+    message: *const Message,
+) -> *mut PairLawHandle {
+    let mut made = std::ptr::null_mut();
+    // SAFETY: `types` or `types`² reals behind each pointer that the model reads.
+    unsafe {
+        let p = &*properties;
+        let n = p.types as usize;
+        let shear = match p.shear {
+            0 => HostShear::Off,
+            1 => HostShear::NoHistory,
+            _ => HostShear::History,
+        };
+        let all = Properties {
+            types: n,
+            young: slice(p.young, n),
+            poisson: slice(p.poisson, n),
+            restitution: slice(p.restitution, n * n),
+            friction: slice(p.friction, n * n),
+            stiffness: p.stiffness.map(|values| slice(values, n * n)),
+            velocity: p.velocity,
+        };
+        guarded(message, || {
+            made = Box::into_raw(Box::new(PairLawHandle(pair::law(model as usize, shear, &all)?)));
+            Ok::<_, concordem_contact::law::ParameterError>(0)
+        });
+    }
+    made
+}
+
+/// Delete a law.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_pair_delete(law: *mut PairLawHandle) {
+    if !law.is_null() {
+        // SAFETY: made by `concordem_pair_new`, deleted once.
+        drop(unsafe { Box::from_raw(law) });
+    }
+}
+
+/// Number of reals in the history of model `model`; writes for each whether it changes sign when the atoms are exchanged. −1: no
+/// such model.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_pair_history(model: i32, odd: *mut i32, capacity: i32) -> i32 {
+    // The history does not depend on the parameters.
+    let one = [1.0];
+    let half = [0.5];
+    let properties = Properties {
+        types: 1,
+        young: &one,
+        poisson: &[0.0],
+        restitution: &half,
+        friction: &one,
+        stiffness: [&one; 4],
+        velocity: 1.0,
+    };
+    let Ok(law) = pair::law(model as usize, HostShear::History, &properties) else { return -1 };
+    let fields = law.fields();
+    // SAFETY: `capacity` integers.
+    let odd = unsafe { slice_mut(odd, capacity as usize) };
+    for (to, field) in odd.iter_mut().zip(&fields) {
+        *to = i32::from(field.1);
+    }
+    fields.len() as i32
+}
+
+/// Neighbor lists and atoms of a pass: `count` atoms with ghosts, lists of the first `atoms` of `list`.
+#[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct PairArrays {
+    owned: i32,
+    count: i32,
+    atoms: i32,
+    frozen: i32,
+    advance: i32,
+    stride: i32,
+    list: *const i32,
+    numbers: *const i32,
+    neighbors: *const *const i32,
+    flags: *const *mut i32,
+    history: *const *mut f64,
+    position: *const [f64; 3],
+    velocity: *const [f64; 3],
+    angular_velocity: *const [f64; 3],
+    radius: *const f64,
+    mass: *const f64,
+    kind: *const i32,
+    mask: *const i32,
+    force: *mut [f64; 3],
+    torque: *mut [f64; 3],
+    dt: f64,
+}
+
+/// Add the forces of all pairs. With `record`: returns the number of contacts, and [`concordem_pair_recorded`] returns their forces.
+/// Without (null): 0. −1 and a message on an error.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_pair_compute(
+    law: *const PairLawHandle,
+    arrays: *const PairArrays,
+    record: *mut PairRecord,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: LIGGGHTS' arrays: `count` atoms with ghosts, lists of `atoms` atoms, `numbers[i]` neighbors each, as many
+    // flags, and `stride` reals of history for each.
+    unsafe {
+        let a = &*arrays;
+        guarded(message, || {
+            let (owned, count) = (a.owned as usize, a.count as usize);
+            let pass = Pass {
+                position: slice(a.position, count),
+                velocity: slice(a.velocity, count),
+                angular_velocity: slice(a.angular_velocity, count),
+                radius: slice(a.radius, count),
+                mass: slice(a.mass, count),
+                kind: slice(a.kind, count),
+                mask: slice(a.mask, count),
+                frozen: a.frozen,
+                owned,
+                dt: a.dt,
+                advance: a.advance != 0,
+            };
+            let (force, torque) = (slice_mut(a.force, count), slice_mut(a.torque, count));
+            let mut record = record.as_mut();
+            if let Some(record) = &mut record {
+                record.0.clear();
+            }
+            for &i in slice(a.list, a.atoms as usize) {
+                let i = i as usize;
+                let number = *a.numbers.add(i) as usize;
+                let stride = a.stride as usize;
+                let neighbors = Neighbors {
+                    i,
+                    list: slice(*a.neighbors.add(i), number),
+                    flags: slice_mut(*a.flags.add(i), number),
+                    history: slice_mut(*a.history.add(i), number * stride),
+                    stride,
+                };
+                (*law).0.compute(&pass, neighbors, force, torque, record.as_deref_mut().map(|record| &mut record.0));
+            }
+            Ok::<_, String>(record.map_or(0, |record| record.0.len() as i64))
+        })
+    }
+}
+
+/// Force (N) and torque (N·m) of a wall on a particle: six reals in `wrench`. `history` holds `width` reals.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_pair_wall(
+    law: *const PairLawHandle,
+    contact: *const WallContact,
+    history: *mut f64,
+    width: i32,
+    wrench: *mut f64,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: the shim's own, lengths as stated.
+    unsafe {
+        guarded(message, || {
+            let [force, torque] = (*law).0.wall(&*contact, slice_mut(history, width as usize));
+            let wrench = slice_mut(wrench, 6);
+            wrench[..3].copy_from_slice(force.as_slice());
+            wrench[3..].copy_from_slice(torque.as_slice());
+            Ok::<_, String>(0)
+        })
+    }
+}
+
+/// A new record for [`concordem_pair_compute`].
+#[unsafe(no_mangle)]
+pub extern "C" fn concordem_pair_record_new() -> *mut PairRecord {
+    Box::into_raw(Box::new(PairRecord(Vec::new())))
+}
+
+/// Forces in the record.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_pair_recorded(record: *const PairRecord) -> *const PairForce {
+    // SAFETY: made by `concordem_pair_record_new`.
+    unsafe { (*record).0.as_ptr() }
+}
+
+/// Delete a record.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_pair_record_delete(record: *mut PairRecord) {
+    if !record.is_null() {
+        // SAFETY: made by `concordem_pair_record_new`, deleted once.
+        drop(unsafe { Box::from_raw(record) });
+    }
+}

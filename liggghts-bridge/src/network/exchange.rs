@@ -1,0 +1,153 @@
+//! Bonds and contacts as records that move with an atom to another processor, to a restart file, or over a rebuild.
+
+use concordem_contact::kinematics::PreviousGeometry;
+use concordem_contact::math::Vec3;
+use concordem_solver::state::State;
+use concordem_solver::state::contacts::{ContactFlags, Pair};
+
+use super::{Network, NetworkError, blocks};
+use crate::records::{HISTORY, Kind, Record};
+
+/// Contacts of the particles: for each particle the start of its contacts in the list, then the list.
+pub(super) type Adjacency = (Vec<u32>, Vec<(Kind, u32)>);
+
+impl Network {
+    /// Read what [`Self::pack`] wrote for atom `tag` on another processor or in a restart file.
+    ///
+    /// # Errors
+    /// Numbers that are no record of this atom.
+    pub fn unpack(&mut self, tag: i32, reals: &[f64]) -> Result<(), NetworkError> {
+        let length = Record::reals(self.width);
+        let mut records = Vec::with_capacity(reals.len() / length);
+        for chunk in reals.chunks(length) {
+            let record = Record::read(chunk, self.width).filter(|record| record.tags.contains(&tag));
+            records.push(record.ok_or(NetworkError::BadRecord { tag })?);
+        }
+        self.incoming.insert(tag, records);
+        Ok(())
+    }
+
+    /// Append the records of all bonds and contacts of atom `tag` to `buffer`. `leaves`: the atom leaves this processor.
+    pub fn pack(&mut self, tag: i32, leaves: bool, buffer: &mut Vec<f64>) {
+        let width = self.width;
+        if let Some(records) = self.incoming.get(&tag) {
+            for record in records {
+                record.write(width, buffer);
+            }
+            if leaves {
+                self.incoming.remove(&tag);
+            }
+            return;
+        }
+        if let Ok(particle) = self.tags.binary_search(&tag) {
+            let (start, contacts) = self.adjacency.get_or_insert_with(|| adjacency(&self.state));
+            for &(kind, k) in &contacts[start[particle] as usize..start[particle + 1] as usize] {
+                if let Some(record) = record_of(&self.state, &self.tags, kind, k as usize) {
+                    record.write(width, buffer);
+                }
+            }
+        }
+        for record in self.dormant.iter().filter(|record| record.tags.contains(&tag)) {
+            record.write(width, buffer);
+        }
+    }
+
+    /// Largest number of reals that [`Self::pack`] writes for an atom.
+    pub fn largest_pack(&mut self) -> usize {
+        let (start, _) = self.adjacency.get_or_insert_with(|| adjacency(&self.state));
+        let most = start.windows(2).map(|w| (w[1] - w[0]) as usize).max().unwrap_or(0);
+        let arriving = self.incoming.values().map(Vec::len).max().unwrap_or(0);
+        // All dormant contacts, which are few, may belong to this atom.
+        (most.max(arriving) + self.dormant.len()) * Record::reals(self.width)
+    }
+
+    /// All records of this processor with those of arriving atoms, each once, sorted by atoms.
+    ///
+    /// # Errors
+    /// Different records of the same bond.
+    pub(super) fn records(&mut self) -> Result<Vec<Record>, NetworkError> {
+        // Of the exact size, and deduplicated in place: the records of all bonds are the peak of memory.
+        let held: usize = blocks(&self.state).map(|(_, block)| block.len()).sum();
+        let arriving: usize = self.incoming.values().map(Vec::len).sum();
+        let mut all = Vec::with_capacity(self.dormant.len() + self.fresh.len() + held + arriving);
+        all.append(&mut std::mem::take(&mut self.dormant));
+        all.append(&mut std::mem::take(&mut self.fresh));
+        for (kind, block) in blocks(&self.state) {
+            all.extend((0..block.len()).filter_map(|k| record_of(&self.state, &self.tags, kind, k)));
+        }
+        all.extend(self.incoming.drain().flat_map(|(_, records)| records));
+        // Unstable sorting is enough: records with the same key must be equal.
+        all.sort_unstable_by_key(Record::key);
+        let differ = |pair: &&[Record]| pair[0].key() == pair[1].key() && pair[0] != pair[1];
+        if let Some(pair) = all.windows(2).find(differ) {
+            let [a, b] = pair[0].tags;
+            return Err(NetworkError::CopiesDiffer { a, b });
+        }
+        all.dedup_by_key(|record| record.key());
+        Ok(all)
+    }
+}
+
+/// Contact `k` of a block as a record; `None` if it has nothing to remember.
+pub(super) fn record_of(state: &State, tags: &[i32], kind: Kind, k: usize) -> Option<Record> {
+    let block = match kind {
+        Kind::Bond => state.bonds[0].contacts(),
+        Kind::Contact => state.contacts.as_ref()?.contacts(),
+    };
+    let view = block.view(k);
+    let remembers = view.flags.bits & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE) != 0;
+    if view.flags.has(ContactFlags::BROKEN) || !remembers {
+        return None;
+    }
+    let (fields, reals) = block.history_reals();
+    let width: usize = fields.iter().map(|field| field.components).sum();
+    let mut history = [0.0; HISTORY];
+    history[..width].copy_from_slice(&reals[k * width..(k + 1) * width]);
+    // The previous geometry of a contact that does not touch has no effect and differs between processors.
+    let previous = if view.flags.has(ContactFlags::ACTIVE) {
+        view.previous
+    } else {
+        PreviousGeometry { normal: Vec3::x(), length: 1.0 }
+    };
+    Some(Record {
+        tags: [tags[view.pair.a as usize], tags[view.pair.b as usize]],
+        kind,
+        flags: view.flags.bits & !ContactFlags::NOT_OWNED,
+        reference: view.reference,
+        frame: previous,
+        history,
+    })
+}
+
+/// For each particle its contacts that have something to remember.
+fn adjacency(state: &State) -> Adjacency {
+    let mut start = vec![0u32; state.particles.len() + 1];
+    let each = |visit: &mut dyn FnMut(Pair, Kind, u32)| {
+        for (kind, block) in blocks(state) {
+            for k in 0..block.len() {
+                let view = block.view(k);
+                if view.flags.bits & (ContactFlags::ACTIVE | ContactFlags::KEPT_REFERENCE) != 0
+                    && !view.flags.has(ContactFlags::BROKEN)
+                {
+                    visit(view.pair, kind, k as u32);
+                }
+            }
+        }
+    };
+    each(&mut |pair, _, _| {
+        start[pair.a as usize + 1] += 1;
+        start[pair.b as usize + 1] += 1;
+    });
+    for p in 1..start.len() {
+        start[p] += start[p - 1];
+    }
+    let mut next = start.clone();
+    let mut contacts = vec![(Kind::Bond, 0); *start.last().unwrap_or(&0) as usize];
+    each(&mut |pair, kind, k| {
+        for p in [pair.a, pair.b] {
+            contacts[next[p as usize] as usize] = (kind, k);
+            next[p as usize] += 1;
+        }
+    });
+    (start, contacts)
+}

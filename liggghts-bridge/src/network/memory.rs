@@ -1,0 +1,154 @@
+//! What the network stores per atom in the host's arrays, and its exchange with the state of the solver.
+
+use concordem_contact::math::{Quat, Symmetric, Vec3, normalized, quaternion_of_rotation_vector};
+use concordem_solver::state::Deformation;
+
+use super::{Network, NetworkError};
+use crate::atoms::{Atoms, add, vector};
+
+/// Reals per atom for the net force and torque of the last step.
+const NET: usize = 6;
+
+/// Offsets in the memory of an atom: first what only its owner needs, then what its ghosts need as well.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Layout {
+    /// Virials of a deformable particle by forces that do not depend on its strain, and by reactions (six reals each).
+    others: usize,
+    /// Orientation (x, y, z, w).
+    orientation: usize,
+    /// Virials that strain the particle in the next step and strained it in the last one (six reals each).
+    virials: usize,
+    /// Number of reals.
+    pub(super) width: usize,
+}
+
+impl Layout {
+    /// Whether atoms have an orientation.
+    pub(super) fn has_orientation(&self) -> bool {
+        self.virials > self.orientation
+    }
+
+    pub(super) fn new(oriented: bool, deformable: bool) -> Self {
+        let others = NET;
+        let orientation = others + if deformable { 12 } else { 0 };
+        let virials = orientation + if oriented { 4 } else { 0 };
+        Self { others, orientation, virials, width: virials + if deformable { 12 } else { 0 } }
+    }
+}
+
+impl Network {
+    /// Reals stored per atom: net force and torque of the last step, the orientation (x, y, z, w) if the law reads it, and the
+    /// virials of a deformable particle.
+    pub fn atom_width(&self) -> usize {
+        self.layout.width
+    }
+
+    /// How many of these reals, the last ones, ghosts need at every step.
+    pub fn communicated(&self) -> usize {
+        self.layout.width - self.layout.orientation
+    }
+
+    /// Fill the memory of a new atom.
+    pub fn initial_memory(&self, memory: &mut [f64]) {
+        memory.fill(0.0);
+        if self.needs_orientation() {
+            memory[self.layout.orientation + 3] = 1.0;
+        }
+    }
+
+    /// Rotate owned atoms by the angular velocity of the step. Communicate ghosts afterwards.
+    pub fn rotate(&self, atoms: &mut Atoms<'_>) {
+        if !self.needs_orientation() {
+            return;
+        }
+        let width = self.atom_width();
+        for i in 0..atoms.owned {
+            let memory = &mut atoms.memory[i * width + self.layout.orientation..][..4];
+            let rotated =
+                normalized(&(quaternion_of_rotation_vector(&(vector(atoms.angular_velocity, i) * atoms.dt)) * orientation(memory)));
+            memory.copy_from_slice(rotated.coords.as_slice());
+        }
+    }
+
+    /// Positions, motion, and virials of all particles from the host's arrays. `still`: nothing moves (set-up of a run).
+    pub(super) fn read_atoms(&mut self, atoms: &Atoms<'_>, still: bool) {
+        let Layout { others, orientation: oriented, virials, width } = self.layout;
+        let particles = &mut self.state.particles;
+        for (p, &i) in self.atom.iter().enumerate() {
+            let i = i as usize;
+            particles.position[p] = vector(atoms.position, i);
+            if still {
+                particles.velocity[p] = Vec3::zeros();
+                particles.angular_velocity[p] = Vec3::zeros();
+                particles.rotation_increment[p] = Quat::identity();
+            } else {
+                let angular_velocity = vector(atoms.angular_velocity, i);
+                particles.velocity[p] = vector(atoms.velocity, i);
+                particles.angular_velocity[p] = angular_velocity;
+                particles.rotation_increment[p] = quaternion_of_rotation_vector(&(angular_velocity * atoms.dt));
+            }
+            if virials > oriented {
+                particles.orientation[p] = orientation(&atoms.memory[i * width + oriented..][..4]);
+            }
+        }
+        if self.model.deformable.is_some() {
+            let virial = |i: u32, place: usize| {
+                let mut reals = [0.0; 6];
+                reals.copy_from_slice(&atoms.memory[i as usize * width + place..][..6]);
+                Symmetric(reals)
+            };
+            particles.deformation.clear();
+            particles.deformation.extend(self.atom.iter().map(|&i| Deformation {
+                dyad: virial(i, virials),
+                used: virial(i, virials + 6),
+                other: virial(i, others),
+                reaction: virial(i, others + 6),
+            }));
+        }
+    }
+
+    /// Add the net forces and torques of the last step, which the memory of owned atoms holds, again.
+    pub(super) fn add_stored_forces(&self, atoms: &mut Atoms<'_>) {
+        let width = self.layout.width;
+        for &i in self.atom.iter().filter(|&&i| (i as usize) < atoms.owned) {
+            let i = i as usize;
+            let memory = &atoms.memory[i * width..][..NET];
+            add(atoms.force, i, &vector(memory, 0));
+            add(atoms.torque, i, &vector(memory, 1));
+        }
+    }
+
+    /// Add net forces and torques to owned atoms and store them, with the virials, in their memory.
+    pub(super) fn write_atoms(&self, atoms: &mut Atoms<'_>) -> Result<(), NetworkError> {
+        let Some(solver) = &self.solver else { return Ok(()) };
+        let Layout { others, virials, width, .. } = self.layout;
+        let deforms = self.model.deformable.is_some();
+        for (p, &i) in self.atom.iter().enumerate() {
+            let i = i as usize;
+            if i >= atoms.owned {
+                continue;
+            }
+            let (force, torque) = (solver.forces()[p], solver.torques()[p]);
+            if !(force.norm_squared() + torque.norm_squared()).is_finite() {
+                return Err(NetworkError::NotFinite { step: atoms.step, tag: self.tags[p] });
+            }
+            let memory = &mut atoms.memory[i * width..][..width];
+            memory[..3].copy_from_slice(force.as_slice());
+            memory[3..NET].copy_from_slice(torque.as_slice());
+            if deforms {
+                let Deformation { dyad, used, other, reaction } = self.state.particles.deformation[p];
+                for (place, virial) in [(virials, dyad), (virials + 6, used), (others, other), (others + 6, reaction)] {
+                    memory[place..place + 6].copy_from_slice(&virial.0);
+                }
+            }
+            add(atoms.force, i, &force);
+            add(atoms.torque, i, &torque);
+        }
+        Ok(())
+    }
+}
+
+/// The orientation stored as x, y, z, w.
+fn orientation(memory: &[f64]) -> Quat {
+    Quat::new(memory[3], memory[0], memory[1], memory[2])
+}

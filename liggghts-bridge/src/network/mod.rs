@@ -1,0 +1,190 @@
+//! The bonds and contacts of one processor's atoms.
+//!
+//! A processor holds and evaluates every bond and contact that has an end among its owned atoms, so no forces are communicated. Two
+//! processors hold a bond between their atoms and evaluate it from the same numbers by the same function: with the same bits. An
+//! atom that migrates takes its bonds along. Within a processor atoms are ordered by id, and forces are summed in that order
+//! ([`Solver::for_subdomain`]): the net force of an atom does not depend on the number of processors.
+//!
+//! [`memory`] holds what the network stores per atom, [`exchange`] the records of migrating atoms, [`rebuild`] the state after
+//! migration, [`results`] what is reported.
+
+mod error;
+mod exchange;
+mod memory;
+mod rebuild;
+mod results;
+
+use std::collections::HashMap;
+
+use concordem_contact::kinematics::deformable::{Deformable, Update};
+use concordem_contact::law::{EnergySplit, LawName};
+use concordem_contact::material::Material;
+use concordem_solver::forces::EvaluatedContacts;
+use concordem_solver::laws;
+use concordem_solver::record::ContactForces;
+use concordem_solver::state::State;
+use concordem_solver::state::contacts::{Contacts, Pair};
+use concordem_solver::{Model, PairCoefficients, Solver};
+
+pub use error::NetworkError;
+use exchange::Adjacency;
+use memory::Layout;
+pub use results::{Sums, TOTALS};
+
+use crate::atoms::Atoms;
+use crate::options::Options;
+use crate::records::{HISTORY, Kind, Record};
+
+/// Bonds and contacts of the atoms of one processor.
+pub struct Network {
+    options: Options,
+    model: Model,
+    layout: Layout,
+    /// Parameters of bonds by pairs of types.
+    bond_coefficients: PairCoefficients,
+    /// Reals in the history of a bond or contact.
+    width: usize,
+    state: State,
+    solver: Option<Solver>,
+    /// Id of each particle of the state.
+    tags: Vec<i32>,
+    /// Index of its atom in the host's arrays.
+    atom: Vec<u32>,
+    /// Whether this processor owns it.
+    owned: Vec<bool>,
+    /// Records that arrived with an atom since the last rebuild, by its id.
+    incoming: HashMap<i32, Vec<Record>>,
+    /// Bonds that the next rebuild makes; it drops those without an owned atom.
+    fresh: Vec<Record>,
+    /// Contacts that remember a broken bond and whose other atom is out of range.
+    dormant: Vec<Record>,
+    /// Contacts of each particle; `None` until they are needed.
+    adjacency: Option<Adjacency>,
+    /// Forces of all contacts at the step `recorded_at`.
+    recorded: ContactForces,
+    recorded_at: Option<i64>,
+    /// Broken bonds that this processor counted.
+    broken: f64,
+    dissipated: EnergySplit,
+    stored: EnergySplit,
+    /// Step whose net forces the memory of the atoms holds.
+    found_at: Option<i64>,
+    /// Ids of the bonds that broke in the last force computation, whichever processor counts them.
+    broken_now: Vec<[i32; 2]>,
+}
+
+impl Network {
+    /// A network without bonds.
+    ///
+    /// # Errors
+    /// Parameters that are not valid for the law.
+    pub fn new(options: Options) -> Result<Self, NetworkError> {
+        // Without bonds the block stays empty; its law sets the width of records in restart files.
+        let law = options.law.unwrap_or(LawName::LinearBond);
+        let (block, bond_coefficients) = laws::block(law, &options.materials, &options.interfaces)?;
+        let contacts = laws::contact_block(options.contact, &options.materials, &options.interfaces)?;
+        let width = |block: &dyn EvaluatedContacts| {
+            block.contacts().history_reals().0.iter().map(|field| field.components).sum::<usize>()
+        };
+        let reals = width(&*block).max(contacts.as_ref().map_or(0, |(block, _)| width(&**block)));
+        assert!(reals <= HISTORY, "a law remembers {reals} reals");
+        let mut model = Model { mode: options.mode, skin: 0.0, ..Model::default() };
+        model.deformable = options.deformable.map(|condition| Deformable {
+            elasticity: options.materials.iter().map(Material::elasticity).collect(),
+            condition,
+            update: Update::Lagged,
+            dashpots: false,
+        });
+        let mut blocks = std::iter::once(&block).chain(contacts.as_ref().map(|(block, _)| block));
+        let oriented = blocks.any(|block| block.contacts().reads_orientations());
+        let layout = Layout::new(oriented, model.deformable.is_some());
+        let mut state = State { bonds: vec![block], ..State::default() };
+        if let Some((block, rows)) = contacts {
+            model.contact_rows = rows;
+            state.contacts = Some(block);
+        }
+        Ok(Self {
+            options,
+            model,
+            layout,
+            bond_coefficients,
+            width: reals,
+            state,
+            solver: None,
+            tags: Vec::new(),
+            atom: Vec::new(),
+            owned: Vec::new(),
+            incoming: HashMap::new(),
+            fresh: Vec::new(),
+            dormant: Vec::new(),
+            adjacency: None,
+            recorded: ContactForces::default(),
+            recorded_at: None,
+            broken: 0.0,
+            dissipated: EnergySplit::default(),
+            stored: EnergySplit::default(),
+            found_at: None,
+            broken_now: Vec::new(),
+        })
+    }
+
+    /// The arguments it was made from.
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// Whether atoms need an orientation.
+    pub fn needs_orientation(&self) -> bool {
+        self.layout.has_orientation()
+    }
+
+    /// Compute the forces at the current positions and add them to the atoms'. `setup`: the host sets a run up, nothing moves; forces
+    /// of this step that are known already are added again. `sample`: sum stored energies. `record`: keep the forces of all
+    /// contacts.
+    ///
+    /// # Errors
+    /// An error of the solver, or a force that is not a number.
+    pub fn forces(
+        &mut self,
+        atoms: &mut Atoms<'_>,
+        setup: bool,
+        sample: bool,
+        record: bool,
+    ) -> Result<(), NetworkError> {
+        self.broken_now.clear();
+        if self.solver.is_none() {
+            return Ok(());
+        }
+        self.read_atoms(atoms, setup);
+        let Some(solver) = &mut self.solver else { return Ok(()) };
+        self.state.clock.dt = atoms.dt;
+        self.state.clock.step = atoms.step as u64;
+        if record {
+            self.recorded = solver.record(&mut self.state)?.contacts;
+            self.recorded_at = Some(atoms.step);
+        }
+        if setup && self.found_at == Some(atoms.step) {
+            self.add_stored_forces(atoms);
+            return Ok(());
+        }
+        self.adjacency = None;
+        let report = solver.find_forces(&mut self.state, sample)?;
+        self.found_at = Some(atoms.step);
+        self.dissipated += report.energy;
+        if sample {
+            self.stored = report.energy;
+        }
+        for (_, bond_event) in report.bond_events.iter().filter(|(_, bond_event)| bond_event.broke) {
+            let Pair { a, b } = bond_event.pair;
+            self.broken += f64::from(u8::from(self.owned[a as usize]));
+            self.broken_now.push([self.tags[a as usize], self.tags[b as usize]]);
+        }
+        self.write_atoms(atoms)
+    }
+}
+
+/// The blocks of a state with their kinds: bonds first.
+fn blocks(state: &State) -> impl Iterator<Item = (Kind, &dyn Contacts)> {
+    let bonds = state.bonds.iter().map(|block| (Kind::Bond, block.contacts()));
+    bonds.chain(state.contacts.iter().map(|block| (Kind::Contact, block.contacts())))
+}

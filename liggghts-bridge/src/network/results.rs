@@ -1,0 +1,274 @@
+//! What the network reports: counts, energies, virial, stress, couple stress, rows of contacts.
+
+use concordem_contact::law::EnergySplit;
+use concordem_contact::math::Vec3;
+use concordem_operator::stress::{ParticleVolume, Partition, particle_moments, region_stress};
+use concordem_operator::{ContactSet, LoadSet, Region, Truncation, couple_stress};
+use concordem_solver::record::ContactForces;
+use concordem_solver::state::contacts::{ContactFlags, Pair};
+
+use super::exchange::record_of;
+use super::{Network, NetworkError, blocks};
+use crate::records::{Kind, Record};
+
+/// Sums over the bonds and contacts that a processor counts.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Sums {
+    /// Bonds that hold.
+    pub bonds: f64,
+    /// Bonds that broke so far.
+    pub broken: f64,
+    /// Contacts without a bond that touch.
+    pub contacts: f64,
+    /// Energy stored by normal deformation, shear, bending, and twist at the last sampled step, J.
+    pub stored: [f64; 4],
+    /// Energy dissipated so far by damage and breaking, by friction, and by dashpots, J.
+    pub dissipated: [f64; 3],
+    /// Error of the trapezoidal work rule so far, J.
+    pub integration: f64,
+    /// Longest bond, m (reference or present length).
+    pub longest: f64,
+}
+
+/// Reals in [`Network::totals`].
+pub const TOTALS: usize = 9;
+
+impl Network {
+    pub(super) fn tags_of(&self, pair: Pair) -> [i32; 2] {
+        [self.tags[pair.a as usize], self.tags[pair.b as usize]]
+    }
+
+    /// Sums over the bonds and contacts that this processor counts.
+    pub fn sums(&self) -> Sums {
+        let bonds = self.state.bonds[0].contacts();
+        let (mut count, mut longest) = (0.0, 0.0f64);
+        for k in 0..bonds.len() {
+            let view = bonds.view(k);
+            if !view.flags.has(ContactFlags::BROKEN) {
+                count += f64::from(u8::from(!view.flags.has(ContactFlags::NOT_OWNED)));
+                longest = longest.max(view.previous.length).max(view.reference.length);
+            }
+        }
+        let touching = self.state.contacts.as_ref().map_or(0, |block| {
+            let block = block.contacts();
+            let counts = |k: &usize| {
+                let link = block.view(*k).flags;
+                link.carries() && !link.has(ContactFlags::NOT_OWNED)
+            };
+            (0..block.len()).filter(counts).count()
+        });
+        for record in self.incoming.values().flatten().chain(&self.fresh).filter(|record| record.kind == Kind::Bond) {
+            longest = longest.max(record.frame.length).max(record.reference.length);
+        }
+        let (s, d) = (&self.stored, &self.dissipated);
+        Sums {
+            bonds: count,
+            broken: self.broken,
+            contacts: touching as f64,
+            stored: [s.stored_normal, s.stored_shear, s.stored_bending, s.stored_twist],
+            dissipated: [d.damage, d.friction, d.viscous],
+            integration: d.integration,
+            longest,
+        }
+    }
+
+    /// Number of bonds whose A this processor owns, and number of those whose B it owns. Each, summed over processors, is the number
+    /// of bonds, provided that every processor knows the bonds of its atoms.
+    pub fn ends(&self) -> [f64; 2] {
+        let bonds = self.state.bonds[0].contacts();
+        let mut ends = [0.0; 2];
+        for view in (0..bonds.len()).map(|k| bonds.view(k)).filter(|view| !view.flags.has(ContactFlags::BROKEN)) {
+            for (end, p) in ends.iter_mut().zip([view.pair.a, view.pair.b]) {
+                *end += f64::from(u8::from(self.owned[p as usize]));
+            }
+        }
+        ends
+    }
+
+    /// Totals for a restart file, to be summed over processors: broken bonds, dissipated energies, stored energies of the last
+    /// sample.
+    pub fn totals(&self) -> [f64; TOTALS] {
+        let (d, s) = (&self.dissipated, &self.stored);
+        [
+            self.broken,
+            d.damage,
+            d.friction,
+            d.viscous,
+            d.integration,
+            s.stored_normal,
+            s.stored_shear,
+            s.stored_bending,
+            s.stored_twist,
+        ]
+    }
+
+    /// Step whose net forces the memory of the atoms holds, if any.
+    pub fn found_at(&self) -> Option<i64> {
+        self.found_at
+    }
+
+    /// Continue from a restart file: totals of this processor, and the step whose forces the file contains.
+    pub fn resume(&mut self, totals: &[f64; TOTALS], found_at: Option<i64>) {
+        let [broken, damage, friction, viscous, integration, normal, shear, bending, twist] = *totals;
+        self.found_at = found_at;
+        self.broken = broken;
+        self.dissipated = EnergySplit { damage, friction, viscous, integration, ..EnergySplit::default() };
+        self.stored = EnergySplit {
+            stored_normal: normal,
+            stored_shear: shear,
+            stored_bending: bending,
+            stored_twist: twist,
+            ..EnergySplit::default()
+        };
+    }
+
+    /// Forces of all contacts at the last step for which they were recorded.
+    pub fn recorded(&self) -> &ContactForces {
+        &self.recorded
+    }
+
+    /// Ids of the bonds with an end on this processor that broke when forces were last found.
+    pub fn broken_now(&self) -> &[[i32; 2]] {
+        &self.broken_now
+    }
+
+    /// Virial `−Σ l⊗f^A` (J) of the recorded contacts: xx, yy, zz, xy, xz, yz, branch first. Each end gets half of a contact, so
+    /// sums over processors are complete. The halves of owned atoms are added to `per_atom` (six reals per atom of the host).
+    pub fn virial(&self, per_atom: &mut [f64]) -> [f64; 6] {
+        let mut total = [0.0; 6];
+        let r = &self.recorded;
+        for ((pair, l), f) in r.pair.iter().zip(&r.branch).zip(&r.force) {
+            let half = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|(i, j)| -0.5 * l[i] * f[j]);
+            for p in pair.map(|p| p as usize) {
+                if !self.owned[p] {
+                    continue;
+                }
+                for (sum, half) in total.iter_mut().zip(half) {
+                    *sum += half;
+                }
+                if let Some(of_atom) = per_atom.get_mut(6 * self.atom[p] as usize..).and_then(|rest| rest.get_mut(..6))
+                {
+                    for (sum, half) in of_atom.iter_mut().zip(half) {
+                        *sum += half;
+                    }
+                }
+            }
+        }
+        total
+    }
+
+    fn recorded_at(&self, step: i64) -> Result<&ContactForces, NetworkError> {
+        if self.recorded_at == Some(step) || self.solver.is_none() {
+            Ok(&self.recorded)
+        } else {
+            Err(NetworkError::NotRecorded { step })
+        }
+    }
+
+    /// Stress (Pa) of owned atoms from the contacts recorded at `step`, by [`particle_moments`] and the volumes: nine reals per atom
+    /// of the host, xx, xy, xz, yx, …, position first. This processor knows every contact of its owned atoms.
+    ///
+    /// # Errors
+    /// No forces of this step, or an error of the operator.
+    pub fn stress(
+        &self,
+        step: i64,
+        partition: Partition,
+        volume: ParticleVolume,
+        per_atom: &mut [f64],
+    ) -> Result<(), NetworkError> {
+        let particles = &self.state.particles;
+        let contacts = self.recorded_at(step)?.set(particles)?;
+        let moments = particle_moments(&contacts, &LoadSet::none(), partition);
+        let volumes = volume.of(&particles.radius)?;
+        for (p, (moment, volume)) in moments.iter().zip(&volumes).enumerate().filter(|(p, _)| self.owned[*p]) {
+            let stress = (moment / *volume).transpose();
+            per_atom[9 * self.atom[p] as usize..][..9].copy_from_slice(stress.as_slice());
+        }
+        Ok(())
+    }
+
+    /// Sums over the contacts recorded at `step` that this processor counts: `Σ l⊗f^A` (J), and the couple stress about the origin
+    /// times the volume without its axial part (N·m²), nine reals each in the order of [`Self::stress`]; to be summed over
+    /// processors.
+    ///
+    /// # Errors
+    /// A periodic box, no forces of this step, or an error of the operator.
+    pub fn couple_sums(&self, step: i64) -> Result<[f64; 18], NetworkError> {
+        if self.state.cell.is_some() {
+            return Err(NetworkError::Periodic);
+        }
+        let all = self.recorded_at(step)?;
+        let mut counted = ContactForces::default();
+        for k in (0..all.pair.len()).filter(|&k| self.owned[all.pair[k][0] as usize]) {
+            counted.pair.push(all.pair[k]);
+            counted.branch.push(all.branch[k]);
+            counted.point.push(all.point[k]);
+            counted.force.push(all.force[k]);
+            counted.moment.push(all.moment[k]);
+        }
+        let contacts: ContactSet<'_> = counted.set(&self.state.particles)?;
+        let stress = region_stress(&contacts, &Region::All { volume: 1.0 }, Truncation::BranchClipped, None)?.stress;
+        // The axial part vanishes about the origin.
+        let couple = couple_stress::internal(&contacts, 1.0, &Vec3::zeros())?;
+        let mut sums = [0.0; 18];
+        sums[..9].copy_from_slice(stress.transpose().as_slice());
+        sums[9..].copy_from_slice(couple.transpose().as_slice());
+        Ok(sums)
+    }
+
+    /// Reals of a record of [`Self::histories`].
+    pub fn record_reals(&self) -> usize {
+        Record::reals(self.width)
+    }
+
+    /// Records of the bonds and contacts that this processor counts, one after the other ([`Record::write`]).
+    pub fn histories(&self) -> Vec<f64> {
+        let mut reals = Vec::new();
+        for (kind, block) in blocks(&self.state) {
+            for k in (0..block.len()).filter(|&k| !block.view(k).flags.has(ContactFlags::NOT_OWNED)) {
+                if let Some(record) = record_of(&self.state, &self.tags, kind, k) {
+                    record.write(self.width, &mut reals);
+                }
+            }
+        }
+        reals
+    }
+
+    /// Reals in a row of [`Self::rows`].
+    pub const ROW: usize = 16;
+
+    /// Rows of the recorded contacts that this processor counts: ids of A and B, force on A (N), moment on A about the contact point
+    /// (N·m), contact point (m), length (m), area (m²), damage, whether it is a bond, and a zero.
+    pub fn rows(&self) -> Vec<f64> {
+        let mut rows = Vec::new();
+        let r = &self.recorded;
+        let mut row = 0;
+        for ((_, block), &end) in blocks(&self.state).zip(&r.block_end) {
+            while row < end {
+                let [a, b] = r.pair[row];
+                let pair = Pair { a, b };
+                // A contact may be gone (its bond broke): then another one is in its place.
+                let k = r.place[row] as usize;
+                let exists = k < block.len() && block.view(k).pair == pair;
+                let [a, b] = [a as usize, b as usize];
+                if self.owned.get(a) == Some(&true) && b < self.tags.len() {
+                    let [ta, tb] = self.tags_of(pair);
+                    let (area, damage, bonded) = if exists {
+                        let view = block.view(k);
+                        (view.reference.area, block.damage(k), f64::from(u8::from(view.flags.has(ContactFlags::BONDED))))
+                    } else {
+                        (0.0, 1.0, 0.0)
+                    };
+                    rows.extend([f64::from(ta), f64::from(tb)]);
+                    rows.extend(r.force[row].iter());
+                    rows.extend(r.moment[row].iter());
+                    rows.extend(r.point[row].iter());
+                    rows.extend([r.branch[row].norm(), area, damage, bonded, 0.0]);
+                }
+                row += 1;
+            }
+        }
+        rows
+    }
+}

@@ -1,0 +1,304 @@
+//! Bonds and contacts of particles that a host program moves: the core of the bonded engine in the native plugin and of the one
+//! that needs no YADE headers.
+//!
+//! A step of the host calls [`Assembly::take_motions`] (positions and velocities of the host's bodies), then
+//! [`Assembly::find_forces`]. [`concrete`] takes existing contacts over from the host, [`saved`] keeps an assembly in the host's
+//! save file.
+
+mod concrete;
+mod saved;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use concordem_contact::kinematics::MotionMeasure;
+use concordem_contact::law::EnergySplit;
+use concordem_contact::math::{Mat3, Quat, Vec3, quaternion_of_rotation_vector};
+use concordem_scenario::assembly::assemble;
+use concordem_scenario::schema::Scenario;
+use concordem_solver::state::{Cell, Constraint, State};
+use concordem_solver::{Model, Solver, StepReport};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+pub use concrete::{Bodies, Contacts, PairParameters};
+
+/// How an assembly was made: enough to make it again without its state. Save files contain it: keys must not change.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Origin {
+    /// Taken over from the host's own concrete.
+    Concrete {
+        /// Measure of motion.
+        kinematics: MotionMeasure,
+        /// Number of materials.
+        materials: usize,
+        /// Local damping coefficient, if the assembly moves its particles itself.
+        damping: f64,
+        /// Gravity, m/s², if the assembly moves its particles itself.
+        gravity: [f64; 3],
+        /// Parameters of all pairs of materials.
+        #[serde(rename = "rows")]
+        pairs: Vec<PairParameters>,
+    },
+    /// Bonds of a scenario.
+    Scenario {
+        /// Text of the scenario.
+        text: String,
+    },
+    /// Made by a caller that stores the origin itself.
+    Elsewhere {},
+}
+
+/// The measure of motion with this name.
+///
+/// # Errors
+/// An unknown name; the message lists the known ones.
+pub fn motion_measure(name: &str) -> Result<MotionMeasure, String> {
+    match name {
+        "finite" => Ok(MotionMeasure::Finite),
+        "first-order" => Ok(MotionMeasure::FirstOrder),
+        "yade" => Ok(MotionMeasure::Yade),
+        "yade-ratcheting" => Ok(MotionMeasure::YadeRatcheting),
+        other => Err(format!(
+            "kinematics is \"{other}\"; it may be \"finite\", \"first-order\", \"yade\", \"yade-ratcheting\""
+        )),
+    }
+}
+
+/// The periodic cell with these edges (m, columns), deformation gradient, and velocity gradient (1/s). The last step moved the
+/// edges: `H = (1 + LΔt) H_old`.
+pub fn cell_of(matrix: Mat3, deformation_gradient: Mat3, velocity_gradient: Mat3, dt: f64) -> Cell {
+    let matrix_change = (Mat3::identity() + velocity_gradient * dt)
+        .try_inverse()
+        .map_or_else(Mat3::zeros, |back| matrix - back * matrix);
+    Cell { matrix, deformation_gradient, velocity_gradient, matrix_change }
+}
+
+/// An error unless the array `name` has the wanted length.
+fn same_length(name: &str, found: usize, wanted: usize) -> Result<(), String> {
+    if found == wanted { Ok(()) } else { Err(format!("`{name}` has {found} entries where {wanted} are needed")) }
+}
+
+/// Position and motion of one of the host's bodies. The assembly reads the orientation only if [`Assembly::needs_rotation`], the
+/// constraint only if [`Assembly::needs_constraint`].
+#[derive(Debug, Clone, Copy, Default)]
+pub struct BodyState {
+    /// Center, m.
+    pub position: Vec3,
+    /// Velocity, m/s.
+    pub velocity: Vec3,
+    /// Angular velocity, rad/s.
+    pub angular_velocity: Vec3,
+    /// Orientation, unit quaternion (x, y, z, w), body to world.
+    pub orientation: [f64; 4],
+    /// Mask of the degrees of freedom that the host prescribes, see [`Constraint`].
+    pub constraint: u32,
+}
+
+/// OpenMP's `omp_pause_resource_all` (version 5.0, section 3.2.44). Only the thread that starts parallel loops may call it; inside
+/// such a loop it fails without effect.
+pub type PauseThreads = unsafe extern "C" fn(i32) -> i32;
+/// Argument of [`PauseThreads`] that keeps all settings (`omp_pause_soft`).
+pub const PAUSE_SOFT: i32 = 1;
+/// Computations longer than this justify stopping and restarting the host's threads, which costs 0.06 ms for one thread
+/// (measured on two idle cores) and more for many.
+const LONG: Duration = Duration::from_millis(1);
+
+/// Particles with their bonds and contacts, and the solver that finds their forces.
+pub struct Assembly {
+    /// Particles, bonds, contacts, cell, and clock.
+    pub state: State,
+    /// The solver.
+    pub solver: Solver,
+    /// Bonds that broke so far.
+    pub broken: u64,
+    /// Bonds that each particle has lost, in the order of the particles.
+    pub losses: Vec<u32>,
+    /// Whether the law or the measure of motion reads orientations and rotations.
+    pub needs_rotation: bool,
+    /// Whether prescribed degrees of freedom affect forces: their reactions strain deformable particles.
+    pub needs_constraint: bool,
+    /// Energies since the start, J: dissipated by damage, friction, and dashpots; error of the work rule.
+    pub dissipated: [f64; 4],
+    /// Energy stored at the last sampled step, J.
+    pub stored: f64,
+    /// Duration of the last force computation.
+    force_time: Duration,
+    origin: Origin,
+}
+
+impl Assembly {
+    /// An assembly with this state and model.
+    ///
+    /// # Errors
+    /// The solver refuses them.
+    pub fn new(mut state: State, model: Model, origin: Origin) -> Result<Self, String> {
+        // Among the measures only those of YADE read velocities instead of rotations.
+        let oriented = state.bonds.iter().chain(&state.contacts).any(|block| block.reads_orientations());
+        let needs_rotation = oriented || !matches!(model.mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
+        let needs_constraint = model.deformable.is_some();
+        let solver = Solver::new(model, &mut state).map_err(|error| error.to_string())?;
+        let losses = vec![0; state.particles.len()];
+        Ok(Self {
+            state,
+            solver,
+            broken: 0,
+            losses,
+            needs_rotation,
+            needs_constraint,
+            dissipated: [0.0; 4],
+            stored: 0.0,
+            force_time: Duration::ZERO,
+            origin,
+        })
+    }
+
+    /// The spheres of a scenario with its bonds and contacts, built as for a run. `bodies` contains the host's body id of each
+    /// sphere; masses (kg) and moments of inertia (kg m²) are the host's.
+    ///
+    /// # Errors
+    /// Arrays of different lengths; a time step above the stable one.
+    pub fn of_scenario(
+        assembly: concordem_scenario::assembly::Assembly,
+        allow_unstable: bool,
+        origin: Origin,
+        bodies: &[u32],
+        mass: &[f64],
+        inertia: &[f64],
+        dt: f64,
+    ) -> Result<Self, String> {
+        let (mut state, model) = (assembly.state, assembly.model);
+        let n = state.particles.len();
+        for (name, found) in [("bodies", bodies.len()), ("mass", mass.len()), ("inertia", inertia.len())] {
+            same_length(name, found, n)?;
+        }
+        let limit = assembly.summary.bounds.spectral.max(assembly.summary.bounds.per_particle);
+        if !(allow_unstable || dt > 0.0 && dt < limit) {
+            return Err(format!(
+                "the host's time step is {dt:.4e} s, but the bonds are stable only below {limit:.4e} s (with the masses of \
+                 the scenario's density); set O.dt, or integration.allow_unstable"
+            ));
+        }
+        for p in 0..n {
+            let sphere = state.particles.id[p] as usize;
+            state.particles.mass[p] = mass[sphere];
+            state.particles.inertia[p] = inertia[sphere];
+            state.particles.id[p] = bodies[sphere];
+        }
+        state.clock.dt = dt;
+        Self::new(state, model, origin)
+    }
+
+    /// [`Self::of_scenario`] for the text of a scenario.
+    ///
+    /// # Errors
+    /// A scenario that does not parse or assemble, and those of [`Self::of_scenario`].
+    pub fn of_text(text: &str, bodies: &[u32], mass: &[f64], inertia: &[f64], dt: f64) -> Result<Self, String> {
+        let scenario = Scenario::parse("scenario", text)
+            .map_err(|error| error.problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))?;
+        let made = assemble(&scenario, Path::new("."), &mut |_, _| {}).map_err(|error| error.to_string())?;
+        let origin = Origin::Scenario { text: text.to_owned() };
+        Self::of_scenario(made, scenario.integration.allow_unstable, origin, bodies, mass, inertia, dt)
+    }
+
+    /// Compute the forces at the positions from [`Self::take_motions`]; returns how many bonds broke. `sample`: sum stored energies.
+    ///
+    /// # Errors
+    /// A time step that is not positive, a change between periodic and not periodic, an error of the solver, a force that is not
+    /// finite.
+    pub fn find_forces(&mut self, dt: f64, cell: Option<Cell>, sample: bool) -> Result<usize, String> {
+        if !(dt > 0.0 && dt.is_finite()) {
+            return Err(format!("the time step is {dt}"));
+        }
+        if cell.is_some() != self.state.cell.is_some() {
+            return Err("the host's scene has become periodic, or is so no more".into());
+        }
+        if cell.is_some() {
+            self.state.cell = cell;
+        }
+        self.state.clock.dt = dt;
+        let start = Instant::now();
+        let report = self.solver.find_forces(&mut self.state, sample).map_err(|error| error.to_string())?;
+        self.force_time = start.elapsed();
+        self.state.clock.step += 1;
+        for (p, (force, torque)) in self.solver.forces().iter().zip(self.solver.torques()).enumerate() {
+            if !(force.norm_squared() + torque.norm_squared()).is_finite() {
+                return Err(format!(
+                    "the force on body {} is not finite; is the time step too large?",
+                    self.state.particles.id[p]
+                ));
+            }
+        }
+        if sample {
+            self.stored = report.energy.stored();
+        }
+        Ok(self.count(&report))
+    }
+
+    /// Add the broken bonds and the dissipated energies of a step to the totals; returns how many bonds broke.
+    pub fn count(&mut self, report: &StepReport) -> usize {
+        let mut count = 0;
+        for (_, bond_event) in report.bond_events.iter().filter(|(_, bond_event)| bond_event.broke) {
+            self.losses[bond_event.pair.a as usize] += 1;
+            self.losses[bond_event.pair.b as usize] += 1;
+            count += 1;
+        }
+        self.broken += count as u64;
+        let EnergySplit { damage, friction, viscous, integration, .. } = report.energy;
+        for (sum, part) in self.dissipated.iter_mut().zip([damage, friction, viscous, integration]) {
+            *sum += part;
+        }
+        count
+    }
+
+    /// Whether the host should stop its waiting OpenMP threads ([`PauseThreads`]) before `threads` threads compute here: waiting
+    /// threads spin for about 8 ms (measured) on the same cores. The host's next parallel loop restarts them. No result depends
+    /// on it.
+    pub fn wants_host_threads_paused(&self, threads: usize) -> bool {
+        threads > 1 && self.force_time > LONG
+    }
+
+    /// Read positions and velocities of all particles: several threads call `motion(k, id)` for particle `k`, the host's body `id`.
+    ///
+    /// # Errors
+    /// The error of the first particle, in their order, that `motion` refuses or whose motion is not finite.
+    pub fn take_motions(
+        &mut self,
+        dt: f64,
+        motion: impl Fn(usize, u32) -> Result<BodyState, String> + Sync,
+    ) -> Result<(), String> {
+        const CHUNK: usize = 1024;
+        let (rotation, constraint) = (self.needs_rotation, self.needs_constraint);
+        let p = &mut self.state.particles;
+        let moved = p.position.par_chunks_mut(CHUNK).zip(p.velocity.par_chunks_mut(CHUNK));
+        let turned = p.orientation.par_chunks_mut(CHUNK).zip(p.rotation_increment.par_chunks_mut(CHUNK));
+        let rotated = p.angular_velocity.par_chunks_mut(CHUNK).zip(p.constraint.par_chunks_mut(CHUNK));
+        let chunks = p.id.par_chunks(CHUNK).zip(moved).zip(turned).zip(rotated).enumerate();
+        let refused = chunks.find_map_first(|(chunk, (((id, (x, v)), (q, increment)), (w, mask)))| {
+            for i in 0..id.len() {
+                let body = match motion(chunk * CHUNK + i, id[i]) {
+                    Ok(body) => body,
+                    Err(why) => return Some(why),
+                };
+                let BodyState { position, velocity, angular_velocity, .. } = body;
+                if !(position + velocity + angular_velocity).iter().all(|c| c.is_finite()) {
+                    return Some(format!("place or motion of body {} is not finite", id[i]));
+                }
+                (x[i], v[i], w[i]) = (position, velocity, angular_velocity);
+                if rotation {
+                    let [qx, qy, qz, qw] = body.orientation;
+                    q[i] = Quat::new(qw, qx, qy, qz);
+                    increment[i] = quaternion_of_rotation_vector(&(w[i] * dt));
+                }
+                if constraint {
+                    mask[i] = Constraint(body.constraint as u8);
+                }
+            }
+            None
+        });
+        refused.map_or(Ok(()), Err)
+    }
+}

@@ -1,0 +1,93 @@
+//! Three spheres of concrete that a host moves.
+
+use concordem_contact::law::cpm::CpmParameters;
+
+use super::*;
+
+/// Three spheres of concrete in a row, the first two bonded; the third comes from the right.
+fn three_spheres(kinematics: MotionMeasure) -> Assembly {
+    let position = [Vec3::zeros(), Vec3::new(2e-3, 0.0, 0.0), Vec3::new(4.1e-3, 0.0, 0.0)];
+    let velocity = [Vec3::zeros(), Vec3::new(0.1, 0.02, 0.0), Vec3::new(-3.0, 0.0, 0.0)];
+    let bodies = Bodies {
+        id: &[7, 3, 11],
+        position: &position,
+        velocity: &velocity,
+        orientation: &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        angular_velocity: &[Vec3::zeros(); 3],
+        radius: &[1e-3; 3],
+        mass: &[1e-5; 3],
+        inertia: &[4e-12; 3],
+        material: &[0; 3],
+        constraint: &[0; 3],
+    };
+    let contacts = Contacts {
+        pair: &[[1, 0]],
+        image: &[[0; 3]],
+        bonded: &[true],
+        length: &[2e-3],
+        area: &[3e-6],
+        normal: &[Vec3::new(-1.0, 0.0, 0.0)],
+        distance: &[2e-3],
+        history: &[0.0, 2e-4, 0.3, 0.0, 0.0, 0.0, 1e-5, 0.0, 0.0, 0.0, 0.0],
+    };
+    let parameters = CpmParameters::new(25e9, 0.2, 3e6, 0.6, 1e-4, 10.0);
+    let pairs = vec![PairParameters { a: 0, b: 0, parameters }];
+    let origin = Origin::Concrete { kinematics, materials: 1, damping: 0.0, gravity: [0.0; 3], pairs };
+    Assembly::concrete(&bodies, &contacts, origin, None, 1e-7).expect("it is sound")
+}
+
+/// Move the spheres as a host does; returns the bits of the forces of all steps.
+fn drive(assembly: &mut Assembly, steps: usize) -> Vec<u64> {
+    let mut bits = Vec::new();
+    for _ in 0..steps {
+        let p = &assembly.state.particles;
+        let (position, velocity, angular_velocity) = (p.position.clone(), p.velocity.clone(), p.angular_velocity.clone());
+        let motion = |k: usize| BodyState {
+            position: position[k] + velocity[k] * 1e-7,
+            velocity: velocity[k],
+            angular_velocity: angular_velocity[k],
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            constraint: 0,
+        };
+        assembly.take_motions(1e-7, |k, _| Ok(motion(k))).expect("finite");
+        assembly.find_forces(1e-7, None, true).expect("a step");
+        bits.extend(assembly.solver.forces().iter().flat_map(|f| f.iter().map(|x| x.to_bits())));
+    }
+    bits
+}
+
+#[test]
+fn a_saved_assembly_continues_with_the_same_bits() {
+    for kinematics in [MotionMeasure::Finite, MotionMeasure::YadeRatcheting] {
+        let mut straight = three_spheres(kinematics);
+        drive(&mut straight, 500);
+        let words = straight.to_words().expect("words");
+        let mut again = Assembly::from_words(&words).expect("the same");
+        assert_eq!(again.to_words().expect("words"), words);
+        let forces = drive(&mut straight, 500);
+        assert_eq!(drive(&mut again, 500), forces);
+        assert!(forces.iter().any(|&bits| f64::from_bits(bits).abs() > 0.1), "something acts");
+    }
+}
+
+#[test]
+fn cut_words_are_refused() {
+    let words = three_spheres(MotionMeasure::Finite).to_words().expect("words");
+    for length in (0..words.len()).step_by(7) {
+        assert!(Assembly::from_words(&words[..length]).is_err(), "{length} of {}", words.len());
+    }
+}
+
+#[test]
+fn invalid_input_is_refused() {
+    let mut assembly = three_spheres(MotionMeasure::Finite);
+    let nan = Vec3::new(f64::NAN, 0.0, 0.0);
+    let place = assembly.state.particles.id.iter().position(|&id| id == 11).expect("it is there");
+    let motion = |k| BodyState { velocity: if k == place { nan } else { Vec3::zeros() }, ..BodyState::default() };
+    let message = assembly.take_motions(1e-7, |k, _| Ok(motion(k))).expect_err("not finite");
+    assert!(message.contains("body 11"), "{message}");
+    assert!(assembly.find_forces(0.0, None, false).expect_err("no step").contains("time step"));
+    let cell = cell_of(Mat3::identity(), Mat3::identity(), Mat3::zeros(), 1e-7);
+    assert!(assembly.find_forces(1e-7, Some(cell), false).expect_err("no cell").contains("periodic"));
+    assert!(motion_measure("nonsense").expect_err("unknown").contains("first-order"));
+}

@@ -1,0 +1,276 @@
+//! What the shim passes to the bonded engine, and its conversion into Rust.
+
+#![allow(unsafe_code)] // pointers of the shim
+
+use std::ffi::{CStr, c_char};
+
+use concordem_c_abi::slice;
+use concordem_contact::law::cpm::{CpmFormulation, CpmParameters, DamageLaw};
+use concordem_contact::math::Mat3;
+use concordem_solver::state::Cell;
+
+use crate::assembly::{Bodies, Contacts, Origin, PairParameters, cell_of, motion_measure};
+
+/// Columns of `count` bodies, see `Bodies` in `src/assembly/concrete.rs`; vectors are three reals, orientations four.
+#[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct BodyArrays {
+    count: usize,
+    id: *const u32,
+    position: *const f64,
+    velocity: *const f64,
+    orientation: *const f64,
+    angular_velocity: *const f64,
+    radius: *const f64,
+    mass: *const f64,
+    inertia: *const f64,
+    material: *const u32,
+    constraint: *const u32,
+}
+
+/// Columns of `count` contacts, see `Contacts` in `src/assembly/concrete.rs`.
+#[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct ContactArrays {
+    count: usize,
+    pair: *const u32,
+    image: *const i8,
+    bonded: *const u8,
+    length: *const f64,
+    area: *const f64,
+    normal: *const f64,
+    distance: *const f64,
+    history: *const f64,
+}
+
+/// Parameters of concrete between the materials `a` and `b`, as in YADE's material and law.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct PairCoefficients {
+    a: u32,
+    b: u32,
+    young: f64,
+    shear_ratio: f64,
+    cohesion: f64,
+    friction_angle: f64,
+    crack_onset: f64,
+    ductility: f64,
+    shear_contribution: f64,
+    prestress: f64,
+    omega_threshold: f64,
+    soft_strain: f64,
+    relative_soft_stiffness: f64,
+    damage_law: i32,
+    never_damage: i32,
+}
+
+/// Edges (m, columns), deformation gradient, and velocity gradient (1/s) of the cell, row by row.
+#[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct CellArrays {
+    edges: [f64; 9],
+    gradient: [f64; 9],
+    rate: [f64; 9],
+}
+
+/// Counts and energies of an assembly: the energies (J) dissipated by damage, friction, and dashpots, the error of the work rule,
+/// and the stored energy.
+#[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct Facts {
+    pub(super) particles: usize,
+    pub(super) bonds: usize,
+    pub(super) broken: u64,
+    pub(super) steps: u64,
+    pub(super) neighbor_list_rebuilds: u64,
+    pub(super) dissipated: [f64; 4],
+    pub(super) stored: f64,
+    pub(super) needs_rotation: i32,
+    pub(super) threads: i32,
+}
+
+/// Concrete to take over.
+#[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct ConcreteScene {
+    bodies: *const BodyArrays,
+    contacts: *const ContactArrays,
+    /// Parameters of all pairs of materials.
+    pairs: *const PairCoefficients,
+    pair_count: usize,
+    material_count: usize,
+    /// Name of the measure of motion.
+    kinematics: *const c_char,
+    /// Form of the law: yade-public, thesis, or woo.
+    formulation: *const c_char,
+    /// Null: not periodic.
+    pub(super) cell: *const CellArrays,
+    /// Time step, s.
+    pub(super) dt: f64,
+}
+
+/// The scene at one step.
+#[repr(C)]
+#[derive(Debug)]
+#[cfg_attr(test, derive(type_layout::TypeLayout))]
+pub struct BondedStep {
+    /// Whether (1) or not (0) particle `k` is still body `id` of the scene; called from several threads with `context`. States of
+    /// bodies that are gone are not read.
+    pub(super) present: extern "C" fn(context: *const std::ffi::c_void, k: usize, id: u32) -> i32,
+    pub(super) context: *const std::ffi::c_void,
+    /// For each particle the addresses of its position, velocity, angular velocity (three reals each), and orientation (x, y, z, w).
+    pub(super) states: *const [*const f64; 4],
+    /// For each particle the address of the mask of its prescribed degrees of freedom.
+    pub(super) blocked: *const *const u32,
+    /// Null: not periodic.
+    pub(super) cell: *const CellArrays,
+    /// Stops OpenMP's waiting threads (`omp_pause_resource_all`); null: there are none.
+    pub(super) pause: Option<unsafe extern "C" fn(kind: i32) -> i32>,
+    /// Time step, s.
+    pub(super) dt: f64,
+    /// Whether to sum stored energies.
+    pub(super) sample: i32,
+}
+
+/// The text at `pointer`.
+///
+/// # Safety
+/// `pointer` must lead to a string that ends with a zero byte.
+pub(super) unsafe fn text<'a>(pointer: *const c_char) -> Result<&'a str, String> {
+    // SAFETY: the caller's promise.
+    unsafe { CStr::from_ptr(pointer) }.to_str().map_err(|error| error.to_string())
+}
+
+/// The cell, if there is one.
+///
+/// # Safety
+/// `arrays` must be null or lead to a cell.
+pub(super) unsafe fn cell(arrays: *const CellArrays, dt: f64) -> Option<Cell> {
+    // SAFETY: the caller's promise.
+    let arrays = unsafe { arrays.as_ref() }?;
+    let matrix = |rows: &[f64; 9]| Mat3::from_row_slice(rows);
+    Some(cell_of(matrix(&arrays.edges), matrix(&arrays.gradient), matrix(&arrays.rate), dt))
+}
+
+impl BodyArrays {
+    /// Ids, masses, and moments of inertia.
+    ///
+    /// # Safety
+    /// The columns must have `count` rows.
+    pub(super) unsafe fn identity<'a>(&self) -> (&'a [u32], &'a [f64], &'a [f64]) {
+        // SAFETY: the caller's promise.
+        unsafe { (slice(self.id, self.count), slice(self.mass, self.count), slice(self.inertia, self.count)) }
+    }
+
+    unsafe fn view<'a>(&self) -> Bodies<'a> {
+        let n = self.count;
+        // SAFETY: the columns have `count` rows.
+        unsafe {
+            Bodies {
+                id: slice(self.id, n),
+                position: slice(self.position.cast(), n),
+                velocity: slice(self.velocity.cast(), n),
+                orientation: slice(self.orientation, 4 * n),
+                angular_velocity: slice(self.angular_velocity.cast(), n),
+                radius: slice(self.radius, n),
+                mass: slice(self.mass, n),
+                inertia: slice(self.inertia, n),
+                material: slice(self.material, n),
+                constraint: slice(self.constraint, n),
+            }
+        }
+    }
+}
+
+impl ContactArrays {
+    /// `bonded` are this object's flags as truth values.
+    unsafe fn view<'a>(&self, bonded: &'a [bool]) -> Contacts<'a> {
+        let n = self.count;
+        // SAFETY: the columns have `count` rows.
+        unsafe {
+            Contacts {
+                pair: slice(self.pair.cast(), n),
+                image: slice(self.image.cast(), n),
+                bonded,
+                length: slice(self.length, n),
+                area: slice(self.area, n),
+                normal: slice(self.normal.cast(), n),
+                distance: slice(self.distance, n),
+                history: slice(self.history, 11 * n),
+            }
+        }
+    }
+}
+
+impl PairCoefficients {
+    fn parameters(&self, formulation: CpmFormulation) -> Result<PairParameters, String> {
+        let damage_law = match self.damage_law {
+            0 => DamageLaw::Linear,
+            1 => DamageLaw::Exponential,
+            other => return Err(format!("damLaw of a material is {other}; it may be 0 or 1")),
+        };
+        let parameters = CpmParameters {
+            mode: formulation,
+            damage_law,
+            omega_threshold: self.omega_threshold,
+            never_damage: self.never_damage != 0,
+            shear_contribution: self.shear_contribution,
+            soft_strain: self.soft_strain,
+            relative_soft_stiffness: self.relative_soft_stiffness,
+            isotropic_prestress: self.prestress,
+            ..CpmParameters::new(
+                self.young,
+                self.shear_ratio,
+                self.cohesion,
+                self.friction_angle,
+                self.crack_onset,
+                self.ductility,
+            )
+        };
+        Ok(PairParameters { a: self.a as u16, b: self.b as u16, parameters })
+    }
+}
+
+/// The form of the concrete law with this name.
+fn formulation_of(name: &str) -> Result<CpmFormulation, String> {
+    match name {
+        "yade-public" => Ok(CpmFormulation::YadePublic),
+        "thesis" => Ok(CpmFormulation::Thesis),
+        "woo" => Ok(CpmFormulation::Woo),
+        other => Err(format!("mode is \"{other}\"; it may be \"yade-public\", \"thesis\", \"woo\"")),
+    }
+}
+
+impl ConcreteScene {
+    /// Call `take` with the bodies, the contacts, and the origin of the assembly.
+    ///
+    /// # Safety
+    /// The pointers must lead to what the fields say.
+    pub(super) unsafe fn with<T>(
+        &self,
+        take: impl FnOnce(&Bodies<'_>, &Contacts<'_>, Origin) -> Result<T, String>,
+    ) -> Result<T, String> {
+        // SAFETY: the caller's promise.
+        unsafe {
+            let contacts = &*self.contacts;
+            let bonded: Vec<bool> = slice(contacts.bonded, contacts.count).iter().map(|&flag| flag != 0).collect();
+            let formulation = formulation_of(text(self.formulation)?)?;
+            let pairs: Result<Vec<PairParameters>, String> =
+                slice(self.pairs, self.pair_count).iter().map(|pair| pair.parameters(formulation)).collect();
+            let origin = Origin::Concrete {
+                kinematics: motion_measure(text(self.kinematics)?)?,
+                materials: self.material_count,
+                damping: 0.0,
+                gravity: [0.0; 3],
+                pairs: pairs?,
+            };
+            take(&(*self.bodies).view(), &contacts.view(&bonded), origin)
+        }
+    }
+}

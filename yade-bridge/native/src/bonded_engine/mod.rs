@@ -1,0 +1,248 @@
+//! The bonded engine as C functions: the shim creates an [`Assembly`], steps it, and reads it.
+//!
+//! A function that can fail returns −1 or a null pointer and writes a message; none unwinds into C++.
+
+// C functions: the pointers are the shim's, as its header documents.
+#![allow(unsafe_code, clippy::missing_safety_doc)]
+
+mod arrays;
+mod particle_results;
+
+use std::ffi::c_char;
+
+use concordem_c_abi::{Message, guarded, slice};
+use concordem_contact::math::{Mat3, Vec3};
+use concordem_contact::prefetch::{AHEAD, prefetch};
+use concordem_operator::stress::region_stress;
+use concordem_operator::{Region, Truncation};
+
+use crate::assembly::{Assembly, BodyState, PAUSE_SOFT};
+#[cfg(test)]
+pub use arrays::{CellArrays, ContactArrays, PairCoefficients};
+pub use arrays::{BodyArrays, BondedStep, ConcreteScene, Facts};
+use arrays::{cell, text};
+
+/// Bonds of a scene with the threads that compute their forces.
+pub struct Bonds {
+    assembly: Assembly,
+    pool: rayon::ThreadPool,
+}
+
+/// A new assembly with `threads` threads; null and a message if it cannot be made.
+unsafe fn boxed(message: *const Message, threads: i32, make: impl FnOnce() -> Result<Assembly, String>) -> *mut Bonds {
+    let mut made = std::ptr::null_mut();
+    // SAFETY: the message is the shim's.
+    unsafe {
+        guarded(message, || {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1) as usize).build();
+            let pool = pool.map_err(|error| format!("cannot start {threads} threads: {error}"))?;
+            let assembly = make()?;
+            made = Box::into_raw(Box::new(Bonds { assembly, pool }));
+            Ok::<_, String>(0)
+        });
+    }
+    made
+}
+
+/// Concrete taken over from the scene; null and a message if this is not possible.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_yade_bonds_concrete(
+    scene: *const ConcreteScene,
+    threads: i32,
+    message: *const Message,
+) -> *mut Bonds {
+    // SAFETY: the shim's arrays, of the lengths it states.
+    unsafe {
+        boxed(message, threads, || {
+            let scene = &*scene;
+            scene.with(|bodies, contacts, origin| {
+                Assembly::concrete(bodies, contacts, origin, cell(scene.cell, scene.dt), scene.dt)
+            })
+        })
+    }
+}
+
+/// Bonds of a scenario between bodies of the scene, of which only id, mass, and inertia are read; null and a message if this is not
+/// possible.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_yade_bonds_scenario(
+    scenario: *const c_char,
+    bodies: *const BodyArrays,
+    dt: f64,
+    threads: i32,
+    message: *const Message,
+) -> *mut Bonds {
+    // SAFETY: the shim's arrays, of the lengths it states.
+    unsafe {
+        boxed(message, threads, || {
+            let (id, mass, inertia) = (*bodies).identity();
+            Assembly::of_text(text(scenario)?, id, mass, inertia, dt)
+        })
+    }
+}
+
+/// The assembly that [`concordem_yade_bonds_words`] saved; null and a message if the words are not valid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_yade_bonds_load(
+    words: *const i32,
+    count: usize,
+    threads: i32,
+    message: *const Message,
+) -> *mut Bonds {
+    // SAFETY: the shim's array.
+    unsafe { boxed(message, threads, || Assembly::from_words(slice(words, count))) }
+}
+
+/// Delete an assembly.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_yade_bonds_delete(bonds: *mut Bonds) {
+    if !bonds.is_null() {
+        // SAFETY: made here, deleted once.
+        drop(unsafe { Box::from_raw(bonds) });
+    }
+}
+
+/// Save the assembly: call `take` once with `context`, the words, and their number. 0, or −1 and a message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_yade_bonds_words(
+    bonds: *const Bonds,
+    take: extern "C" fn(context: *mut std::ffi::c_void, words: *const i32, count: usize),
+    context: *mut std::ffi::c_void,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: the shim's own.
+    unsafe {
+        guarded(message, || {
+            let words = (*bonds).assembly.to_words()?;
+            take(context, words.as_ptr(), words.len());
+            Ok::<_, String>(0)
+        })
+    }
+}
+
+/// Counts and energies.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_yade_bonds_facts(bonds: *const Bonds, facts: *mut Facts) {
+    // SAFETY: the shim's own.
+    unsafe {
+        let Bonds { assembly: a, pool } = &*bonds;
+        *facts = Facts {
+            particles: a.state.particles.len(),
+            bonds: a.state.bond_count(),
+            broken: a.broken,
+            steps: a.state.clock.step,
+            neighbor_list_rebuilds: a.solver.neighbor_rebuilds(),
+            dissipated: a.dissipated,
+            stored: a.stored,
+            needs_rotation: i32::from(a.needs_rotation),
+            threads: pool.current_num_threads() as i32,
+        };
+    }
+}
+
+/// Ids of the bodies in the order of the particles; as many as `Facts::particles`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_yade_bonds_ids(bonds: *const Bonds) -> *const u32 {
+    // SAFETY: the shim's own.
+    unsafe { (*bonds).assembly.state.particles.id.as_ptr() }
+}
+
+/// Addresses of the forces (N) and torques (N·m) of the last step, three reals for each particle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_yade_bonds_forces(
+    bonds: *const Bonds,
+    force: *mut *const f64,
+    torque: *mut *const f64,
+) {
+    // SAFETY: the shim's own.
+    unsafe {
+        let solver = &(*bonds).assembly.solver;
+        *force = solver.forces().as_ptr().cast();
+        *torque = solver.torques().as_ptr().cast();
+    }
+}
+
+/// One step at the positions and velocities of the bodies; the number of bonds that broke, or −1 and a message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_yade_bonds_step(
+    bonds: *mut Bonds,
+    step: *const BondedStep,
+    message: *const Message,
+) -> i64 {
+    // SAFETY: as many rows as particles; each address is that of a living state of the scene.
+    unsafe {
+        guarded(message, || {
+            let Bonds { assembly, pool } = &mut *bonds;
+            let step = &*step;
+            if let Some(pause) = step.pause.filter(|_| assembly.wants_host_threads_paused(pool.current_num_threads())) {
+                pause(PAUSE_SOFT);
+            }
+            let count = assembly.state.particles.len();
+            // As integers: several threads read through these addresses, and nobody writes meanwhile.
+            let states = slice(step.states.cast::<[usize; 4]>(), count);
+            let blocked = slice(step.blocked.cast::<usize>(), count);
+            let (rotation, constraint) = (assembly.needs_rotation, assembly.needs_constraint);
+            let (dt, sample, present) = (step.dt, step.sample != 0, step.present);
+            let cell = cell(step.cell, dt);
+            let context = step.context as usize;
+            let broken = pool.install(|| {
+                assembly.take_motions(dt, |k, body| {
+                    if present(context as *const std::ffi::c_void, k, body) == 0 {
+                        return Err(format!(
+                            "body {body} is gone or was replaced; its bonds cannot go on. release() the engine first"
+                        ));
+                    }
+                    if let Some(next) = states.get(k + AHEAD) {
+                        next[..if rotation { 4 } else { 3 }].iter().for_each(|&address| prefetch(address));
+                    }
+                    let [position, velocity, angular_velocity, orientation] = states[k];
+                    let vector = |address: usize| Vec3::from(*(address as *const [f64; 3]));
+                    Ok(BodyState {
+                        position: vector(position),
+                        velocity: vector(velocity),
+                        angular_velocity: vector(angular_velocity),
+                        orientation: if rotation { *(orientation as *const [f64; 4]) } else { [0.0; 4] },
+                        constraint: if constraint { *(blocked[k] as *const u32) } else { 0 },
+                    })
+                })?;
+                assembly.find_forces(dt, cell, sample)
+            })?;
+            Ok::<_, String>(broken as i64)
+        })
+    }
+}
+
+/// `Σ l⊗f` over all contacts at the current positions, J: nine reals row by row, branch first. 0, or −1 and a message.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn concordem_yade_bonds_virial(
+    bonds: *mut Bonds,
+    virial: *mut [f64; 9],
+    message: *const Message,
+) -> i64 {
+    // SAFETY: nine reals.
+    unsafe {
+        guarded(message, || {
+            let Bonds { assembly, pool } = &mut *bonds;
+            let forces =
+                pool.install(|| assembly.solver.record(&mut assembly.state)).map_err(|error| error.to_string())?;
+            let contacts = forces.contacts.set(&assembly.state.particles).map_err(|error| error.to_string())?;
+            // Over a volume of 1 the stress is the sum.
+            let all = Region::All { volume: 1.0 };
+            let sum =
+                region_stress(&contacts, &all, Truncation::BranchClipped, None).map_err(|error| error.to_string())?;
+            *virial = row_by_row(&sum.stress);
+            Ok::<_, String>(0)
+        })
+    }
+}
+
+/// Components of a tensor, row by row.
+fn row_by_row(tensor: &Mat3) -> [f64; 9] {
+    std::array::from_fn(|k| tensor[(k / 3, k % 3)])
+}
+
+/// Hash of the C header that this library was built with; the shim compares it with its own.
+#[unsafe(no_mangle)]
+pub extern "C" fn concordem_yade_header_hash() -> u64 {
+    concordem_c_abi::header_hash(include_bytes!("../../shim/abi.h"))
+}

@@ -1,0 +1,18 @@
+//! Operators on NumPy arrays. Contiguous arrays of the right type are not copied; the interpreter's lock is released during sums.
+
+mod contacts;
+mod couple_stress;
+mod fields;
+mod stiffness;
+mod stress;
+
+use pyo3::prelude::*;
+
+type Any<'py> = PyResult<Bound<'py, PyAny>>;
+
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    stress::register(module)?;
+    couple_stress::register(module)?;
+    fields::register(module)?;
+    stiffness::register(module)
+}
