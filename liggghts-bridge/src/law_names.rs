@@ -10,9 +10,9 @@ use concordem_contact::law::LawName;
 /// the laws of contacts. Its length; −1 past the last law, or where the name does not fit.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_law_name(bonds: i32, index: i32, name: *mut c_char, capacity: usize) -> i32 {
-    let law = usize::try_from(index).ok().and_then(|index| {
-        if bonds == 0 { LawName::contacts().nth(index) } else { LawName::bonds().nth(index) }
-    });
+    let law = usize::try_from(index)
+        .ok()
+        .and_then(|index| if bonds == 0 { LawName::contacts().nth(index) } else { LawName::bonds().nth(index) });
     let Some(key) = law.map(LawName::key).filter(|key| key.len() < capacity) else { return -1 };
     // SAFETY: the caller gives `capacity` bytes.
     unsafe {

@@ -24,9 +24,7 @@ pub enum OptionError {
         name: String,
     },
     /// A word that is no law of contacts.
-    #[error(
-        "unknown law of contacts `{name}`; there are none, {}", names(LawName::contacts())
-    )]
+    #[error("unknown law of contacts `{name}`; there are none, {}", names(LawName::contacts()))]
     ContactLaw {
         /// The word.
         name: String,

@@ -291,7 +291,11 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for PairLaws<L, FRAMED> {
             position: vec3(&contact.position),
             velocity: vec3(&contact.velocity),
             angular_velocity,
-            rotation_increment: if FRAMED { quaternion_of_rotation_vector(&(angular_velocity * dt)) } else { Quat::identity() },
+            rotation_increment: if FRAMED {
+                quaternion_of_rotation_vector(&(angular_velocity * dt))
+            } else {
+                Quat::identity()
+            },
             orientation: Quat::identity(),
         };
         let closest_point = ClosestPoint { normal: vec3(&contact.normal), distance: contact.distance, interior: true };
@@ -317,7 +321,8 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for PairLaws<L, FRAMED> {
         let mut old = L::State::default();
         let state: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut old));
         state.copy_from_slice(&reals[Self::HEAD..]);
-        let Some(k) = L::Kinematics::measure_wall(self.mode, &motion, &closest_point, &velocity, &geometry, &previous, dt)
+        let Some(k) =
+            L::Kinematics::measure_wall(self.mode, &motion, &closest_point, &velocity, &geometry, &previous, dt)
         else {
             return none;
         };

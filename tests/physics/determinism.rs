@@ -157,7 +157,10 @@ fn bouncing_spheres_restart_anywhere() {
             }
         }
         let residual = state.ledger.residual() / state.ledger.initial;
-        println!("{began} steps with new contacts, {} searches, residual {residual:.1e}", solver_now.neighbor_rebuilds());
+        println!(
+            "{began} steps with new contacts, {} searches, residual {residual:.1e}",
+            solver_now.neighbor_rebuilds()
+        );
         assert!(began > 50, "the test must see contacts begin");
         (state_hash(&state).unwrap(), state)
     };

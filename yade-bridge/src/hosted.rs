@@ -141,7 +141,8 @@ impl Hosted {
         threads: Option<usize>,
     ) -> PyResult<Self> {
         let position: Vectors<'_> = get(bodies, "position")?;
-        let (velocity, angular_velocity): (Vectors<'_>, Vectors<'_>) = (get(bodies, "velocity")?, get(bodies, "angular_velocity")?);
+        let (velocity, angular_velocity): (Vectors<'_>, Vectors<'_>) =
+            (get(bodies, "velocity")?, get(bodies, "angular_velocity")?);
         let orientation: Rows<'_> = get(bodies, "orientation")?;
         let (radius, mass): (Scalars<'_>, Scalars<'_>) = (get(bodies, "radius")?, get(bodies, "mass")?);
         let inertia: Scalars<'_> = get(bodies, "inertia")?;

@@ -13,10 +13,18 @@ use crate::pair::{PairForce, WallContact};
 #[test]
 fn c_header_is_current() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let sources: Vec<PathBuf> =
-        ["c-abi/src/guard.rs", "src/abi/atoms.rs", "src/abi/network.rs", "src/abi/results.rs", "src/abi/pair.rs", "src/network/mod.rs", "src/law_names.rs", "src/pair.rs"]
-            .map(|name| root.join(name))
-            .into();
+    let sources: Vec<PathBuf> = [
+        "c-abi/src/guard.rs",
+        "src/abi/atoms.rs",
+        "src/abi/network.rs",
+        "src/abi/results.rs",
+        "src/abi/pair.rs",
+        "src/network/mod.rs",
+        "src/law_names.rs",
+        "src/pair.rs",
+    ]
+    .map(|name| root.join(name))
+    .into();
     Header {
         path: &root.join("shim/abi.h"),
         sources: &sources,

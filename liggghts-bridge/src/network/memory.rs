@@ -64,8 +64,9 @@ impl Network {
         let width = self.atom_width();
         for i in 0..atoms.owned {
             let memory = &mut atoms.memory[i * width + self.layout.orientation..][..4];
-            let rotated =
-                normalized(&(quaternion_of_rotation_vector(&(vector(atoms.angular_velocity, i) * atoms.dt)) * orientation(memory)));
+            let rotated = normalized(
+                &(quaternion_of_rotation_vector(&(vector(atoms.angular_velocity, i) * atoms.dt)) * orientation(memory)),
+            );
             memory.copy_from_slice(rotated.coords.as_slice());
         }
     }

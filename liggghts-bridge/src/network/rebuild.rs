@@ -51,7 +51,9 @@ impl Network {
                 continue;
             }
             match ends {
-                [Some(a), Some(b)] => longest = longest.max(self.place_record(record, [a, b], &atoms.edge, mean_radius)?),
+                [Some(a), Some(b)] => {
+                    longest = longest.max(self.place_record(record, [a, b], &atoms.edge, mean_radius)?)
+                }
                 [a, _] if record.kind == Kind::Bond => {
                     let (tag, partner) = if a.is_some() { (0, 1) } else { (1, 0) };
                     let [tag, partner] = [record.tags[tag], record.tags[partner]];

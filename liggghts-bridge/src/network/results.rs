@@ -256,7 +256,11 @@ impl Network {
                     let [ta, tb] = self.tags_of(pair);
                     let (area, damage, bonded) = if exists {
                         let view = block.view(k);
-                        (view.reference.area, block.damage(k), f64::from(u8::from(view.flags.has(ContactFlags::BONDED))))
+                        (
+                            view.reference.area,
+                            block.damage(k),
+                            f64::from(u8::from(view.flags.has(ContactFlags::BONDED))),
+                        )
                     } else {
                         (0.0, 1.0, 0.0)
                     };

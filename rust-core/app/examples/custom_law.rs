@@ -125,8 +125,7 @@ fn collide(law: Adhesive, speed: f64, dt: f64) -> (f64, f64) {
     // Row 0 of the law serves material 0 with material 0.
     let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
-    let mut state =
-        State { particles, contacts: Some(Box::new(ContactBlock::new(vec![law]))), ..State::default() };
+    let mut state = State { particles, contacts: Some(Box::new(ContactBlock::new(vec![law]))), ..State::default() };
     state.clock.dt = dt;
     let mut solver = Solver::new(Model { contact_rows: rows, ..Model::default() }, &mut state).expect("a sound model");
     let (mut tension, mut touched): (f64, bool) = (0.0, false);
@@ -143,6 +142,9 @@ fn collide(law: Adhesive, speed: f64, dt: f64) -> (f64, f64) {
     }
     (tension, state.particles.velocity[1].x - state.particles.velocity[0].x)
 }
+
+// Compiles the solver's loops over contacts for this law. The list of registered laws does it for those.
+concordem::solver::compile_loops!(Adhesive);
 
 fn main() {
     let law = Adhesive { stiffness: 1e4, pull_off: 2e3 };

@@ -141,7 +141,7 @@ fn main() {
     let set = forces.contacts.set(&before).expect("contacts");
     let walls = forces.walls.set(&before).expect("loads");
     let displacement: Vec<Vec3> = before.position.iter().zip(&places).map(|(now, then)| now - then).collect();
-    let rotation: Vec<Vec3> = before.orientation.iter().map(concordem::schedule::samples::rotation_vector).collect();
+    let rotation: Vec<Vec3> = before.orientation.iter().map(concordem::sampling::rotation_vector).collect();
     let fit = affine_fit(&places, &displacement, &rotation, &region, None, Dimension::Three).expect("particles");
     let now =
         affine_fit(&before.position, &displacement, &rotation, &region, None, Dimension::Three).expect("particles");

@@ -15,15 +15,14 @@ use std::time::Instant;
 use concordem::kinematics::MotionMeasure;
 use concordem::kinematics::deformable::{Condition, Deformable, Update};
 use concordem::law::{
-    CohesiveBeam, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, LinearBond, ParameterError,
-    Section,
+    CohesiveBeam, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional, LinearBond, ParameterError, Section,
 };
 use concordem::neighbor::spatial_order;
 use concordem::packing::bonding::bond;
 use concordem::packing::import_text;
 use concordem::packing::mass_of;
-use concordem::solver::integrate::Damping;
 use concordem::solver::forces::LawLoops;
+use concordem::solver::integrate::Damping;
 use concordem::solver::{Model, PairCoefficients, Solver};
 use concordem::state::contacts::{ContactBlock, Contacts};
 use concordem::state::{Constraint, Particles, State};

@@ -4,18 +4,9 @@ use rayon::prelude::*;
 
 use super::contact_set::ContactSet;
 use super::error::{OperatorError, check_length};
-use super::info::OperatorInfo;
 use super::region::Period;
 use super::strain::Dimension;
 use concordem_contact::math::{Mat3, Vec3};
-
-/// Fields at points with a smooth kernel: [`coarse_grain`].
-pub const COARSE_GRAIN: OperatorInfo = OperatorInfo {
-    name: "coarse-grain",
-    unit: "Pa",
-    equation: "σ = Σ_c l⊗f ∫₀¹ φ(r − x_A − s l) ds",
-    source: "Goldhirsch 2010",
-};
 
 /// Nodes and weights of Gauss' rule with four points, one half.
 const NODES: [(f64, f64); 2] =

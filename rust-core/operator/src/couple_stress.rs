@@ -2,19 +2,10 @@
 
 use super::contact_set::{ContactSet, LoadSet};
 use super::error::{OperatorError, check_length, check_volume};
-use super::info::OperatorInfo;
 use super::region::{Period, Region, Truncation};
 use super::stress::{axial, particle_sums, region_stress};
 use super::sum::{sum_tiles, sums};
 use concordem_contact::math::{Mat3, Vec3};
-
-/// Stress and couple stress of a region: [`conjugate`].
-pub const COUPLE_STRESS: OperatorInfo = OperatorInfo {
-    name: "couple-stress",
-    unit: "N/m",
-    equation: "μ = −(1/V) Σ_p (x−x⁰)⊗M",
-    source: "ERDC TR-14-6 Report 3 (2019), (33), (44), (45)",
-};
 
 /// Couple stress from external loads about a body's centroid `x⁰`, N/m (operator O9; Stránský 2018, (4.31), (4.59)):
 /// `Vμ = V x⁰⊗(1×σ̄) + Σ_e x^e⊗c^e`, `σ̄ = (1/V) Σ x^e⊗f^e`.

@@ -1,18 +1,9 @@
 //! Damage of contacts as damage of the material: scalar conversion and damage tensor (operator O23).
 
 use super::error::{OperatorError, check_length};
-use super::info::OperatorInfo;
 use super::sum::{sum_tiles, sums};
 use concordem_contact::math::{Mat3, Vec3, exp};
 use nalgebra::{Matrix6, Vector6};
-
-/// Damage tensors of the bonds: [`damage_tensor`], [`damage_tensor_exact`].
-pub const DAMAGE_TENSOR: OperatorInfo = OperatorInfo {
-    name: "damage-tensor",
-    unit: "1",
-    equation: "Ω = −(3/2N)(Σω) 1 + (15/2N) Σ ω n⊗n",
-    source: "Stránský 2018, (6.7)-(6.8), (6.13)",
-};
 
 /// Damage of strength `ω̂ = 1 − (1−ω)κ/ε₀` from that of stiffness `ω` at the largest strain `κ` so far, with the crack onset
 /// strain `ε₀` (Stránský 2018, (6.5)–(6.6)): the fraction of the strength that is lost.

@@ -2,15 +2,10 @@
 
 use super::contact_set::ContactSet;
 use super::error::OperatorError;
-use super::info::OperatorInfo;
 use super::region::{self, Period, Region, Truncation};
 use super::stress::particle_sums;
 use super::sum::{sum_tiles, sums};
 use concordem_contact::math::{Mat3, Vec3};
-
-/// Fabric tensor and coordination number: [`fabric`].
-pub const FABRIC: OperatorInfo =
-    OperatorInfo { name: "fabric", unit: "1", equation: "(1/N) Σ n⊗n", source: "Satake 1982" };
 
 /// Fabric of a region.
 #[derive(Debug, Clone, Copy, PartialEq)]

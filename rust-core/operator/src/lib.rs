@@ -2,8 +2,7 @@
 //!
 //! Every operator is a pure function over borrowed slices: the solver's state, arrays of a host program, and results on disk
 //! feed the same code without copies ([`ContactSet`], [`LoadSet`], [`vectors`]). Sums run over tiles of fixed size that are
-//! added in order, so a result does not depend on the number of threads. Each operator has an [`OperatorInfo`]: its name, unit,
-//! equation, and source.
+//! added in order, so a result does not depend on the number of threads.
 //!
 //! **Conventions.** SI units. Tension positive. Branch `l = x_B − x_A` with the image of B. Force and moment of a contact are
 //! those on A, the moment about the contact point; B gets the opposite. Tensors are position first: `σ_ij`: i normal, j force,
@@ -22,7 +21,6 @@ pub mod couple_stress;
 pub mod damage;
 mod error;
 pub mod fabric;
-mod info;
 pub mod power;
 mod region;
 pub mod strain;
@@ -34,5 +32,4 @@ mod tests;
 
 pub use contact_set::{Contact, ContactSet, LoadSet, moment_about_contact_point, pairs, vectors};
 pub use error::OperatorError;
-pub use info::OperatorInfo;
 pub use region::{HalfSpace, Period, Region, Truncation};

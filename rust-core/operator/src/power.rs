@@ -3,20 +3,11 @@
 use super::contact_set::ContactSet;
 use super::couple_stress::resultants;
 use super::error::{OperatorError, check_length, check_volume};
-use super::info::OperatorInfo;
 use super::strain::AffineFit;
 use super::stress::region_stress;
 use super::sum::{sum_tiles, sums};
 use super::{Region, Truncation};
 use concordem_contact::math::{Mat3, Vec3};
-
-/// Power of the contacts and its affine part: [`power`].
-pub const POWER: OperatorInfo = OperatorInfo {
-    name: "power",
-    unit: "W",
-    equation: "contacts = V σ:γ̇ + V μ:κ̇ + gap",
-    source: "this project (tests P13, P14)",
-};
 
 /// Power of the internal contacts of a body, all in W. The signs are those of power put into the contacts.
 #[derive(Debug, Clone, Copy, PartialEq)]

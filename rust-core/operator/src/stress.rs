@@ -6,46 +6,9 @@ use rayon::prelude::*;
 
 use super::contact_set::{ContactSet, LoadSet};
 use super::error::{OperatorError, check_length, check_volume};
-use super::info::OperatorInfo;
 use super::region::{self, Period, Region, Truncation};
 use super::sum::{sum_tiles, sums};
 use concordem_contact::math::{Mat3, Vec3};
-
-/// Stress of a region by the branch sum: [`region_stress`].
-pub const REGION_STRESS: OperatorInfo = OperatorInfo {
-    name: "region-stress",
-    unit: "Pa",
-    equation: "σ = (1/V) Σ_c w_c l⊗f",
-    source: "Stránský 2018, (4.56)",
-};
-
-/// Stress of a region as mean over its particles: [`region_stress_from_particles`].
-pub const PARTICLE_STRESS: OperatorInfo = OperatorInfo {
-    name: "particle-stress",
-    unit: "Pa",
-    equation: "σ = (1/V) Σ_p V_p σ_p, V_p σ_p = Σ_c r⊗f",
-    source: "ERDC TR-14-6 Report 3 (2019), (8)-(9)",
-};
-
-/// Stress of a body from the forces on its boundary: [`boundary_stress`].
-pub const BOUNDARY_STRESS: OperatorInfo = OperatorInfo {
-    name: "boundary-stress",
-    unit: "Pa",
-    equation: "σ = (1/V) Σ_e x⊗f",
-    source: "Stránský 2018, (4.54)",
-};
-
-/// Traction of particles on a wall: [`wall_traction`].
-pub const WALL_TRACTION: OperatorInfo =
-    OperatorInfo { name: "wall-traction", unit: "Pa", equation: "t = f/A", source: "definition" };
-
-/// Solid fraction and porosity of a region: [`solid_fraction`].
-pub const POROSITY: OperatorInfo = OperatorInfo {
-    name: "porosity",
-    unit: "1",
-    equation: "1 − n_s, n_s = (1/V) Σ_p V_p",
-    source: "ERDC TR-14-6 Report 3 (2019), (9)",
-};
 
 /// How the branch of a contact is divided between its two particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]

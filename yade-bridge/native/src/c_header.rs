@@ -7,9 +7,7 @@ use concordem_c_abi::header::{FieldNames, Header, TypeLayout};
 
 use crate::beam::{BeamContact, BeamParameters};
 use crate::body_motion::BodyMotion;
-use crate::bonded_engine::{
-    BodyArrays, BondedStep, CellArrays, ConcreteScene, ContactArrays, Facts, PairCoefficients,
-};
+use crate::bonded_engine::{BodyArrays, BondedStep, CellArrays, ConcreteScene, ContactArrays, Facts, PairCoefficients};
 use crate::concrete::CpmContact;
 use crate::deformation::{BondForce, DeformableBody, DeformableScene, DeformationEnergies, Elasticity};
 use crate::linear_bond::{BondedBody, LinearBondContact, LinearBondParameters};

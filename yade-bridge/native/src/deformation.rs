@@ -219,7 +219,10 @@ impl DeformationScratch {
 /// # Safety
 /// The message must be the shim's.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn concordem_yade_deformation_scratch(threads: i32, message: *const Message) -> *mut DeformationScratch {
+pub unsafe extern "C" fn concordem_yade_deformation_scratch(
+    threads: i32,
+    message: *const Message,
+) -> *mut DeformationScratch {
     let mut made = std::ptr::null_mut();
     // SAFETY: the caller's promise.
     unsafe {

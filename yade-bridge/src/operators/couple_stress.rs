@@ -6,8 +6,8 @@ use concordem::operator::moment_about_contact_point;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use super::contacts::{Contacts, Loads};
 use super::Any;
+use super::contacts::{Contacts, Loads};
 use crate::arrays::{Vector, Vectors, result, tensor, vector, vectors};
 use crate::errors::OrRaise;
 use crate::regions::{PyPeriod, PyRegion, or_zero, period};

@@ -5,11 +5,12 @@ use concordem::operator::coarse_grain::{self, Kernel};
 use concordem::operator::{damage, fabric, power};
 use pyo3::prelude::*;
 
-use super::contacts::Contacts;
 use super::Any;
+use super::contacts::Contacts;
 use crate::arrays::{Scalars, Vectors, result, scalars, tensor, tensors, vectors};
 use crate::errors::OrRaise;
 use crate::regions::{PyPeriod, PyRegion, dimension, period, truncation};
+use crate::strain::PyAffineFit;
 
 /// Fabric tensor, mean of n⊗n over the branch directions n, and coordination number of a region. Returns Fabric.
 ///

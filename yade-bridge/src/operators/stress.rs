@@ -5,8 +5,8 @@ use concordem::operator::stress::{self, ParticleVolume};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use super::contacts::{Contacts, Loads, loads_or_none};
 use super::Any;
+use super::contacts::{Contacts, Loads, loads_or_none};
 use crate::arrays::{Scalars, Tensor, Vector, Vectors, result, scalars, tensor, tensors, vector};
 use crate::errors::OrRaise;
 use crate::regions::{PyPeriod, PyRegion, partition, period, truncation};

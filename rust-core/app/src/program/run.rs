@@ -117,6 +117,7 @@ fn operator_table(sample: &ScheduledOperator) -> OperatorTable {
     let grid =
         sample.grid.map_or_else(String::new, |[x, y, z]| format!(", in each of {x} x {y} x {z} cells, x fastest"));
     let description = format!("{}, every {} steps{grid}", sample.operator.name(), sample.interval);
-    let column = |q: &SampledQuantity| (SeriesColumn::new(q.name, q.unit, q.description), q.components * sample.cells());
+    let column =
+        |q: &SampledQuantity| (SeriesColumn::new(q.name, q.unit, q.description), q.components * sample.cells());
     OperatorTable { name: sample.name.clone(), description, quantities: quantities.map(column).collect() }
 }

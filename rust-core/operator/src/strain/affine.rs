@@ -1,27 +1,10 @@
 //! Affine fit of motion by least squares: one 4×4 normal matrix for displacements and rotations.
 
 use crate::error::{OperatorError, check_length};
-use crate::info::OperatorInfo;
 use crate::region::{self, Period, Region, Truncation};
 use crate::stress::axial;
 use crate::sum::{sum_tiles, sums};
 use concordem_contact::math::{Mat3, Vec3};
-
-/// Affine fit of displacement and rotation: [`affine_fit`].
-pub const AFFINE_STRAIN: OperatorInfo = OperatorInfo {
-    name: "affine-strain",
-    unit: "1",
-    equation: "min Σ_p |u_p − u⁰ − G (x_p − x⁰)|²",
-    source: "Jebahi et al. 2015, (1.19)-(1.29)",
-};
-
-/// Affine fit of velocity and angular velocity: [`affine_fit`].
-pub const AFFINE_RATE: OperatorInfo = OperatorInfo {
-    name: "affine-rate",
-    unit: "1/s",
-    equation: "min Σ_p |v_p − v⁰ − L (x_p − x⁰)|²",
-    source: "Jebahi et al. 2015, (1.19)-(1.29)",
-};
 
 /// Affine part of the motion of particles (operator O13; Cundall's best fit: Jebahi et al. 2015, (1.19)–(1.29) with the
 /// missing transpose of (1.27); ERDC 2019, (25) with corrected blocks).

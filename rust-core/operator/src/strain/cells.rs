@@ -3,28 +3,11 @@
 use rayon::prelude::*;
 
 use crate::error::{OperatorError, check_length, check_volume};
-use crate::info::OperatorInfo;
 use crate::region::{self, Period, Region, Truncation};
 use crate::strain::Dimension;
 use crate::sum::{sum_tiles, sums};
 use crate::tessellation::Mesh;
 use concordem_contact::math::{Mat3, Vec3};
-
-/// Displacement gradient by Delaunay cells: [`cell_strain`].
-pub const CELL_STRAIN: OperatorInfo = OperatorInfo {
-    name: "cell-strain",
-    unit: "1",
-    equation: "G = (1/V) Σ_faces ū⊗A",
-    source: "Jebahi et al. 2015, (1.14)-(1.15)",
-};
-
-/// Velocity gradient by Delaunay cells: [`cell_strain`].
-pub const CELL_RATE: OperatorInfo = OperatorInfo {
-    name: "cell-rate",
-    unit: "1/s",
-    equation: "L = (1/V) Σ_faces v̄⊗A",
-    source: "Jebahi et al. 2015, (1.14)-(1.15)",
-};
 
 /// Displacement gradient of one cell of a triangulation.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -1,28 +1,11 @@
 //! Strain of contact cells with particle rotations (operator O17).
 
 use crate::error::{OperatorError, check_length, check_volume};
-use crate::info::OperatorInfo;
 use crate::region::Period;
 use crate::strain::cells::size;
 use crate::sum::{sum_tiles, sums};
 use crate::tessellation::{Neighbor, PowerDiagram};
 use concordem_contact::math::{Mat3, Vec3};
-
-/// Strain by contact cells with rotations: [`satake_strain`].
-pub const CONTACT_CELL_STRAIN: OperatorInfo = OperatorInfo {
-    name: "contact-cell-strain",
-    unit: "1",
-    equation: "(1/V) Σ c⊗d",
-    source: "Satake 2004; Jebahi et al. 2015, (1.30)-(1.34)",
-};
-
-/// Strain rate by contact cells with angular velocities: [`satake_strain`].
-pub const CONTACT_CELL_RATE: OperatorInfo = OperatorInfo {
-    name: "contact-cell-rate",
-    unit: "1/s",
-    equation: "(1/V) Σ ċ⊗d",
-    source: "Satake 2004; Jebahi et al. 2015, (1.30)-(1.34)",
-};
 
 /// Strain by contact cells.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -84,4 +84,3 @@ pub struct Contacts {
 fn one() -> Number {
     Number::new(1.0)
 }
-

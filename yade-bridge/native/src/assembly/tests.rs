@@ -41,7 +41,8 @@ fn drive(assembly: &mut Assembly, steps: usize) -> Vec<u64> {
     let mut bits = Vec::new();
     for _ in 0..steps {
         let p = &assembly.state.particles;
-        let (position, velocity, angular_velocity) = (p.position.clone(), p.velocity.clone(), p.angular_velocity.clone());
+        let (position, velocity, angular_velocity) =
+            (p.position.clone(), p.velocity.clone(), p.angular_velocity.clone());
         let motion = |k: usize| BodyState {
             position: position[k] + velocity[k] * 1e-7,
             velocity: velocity[k],

@@ -17,9 +17,9 @@ use concordem_operator::stress::region_stress;
 use concordem_operator::{Region, Truncation};
 
 use crate::assembly::{Assembly, BodyState, PAUSE_SOFT};
+pub use arrays::{BodyArrays, BondedStep, ConcreteScene, Facts};
 #[cfg(test)]
 pub use arrays::{CellArrays, ContactArrays, PairCoefficients};
-pub use arrays::{BodyArrays, BondedStep, ConcreteScene, Facts};
 use arrays::{cell, text};
 
 /// Bonds of a scene with the threads that compute their forces.

@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use super::*;
 use crate::output::{ResultFile, csv};
-use concordem_solver::state::columns::{ColumnError, ColumnSink, ColumnSource};
+use concordem_contact::math::Vec3;
+use concordem_solver::state::columns::{Column, ColumnData, ColumnError, ColumnSink, ColumnSource};
 
 const STEPS: u64 = 40;
 const COMMIT_EVERY: u64 = 7;
