@@ -5,14 +5,14 @@ use std::f64::consts::PI;
 
 use concordem_contact::kinematics::MotionMeasure;
 use concordem_contact::kinematics::deformable::{Condition, Deformable, Update};
-use concordem_contact::law::{ContactLaw, ContactStiffness, Elastic, Frictional, HertzMindlin, LinearBond};
+use concordem_contact::law::{ContactStiffness, Elastic, Frictional, HertzMindlin, LinearBond};
 use concordem_contact::math::{Symmetric, Vec3};
 use concordem_packing::bonding::bond;
 use concordem_packing::lattice::Lattice;
 use concordem_packing::mass_of;
 use concordem_solver::coupling::convergence;
 use concordem_solver::deformation::DeformationPass;
-use concordem_solver::forces::{EvaluatedContacts, StepContext};
+use concordem_solver::forces::{EvaluatedContacts, LawLoops, StepContext};
 use concordem_solver::state::State;
 use concordem_solver::state::columns::ColumnStore;
 use concordem_solver::state::contacts::ContactBlock;
@@ -43,7 +43,7 @@ fn discs(places: &[(f64, f64)], radius: impl Fn(usize) -> f64) -> Particles {
     particles
 }
 
-fn bonded<L: ContactLaw>(particles: Particles, law: L, ratio: f64) -> State {
+fn bonded<L: LawLoops>(particles: Particles, law: L, ratio: f64) -> State {
     let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let mut bonds = ContactBlock::new(vec![law]);

@@ -185,11 +185,11 @@ fn a_host_that_moves_the_particles_gets_the_same_bits() {
 /// Steps that are sampled answer contacts one by one, those that are not in columns: the same bits, of all laws and measures, in
 /// two tiles, with rows that change, turned bodies, and bonds that break. The last step is sampled in both, so that the ledgers
 /// tell the same.
-fn columns_are_one_by_one<L: ContactLaw>(name: &str, rows: &[L], mode: MotionMeasure, periodic: bool, turned: bool) {
+fn columns_are_one_by_one<L: LawLoops>(name: &str, rows: &[L], mode: MotionMeasure, periodic: bool, turned: bool) {
     columns_are_one_by_one_in(name, rows, &Model { mode, ..Model::default() }, periodic, turned);
 }
 
-fn columns_are_one_by_one_in<L: ContactLaw>(name: &str, rows: &[L], model: &Model, periodic: bool, turned: bool) {
+fn columns_are_one_by_one_in<L: LawLoops>(name: &str, rows: &[L], model: &Model, periodic: bool, turned: bool) {
     let size = if L::NAME == LinearBond::NAME { 0.04 } else { 0.08 };
     let run = |sampled: bool| {
         let mut state = block_of(11, rows.to_vec(), periodic);

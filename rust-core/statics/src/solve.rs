@@ -139,6 +139,7 @@ mod tests {
     use super::*;
     use crate::Link;
     use concordem_contact::law::Stiffness;
+    use concordem_contact::math::Vec3;
 
     /// Cantilever of `n` links along x: stiffness of the Euler-Bernoulli beam in each.
     fn cantilever(n: usize, length: f64, ei: f64) -> LinkNetwork {
