@@ -115,16 +115,16 @@ fn block(
     Ok(block)
 }
 
-fn cannot_read(file: &Path, message: impl ToString) -> AssemblyError {
+fn cannot_read(file: &Path, message: &impl ToString) -> AssemblyError {
     AssemblyError::File { path: file.display().to_string(), message: message.to_string() }
 }
 
 /// A sphere pack in HDF5, or a text file with the columns x y z r.
 fn read_file(file: &Path) -> Result<Packing, AssemblyError> {
     if file.extension().is_some_and(|e| e == "h5" || e == "hdf5") {
-        return super::sphere_pack::read(file).map_err(|message| cannot_read(file, message));
+        return super::sphere_pack::read(file).map_err(|message| cannot_read(file, &message));
     }
-    Ok(import_text(BufReader::new(File::open(file).map_err(|error| cannot_read(file, error))?))?)
+    Ok(import_text(BufReader::new(File::open(file).map_err(|error| cannot_read(file, &error))?))?)
 }
 
 /// Tiles or crops a packing.
@@ -179,7 +179,7 @@ fn solid(shape: &schema::Shape, folder: &Path) -> Result<(Shape, Option<[f64; 3]
         }
         schema::Shape::Mesh { path, unit } => {
             let file = folder.join(path);
-            let reader = BufReader::new(File::open(&file).map_err(|error| cannot_read(&file, error))?);
+            let reader = BufReader::new(File::open(&file).map_err(|error| cannot_read(&file, &error))?);
             (Shape::Mesh(Mesh::from_stl(reader, unit.si())?), None)
         }
         schema::Shape::Periodic { .. } => {
