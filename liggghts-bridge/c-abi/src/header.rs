@@ -84,8 +84,10 @@ impl Header<'_> {
         }
         let defined = text.lines().filter(|line| line.starts_with("struct ") && line.ends_with('{')).count();
         assert!(defined == self.layouts.len(), "the header defines {defined} structures: give the layouts of all");
+        text.push('\n');
         let hash = crate::header_hash(text.as_bytes());
-        writeln!(text, "\n#define CONCORDEM_HEADER_HASH UINT64_C({hash:#018x})").expect("text grows");
+        writeln!(text, "#define CONCORDEM_HEADER_HASH UINT64_C({hash:#018x})").expect("text grows");
+        assert!(crate::header_hash(text.as_bytes()) == hash, "the library computes the same hash");
         text
     }
 
