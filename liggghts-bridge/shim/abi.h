@@ -340,6 +340,10 @@ const ConcordemPairForce *concordem_pair_recorded(const ConcordemPairRecord *rec
 /// Delete a record.
 void concordem_pair_record_delete(ConcordemPairRecord *record);
 
+/// Write the name of law number `index` to `name` (`capacity` bytes, zero at the end): of the laws of bonds with `bonds`, else of
+/// the laws of contacts. Its length; −1 past the last law, or where the name does not fit.
+int32_t concordem_law_name(int32_t bonds, int32_t index, char *name, size_t capacity);
+
 }  // extern "C"
 
 // Layout of the structures in Rust.
@@ -430,4 +434,4 @@ static_assert(offsetof(ConcordemPairArrays, torque) == 128 && sizeof(ConcordemPa
 static_assert(offsetof(ConcordemPairArrays, dt) == 136 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 144 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0xbc730952f1aafa0c)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x21823600dd7f6a31)

@@ -708,4 +708,4 @@ static_assert(offsetof(ConcordemBondedStep, dt) == 48 && sizeof(ConcordemBondedS
 static_assert(offsetof(ConcordemBondedStep, sample) == 56 && sizeof(ConcordemBondedStep::sample) == 4, "ConcordemBondedStep::sample");
 static_assert(sizeof(ConcordemBondedStep) == 64 && alignof(ConcordemBondedStep) == 8, "ConcordemBondedStep");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x6e7d98003f0f2a38)
+#define CONCORDEM_HEADER_HASH UINT64_C(0xce937a6b26c4b2f6)
