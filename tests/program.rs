@@ -620,7 +620,7 @@ fn operators_are_measured_during_and_after_a_run() {
         (vec!["--operator", "porosity", "--region", region, "--truncation", "internal-only"], "does not use this key"),
         (vec!["--operator", "stress"], "choose one of"),
         (vec!["--operator", "fabric"], "no periodic cell"),
-        (vec!["--operator", "fabric", "--region", "{ kind = \"ball\" }"], "no region of a scenario"),
+        (vec!["--operator", "fabric", "--region", "{ kind = \"ball\" }"], "not a region of a scenario"),
         (
             vec!["--operator", "fabric", "--region", "{ kind = \"all\", volume = 1 }", "--grid", "2,2,2"],
             "divides a box",

@@ -459,7 +459,7 @@ mod tests {
     fn bad_parameters_are_named() {
         let stiffness = ContactStiffness::Given { normal: 1e6, shear: 5e5 };
         let message = Frictional::new(stiffness, -0.1, 0.0).unwrap_err().to_string();
-        assert_eq!(message, "law frictional: friction = -0.1 must be finite and not negative");
+        assert_eq!(message, "law frictional: friction_coefficient = -0.1 must be finite and not negative");
         assert!(Frictional::new(ContactStiffness::Given { normal: 0.0, shear: 0.0 }, 0.1, 0.0).is_err());
         let moduli = ContactStiffness::Moduli { young_a: 1e9, young_b: f64::INFINITY, ratio: 0.3 };
         assert!(Frictional::new(moduli, 0.1, 0.0).is_err());

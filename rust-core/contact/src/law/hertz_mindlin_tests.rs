@@ -355,7 +355,7 @@ fn damped_contacts_conform() {
 #[test]
 fn bad_parameters_are_named() {
     let message = HertzMindlin::new(BODY, BODY, f64::NAN, 1.0).unwrap_err().to_string();
-    assert_eq!(message, "law hertz_mindlin: friction = NaN must be finite and not negative");
+    assert_eq!(message, "law hertz_mindlin: friction_coefficient = NaN must be finite and not negative");
     assert!(HertzMindlin::new(BODY, BODY, 0.1, 1.1).is_err());
     assert!(HertzMindlin::new(Elastic { poisson: 0.6, ..BODY }, BODY, 0.1, 1.0).is_err());
     assert!(HertzMindlin::new(BODY, BODY, 0.1, 0.5).unwrap().with_tension_from_damping(-0.1).is_err());

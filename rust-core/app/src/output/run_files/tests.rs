@@ -495,7 +495,7 @@ fn wrong_rows_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let mut files = RunFiles::create(&folder.path().join("run.h5"), header(), false).unwrap();
     let error = files.append_sample(&[1.0, 2.0]).unwrap_err().to_string();
-    assert_eq!(error, "a sample holds 2 values where the run has 3 series");
+    assert_eq!(error, "a sample has 2 values, but the run has 3 series");
     let position = [Vec3::zeros(), Vec3::x()];
     let snapshot = |name, data| Snapshot {
         time: 0.0,
