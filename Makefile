@@ -4,13 +4,14 @@ CONCORDEM := target/release/concordem
 DEMO := demo
 SCENARIOS := rust-core/scenario/src/schema/templates
 
-.PHONY: help demo liggghts lammps test test-build $(TEST_STEPS) check bench docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps test test-full test-build $(TEST_STEPS) check bench docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
 	@echo "make liggghts       the styles for LIGGGHTS and their launcher, into target/liggghts"
 	@echo "make lammps         LAMMPS and the plugin for it, into .venv-lammps and target/lammps"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be there (as root)"
+	@echo "make test-full      make test, then validate-full, the book with its code blocks, and lints (nightly)"
 	@echo "make check          formatting and lints"
 	@echo "make bench          speed of laws, neighbour search, and whole steps; ratio to YADE"
 	@echo "make docs           documentation of the library, into target/doc"
@@ -48,7 +49,7 @@ test test-build $(TEST_STEPS) validate-full: export CI := 1
 
 # One build, then independent steps, two at a time. Each says how long it took; the table is target/test-times.txt.
 # Longest first, so that none is left alone at the end.
-TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-lint test-docs test-gold
+TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 JOBS ?= 2
 
 test:
@@ -64,6 +65,7 @@ test:
 # packages in every call of cargo: another one may choose other features of dependencies, and compile them again.
 TESTED := --release --workspace --exclude concordem-python --exclude concordem-bench
 test-build:
+	$(CARGO) fmt --all --check
 	$(CARGO) build $(TESTED) --lib --bins --examples --tests
 	liggghts-bridge/build
 	liggghts-bridge/lammps/build
@@ -102,12 +104,12 @@ test-harness:
 	@.ci/timed harness-units sh -c 'cd validation && ../.venv/bin/python -m pytest -q tests'
 	@.ci/timed harness env PYTHONPATH=validation .venv/bin/python -m concordem_validate run
 
-test-lint:
-	@.ci/timed lint $(MAKE) --no-print-directory check
-
+# The pages of the book and their links. `make book` also runs the code blocks; `make check` runs clippy.
 test-docs:
-	@.ci/timed docs $(MAKE) --no-print-directory docs
-	@.ci/timed book docs/build
+	@.ci/timed $@ docs/build --pages
+
+# What is too long for every commit. The studies keep what is finished and go on there.
+test-full: test check docs book validate-full
 
 check:
 	.ci/setup build
