@@ -4,6 +4,9 @@ CONCORDEM := target/release/concordem
 DEMO := demo
 SCENARIOS := rust-core/scenario/src/schema/templates
 
+# The steps of make test, longest first, so that none is left alone at the end.
+TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
+
 .PHONY: help demo liggghts lammps test test-full test-build $(TEST_STEPS) check bench docs book validate validate-full clean-demo
 
 help:
@@ -48,8 +51,6 @@ clean-demo:
 test test-build $(TEST_STEPS) validate-full: export CI := 1
 
 # One build, then independent steps, two at a time. Each says how long it took; the table is target/test-times.txt.
-# Longest first, so that none is left alone at the end.
-TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 JOBS ?= 2
 
 test:
