@@ -2,26 +2,26 @@
 
 use crate::math::{Mat3, Vec3};
 
-/// Periodic cell. Columns of `matrix` are its three edge vectors; its motion is given by the velocity gradient.
+/// Periodic cell `H`, whose columns are the three edge vectors. It deforms by its velocity gradient `L`: `Ḣ = L H`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cell {
     /// Edge vectors as columns, m.
     pub matrix: Mat3,
     /// Deformation gradient since the start, `F = H H₀⁻¹`.
     pub deformation_gradient: Mat3,
-    /// Velocity gradient `L_ij = ∂v_i/∂x_j`, 1/s: `Ḣ = L H`.
+    /// Velocity gradient `L_ij = ∂v_i/∂x_j`, 1/s.
     pub velocity_gradient: Mat3,
     /// Change of `matrix` in the last step, m.
     pub matrix_change: Mat3,
 }
 
 impl Cell {
-    /// A resting box with the given edge lengths (m).
+    /// A box at rest with the given edge lengths (m).
     pub fn new_box(size: Vec3) -> Self {
         Self::new(Mat3::from_diagonal(&size))
     }
 
-    /// A resting cell with the given edge vectors as columns (m).
+    /// A cell at rest with the given edge vectors as columns (m).
     pub fn new(matrix: Mat3) -> Self {
         Self {
             matrix,

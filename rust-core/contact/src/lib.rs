@@ -1,9 +1,22 @@
-//! Contact mechanics: how two particles move relative to each other, and the laws that answer with a force.
+//! Contact mechanics: how two particles move relative to each other, and the laws that return their contact force.
 //!
-//! The lowest crate of ConcorDEM. It knows particles two at a time: no neighbor lists, no time stepping, no files.
+//! This is the lowest crate of ConcorDEM. It handles one pair of particles at a time and knows no neighbor lists, no time
+//! stepping, and no files. Modules depend on those above them in this list only:
+//!
+//! | module | contents |
+//! |---|---|
+//! | [`math`], [`cell`], [`columns`](mod@columns), [`prefetch`] | vectors, periodic cell, struct-of-arrays storage |
+//! | [`geometry`], [`wall`], [`constraint`], [`elastic`] | data of contacts and particles |
+//! | [`kinematics`] | relative motion of the two sides in a step |
+//! | [`law`] | force, moment, history, and energy from that motion |
+//! | [`conformance`] | tests that every law must pass |
 
 pub mod cell;
+pub mod columns;
+pub mod conformance;
 pub mod constraint;
+pub mod elastic;
+pub mod geometry;
 pub mod kinematics;
 pub mod law;
 pub mod material;

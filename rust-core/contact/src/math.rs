@@ -1,7 +1,7 @@
 //! Small vectors, quaternions and processor-independent elementary functions.
 //!
-//! All transcendental functions used by the solver come from [`libm`] (pure Rust), so that a result does not depend
-//! on the C library or processor of the machine. `sqrt` is correctly rounded everywhere and is used directly.
+//! All transcendental functions of the solver come from [`libm`] (pure Rust), so that results do not depend on the C
+//! library or processor. `sqrt` is correctly rounded on every machine, so the code calls it directly.
 
 mod symmetric;
 
@@ -9,7 +9,7 @@ pub use symmetric::Symmetric;
 
 use nalgebra::{Matrix3, Quaternion, Vector3};
 
-/// Vector of three reals. Positions in m, velocities in m/s, forces in N and so on, as the context says.
+/// Vector of three reals, in the SI unit of the quantity.
 pub type Vec3 = Vector3<f64>;
 /// 3×3 matrix of reals.
 pub type Mat3 = Matrix3<f64>;
@@ -46,16 +46,16 @@ pub fn pow(x: f64, y: f64) -> f64 {
     libm::pow(x, y)
 }
 
-/// Cube root in pure Rust.
+/// Cube root `x^(1/3)` in pure Rust.
 #[inline]
 pub fn cbrt(x: f64) -> f64 {
     libm::cbrt(x)
 }
 
-/// Sine and cosine of half an angle divided so that small angles lose nothing:
-/// unit quaternion of the rotation vector `theta` (rad): `q = (θ/|θ| sin(|θ|/2), cos(|θ|/2))`.
+/// Unit quaternion of the rotation vector `theta` (rad): `q = (θ/|θ| sin(|θ|/2), cos(|θ|/2))`.
 ///
-/// For `|θ| < 1e-2` the series in `|θ|²` is used up to `θ⁸`; its truncation error is below 1e-22.
+/// For `|θ| < 1e-2` it uses the series in `|θ|²` up to `θ⁸`, which keeps small angles exact: the truncation error is below
+/// 1e-22.
 #[inline]
 pub fn quaternion_of_rotation_vector(theta: &Vec3) -> Quat {
     let t2 = theta.norm_squared();
@@ -67,10 +67,10 @@ pub fn quaternion_of_rotation_vector(theta: &Vec3) -> Quat {
     Quat::from_parts(c, theta * (s / t))
 }
 
-/// Square of the angle (rad²) below which [`quaternion_of_small_rotation_vector`] holds.
+/// Squared angle (rad²) below which [`quaternion_of_small_rotation_vector`] is accurate.
 pub const SMALL_ANGLE_SQUARED: f64 = 1.0e-4;
 
-/// [`quaternion_of_rotation_vector`] of a vector that is known to be short, without a branch.
+/// [`quaternion_of_rotation_vector`] without a branch, for `|θ|²` below [`SMALL_ANGLE_SQUARED`].
 #[inline(always)]
 pub fn quaternion_of_small_rotation_vector(theta: &Vec3) -> Quat {
     let t2 = theta.norm_squared();
@@ -93,7 +93,7 @@ pub fn normalized(q: &Quat) -> Quat {
     Quat::from(q.coords / q.coords.norm())
 }
 
-/// A vector perpendicular to the unit vector `n`, built without branches on small components.
+/// A unit vector perpendicular to the unit vector `n`.
 #[inline]
 pub fn any_perpendicular(n: &Vec3) -> Vec3 {
     let other = if n.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
@@ -101,7 +101,7 @@ pub fn any_perpendicular(n: &Vec3) -> Vec3 {
     t / t.norm()
 }
 
-/// Vector products in the operation order of Eigen 3.4 without vectorisation, as compiled into Debian's YADE.
+/// Vector products in the operation order of Eigen 3.4 without vectorization, as compiled into Debian's YADE.
 pub mod yade_order {
     use super::Vec3;
 

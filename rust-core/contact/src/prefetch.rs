@@ -1,13 +1,14 @@
-//! Particles of contacts, and objects of hosts, lie anywhere in memory: they are fetched before they are read.
+//! Memory prefetch for particles and host objects, which lie anywhere in memory.
 //!
-//! The only unsafe code of this crate: an instruction that neither reads nor fails, whatever the address.
+//! This module contains the only unsafe code of the crate: an instruction that reads nothing and cannot fail, whatever
+//! the address.
 
 #![allow(unsafe_code)]
 
-/// How many objects of a host ahead memory is fetched.
+/// How many host objects ahead to prefetch.
 pub const AHEAD: usize = 24;
 
-/// Fetch the line of memory at an address, which will be read soon.
+/// Prefetch the cache line at an address that the program reads soon.
 #[inline(always)]
 pub fn prefetch(address: usize) {
     // Safety: a prefetch reads nothing, whatever the address.
@@ -20,7 +21,7 @@ pub fn prefetch(address: usize) {
     let _ = address;
 }
 
-/// Fetch the line of memory in which row `index` of an array begins.
+/// Prefetch the cache line in which row `index` of an array begins.
 #[inline(always)]
 pub fn prefetch_row<T>(rows: &[T], index: usize) {
     prefetch(rows.as_ptr().wrapping_add(index) as usize);

@@ -1,8 +1,8 @@
 //! Particles that deform under the forces on their surface: the deformable discrete element method (Madan 2019, chapter
 //! 2; Rojek, Zubelewicz, Madan & Nosewicz 2018, Int. J. Numer. Methods Eng. 114:828).
 //!
-//! Each particle has one uniform strain, on top of which contacts have their own local overlap. With the unit vectors
-//! `n_c` from the centre to the contact points, forces `f_c` on the particle, radius `R` and volume `V`:
+//! Each particle has one uniform strain; contacts add their own local overlap. With the unit vectors `n_c` from the center
+//! to the contact points, forces `f_c` on the particle, radius `R` and volume `V`:
 //!
 //! | | | |
 //! |---|---|---|
@@ -15,35 +15,34 @@
 //! | corrected elongation | `u_c = u − n·(R_A ε_A + R_B ε_B)·n` | (2.53) |
 //!
 //! in Pa, m, N; tension positive. Discs have unit depth. The lever is the whole radius, as in all closed forms of the
-//! source, contact points and normals are those of the undeformed particles, shear increments do not feel the
-//! deformation. The forces of a step need the strains and the strains the forces; see [`Update`].
+//! source. Contact points and normals are those of the undeformed particles, and the deformation does not change shear
+//! increments. Forces depend on the strains of the same step, and strains on the forces; see [`Update`].
 //!
-//! **Who acts.** Contacts with particles and walls; given forces, if they are said to act on the surface
-//! (`Load::dyad` of the solver); and the reactions of prescribed translations. Where a reaction meets the surface
-//! is not known; it is taken opposite to the contacts, with the lever `−R Σn/max(1, |Σn|)`: exactly opposite to a single
-//! contact, outwards at a surface, none where contacts lie all around. Gravity and inertia are body forces and have no
-//! lever.
+//! **Forces that deform.** Contacts with particles and walls; given forces, if they are said to act on the surface
+//! (`Load::dyad` of the solver); and the reactions of prescribed translations. The point where a reaction meets the surface
+//! is unknown. The model places it opposite to the contacts, with the lever `−R Σn/max(1, |Σn|)`: exactly opposite to a
+//! single contact, outwards at a surface, zero where contacts lie all around. Gravity and inertia are body forces and have
+//! no lever.
 //!
-//! **What is not conserved.** Shear forces strain the particles, but do not feel that strain, so that the scheme has no
-//! potential when they act; the ledger books what that makes or loses as a term of its own
-//! (`Ledger::deformation_other`).
+//! **Energy.** Shear forces strain the particles, but this strain does not change shear increments, so the scheme has no
+//! potential under shear. The ledger books the difference as a term of its own (`Ledger::deformation_other`).
 
 use std::f64::consts::PI;
 
 use crate::Constraint;
-use crate::law::Elastic;
+use crate::elastic::Elastic;
 use crate::math::{Symmetric, Vec3};
 
-/// Which strains go with which stresses.
+/// Relation between the strains and stresses of a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Condition {
     /// Spheres.
     #[default]
     Solid,
-    /// Discs without strain across the plane.
+    /// Discs without out-of-plane strain.
     PlaneStrain,
-    /// Discs without stress across the plane.
+    /// Discs without out-of-plane stress.
     PlaneStress,
 }
 
@@ -55,40 +54,40 @@ impl Condition {
     }
 }
 
-/// When the strains of a step are found.
+/// When the strains of a step are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Update {
-    /// From the forces of the step before (Madan 2019, (3.17)). Stable only while the spectral radius of the iteration
+    /// From the forces of the previous step (Madan 2019, (3.17)). Stable only while the spectral radius of the iteration
     /// matrix is below 1; dissipates vibrations, `ζ ≈ ω₀Δt ρ/(2(1+ρ)^{3/2})` for a mode of undeformed frequency `ω₀`.
     #[default]
     Lagged,
-    /// Repeated at fixed positions until strains and forces agree (Madan 2019, section 3.2).
+    /// By iteration at fixed positions until strains and forces agree (Madan 2019, section 3.2).
     Iterated {
-        /// Largest change of the particles' force dyads in the last iteration, by their size: root of sums of squares.
+        /// Largest relative change of the particles' force dyads in the last iteration (root of sums of squares), 1.
         tolerance: f64,
         /// Iterations after which the run stops with an error.
         maximum: u32,
-        /// Share of the change that is taken over. Converges below `2/(1+ρ)`, where `ρ` is the spectral radius; so a
-        /// small share removes the limit of `ρ`.
+        /// Relaxation factor of the change, 1. Converges below `2/(1+ρ)`, where `ρ` is the spectral radius, so a small
+        /// factor removes the limit on `ρ`.
         relaxation: f64,
     },
 }
 
-/// How particles deform.
+/// Parameters of the deformation of particles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Deformable {
     /// Elastic constants by material; [`Elastic::RIGID`] for particles that keep their shape.
     pub elasticity: Vec<Elastic>,
     /// Plane or solid.
     pub condition: Condition,
-    /// When the strains are found.
+    /// When the strains are computed.
     pub update: Update,
-    /// Whether forces of dashpots strain the particles too; in statics it makes no difference. Off: the elastic forces,
+    /// Whether dashpot forces strain the particles too; in statics it makes no difference. If off, only elastic forces do,
     /// as in section 2.8 of the source.
     pub dashpots: bool,
 }
 
-/// What a particle gives way to a force dyad; see [`Deformable::compliance`].
+/// Displacement of a particle's surface per force dyad; see [`Deformable::compliance`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compliance {
     /// Factor of `T`, m/N.
@@ -130,22 +129,22 @@ impl Deformable {
 }
 
 impl Compliance {
-    /// `R ε`, m: how far the surface moves out, for the force dyad `T` (N).
+    /// Outward displacement of the surface `R ε`, m, under the force dyad `T` (N).
     #[inline(always)]
     pub fn surface_displacement(&self, dyad: &Symmetric) -> Symmetric {
         let [xx, yy, zz, yz, xz, xy] = dyad.0;
         let (a, b) = (self.direct, self.volumetric * dyad.trace());
-        let across = if self.is_planar() { 0.0 } else { a * zz - b };
-        Symmetric([a * xx - b, a * yy - b, across, a * yz, a * xz, a * xy])
+        let out_of_plane = if self.is_planar() { 0.0 } else { a * zz - b };
+        Symmetric([a * xx - b, a * yy - b, out_of_plane, a * yz, a * xz, a * xy])
     }
 
-    /// That of a particle whose modulus is `factor` times as large.
+    /// Compliance of a particle whose modulus is `factor` times as large.
     #[must_use]
     pub fn stiffened(&self, factor: f64) -> Self {
         Self { direct: self.direct / factor, volumetric: self.volumetric / factor, condition: self.condition }
     }
 
-    /// Derivative by the particle's Poisson's ratio: `direct = s(1+ν)` and `volumetric = sν`, in plane strain `sν(1+ν)`.
+    /// Derivative with respect to the particle's Poisson's ratio: `direct = s(1+ν)` and `volumetric = sν`, in plane strain `sν(1+ν)`.
     #[must_use]
     pub fn by_poisson(&self) -> Self {
         let (direct, volumetric) = match self.condition {
@@ -163,7 +162,7 @@ impl Compliance {
         Self { direct, volumetric, condition: self.condition }
     }
 
-    /// Whether it is a disc's.
+    /// Whether the particle is a disc.
     #[inline(always)]
     pub fn is_planar(&self) -> bool {
         self.condition.is_planar()
@@ -176,8 +175,8 @@ impl Compliance {
     }
 }
 
-/// What a contact does to the shape of the particle from whose centre `normal` points to it, and likewise to that of the
-/// other: force and direction are both opposite there. In one line of the processor's cache.
+/// Contribution of a contact to the deformation of the particle from whose center `normal` points to it. The other particle
+/// has the same contribution, because force and direction both change sign. One cache line.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(64))]
 pub struct ParticleVirial {
@@ -190,8 +189,8 @@ pub struct ParticleVirial {
 }
 
 impl ParticleVirial {
-    /// Of a contact with the force `force` on the particle, of which dashpots exert `viscous` (N); `dashpots_strain`: whether
-    /// that strains particles.
+    /// Of a contact with the force `force` on the particle, of which `viscous` comes from dashpots (N). `dashpots_strain`:
+    /// whether that part strains particles.
     #[inline(always)]
     pub fn of(normal: &Vec3, force: &Vec3, viscous: &Vec3, dashpots_strain: bool) -> Self {
         let elastic = force - viscous;
@@ -200,7 +199,7 @@ impl ParticleVirial {
         Self { normal: *normal, pressure, other }
     }
 
-    /// Dyads of the forces.
+    /// Force dyads `½(n⊗f + f⊗n)`, N.
     #[inline(always)]
     pub fn dyads(&self) -> Dyads {
         let Self { normal, other, pressure } = self;
@@ -214,7 +213,7 @@ impl ParticleVirial {
     }
 }
 
-/// What the contacts of a particle do to its shape: dyads `Σ ½(n⊗f + f⊗n)`, N. In lines of the processor's cache of their own.
+/// Sums of the force dyads of a particle's contacts, `Σ ½(n⊗f + f⊗n)`, N. In cache lines of its own.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(64))]
 pub struct Dyads {
@@ -232,7 +231,7 @@ impl std::ops::AddAssign for Dyads {
     }
 }
 
-/// Sums over the contacts of a particle whose translation is prescribed; nothing for others.
+/// Sums over the contacts of a particle with prescribed translation; zero for other particles.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Held {
     /// Sum of the directions of the contacts, `Σ n`.
@@ -244,20 +243,20 @@ pub struct Held {
 impl Held {
     /// Add a contact.
     #[inline(always)]
-    pub fn add(&mut self, push: &ParticleVirial) {
-        self.side += push.normal;
-        self.net += push.elastic();
+    pub fn add(&mut self, virial: &ParticleVirial) {
+        self.side += virial.normal;
+        self.net += virial.elastic();
     }
 
-    /// Add a contact whose push is that on the other particle.
+    /// Add a contact whose virial is that of the other particle.
     #[inline(always)]
-    pub fn add_opposite(&mut self, push: &ParticleVirial) {
-        self.side -= push.normal;
-        self.net -= push.elastic();
+    pub fn add_opposite(&mut self, virial: &ParticleVirial) {
+        self.side -= virial.normal;
+        self.net -= virial.elastic();
     }
 }
 
-/// Where contacts add what they do to the shape of particles; empty if particles do not deform.
+/// Sums that contacts add to; empty if particles do not deform.
 #[derive(Default)]
 pub struct ParticleVirials<'a> {
     /// By particle.
@@ -267,7 +266,7 @@ pub struct ParticleVirials<'a> {
 }
 
 impl ParticleVirials<'_> {
-    /// The first particles, at most `length`; the others are left.
+    /// Split off the first particles, at most `length`; the others stay.
     pub fn split_off(&mut self, length: usize) -> Self {
         let length = length.min(self.dyads.len());
         Self {
@@ -282,7 +281,7 @@ impl ParticleVirials<'_> {
     }
 }
 
-/// `R ε` of a particle, m, in one line of the processor's cache.
+/// Surface displacement `R ε` of a particle, m, in one cache line.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(64))]
 pub struct SurfaceDisplacement(pub Symmetric);
@@ -316,8 +315,8 @@ mod tests {
         assert!((force / overlap * 1e-10 - 3.32).abs() < 0.005);
     }
 
-    /// Stiffness of a particle between two opposite contacts, exact: `πE/(2(1−ν²))` in plane strain (2.72), `πE/2` in
-    /// plane stress, `2πRE/3` for a sphere. A few roundings.
+    /// Stiffness of a particle between two opposite contacts in closed form: `πE/(2(1−ν²))` in plane strain (2.72), `πE/2` in
+    /// plane stress, `2πRE/3` for a sphere. Tolerance: a few roundings.
     #[test]
     fn stiffness_between_two_contacts() {
         let (young, poisson, radius) = (2e11, 0.35, 1e-3);
@@ -333,7 +332,7 @@ mod tests {
         }
     }
 
-    /// Against central differences of a quadratic in ν, which are exact: a few roundings, 1e-16/h.
+    /// Compared with central differences of a quadratic in ν, which are exact. Tolerance: a few roundings, 1e-16/h.
     #[test]
     fn compliance_by_poisson_is_its_derivative() {
         let dyad = Symmetric([1.0, -2.0, 3.0, 0.4, 0.5, 0.6]);
@@ -353,7 +352,7 @@ mod tests {
         assert_eq!(rigid.by_poisson().surface_displacement(&dyad), Symmetric::default());
     }
 
-    /// Rigid particles give way to nothing, exactly.
+    /// The surface of a rigid particle does not move, exactly.
     #[test]
     fn rigid_particles_stay() {
         let rigid = disc(Condition::Solid, f64::INFINITY, 0.0).compliance(0, 1.0);

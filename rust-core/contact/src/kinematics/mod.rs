@@ -1,56 +1,103 @@
-//! Kinematics: how the two sides of a contact moved relative to each other in one step.
+//! Kinematics: relative motion of the two sides of a contact in one step.
 //!
-//! Measures of the same motion, selected in the scenario by `kinematics`, between spheres and at walls:
-//! * [`MotionMeasure::Finite`] (default): exact for finite rotations, see [`sphere_sphere`] and [`sphere_wall`];
-//! * [`MotionMeasure::FirstOrder`]: Stránský 2018, (2.3)–(2.12) with the corrected sign of (2.8), and rotation of the shear
-//!   history to first order in the step;
-//! * [`MotionMeasure::Yade`]: YADE's `ScGeom` with its ratcheting correction and its arms.
+//! [`MotionMeasure`] selects how contacts between spheres ([`sphere_sphere`]) and with walls ([`sphere_wall`]) are measured
+//! (`kinematics` in a scenario):
+//! * [`Finite`](MotionMeasure::Finite) (default): exact for finite rotations;
+//! * [`FirstOrder`](MotionMeasure::FirstOrder): Stránský 2018, (2.3)–(2.12) with the corrected sign of (2.8), and a rotation
+//!   of the shear history to first order in the step;
+//! * [`Yade`](MotionMeasure::Yade) and [`YadeRatcheting`](MotionMeasure::YadeRatcheting): YADE's `ScGeom` with its arms,
+//!   without and with its ratcheting correction.
 //!
-//! Bonds that carry moments are measured by [`bond_frame`], in all modes alike. Many contacts are measured together, with the
-//! same bits: [`batch`]. Particles that deform under their contacts
-//! correct the measure of those: [`deformable`].
+//! [`bond_frame`] measures bonds that transmit moments, in the same way for all measures. [`deformable`] corrects the
+//! elongation of contacts between particles that deform. [`Kinematics::measure_batch`] measures many contacts at a time and
+//! gives the same bits as one at a time.
 
-pub mod batch;
 pub mod bond_frame;
 pub mod deformable;
+pub mod motion;
 pub mod sphere_sphere;
 pub mod sphere_wall;
 pub mod transport;
 
-pub use batch::{BATCH, Batch, BatchResult, Columns, Pose};
+pub use crate::geometry::{PreviousGeometry, initial_geometry};
 pub use bond_frame::{BranchVector, EndRotations, FrameKinematics, RestFrame};
+pub use motion::{ContactInput, ImageShift, Motion, MotionMeasure, MotionSink, MotionSource, Pose, WallInput};
 pub use transport::Transport;
 
-use crate::law::ContactGeometry;
+use crate::columns::Columns;
+use crate::geometry::ContactGeometry;
 use crate::math::Vec3;
 
-/// How relative motion is measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum MotionMeasure {
-    /// Finite increments, exactly objective under rigid motion.
-    #[default]
-    Finite,
-    /// First order in the step, from velocities (the printed form with its sign corrected).
-    FirstOrder,
-    /// YADE's `ScGeom` without the ratcheting correction: first order, arms to the common contact point.
-    Yade,
-    /// YADE's `ScGeom` with `avoidGranularRatcheting = True`, YADE's default.
-    YadeRatcheting,
+/// Relative motion that a contact law reads: [`PointKinematics`] or [`FrameKinematics`].
+pub trait Kinematics: Copy + Send + Sync {
+    /// Whether all measures give the same result.
+    const ONE_MODE: bool = false;
+    /// Whether the measure reads the orientations of the particles; hosts must supply them then.
+    const READS_ORIENTATIONS: bool = false;
+
+    /// Measure one contact.
+    fn measure(mode: MotionMeasure, input: &ContactInput<'_>) -> Self;
+
+    /// Measure and evaluate the first `count` contacts of `batch`, at most [`BATCH`](crate::columns::BATCH), in ascending
+    /// order. Same bits as [`Self::measure`]. `dt` is the time step, s.
+    #[inline(always)]
+    fn measure_batch<B: MotionSink<Self>>(
+        mode: MotionMeasure,
+        count: usize,
+        dt: f64,
+        batch: &mut B,
+        _columns: &mut Columns,
+    ) {
+        measure_each::<Self, B>(mode, count, dt, batch);
+    }
+
+    /// Measure a contact with a wall; `None` if laws of this kind have no contact with walls.
+    fn measure_wall(mode: MotionMeasure, input: &WallInput<'_>) -> Option<Self>;
+
+    /// The motion as that of a point contact: normal, length, arms.
+    fn point(&self) -> &PointKinematics;
+
+    /// The same motion between particles that deform; see [`PointKinematics::with_surface_displacement`].
+    #[must_use]
+    fn with_surface_displacement(&self, now: f64, before: f64) -> Self;
+
+    /// Distances from the centers of A and B to the contact point at center distance `length`, m.
+    fn arms(geometry: &ContactGeometry, length: f64) -> (f64, f64) {
+        let half_gap = 0.5 * (length - geometry.radius_a - geometry.radius_b);
+        (geometry.radius_a + half_gap, geometry.radius_b + half_gap)
+    }
 }
 
-/// Motion of a contact between two spheres, or a sphere and a wall, seen as a point contact.
+/// Measure and evaluate the first `count` contacts of `batch` one at a time.
+#[inline(always)]
+pub fn measure_each<K: Kinematics, B: MotionSink<K>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B) {
+    for i in 0..count {
+        let measured = measure_contact(mode, i, dt, batch);
+        batch.evaluate(i, &measured);
+    }
+}
+
+/// Measure contact `i` of `source`.
+#[inline(always)]
+pub fn measure_contact<K: Kinematics, S: MotionSource>(mode: MotionMeasure, i: usize, dt: f64, source: &S) -> K {
+    let ([a, b], image) = source.motions(i);
+    let (geometry, previous, bonded) = source.constants(i);
+    let input = ContactInput { a: &a, b: &b, image: &image, geometry: &geometry, previous: &previous, bonded, dt };
+    K::measure(mode, &input)
+}
+
+/// Motion of a point contact between two spheres, or a sphere and a wall.
 #[derive(Debug, Clone, Copy)]
 pub struct PointKinematics {
     /// Constants of the contact.
     pub geometry: ContactGeometry,
-    /// Centre distance `|x_B − x_A|` (sphere against wall: distance to the surface), m.
+    /// Center distance `|x_B − x_A|` (sphere against wall: distance from the surface), m.
     pub length: f64,
-    /// `length` one step ago, m.
+    /// `length` at the end of the previous step, m.
     pub length_old: f64,
-    /// `length − reference_length`, m, computed once here; positive in tension.
+    /// `length − reference_length`, m; positive in tension. Kinematics computes this difference once, so that laws need not.
     pub elongation: f64,
-    /// `elongation` one step ago, m.
+    /// `elongation` at the end of the previous step, m.
     pub elongation_old: f64,
     /// `length − R_A − R_B`, m; negative when the spheres overlap.
     pub gap: f64,
@@ -58,26 +105,26 @@ pub struct PointKinematics {
     pub normal: Vec3,
     /// Tangential displacement of B relative to A at the contact during this step, m; perpendicular to `normal`.
     pub shear_increment: Vec3,
-    /// Distance from the centre of A to the contact point along `normal`, m; arm of the force's torque on A.
+    /// Distance from the center of A to the contact point along `normal`, m: arm of the force's torque on A.
     pub arm_a: f64,
-    /// Distance from the centre of B to the contact point along `−normal`, m; arm of the force's torque on B.
+    /// Distance from the center of B to the contact point along `−normal`, m: arm of the force's torque on B.
     pub arm_b: f64,
     /// Whether the contact is a bond (cohesive) or an ordinary contact.
     pub bonded: bool,
-    /// Carries history vectors from the axes of the last step to those of this step.
+    /// Rotates history vectors from the contact axes of the previous step to those of this step.
     pub transport: Transport,
 }
 
 impl PointKinematics {
-    /// Mean rate of [`Self::length`] in the step, m/s; positive when the particles part.
+    /// Mean rate of [`Self::length`] in the step of `dt` (s), m/s; positive when the particles separate.
     #[inline(always)]
     pub fn normal_velocity(&self, dt: f64) -> f64 {
         (self.length - self.length_old) / dt
     }
 
-    /// The same contact between particles whose surfaces were pushed towards each other, along the normal and in sum, by
-    /// `now` (m), and `before` one step ago: of what the contact is stretched, that much is not its own. Distances and
-    /// rates of the centres stay.
+    /// The same contact between particles that deform. Their surfaces moved towards each other along the normal by `now`
+    /// (m, the sum of both), and by `before` until the end of the previous step. The method subtracts these displacements
+    /// from the elongations and the gap; center distances and rates stay.
     #[inline(always)]
     #[must_use]
     pub fn with_surface_displacement(mut self, now: f64, before: f64) -> Self {
@@ -88,20 +135,50 @@ impl PointKinematics {
     }
 }
 
-/// Torques on A and B about their centres, N·m, of a force on A (N) at the contact point, which lies at the end of A's arm and of
-/// B's (m).
+impl Kinematics for PointKinematics {
+    #[inline(always)]
+    fn measure(mode: MotionMeasure, input: &ContactInput<'_>) -> Self {
+        sphere_sphere::measure(mode, input)
+    }
+
+    #[inline(always)]
+    fn measure_batch<B: MotionSink<Self>>(
+        mode: MotionMeasure,
+        count: usize,
+        dt: f64,
+        batch: &mut B,
+        columns: &mut Columns,
+    ) {
+        match mode {
+            MotionMeasure::Finite => sphere_sphere::finite_batch(count, batch, columns),
+            MotionMeasure::Yade if !B::PERIODIC => {
+                sphere_sphere::yade_batch::<false, B>(count, dt, batch, columns);
+            }
+            MotionMeasure::YadeRatcheting if !B::PERIODIC => {
+                sphere_sphere::yade_batch::<true, B>(count, dt, batch, columns);
+            }
+            _ => measure_each::<Self, B>(mode, count, dt, batch),
+        }
+    }
+
+    fn measure_wall(mode: MotionMeasure, input: &WallInput<'_>) -> Option<Self> {
+        Some(sphere_wall::measure(mode, input))
+    }
+
+    #[inline(always)]
+    fn point(&self) -> &PointKinematics {
+        self
+    }
+
+    #[inline(always)]
+    fn with_surface_displacement(&self, now: f64, before: f64) -> Self {
+        PointKinematics::with_surface_displacement(*self, now, before)
+    }
+}
+
+/// Torques on A and B about their centers, N·m: `a n × f` for a force `f` on A (N) and the arms `a` of A and B (m).
 #[inline(always)]
 pub fn torques(normal: &Vec3, force: &Vec3, arms: [f64; 2]) -> [Vec3; 2] {
     let lever = normal.cross(force);
     arms.map(|arm| lever * arm)
-}
-
-/// What a contact remembers of its own geometry from one step to the next.
-#[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub struct PreviousGeometry {
-    /// Unit normal from A to B.
-    pub normal: Vec3,
-    /// Centre distance, m.
-    pub length: f64,
 }

@@ -1,8 +1,8 @@
-//! Transport of tangential history vectors with the contact.
+//! Rotation of tangential history vectors with the contact.
 
 use crate::math::{Quat, Vec3};
 
-/// The rotation of a contact frame during one step: swing of the normal, then twist about it.
+/// Rotation of the contact axes in one step: swing of the normal, then twist about it.
 #[derive(Debug, Clone, Copy)]
 pub enum Transport {
     /// Exact finite rotation.
@@ -31,7 +31,7 @@ impl Transport {
         Self::Finite { normal, bisector: normal, cosine: 1.0, sine: 0.0 }
     }
 
-    /// The vector `v`, perpendicular to the old normal, carried to the present.
+    /// Rotate the vector `v`, which is perpendicular to the old normal, to the present axes.
     #[inline(always)]
     pub fn apply(&self, v: &Vec3) -> Vec3 {
         match self {
@@ -47,31 +47,32 @@ impl Transport {
     }
 }
 
-/// Rotation of a contact in a step; see [`Transport::Finite`].
-#[derive(Debug, Clone, Copy)]
-pub struct Turn {
-    /// `(n_old + n)/(1 + n_old·n)`.
-    pub bisector: Vec3,
-    /// Cosine of the mean twist angle.
-    pub cosine: f64,
-    /// Sine of the mean twist angle.
-    pub sine: f64,
+crate::columns! {
+    /// Rotation of a contact in a step; see [`Transport::Finite`].
+    pub struct Turn {
+        /// `(n_old + n)/(1 + n_old·n)`.
+        pub bisector: Vec3,
+        /// Cosine of the mean twist angle.
+        pub cosine: f64,
+        /// Sine of the mean twist angle.
+        pub sine: f64,
+    }
 }
 
 impl Turn {
-    /// Exact transport: the smallest rotation taking `normal_old` to `normal`, followed by the mean twist of the two
-    /// particles about `normal`, where `spin_sum` is the sum of the unit quaternions of both particles' rotations in
-    /// the step and `swing_axis = normal_old × normal`.
+    /// Exact transport: the smallest rotation from `normal_old` to `normal`, then the mean twist of the two particles about
+    /// `normal`. `rotation_sum` is the sum of the unit quaternions of both particles' rotations in the step;
+    /// `swing_axis = normal_old × normal`.
     ///
     /// With `c = n_old·n` and `m = n_old×n`, the twist of a rotation `(u, w)` relative to the swing has the half-angle
-    /// tangent `u·(n_old+n) / ((1+c) w + m·u)`; summing the two particles' (numerator, denominator) pairs as complex
-    /// numbers gives the mean angle without trigonometric functions. For a rigid rotation of the pair it is exact.
+    /// tangent `u·(n_old+n) / ((1+c) w + m·u)`. The sum of the (numerator, denominator) pairs of both particles, as complex
+    /// numbers, gives the mean angle without trigonometric functions. It is exact for a rigid rotation of the pair.
     #[inline(always)]
-    pub fn finite(normal_old: &Vec3, normal: &Vec3, swing_axis: &Vec3, spin_sum: &Quat) -> Self {
+    pub fn finite(normal_old: &Vec3, normal: &Vec3, swing_axis: &Vec3, rotation_sum: &Quat) -> Self {
         let c = normal_old.dot(normal);
         let sum = normal_old + normal;
-        let u = spin_sum.imag();
-        let real = (1.0 + c) * spin_sum.w + swing_axis.dot(&u);
+        let u = rotation_sum.imag();
+        let real = (1.0 + c) * rotation_sum.w + swing_axis.dot(&u);
         let imaginary = u.dot(&sum);
         let inverse = 1.0 / ((real * real + imaginary * imaginary) * (1.0 + c));
         let by_modulus = inverse * (1.0 + c);
@@ -83,7 +84,7 @@ impl Turn {
         }
     }
 
-    /// The vector `v`, perpendicular to the present `normal`, turned by the twist alone.
+    /// Rotate the vector `v`, which is perpendicular to the present `normal`, by the twist alone.
     #[inline(always)]
     pub fn twist(&self, normal: &Vec3, v: &Vec3) -> Vec3 {
         v * self.cosine + normal.cross(v) * self.sine

@@ -26,22 +26,25 @@
 //! **Failure** (Rankine, [4.1]–[4.3]): `σ_max = ½(σ_n + √(σ_n²+4τ²)) ≥ σ_f` breaks the beam, with
 //! `σ_n = k_n Δl/S + M r/I` and `τ = (r/I_O)·½(M_A−M_B)·X`. [4.2] prints `M = ½‖M_A+M_B‖`, which misses a beam bent to a
 //! circle; what it means is a choice, [`BendingTerm`]. A beam that its particles let go of (no longer bonded: see
-//! `fracture::virial`) breaks at its next evaluation. The energy stored at that moment is
-//! released as damage.
+//! `fracture::virial`) breaks at its next evaluation. So does a beam whose twist or end rotation passes 3 rad, whatever its
+//! strength: orientations tell turns apart up to half a turn, π, beyond which the moment would change its sign. The energy
+//! stored at that moment is released as damage.
 
 use std::f64::consts::{FRAC_2_SQRT_PI, PI};
 
-use super::common::{ParameterError, require};
+use super::batch::{Batch, BatchResult, evaluate_each, evaluate_one};
+use super::common::{ParameterError, mean_strength, require};
 use super::table::{Fault, LawTable, RegisteredLaw};
-use super::{
-    ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness, evaluate_each, evaluate_one,
-};
-use crate::kinematics::batch::{BATCH, Batch, BatchResult, Columns, Formula};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness};
+use crate::columns::{Arrays, BATCH, Columns, Formula};
 use crate::kinematics::{BranchVector, EndRotations, FrameKinematics, MotionMeasure, RestFrame, torques};
 use crate::math::{Quat, Vec3};
 use crate::quantity::{Length, Number, Stress};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// Largest twist, and largest rotation of an end, that a beam endures, rad. Less than π by far more than a step turns.
+const LARGEST_ROTATION: f64 = 3.0;
 
 /// What the bond resists.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -295,29 +298,53 @@ struct Intact<'a, const TURNED: bool> {
     shear_coefficient: f64,
 }
 
-/// Output of [`Intact`]: chord (length, direction), force on A, torques on A and B, stress.
-const OUTPUT: usize = 14;
+crate::columns! {
+    /// Input of [`Intact`].
+    struct IntactInput {
+        /// Vector between the centers, m.
+        branch: Vec3,
+        orientation_a: Quat,
+        orientation_b: Quat,
+        rest: RestFrame,
+        /// m.
+        reference_length: f64,
+        /// m²; not a number: no bond.
+        area: f64,
+    }
 
-impl<const TURNED: bool> Formula<19, OUTPUT> for Intact<'_, TURNED> {
+    /// Output of [`Intact`].
+    struct IntactOutput {
+        branch: BranchVector,
+        /// On A, N.
+        force: Vec3,
+        /// About the centers, N·m.
+        torque_a: Vec3,
+        torque_b: Vec3,
+        /// Pa; not a number where the law must be asked.
+        stress: f64,
+    }
+}
+
+impl<const TURNED: bool> Formula for Intact<'_, TURNED> {
+    type Input = IntactInput;
+    type Output = IntactOutput;
+
     #[inline(always)]
-    fn apply(&self, input: [f64; 19]) -> [f64; OUTPUT] {
-        let [lx, ly, lz, ai, aj, ak, aw, bi, bj, bk, bw, dx, dy, dz, rx, ry, rz, reference_length, area] = input;
-        let rest = RestFrame { direction: Vec3::new(dx, dy, dz), rotation: Vec3::new(rx, ry, rz) };
-        let branch = BranchVector::of(&Vec3::new(lx, ly, lz));
-        let orientations = [Quat::new(aw, ai, aj, ak), Quat::new(bw, bi, bj, bk)];
-        let (rotations, small) = branch.small_rotations::<TURNED>(orientations, &rest);
+    fn apply(&self, input: IntactInput) -> IntactOutput {
+        let IntactInput { branch, orientation_a, orientation_b, rest, reference_length, area } = input;
+        let branch = BranchVector::of(&branch);
+        let (rotations, small) = branch.small_rotations::<TURNED>([orientation_a, orientation_b], &rest);
         // Radii and masses are of no matter to a beam.
         let geometry =
             ContactGeometry { reference_length, area, radius_a: 0.0, radius_b: 0.0, mass_a: 0.0, mass_b: 0.0 };
         let k = self.beam.stiffnesses_of_beam(&geometry, self.shear_coefficient);
         let Answer { forces, axial, .. } = answer(&k, reference_length, &branch, &rotations);
-        let (n, f, m) = (branch.normal, forces.force, (forces.moment_a - forces.moment_b) * 0.5);
+        let (n, force, m) = (branch.normal, forces.force, (forces.moment_a - forces.moment_b) * 0.5);
         let stress = CohesiveBeam::principal_stress(area, axial, &n, &forces, forces.bending_in_the_middle(&n));
-        let [ta, tb] = torques(&n, &f, [0.5 * branch.length; 2]);
-        let (ta, tb) = (ta + m, tb - m);
+        let [torque_a, torque_b] = torques(&n, &force, [0.5 * branch.length; 2]);
         // A direction of zero: the bond's first evaluation.
         let stress = if small & (rest.direction.norm_squared() > 0.0) { stress } else { f64::NAN };
-        [branch.length, n.x, n.y, n.z, f.x, f.y, f.z, ta.x, ta.y, ta.z, tb.x, tb.y, tb.z, stress]
+        IntactOutput { branch, force, torque_a: torque_a + m, torque_b: torque_b - m, stress }
     }
 }
 
@@ -336,8 +363,9 @@ impl ContactLaw for CohesiveBeam {
             RestFrame { direction: old.rest_direction, rotation: old.rest_rotation }
         };
         let (geometry, branch) = (&point.geometry, BranchVector { length: point.length, normal: point.normal });
+        let rotations = kinematics.rotations(&rest);
         let Answer { forces, axial, stored } =
-            answer(&self.stiffnesses(geometry), geometry.reference_length, &branch, &kinematics.rotations(&rest));
+            answer(&self.stiffnesses(geometry), geometry.reference_length, &branch, &rotations);
         let BeamForces { force, moment_a, moment_b } = forces;
         let [stored_normal, stored_shear, stored_bending, stored_twist] = stored;
         let mut energy =
@@ -345,7 +373,9 @@ impl ContactLaw for CohesiveBeam {
         let state = CohesiveBeamState { rest_direction: rest.direction, rest_rotation: rest.rotation };
         let fails = self.strength.is_finite()
             && self.rankine_stress(geometry.area, axial, &point.normal, &forces) >= self.strength;
-        if fails || !point.bonded {
+        let largest_end = rotations.a.norm_squared().max(rotations.b.norm_squared());
+        let turned = rotations.twist.abs() > LARGEST_ROTATION || largest_end > LARGEST_ROTATION * LARGEST_ROTATION;
+        if fails || turned || !point.bonded {
             // The forces of this step are void. The energy stored by now is released; it contains the half of this
             // step's work that the void forces would have taken in, which nobody did: the integration term.
             energy.damage = energy.stored();
@@ -377,35 +407,20 @@ impl ContactLaw for CohesiveBeam {
         };
         let mut turned = false;
         for i in 0..count {
-            let ([xa, xb], [qa, qb], shift) = batch.ends(i);
+            let ([position_a, position_b], [orientation_a, orientation_b], shift) = batch.ends(i);
             let (Reference { length: reference_length, area }, bonded) = batch.reference(i);
-            let CohesiveBeamState { rest_direction: d, rest_rotation: r } = *batch.history(i);
-            turned |= r != Vec3::zeros();
-            let l = xb + shift - xa;
-            // Stress becomes not a number where the law must be asked.
-            let area = if bonded { area } else { f64::NAN };
-            let row = [
-                l.x,
-                l.y,
-                l.z,
-                qa.i,
-                qa.j,
-                qa.k,
-                qa.w,
-                qb.i,
-                qb.j,
-                qb.k,
-                qb.w,
-                d.x,
-                d.y,
-                d.z,
-                r.x,
-                r.y,
-                r.z,
+            let CohesiveBeamState { rest_direction: direction, rest_rotation: rotation } = *batch.history(i);
+            turned |= rotation != Vec3::zeros();
+            let input = IntactInput {
+                branch: position_b + shift - position_a,
+                orientation_a,
+                orientation_b,
+                rest: RestFrame { direction, rotation },
                 reference_length,
-                area,
-            ];
-            columns.set(i, row);
+                // Stress becomes not a number where the law must be asked.
+                area: if bonded { area } else { f64::NAN },
+            };
+            columns.input::<IntactInput>().set(i, input);
         }
         if turned {
             columns.apply(&Intact::<true> { beam: &beam, shear_coefficient });
@@ -413,10 +428,9 @@ impl ContactLaw for CohesiveBeam {
             columns.apply(&Intact::<false> { beam: &beam, shear_coefficient });
         }
         for i in 0..count {
-            let [length, nx, ny, nz, fx, fy, fz, ax, ay, az, bx, by, bz, stress] = columns.get(i);
+            let IntactOutput { branch, force, torque_a, torque_b, stress } = columns.output::<IntactOutput>().get(i);
             if stress < beam.strength {
-                let branch = BranchVector { length, normal: Vec3::new(nx, ny, nz) };
-                let (force, torques) = (Vec3::new(fx, fy, fz), [Vec3::new(ax, ay, az), Vec3::new(bx, by, bz)]);
+                let torques = [torque_a, torque_b];
                 batch.commit_result(i, &BatchResult { branch, force, torques, energy: None, state: None, push: None });
             } else {
                 evaluate_one(mode, i, dt, batch);
@@ -474,7 +488,8 @@ pub struct CohesiveBeamTable {
     /// Tangential stiffness divided by normal stiffness; only with model "dual-spring".
     #[schemars(extend("minimum" = 0))]
     pub shear_ratio: Option<Number>,
-    /// Largest principal stress on the surface of a beam at which it breaks, Pa; never when left out.
+    /// Largest principal stress on the surface of a beam at which it breaks, Pa; never when left out. Between two materials:
+    /// the mean, or the only one given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tensile_strength: Option<Stress>,
     /// Which bending moment enters that stress.
@@ -535,6 +550,10 @@ impl LawTable for CohesiveBeamTable {
     fn hydrostatic_strength(&self) -> Option<f64> {
         self.hydrostatic_strength.map(Stress::si)
     }
+
+    fn keys_of_particles(&self) -> Vec<&'static str> {
+        self.hydrostatic_strength.iter().map(|_| "hydrostatic_strength").collect()
+    }
 }
 
 impl RegisteredLaw for CohesiveBeam {
@@ -572,7 +591,7 @@ impl RegisteredLaw for CohesiveBeam {
             poisson: mean(|t| t.poisson.si()),
             section,
             model,
-            strength: mean(|t| t.tensile_strength.map_or(f64::INFINITY, Stress::si)),
+            strength: mean_strength(a.tensile_strength.map(Stress::si), b.tensile_strength.map(Stress::si)),
             bending_term: a.bending_term,
         };
         beam.validate()?;

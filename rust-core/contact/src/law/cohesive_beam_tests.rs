@@ -1,8 +1,8 @@
 //! Conformance, single-bond atlas against closed forms, failure criterion.
 
 use super::*;
-use crate::law::conformance::{Native, Random, Report, at_rest};
-use crate::law::conformance_frame::{FrameRecord, FrameStation, FrameSubject, check, drive, legs};
+use crate::conformance::frame::{FrameRecord, FrameStation, FrameSubject, check, drive, legs};
+use crate::conformance::{Native, Random, Report, at_rest};
 use crate::math::Quat;
 
 const YOUNG: f64 = 2.0e9;

@@ -1,9 +1,9 @@
-//! What several laws share: errors of parameters, energy bookkeeping, and the dashpot under a Coulomb limit.
+//! Shared by several laws: parameter errors, energy bookkeeping, and the dashpot under a Coulomb limit.
 
 use super::EnergySplit;
 use crate::math::Vec3;
 
-/// A law's parameter that makes no sense.
+/// A parameter of a law outside its valid range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ParameterError {
@@ -27,7 +27,7 @@ pub enum ParameterError {
     Cpm(#[from] super::cpm::CpmError),
 }
 
-/// Refuse a parameter unless `accepted`. Comparisons with NaN are false, so a NaN is refused too.
+/// Return an error unless `accepted`. Comparisons with NaN are false, so NaN is an error too.
 pub fn require(
     accepted: bool,
     law: &'static str,
@@ -36,6 +36,15 @@ pub fn require(
     requirement: &'static str,
 ) -> Result<(), ParameterError> {
     if accepted { Ok(()) } else { Err(ParameterError::OutOfRange { law, parameter, value, requirement }) }
+}
+
+/// Strength of a bond between two materials: the mean of their strengths. If one of them never breaks (`None`), the bond has
+/// the strength of the other; if both, it is infinite.
+pub fn mean_strength(a: Option<f64>, b: Option<f64>) -> f64 {
+    match (a, b) {
+        (Some(a), Some(b)) => 0.5 * (a + b),
+        (one, other) => one.or(other).unwrap_or(f64::INFINITY),
+    }
 }
 
 impl EnergySplit {
@@ -51,21 +60,21 @@ impl EnergySplit {
         self.damage + self.friction + self.viscous
     }
 
-    /// Book the trapezoidal work `½(f_old + f_new)·Δ` of a dashpot (J).
+    /// Add the trapezoidal work `½(f_old + f_new)·Δ` of a dashpot (J).
     ///
-    /// A dashpot's force lags by half a step (it is made of the mean rate of the step), so in a step in which the
-    /// motion turns round the rule can give a negative work. That is an error of the rule, of third order in the
-    /// step, and no dissipation; it is booked as such.
+    /// A dashpot's force comes from the mean rate of the step and lags by half a step. In a step that reverses the motion the
+    /// rule can therefore give a negative work. This error of third order in the step is no dissipation; it goes to
+    /// [`integration`](Self::integration).
     #[inline(always)]
     pub fn add_viscous(&mut self, work: f64) {
         self.viscous += work.max(0.0);
         self.integration += work.min(0.0);
     }
 
-    /// Book the trapezoidal work `½(f_old + f_new)·slip` of friction (J).
+    /// Add the trapezoidal work `½(f_old + f_new)·slip` of friction (J).
     ///
-    /// With a constant friction limit it is never negative. It can be when the sliding turns round and the limit
-    /// falls in the same step; that is an error of the rule and booked as such.
+    /// It is never negative while the friction limit is constant. It can be negative if sliding reverses and the limit falls
+    /// in the same step. This error of the rule goes to [`integration`](Self::integration).
     #[inline(always)]
     pub fn add_friction(&mut self, work: f64) {
         self.friction += work.max(0.0);
@@ -73,7 +82,7 @@ impl EnergySplit {
     }
 }
 
-/// `1/dt`, and 0 for a step without duration, in which a dashpot has nothing to say.
+/// `1/dt`, and 0 for a step without duration, in which dashpot forces are zero.
 #[inline(always)]
 pub fn reciprocal_of_step(dt: f64) -> f64 {
     if dt > 0.0 { 1.0 / dt } else { 0.0 }
@@ -81,13 +90,13 @@ pub fn reciprocal_of_step(dt: f64) -> f64 {
 
 /// The largest part `s·dashpot`, `0 ≤ s ≤ 1`, for which `|elastic + s·dashpot| ≤ limit`, given `|elastic| ≤ limit`.
 ///
-/// It keeps the direction of the dashpot's force, so that the dashpot never drives the motion.
+/// It keeps the direction of the dashpot's force, so the dashpot never drives the motion.
 #[inline(always)]
 pub fn dashpot_within_limit(elastic: &Vec3, dashpot: &Vec3, limit: f64) -> Vec3 {
     if (elastic + dashpot).norm_squared() <= limit * limit {
         return *dashpot;
     }
-    // |e|² + 2s e·d + s²|d|² = limit², positive root; the room is clipped against rounding of |e| = limit
+    // |e|² + 2s e·d + s²|d|² = limit², positive root. Clip `room` at zero because of rounding where |e| = limit.
     let squared = dashpot.norm_squared();
     let projection = elastic.dot(dashpot);
     let room = (limit * limit - elastic.norm_squared()).max(0.0);
@@ -104,15 +113,15 @@ mod tests {
     fn dashpot_is_cut_exactly_to_the_limit() {
         let elastic = Vec3::new(0.3, -0.2, 0.1);
         for (dashpot, scale) in [
-            // inside: untouched
+            // Inside the limit: unchanged.
             (Vec3::new(0.1, 0.1, 0.0), 1.0),
-            // along the elastic force, limit 1: s = (1 − |e|)/|d| with |d| = 2|e|
+            // Along the elastic force, limit 1: s = (1 − |e|)/|d| with |d| = 2|e|
             (elastic * 2.0, (1.0 - elastic.norm()) / (2.0 * elastic.norm())),
-            // against it: s = (1 + |e|)/|d| with |d| = 7|e|
+            // Against it: s = (1 + |e|)/|d| with |d| = 7|e|
             (elastic * -7.0, (1.0 + elastic.norm()) / (7.0 * elastic.norm())),
         ] {
             let cut = dashpot_within_limit(&elastic, &dashpot, 1.0);
-            // a handful of roundings of numbers of order 1
+            // A handful of roundings of numbers of order 1.
             assert!((cut - dashpot * scale).norm() < 1e-15, "{cut} {scale}");
         }
     }
@@ -122,6 +131,14 @@ mod tests {
         let elastic = Vec3::new(1.0, 0.0, 0.0);
         assert_eq!(dashpot_within_limit(&elastic, &Vec3::new(3.0, 0.0, 0.0), 1.0), Vec3::zeros());
         assert_eq!(dashpot_within_limit(&Vec3::zeros(), &Vec3::new(3.0, 1.0, 0.0), 0.0), Vec3::zeros());
+    }
+
+    #[test]
+    fn a_bond_with_an_unbreakable_material_keeps_its_strength() {
+        assert_eq!(mean_strength(Some(1.0), None), 1.0);
+        assert_eq!(mean_strength(None, Some(3.0)), 3.0);
+        assert_eq!(mean_strength(Some(1.0), Some(3.0)), 2.0);
+        assert_eq!(mean_strength(None, None), f64::INFINITY);
     }
 
     #[test]

@@ -277,6 +277,13 @@ impl LawTable for FrictionalTable {
     fn modulus(&self) -> Option<f64> {
         self.young.map(Stress::si)
     }
+
+    fn fault_in_plane(&self) -> Option<Fault> {
+        self.young?;
+        let help = "give `normal_stiffness` and `shear_stiffness` in N/m, or use dimension = 3";
+        let message = "gives the stiffness of spheres, which has no meaning between discs of unit depth";
+        Some(Fault::conflict("young", message, help))
+    }
 }
 
 impl RegisteredLaw for Frictional {
@@ -319,7 +326,7 @@ impl RegisteredLaw for Frictional {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::law::conformance::{Native, Observed, Properties, Station, Subject, Window, atlas, atlas_paths, check};
+    use crate::conformance::{Native, Observed, Properties, Station, Subject, Window, atlas, atlas_paths, check};
 
     const GEOMETRY: ContactGeometry =
         ContactGeometry { reference_length: 2.0, area: 1.0, radius_a: 0.8, radius_b: 1.2, mass_a: 1.0, mass_b: 2.0 };

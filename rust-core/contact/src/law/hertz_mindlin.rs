@@ -30,25 +30,12 @@ use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, re
 use super::restitution::{End, damping_of_restitution};
 use super::table::{LawTable, RegisteredLaw};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
+pub use crate::elastic::Elastic;
 use crate::kinematics::PointKinematics;
-use crate::math::Vec3;
+use crate::math::{Vec3, pow};
 use crate::quantity::{Number, Stress};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-/// Elastic constants of a particle or wall.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Elastic {
-    /// Young's modulus, Pa; infinite for a rigid body.
-    pub young: f64,
-    /// Poisson's ratio, 1.
-    pub poisson: f64,
-}
-
-impl Elastic {
-    /// A rigid body.
-    pub const RIGID: Self = Self { young: f64::INFINITY, poisson: 0.0 };
-}
 
 /// Parameters of the Hertz-Mindlin contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,6 +73,9 @@ impl HertzMindlin {
     /// A contact of two bodies with the given friction coefficient and coefficient of restitution, which never pulls,
     /// without a shear dashpot, with a time step bound good for overlaps up to `R*/20`.
     ///
+    /// No finite damping gives the restitution 0 to a contact that never pulls. That contact may pull: it is critically damped
+    /// ([`Self::with_tension_from_damping`]), and its overlap decays without rebound.
+    ///
     /// ```
     /// use concordem_contact::law::{Elastic, HertzMindlin};
     /// let glass = Elastic { young: 48e9, poisson: 0.2 };
@@ -100,13 +90,8 @@ impl HertzMindlin {
             require(nu > -1.0 && nu <= 0.5, Self::NAME, "poisson", nu, "above -1 and at most 0.5")?;
         }
         require(a.young.is_finite() || b.young.is_finite(), Self::NAME, "young", a.young, "finite for one body")?;
-        require(
-            restitution > 0.0 && restitution <= 1.0,
-            Self::NAME,
-            "restitution",
-            restitution,
-            "above 0 and at most 1 (a contact that never pulls needs infinite damping for 0)",
-        )?;
+        require((0.0..=1.0).contains(&restitution), Self::NAME, "restitution", restitution, "between 0 and 1")?;
+        let end = if restitution == 0.0 { End::OverlapSpent } else { End::ForceSpent };
         // G = E/(2(1+ν)); a rigid body's compliances are zero
         let normal_compliance = |body: Elastic| (1.0 - body.poisson * body.poisson) / body.young;
         let shear_compliance = |body: Elastic| 2.0 * (1.0 + body.poisson) * (2.0 - body.poisson) / body.young;
@@ -114,9 +99,9 @@ impl HertzMindlin {
             effective_young: 1.0 / (normal_compliance(a) + normal_compliance(b)),
             effective_shear: 1.0 / (shear_compliance(a) + shear_compliance(b)),
             friction,
-            damping_ratio: damping_of_restitution(restitution, End::ForceSpent),
+            damping_ratio: damping_of_restitution(restitution, end),
             shear_damping_ratio: 0.0,
-            tension_from_damping: false,
+            tension_from_damping: end == End::OverlapSpent,
             largest_relative_overlap: 0.05,
         };
         contact.validate()?;
@@ -157,7 +142,9 @@ impl ContactLaw for HertzMindlin {
     type Kinematics = PointKinematics;
     const NAME: &'static str = "hertz_mindlin";
     const DEFORMS: bool = true;
+    const STIFFENS: bool = true;
 
+    #[expect(clippy::too_many_lines, reason = "one formula with its energies, read from top to bottom")]
     #[inline(always)]
     fn respond(&self, kinematics: &PointKinematics, old: &HertzMindlinState, dt: f64) -> Response<HertzMindlinState> {
         let geometry = &kinematics.geometry;
@@ -258,7 +245,24 @@ impl ContactLaw for HertzMindlin {
 
     /// At the overlap [`HertzMindlin::largest_relative_overlap`]`·R*`: `2E*√(R*δ)` and `8G*√(R*δ)`.
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {
-        let contact_radius = geometry.effective_radius() * self.largest_relative_overlap.sqrt();
+        self.stiffness_of_contact_radius(geometry, geometry.effective_radius() * self.largest_relative_overlap.sqrt())
+    }
+
+    /// `2E*√(R*δ)` and `8G*√(R*δ)` at the given overlap δ.
+    fn stiffness_at(&self, geometry: &ContactGeometry, overlap: f64) -> Stiffness {
+        self.stiffness_of_contact_radius(geometry, (geometry.effective_radius() * overlap.max(0.0)).sqrt())
+    }
+
+    /// `(5mv²/4k)^{2/5}`: all kinetic energy is stored, `½mv² = (2/5)kδ^{5/2}` (Johnson 1985, (11.25)).
+    fn impact_overlap(&self, geometry: &ContactGeometry, speed: f64) -> f64 {
+        let hertz = 4.0 / 3.0 * self.effective_young * geometry.effective_radius().sqrt();
+        pow(1.25 * geometry.reduced_mass() * (speed * speed) / hertz, 0.4)
+    }
+}
+
+impl HertzMindlin {
+    /// Stiffnesses at the radius √(R*δ) of the contact area, m.
+    fn stiffness_of_contact_radius(&self, geometry: &ContactGeometry, contact_radius: f64) -> Stiffness {
         let normal = 2.0 * self.effective_young * contact_radius;
         let shear = 8.0 * self.effective_shear * contact_radius;
         let mass = geometry.reduced_mass();
@@ -287,10 +291,14 @@ pub struct HertzMindlinTable {
     #[serde(default)]
     #[schemars(extend("minimum" = 0))]
     pub friction_coefficient: Number,
-    /// Coefficient of restitution.
+    /// Coefficient of restitution. At 0 the contact may pull while the spheres part, so that they stay together.
     #[serde(default = "one")]
-    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
+    #[schemars(extend("minimum" = 0, "maximum" = 1))]
     pub restitution: Number,
+    /// Shear dashpot as a fraction of critical damping.
+    #[serde(default)]
+    #[schemars(extend("minimum" = 0))]
+    pub shear_damping_ratio: Number,
 }
 
 fn one() -> Number {
@@ -311,12 +319,16 @@ impl RegisteredLaw for HertzMindlin {
 
     fn row(a: &HertzMindlinTable, b: &HertzMindlinTable) -> Result<Self, ParameterError> {
         let elastic = |t: &HertzMindlinTable| Elastic { young: t.young.si(), poisson: t.poisson.si() };
-        Self::new(
+        let contact = Self::new(
             elastic(a),
             elastic(b),
             a.friction_coefficient.si().min(b.friction_coefficient.si()),
             0.5 * (a.restitution.si() + b.restitution.si()),
-        )
+        )?;
+        let shear_damping_ratio = 0.5 * (a.shear_damping_ratio.si() + b.shear_damping_ratio.si());
+        let contact = Self { shear_damping_ratio, ..contact };
+        contact.validate()?;
+        Ok(contact)
     }
 
     fn unbonded_row(a: &HertzMindlinTable, b: &HertzMindlinTable) -> Result<Self, ParameterError> {

@@ -17,18 +17,15 @@
 //!
 //! Whether the springs start unstressed is open in Madan 2019; see [`LinearBond::subtract_initial_gap`].
 
-use super::common::{ParameterError, reciprocal_of_step, require};
+use super::batch::{Batch, BatchResult, evaluate_batch, evaluate_one};
+use super::common::{ParameterError, mean_strength, reciprocal_of_step, require};
 use super::frictional::{Frictional, FrictionalTable};
-use super::table::{LawTable, RegisteredLaw};
-use super::{
-    ContactGeometry, ContactLaw, EnergySplit, Kinematics, Reference, Response, Status, Stiffness, evaluate_one,
-};
-use crate::kinematics::batch::Formula;
+use super::table::{Fault, LawTable, RegisteredLaw};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness};
+use crate::columns::{Arrays, BATCH, Columns, Formula};
 use crate::kinematics::deformable::ParticleVirial;
-use crate::kinematics::sphere_sphere::{FINITE_INPUT, FiniteMeasure};
-use crate::kinematics::{
-    BATCH, Batch, BatchResult, BranchVector, Columns, MotionMeasure, PointKinematics, PreviousGeometry, torques,
-};
+use crate::kinematics::sphere_sphere::FiniteInput;
+use crate::kinematics::{BranchVector, MotionMeasure, PointKinematics, torques};
 use crate::math::{Symmetric, Vec3};
 use crate::quantity::{self, Force, Number};
 use schemars::JsonSchema;
@@ -185,23 +182,50 @@ impl LinearBond {
     }
 }
 
-/// Input: of the measure, then reference length (m), masses (kg), history; with particles that deform the six components of
-/// the sum of their widenings (m).
-const INPUT: usize = FINITE_INPUT + 10;
-/// Output: 1 where the bond holds, length, normal, force (N), torques on A and B (N·m), energies (J), history; with particles that
-/// deform elastic normal force and other forces that strain (N).
-const OUTPUT: usize = 14 + 2 + 7;
+crate::columns! {
+    /// Input of [`Intact`].
+    struct IntactInput {
+        motion: FiniteInput,
+        /// m; not a number: no bond.
+        reference_length: f64,
+        /// kg; zero without dashpots.
+        mass_a: f64,
+        mass_b: f64,
+        history: LinearBondState,
+    }
 
-#[inline(always)]
-fn columns_of(state: &LinearBondState) -> [f64; 7] {
-    let LinearBondState { shear_displacement: s, normal_dashpot, shear_dashpot: d } = *state;
-    [s.x, s.y, s.z, normal_dashpot, d.x, d.y, d.z]
-}
+    /// Output of [`Intact`].
+    struct IntactOutput {
+        /// 1 where the bond holds, else 0.
+        holds: f64,
+        branch: BranchVector,
+        /// On A, N.
+        force: Vec3,
+        /// About the centers, N·m.
+        torque_a: Vec3,
+        torque_b: Vec3,
+        /// J.
+        viscous: f64,
+        /// J.
+        integration: f64,
+        history: LinearBondState,
+    }
 
-#[inline(always)]
-fn state_of([sx, sy, sz, normal_dashpot, dx, dy, dz]: [f64; 7]) -> LinearBondState {
-    let (shear_displacement, shear_dashpot) = (Vec3::new(sx, sy, sz), Vec3::new(dx, dy, dz));
-    LinearBondState { shear_displacement, normal_dashpot, shear_dashpot }
+    /// Input of [`IntactStraining`].
+    struct StrainingInput {
+        bond: IntactInput,
+        /// Sum of both particles' surface displacements, m.
+        surface_displacement: Symmetric,
+    }
+
+    /// Output of [`IntactStraining`].
+    struct StrainingOutput {
+        bond: IntactOutput,
+        /// Elastic normal force, N.
+        pressure: f64,
+        /// Other forces that strain, N.
+        other: Vec3,
+    }
 }
 
 /// Measures and answers of many bonds that hold, of the same parameters.
@@ -215,51 +239,41 @@ impl<const DAMPED: bool> Intact<'_, DAMPED> {
     #[inline(always)]
     fn answer(
         &self,
-        input: [f64; INPUT],
+        input: &IntactInput,
         surface_displacement: impl FnOnce(&Vec3) -> f64,
-    ) -> ([f64; OUTPUT], Vec3, Response<LinearBondState>) {
-        let measure = FiniteMeasure::of(std::array::from_fn(|i| input[i]));
-        let [reference_length, mass_a, mass_b] = std::array::from_fn(|i| input[FINITE_INPUT + i]);
-        let [.., radius_a, radius_b, nx, ny, nz, length] = std::array::from_fn::<f64, FINITE_INPUT, _>(|i| input[i]);
+    ) -> (IntactOutput, Response<LinearBondState>) {
+        let IntactInput { motion, reference_length, mass_a, mass_b, history } = *input;
+        let FiniteInput { radius_a, radius_b, previous, .. } = motion;
         // The area is of no matter to this law.
         let geometry = ContactGeometry { reference_length, area: 0.0, radius_a, radius_b, mass_a, mass_b };
         let viscosities = if DAMPED { self.bond.dashpots(&geometry) } else { (0.0, 0.0) };
-        let frame = PreviousGeometry { normal: Vec3::new(nx, ny, nz), length };
-        let point = measure.point(&geometry, &frame, true);
+        let point = motion.measure().point(&geometry, &previous, true);
         let point = point.with_surface_displacement(surface_displacement(&point.normal), f64::NAN);
-        let old = state_of(std::array::from_fn(|i| input[FINITE_INPUT + 3 + i]));
-        let (response, fails) = self.bond.intact(&point, &old, viscosities, self.dt);
-        let (n, f, e) = (point.normal, response.force, response.energy);
-        let [ta, tb] = torques(&n, &f, [point.arm_a, point.arm_b]);
-        // No reference: no bond.
-        let holds = if fails | reference_length.is_nan() { 0.0 } else { 1.0 };
-        let mut output = [0.0; OUTPUT];
-        output[..14].copy_from_slice(&[
-            holds,
-            point.length,
-            n.x,
-            n.y,
-            n.z,
-            f.x,
-            f.y,
-            f.z,
-            ta.x,
-            ta.y,
-            ta.z,
-            tb.x,
-            tb.y,
-            tb.z,
-        ]);
-        output[14..16].copy_from_slice(&[e.viscous, e.integration]);
-        output[16..].copy_from_slice(&columns_of(&response.state));
-        (output, n, response)
+        let (response, fails) = self.bond.intact(&point, &history, viscosities, self.dt);
+        let (normal, force, energy) = (point.normal, response.force, response.energy);
+        let [torque_a, torque_b] = torques(&normal, &force, [point.arm_a, point.arm_b]);
+        let output = IntactOutput {
+            // No reference: no bond.
+            holds: if fails | reference_length.is_nan() { 0.0 } else { 1.0 },
+            branch: BranchVector { length: point.length, normal },
+            force,
+            torque_a,
+            torque_b,
+            viscous: energy.viscous,
+            integration: energy.integration,
+            history: response.state,
+        };
+        (output, response)
     }
 }
 
-impl<const DAMPED: bool> Formula<INPUT, OUTPUT> for Intact<'_, DAMPED> {
+impl<const DAMPED: bool> Formula for Intact<'_, DAMPED> {
+    type Input = IntactInput;
+    type Output = IntactOutput;
+
     #[inline(always)]
-    fn apply(&self, input: [f64; INPUT]) -> [f64; OUTPUT] {
-        self.answer(input, |_| 0.0).0
+    fn apply(&self, input: IntactInput) -> IntactOutput {
+        self.answer(&input, |_| 0.0).0
     }
 }
 
@@ -270,20 +284,20 @@ struct IntactStraining<'a, const DAMPED: bool> {
     dashpots_strain: bool,
 }
 
-impl<const DAMPED: bool> Formula<{ INPUT + 6 }, { OUTPUT + 4 }> for IntactStraining<'_, DAMPED> {
+impl<const DAMPED: bool> Formula for IntactStraining<'_, DAMPED> {
+    type Input = StrainingInput;
+    type Output = StrainingOutput;
+
     #[inline(always)]
-    fn apply(&self, input: [f64; INPUT + 6]) -> [f64; OUTPUT + 4] {
-        let surface_displacement = Symmetric(std::array::from_fn(|i| input[INPUT + i]));
+    fn apply(&self, input: StrainingInput) -> StrainingOutput {
         let intact = Intact::<DAMPED> { bond: self.bond, dt: self.dt };
-        let (row, normal, Response { force, state, .. }) =
-            intact.answer(std::array::from_fn(|i| input[i]), |normal| surface_displacement.quadratic(normal));
+        let (bond, Response { force, state, .. }) =
+            intact.answer(&input.bond, |normal| input.surface_displacement.quadratic(normal));
+        let normal = bond.branch.normal;
         let viscous = LinearBond::viscous_force(&normal, &state);
-        let push = ParticleVirial::of(&normal, &force, &viscous, self.dashpots_strain);
-        let other = push.other;
-        let mut output = [0.0; OUTPUT + 4];
-        output[..OUTPUT].copy_from_slice(&row);
-        output[OUTPUT..].copy_from_slice(&[push.pressure, other.x, other.y, other.z]);
-        output
+        let ParticleVirial { pressure, other, .. } =
+            ParticleVirial::of(&normal, &force, &viscous, self.dashpots_strain);
+        StrainingOutput { bond, pressure, other }
     }
 }
 
@@ -336,18 +350,23 @@ impl ContactLaw for LinearBond {
         let bond = *batch.law(0).0;
         // The loop with a sample serves rigid particles and others.
         if mode != MotionMeasure::Finite || B::SAMPLE || (1..count).any(|i| batch.row(i) != batch.row(0)) {
-            PointKinematics::measure_batch::<Self, B>(mode, count, dt, batch, columns);
+            evaluate_batch(mode, count, dt, batch, columns);
             return;
         }
         let damped = bond.damping_ratio != 0.0;
         for i in 0..count {
-            FiniteMeasure::set(columns, i, batch);
             let (Reference { length, .. }, bonded) = batch.reference(i);
+            // The input of rigid particles is the first part of that of others, in the same place.
+            let arrays = columns.input::<StrainingInput>();
+            let input = &mut arrays.bond;
+            input.motion.set(i, FiniteInput::of_contact(batch, i));
+            input.reference_length.set(i, if bonded { length } else { f64::NAN });
             let [mass_a, mass_b] = if damped { batch.masses(i) } else { [0.0; 2] };
-            columns.set_from(FINITE_INPUT, i, [if bonded { length } else { f64::NAN }, mass_a, mass_b]);
-            columns.set_from(FINITE_INPUT + 3, i, columns_of(batch.history(i)));
+            input.mass_a.set(i, mass_a);
+            input.mass_b.set(i, mass_b);
+            input.history.set(i, *batch.history(i));
             if B::DEFORM {
-                columns.set_from(INPUT, i, batch.surface_displacement(i).0);
+                arrays.surface_displacement.set(i, batch.surface_displacement(i));
             }
         }
         let dashpots_strain = B::DEFORM && batch.dashpots_strain();
@@ -359,22 +378,24 @@ impl ContactLaw for LinearBond {
             (true, true) => columns.apply(&IntactStraining::<true> { bond: &bond, dt, dashpots_strain }),
         }
         for i in 0..count {
-            let [holds, length, nx, ny, nz, fx, fy, fz, ax, ay, az, bx, by, bz] = columns.get(i);
-            if holds == 0.0 {
+            let output = columns.output::<StrainingOutput>();
+            let bond = &output.bond;
+            if bond.holds.get(i) == 0.0 {
                 evaluate_one(mode, i, dt, batch);
                 continue;
             }
-            let normal = Vec3::new(nx, ny, nz);
-            let push = B::DEFORM.then(|| {
-                let [pressure, ox, oy, oz] = columns.get_from(OUTPUT, i);
-                ParticleVirial { normal, pressure, other: Vec3::new(ox, oy, oz) }
+            let branch: BranchVector = bond.branch.get(i);
+            let push = B::DEFORM.then(|| ParticleVirial {
+                normal: branch.normal,
+                pressure: output.pressure.get(i),
+                other: output.other.get(i),
             });
             let found = BatchResult {
-                branch: BranchVector { length, normal },
-                force: Vec3::new(fx, fy, fz),
-                torques: [Vec3::new(ax, ay, az), Vec3::new(bx, by, bz)],
-                energy: Some(columns.get_from(14, i)),
-                state: Some(state_of(columns.get_from(16, i))),
+                branch,
+                force: bond.force.get(i),
+                torques: [bond.torque_a.get(i), bond.torque_b.get(i)],
+                energy: Some([bond.viscous.get(i), bond.integration.get(i)]),
+                state: Some(bond.history.get(i)),
                 push,
             };
             batch.commit_result(i, &found);
@@ -412,10 +433,10 @@ pub struct LinearBondTable {
     #[serde(default)]
     #[schemars(extend("minimum" = 0))]
     pub damping_ratio: Number,
-    /// Tensile force at which a bond breaks, N; never when left out.
+    /// Tensile force at which a bond breaks, N; never when left out. Between two materials: the mean, or the only one given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub normal_strength: Option<Force>,
-    /// Shear force at which a bond breaks, N; never when left out.
+    /// Shear force at which a bond breaks, N; never when left out. Between two materials: the mean, or the only one given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub shear_strength: Option<Force>,
     /// Friction coefficient (tangent of the angle) after failure.
@@ -431,7 +452,20 @@ fn yes() -> bool {
     true
 }
 
-impl LawTable for LinearBondTable {}
+impl LawTable for LinearBondTable {
+    fn keys_of_bonds(&self) -> Vec<&'static str> {
+        let keys = [
+            ("normal_strength", self.normal_strength.is_some()),
+            ("shear_strength", self.shear_strength.is_some()),
+            ("subtract_initial_gap", !self.subtract_initial_gap),
+        ];
+        keys.into_iter().filter(|(_, given)| *given).map(|(key, _)| key).collect()
+    }
+
+    fn fault_in_plane(&self) -> Option<Fault> {
+        None
+    }
+}
 
 impl LinearBondTable {
     /// The contact that is left of a broken bond: the same springs and dashpots, with friction.
@@ -456,13 +490,14 @@ impl RegisteredLaw for LinearBond {
 
     fn row(a: &LinearBondTable, b: &LinearBondTable) -> Result<Self, ParameterError> {
         let mean = |of: fn(&LinearBondTable) -> f64| 0.5 * (of(a) + of(b));
-        let strength = |value: Option<Force>| value.map_or(f64::INFINITY, Force::si);
+        let strength =
+            |of: fn(&LinearBondTable) -> Option<Force>| mean_strength(of(a).map(Force::si), of(b).map(Force::si));
         let mut bond = Self::new(
             mean(|t| t.normal_stiffness.si()),
             mean(|t| t.shear_stiffness.si()),
             mean(|t| t.damping_ratio.si()),
-            0.5 * (strength(a.normal_strength) + strength(b.normal_strength)),
-            0.5 * (strength(a.shear_strength) + strength(b.shear_strength)),
+            strength(|t| t.normal_strength),
+            strength(|t| t.shear_strength),
         )?;
         bond.subtract_initial_gap = a.subtract_initial_gap && b.subtract_initial_gap;
         Ok(bond)

@@ -1,7 +1,7 @@
 //! Tests of the brittle linear bond.
 
 use super::*;
-use crate::law::conformance::{Native, Observed, Properties, Station, Subject, Window, atlas, atlas_paths, check};
+use crate::conformance::{Native, Observed, Properties, Station, Subject, Window, atlas, atlas_paths, check};
 
 /// Deformations are a good part of the length, so that rounding of positions does not hide anything.
 fn subject(name: &'static str, bond: LinearBond) -> Subject<Native<LinearBond>> {

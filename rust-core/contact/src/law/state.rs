@@ -1,8 +1,10 @@
-//! History of a contact: one declaration gives the struct and everything known about its fields.
+//! History of a contact: one declaration gives the struct, the description of its fields, and its columns.
 
 use bytemuck::Pod;
 
-/// How a field changes when the two particles of a contact are exchanged (A↔B, hence n → −n).
+use crate::columns::Item;
+
+/// Sign of a field when the two particles of a contact are exchanged (A↔B, hence n → −n).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parity {
     /// Unchanged.
@@ -26,9 +28,9 @@ pub struct Field {
     pub description: &'static str,
 }
 
-/// History of one contact: plain reals, all zero before the first evaluation.
-pub trait LawState: Pod + Default + Send + Sync + std::fmt::Debug + PartialEq {
-    /// The fields in storage order; their components add up to the size of the struct in reals.
+/// History of one contact: reals, all zero before the first evaluation.
+pub trait LawState: Pod + Item + Default + Send + Sync + std::fmt::Debug + PartialEq {
+    /// The fields in storage order. The sum of their components is the number of reals in the struct.
     const FIELDS: &'static [Field];
 
     /// The history as reals, in the order of [`Self::FIELDS`].
@@ -97,5 +99,6 @@ macro_rules! law_state {
                 description: concat!($($doc),+),
             }),*];
         }
+        $crate::column_arrays! { pub $name { $($field: $ty),* } }
     };
 }

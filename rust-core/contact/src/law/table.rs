@@ -46,6 +46,23 @@ pub trait LawTable: Debug + Send + Sync {
         Vec::new()
     }
 
+    /// Keys that the table gives and that only bonds use; a table for other contacts alone ignores them.
+    fn keys_of_bonds(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+
+    /// Keys that the table gives and that belong to the particles of one material; an `[[interface]]` cannot have them.
+    fn keys_of_particles(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+
+    /// Why the law does not act between discs of unit depth; `None` if it does. Most laws have a circular cross-section or
+    /// are those of spheres: their forces are not per unit of depth.
+    fn fault_in_plane(&self) -> Option<Fault> {
+        let help = "use \"linear_bond\" or \"frictional\" with stiffnesses in N/m, or dimension = 3";
+        Some(Fault::conflict("", "a law of spheres, which has no meaning between discs of unit depth", help))
+    }
+
     /// A key that must have the same value in all tables of a run, and its value.
     fn uniform_key(&self) -> Option<(&'static str, String)> {
         None

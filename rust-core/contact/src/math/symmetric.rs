@@ -1,4 +1,4 @@
-//! Symmetric matrices of three rows.
+//! Symmetric 3×3 matrices.
 
 use super::{Mat3, Vec3};
 
@@ -44,7 +44,7 @@ impl Symmetric {
         Vec3::new(xx * v.x + xy * v.y + xz * v.z, xy * v.x + yy * v.y + yz * v.z, xz * v.x + yz * v.y + zz * v.z)
     }
 
-    /// Trace.
+    /// Trace `A_ii`.
     #[inline(always)]
     pub fn trace(&self) -> f64 {
         self.0[0] + self.0[1] + self.0[2]
@@ -57,7 +57,7 @@ impl Symmetric {
         a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + 2.0 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
     }
 
-    /// The same components as a full matrix.
+    /// As a full matrix.
     pub fn matrix(&self) -> Mat3 {
         let [xx, yy, zz, yz, xz, xy] = self.0;
         Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
@@ -99,7 +99,7 @@ impl std::ops::AddAssign for Symmetric {
 mod tests {
     use super::*;
 
-    /// Against full matrices; a handful of roundings of numbers of order 1.
+    /// Compared with full matrices. Tolerance: a handful of roundings of numbers of order 1.
     #[test]
     fn agrees_with_full_matrices() {
         let (a, b) = (Vec3::new(0.3, -0.7, 1.1), Vec3::new(-0.2, 0.5, 0.9));

@@ -1,8 +1,8 @@
 //! The concrete particle model in scenarios: its table of parameters, and the rows made of it.
 
-use super::cpm::{Cpm, CpmError, CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
-use super::table::{Fault, LawTable, RegisteredLaw};
-use super::{ContactLaw, ParameterError};
+use super::{Cpm, CpmError, CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
+use crate::law::table::{Fault, LawTable, RegisteredLaw};
+use crate::law::{ContactLaw, ParameterError};
 use crate::math;
 use crate::quantity::{Angle, Number, Stress, Time};
 use schemars::JsonSchema;
@@ -55,25 +55,25 @@ pub struct CpmTable {
     /// Confinement added to the normal stress of every link, Pa.
     #[serde(default)]
     pub isotropic_prestress: Stress,
-    /// Weight of the shear strain in the equivalent strain that drives damage.
+    /// Weight of the shear strain in the equivalent strain that drives damage; not in mode `woo`.
     #[serde(default)]
     #[schemars(extend("minimum" = 0))]
     pub shear_contribution: Number,
-    /// Yield surface of the shear stress; only in mode `woo`.
+    /// Yield surface of the shear stress; not in mode `yade-public`.
     pub yield_surface: Option<YieldSurface>,
-    /// Speed of the logarithmic yield surface; only in mode `woo`.
+    /// Speed of the logarithmic yield surface; not in mode `yade-public`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub yield_log_speed: Option<Number>,
-    /// Characteristic time of viscous damage, s; rate independent when left out; only in mode `woo`.
+    /// Characteristic time of viscous damage, s; rate independent when left out; not in mode `yade-public`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub damage_time: Option<Time>,
-    /// Exponent of viscous damage; only in mode `woo`.
+    /// Exponent of viscous damage; not in mode `yade-public`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub damage_rate_exponent: Option<Number>,
-    /// Characteristic time of viscous plasticity, s; rate independent when left out; only in mode `woo`.
+    /// Characteristic time of viscous plasticity, s; rate independent when left out; not in mode `yade-public`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub plasticity_time: Option<Time>,
-    /// Exponent of viscous plasticity; only in mode `woo`.
+    /// Exponent of viscous plasticity; not in mode `yade-public`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub plasticity_rate_exponent: Option<Number>,
 }
@@ -157,37 +157,42 @@ impl CpmTable {
             ("plasticity_time", self.plasticity_time.is_some()),
             ("plasticity_rate_exponent", self.plasticity_rate_exponent.is_some()),
         );
-        let woo = self.mode == CpmFormulation::Woo;
+        let yade = self.mode == CpmFormulation::YadePublic;
+        let logarithmic =
+            matches!(self.yield_surface, Some(YieldSurface::Logarithmic | YieldSurface::LogarithmicLinear));
+        if yade {
+            let refused = [
+                ("yield_surface", self.yield_surface.is_some_and(|surface| surface != YieldSurface::MohrCoulomb)),
+                ("yield_log_speed", self.yield_log_speed.is_some()),
+                damage.0,
+                damage.1,
+                plasticity.0,
+                plasticity.1,
+            ];
+            for (key, _) in refused.into_iter().filter(|(_, given)| *given) {
+                let help = "write mode = \"thesis\" or \"woo\", which have it, or remove this key";
+                faults.push(Fault::conflict(key, "has no effect in mode \"yade-public\"", help));
+            }
+            return faults;
+        }
         for ((time, has_time), (exponent, has_exponent)) in [damage, plasticity] {
-            if has_time != has_exponent && woo {
+            if has_time != has_exponent {
                 let (there, missing) = if has_time { (time, exponent) } else { (exponent, time) };
                 let help = format!("add `{missing} = ...`, or remove `{there}`");
                 faults.push(Fault::conflict(there, format!("`{there}` requires `{missing}`"), help));
             }
         }
-        let only_woo = [
-            ("yield_surface", self.yield_surface.is_some()),
-            ("yield_log_speed", self.yield_log_speed.is_some()),
-            damage.0,
-            damage.1,
-            plasticity.0,
-            plasticity.1,
-        ];
-        for (key, given) in only_woo {
-            if given && !woo {
-                let help = "write mode = \"woo\" for the full model, or remove this key";
-                faults.push(Fault::conflict(key, "has no effect in this mode of the model", help));
-            }
-        }
-        let logarithmic =
-            matches!(self.yield_surface, Some(YieldSurface::Logarithmic | YieldSurface::LogarithmicLinear));
-        if woo && logarithmic && self.yield_log_speed.is_none() {
+        if logarithmic && self.yield_log_speed.is_none() {
             let message = "missing key, required by a logarithmic yield surface";
             faults.push(Fault::missing("yield_log_speed", message, "add `yield_log_speed = 0.1`"));
         }
-        if woo && !logarithmic && self.yield_log_speed.is_some() {
+        if !logarithmic && self.yield_log_speed.is_some() {
             let help = "write yield_surface = \"logarithmic\" or \"logarithmic-linear\", or remove this key";
             faults.push(Fault::conflict("yield_log_speed", "has no effect with this yield surface", help));
+        }
+        if self.mode == CpmFormulation::Woo && self.shear_contribution.si() != 0.0 {
+            let help = "write mode = \"thesis\", or remove this key";
+            faults.push(Fault::conflict("shear_contribution", "has no effect in mode \"woo\"", help));
         }
         faults
     }
@@ -209,6 +214,10 @@ impl LawTable for CpmTable {
             let help = "add `relative_soft_stiffness = 0.3`, the hardening modulus divided by the normal modulus";
             let message = "missing key, required by `soft_strain`";
             faults.push(Fault::missing("relative_soft_stiffness", message, help));
+        }
+        if self.never_damage && self.omega_threshold.si() != 1.0 {
+            let help = "links without damage do not break: remove one of the two keys";
+            faults.push(Fault::conflict("omega_threshold", "has no effect with `never_damage`", help));
         }
         faults.extend(self.faults_of_mode());
         faults

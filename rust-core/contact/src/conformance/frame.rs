@@ -1,12 +1,12 @@
-//! The conformance suite for laws that read a bond frame ([`FrameKinematics`]): see
-//! [`conformance`](super::conformance), whose findings and reports it shares.
+//! Conformance suite for laws with moments ([`FrameKinematics`]). It shares findings and reports with the
+//! [parent module](super).
 //!
-//! A pair is led through end rotations, twist, and elongation while a rigid motion carries both, from bodies that are
-//! turned differently at bonding. Checked are:
+//! A pair moves through end rotations, twist, and elongation, on top of a rigid motion of both. The bodies have different
+//! orientations at bonding. The checks are:
 //!
 //! * **action and reaction**: moments of both sides balance about any point;
 //! * **exchange of A and B**: bit for bit by the law, to rounding by kinematics and law together;
-//! * **objectivity** under finite rigid motion, a turn by 2π included;
+//! * **objectivity** under finite rigid motion, a rotation by 2π included;
 //! * **conservation**: force and both moments are the derivatives of the stored energy at finite rotations (central
 //!   differences), and the trapezoidal work of closed paths vanishes with the square of the step;
 //! * **brittleness**: a bond pulled to failure releases its stored energy;
@@ -14,21 +14,20 @@
 
 use std::f64::consts::PI;
 
-use super::conformance::{
-    Finding, Native, Pose, Random, Report, RigidMotion, at_rest, largest, random_motion, rotation_vector,
-    take_away_what_is_void,
-};
-use super::{ContactGeometry, ContactLaw, Kinematics, LawState, Response, Status};
-use crate::kinematics::sphere_sphere::{ImageShift, Motion, initial_geometry};
-use crate::kinematics::{FrameKinematics, MotionMeasure, PreviousGeometry};
+use super::driver::clear_void_parts;
+use super::path::{random_motion, rotation_vector};
+use super::{Finding, Native, Pose, Random, Report, RigidMotion, at_rest, largest};
+use crate::geometry::{ContactGeometry, PreviousGeometry, initial_geometry};
+use crate::kinematics::{ContactInput, FrameKinematics, ImageShift, Motion};
+use crate::law::{ContactLaw, LawState, Response, Status};
 use crate::math::{Quat, Vec3, normalized, quaternion_of_rotation_vector, rotate, sin_cos};
 
-/// Whoever runs a law of bond frames.
+/// Program that evaluates a law with moments.
 pub trait FrameHost {
     /// History of the bond.
     type State: LawState;
 
-    /// The law's answer to a step.
+    /// Response of the law to a step.
     fn respond(&self, kinematics: &FrameKinematics, old: &Self::State, dt: f64) -> Response<Self::State>;
 }
 
@@ -40,7 +39,7 @@ impl<L: ContactLaw<Kinematics = FrameKinematics>> FrameHost for Native<L> {
     }
 }
 
-/// Deformation of a bond, in axes carried by its chord (x along the chord).
+/// Deformation of a bond, in axes that move with its branch vector (x along it).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FrameStation {
     /// Elongation, m.
@@ -49,20 +48,20 @@ pub struct FrameStation {
     pub a: [f64; 2],
     /// Rotation of the end at B about y and z, rad.
     pub b: [f64; 2],
-    /// Twist of B against A, rad.
+    /// Twist of B relative to A, rad.
     pub twist: f64,
 }
 
-/// A law, its bond, and the range of deformations in which it is looked at.
+/// A law under test, its bond, and the range of deformations of the checks.
 #[derive(Debug, Clone)]
 pub struct FrameSubject<H> {
     /// Name for the report.
     pub name: &'static str,
-    /// Who answers.
+    /// Evaluates the law.
     pub host: H,
     /// The bond.
     pub geometry: ContactGeometry,
-    /// Largest elongation in size, m.
+    /// Largest absolute elongation, m.
     pub elongation: f64,
     /// Largest rotation of an end about one axis, rad.
     pub rotation: f64,
@@ -77,23 +76,23 @@ pub struct FrameSubject<H> {
 /// One step of a driven bond.
 #[derive(Debug, Clone, Copy)]
 pub struct FrameRecord<S> {
-    /// What the law was told.
+    /// Input of the law.
     pub kinematics: FrameKinematics,
     /// History before the step.
     pub old: S,
-    /// What it answered; void parts cleared where it broke.
+    /// Response of the law, without its void parts if the bond broke.
     pub response: Response<S>,
-    /// Sum of the stored energies that a breaking law names as released, J.
+    /// Sum of the stored energies that a broken bond released, J.
     pub released: f64,
-    /// Force on A in the chord's own axes, N.
+    /// Force on A in the axes of the branch vector, N.
     pub force: Vec3,
-    /// Moments on A and B about their centres in the chord's own axes, N·m.
+    /// Moments on A and B about their centers in the axes of the branch vector, N·m.
     pub moments: [Vec3; 2],
     /// Trapezoidal work done on the bond in this step, J.
     pub work: f64,
 }
 
-/// Poses of both ends in the chord's axes at a station, for bodies that started with the orientations `start`.
+/// Poses of both ends at a station in the axes of the branch vector, for bodies with the initial orientations `start`.
 pub fn poses(geometry: &ContactGeometry, station: &FrameStation, start: &[Quat; 2]) -> [Pose; 2] {
     let length = geometry.reference_length + station.elongation;
     let swing = |[y, z]: [f64; 2]| quaternion_of_rotation_vector(&Vec3::new(0.0, y, z));
@@ -108,7 +107,7 @@ pub fn poses(geometry: &ContactGeometry, station: &FrameStation, start: &[Quat; 
 /// Measure a step between two pairs of poses.
 fn measured(
     geometry: &ContactGeometry,
-    frame: &PreviousGeometry,
+    previous: &PreviousGeometry,
     before: &[Pose; 2],
     now: &[Pose; 2],
     bonded: bool,
@@ -124,26 +123,18 @@ fn measured(
             orientation: now[k].orientation,
         }
     };
-    FrameKinematics::measure(
-        MotionMeasure::Finite,
-        &motion(0),
-        &motion(1),
-        &ImageShift::default(),
-        geometry,
-        frame,
-        bonded,
-        dt,
-    )
+    let (a, b, image) = (motion(0), motion(1), ImageShift::default());
+    FrameKinematics::new(&ContactInput { a: &a, b: &b, image: &image, geometry, previous, bonded, dt })
 }
 
-/// Moments on A and B about their centres, of an answer with the solver's arms.
-fn about_centres<S>(kinematics: &FrameKinematics, response: &Response<S>) -> [Vec3; 2] {
+/// Moments on A and B about their centers, N·m, of a response with the solver's arms.
+fn about_centers<S>(kinematics: &FrameKinematics, response: &Response<S>) -> [Vec3; 2] {
     let point = &kinematics.point;
     let lever = point.normal.cross(&response.force);
     [lever * point.arm_a + response.moment, lever * point.arm_b - response.moment]
 }
 
-/// Lead a bond through `stations`, while a rigid motion carries it; the driver stops when the bond breaks.
+/// Move a bond through `stations`, on top of a rigid motion. The path ends where the bond breaks.
 pub fn drive<H: FrameHost>(
     subject: &FrameSubject<H>,
     stations: &[FrameStation],
@@ -163,20 +154,20 @@ pub fn drive<H: FrameHost>(
     let mut old_answer = [Vec3::zeros(); 3];
     for (index, station) in stations.iter().enumerate() {
         let motion = rigid(index as f64 / steps);
-        let accumulate = |pose: Pose| Pose {
+        let moved = |pose: Pose| Pose {
             position: rotate(&motion.orientation, &pose.position) + motion.position,
             orientation: normalized(&(motion.orientation * pose.orientation)),
         };
-        let mut now = poses(&subject.geometry, station, start).map(accumulate);
+        let mut now = poses(&subject.geometry, station, start).map(moved);
         if exchanged {
             now.reverse();
         }
         let before = previous.unwrap_or(now);
-        let frame = initial_geometry(&before[0].position, &before[1].position, &Vec3::zeros());
-        let kinematics = measured(&geometry, &frame, &before, &now, true, subject.dt);
+        let previous_geometry = initial_geometry(&before[0].position, &before[1].position, &Vec3::zeros());
+        let kinematics = measured(&geometry, &previous_geometry, &before, &now, true, subject.dt);
         let mut response = subject.host.respond(&kinematics, &state, subject.dt);
-        let released = take_away_what_is_void(&mut response);
-        let moments = about_centres(&kinematics, &response);
+        let released = clear_void_parts(&mut response);
+        let moments = about_centers(&kinematics, &response);
         let answer = [response.force, moments[0], moments[1]];
         let work = 0.5
             * (kinematics.work(&answer[0], &answer[1], &answer[2])
@@ -201,7 +192,7 @@ pub fn drive<H: FrameHost>(
     records
 }
 
-/// Stations from one to the next of `knots`, `steps` per leg, starting and stopping gently.
+/// Stations along straight legs between `knots`, `steps` per leg, with a cosine ramp in each leg.
 pub fn legs(knots: &[FrameStation], steps: usize) -> Vec<FrameStation> {
     let mut stations: Vec<FrameStation> = knots.first().copied().into_iter().collect();
     for pair in knots.windows(2) {
@@ -225,7 +216,7 @@ const KNOTS: usize = 6;
 const STEPS: usize = 40;
 const SEEDS: u64 = 5;
 
-/// Orientations at bonding, by seed: alike for the first, any for the others.
+/// Orientations at bonding, by seed: equal for the first, random for the others.
 fn starts(seed: u64) -> [Quat; 2] {
     let mut random = Random::new(seed ^ 0x5eed);
     let mut turn = || {
@@ -255,7 +246,7 @@ impl<H: FrameHost> FrameSubject<H> {
         legs(&knots, steps)
     }
 
-    /// Sizes of force and moment against which errors are measured: those at the largest deformations.
+    /// Largest force (N) and moment (N·m): the scales of errors.
     fn sizes(&self, records: &[FrameRecord<H::State>]) -> (f64, f64) {
         let force = largest(records.iter().map(|r| r.force.norm()));
         let moment = largest(records.iter().map(|r| r.moments[0].norm().max(r.moments[1].norm())));
@@ -286,7 +277,7 @@ fn action_and_reaction<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut V
         let point = Random::new(seed).direction() * subject.geometry.reference_length;
         for record in &records {
             let k = &record.kinematics.point;
-            let [ma, mb] = about_centres(&record.kinematics, &record.response);
+            let [ma, mb] = about_centers(&record.kinematics, &record.response);
             let f = record.response.force;
             // A at the origin: f × arms about the point.
             let sum = ma + mb + (-point).cross(&f) + (k.normal * k.length - point).cross(&-f);
@@ -318,7 +309,7 @@ fn exchange<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>
                 continue;
             }
             let mut answer = subject.host.respond(&other, &record.old.swapped(), subject.dt);
-            take_away_what_is_void(&mut answer);
+            clear_void_parts(&mut answer);
             let same = answer.force == -record.response.force
                 && answer.moment == -record.response.moment
                 && answer.energy == record.response.energy;
@@ -364,15 +355,15 @@ fn derivatives<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Findi
         let station = subject.station(&mut random);
         let origin = poses(&subject.geometry, &FrameStation::default(), &start);
         let here = poses(&subject.geometry, &station, &start);
-        let frame = initial_geometry(&origin[0].position, &origin[1].position, &Vec3::zeros());
-        let first = measured(&subject.geometry, &frame, &origin, &origin, true, subject.dt);
+        let previous_geometry = initial_geometry(&origin[0].position, &origin[1].position, &Vec3::zeros());
+        let first = measured(&subject.geometry, &previous_geometry, &origin, &origin, true, subject.dt);
         let state = subject.host.respond(&first, &H::State::default(), subject.dt).state;
         let energy = |now: &[Pose; 2]| {
-            let kinematics = measured(&subject.geometry, &frame, &origin, now, true, subject.dt);
+            let kinematics = measured(&subject.geometry, &previous_geometry, &origin, now, true, subject.dt);
             (subject.host.respond(&kinematics, &state, subject.dt), kinematics)
         };
         let (answer, kinematics) = energy(&here);
-        let [ma, mb] = about_centres(&kinematics, &answer);
+        let [ma, mb] = about_centers(&kinematics, &answer);
         let length = subject.geometry.reference_length;
         let scale = answer.force.norm() * length + ma.norm() + mb.norm();
         if scale == 0.0 || answer.status != Status::Lives {

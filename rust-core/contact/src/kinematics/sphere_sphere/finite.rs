@@ -1,0 +1,145 @@
+//! The finite measure; see the [parent module](super) for the equations.
+
+use super::super::transport::Turn;
+use super::super::{ContactInput, MotionSink, MotionSource, PointKinematics};
+use crate::columns::{Arrays, BATCH, Columns, Formula};
+use crate::geometry::{ContactGeometry, PreviousGeometry};
+use crate::math::{Quat, Vec3};
+
+crate::columns! {
+    /// What the finite measure reads.
+    pub struct FiniteInput {
+        /// Branch vector `x_B + shift − x_A`, m.
+        pub branch: Vec3,
+        /// Rotation of A in the step.
+        pub rotation_a: Quat,
+        /// Rotation of B in the step.
+        pub rotation_b: Quat,
+        /// Radius of A, m.
+        pub radius_a: f64,
+        /// Radius of B, m.
+        pub radius_b: f64,
+        /// Geometry of the previous step.
+        pub previous: PreviousGeometry,
+    }
+
+    /// What the finite measure returns.
+    pub struct FiniteMeasure {
+        length: f64,
+        gap: f64,
+        normal: Vec3,
+        shear_increment: Vec3,
+        turn: Turn,
+    }
+}
+
+impl FiniteInput {
+    /// That of contact `i` of a batch.
+    #[inline(always)]
+    pub fn of_contact<S: MotionSource>(source: &S, i: usize) -> Self {
+        let ([a, b], shift) = source.poses(i);
+        Self {
+            branch: b.position + shift - a.position,
+            rotation_a: a.rotation,
+            rotation_b: b.rotation,
+            radius_a: a.radius,
+            radius_b: b.radius,
+            previous: source.previous(i),
+        }
+    }
+
+    /// Measure the contact.
+    #[inline(always)]
+    pub fn measure(&self) -> FiniteMeasure {
+        let Self { branch, rotation_a, rotation_b, radius_a, radius_b, previous } = *self;
+        let length = branch.norm();
+        let normal = branch * (1.0 / length);
+        let gap = length - radius_a - radius_b;
+        let rotation_sum = Quat::from(rotation_a.coords + rotation_b.coords);
+        let swing_axis = previous.normal.cross(&normal);
+        let turn = Turn::finite(&previous.normal, &normal, &swing_axis, &rotation_sum);
+        let mean_length = 0.5 * (length + previous.length);
+        let mean_half_gap = 0.5 * (mean_length - radius_a - radius_b);
+        // 2 w u is the sine vector of a rotation (u, w).
+        let turn_a = 2.0 * rotation_a.w * (radius_a + mean_half_gap);
+        let turn_b = 2.0 * rotation_b.w * (radius_b + mean_half_gap);
+        let turned = rotation_a.imag() * turn_a + rotation_b.imag() * turn_b;
+        let c = previous.normal.dot(&normal);
+        let late = (previous.normal - normal * c) * mean_length + turned.cross(&normal);
+        let along = (turned.dot(&previous.normal) + turned.dot(&normal)) / (1.0 + c);
+        let early = late - swing_axis * along;
+        let shear_increment = (turn.twist(&normal, &early) + late) * -0.5;
+        FiniteMeasure { length, gap, normal, shear_increment, turn }
+    }
+}
+
+impl FiniteMeasure {
+    /// Length (m), gap (m), and normal of a measure whose increments nobody reads, because the law's response is known.
+    #[inline(always)]
+    pub fn without_increments(length: f64, gap: f64, normal: Vec3) -> Self {
+        let turn = Turn { bisector: normal, cosine: 1.0, sine: 0.0 };
+        Self { length, gap, normal, shear_increment: Vec3::zeros(), turn }
+    }
+
+    /// As the input of a law.
+    #[inline(always)]
+    pub fn point(&self, geometry: &ContactGeometry, previous: &PreviousGeometry, bonded: bool) -> PointKinematics {
+        PointKinematics {
+            geometry: *geometry,
+            length: self.length,
+            length_old: previous.length,
+            elongation: self.length - geometry.reference_length,
+            elongation_old: previous.length - geometry.reference_length,
+            gap: self.gap,
+            normal: self.normal,
+            shear_increment: self.shear_increment,
+            arm_a: geometry.radius_a + 0.5 * self.gap,
+            arm_b: geometry.radius_b + 0.5 * self.gap,
+            bonded,
+            transport: self.turn.transport(self.normal),
+        }
+    }
+}
+
+#[inline(always)]
+pub(super) fn measure(input: &ContactInput<'_>) -> PointKinematics {
+    let ContactInput { a, b, geometry, previous, bonded, .. } = *input;
+    let input = FiniteInput {
+        branch: input.branch(),
+        rotation_a: a.rotation_increment,
+        rotation_b: b.rotation_increment,
+        radius_a: geometry.radius_a,
+        radius_b: geometry.radius_b,
+        previous: *previous,
+    };
+    input.measure().point(geometry, previous, bonded)
+}
+
+/// The finite measure in columns.
+struct Finite;
+
+impl Formula for Finite {
+    type Input = FiniteInput;
+    type Output = FiniteMeasure;
+
+    #[inline(always)]
+    fn apply(&self, input: FiniteInput) -> FiniteMeasure {
+        input.measure()
+    }
+}
+
+/// [`measure`](super::measure) with [`Finite`](crate::kinematics::MotionMeasure::Finite) for the first `count` contacts of a
+/// batch, with the same bits; evaluates each.
+#[inline(always)]
+pub fn finite_batch<B: MotionSink<PointKinematics>>(count: usize, batch: &mut B, columns: &mut Columns) {
+    let count = count.min(BATCH);
+    for i in 0..count {
+        columns.input::<FiniteInput>().set(i, FiniteInput::of_contact(batch, i));
+    }
+    columns.apply(&Finite);
+    for i in 0..count {
+        let measure: FiniteMeasure = columns.output::<FiniteMeasure>().get(i);
+        let (geometry, previous, bonded) = batch.constants(i);
+        batch.evaluate(i, &measure.point(&geometry, &previous, bonded));
+    }
+}

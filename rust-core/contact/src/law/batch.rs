@@ -1,0 +1,79 @@
+//! Evaluation of many contacts of one law at a time.
+
+use super::contract::{ContactLaw, Response};
+use crate::columns::Columns;
+use crate::kinematics::deformable::ParticleVirial;
+use crate::kinematics::{
+    BranchVector, Kinematics, MotionMeasure, MotionSink, PointKinematics, measure_contact, measure_each,
+};
+use crate::math::Vec3;
+
+/// Contacts of law `L` that are measured and evaluated together.
+///
+/// Each contact is evaluated once, in ascending order, by one of [`evaluate`](MotionSink::evaluate), [`commit`](Self::commit),
+/// and [`commit_result`](Self::commit_result).
+pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
+    /// Whether stored energies may be wanted too.
+    const SAMPLE: bool;
+
+    /// History of contact `i`.
+    fn history(&self, i: usize) -> &L::State;
+
+    /// The law with the parameters of contact `i`, and the contact's history.
+    fn law(&self, i: usize) -> (&L, &L::State);
+
+    /// Number of the pair coefficients of contact `i`: equal numbers mean equal parameters.
+    fn row(&self, i: usize) -> u16;
+
+    /// Whether dashpot forces strain particles.
+    fn dashpots_strain(&self) -> bool;
+
+    /// Store the motion and response of contact `i`.
+    fn commit(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>);
+
+    /// Store the result that a law computed in columns for bond `i`, which survives the step.
+    fn commit_result(&mut self, i: usize, result: &BatchResult<L::State>);
+}
+
+/// Result of a law without damage for a bond that survives the step, when nobody wants stored energies.
+#[derive(Debug, Clone, Copy)]
+pub struct BatchResult<S> {
+    /// Line between the centers.
+    pub branch: BranchVector,
+    /// Force on A, N.
+    pub force: Vec3,
+    /// Torques on A and B about their centers, N·m.
+    pub torques: [Vec3; 2],
+    /// [`EnergySplit::viscous`](super::EnergySplit) and `integration`, J; `None` if both are zero.
+    pub energy: Option<[f64; 2]>,
+    /// History after the step; `None` if it did not change.
+    pub state: Option<S>,
+    /// Contribution to the deformation of the particles, if they deform.
+    pub push: Option<ParticleVirial>,
+}
+
+/// Measure and evaluate the first `count` contacts of a batch; kinematics may use columns.
+#[inline(always)]
+pub(super) fn evaluate_batch<L: ContactLaw, B: Batch<L>>(
+    mode: MotionMeasure,
+    count: usize,
+    dt: f64,
+    batch: &mut B,
+    columns: &mut Columns,
+) {
+    L::Kinematics::measure_batch(mode, count, dt, batch, columns);
+}
+
+/// Measure and evaluate the first `count` contacts of a batch one at a time.
+#[inline(always)]
+pub(super) fn evaluate_each<L: ContactLaw, B: Batch<L>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B) {
+    measure_each(mode, count, dt, batch);
+}
+
+/// Measure and evaluate contact `i` of a batch, which needs branches. Few contacts do, so this path is cold and not inlined.
+#[cold]
+#[inline(never)]
+pub(super) fn evaluate_one<L: ContactLaw, B: Batch<L>>(mode: MotionMeasure, i: usize, dt: f64, batch: &mut B) {
+    let measured: L::Kinematics = measure_contact(mode, i, dt, batch);
+    batch.evaluate(i, &measured);
+}

@@ -1,0 +1,196 @@
+//! The interface of a contact law.
+
+use super::batch::{Batch, evaluate_batch};
+use super::state::LawState;
+use crate::columns::Columns;
+use crate::geometry::{ContactGeometry, Reference, contact_area};
+use crate::kinematics::{Kinematics, MotionMeasure};
+use crate::math::Vec3;
+
+/// A contact law: parameters of a pair of materials, and the response of a contact to its motion.
+pub trait ContactLaw: Copy + Send + Sync + 'static {
+    /// History of one contact (all zero before its first evaluation).
+    type State: LawState;
+    /// What the law reads: [`PointKinematics`](crate::kinematics::PointKinematics), or
+    /// [`FrameKinematics`](crate::kinematics::FrameKinematics) for beams.
+    type Kinematics: Kinematics;
+    /// Key of the law in scenarios, result files, and hosts.
+    const NAME: &'static str;
+    /// Whether the law transmits moments; if not, the solver neither stores nor gathers them.
+    const TRANSMITS_MOMENT: bool = false;
+    /// Whether the law supports particles that deform; if not, the solver refuses such particles.
+    const DEFORMS: bool = false;
+    /// Whether the response of a contact that survives the step depends on
+    /// [`elongation_old`](crate::kinematics::PointKinematics::elongation_old). Between particles that deform this value is
+    /// expensive; if the law does not read it, surviving contacts get NaN.
+    const READS_OLD_ELONGATION: bool = true;
+
+    /// Whether the stiffness grows with the overlap, so that [`Self::stiffness`] bounds it up to some overlap only.
+    const STIFFENS: bool = false;
+
+    /// Response of a contact to the motion of one step of `dt` seconds, which ended in the state `kinematics`.
+    ///
+    /// `old` is the history before the step, in the world axes of that time. The law rotates its vectors to the present with
+    /// [`PointKinematics::transport`](crate::kinematics::PointKinematics::transport).
+    fn respond(&self, kinematics: &Self::Kinematics, old: &Self::State, dt: f64) -> Response<Self::State>;
+
+    /// Measure and evaluate the first `count` contacts of a batch, at most [`BATCH`](crate::columns::BATCH), with the bits of
+    /// [`Kinematics::measure`] and [`Self::respond`]. A law can override this method to evaluate contacts in columns.
+    #[inline(always)]
+    fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
+        evaluate_batch(mode, count, dt, batch, columns);
+    }
+
+    /// Upper bounds of the contact's stiffness, for the time step.
+    fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness;
+
+    /// Largest stiffnesses up to the overlap `overlap` (m). Laws whose stiffness does not grow with the overlap leave the
+    /// default: [`Self::stiffness`].
+    fn stiffness_at(&self, geometry: &ContactGeometry, overlap: f64) -> Stiffness {
+        let _ = overlap;
+        self.stiffness(geometry)
+    }
+
+    /// Largest overlap (m) of an elastic impact at the relative speed `speed` (m/s); 0 where the stiffness does not depend
+    /// on it.
+    fn impact_overlap(&self, geometry: &ContactGeometry, speed: f64) -> f64 {
+        let _ = (geometry, speed);
+        0.0
+    }
+
+    /// Reference length (m) and area (m²) of an unbonded contact that begins at center distance `length` (m) between
+    /// spheres of the given radii (m; `radius_b` is 0 for a wall). Default: the touching distance and `π min(R)²`.
+    fn unbonded_reference(length: f64, radius_a: f64, radius_b: f64) -> Reference {
+        let _ = length;
+        let smaller = if radius_b > 0.0 { radius_a.min(radius_b) } else { radius_a };
+        Reference { length: radius_a + radius_b, area: std::f64::consts::PI * (smaller * smaller) }
+    }
+
+    /// Reference that a broken bond keeps when it continues as an unbonded contact. `None`: the pair is treated like any
+    /// other that comes into contact.
+    fn kept_reference(&self, reference: Reference) -> Option<Reference> {
+        let _ = reference;
+        None
+    }
+
+    /// Cross-section, m², of a bond between spheres of the given radii in a packing of the given mean radius, m. Default:
+    /// `π min(R)²`.
+    fn bonded_area(&self, radius_a: f64, radius_b: f64, mean_radius: f64) -> f64 {
+        let _ = mean_radius;
+        contact_area(radius_a, radius_b)
+    }
+
+    /// Axial force (N, tension positive) of a bond whose center distance is `length` (m), for laws in which it depends on
+    /// nothing else. The particle-level failure criterion (`fracture::virial`) needs it.
+    fn axial_force(&self, geometry: &ContactGeometry, length: f64) -> Option<f64> {
+        let _ = (geometry, length);
+        None
+    }
+
+    /// Part of the force on A that comes from dashpots, N, from the history after the step; `normal` points from A to B.
+    fn viscous_force(normal: &Vec3, state: &Self::State) -> Vec3 {
+        let _ = (normal, state);
+        Vec3::zeros()
+    }
+
+    /// Parameters of the same pair with A and B exchanged. They differ only if a parameter belongs to one of the two
+    /// particles.
+    fn exchanged(&self) -> Self {
+        *self
+    }
+
+    /// Scalar damage of a history (0 intact, 1 without strength); 0 for laws without damage.
+    ///
+    /// The event log reports when it crosses a threshold.
+    fn damage(_state: &Self::State) -> f64 {
+        0.0
+    }
+
+    /// Lost fraction of the contact's strength, 0 to 1, if it differs from [`Self::damage`].
+    fn lost_strength(&self, state: &Self::State) -> f64 {
+        Self::damage(state)
+    }
+}
+
+/// Upper bounds of a contact's stiffness and damping, for the time step.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Stiffness {
+    /// Normal stiffness, N/m.
+    pub normal: f64,
+    /// Tangential stiffness, N/m.
+    pub shear: f64,
+    /// Bending stiffness, N·m/rad.
+    pub bending: f64,
+    /// Twisting stiffness, N·m/rad.
+    pub twist: f64,
+    /// Normal dashpot, N·s/m.
+    pub normal_damping: f64,
+    /// Tangential dashpot, N·s/m.
+    pub shear_damping: f64,
+}
+
+/// Response of a law to the motion of one step.
+#[derive(Debug, Clone, Copy)]
+pub struct Response<S> {
+    /// Force on A, N. B gets the opposite. Tension pulls A towards B.
+    pub force: Vec3,
+    /// Moment on A about the contact point, N·m. B gets the opposite. Zero for point laws.
+    pub moment: Vec3,
+    /// History after the step.
+    pub state: S,
+    /// Whether the contact survives.
+    pub status: Status,
+    /// Energies of the contact.
+    pub energy: EnergySplit,
+}
+
+/// Status of a contact after a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Status {
+    /// The contact survives.
+    #[default]
+    Lives,
+    /// The bond broke in this step. Force and history of the response are void; after the next neighbor-list rebuild the
+    /// pair continues as an unbonded contact. [`EnergySplit::damage`] contains the released energy; the `stored_*` fields
+    /// give its modes for the event log.
+    Broke,
+    /// An unbonded contact opened or was never closed: the force is zero, and the history is deleted.
+    Opened,
+}
+
+/// Energies of one contact, J: stored energies are state functions, dissipated energies are increments of this step. Each
+/// has its own formula; none is a remainder.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct EnergySplit {
+    /// Stored by normal deformation.
+    pub stored_normal: f64,
+    /// Stored by shear.
+    pub stored_shear: f64,
+    /// Stored by bending.
+    pub stored_bending: f64,
+    /// Stored by twist.
+    pub stored_twist: f64,
+    /// Dissipated in this step by damage or by breaking.
+    pub damage: f64,
+    /// Dissipated in this step by plastic slip and friction.
+    pub friction: f64,
+    /// Dissipated in this step by dashpots.
+    pub viscous: f64,
+    /// Error of the trapezoidal work rule where the law has a kink (crack closure): of either sign, proportional to the
+    /// square of the step.
+    pub integration: f64,
+}
+
+impl std::ops::AddAssign for EnergySplit {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        self.stored_normal += other.stored_normal;
+        self.stored_shear += other.stored_shear;
+        self.stored_bending += other.stored_bending;
+        self.stored_twist += other.stored_twist;
+        self.damage += other.damage;
+        self.friction += other.friction;
+        self.viscous += other.viscous;
+        self.integration += other.integration;
+    }
+}

@@ -1,0 +1,270 @@
+//! Evaluation of many contacts in columns.
+//!
+//! Contacts whose damage grows or that end need branches. Their damage becomes NaN in the columns, and
+//! [`evaluate_one`] evaluates them again.
+
+use super::{Answer, Cpm, CpmFormulation, CpmState};
+use crate::columns::{Arrays, BATCH, Columns, Formula, Item};
+use crate::geometry::{ContactGeometry, PreviousGeometry};
+use crate::kinematics::sphere_sphere::{FiniteInput, FiniteMeasure, Yade, YadeInput, YadeMeasure, write_yade_input};
+use crate::kinematics::{ImageShift, MotionMeasure};
+use crate::law::batch::{Batch, evaluate_batch, evaluate_one};
+use crate::law::{EnergySplit, Response, Status};
+use crate::math::Vec3;
+
+crate::columns! {
+    /// History without the damage strain, which only viscous damage uses.
+    struct History {
+        normal_strain: f64,
+        kappa: f64,
+        omega: f64,
+        plastic_normal_strain: f64,
+        shear_strain: Vec3,
+        plastic_shear_strain: Vec3,
+    }
+
+    /// Response of a contact; a damage of NaN marks contacts that need branches.
+    struct ColumnResponse {
+        /// On A, N.
+        force: Vec3,
+        /// J.
+        stored_normal: f64,
+        stored_shear: f64,
+        friction: f64,
+        damage: f64,
+        integration: f64,
+        history: History,
+    }
+
+    /// Input of [`PlainThesis`].
+    struct ThesisInput {
+        motion: FiniteInput,
+        /// m.
+        reference_length: f64,
+        /// m².
+        area: f64,
+        /// 1 for a bond, else 0.
+        bonded: f64,
+        history: History,
+    }
+
+    /// Output of [`PlainThesis`].
+    struct ThesisOutput {
+        /// m.
+        length: f64,
+        /// m.
+        gap: f64,
+        normal: Vec3,
+        result: ColumnResponse,
+    }
+
+    /// Input of [`YadePublic`].
+    struct YadeContact {
+        motion: YadeInput,
+        /// m².
+        area: f64,
+        /// Length at the end of the previous step, m.
+        length_old: f64,
+        /// 1 for a bond, else 0.
+        bonded: f64,
+        history: History,
+    }
+
+    /// Output of [`YadePublic`].
+    struct YadeOutput {
+        measure: YadeMeasure,
+        result: ColumnResponse,
+    }
+}
+
+impl From<&CpmState> for History {
+    #[inline(always)]
+    fn from(state: &CpmState) -> Self {
+        let CpmState { normal_strain, kappa, omega, plastic_normal_strain, shear_strain, plastic_shear_strain, .. } =
+            *state;
+        Self { normal_strain, kappa, omega, plastic_normal_strain, shear_strain, plastic_shear_strain }
+    }
+}
+
+impl From<History> for CpmState {
+    #[inline(always)]
+    fn from(history: History) -> Self {
+        let History { normal_strain, kappa, omega, plastic_normal_strain, shear_strain, plastic_shear_strain } =
+            history;
+        let damage_strain = 0.0;
+        Self { normal_strain, kappa, omega, plastic_normal_strain, damage_strain, shear_strain, plastic_shear_strain }
+    }
+}
+
+impl ColumnResponse {
+    #[inline(always)]
+    fn new(force: Vec3, answer: &Answer) -> Self {
+        let EnergySplit { stored_normal, stored_shear, friction, damage, integration, .. } = answer.energy;
+        let mut history = History::from(&answer.state);
+        if answer.lost {
+            history.omega = f64::NAN;
+        }
+        Self { force, stored_normal, stored_shear, friction, damage, integration, history }
+    }
+}
+
+/// Response of contact `i`; `None` if it needs branches.
+#[inline(always)]
+fn response(results: &<ColumnResponse as Item>::Arrays, i: usize) -> Option<Response<CpmState>> {
+    let history = results.history.get(i);
+    if history.omega.is_nan() {
+        return None;
+    }
+    let energy = EnergySplit {
+        stored_normal: results.stored_normal.get(i),
+        stored_shear: results.stored_shear.get(i),
+        damage: results.damage.get(i),
+        friction: results.friction.get(i),
+        integration: results.integration.get(i),
+        ..EnergySplit::default()
+    };
+    let (force, moment) = (results.force.get(i), Vec3::zeros());
+    Some(Response { force, moment, state: history.into(), status: Status::Lives, energy })
+}
+
+/// The plain thesis form with the finite measure.
+struct PlainThesis<'a> {
+    law: &'a Cpm,
+}
+
+impl Formula for PlainThesis<'_> {
+    type Input = ThesisInput;
+    type Output = ThesisOutput;
+
+    #[inline(always)]
+    fn apply(&self, input: ThesisInput) -> ThesisOutput {
+        let law = self.law;
+        let ThesisInput { motion, reference_length, area, bonded, history } = input;
+        let FiniteInput { radius_a, radius_b, previous, .. } = motion;
+        // The law reads no masses.
+        let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a: 0.0, mass_b: 0.0 };
+        let k = motion.measure().point(&geometry, &previous, bonded > 0.0);
+        let answer = law.answer_thesis(&k, &history.into(), |kappa| {
+            if kappa <= law.parameters.limit_strain || law.parameters.never_damage { 0.0 } else { f64::NAN }
+        });
+        let force = (k.normal * answer.normal_stress + answer.shear_stress) * area;
+        ThesisOutput { length: k.length, gap: k.gap, normal: k.normal, result: ColumnResponse::new(force, &answer) }
+    }
+}
+
+/// YADE's formulation with YADE's measure.
+struct YadePublic<'a, const RATCHETING: bool> {
+    law: &'a Cpm,
+    kinematics: Yade<RATCHETING>,
+}
+
+impl<const RATCHETING: bool> Formula for YadePublic<'_, RATCHETING> {
+    type Input = YadeContact;
+    type Output = YadeOutput;
+
+    #[inline(always)]
+    fn apply(&self, input: YadeContact) -> YadeOutput {
+        let law = self.law;
+        let YadeContact { motion, area, length_old, bonded, history } = input;
+        let YadeInput { normal_old, radius_a, radius_b, reference_length, .. } = motion;
+        // The law reads no masses.
+        let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a: 0.0, mass_b: 0.0 };
+        let previous = PreviousGeometry { normal: normal_old, length: length_old };
+        let measure = self.kinematics.measure(&motion, &ImageShift::default());
+        let k = measure.point(&geometry, &previous, bonded > 0.0);
+        let old = CpmState::from(history);
+        let answer = law.answer_with_damage(&k, &old, |kappa| {
+            if kappa == old.kappa {
+                old.omega
+            } else if kappa < law.parameters.limit_strain || law.parameters.never_damage {
+                0.0
+            } else {
+                f64::NAN
+            }
+        });
+        let force = k.normal * (answer.normal_stress * area) + answer.shear_stress * area;
+        YadeOutput { measure, result: ColumnResponse::new(force, &answer) }
+    }
+}
+
+/// [`ContactLaw::respond_batch`](crate::law::ContactLaw::respond_batch): in columns if all contacts have the same
+/// parameters, in the plain thesis form with the finite measure and in YADE's formulation with YADE's measure.
+#[inline(always)]
+pub(super) fn respond_batch<B: Batch<Cpm>>(
+    mode: MotionMeasure,
+    count: usize,
+    dt: f64,
+    batch: &mut B,
+    columns: &mut Columns,
+) {
+    let count = count.min(BATCH);
+    if count == 0 {
+        return;
+    }
+    let law = *batch.law(0).0;
+    let alike = !B::SAMPLE && (1..count).all(|i| batch.row(i) == batch.row(0));
+    if alike && mode == MotionMeasure::Finite && law.plain {
+        thesis_batch(&law, count, dt, batch, columns);
+        return;
+    }
+    let yade = !B::PERIODIC && alike && law.parameters.mode == CpmFormulation::YadePublic;
+    match mode {
+        MotionMeasure::Yade if yade => yade_batch::<false, B>(&law, count, dt, batch, columns),
+        MotionMeasure::YadeRatcheting if yade => yade_batch::<true, B>(&law, count, dt, batch, columns),
+        _ => evaluate_batch(mode, count, dt, batch, columns),
+    }
+}
+
+#[inline(always)]
+fn thesis_batch<B: Batch<Cpm>>(law: &Cpm, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
+    for i in 0..count {
+        let input = columns.input::<ThesisInput>();
+        input.motion.set(i, FiniteInput::of_contact(batch, i));
+        let (ContactGeometry { reference_length, area, .. }, _, bonded) = batch.constants(i);
+        input.reference_length.set(i, reference_length);
+        input.area.set(i, area);
+        input.bonded.set(i, f64::from(u8::from(bonded)));
+        input.history.set(i, batch.law(i).1.into());
+    }
+    columns.apply(&PlainThesis { law });
+    for i in 0..count {
+        let output = columns.output::<ThesisOutput>();
+        let Some(response) = response(&output.result, i) else {
+            evaluate_one(MotionMeasure::Finite, i, dt, batch);
+            continue;
+        };
+        let measure = FiniteMeasure::without_increments(output.length.get(i), output.gap.get(i), output.normal.get(i));
+        let (geometry, previous, bonded) = batch.constants(i);
+        batch.commit(i, &measure.point(&geometry, &previous, bonded), &response);
+    }
+}
+
+#[inline(always)]
+fn yade_batch<const RATCHETING: bool, B: Batch<Cpm>>(
+    law: &Cpm,
+    count: usize,
+    dt: f64,
+    batch: &mut B,
+    columns: &mut Columns,
+) {
+    let mode = if RATCHETING { MotionMeasure::YadeRatcheting } else { MotionMeasure::Yade };
+    for i in 0..count {
+        let input = columns.input::<YadeContact>();
+        let (geometry, previous, bonded) = write_yade_input(&mut input.motion, i, batch);
+        input.area.set(i, geometry.area);
+        input.length_old.set(i, previous.length);
+        input.bonded.set(i, f64::from(u8::from(bonded)));
+        input.history.set(i, batch.law(i).1.into());
+    }
+    columns.apply(&YadePublic { law, kinematics: Yade::<RATCHETING> { dt } });
+    for i in 0..count {
+        let output = columns.output::<YadeOutput>();
+        let Some(response) = response(&output.result, i) else {
+            evaluate_one(mode, i, dt, batch);
+            continue;
+        };
+        let measure: YadeMeasure = output.measure.get(i);
+        let (geometry, previous, bonded) = batch.constants(i);
+        batch.commit(i, &measure.point(&geometry, &previous, bonded), &response);
+    }
+}

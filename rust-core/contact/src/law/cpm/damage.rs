@@ -1,0 +1,92 @@
+//! Damage functions of the cohesive particle model, their inverses, and the residual strength.
+
+use super::parameters::{CpmError, DamageLaw};
+use super::{Cpm, CpmState};
+use crate::math;
+
+impl Cpm {
+    /// Damage ω = g(κ) of a bond, (2.17); 0 up to ε₀.
+    #[inline]
+    pub fn damage_function(&self, kappa: f64) -> f64 {
+        let p = &self.parameters;
+        // With this comparison a NaN stays visible; `!(κ > ε₀)` would make it undamaged.
+        if kappa <= p.limit_strain || p.never_damage {
+            return 0.0;
+        }
+        let ratio = p.limit_strain / kappa;
+        match p.damage_law {
+            DamageLaw::Linear => ((1.0 - ratio) * self.linear_factor).min(1.0),
+            DamageLaw::Exponential => 1.0 - ratio * math::exp((p.limit_strain - kappa) * self.inverse_softening_strain),
+        }
+    }
+
+    /// The κ that gives the damage `omega`: the inverse of [`Self::damage_function`], ε₀ for 0.
+    ///
+    /// Linear: ε₀/(1 − ω(1 − ε₀/ε_f)). Exponential: with u = κ/ε_f and a = ε₀/ε_f the root of
+    /// u + ln u = a + ln a − ln(1−ω), by Newton's method to machine precision; infinite for ω = 1.
+    pub fn kappa_of_damage(&self, omega: f64) -> Result<f64, CpmError> {
+        let p = &self.parameters;
+        if !(0.0..=1.0).contains(&omega) {
+            return Err(CpmError::OutOfRange { name: "omega", value: omega, requirement: "from 0 to 1" });
+        }
+        if omega == 0.0 {
+            return Ok(p.limit_strain);
+        }
+        let a = p.limit_strain * self.inverse_softening_strain;
+        match p.damage_law {
+            DamageLaw::Linear => Ok(p.limit_strain / (1.0 - omega * (1.0 - a))),
+            DamageLaw::Exponential if omega == 1.0 => Ok(f64::INFINITY),
+            DamageLaw::Exponential => {
+                // With κ = ε₀(1+t): a t + ln(1+t) = −ln(1−ω). The left side is concave and increasing, so Newton's method
+                // rises towards the root from any t below it.
+                let target = -libm::log1p(-omega);
+                let mut t = (target / (1.0 + a)).min(omega / (1.0 - omega));
+                for _ in 0..100 {
+                    let residual = target - a * t - libm::log1p(t);
+                    let change = residual / (a + 1.0 / (1.0 + t));
+                    t += change;
+                    if change.abs() <= 1e-16 * t {
+                        break;
+                    }
+                }
+                Ok(p.limit_strain * (1.0 + t))
+            }
+        }
+    }
+
+    /// Residual strength at κ relative to the intact strength: r = (1 − g(κ)) κ/ε₀, and 1 up to ε₀.
+    ///
+    /// Exponential: exp(−(κ−ε₀)/ε_f). Linear: (ε_f−κ)/(ε_f−ε₀), not below 0.
+    pub fn relative_residual_strength(&self, kappa: f64) -> f64 {
+        1.0 - self.strength_damage(kappa)
+    }
+
+    /// Damage of the strength at κ, ω̂ = 1 − (1−ω)κ/ε₀ (Stránský 2018, (6.6)), clamped to 0 up to ε₀.
+    pub fn strength_damage(&self, kappa: f64) -> f64 {
+        let p = &self.parameters;
+        if kappa <= p.limit_strain || p.never_damage {
+            return 0.0;
+        }
+        match p.damage_law {
+            DamageLaw::Linear => ((kappa - p.limit_strain) / (self.softening_strain - p.limit_strain)).min(1.0),
+            DamageLaw::Exponential => -libm::expm1((p.limit_strain - kappa) * self.inverse_softening_strain),
+        }
+    }
+
+    /// The κ that gives the damage of the strength `omega_hat`: the inverse of [`Self::strength_damage`].
+    pub fn kappa_of_strength_damage(&self, omega_hat: f64) -> Result<f64, CpmError> {
+        let p = &self.parameters;
+        if !(0.0..=1.0).contains(&omega_hat) {
+            return Err(CpmError::OutOfRange { name: "omega_hat", value: omega_hat, requirement: "from 0 to 1" });
+        }
+        Ok(match p.damage_law {
+            DamageLaw::Linear => p.limit_strain + omega_hat * (self.softening_strain - p.limit_strain),
+            DamageLaw::Exponential => p.limit_strain - self.softening_strain * libm::log1p(-omega_hat),
+        })
+    }
+
+    /// History of an unstrained bond with damage `omega`.
+    pub fn damaged_state(&self, omega: f64) -> Result<CpmState, CpmError> {
+        Ok(CpmState { kappa: self.kappa_of_damage(omega)?, omega, ..CpmState::default() })
+    }
+}

@@ -1,0 +1,392 @@
+//! Cohesive particle model for concrete (CPM): damage in tension, Mohr–Coulomb plasticity in shear.
+//!
+//! Sources: Stránský 2018, §2.5 (equations quoted as (2.x), (6.x)); Šmilauer 2010, chapter "Concrete particle model"
+//! (the full model: rate dependence, logarithmic yield surface, plasticity in compression, confinement); the source code of
+//! YADE (`ConcretePM`) and Woo (`Concrete`).
+//!
+//! # The law
+//!
+//! Symbols: Ē, Ḡ normal and shear modulus (Pa), ε₀ limit elastic strain, ε_f softening strain, c₀ cohesion (Pa), φ angle of
+//! friction, L and A reference length (m) and area (m²) of the contact, n its unit normal from A to B. Tension positive.
+//!
+//! Normal direction, (2.3)–(2.5), (2.13)–(2.17), with e = ε_N + σ₀/Ē − ε_Np:
+//! ```text
+//! ε_N = (d − L)/L                              κ = max over time of ε̃,  ε̃ = √(⟨e⟩² + ξ²|ε_T|²)
+//! ω = g(κ) = 1 − (ε₀/κ) exp(−(κ−ε₀)/ε_f)       exponential softening (2.17), 0 for κ < ε₀
+//!   or       (1 − ε₀/κ)/(1 − ε₀/ε_f)           linear softening, 1 for κ ≥ ε_f
+//! σ_N = [1 − ω H(e)] Ē e − σ₀                  f_N = A σ_N
+//! ```
+//! ξ (`shear_contribution`) and σ₀ (`isotropic_prestress`, Šmilauer 2010, "Isotropic confinement") are 0 by default.
+//! Plasticity in compression (Šmilauer 2010, "Compressive plasticity"), if ε_s = `soft_strain` < 0: for
+//! ε_N + σ₀/Ē < ε_s the stress is at least Ē(ε_s + K̃(ε_N + σ₀/Ē − ε_s)) ≤ 0; the difference goes to ε_Np.
+//!
+//! Shear, (2.18)–(2.20): σ_T = Ḡ(ε_T − ε_Tp), |σ_T| ≤ y(σ_N, ω), flow along σ_T, radial return. With
+//! v = `yield_log_speed` (Y₀ of Šmilauer 2010) the radius of the elastic domain, clipped at 0, is
+//! ```text
+//! 0 Mohr–Coulomb (2.19)      y = c₀(1−ω) − σ_N tan φ
+//! 1 parabolic                y = √(c₀² − 2 c₀ σ_N tan φ) − c₀ ω
+//! 2 logarithmic              y = c₀[(1−ω) + v tan φ ln(1 − σ_N/(c₀ v))],  0 for σ_N ≥ c₀ v
+//! 3 logarithmic-linear       2 in compression, 0 in tension
+//! ```
+//! σ_N in y is taken before σ₀ is subtracted and before the viscous overstress is added.
+//!
+//! Rate dependence (Šmilauer 2010, "Visco-damage", "Visco-plasticity"). With characteristic times τ_d, τ_p and exponents
+//! M_d, M_p:
+//! ```text
+//! σ_N ← σ_N + Ē(ωe − ε_d),     ωe − ε_d = (1−ω) ε₀ ⟨τ_d ε̇_d⟩^M_d       (tension; ε_d the damage strain)
+//! |σ_T| = y + c₀ (τ_p |ε̇_Tp|)^M_p                                       (while flowing)
+//! ```
+//! Both are one backward Euler step Δε = s eᵝ of size s = (ωe − ε_d or (|σ_trial| − y)/Ḡ), with β ≤ 0 the root of
+//! ln(eᵝ + c e^{Mβ}) = 0, where c = (1−ω) ε₀ (τ_d/Δt)^M_d s^{M_d−1}, or c = c₀ (τ_p/(ḠΔt))^M_p (|σ_trial|−y)^{M_p−1}.
+//! The factor (1−ω) is in the published algorithm and in both programs, not in the published continuous equation.
+//!
+//! A contact that is not a bond has ω = 1: no cohesion and no tension. It ends when ε_N > 0.
+//!
+//! # Formulations
+//!
+//! * [`CpmFormulation::Thesis`] (default): the equations above. The radial return is exact, and ε_Tp rotates with the contact
+//!   like ε_T. All options are available; with all of them it is the published full model.
+//! * [`CpmFormulation::YadePublic`]: YADE's `Law2_ScGeom_CpmPhys_Cpm`, bit for bit with the
+//!   kinematics of [`MotionMeasure::Yade`](crate::kinematics::MotionMeasure). Quirks: the plastic increment uses the already scaled stress,
+//!   Δε_Tp = s(1−s)σ_trial/Ḡ instead of (1−s)σ_trial/Ḡ; ε_Tp is not rotated with the contact; the hardening line uses e
+//!   in place of ε_N (so the hardening modulus depends on the step size: in the limit of small steps the branch is
+//!   perfectly plastic whatever K̃); linear damage exceeds 1 beyond ε_f. Other yield surfaces and viscosity have
+//!   no effect in YADE and are errors here. This formulation uses the system's `exp` and `tan`.
+//! * [`CpmFormulation::Woo`]: Woo's `Law2_L6Geom_ConcretePhys`. Quirks: shear has no memory, the trial stress is Ḡ times the
+//!   total ε_T (the published model has ε_Tp), so unloading recovers slip, and slip viscosity depends on Δt; ε_d is
+//!   compared with ω ε_N also in compression; σ₀ is subtracted but ε_N is not adjusted; ξ is not used.
+//!
+//! # Energies
+//!
+//! With V = A L, D = ω H(e), subscripts o and n for the two ends of a step, per step and exactly (but for rounding)
+//! ```text
+//! V ½(σ_o+σ_n)·Δε = Δ stored + damage + friction + viscous + integration
+//! stored normal   V[½(1−D)Ē e² − σ₀ ε_N − ½σ₀²/Ē]        stored shear  V ½|σ_T|²/Ḡ
+//! damage          V ½Ē e_o e_n (D_n − D_o)                 while e keeps its sign, else counted as integration
+//! friction        ⟨V ½(σ_o+σ_n)·Δε_p⟩, shear and normal    viscous       V ½(σ_v,o + σ_v,n)·Δε
+//! ```
+//! because ½[(1−D_o)e_o + (1−D_n)e_n](e_n − e_o) = Δ½(1−D)e² + ½e_o e_n(D_n − D_o). The viscous overstress counts as a
+//! stress without stored energy, so its share of an unloading step can be negative. A bond that breaks releases the energy
+//! stored at the end of its last step into `damage`; because the force of that end is not applied, −V ½σ_n·Δε goes to
+//! `integration`. If sliding reverses while the bound falls, the rule can give a negative friction, which goes to
+//! `integration` too (except in Woo's formulation, where unloading recovers slip for any step size). First-order transport
+//! does not preserve lengths: V ½Ḡ(|e_T|² − |transported e_T|²) is `integration`. It also leaves a part of σ_T along n, of
+//! second order in the rotations of a step, whose work is not counted. In YADE's formulation the slip is Δε_T − Δσ_T/Ḡ,
+//! which differs from the increment of YADE's ε_Tp (quirk above).
+//!
+//! # Files
+//!
+//! `parameters` (and their validation), `damage` (g, its inverse, strength), `thesis` (Stránský's published form), `woo` (the
+//! full model with all options), `yade` (YADE's form), `columns` (batches).
+
+mod columns;
+mod damage;
+mod parameters;
+mod table;
+#[cfg(test)]
+mod tests;
+mod thesis;
+mod woo;
+mod yade;
+
+pub use crate::geometry::contact_area;
+pub use parameters::{CpmError, CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
+pub use table::CpmTable;
+pub use woo::solve_beta;
+pub use yade::YadeParameters;
+
+use super::{Batch, ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness};
+use crate::columns::Columns;
+use crate::kinematics::{MotionMeasure, PointKinematics, Transport};
+use crate::math::Vec3;
+
+crate::law_state! {
+    /// History of a CPM contact.
+    pub struct CpmState {
+        /// Normal strain ε_N = (d − L)/L, without the shift by an isotropic prestress (Stránský 2018, (2.5)).
+        normal_strain: f64, "1", Even;
+        /// Largest equivalent strain so far, κ (Stránský 2018, (2.16)).
+        kappa: f64, "1", Even;
+        /// Damage ω of the normal stiffness and of the cohesion (Stránský 2018, (2.17)); 1 for a contact that is not a bond.
+        omega: f64, "1", Even;
+        /// Plastic normal strain ε_Np ≤ 0 of compression (Šmilauer 2010, "Compressive plasticity").
+        plastic_normal_strain: f64, "1", Even;
+        /// Damage strain ε_d, which lags behind ωe when damage is viscous (Šmilauer 2010, "Visco-damage").
+        damage_strain: f64, "1", Even;
+        /// Shear strain ε_T (Stránský 2018, (2.12) divided by L).
+        shear_strain: Vec3, "1", Odd;
+        /// Plastic shear strain ε_Tp (Stránský 2018, (2.20)); in Woo's formulation ε_T − σ_T/Ḡ, which is not read.
+        plastic_shear_strain: Vec3, "1", Odd;
+    }
+}
+
+/// Stresses, history, and energies of a contact at the end of a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Answer {
+    /// History after the step, also of a contact that ends.
+    pub state: CpmState,
+    /// Normal stress on the contact, with overstress and without prestress, Pa (YADE's `sigmaN`).
+    pub normal_stress: f64,
+    /// Shear stress, Pa (YADE's `sigmaT`).
+    pub shear_stress: Vec3,
+    /// Whether the contact ends: a bond breaks, an unbonded contact opens.
+    pub lost: bool,
+    /// Energies of the contact if it did not end.
+    pub energy: EnergySplit,
+}
+
+/// The cohesive particle model: parameters of a pair of materials, with constants derived from them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cpm {
+    parameters: CpmParameters,
+    shear_modulus: f64,
+    softening_strain: f64,
+    tan_friction: f64,
+    prestress_strain: f64,
+    inverse_softening_strain: f64,
+    inverse_shear_modulus: f64,
+    /// `1/(1 − ε₀/ε_f)`, for linear damage.
+    linear_factor: f64,
+    /// The thesis formulation without options, which has its own code path.
+    plain: bool,
+}
+
+impl Cpm {
+    /// The law with these parameters.
+    pub fn new(parameters: &CpmParameters) -> Result<Self, CpmError> {
+        parameters.validate()?;
+        let softening_strain = parameters.softening_strain();
+        let shear_modulus = parameters.shear_modulus();
+        let tan_friction = if parameters.mode == CpmFormulation::YadePublic {
+            parameters.friction_angle.tan()
+        } else {
+            libm::tan(parameters.friction_angle)
+        };
+        Ok(Self {
+            parameters: *parameters,
+            shear_modulus,
+            softening_strain,
+            tan_friction,
+            prestress_strain: parameters.prestress_strain(),
+            inverse_softening_strain: 1.0 / softening_strain,
+            inverse_shear_modulus: if shear_modulus > 0.0 { 1.0 / shear_modulus } else { 0.0 },
+            linear_factor: 1.0 / (1.0 - parameters.limit_strain / softening_strain),
+            plain: parameters.mode == CpmFormulation::Thesis
+                && parameters.yield_surface == YieldSurface::MohrCoulomb
+                && parameters.shear_contribution == 0.0
+                && parameters.soft_strain >= 0.0
+                && parameters.isotropic_prestress == 0.0
+                && parameters.damage_time == 0.0
+                && parameters.plastic_time == 0.0,
+        })
+    }
+
+    /// The parameters.
+    pub fn parameters(&self) -> &CpmParameters {
+        &self.parameters
+    }
+
+    /// Tangent of the angle of friction.
+    pub fn tan_friction(&self) -> f64 {
+        self.tan_friction
+    }
+
+    /// Strain of a bond from the isotropic prestress, σ₀/Ē, 1; YADE's `epsN` contains it.
+    pub fn prestress_strain(&self) -> f64 {
+        self.prestress_strain
+    }
+
+    /// All formulations but the plain thesis form. Not inlined, because every loop would compile its own copy.
+    #[inline(never)]
+    fn respond_with_options(&self, k: &PointKinematics, old: &CpmState, dt: f64) -> Response<CpmState> {
+        if self.parameters.mode == CpmFormulation::YadePublic {
+            self.respond_yade(k, old)
+        } else {
+            self.respond_full(k, old, dt)
+        }
+    }
+
+    /// Response with force `(σ_N n + σ_T) A` from the stresses of a step.
+    #[inline(always)]
+    fn response_of(k: &PointKinematics, old: &CpmState, answer: &Answer) -> Response<CpmState> {
+        let Answer { state, normal_stress, shear_stress, lost, energy } = *answer;
+        let ContactGeometry { reference_length, area, .. } = k.geometry;
+        if lost {
+            let inverse_length = 1.0 / reference_length;
+            let strain_step = state.normal_strain - strain_before(k, old, inverse_length);
+            let (volume, shear_step) = (area * reference_length, k.shear_increment * inverse_length);
+            return release(k, volume, normal_stress, &shear_stress, strain_step, &shear_step, &energy);
+        }
+        let force = (k.normal * normal_stress + shear_stress) * area;
+        Response { force, moment: Vec3::zeros(), state, status: Status::Lives, energy }
+    }
+}
+
+/// Strains of a contact in a step, and its history rotated to the present axes.
+#[derive(Clone, Copy)]
+struct Step {
+    /// Volume A L, m³.
+    volume: f64,
+    /// Normal strain now.
+    strain: f64,
+    /// Normal strain at the start of the step.
+    strain_old: f64,
+    /// Increment of the shear strain.
+    shear_strain_increment: Vec3,
+    /// Old shear strain, rotated.
+    carried_shear: Vec3,
+    /// Old plastic shear strain, rotated.
+    carried_plastic: Vec3,
+}
+
+impl Step {
+    #[inline(always)]
+    fn new(k: &PointKinematics, old: &CpmState) -> Self {
+        let length = k.geometry.reference_length;
+        let inverse_length = 1.0 / length;
+        // Most bonds never slip, and the zero vector needs no rotation.
+        let carried_plastic = if old.plastic_shear_strain == Vec3::zeros() {
+            Vec3::zeros()
+        } else {
+            k.transport.apply(&old.plastic_shear_strain)
+        };
+        Self {
+            volume: k.geometry.area * length,
+            strain: k.elongation * inverse_length,
+            strain_old: strain_before(k, old, inverse_length),
+            shear_strain_increment: k.shear_increment * inverse_length,
+            carried_shear: k.transport.apply(&old.shear_strain),
+            carried_plastic,
+        }
+    }
+
+    /// Shear strain now.
+    #[inline(always)]
+    fn shear_strain(&self) -> Vec3 {
+        self.carried_shear + self.shear_strain_increment
+    }
+
+    /// Old elastic shear strain, rotated.
+    #[inline(always)]
+    fn carried_elastic(&self) -> Vec3 {
+        self.carried_shear - self.carried_plastic
+    }
+}
+
+impl Cpm {
+    /// Add the energy dissipated by the growth of damage, J: `V ½Ē e_o e_n (D_n − D_o)` for elastic strains `e` and damage
+    /// `D`, at the old and the new end of the step.
+    #[inline(always)]
+    fn add_damage(&self, energy: &mut EnergySplit, volume: f64, [e_old, e]: [f64; 2], [old, damage]: [f64; 2]) {
+        if damage != old {
+            let product = volume * 0.5 * self.parameters.normal_modulus * e_old * e * (damage - old);
+            if e_old * e < 0.0 {
+                energy.integration += product;
+            } else {
+                energy.damage = product;
+            }
+        }
+    }
+
+    /// Add stored shear energy, and the change of it by first-order transport, which does not preserve lengths.
+    #[inline(always)]
+    fn add_shear(&self, energy: &mut EnergySplit, k: &PointKinematics, old: &CpmState, step: &Step, stress: &Vec3) {
+        energy.stored_shear = 0.5 * step.volume * self.inverse_shear_modulus * stress.norm_squared();
+        if matches!(k.transport, Transport::FirstOrder { .. }) {
+            let elastic_old = old.shear_strain - old.plastic_shear_strain;
+            energy.integration += 0.5
+                * step.volume
+                * self.shear_modulus
+                * (elastic_old.norm_squared() - step.carried_elastic().norm_squared());
+        }
+    }
+}
+
+/// Normal strain at the start of the step. An unbonded contact deletes its history when it opens, so its strain follows
+/// from the length instead.
+#[inline(always)]
+fn strain_before(k: &PointKinematics, old: &CpmState, inverse_length: f64) -> f64 {
+    if k.bonded { old.normal_strain } else { (k.length_old - k.geometry.reference_length) * inverse_length }
+}
+
+/// Damage at the start of the step: 1 for an unbonded contact, also before its first evaluation.
+#[inline(always)]
+fn omega_before(k: &PointKinematics, old: &CpmState) -> f64 {
+    if k.bonded { old.omega } else { 1.0 }
+}
+
+/// Response of a contact that ends in this step: no force, no history, stored energy released. The `stored_*` fields of a
+/// bond keep the modes of the released energy, see [`Status::Broke`].
+// Inlined, so that the response of the common path stays in registers.
+#[inline(always)]
+fn release(
+    k: &PointKinematics,
+    volume: f64,
+    normal_stress: f64,
+    shear_stress: &Vec3,
+    strain_step: f64,
+    shear_step: &Vec3,
+    energy: &EnergySplit,
+) -> Response<CpmState> {
+    let mut energy = *energy;
+    let stored = energy.stored_normal + energy.stored_shear;
+    if k.bonded {
+        energy.damage += stored;
+    } else {
+        energy.friction += stored;
+        energy.stored_normal = 0.0;
+        energy.stored_shear = 0.0;
+    }
+    // The energies of this step assume the stress of its end, which is not applied.
+    energy.integration -= 0.5 * volume * (normal_stress * strain_step + shear_stress.dot(shear_step));
+    Response {
+        force: Vec3::zeros(),
+        moment: Vec3::zeros(),
+        state: CpmState::default(),
+        status: if k.bonded { Status::Broke } else { Status::Opened },
+        energy,
+    }
+}
+
+impl ContactLaw for Cpm {
+    type State = CpmState;
+    type Kinematics = PointKinematics;
+    const NAME: &'static str = "cpm";
+
+    #[inline(always)]
+    fn respond(&self, kinematics: &PointKinematics, old: &CpmState, dt: f64) -> Response<CpmState> {
+        if self.plain { self.respond_thesis(kinematics, old) } else { self.respond_with_options(kinematics, old, dt) }
+    }
+
+    #[inline(always)]
+    fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
+        columns::respond_batch(mode, count, dt, batch, columns);
+    }
+
+    /// An unbonded contact is unstrained at the center distance of its first step (as in YADE); at the radius against a wall.
+    fn unbonded_reference(length: f64, radius_a: f64, radius_b: f64) -> Reference {
+        let length = if radius_b > 0.0 { length } else { radius_a };
+        Reference { length, area: contact_area(radius_a, radius_b) }
+    }
+
+    /// k_N = ĒA/L, k_T = ḠA/L in N/m.
+    fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {
+        let area_by_length = geometry.area / geometry.reference_length;
+        Stiffness {
+            normal: self.parameters.normal_modulus * area_by_length,
+            shear: self.shear_modulus * area_by_length,
+            ..Stiffness::default()
+        }
+    }
+
+    /// ω of a bond; 0 for an unbonded contact, which has κ = 0. (In YADE's formulation an unbonded contact can get κ > 0 from
+    /// plasticity in compression, and then counts as damaged.)
+    fn damage(state: &CpmState) -> f64 {
+        if state.kappa > 0.0 { state.omega } else { 0.0 }
+    }
+
+    /// `1 − (1−ω)κ/ε₀` (Stránský 2018, (6.5)–(6.6)).
+    fn lost_strength(&self, state: &CpmState) -> f64 {
+        self.strength_damage(state.kappa)
+    }
+}

@@ -1,0 +1,330 @@
+//! Parameters of the cohesive particle model and their validation.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Published form of the law. The [module documentation](super) lists the differences.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CpmFormulation {
+    /// Stránský 2018, corrected; with all options, the full model of Šmilauer 2010.
+    #[default]
+    Thesis,
+    /// YADE's public `Law2_ScGeom_CpmPhys_Cpm`, bit for bit.
+    YadePublic,
+    /// Woo's `Law2_L6Geom_ConcretePhys`.
+    Woo,
+}
+
+impl CpmFormulation {
+    /// Whether the formulation has the options of the full model: yield surfaces other than Mohr–Coulomb
+    /// (`yield_surface`), viscous damage (`damage_time`), and viscous slip (`plastic_time`).
+    ///
+    /// In YADE's public form these parameters exist but have no effect.
+    pub const fn has_full_model(self) -> bool {
+        match self {
+            Self::Thesis | Self::Woo => true,
+            Self::YadePublic => false,
+        }
+    }
+}
+
+/// Form of the damage function g(κ).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DamageLaw {
+    /// Linear softening to zero stress at ε_f (`damLaw = 0`).
+    Linear,
+    /// Exponential softening, (2.17) (`damLaw = 1`).
+    #[default]
+    Exponential,
+}
+
+/// Bound of the shear stress as a function of the normal stress. Formulas in the [module documentation](super).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum YieldSurface {
+    /// Linear, (2.19).
+    #[default]
+    MohrCoulomb,
+    /// Parabolic.
+    Parabolic,
+    /// Logarithmic everywhere.
+    Logarithmic,
+    /// Logarithmic in compression, linear in tension; once continuously differentiable.
+    LogarithmicLinear,
+}
+
+/// Parameters of the law as a user gives them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CpmParameters {
+    /// Published form to compute.
+    #[serde(default)]
+    pub mode: CpmFormulation,
+    /// Normal modulus Ē, Pa (YADE `young`).
+    pub normal_modulus: f64,
+    /// Ratio Ḡ/Ē of shear to normal modulus, 1 (YADE `poisson`, Woo `ktDivKn`). Not Poisson's ratio.
+    pub shear_ratio: f64,
+    /// Cohesion c₀ of the undamaged bond, Pa (YADE `sigmaT`).
+    pub cohesion: f64,
+    /// Angle of friction φ, rad.
+    pub friction_angle: f64,
+    /// Limit elastic strain ε₀, 1 (YADE `epsCrackOnset`).
+    pub limit_strain: f64,
+    /// Ratio ε_f/ε₀, 1 (YADE `relDuctility`).
+    pub relative_ductility: f64,
+    /// Form of the damage function.
+    #[serde(default)]
+    pub damage_law: DamageLaw,
+    /// Damage at which a bond in tension breaks, 1; with 1 or more a bond breaks only when its strength is zero.
+    #[serde(default = "one")]
+    pub omega_threshold: f64,
+    /// Whether bonds keep ω = 0.
+    #[serde(default)]
+    pub never_damage: bool,
+    /// Weight ξ of shear in the equivalent strain, 1.
+    #[serde(default)]
+    pub shear_contribution: f64,
+    /// Strain ε_s < 0 at which plasticity in compression starts, 1 (`epsSoft`); 0 or more: none.
+    #[serde(default)]
+    pub soft_strain: f64,
+    /// Relative stiffness K̃ of the plastic branch in compression, 1 (`relKnSoft`).
+    #[serde(default)]
+    pub relative_soft_stiffness: f64,
+    /// Isotropic prestress σ₀ of the bonds, Pa, negative for confinement (`isoPrestress`).
+    #[serde(default)]
+    pub isotropic_prestress: f64,
+    /// Bound of the shear stress.
+    #[serde(default)]
+    pub yield_surface: YieldSurface,
+    /// Parameter Y₀ of the logarithmic surfaces, 1 (`yieldLogSpeed`).
+    #[serde(default = "tenth")]
+    pub yield_log_speed: f64,
+    /// Characteristic time τ_d of viscous damage, s (`dmgTau`); 0 or less: none.
+    #[serde(default)]
+    pub damage_time: f64,
+    /// Exponent M_d of viscous damage, 1 (`dmgRateExp`).
+    #[serde(default = "one")]
+    pub damage_rate_exponent: f64,
+    /// Characteristic time τ_p of viscous slip, s (`plTau`); 0 or less: none.
+    #[serde(default)]
+    pub plastic_time: f64,
+    /// Exponent M_p of viscous slip, 1 (`plRateExp`).
+    #[serde(default = "one")]
+    pub plastic_rate_exponent: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn tenth() -> f64 {
+    0.1
+}
+
+/// Parameters outside their valid range, or that contradict each other.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CpmError {
+    /// A value outside its range.
+    #[error("CPM parameter `{name}` is {value}, but must be {requirement}")]
+    OutOfRange {
+        /// Field of [`CpmParameters`], or argument.
+        name: &'static str,
+        /// The value given.
+        value: f64,
+        /// What it must be.
+        requirement: &'static str,
+    },
+    /// An option that the formulation does not have.
+    #[error("CPM option `{name}` has no effect in mode yade-public; use mode thesis or woo, or remove it")]
+    NotInYade {
+        /// Field of [`CpmParameters`].
+        name: &'static str,
+    },
+    /// Two materials that cannot be averaged.
+    #[error("CPM materials with different `{name}` cannot be averaged")]
+    Unlike {
+        /// Field of [`CpmParameters`].
+        name: &'static str,
+    },
+}
+
+impl CpmParameters {
+    /// Parameters of the basic law (Stránský 2018, table 2.1): exponential softening, Mohr–Coulomb, no options.
+    pub fn new(
+        normal_modulus: f64,
+        shear_ratio: f64,
+        cohesion: f64,
+        friction_angle: f64,
+        limit_strain: f64,
+        relative_ductility: f64,
+    ) -> Self {
+        Self {
+            mode: CpmFormulation::Thesis,
+            normal_modulus,
+            shear_ratio,
+            cohesion,
+            friction_angle,
+            limit_strain,
+            relative_ductility,
+            damage_law: DamageLaw::Exponential,
+            omega_threshold: 1.0,
+            never_damage: false,
+            shear_contribution: 0.0,
+            soft_strain: 0.0,
+            relative_soft_stiffness: 0.0,
+            isotropic_prestress: 0.0,
+            yield_surface: YieldSurface::MohrCoulomb,
+            yield_log_speed: 0.1,
+            damage_time: 0.0,
+            damage_rate_exponent: 1.0,
+            plastic_time: 0.0,
+            plastic_rate_exponent: 1.0,
+        }
+    }
+
+    /// Parameters of a contact between two materials: arithmetic means; `never_damage` if either has it.
+    ///
+    /// As in both programs, Ḡ is the mean ratio times the mean Ē, and ε_f the product of the means of ε₀ and ε_f/ε₀. YADE uses
+    /// the tangent of the mean angle, Woo the mean of the tangents; the thesis formulation follows YADE. Formulation and
+    /// yield surface must agree. The damage law must agree too, except in YADE's formulation, which uses that of the first
+    /// material.
+    pub fn average(&self, other: &Self) -> Result<Self, CpmError> {
+        if self.mode != other.mode {
+            return Err(CpmError::Unlike { name: "mode" });
+        }
+        if self.yield_surface != other.yield_surface {
+            return Err(CpmError::Unlike { name: "yield_surface" });
+        }
+        if self.damage_law != other.damage_law && self.mode != CpmFormulation::YadePublic {
+            return Err(CpmError::Unlike { name: "damage_law" });
+        }
+        let mean = |field: fn(&Self) -> f64| 0.5 * (field(self) + field(other));
+        let friction_angle = if self.mode == CpmFormulation::Woo {
+            libm::atan(0.5 * (libm::tan(self.friction_angle) + libm::tan(other.friction_angle)))
+        } else {
+            mean(|p| p.friction_angle)
+        };
+        Ok(Self {
+            mode: self.mode,
+            normal_modulus: mean(|p| p.normal_modulus),
+            shear_ratio: mean(|p| p.shear_ratio),
+            cohesion: mean(|p| p.cohesion),
+            friction_angle,
+            limit_strain: mean(|p| p.limit_strain),
+            relative_ductility: mean(|p| p.relative_ductility),
+            damage_law: self.damage_law,
+            omega_threshold: mean(|p| p.omega_threshold),
+            never_damage: self.never_damage || other.never_damage,
+            shear_contribution: mean(|p| p.shear_contribution),
+            soft_strain: mean(|p| p.soft_strain),
+            relative_soft_stiffness: mean(|p| p.relative_soft_stiffness),
+            isotropic_prestress: mean(|p| p.isotropic_prestress),
+            yield_surface: self.yield_surface,
+            yield_log_speed: mean(|p| p.yield_log_speed),
+            damage_time: mean(|p| p.damage_time),
+            damage_rate_exponent: mean(|p| p.damage_rate_exponent),
+            plastic_time: mean(|p| p.plastic_time),
+            plastic_rate_exponent: mean(|p| p.plastic_rate_exponent),
+        })
+    }
+
+    /// Check every value against its range, and every option against the formulation.
+    ///
+    /// This is the one rule for all callers: [`CpmFormulation::Thesis`] and [`CpmFormulation::Woo`] have all options;
+    /// [`CpmFormulation::YadePublic`] has neither other yield surfaces nor viscosity, see
+    /// [`CpmFormulation::has_full_model`].
+    pub fn validate(&self) -> Result<(), CpmError> {
+        check("normal_modulus", self.normal_modulus, self.normal_modulus > 0.0, "positive")?;
+        check("shear_ratio", self.shear_ratio, self.shear_ratio >= 0.0, "zero or positive")?;
+        check("cohesion", self.cohesion, self.cohesion >= 0.0, "zero or positive")?;
+        let angle = self.friction_angle;
+        let right_angle = std::f64::consts::FRAC_PI_2;
+        check("friction_angle", angle, (0.0..right_angle).contains(&angle), "an angle from 0 to below π/2 rad")?;
+        check("limit_strain", self.limit_strain, self.limit_strain > 0.0, "positive")?;
+        let ductility = self.relative_ductility;
+        match self.damage_law {
+            DamageLaw::Exponential => check("relative_ductility", ductility, ductility > 0.0, "positive")?,
+            DamageLaw::Linear => check("relative_ductility", ductility, ductility > 1.0, "above 1 for linear damage")?,
+        }
+        check("omega_threshold", self.omega_threshold, self.omega_threshold > 0.0, "positive")?;
+        check("shear_contribution", self.shear_contribution, self.shear_contribution >= 0.0, "zero or positive")?;
+        check("soft_strain", self.soft_strain, true, "finite")?;
+        check("relative_soft_stiffness", self.relative_soft_stiffness, self.relative_soft_stiffness < 1.0, "below 1")?;
+        check("isotropic_prestress", self.isotropic_prestress, true, "finite")?;
+        if self.prestress_is_beyond_the_plastic_limit() {
+            let stiffness = self.relative_soft_stiffness;
+            let requirement = "positive when the isotropic prestress exceeds the plastic limit in compression";
+            check("relative_soft_stiffness", stiffness, stiffness > 0.0, requirement)?;
+        }
+        self.validate_options()
+    }
+
+    /// Check yield surface and viscosity.
+    fn validate_options(&self) -> Result<(), CpmError> {
+        if matches!(self.yield_surface, YieldSurface::Logarithmic | YieldSurface::LogarithmicLinear) {
+            check("yield_log_speed", self.yield_log_speed, self.yield_log_speed > 0.0, "positive")?;
+            check("cohesion", self.cohesion, self.cohesion > 0.0, "positive with a logarithmic yield surface")?;
+        }
+        if self.damage_time > 0.0 {
+            check("damage_time", self.damage_time, true, "finite")?;
+            let exponent = self.damage_rate_exponent;
+            check("damage_rate_exponent", exponent, exponent > 0.0, "positive with viscous damage")?;
+        }
+        if self.plastic_time > 0.0 {
+            check("plastic_time", self.plastic_time, true, "finite")?;
+            let exponent = self.plastic_rate_exponent;
+            check("plastic_rate_exponent", exponent, exponent > 0.0, "positive with viscous slip")?;
+            check("cohesion", self.cohesion, self.cohesion > 0.0, "positive with viscous slip")?;
+            check("shear_ratio", self.shear_ratio, self.shear_ratio > 0.0, "positive with viscous slip")?;
+        }
+        if !self.mode.has_full_model() {
+            if self.yield_surface != YieldSurface::MohrCoulomb {
+                return Err(CpmError::NotInYade { name: "yield_surface" });
+            }
+            if self.damage_time > 0.0 {
+                return Err(CpmError::NotInYade { name: "damage_time" });
+            }
+            if self.plastic_time > 0.0 {
+                return Err(CpmError::NotInYade { name: "plastic_time" });
+            }
+        }
+        Ok(())
+    }
+
+    /// Shear modulus Ḡ, Pa.
+    pub fn shear_modulus(&self) -> f64 {
+        self.normal_modulus * self.shear_ratio
+    }
+
+    /// Softening strain ε_f, 1.
+    pub fn softening_strain(&self) -> f64 {
+        self.limit_strain * self.relative_ductility
+    }
+
+    fn prestress_is_beyond_the_plastic_limit(&self) -> bool {
+        self.mode == CpmFormulation::Thesis
+            && self.soft_strain < 0.0
+            && self.isotropic_prestress < self.normal_modulus * self.soft_strain
+    }
+
+    /// Normal strain of a bond under the isotropic prestress alone (Šmilauer 2010, "Isotropic confinement").
+    pub(super) fn prestress_strain(&self) -> f64 {
+        if self.mode == CpmFormulation::Woo {
+            0.0
+        } else if self.prestress_is_beyond_the_plastic_limit() {
+            self.soft_strain
+                + (self.isotropic_prestress - self.normal_modulus * self.soft_strain)
+                    / (self.normal_modulus * self.relative_soft_stiffness)
+        } else {
+            self.isotropic_prestress / self.normal_modulus
+        }
+    }
+}
+
+/// Return an error unless `holds` and the value is finite.
+fn check(name: &'static str, value: f64, holds: bool, requirement: &'static str) -> Result<(), CpmError> {
+    if holds && value.is_finite() { Ok(()) } else { Err(CpmError::OutOfRange { name, value, requirement }) }
+}
