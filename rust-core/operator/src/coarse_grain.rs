@@ -86,9 +86,9 @@ pub fn coarse_grain(
     let carried = |image: Vec3| period.map_or(none, |period| period.change * image);
     let field = |r: &Vec3| {
         let ball = super::Region::Sphere { center: *r, radius: kernel.support };
-        let mut field = CoarseField::default();
+        let (mut field, images) = (CoarseField::default(), ball.images(period));
         for p in 0..position.len() {
-            for image in ball.images(period, &position[p], &none) {
+            for image in images.of(&position[p], &none) {
                 let weight = mass[p] * kernel.at(&(position[p] + shifted(image) - r));
                 if weight > 0.0 {
                     let v = velocity[p] + carried(image);
@@ -103,7 +103,7 @@ pub fn coarse_grain(
         }
         for k in 0..contacts.len() {
             let (x, l) = (position[contacts.pair()[k][0] as usize], contacts.branch()[k]);
-            for image in ball.images(period, &x, &l) {
+            for image in images.of(&x, &l) {
                 let weight = kernel.along(&(x + shifted(image) - r), &l);
                 if weight > 0.0 {
                     field.stress += (l * weight) * contacts.force()[k].transpose();

@@ -109,6 +109,7 @@ pub fn conjugate(
 ) -> Result<Conjugate, OperatorError> {
     let position = contacts.position();
     let volume = super::region::check(region, Truncation::InternalOnly, position.len())?;
+    let images = region.images(period);
     sums!(Sums { xf: Mat3, xm: Mat3, force: Vec3, total: Vec3, moment: Vec3, contacts: f64 });
     let sums: Sums = sum_tiles(contacts.len(), |range| {
         let mut sums = Sums::default();
@@ -119,7 +120,7 @@ pub fn conjugate(
                 (Vec3::zeros(), c.force, c.arm_a.cross(&c.force) + c.moment),
                 (c.branch, -c.force, -(c.arm_b.cross(&c.force) + c.moment)),
             ];
-            for image in region.images(period, &c.position_a, &c.branch) {
+            for image in images.of(&c.position_a, &c.branch) {
                 let x = c.position_a + period.map_or_else(Vec3::zeros, |period| period.edges * image);
                 if !(region.contains(c.a, &x) && region.contains(c.b, &(x + c.branch))) {
                     continue;

@@ -58,6 +58,15 @@ pub enum OperatorError {
         /// What it must be.
         demand: &'static str,
     },
+    /// Half-spaces that reach infinitely many periodic images.
+    #[error(
+        "the half-spaces are unbounded along edge {axis} of the periodic cell, where infinitely many images lie in them; add \
+         planes, or align those there are with the edges"
+    )]
+    Unbounded {
+        /// Edge of the cell: 0, 1, 2.
+        axis: usize,
+    },
     /// Nothing lies in the region.
     #[error("no {what} lies in the region; move or enlarge it")]
     EmptyRegion {

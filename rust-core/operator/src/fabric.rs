@@ -31,6 +31,7 @@ pub fn fabric(
 ) -> Result<Fabric, OperatorError> {
     let position = contacts.position();
     region::check(region, truncation, position.len())?;
+    let images = region.images(period);
     sums!(Sums { tensor: Mat3, count: f64, length: f64 });
     let sums: Sums = sum_tiles(contacts.len(), |range| {
         let mut sum = Sums::default();
@@ -38,7 +39,7 @@ pub fn fabric(
             let (l, [a, b]) = (contacts.branch()[k], contacts.pair()[k].map(|p| p as usize));
             let length = l.norm();
             let n = l / length;
-            for image in region.images(period, &position[a], &l) {
+            for image in images.of(&position[a], &l) {
                 let x = position[a] + period.map_or_else(Vec3::zeros, |p| p.edges * image);
                 let weight = region::weight(region, truncation, a, b, &x, &l);
                 sum += Sums { tensor: (n * weight) * n.transpose(), count: weight, length: weight * length };
@@ -49,14 +50,7 @@ pub fn fabric(
     if sums.count == 0.0 {
         return Err(OperatorError::EmptyRegion { what: "contact" });
     }
-    let none = Vec3::zeros();
-    let particles = (0..position.len())
-        .map(|p| {
-            let inside =
-                |image| region.contains(p, &(position[p] + period.map_or(none, |period| period.edges * image)));
-            region.images(period, &position[p], &none).filter(|image| inside(*image)).count()
-        })
-        .sum::<usize>();
+    let particles = (0..position.len()).map(|p| images.inside(p, &position[p]).count()).sum::<usize>();
     Ok(Fabric {
         tensor: sums.tensor / sums.count,
         contacts: sums.count,

@@ -32,4 +32,4 @@ mod tests;
 
 pub use contact_set::{Contact, ContactSet, LoadSet, moment_about_contact_point, pairs, vectors};
 pub use error::OperatorError;
-pub use region::{HalfSpace, Period, Region, Truncation};
+pub use region::{HalfSpace, ImageSearch, Period, Region, Truncation};

@@ -221,10 +221,10 @@ pub fn region_stress(
                 || away_from_border(contacts, region, range, count),
             ),
             Some(period) => {
-                let mut sums = BranchSums::default();
+                let (mut sums, images) = (BranchSums::default(), region.images(Some(period)));
                 for k in range {
                     let x = &contacts.position()[contacts.pair()[k][0] as usize];
-                    for image in region.images(Some(period), x, &branch[k]) {
+                    for image in images.of(x, &branch[k]) {
                         count(&mut sums, k, &(x + period.edges * image));
                     }
                 }
@@ -287,10 +287,11 @@ pub fn region_stress_from_particles(
 ) -> Result<Mat3, OperatorError> {
     check_length("moments", moments.len(), position.len(), "particle")?;
     let volume = region::check(region, Truncation::InternalOnly, position.len())?;
+    let images = region.images(period);
     let total: Mat3 = sum_tiles(position.len(), |range| {
         let mut sum = Mat3::zeros();
         for p in range {
-            region.images_inside(period, p, &position[p]).for_each(|_| sum += moments[p]);
+            images.inside(p, &position[p]).for_each(|_| sum += moments[p]);
         }
         sum
     });
@@ -338,10 +339,11 @@ pub fn kinetic_stress(
     let volume = region::check(region, Truncation::InternalOnly, position.len())?;
     sums!(Momentum { mass: f64, momentum: Vec3 });
     let carried = |image: &Vec3| period.map_or_else(Vec3::zeros, |period| period.change * image);
+    let images = region.images(period);
     let total: Momentum = sum_tiles(position.len(), |range| {
         let mut sum = Momentum::default();
         for p in range {
-            for image in region.images_inside(period, p, &position[p]) {
+            for image in images.inside(p, &position[p]) {
                 sum += Momentum { mass: mass[p], momentum: (velocity[p] + carried(&image)) * mass[p] };
             }
         }
@@ -354,7 +356,7 @@ pub fn kinetic_stress(
     let flow: Mat3 = sum_tiles(position.len(), |range| {
         let mut sum = Mat3::zeros();
         for p in range {
-            for image in region.images_inside(period, p, &position[p]) {
+            for image in images.inside(p, &position[p]) {
                 let v = velocity[p] + carried(&image) - mean;
                 sum += (v * mass[p]) * v.transpose();
             }
@@ -374,10 +376,11 @@ pub fn solid_fraction(
 ) -> Result<f64, OperatorError> {
     check_length("volumes", volumes.len(), position.len(), "particle")?;
     let volume = region::check(region, Truncation::InternalOnly, position.len())?;
+    let images = region.images(period);
     let solid: f64 = sum_tiles(position.len(), |range| {
         let mut sum = 0.0;
         for p in range {
-            region.images_inside(period, p, &position[p]).for_each(|_| sum += volumes[p]);
+            images.inside(p, &position[p]).for_each(|_| sum += volumes[p]);
         }
         sum
     });

@@ -1,5 +1,6 @@
 //! Bonds between neighboring particles at the start of a run.
 
+use crate::TIE;
 use concordem_contact::kinematics::sphere_sphere::initial_geometry;
 use concordem_contact::law::Reference;
 use concordem_contact::math::Vec3;
@@ -8,10 +9,20 @@ use concordem_solver::neighbor::{NeighborError, candidate_pairs};
 use concordem_solver::state::contacts::{ContactFlags, Contacts, Pair};
 use concordem_solver::state::{Cell, Particles};
 
-/// Bond all pairs whose center distance is below `interaction_ratio` times the sum of their radii (Stránský 2018,
-/// §2.1), except within a clump and between materials without a common row. Bonds take the present length and normal,
-/// and the cross-section of their law ([`ContactLaw::bonded_area`](concordem_contact::law::ContactLaw::bonded_area)). Returns the
-/// number of bonds.
+/// Number of bonds made by [`bond`].
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct BondCount {
+    /// All bonds.
+    pub bonds: usize,
+    /// Bonds whose length equals the largest one up to the relative tolerance [`TIE`]. Without the tolerance, rounding
+    /// would decide about them.
+    pub ties: usize,
+}
+
+/// Bond all pairs whose center distance is at most `interaction_ratio` times the sum of their radii (Stránský 2018,
+/// §2.1), up to the relative tolerance [`TIE`], except within a clump and between materials without a common row. Bonds
+/// take the present length and normal, and the cross-section of their law
+/// ([`ContactLaw::bonded_area`](concordem_contact::law::ContactLaw::bonded_area)).
 ///
 /// # Errors
 /// Input that the neighbor search refuses.
@@ -21,8 +32,9 @@ pub fn bond(
     particles: &Particles,
     cell: Option<&Cell>,
     interaction_ratio: f64,
-) -> Result<usize, NeighborError> {
-    let reach: Vec<f64> = particles.radius.iter().map(|r| r * interaction_ratio).collect();
+) -> Result<BondCount, NeighborError> {
+    let reach: Vec<f64> = particles.radius.iter().map(|r| r * interaction_ratio * (1.0 + TIE)).collect();
+    let mut ties = 0;
     let mean_radius = particles.radius.iter().sum::<f64>() / particles.len().max(1) as f64;
     for candidate in candidate_pairs(&particles.position, &reach, cell)? {
         let (a, b) = (candidate.a as usize, candidate.b as usize);
@@ -34,7 +46,9 @@ pub fn bond(
         let geometry = initial_geometry(&particles.position[a], &particles.position[b], &shift);
         let flags =
             ContactFlags { row, bits: ContactFlags::BONDED | ContactFlags::ACTIVE, image: candidate.image, padding: 0 };
-        let area = block.bonded_area(row, particles.radius[a], particles.radius[b], mean_radius);
+        let (radius_a, radius_b) = (particles.radius[a], particles.radius[b]);
+        ties += usize::from(geometry.length >= interaction_ratio * (radius_a + radius_b) * (1.0 - TIE));
+        let area = block.bonded_area(row, radius_a, radius_b, mean_radius);
         block.push(
             Pair { a: candidate.a, b: candidate.b },
             flags,
@@ -43,12 +57,14 @@ pub fn bond(
         );
     }
     block.sort();
-    Ok(block.len())
+    Ok(BondCount { bonds: block.len(), ties })
 }
 
 /// Interaction ratio at which a packing has `coordination` bonds per particle, and the coordination reached: the network
 /// correction of Jebahi et al. 2015, section 2.3.1.3 (radii enlarged for the search alone), solved by sorting the pairs by
-/// center distance through sum of radii instead of bisection. `None` when there are too few pairs within twice the radii.
+/// center distance through sum of radii instead of bisection. Pairs that are equally far apart, up to the relative tolerance
+/// [`TIE`], are bonded together, so that the coordination reached may exceed the wanted one. `None` when there are too few
+/// pairs within twice the radii.
 pub fn ratio_for_coordination(
     spheres: &[concordem_solver::state::Sphere],
     cell: Option<&Cell>,
@@ -72,8 +88,9 @@ pub fn ratio_for_coordination(
         ratios.sort_unstable_by(f64::total_cmp);
         // One pair more, so that the ratio can lie between two of them.
         if wanted > 0 && ratios.len() > wanted {
-            let reached = 2.0 * wanted as f64 / spheres.len() as f64;
-            return Ok(Some((0.5 * (ratios[wanted - 1] + ratios[wanted]), reached)));
+            let ratio = 0.5 * (ratios[wanted - 1] + ratios[wanted]);
+            let bonds = ratios.partition_point(|each| *each <= ratio * (1.0 + TIE));
+            return Ok(Some((ratio, 2.0 * bonds as f64 / spheres.len() as f64)));
         }
         if reach >= REACH || wanted == 0 {
             return Ok(None);
@@ -86,6 +103,41 @@ pub fn ratio_for_coordination(
 mod tests {
     use super::*;
     use crate::lattice::Lattice;
+    use concordem_contact::law::LinearBond;
+    use concordem_solver::state::contacts::ContactBlock;
+
+    /// Number of bonds of a lattice at the interaction ratio 1.
+    fn bonds_of(lattice: Lattice, radius: f64, repeats: [u32; 3]) -> BondCount {
+        let packing = lattice.periodic(radius, repeats).unwrap();
+        let mut particles = Particles::default();
+        packing.spheres.iter().for_each(|sphere| particles.push(*sphere, 0, 1.0, 1.0));
+        let mut rows = PairCoefficients::new(1);
+        rows.set(0, 0, 0);
+        let mut block = ContactBlock::new(vec![LinearBond::new(1.0, 1.0, 0.0, f64::INFINITY, f64::INFINITY).unwrap()]);
+        bond(&mut block, &rows, &particles, packing.cell.as_ref(), 1.0).unwrap()
+    }
+
+    /// Nearest neighbors of a lattice touch: all are bonded, whatever the last digits of the radius. Each particle has half
+    /// of its 6, 8, 12, 12, 4, and 6 neighbors.
+    #[test]
+    fn rounding_does_not_lose_bonds_of_touching_spheres() {
+        for radius in [1.0, 1e-3, 0.7e-3, 1.3e-3, 0.123_456_789e-3] {
+            for (lattice, particles, neighbors) in [
+                (Lattice::SimpleCubic, 27, 6),
+                (Lattice::BodyCentered, 54, 8),
+                (Lattice::FaceCentered, 108, 12),
+                (Lattice::HexagonalClosePacked, 108, 12),
+            ] {
+                let found = bonds_of(lattice, radius, [3; 3]);
+                let all = particles * neighbors / 2;
+                assert_eq!(found, BondCount { bonds: all, ties: all }, "{lattice:?}, radius {radius}");
+            }
+        }
+        for radius in [1e-3, 0.7e-3] {
+            assert_eq!(bonds_of(Lattice::Square, radius, [3, 3, 1]).bonds, 18);
+            assert_eq!(bonds_of(Lattice::Triangular, radius, [3, 3, 1]).bonds, 54);
+        }
+    }
 
     /// A simple cubic lattice has 6 touching neighbors, and 18 up to √2 of the distance: any coordination between them
     /// is reached at a ratio between 1 and √2, or at √2 itself when it cuts through a shell.
@@ -96,7 +148,9 @@ mod tests {
         let (between, reached) = ratio(6.0).unwrap();
         // Half way from 1 to √2.
         assert!((between - 0.5 * (1.0 + 2f64.sqrt())).abs() < 1e-12 && reached == 6.0, "{between} {reached}");
-        assert!((ratio(10.0).unwrap().0 - 2f64.sqrt()).abs() < 1e-12);
+        // All twelve second neighbors of a particle are bonded, not those that rounding puts first.
+        let (within, reached) = ratio(10.0).unwrap();
+        assert!((within - 2f64.sqrt()).abs() < 1e-12 && reached == 18.0, "{within} {reached}");
         assert_eq!(ratio(1000.0), None);
     }
 }

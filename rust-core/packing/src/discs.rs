@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use super::{Packing, PackingError, Random, affordable, positive, within};
+use super::{Packing, PackingError, Random, compactable, positive, within};
 use crate::mass_of;
 use concordem_contact::law::{ContactStiffness, Frictional};
 use concordem_contact::math::Vec3;
@@ -38,7 +38,7 @@ pub fn random_discs(
     random: &mut Random,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Packing, PackingError> {
-    affordable(radii.len() as f64)?;
+    compactable(radii.len() as f64)?;
     within("the solid fraction", solid_fraction, 0.1, 1.1)?;
     positive("the aspect of the cell", aspect)?;
     for radius in radii {

@@ -1,17 +1,17 @@
 //! Whether the links of a packing favour a direction.
 
-use super::{Packing, PackingError, positive};
+use super::{Packing, PackingError, TIE, positive};
 use concordem_contact::math::{Vec3, atan2};
 use concordem_solver::neighbor::candidate_pairs;
 
 /// Branch vectors `x_B − x_A` (m, periodic images included) of all pairs with center distance up to
-/// `interaction_ratio · (R_A + R_B)`: the links a cohesive material would get (Stránský 2018, section 2.1).
+/// `interaction_ratio · (R_A + R_B)`, within the relative tolerance [`TIE`]: the links a cohesive material would get (Stránský 2018, section 2.1).
 ///
 /// # Errors
 /// A ratio that is not positive; positions or radii that are not finite.
 pub fn link_vectors(packing: &Packing, interaction_ratio: f64) -> Result<Vec<Vec3>, PackingError> {
     positive("the interaction ratio", interaction_ratio)?;
-    let reach: Vec<f64> = packing.spheres.iter().map(|s| s.radius * interaction_ratio).collect();
+    let reach: Vec<f64> = packing.spheres.iter().map(|s| s.radius * interaction_ratio * (1.0 + TIE)).collect();
     let pairs = candidate_pairs(&packing.positions(), &reach, packing.cell.as_ref())?;
     let position = |index: u32| packing.spheres[index as usize].position;
     Ok(pairs

@@ -1,6 +1,6 @@
 //! Regular packings of equal touching spheres.
 
-use super::{Packing, PackingError, Shape, affordable, positive};
+use super::{Crop, Packing, PackingError, Shape, affordable, positive};
 use concordem_contact::math::Vec3;
 use concordem_solver::state::Cell;
 use concordem_solver::state::particles::Sphere;
@@ -12,9 +12,9 @@ use concordem_solver::state::particles::Sphere;
 pub enum Lattice {
     /// Simple cubic: 6 neighbors, packing fraction π/6.
     SimpleCubic,
-    /// Body-centerd cubic: 8 neighbors, π√3/8.
+    /// Body-centered cubic: 8 neighbors, π√3/8.
     BodyCentered,
-    /// Face-centerd cubic: 12 neighbors, π/√18.
+    /// Face-centered cubic: 12 neighbors, π/√18.
     FaceCentered,
     /// Hexagonal close packing with the ideal axis ratio √(8/3): 12 neighbors, π/√18.
     HexagonalClosePacked,
@@ -99,7 +99,7 @@ impl Lattice {
     ///
     /// # Errors
     /// A radius that is not positive, and shapes with room for too many spheres.
-    pub fn fill(self, radius: f64, shape: &Shape, origin: Vec3) -> Result<Packing, PackingError> {
+    pub fn fill(self, radius: f64, shape: &Shape, crop: Crop, origin: Vec3) -> Result<Packing, PackingError> {
         positive("the radius of the lattice's spheres", radius)?;
         let edges = self.unit_cell(radius);
         let (low, high) = shape.bounds();
@@ -110,8 +110,6 @@ impl Lattice {
         }
         let count = (last - first).add_scalar(1.0).product() * self.basis().len() as f64;
         affordable(count)?;
-        // A sphere that touches the surface from inside belongs to the shape, whatever the last digit says.
-        let margin = radius * (1.0 - 1.0e-9);
         let mut spheres = Vec::new();
         for k in first.z as i64..=last.z as i64 {
             for j in first.y as i64..=last.y as i64 {
@@ -119,8 +117,9 @@ impl Lattice {
                     let cell = Vec3::new(i as f64, j as f64, k as f64);
                     for place in self.basis() {
                         let position = origin + (cell + Vec3::from(*place)).component_mul(&edges);
-                        if shape.contains(&position, margin) {
-                            spheres.push(Sphere { position, radius });
+                        let sphere = Sphere { position, radius };
+                        if crop.keeps(&sphere, shape) {
+                            spheres.push(sphere);
                         }
                     }
                 }
@@ -167,11 +166,13 @@ mod tests {
     #[test]
     fn fill_takes_whole_spheres() {
         let shape = Shape::new_box(Vec3::zeros(), Vec3::repeat(1.0)).unwrap();
-        let packing = Lattice::SimpleCubic.fill(0.05, &shape, Vec3::repeat(0.05)).unwrap();
+        let packing = Lattice::SimpleCubic.fill(0.05, &shape, Crop::WholeSpheres, Vec3::repeat(0.05)).unwrap();
         assert_eq!(packing.spheres.len(), 1000);
-        let plane = Lattice::Square.fill(0.05, &shape, Vec3::new(0.05, 0.05, 0.5)).unwrap();
+        let plane = Lattice::Square.fill(0.05, &shape, Crop::WholeSpheres, Vec3::new(0.05, 0.05, 0.5)).unwrap();
         assert_eq!(plane.spheres.len(), 100);
-        assert!(Lattice::FaceCentered.fill(0.05, &shape, Vec3::zeros()).unwrap().spheres.len() > 1000);
+        assert!(
+            Lattice::FaceCentered.fill(0.05, &shape, Crop::WholeSpheres, Vec3::zeros()).unwrap().spheres.len() > 1000
+        );
     }
 
     #[test]
@@ -181,7 +182,13 @@ mod tests {
         assert!(matches!(Lattice::SimpleCubic.periodic(1.0, [1, 0, 1]), Err(PackingError::NotPositive { .. })));
         assert!(matches!(Lattice::SimpleCubic.periodic(1.0, [u32::MAX; 3]), Err(PackingError::TooMany { .. })));
         assert!(matches!(Lattice::Square.periodic(0.6, [1; 3]), Err(PackingError::OutOfRange { .. })));
-        assert!(matches!(Lattice::Square.fill(f64::NAN, &shape, Vec3::zeros()), Err(PackingError::NotPositive { .. })));
-        assert!(matches!(Lattice::SimpleCubic.fill(1.0e-8, &shape, Vec3::zeros()), Err(PackingError::TooMany { .. })));
+        assert!(matches!(
+            Lattice::Square.fill(f64::NAN, &shape, Crop::WholeSpheres, Vec3::zeros()),
+            Err(PackingError::NotPositive { .. })
+        ));
+        assert!(matches!(
+            Lattice::SimpleCubic.fill(1.0e-8, &shape, Crop::WholeSpheres, Vec3::zeros()),
+            Err(PackingError::TooMany { .. })
+        ));
     }
 }

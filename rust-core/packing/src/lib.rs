@@ -11,8 +11,10 @@ pub mod file;
 pub mod growth;
 pub mod isotropy;
 pub mod lattice;
+pub mod memory;
 pub mod random;
 pub mod random_dense;
+pub mod section;
 pub mod shape;
 pub mod size;
 pub mod summary;
@@ -25,6 +27,7 @@ pub use isotropy::{DirectionHistogram, link_vectors};
 pub use lattice::Lattice;
 pub use random::Random;
 pub use random_dense::{Compaction, Progress, Protocol, RandomDense, Stage, random_dense};
+pub use section::smallest_section;
 pub use shape::Shape;
 pub use size::SizeDistribution;
 pub use summary::PackingSummary;
@@ -34,6 +37,13 @@ use concordem_contact::math::Vec3;
 use concordem_solver::neighbor::NeighborError;
 use concordem_solver::state::Cell;
 use concordem_solver::state::particles::Sphere;
+
+/// Relative difference up to which a distance counts as equal to a limit: of bonds, layers, and selections.
+///
+/// Distances of lattices and of files with 15 digits carry rounding errors of some 1e-16 times coordinate through distance,
+/// 1e-12 in a body of ten thousand particles across. The tolerance exceeds that by three orders of magnitude. It is small
+/// against any difference that a model means.
+pub const TIE: f64 = 1e-9;
 
 /// Spheres in space, periodic if there is a cell.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -105,6 +115,19 @@ pub enum PackingError {
         /// Largest possible number.
         limit: f64,
     },
+    /// More memory than the machine has.
+    #[error("this needs about {:.3e} GB of memory for {what}; this machine has {:.3e} GB", bytes / 1e9, total / 1e9)]
+    Memory {
+        /// What needs the memory.
+        what: String,
+        /// Estimated need, bytes.
+        bytes: f64,
+        /// Memory of the machine, bytes.
+        total: f64,
+    },
+    /// A packing without spheres where some are needed.
+    #[error("the packing has no spheres")]
+    Empty,
     /// A line of a sphere file that is not four numbers.
     #[error("line {line}: {reason}: {text:?}")]
     BadLine {
@@ -183,6 +206,12 @@ impl Packing {
         self.cell.map(|cell| self.solid_volume() / cell.volume())
     }
 
+    /// Area of all discs through the area of the plane cell, whose third edge is along z; `None` without a cell.
+    pub fn area_fraction(&self) -> Option<f64> {
+        let discs: f64 = self.spheres.iter().map(|s| std::f64::consts::PI * s.radius * s.radius).sum();
+        self.cell.map(|cell| discs * cell.matrix[(2, 2)].abs() / cell.volume())
+    }
+
     /// Positions of all spheres, m.
     pub fn positions(&self) -> Vec<Vec3> {
         self.spheres.iter().map(|s| s.position).collect()
@@ -217,10 +246,19 @@ pub(crate) fn within(name: &'static str, value: f64, low: f64, high: f64) -> Res
     if value >= low && value <= high { Ok(value) } else { Err(PackingError::OutOfRange { name, value, low, high }) }
 }
 
-/// Refuses numbers of spheres that cannot be numbered.
+/// Refuses numbers of spheres that cannot be numbered, or whose list does not fit into memory.
 pub(crate) fn affordable(count: f64) -> Result<(), PackingError> {
     const LIMIT: f64 = 4.0e9;
-    if count.is_nan() || count > LIMIT { Err(PackingError::TooMany { count, limit: LIMIT }) } else { Ok(()) }
+    if count.is_nan() || count > LIMIT {
+        return Err(PackingError::TooMany { count, limit: LIMIT });
+    }
+    memory::affordable_bytes(&format!("{count:.4e} spheres"), count * memory::SPHERE)
+}
+
+/// Refuses numbers of spheres whose compaction does not fit into memory.
+pub(crate) fn compactable(count: f64) -> Result<(), PackingError> {
+    affordable(count)?;
+    memory::affordable_bytes(&format!("the compaction of {count:.4e} spheres"), count * memory::COMPACTED)
 }
 
 /// Mass (kg) and moment of inertia (kg·m²) of a sphere, or of a disc of unit depth.

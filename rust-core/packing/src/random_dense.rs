@@ -123,7 +123,7 @@ impl RandomDense {
 
     fn check(&self) -> Result<(), PackingError> {
         positive("the number of spheres", self.count as f64)?;
-        super::affordable(self.count as f64)?;
+        super::compactable(self.count as f64)?;
         within("the coefficient of friction", self.friction, 0.0, 1.0e3)?;
         within("the damping", self.damping, 0.0, 1.0)?;
         // Above, heavily compressed packings are unstable.

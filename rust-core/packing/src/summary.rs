@@ -1,6 +1,6 @@
 //! What a packing is like, in a few numbers.
 
-use super::{Packing, PackingError, positive};
+use super::{Packing, PackingError, TIE, positive};
 use concordem_contact::math::Vec3;
 use concordem_solver::neighbor::candidate_pairs;
 
@@ -13,7 +13,8 @@ pub struct PackingSummary {
     pub packing_fraction: Option<f64>,
     /// `1 −` packing fraction.
     pub porosity: Option<f64>,
-    /// Contacts per sphere, `2 C / N`, counting pairs with center distance up to `interaction_ratio·(R_A + R_B)`.
+    /// Contacts per sphere, `2 C / N`, counting pairs with center distance up to `interaction_ratio·(R_A + R_B)`,
+    /// within the relative tolerance [`TIE`].
     pub coordination: f64,
     /// The same without the rattlers and their contacts.
     pub coordination_of_backbone: f64,
@@ -33,7 +34,7 @@ impl PackingSummary {
     pub fn new(packing: &Packing, interaction_ratio: f64) -> Result<Self, PackingError> {
         positive("the interaction ratio", interaction_ratio)?;
         let count = packing.spheres.len();
-        let reach: Vec<f64> = packing.spheres.iter().map(|s| s.radius * interaction_ratio).collect();
+        let reach: Vec<f64> = packing.spheres.iter().map(|s| s.radius * interaction_ratio * (1.0 + TIE)).collect();
         let pairs = candidate_pairs(&packing.positions(), &reach, packing.cell.as_ref())?;
 
         let (mut touching, mut overlap_sum, mut largest_overlap) = (0_usize, 0.0, 0.0_f64);

@@ -5,6 +5,9 @@ use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::state::Cell;
 use concordem_solver::state::particles::Sphere;
 
+/// Copies of a cell that are looked at for one body.
+const MOST_COPIES: f64 = 4.0e9;
+
 /// Which spheres belong to a cropped body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -14,6 +17,17 @@ pub enum Crop {
     WholeSpheres,
     /// Those whose centers lie inside: the density near the surface is that of the bulk.
     Centers,
+}
+
+impl Crop {
+    /// Whether a sphere stays. One that touches the surface from inside lies inside, whatever the last digit says.
+    pub fn keeps(self, sphere: &Sphere, shape: &Shape) -> bool {
+        let margin = match self {
+            Self::WholeSpheres => sphere.radius * (1.0 - 1.0e-9),
+            Self::Centers => 0.0,
+        };
+        shape.contains(&sphere.position, margin)
+    }
 }
 
 /// A periodic packing of `repeats` copies of a periodic packing along each edge of its cell.
@@ -67,21 +81,20 @@ pub fn tile_and_crop(packing: &Packing, shape: &Shape, crop: Crop, anchor: Vec3)
     // One copy more on either side: rounding may put a sphere on the wrong side of a face.
     let first = first.map(|c| c.floor() - 1.0);
     let last = last.map(|c| c.floor() + 1.0);
-    let count = (last - first).add_scalar(1.0).product() * unit.spheres.len() as f64;
-    affordable(count)?;
+    if unit.spheres.is_empty() {
+        return Err(PackingError::Empty);
+    }
+    let copies = (last - first).add_scalar(1.0).product();
+    within("the number of copies of the packing that cover the shape", copies, 1.0, MOST_COPIES)?;
+    // Spheres inside the box around the shape, at the density of the packing.
+    affordable((high - low).product() / cell.volume() * unit.spheres.len() as f64)?;
     let mut spheres = Vec::new();
     for k in first.z as i64..=last.z as i64 {
         for j in first.y as i64..=last.y as i64 {
             for i in first.x as i64..=last.x as i64 {
                 let shift = anchor + cell.matrix * Vec3::new(i as f64, j as f64, k as f64);
-                spheres.extend(unit.spheres.iter().filter_map(|sphere| {
-                    let position = sphere.position + shift;
-                    let margin = match crop {
-                        Crop::WholeSpheres => sphere.radius,
-                        Crop::Centers => 0.0,
-                    };
-                    shape.contains(&position, margin).then_some(Sphere { position, radius: sphere.radius })
-                }));
+                let moved = unit.spheres.iter().map(|s| Sphere { position: s.position + shift, radius: s.radius });
+                spheres.extend(moved.filter(|sphere| crop.keeps(sphere, shape)));
             }
         }
     }
@@ -120,7 +133,7 @@ mod tests {
         approx::assert_relative_eq!(body.spheres.len() as f64, expected, max_relative = 0.02);
         let whole = tile_and_crop(&packing, &shape, Crop::WholeSpheres, Vec3::new(0.3, 0.2, 0.1)).unwrap();
         assert!(whole.spheres.len() < body.spheres.len());
-        assert!(whole.spheres.iter().all(|s| shape.contains(&s.position, s.radius)));
+        assert!(whole.spheres.iter().all(|s| shape.contains(&s.position, s.radius * (1.0 - 1.0e-9))));
     }
 
     #[test]

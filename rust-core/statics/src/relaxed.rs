@@ -15,7 +15,8 @@ pub struct Relaxation {
     pub strain: f64,
     /// Local damping of translation and rotation.
     pub damping: f64,
-    /// Net force on the particles over contact force (root mean squares) at which the cell is at rest.
+    /// Net force or moment on the particles over that of the contacts at which the cell is at rest
+    /// ([`StepReport::unbalanced`](concordem_solver::StepReport::unbalanced)).
     pub unbalanced: f64,
     /// Most steps per mode.
     pub steps: u64,
@@ -49,6 +50,7 @@ pub fn relaxed_stiffness(
         if radius > 0.0 && radius < 1.0 { 1e-9_f64.ln() / radius.ln() } else { 0.0 }
     });
     let planar = super::network::is_planar(state);
+    let radius = state.particles.mean_radius();
     for column in super::cell_stiffness::strains(planar) {
         let (i, j) = COMPONENTS[column];
         let mut state = state.clone();
@@ -75,19 +77,14 @@ pub fn relaxed_stiffness(
             if !sample {
                 continue;
             }
-            let kick = &report.kick;
-            let contacts: u64 = report.active.iter().sum();
-            let net = kick.net_force_squared / kick.free_particles.max(1) as f64;
-            let carried = report.force_squared / contacts.max(1) as f64;
-            let limit = relaxation.unbalanced * relaxation.unbalanced;
-            if net <= limit * carried && steps as f64 > settled {
+            let unbalanced = report.unbalanced(radius);
+            if unbalanced <= relaxation.unbalanced && steps as f64 > settled {
                 break report;
             }
             if steps > relaxation.steps {
                 return Err(failed(format!(
-                    "the cell is not at rest after {steps} steps: net force over contact force is {:.1e}, {:.1e} was \
-                     wanted",
-                    (net / carried).sqrt(),
+                    "the cell is not at rest after {steps} steps: net force or moment over that of the contacts is \
+                     {unbalanced:.1e}, {:.1e} was wanted",
                     relaxation.unbalanced
                 )));
             }

@@ -101,15 +101,13 @@ pub fn affine_fit(
     }
     region::check(region, Truncation::InternalOnly, n)?;
     let none = Vec3::zeros();
+    let images = region.images(period);
     // All particles and images inside: position, displacement, rotation.
     let each = |p: usize, f: &mut dyn FnMut(Vec3, Vec3, Vec3)| {
         let phi = rotation.get(p).copied().unwrap_or_default();
-        for image in region.images(period, &position[p], &none) {
+        for image in images.inside(p, &position[p]) {
             let (shift, change) = period.map_or((none, none), |period| (period.edges * image, period.change * image));
-            let x = position[p] + shift;
-            if region.contains(p, &x) {
-                f(x, displacement[p] + change, phi);
-            }
+            f(position[p] + shift, displacement[p] + change, phi);
         }
     };
     let first: First = sum_tiles(n, |range| {

@@ -49,11 +49,11 @@ impl MeshStrain {
         check(mesh, position, position, period)?;
         check_length("cells", self.cells.len(), mesh.len(), "cell of the mesh")?;
         region::check(region, Truncation::BranchClipped, mesh.points())?;
-        let mut inside = Vec::new();
+        let (mut inside, images) = (Vec::new(), region.images(period));
         for (k, cell) in self.cells.iter().enumerate() {
             let corners = mesh.cell(k);
             let middle = corners.iter().map(|c| c.place(position, period)).sum::<Vec3>() / corners.len() as f64;
-            region.images_inside(period, 0, &middle).for_each(|_| inside.push(*cell));
+            images.inside(0, &middle).for_each(|_| inside.push(*cell));
         }
         if inside.is_empty() {
             return Err(OperatorError::EmptyRegion { what: "cell" });

@@ -308,11 +308,8 @@ fn cells_of_regions() {
             assert_eq!(disc.cells, part.cells);
             let Region::Box { low, high } = Region::rectangle([-0.3, -0.2], [0.5, 0.4]) else { unreachable!() };
             let count = |region: &Region| {
-                position
-                    .iter()
-                    .enumerate()
-                    .map(|(p, x)| region.images_inside(Some(&period), p, x).count())
-                    .sum::<usize>()
+                let images = region.images(Some(&period));
+                position.iter().enumerate().map(|(p, x)| images.inside(p, x).count()).sum::<usize>()
             };
             let parts: usize = Region::grid(low, high, [4, 3, 1]).iter().map(count).sum();
             assert_eq!(parts, count(&Region::Box { low, high }));
