@@ -159,8 +159,10 @@ impl Coupling {
                 let view = block.view(k);
                 let a = view.pair.a as usize;
                 let (wall, element) = table[view.pair.b as usize];
+                let (image, cell) = (view.flags.image, state.cell.as_ref());
+                let wall = &state.walls[wall as usize];
                 if let Some(closest_point) =
-                    state.walls[wall as usize].closest_point(element as usize, &particles.position[a])
+                    wall.closest_point_of_image(element as usize, &particles.position[a], cell, image)
                     && closest_point.distance <= particles.radius[a]
                 {
                     let stiffness = block.stiffness(k, particles, true);

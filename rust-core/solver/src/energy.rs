@@ -132,6 +132,27 @@ impl Ledger {
         sum.get()
     }
 
+    /// Energy (J) that has no source: what errors of the integration ([`Self::integration`], [`Self::residual`]) and artificial
+    /// damping that drives the motion have made so far. Negative if they have destroyed energy.
+    ///
+    /// Valid after a step that sampled the stored energies.
+    pub fn created(&self) -> f64 {
+        -self.integration.get() - self.residual() - self.numerical_damping.get().min(0.0)
+    }
+
+    /// All energy present or dissipated so far, J: the scale on which [`Self::created`] is small or not.
+    pub fn turnover(&self) -> f64 {
+        self.kinetic.abs()
+            + self.stored_total()
+            + self.deformation
+            + self.damage.get()
+            + self.friction.get()
+            + self.viscous.get()
+            + self.numerical_damping.get().abs()
+            + self.deformation_lag.get().abs()
+            + self.deformation_other.get().abs()
+    }
+
     /// The terms of deformable particles, for checkpoints.
     pub fn deformation_reals(&self) -> [f64; 5] {
         let ([a, b], [c, d]) = (self.deformation_lag.parts(), self.deformation_other.parts());

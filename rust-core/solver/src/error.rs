@@ -38,6 +38,29 @@ pub enum SolverError {
         /// Name of the law.
         law: &'static str,
     },
+    /// The stiffness of a contact has outgrown the time step.
+    #[error(
+        "at step {step} (t = {time} s) the contact of the particle with id {id} with {} is about to overlap by {overlap:.4e} m, \
+         where it is stable only below a time step of {bound:.4e} s; the time step is {dt:.4e} s. Lower \
+         integration.contact_safety or integration.time_step; with integration.allow_unstable = true the run goes on",
+        other.as_ref().map_or_else(|id| format!("that with id {id}"), |wall| format!("the wall `{wall}`"))
+    )]
+    ContactOutgrown {
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+        /// Id of the first particle.
+        id: u32,
+        /// Name of the wall, or id of the second particle.
+        other: Result<String, u32>,
+        /// Overlap, m.
+        overlap: f64,
+        /// Largest stable time step, s.
+        bound: f64,
+        /// Time step, s.
+        dt: f64,
+    },
     /// A velocity is NaN or infinite.
     #[error(
         "at step {step} (t = {time} s) the motion is no longer finite; the particle with id {id} is the first one. \

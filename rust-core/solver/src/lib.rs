@@ -6,9 +6,11 @@
 //! * [`state`]: everything that changes during a run; [`neighbor`]: candidate pairs;
 //! * [`forces`]: the contact forces ([`walls`], [`record`]); [`deformation`]: the strains of deformable particles, and
 //!   [`coupling`]: whether they converge;
-//! * [`integrate`]: kick and drift; [`time_step`]: its stability limit; [`energy`]: the ledger;
+//! * [`integrate`]: kick and drift; [`time_step`]: its stability limit, [`collision`]: that of contacts to
+//!   come; [`energy`]: the ledger;
 //! * [`fracture`]: event log, fragments, and failure of whole particles.
 
+pub mod collision;
 pub mod coupling;
 pub mod deformation;
 pub mod energy;
@@ -25,6 +27,7 @@ mod report;
 mod solver;
 pub mod state;
 pub mod time_step;
+mod wrap;
 
 pub use error::SolverError;
 pub use forces::{record, walls};

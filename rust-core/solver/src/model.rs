@@ -42,6 +42,9 @@ pub struct Model {
     pub hydrostatic_strength: HydrostaticStrength,
     /// How particles deform, if they do.
     pub deformable: Option<Deformable>,
+    /// Whether [`Solver::step`](crate::Solver::step) fails where the stiffness of a contact has outgrown the time step
+    /// ([`collision::outgrown`](crate::collision::outgrown)).
+    pub watch_contacts: bool,
 }
 
 impl Default for Model {
@@ -57,6 +60,7 @@ impl Default for Model {
             skin: 0.2,
             hydrostatic_strength: HydrostaticStrength::default(),
             deformable: None,
+            watch_contacts: false,
         }
     }
 }

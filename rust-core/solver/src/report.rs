@@ -22,6 +22,8 @@ pub struct StepReport {
     pub bond_events: Vec<(usize, BondEvent)>,
     /// `Σ|f|²` over all contacts, N², in steps that sample.
     pub force_squared: f64,
+    /// `Σ|m|²` of the moments that contacts transmit, N²·m², in steps that sample.
+    pub moment_squared: f64,
     /// Whether the neighbor list was rebuilt before the forces of this step.
     pub rebuilt: bool,
     /// Evaluations of the contact forces: more than one where strains are iterated.
@@ -31,6 +33,30 @@ pub struct StepReport {
 }
 
 impl StepReport {
+    /// How far the bodies are from equilibrium of forces and moments: the larger one of
+    ///
+    /// `F_net/F` and `M_net/(r F + M)`
+    ///
+    /// with the root mean squares of the net force `F_net` and the net moment `M_net` over the free components of the bodies,
+    /// of the contact forces `F`, and of the moments `M` that contacts transmit, and the radius `r` of the particles (m) as
+    /// arm of the forces. 0 without contact forces.
+    ///
+    /// Forces alone would find a twisted beam, or a lattice that only rotations can relax, in equilibrium at once.
+    pub fn unbalanced(&self, radius: f64) -> f64 {
+        let root = |squared: f64, count: u64| (squared / count.max(1) as f64).sqrt();
+        let contacts: u64 = self.active.iter().sum();
+        let (force, moment) = (root(self.force_squared, contacts), root(self.moment_squared, contacts));
+        let ratio = |net: f64, carried: f64| if carried > 0.0 { net / carried } else { 0.0 };
+        let kick = &self.kick;
+        let of_forces = ratio(root(kick.net_force_squared, kick.free_particles), force);
+        of_forces.max(ratio(root(kick.net_torque_squared, kick.free_rotations), radius * force + moment))
+    }
+
+    /// Root mean square of the contact forces, N, in steps that sample.
+    pub fn contact_force(&self) -> f64 {
+        (self.force_squared / self.active.iter().sum::<u64>().max(1) as f64).sqrt()
+    }
+
     /// Whether a bond broke in the step.
     pub fn bonds_broke(&self) -> bool {
         self.bond_events.iter().any(|(_, event)| event.broke)

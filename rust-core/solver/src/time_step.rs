@@ -13,12 +13,22 @@
 //! lower modes gain energy from shear forces that strain particles, at any time step: damping must remove it
 //! (`docs/book/theory/deformable-particles.md`).
 //!
-//! Dashpots with `C ≤ βK` lower the limit to `(2/ω)(√(1+ζ²) − ζ)`, `ζ = ½βω` (Belytschko 1983).
+//! Dashpots with `C ≤ βK` lower the limit to `(2/ω)(√(1+ζ²) − ζ)`, `ζ = ½βω` (Belytschko 1983): their force lags by half a
+//! step. Artificial damping lowers it further. With Tchamwa and Wielgosz' φ a mode follows
+//!
+//! `x₊ − 2x + x₋ = −Ω²[φx − (φ−1)x₋] − D[φ(x − x₋) − (φ−1)(x₋ − x₋₋)]`, `Ω = ωΔt`, `D = cΔt/m`,
+//!
+//! whose characteristic polynomial has all roots in the unit circle exactly for `(2φ−1)(Ω² + 2D) < 4` (Jury's criterion: the
+//! root −1 is the first to leave it). `C` and `K` need not have common modes: any eigenvector of the damped motion follows
+//! this polynomial with its Rayleigh quotients. So `Δt < (2/ω)(√(ζ² + 1/s) − ζ)` with `s` of
+//! [`Damping::stiffening`](crate::integrate::Damping::stiffening). Dashpots and φ each taken alone, and multiplied, are no
+//! bound: at ζ = 1 and φ = 1.5 the product is too large by 1.4.
 
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use rayon::prelude::*;
 
 use crate::coupling::{Convergence, Coupling};
+use crate::integrate::Damping;
 use crate::lanczos;
 use crate::state::contacts::{ContactFlags, Contacts};
 use crate::state::{Cell, Particles, State};
@@ -40,6 +50,17 @@ pub struct TimeStepBounds {
     pub uncertainty: f64,
     /// Number of Lanczos steps.
     pub iterations: usize,
+    /// Smallest frequency of those of the two bounds, rad/s.
+    pub smallest_frequency: f64,
+    /// Largest ratio β of a dashpot to its spring, s.
+    pub dashpot_ratio: f64,
+}
+
+impl TimeStepBounds {
+    /// Largest stable time step under artificial damping, s.
+    pub fn limit(&self, damping: &Damping) -> f64 {
+        limit(self.smallest_frequency, self.dashpot_ratio, damping)
+    }
 }
 
 /// One contact as a linear element.
@@ -77,13 +98,14 @@ fn elements(state: &State) -> Vec<Element> {
             let shift = state.cell.as_ref().map_or_else(Vec3::zeros, |cell: &Cell| cell.shift(view.flags.image));
             let geometry = initial_geometry(&particles.position[a], &particles.position[b], &shift);
             let (arm_a, arm_b) = block.arms(k, particles, geometry.length);
+            let overlap = particles.radius[a] + particles.radius[b] - geometry.length;
             all.push(Element {
                 a: view.pair.a,
                 b: view.pair.b,
                 normal: geometry.normal,
                 arm_a,
                 arm_b,
-                stiffness: block.stiffness(k, particles, false),
+                stiffness: stiffness(block, k, particles, false, overlap),
             });
         }
     };
@@ -94,6 +116,17 @@ fn elements(state: &State) -> Vec<Element> {
         add(block.contacts());
     }
     all
+}
+
+/// Largest stiffness of contact `k`, whose particles overlap by `overlap` now (m).
+fn stiffness(block: &dyn Contacts, k: usize, particles: &Particles, with_wall: bool, overlap: f64) -> Stiffness {
+    let stiffness = block.stiffness(k, particles, with_wall);
+    let unbonded = !block.view(k).flags.has(ContactFlags::BONDED);
+    if !unbonded || overlap <= 0.0 {
+        return stiffness;
+    }
+    let now = block.stiffness_at(k, particles, with_wall, overlap);
+    if now.normal > stiffness.normal { now } else { stiffness }
 }
 
 /// A contact with a wall as a linear element: particle, normal, arm (m), stiffness.
@@ -109,13 +142,12 @@ fn wall_elements(state: &State) -> Vec<WallElement> {
             let view = block.view(k);
             let a = view.pair.a as usize;
             let (w, e) = table[view.pair.b as usize];
-            let closest_point = state.walls[w as usize].closest_point(e as usize, &state.particles.position[a])?;
-            Some((
-                view.pair.a,
-                closest_point.normal,
-                state.particles.radius[a],
-                block.stiffness(k, &state.particles, true),
-            ))
+            let (wall, position) = (&state.walls[w as usize], &state.particles.position[a]);
+            let closest_point =
+                wall.closest_point_of_image(e as usize, position, state.cell.as_ref(), view.flags.image)?;
+            let radius = state.particles.radius[a];
+            let overlap = radius - closest_point.distance;
+            Some((view.pair.a, closest_point.normal, radius, stiffness(block, k, &state.particles, true, overlap)))
         })
         .collect()
 }
@@ -137,18 +169,18 @@ fn end_block(normal: &Vec3, arm: f64, k: &Stiffness) -> Matrix6<f64> {
 }
 
 /// Largest ratio of a dashpot to its spring, s.
-fn damping_ratio(k: &Stiffness) -> f64 {
+pub(crate) fn damping_ratio(k: &Stiffness) -> f64 {
     let ratio = |c: f64, k: f64| if c > 0.0 && k > 0.0 { c / k } else { 0.0 };
     ratio(k.normal_damping, k.normal).max(ratio(k.shear_damping, k.shear))
 }
 
-/// Largest stable time step, s, at the angular frequency `frequency` (rad/s) with dashpots `C ≤ βK`.
-fn limit(frequency: f64, beta: f64) -> f64 {
+/// Largest stable time step, s, at the angular frequency `frequency` (rad/s) with dashpots `C ≤ βK`, β in s.
+pub(crate) fn limit(frequency: f64, beta: f64, damping: &Damping) -> f64 {
     if frequency <= 0.0 {
         return f64::INFINITY;
     }
     let zeta = 0.5 * beta * frequency;
-    2.0 / frequency * ((1.0 + zeta * zeta).sqrt() - zeta)
+    2.0 / frequency * ((1.0 / damping.stiffening() + zeta * zeta).sqrt() - zeta)
 }
 
 /// Bounds for the present contacts and candidates of `state` between rigid particles.
@@ -180,7 +212,7 @@ pub fn bounds_with(state: &State, deformable: Option<&Deformable>) -> (TimeStepB
         .fold(0.0, f64::max);
     let scale = mass_scale(state);
     let largest = largest_block_eigenvalue(&elements, &walls, &scale) * stiffening;
-    let per_particle = limit(largest.max(0.0).sqrt(), beta);
+    let per_particle_frequency = largest.max(0.0).sqrt();
 
     let found = lanczos::largest_eigenvalue(
         scale.len(),
@@ -200,13 +232,25 @@ pub fn bounds_with(state: &State, deformable: Option<&Deformable>) -> (TimeStepB
     let (square, width, iterations) = (found.upper, found.width, found.iterations);
     let frequency = square.max(0.0).sqrt();
     let bounds = TimeStepBounds {
-        per_particle,
-        spectral: limit(frequency, beta),
+        per_particle: limit(per_particle_frequency, beta, &Damping::None),
+        spectral: limit(frequency, beta, &Damping::None),
         frequency,
         uncertainty: if square > 0.0 { 0.5 * width / square } else { 0.0 },
         iterations,
+        smallest_frequency: frequency.min(per_particle_frequency),
+        dashpot_ratio: beta,
     };
     (bounds, convergence)
+}
+
+/// `Σ k l²/V` over all contacts and candidates, Pa, with the larger one of normal and shear stiffness k and the center distance
+/// l: at least the stiffness of the periodic cell under any affine strain. 0 without a cell.
+pub fn cell_stiffness(state: &State) -> f64 {
+    let Some(cell) = &state.cell else { return 0.0 };
+    let length = |e: &Element| e.arm_a + e.arm_b;
+    let sum: f64 =
+        elements(state).iter().map(|e| e.stiffness.normal.max(e.stiffness.shear) * (length(e) * length(e))).sum();
+    sum / cell.volume()
 }
 
 /// Inverse square roots of the masses and moments of inertia, by particle; zero for prescribed degrees of freedom.

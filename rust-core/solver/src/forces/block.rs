@@ -63,8 +63,8 @@ impl<L: LawLoops> EvaluatedContacts for ContactBlock<L> {
         L::evaluate_walls(self, context, walls, sums, None)
     }
     fn record(&self, context: &StepContext<'_>, out: &mut ContactForces) {
-        let forces: Vec<_> = (0..self.len()).into_par_iter().map(|k| L::record_contact(self, k, context)).collect();
-        out.extend(forces.iter().flatten());
+        let contacts: Vec<_> = (0..self.len()).into_par_iter().map(|k| L::record_contact(self, k, context)).collect();
+        out.extend(&contacts);
     }
     fn record_walls(&self, context: &StepContext<'_>, walls: &[Wall], out: &mut WallForces) {
         super::record::record_walls(self, context, walls, out);

@@ -1,8 +1,8 @@
 //! What a contact's response changes: its history, the totals, and what acts on its particles.
 
 use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
-use concordem_contact::kinematics::{BatchResult, BranchVector, PointKinematics, PreviousGeometry, torques};
-use concordem_contact::law::{ContactLaw, EnergySplit, LawState, Response, Status};
+use concordem_contact::kinematics::{BranchVector, PointKinematics, PreviousGeometry, torques};
+use concordem_contact::law::{BatchResult, ContactLaw, EnergySplit, LawState, Response, Status};
 use concordem_contact::math::Vec3;
 
 use super::tile::{LOCAL, PendingContact, TileEvaluator};
@@ -85,6 +85,9 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             totals.energy.stored_bending += response.energy.stored_bending;
             totals.energy.stored_twist += response.energy.stored_twist;
             totals.force_squared += force.norm_squared();
+            if L::TRANSMITS_MOMENT {
+                totals.moment_squared += response.moment.norm_squared();
+            }
         }
         let [mut torque_a, mut torque_b] = torques(&normal, &force, [arm_a, arm_b]);
         if L::TRANSMITS_MOMENT {

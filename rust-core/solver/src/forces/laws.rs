@@ -5,7 +5,7 @@
 
 use concordem_contact::law::ContactLaw;
 
-use super::record::{ContactForce, WallForces};
+use super::record::{ContactRecord, WallForces};
 use super::{ParticleSums, StepContext, Tile, Totals};
 use crate::state::Wall;
 use crate::state::contacts::ContactBlock;
@@ -27,8 +27,8 @@ pub trait LawLoops: ContactLaw {
         sums: ParticleSums<'_>,
         record: Option<&mut WallForces>,
     ) -> Totals;
-    /// Force of contact `k` at the present positions; `None` if it carries none.
-    fn record_contact(block: &ContactBlock<Self>, k: usize, context: &StepContext<'_>) -> Option<ContactForce>;
+    /// Force and damage of contact `k` at the present positions.
+    fn record_contact(block: &ContactBlock<Self>, k: usize, context: &StepContext<'_>) -> ContactRecord;
 }
 
 /// Compile the loops over contacts ([`LawLoops`](crate::forces::LawLoops)) of the given laws in the calling crate.
@@ -59,8 +59,8 @@ macro_rules! compile_loops {
                 block: &$crate::state::contacts::ContactBlock<Self>,
                 k: usize,
                 context: &$crate::forces::StepContext<'_>,
-            ) -> Option<$crate::record::ContactForce> {
-                $crate::record::contact_force(block, k, context)
+            ) -> $crate::record::ContactRecord {
+                $crate::record::contact_record(block, k, context)
             }
         }
     )+};

@@ -4,7 +4,7 @@
 //! measures and evaluates every contact as the step does and discards the new histories. Same inputs, same bits.
 
 use concordem_contact::kinematics::deformable::ParticleVirials;
-use concordem_contact::kinematics::sphere_sphere::ImageShift;
+use concordem_contact::kinematics::{ContactInput, ImageShift};
 use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Response, Status};
 use concordem_contact::math::Vec3;
 use concordem_operator::{ContactSet, LoadSet, OperatorError};
@@ -31,6 +31,9 @@ pub struct ContactForces {
     pub place: Vec<u32>,
     /// End of the rows of each block: bonds by law, then unbonded contacts.
     pub block_end: Vec<usize>,
+    /// Damage and lost strength of all contacts at the present positions, whether they carry a force or not: block after
+    /// block, in the order of its contacts.
+    pub damage: Vec<[f64; 2]>,
 }
 
 impl ContactForces {
@@ -47,9 +50,10 @@ impl ContactForces {
         )
     }
 
-    /// Append the rows of a block.
-    pub(super) fn extend<'a>(&mut self, rows: impl Iterator<Item = &'a ContactForce>) {
-        for row in rows {
+    /// Append the contacts of a block.
+    pub(super) fn extend(&mut self, contacts: &[ContactRecord]) {
+        self.damage.extend(contacts.iter().map(|contact| contact.damage));
+        for row in contacts.iter().filter_map(|contact| contact.force.as_ref()) {
             self.pair.push(row.pair);
             self.branch.push(row.branch);
             self.point.push(row.point);
@@ -109,6 +113,15 @@ pub struct Forces {
     pub walls: WallForces,
 }
 
+/// One contact at the present positions.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ContactRecord {
+    /// Its force; `None` if it carries none.
+    force: Option<ContactForce>,
+    /// Damage and lost strength; 1 if it breaks.
+    damage: [f64; 2],
+}
+
 /// One row of [`ContactForces`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactForce {
@@ -120,17 +133,13 @@ pub struct ContactForce {
     place: u32,
 }
 
-/// Force of contact `k` at the present positions; `None` if it carries none.
-pub fn contact_force<L: ContactLaw>(
-    block: &ContactBlock<L>,
-    k: usize,
-    context: &StepContext<'_>,
-) -> Option<ContactForce> {
+/// Force and damage of contact `k` at the present positions.
+pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepContext<'_>) -> ContactRecord {
     let particles = context.particles;
     let (pair, mut flags) = (block.pair[k], block.flags[k]);
     let (mut reference, mut previous) = (block.reference[k], block.previous[k]);
     if flags.has(ContactFlags::BROKEN) {
-        return None;
+        return ContactRecord { force: None, damage: [1.0; 2] };
     }
     let (a, b) = (pair.a as usize, pair.b as usize);
     let image = context.cell.map_or_else(ImageShift::default, |cell| ImageShift::of(cell, flags.image, context.mode));
@@ -147,7 +156,7 @@ pub fn contact_force<L: ContactLaw>(
         };
         let (flags, reference, previous) = (&mut flags, &mut reference, &mut previous);
         if !activate::<L>(flags, reference, previous, &branch, &before, [radius_a, radius_b], surface_displacement) {
-            return None;
+            return ContactRecord::default();
         }
     }
     let geometry = ContactGeometry {
@@ -155,32 +164,38 @@ pub fn contact_force<L: ContactLaw>(
         area: reference.area,
         ..block.geometry(k, particles, false)
     };
-    let mut kinematics = L::Kinematics::measure(
-        context.mode,
-        &motion_a,
-        &motion_b,
-        &image,
-        &geometry,
-        &previous,
-        flags.has(ContactFlags::BONDED),
-        context.dt,
-    );
+    let input = ContactInput {
+        a: &motion_a,
+        b: &motion_b,
+        image: &image,
+        geometry: &geometry,
+        previous: &previous,
+        bonded: flags.has(ContactFlags::BONDED),
+        dt: context.dt,
+    };
+    let mut kinematics = L::Kinematics::measure(context.mode, &input);
     if !context.surface_displacement.is_empty() {
         let normal = kinematics.point().normal;
         let (now, before) = context.surface_approach(a, b, &normal, &previous.normal);
         kinematics = kinematics.with_surface_displacement(now, before);
     }
-    let Response { force, moment, status, .. } =
-        block.rows[flags.row as usize].respond(&kinematics, &block.history[k], context.dt);
+    let law = &block.rows[flags.row as usize];
+    let Response { force, moment, status, state, .. } = law.respond(&kinematics, &block.history[k], context.dt);
+    match status {
+        Status::Broke => return ContactRecord { force: None, damage: [1.0; 2] },
+        Status::Opened => return ContactRecord::default(),
+        Status::Lives => {}
+    }
     let point = kinematics.point();
-    (status == Status::Lives).then(|| ContactForce {
+    let force = ContactForce {
         pair: [pair.a, pair.b],
         branch,
         point: motion_a.position + point.normal * point.arm_a,
         force,
         moment: if L::TRANSMITS_MOMENT { moment } else { Vec3::zeros() },
         place: k as u32,
-    })
+    };
+    ContactRecord { force: Some(force), damage: [L::damage(&state), law.lost_strength(&state)] }
 }
 
 /// Append the forces of walls on particles.

@@ -4,12 +4,13 @@
 //! measure the batch and evaluate the law ([`Batch`]), then commit each result. Everything here is inlined into one loop
 //! per law and kind of step; only rare cases are functions of their own.
 
+use concordem_contact::columns::{BATCH, Columns};
 use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion};
-use concordem_contact::kinematics::{
-    BATCH, Batch, BatchResult, Columns, MotionMeasure, PointKinematics, Pose, PreviousGeometry,
+use concordem_contact::kinematics::{MotionMeasure, MotionSink, MotionSource, PointKinematics, Pose, PreviousGeometry};
+use concordem_contact::law::{
+    Batch, BatchResult, ContactGeometry, ContactLaw, Kinematics, Reference, Response, Status,
 };
-use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Reference, Response, Status};
 use concordem_contact::math::{Quat, Symmetric, Vec3};
 use concordem_contact::prefetch::prefetch_row;
 
@@ -242,11 +243,10 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 }
 
-impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> Batch<L>
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> MotionSource
     for TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
 {
     const PERIODIC: bool = PERIODIC;
-    const SAMPLE: bool = SAMPLE;
     const DEFORM: bool = DEFORM;
 
     #[inline(always)]
@@ -285,7 +285,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         let [radius_a, radius_b] = [a, b].map(|p| self.context.poses[p as usize].radius);
         let ([mass_a, mass_b], (Reference { length, area }, bonded)) = (self.masses(i), self.reference(i));
         let geometry = ContactGeometry { reference_length: length, area, radius_a, radius_b, mass_a, mass_b };
-        (geometry, self.frame(i), bonded)
+        (geometry, self.previous(i), bonded)
     }
 
     #[inline(always)]
@@ -295,7 +295,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 
     #[inline(always)]
-    fn frame(&self, i: usize) -> PreviousGeometry {
+    fn previous(&self, i: usize) -> PreviousGeometry {
         self.tile.previous[self.pending[i].contact as usize]
     }
 
@@ -306,32 +306,15 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 
     #[inline(always)]
-    fn history(&self, i: usize) -> &L::State {
-        &self.tile.history[self.pending[i].contact as usize]
-    }
-
-    #[inline(always)]
-    fn law(&self, i: usize) -> (&L, &L::State) {
-        let k = self.pending[i].contact as usize;
-        (&self.rows[self.tile.flags[k].row as usize], &self.tile.history[k])
-    }
-
-    #[inline(always)]
-    fn row(&self, i: usize) -> u16 {
-        self.tile.flags[self.pending[i].contact as usize].row
-    }
-
-    #[inline(always)]
     fn surface_displacement(&self, i: usize) -> Symmetric {
         let Pair { a, b } = self.tile.pair[self.pending[i].contact as usize];
         self.context.surface_displacement[a as usize].0 + self.context.surface_displacement[b as usize].0
     }
+}
 
-    #[inline(always)]
-    fn dashpots_strain(&self) -> bool {
-        self.context.dashpots_strain
-    }
-
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> MotionSink<L::Kinematics>
+    for TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
+{
     #[inline(always)]
     fn evaluate(&mut self, i: usize, kinematics: &L::Kinematics) {
         let (law, history) = self.law(i);
@@ -352,6 +335,33 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             return;
         }
         self.commit(i, deformed.point(), &response);
+    }
+}
+
+impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> Batch<L>
+    for TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
+{
+    const SAMPLE: bool = SAMPLE;
+
+    #[inline(always)]
+    fn history(&self, i: usize) -> &L::State {
+        &self.tile.history[self.pending[i].contact as usize]
+    }
+
+    #[inline(always)]
+    fn law(&self, i: usize) -> (&L, &L::State) {
+        let k = self.pending[i].contact as usize;
+        (&self.rows[self.tile.flags[k].row as usize], &self.tile.history[k])
+    }
+
+    #[inline(always)]
+    fn row(&self, i: usize) -> u16 {
+        self.tile.flags[self.pending[i].contact as usize].row
+    }
+
+    #[inline(always)]
+    fn dashpots_strain(&self) -> bool {
+        self.context.dashpots_strain
     }
 
     #[inline(always)]

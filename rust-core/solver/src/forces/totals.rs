@@ -33,6 +33,8 @@ pub struct Totals {
     pub crossing: Mat3,
     /// `Σ|f|²`, N², in steps that sample.
     pub force_squared: f64,
+    /// `Σ|m|²` of the moments that contacts transmit, N²·m², in steps that sample.
+    pub moment_squared: f64,
     /// Number of contacts that carry a force.
     pub active: u64,
     /// Bond events in the order of the contacts.
@@ -47,6 +49,7 @@ impl Totals {
         self.crossing += other.crossing;
         self.active += other.active;
         self.force_squared += other.force_squared;
+        self.moment_squared += other.moment_squared;
         self.bond_events.extend(other.bond_events);
     }
 }

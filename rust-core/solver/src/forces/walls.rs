@@ -8,9 +8,8 @@
 
 use std::ops::Range;
 
-use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::kinematics::deformable::ParticleVirial;
-use concordem_contact::kinematics::sphere_sphere::Motion;
+use concordem_contact::kinematics::{Motion, PreviousGeometry, WallInput};
 use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Response, Status};
 use concordem_contact::math::Vec3;
 use concordem_contact::wall::ClosestPoint;
@@ -98,6 +97,8 @@ struct WallAction {
     force: WallForce,
     /// Vector from the particle's center to the contact point, m.
     arm: Vec3,
+    /// Image of the wall.
+    image: [i8; 3],
     /// What strains the particle, if it deforms.
     virial: ParticleVirial,
 }
@@ -119,9 +120,11 @@ impl WallEvaluator<'_> {
         let center = self.context.particles.position[self.particle];
         let radius = self.context.particles.radius[self.particle];
         self.closest_points.clear();
-        for pair in &block.pair[self.contacts.clone()] {
-            let (w, e) = self.elements[pair.b as usize];
-            self.closest_points.push(walls[w as usize].closest_point(e as usize, &center));
+        let cell = self.context.cell;
+        for k in self.contacts.clone() {
+            let (w, e) = self.elements[block.pair[k].b as usize];
+            let image = block.flags[k].image;
+            self.closest_points.push(walls[w as usize].closest_point_of_image(e as usize, &center, cell, image));
         }
         let mut acts = std::mem::take(&mut self.acts);
         let element = |i: usize| self.elements[block.pair[self.contacts.start + i].b as usize];
@@ -136,8 +139,9 @@ impl WallEvaluator<'_> {
                         o.interior || other < i
                     } else {
                         // If the edge point lies on the other triangle, too, that one has a closer point.
+                        let image = block.flags[self.contacts.start + other].image;
                         walls[w as usize]
-                            .closest_point(e_other as usize, &(center + point))
+                            .closest_point_of_image(e_other as usize, &(center + point), cell, image)
                             .is_none_or(|found| found.distance.abs() < SAME_POINT * radius)
                     }
                 })
@@ -227,7 +231,7 @@ impl WallEvaluator<'_> {
         let virial = ParticleVirial::of(&closest_point.normal, &force, &viscous, context.dashpots_strain);
         let moment = if L::TRANSMITS_MOMENT { moment } else { Vec3::zeros() };
         let force = WallForce { particle: self.particle as u32, wall, point, force, moment };
-        Some(WallAction { force, arm, virial })
+        Some(WallAction { force, arm, image: block.flags[k].image, virial })
     }
 
     /// Measure contact `k`, which is activated if it begins; `None` if the law has no contacts with walls.
@@ -260,15 +264,9 @@ impl WallEvaluator<'_> {
             mass_b: f64::INFINITY,
         };
         let previous = &block.previous[k];
-        let measured = L::Kinematics::measure_wall(
-            context.mode,
-            &motion,
-            closest_point,
-            wall_velocity,
-            &geometry,
-            previous,
-            context.dt,
-        )?;
+        let input =
+            WallInput { a: &motion, closest_point, wall_velocity, geometry: &geometry, previous, dt: context.dt };
+        let measured = L::Kinematics::measure_wall(context.mode, &input)?;
         let Some(surface_displacement) = context.surface_displacement.get(a) else { return Some(measured) };
         let before = context.surface_displacement_before(a).quadratic(&previous.normal);
         Some(measured.with_surface_displacement(surface_displacement.0.quadratic(&closest_point.normal), before))
@@ -277,10 +275,13 @@ impl WallEvaluator<'_> {
     /// Add what a contact does to the totals, to its particle, and to its wall.
     fn accumulate<L: ContactLaw>(&mut self, action: &WallAction, sums: &mut ParticleSums<'_>, wall: &mut Wall) {
         let a = self.particle;
-        let WallAction { force: WallForce { force, moment, point, .. }, arm, virial } = action;
+        let WallAction { force: WallForce { force, moment, point, .. }, arm, image, virial } = action;
         self.totals.active += 1;
         if self.context.sample {
             self.totals.force_squared += force.norm_squared();
+            if L::TRANSMITS_MOMENT {
+                self.totals.moment_squared += moment.norm_squared();
+            }
         }
         sums.force[a] += force;
         if let Some(dyads) = sums.virials.dyads.get_mut(a) {
@@ -294,7 +295,9 @@ impl WallEvaluator<'_> {
             sums.torque[a] += moment;
         }
         wall.force -= force;
-        wall.torque -= (point - wall.displacement).cross(force);
+        // Of the image of the wall: the point is given where the particle is.
+        let shift = self.context.cell.map_or_else(Vec3::zeros, |cell| cell.shift(*image));
+        wall.torque -= (point - shift - wall.displacement).cross(force);
     }
 }
 

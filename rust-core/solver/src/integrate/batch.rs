@@ -2,8 +2,7 @@
 
 use std::ops::Range;
 
-use concordem_contact::kinematics::Columns;
-use concordem_contact::kinematics::batch::Formula;
+use concordem_contact::columns::{Arrays, Columns, Formula};
 use concordem_contact::math::{
     Quat, SMALL_ANGLE_SQUARED, Vec3, normalized, quaternion_of_rotation_vector, quaternion_of_small_rotation_vector,
 };
@@ -22,21 +21,61 @@ pub(super) struct FreeKick {
     damping: Option<[f64; 2]>,
 }
 
-/// Input: force (N), torque (N·m), velocity (m/s), angular velocity (rad/s), orientation, position (m), mass (kg), moment of
-/// inertia (kg·m²).
-const KICK_INPUT: usize = 21;
-/// Output: velocity, angular velocity, rotation of the step, orientation, position, angle of the step squared; terms of
-/// kinetic energy, damping, external work, net force squared, speed squared.
-const KICK_OUTPUT: usize = 25;
+concordem_contact::columns! {
+    /// Input of [`FreeKick`].
+    pub(super) struct KickInput {
+        /// N.
+        force: Vec3,
+        /// N·m.
+        torque: Vec3,
+        /// m/s.
+        velocity: Vec3,
+        /// rad/s.
+        angular_velocity: Vec3,
+        orientation: Quat,
+        /// m.
+        position: Vec3,
+        /// kg.
+        mass: f64,
+        /// kg·m².
+        inertia: f64,
+    }
 
-impl Formula<KICK_INPUT, KICK_OUTPUT> for FreeKick {
+    /// Output of [`FreeKick`].
+    pub(super) struct KickOutput {
+        /// m/s.
+        velocity: Vec3,
+        /// rad/s.
+        angular_velocity: Vec3,
+        /// Rotation of the step.
+        increment: Quat,
+        orientation: Quat,
+        /// m.
+        position: Vec3,
+        /// Angle of the step squared, rad².
+        angle_squared: f64,
+        /// J.
+        kinetic: f64,
+        /// Work of the damping at the start and end of the step, J.
+        damped_before: f64,
+        damped_after: f64,
+        /// Work of given forces at the start and end of the step, J.
+        external_before: f64,
+        external_after: f64,
+        net_force_squared: f64,
+        speed_squared: f64,
+        net_torque_squared: f64,
+    }
+}
+
+impl Formula for FreeKick {
+    type Input = KickInput;
+    type Output = KickOutput;
+
     #[inline(always)]
-    fn apply(&self, input: [f64; KICK_INPUT]) -> [f64; KICK_OUTPUT] {
+    fn apply(&self, input: KickInput) -> KickOutput {
         let &Self { dt, step, gravity, damping } = self;
-        let vector = |at: usize| Vec3::new(input[at], input[at + 1], input[at + 2]);
-        let (force, torque, v, w, position) = (vector(0), vector(3), vector(6), vector(9), vector(16));
-        let orientation = Quat::new(input[15], input[12], input[13], input[14]);
-        let [mass, inertia] = [input[19], input[20]];
+        let KickInput { force, torque, velocity: v, angular_velocity: w, orientation, position, mass, inertia } = input;
         // Add a load of zero, as [`advance`] does: it changes the sign of zeros.
         let applied = gravity * mass + Vec3::zeros();
         let (net, net_torque) = (force + applied, torque + Vec3::zeros());
@@ -48,36 +87,23 @@ impl Formula<KICK_INPUT, KICK_OUTPUT> for FreeKick {
         let w_new = w + (net_torque + t_damping) * (step / inertia);
         let theta = w_new * dt;
         let increment = quaternion_of_small_rotation_vector(&theta);
-        let turned = normalized(&(increment * orientation));
-        let moved = position + v_new * dt;
         let half = 0.5 * dt;
-        [
-            v_new.x,
-            v_new.y,
-            v_new.z,
-            w_new.x,
-            w_new.y,
-            w_new.z,
-            increment.i,
-            increment.j,
-            increment.k,
-            increment.w,
-            turned.i,
-            turned.j,
-            turned.k,
-            turned.w,
-            moved.x,
-            moved.y,
-            moved.z,
-            theta.norm_squared(),
-            0.5 * (mass * v.dot(&v_new) + inertia * w.dot(&w_new)),
-            half * (f_damping.dot(&v) + t_damping.dot(&w)),
-            half * (f_damping.dot(&v_new) + t_damping.dot(&w_new)),
-            half * applied.dot(&v),
-            half * applied.dot(&v_new),
-            net.x * net.x + net.y * net.y + net.z * net.z,
-            v_new.norm_squared(),
-        ]
+        KickOutput {
+            velocity: v_new,
+            angular_velocity: w_new,
+            increment,
+            orientation: normalized(&(increment * orientation)),
+            position: position + v_new * dt,
+            angle_squared: theta.norm_squared(),
+            kinetic: 0.5 * (mass * v.dot(&v_new) + inertia * w.dot(&w_new)),
+            damped_before: half * (f_damping.dot(&v) + t_damping.dot(&w)),
+            damped_after: half * (f_damping.dot(&v_new) + t_damping.dot(&w_new)),
+            external_before: half * applied.dot(&v),
+            external_after: half * applied.dot(&v_new),
+            net_force_squared: net.x * net.x + net.y * net.y + net.z * net.z,
+            speed_squared: v_new.norm_squared(),
+            net_torque_squared: net_torque.norm_squared(),
+        }
     }
 }
 
@@ -119,13 +145,15 @@ impl FreeKick {
         }
         for (k, i) in range.clone().enumerate() {
             let p = chunk.base + i;
-            columns.set_from::<3>(0, k, force[p].into());
-            columns.set_from::<3>(3, k, torque[p].into());
-            columns.set_from::<3>(6, k, chunk.velocity[i].into());
-            columns.set_from::<3>(9, k, chunk.angular_velocity[i].into());
-            columns.set_from::<4>(12, k, chunk.orientation[i].coords.into());
-            columns.set_from::<3>(16, k, chunk.position[i].into());
-            columns.set_from(19, k, [mass[p], inertia[p]]);
+            let input = columns.input::<KickInput>();
+            input.force.set(k, force[p]);
+            input.torque.set(k, torque[p]);
+            input.velocity.set(k, chunk.velocity[i]);
+            input.angular_velocity.set(k, chunk.angular_velocity[i]);
+            input.orientation.set(k, chunk.orientation[i]);
+            input.position.set(k, chunk.position[i]);
+            input.mass.set(k, mass[p]);
+            input.inertia.set(k, inertia[p]);
         }
         columns.apply(self);
         for (k, i) in range.enumerate() {
@@ -133,27 +161,28 @@ impl FreeKick {
                 advance(shared, chunk, i, sums);
                 continue;
             }
-            chunk.velocity[i] = columns.get_from::<3>(0, k).into();
-            chunk.angular_velocity[i] = columns.get_from::<3>(3, k).into();
-            chunk.position[i] = columns.get_from::<3>(14, k).into();
-            let [angle_squared, kinetic, damped_before, damped_after] = columns.get_from(17, k);
-            let [external_before, external_after, net_force_squared, speed_squared] = columns.get_from(21, k);
-            if angle_squared < SMALL_ANGLE_SQUARED {
-                chunk.rotation_increment[i] = Quat::from_vector(columns.get_from::<4>(6, k).into());
-                chunk.orientation[i] = Quat::from_vector(columns.get_from::<4>(10, k).into());
+            let output = columns.output::<KickOutput>();
+            chunk.velocity[i] = output.velocity.get(k);
+            chunk.angular_velocity[i] = output.angular_velocity.get(k);
+            chunk.position[i] = output.position.get(k);
+            if output.angle_squared.get(k) < SMALL_ANGLE_SQUARED {
+                chunk.rotation_increment[i] = output.increment.get(k);
+                chunk.orientation[i] = output.orientation.get(k);
             } else {
                 let increment = quaternion_of_rotation_vector(&(chunk.angular_velocity[i] * self.dt));
                 chunk.rotation_increment[i] = increment;
                 chunk.orientation[i] = normalized(&(increment * chunk.orientation[i]));
             }
-            sums.kinetic += kinetic;
-            sums.damping[0] -= damped_before;
-            sums.damping[1] -= damped_after;
-            sums.external[0] += external_before;
-            sums.external[1] += external_after;
-            sums.net_force_squared += net_force_squared;
+            sums.kinetic += output.kinetic.get(k);
+            sums.damping[0] -= output.damped_before.get(k);
+            sums.damping[1] -= output.damped_after.get(k);
+            sums.external[0] += output.external_before.get(k);
+            sums.external[1] += output.external_after.get(k);
+            sums.net_force_squared += output.net_force_squared.get(k);
             sums.free_particles += 1;
-            sums.max_speed_squared = sums.max_speed_squared.max(speed_squared);
+            sums.net_torque_squared += output.net_torque_squared.get(k);
+            sums.free_rotations += 1;
+            sums.max_speed_squared = sums.max_speed_squared.max(output.speed_squared.get(k));
         }
     }
 }

@@ -115,5 +115,10 @@ fn advance(
         sums.net_force_squared += free.map(|axis| force[axis] * force[axis]).sum::<f64>();
         sums.free_particles += 1;
     }
+    if clump.constraint.0 & Constraint::ROTATION.0 != Constraint::ROTATION.0 {
+        let free = (0..3).filter(|&axis| !clump.constraint.rotation(axis));
+        sums.net_torque_squared += free.map(|axis| torque[axis] * torque[axis]).sum::<f64>();
+        sums.free_rotations += 1;
+    }
     sums.max_speed_squared = sums.max_speed_squared.max(clump.velocity.norm_squared());
 }

@@ -43,12 +43,24 @@ impl Damping {
         Self::TchamwaWielgosz { phi: 0.5 * (1.0 + phi) }
     }
 
-    /// Factor on the largest stable time step of the undamped system.
-    pub fn stability(&self) -> f64 {
+    /// Factor `s` by which the damping raises the stiffness that the stability of the motion depends on: stable for
+    /// `s (Ω² + 2D) < 4` with `Ω = ωΔt` and a dashpot `D = cΔt/m` ([`time_step`](crate::time_step)).
+    ///
+    /// * [`Self::TchamwaWielgosz`]: `2φ − 1`;
+    /// * [`Self::Local`], [`Self::NonViscous`]: `1 + λ`, since a force against the motion grows by that factor.
+    pub fn stiffening(&self) -> f64 {
         match self {
-            Self::TchamwaWielgosz { phi } => 1.0 / (2.0 * phi - 1.0).sqrt(),
-            _ => 1.0,
+            Self::None => 1.0,
+            Self::Local { translation, rotation } | Self::NonViscous { translation, rotation } => {
+                1.0 + translation.max(*rotation)
+            }
+            Self::TchamwaWielgosz { phi } => 2.0 * phi - 1.0,
         }
+    }
+
+    /// Factor on the largest stable time step of the undamped system without dashpots.
+    pub fn stability(&self) -> f64 {
+        1.0 / self.stiffening().sqrt()
     }
 
     /// Whether the damping reads the forces of the last step.

@@ -81,6 +81,10 @@ pub struct KickSums {
     pub net_force_squared: f64,
     /// Number of bodies with a free component: particles, and clumps in place of their members.
     pub free_particles: u64,
+    /// `Σ|M|²` of the net moment over free components, N²·m².
+    pub net_torque_squared: f64,
+    /// Number of bodies with a free rotation.
+    pub free_rotations: u64,
     /// Largest `|v|²` after the kick, m²/s².
     pub max_speed_squared: f64,
 }
@@ -95,6 +99,8 @@ impl KickSums {
         }
         self.net_force_squared += other.net_force_squared;
         self.free_particles += other.free_particles;
+        self.net_torque_squared += other.net_torque_squared;
+        self.free_rotations += other.free_rotations;
         self.max_speed_squared = self.max_speed_squared.max(other.max_speed_squared);
     }
 }

@@ -1,6 +1,6 @@
 //! Kick and drift of the particles of a chunk.
 
-use concordem_contact::kinematics::{BATCH, Columns};
+use concordem_contact::columns::{BATCH, Columns};
 use concordem_contact::math::{Mat3, Quat, Vec3, normalized, quaternion_of_rotation_vector};
 
 use super::batch::FreeKick;
@@ -126,6 +126,13 @@ pub(super) fn advance(shared: &Shared<'_>, chunk: &mut Chunk<'_>, i: usize, sums
         let free = |axis: usize| if constrained >> axis & 1 == 0 { net[axis] * net[axis] } else { 0.0 };
         sums.net_force_squared += free(0) + free(1) + free(2);
         sums.free_particles += 1;
+    }
+    if constrained & Constraint::ROTATION.0 != Constraint::ROTATION.0 {
+        let free = |axis: usize| {
+            if constrained >> (3 + axis) & 1 == 0 { net_torque[axis] * net_torque[axis] } else { 0.0 }
+        };
+        sums.net_torque_squared += free(0) + free(1) + free(2);
+        sums.free_rotations += 1;
     }
     sums.max_speed_squared = sums.max_speed_squared.max(v_new.norm_squared());
     chunk.velocity[i] = v_new;

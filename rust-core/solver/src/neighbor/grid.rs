@@ -33,6 +33,8 @@ const AXIS_BITS: u32 = 21;
 const BOXES_PER_AXIS: i64 = 1 << AXIS_BITS;
 /// Size classes; the last one takes all smaller particles. A factor of 2¹⁵ lies between the first and the last.
 const LEVELS: usize = 16;
+/// Largest bound of rounding errors, as a fraction of the reach: overlaps of 1e-3 of the radius keep three digits.
+const MOST_SLACK: f64 = 0.01;
 /// Queries per parallel task: long enough to amortize the first search of each row.
 const CHUNK: usize = 2048;
 
@@ -62,6 +64,7 @@ pub fn candidate_pairs(
     }
     let lattice = cell.map(Lattice::new).transpose()?;
     let search = Search::new(positions, reach, lattice.as_ref());
+    search.check_distance()?;
     search.check_images()?;
     search.pairs()
 }
@@ -109,7 +112,8 @@ impl<'a> Search<'a> {
         // Wrapping and shifting are a handful of operations on numbers up to `far` and `period`, some of which cancel
         // in a skewed cell: 64 rounding errors bound them with room to spare.
         let skew = lattice.map_or(1.0, |l| l.inverse.abs().sum() * l.cell.matrix.abs().sum());
-        let slack = 64.0 * f64::EPSILON * skew * (far + period);
+        // Without a cell nothing is wrapped or shifted; one particle far away then costs the others nothing.
+        let slack = if lattice.is_some() { 64.0 * f64::EPSILON * skew * (far + period) } else { 0.0 };
 
         let level_of = |r: f64| {
             let mut bound = 0.5 * largest;
@@ -185,6 +189,17 @@ impl<'a> Search<'a> {
                 (position - self.corner).component_mul(&level.boxes_per_unit).add_scalar((BOXES_PER_AXIS / 2) as f64)
             }
         }
+    }
+
+    /// Rounding of wrapped positions must be small beside every reach; else a search would also visit a great many boxes.
+    fn check_distance(&self) -> Result<(), NeighborError> {
+        let reaches = self.levels.iter().map(|level| level.largest_reach).filter(|reach| *reach > 0.0);
+        let reach = reaches.fold(f64::INFINITY, f64::min);
+        if self.slack <= MOST_SLACK * reach {
+            return Ok(());
+        }
+        let distance = self.positions.iter().map(Vec3::amax).fold(0.0, f64::max);
+        Err(NeighborError::TooFar { distance, reach, limit: distance * MOST_SLACK * reach / self.slack })
     }
 
     /// A particle must not see an image of itself whose number exceeds an `i8`.

@@ -74,6 +74,19 @@ pub enum NeighborError {
         /// Distance of the two faces, m.
         width: f64,
     },
+    /// Positions so far from a periodic cell that wrapping them into it loses the sizes of the particles.
+    #[error(
+        "a position lies {distance:e} m from the periodic cell, where a reach of {reach:e} m is lost in rounding: at most \
+         {limit:e} m are possible. Check what flies away, or wrap the positions into the cell"
+    )]
+    TooFar {
+        /// Largest coordinate, m.
+        distance: f64,
+        /// Smallest reach, m.
+        reach: f64,
+        /// Largest possible coordinate for this reach, m.
+        limit: f64,
+    },
     /// A pair is so many cells apart that its image number does not fit into −128…127.
     #[error(
         "particles {a} and {b} touch across ({}, {}, {}) periods of the cell; at most 127 are possible: wrap the \

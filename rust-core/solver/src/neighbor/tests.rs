@@ -158,6 +158,14 @@ fn far_fliers_and_dense_clumps_are_found() {
     assert_eq!(pairs.len(), 2701);
 }
 
+/// Wrapping from far away loses the sizes of the particles; a search among all boxes in that distance would not end.
+#[test]
+fn positions_far_from_a_periodic_cell_are_refused() {
+    let cell = Cell::new_box(Vec3::repeat(1.0));
+    let error = candidate_pairs(&[Vec3::repeat(1.0e15), Vec3::zeros()], &[0.1, 0.1], Some(&cell)).unwrap_err();
+    assert!(matches!(error, NeighborError::TooFar { .. }), "{error}");
+}
+
 #[test]
 fn threads_do_not_matter() {
     let mut state = 1_u64;

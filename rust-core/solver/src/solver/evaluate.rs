@@ -98,6 +98,7 @@ fn add(report: &mut StepReport, totals: &Totals, kind: usize, crossing: &mut Mat
     *crossing += totals.crossing;
     report.active[kind] += totals.active;
     report.force_squared += totals.force_squared;
+    report.moment_squared += totals.moment_squared;
 }
 
 /// Tile maps of all blocks of contacts between particles.

@@ -7,6 +7,7 @@ mod rebuild;
 use concordem_contact::kinematics::{MotionMeasure, Pose};
 use concordem_contact::math::{Mat3, Vec3};
 
+use crate::collision;
 use crate::deformation::{self, DeformationPass};
 use crate::forces::{TILE, TileMap};
 use crate::fracture::virial;
@@ -14,6 +15,7 @@ use crate::integrate::{self, KickContext, NetForces};
 use crate::neighbor::VerletList;
 use crate::record::Forces;
 use crate::state::{Cell, Particles, State};
+use crate::wrap;
 use crate::{Model, Scheme, SolverError, StepReport};
 
 /// Steps a state. It holds scratch only and can be rebuilt from the state at any time.
@@ -101,6 +103,9 @@ impl Solver {
                 return Err(SolverError::NotDeformable { law: block.law() });
             }
         }
+        if state.clock.step == 0 && solver.owned.is_empty() {
+            wrap::wrap(state);
+        }
         let strain = solver.begin_deformation(state);
         solver.rebuild_neighbor_list(state, strain)?;
         Ok(solver)
@@ -168,7 +173,8 @@ impl Solver {
     /// 5. Kick and drift of free particles, then of clumps.
     /// 6. Move the cell and the walls.
     /// 7. Book the energies, advance the clock.
-    /// 8. If bonds broke, rebuild the neighbor list: their pairs continue as unbonded contacts.
+    /// 8. If bonds broke, rebuild the neighbor list: their pairs continue as unbonded contacts. In a periodic cell, particles
+    ///    that have drifted far are moved back now and then ([`Particles::image`]).
     ///
     /// # Errors
     /// Input that the neighbor search refuses, strains that do not converge, velocities that are no longer finite.
@@ -186,11 +192,16 @@ impl Solver {
         let sample = sample || !state.ledger.started;
         let mut report = StepReport::default();
         let (crossing, strain) = self.compute_forces(state, sample, &mut report)?;
+        if self.model.watch_contacts && report.rebuilt {
+            self.check_stiffness(state)?;
+        }
         self.kick_and_drift(state, &mut report);
         let work = self.move_cell_and_walls(state, &crossing);
         book(state, &mut report, work);
         check_finite(state, &report)?;
-        if report.bonds_broke() {
+        // By the step alone, so that a run that is resumed wraps in the same steps.
+        let wrapped = state.clock.step.is_multiple_of(wrap::INTERVAL) && self.owned.is_empty() && wrap::wrap(state);
+        if report.bonds_broke() || wrapped {
             self.rebuild_neighbor_list(state, strain)?;
         }
         Ok(report)
@@ -264,6 +275,24 @@ impl Solver {
             virial::release(state, &self.model.hydrostatic_strength, &stress);
         }
         Ok((crossing, strain))
+    }
+
+    /// Fail if the stiffness of a contact has outgrown the time step.
+    fn check_stiffness(&self, state: &State) -> Result<(), SolverError> {
+        let Some(collision::Outgrown { a, b, with_wall, overlap, bound }) = collision::outgrown(state, &self.model)
+        else {
+            return Ok(());
+        };
+        let id = |p: usize| state.particles.id[p];
+        Err(SolverError::ContactOutgrown {
+            step: state.clock.step,
+            time: state.clock.time(),
+            id: id(a),
+            other: if with_wall { Ok(state.walls[b].name.clone()) } else { Err(id(b)) },
+            overlap,
+            bound,
+            dt: state.clock.dt,
+        })
     }
 
     /// Strains of the step from the forces of the last one; returns the largest one.

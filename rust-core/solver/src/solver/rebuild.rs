@@ -9,7 +9,7 @@ use super::Solver;
 use crate::forces::TileMap;
 use crate::neighbor::{NeighborError, VerletList, candidate_pairs};
 use crate::state::contacts::{BrokenBond, ContactFlags, Contacts, Pair};
-use crate::state::{Particles, State, Wall};
+use crate::state::{Cell, Particles, State, Wall};
 use crate::walls::element_table;
 use crate::{Model, SolverError};
 
@@ -46,7 +46,8 @@ impl Solver {
         }
         if let Some(block) = &mut state.wall_contacts {
             let wall_skin = skin + self.strain_margin * largest;
-            renew_wall_contacts(block.contacts_mut(), &self.model, &state.walls, &state.particles, wall_skin)
+            let cell = state.cell.as_ref();
+            renew_wall_contacts(block.contacts_mut(), &self.model, &state.walls, &state.particles, cell, wall_skin)
                 .map_err(neighbor)?;
         }
         self.wall_positions = state.walls.iter().map(|wall| wall.displacement).collect();
@@ -179,19 +180,25 @@ fn renew_wall_contacts(
     model: &Model,
     walls: &[Wall],
     particles: &Particles,
+    cell: Option<&Cell>,
     skin: f64,
 ) -> Result<(), NeighborError> {
     block.retain_where(&|flags| flags.has(ContactFlags::ACTIVE));
-    let present: Vec<Pair> = (0..block.len()).map(|k| block.view(k).pair).collect();
+    let present: Vec<Key> = (0..block.len())
+        .map(|k| {
+            let view = block.view(k);
+            (view.pair, view.flags.image)
+        })
+        .collect();
     let elements = element_table(walls);
-    for pair in wall_candidates(walls, &elements, particles, skin)? {
-        if present.binary_search(&pair).is_ok() {
+    for (pair, image) in wall_candidates(walls, &elements, particles, cell, skin)? {
+        if present.binary_search(&(pair, image)).is_ok() {
             continue;
         }
         let a = pair.a as usize;
         let wall = &walls[elements[pair.b as usize].0 as usize];
         if let Some(row) = model.wall_rows.get(particles.material[a], wall.material) {
-            let flags = ContactFlags { row, bits: 0, image: [0; 3], padding: 0 };
+            let flags = ContactFlags { row, bits: 0, image, padding: 0 };
             block.push(pair, flags, Reference::default(), PreviousGeometry::default());
         }
     }
@@ -199,13 +206,14 @@ fn renew_wall_contacts(
     Ok(())
 }
 
-/// Pairs of a particle and a wall element closer than `skin` (m), sorted.
+/// Pairs of a particle and a wall element, with the image of the wall, closer than `skin` (m), sorted.
 fn wall_candidates(
     walls: &[Wall],
     elements: &[(u32, u32)],
     particles: &Particles,
+    cell: Option<&Cell>,
     skin: f64,
-) -> Result<Vec<Pair>, NeighborError> {
+) -> Result<Vec<Key>, NeighborError> {
     let n = particles.len();
     let mut pairs = Vec::new();
     let mut bounded = Vec::new();
@@ -216,9 +224,17 @@ fn wall_candidates(
             continue;
         }
         for p in 0..n {
+            let pair = Pair { a: p as u32, b: number as u32 };
+            let reach = particles.radius[p] + skin;
+            if let Some(cell) = cell {
+                for image in wall.images_near(&particles.position[p], reach, cell) {
+                    pairs.push((pair, small_image(pair, image)?));
+                }
+                continue;
+            }
             let closest_point = wall.closest_point(e as usize, &particles.position[p]);
-            if closest_point.is_some_and(|found| found.distance < particles.radius[p] + skin) {
-                pairs.push(Pair { a: p as u32, b: number as u32 });
+            if closest_point.is_some_and(|found| found.distance < reach) {
+                pairs.push((pair, [0; 3]));
             }
         }
     }
@@ -226,13 +242,23 @@ fn wall_candidates(
         // Triangles join the neighbor search as balls, numbered after the particles.
         let positions: Vec<Vec3> = particles.position.iter().copied().chain(bounded.iter().map(|b| b.1.0)).collect();
         let reach: Vec<f64> = particles.radius.iter().map(|r| r + skin).chain(bounded.iter().map(|b| b.1.1)).collect();
-        for candidate in candidate_pairs(&positions, &reach, None)? {
+        for candidate in candidate_pairs(&positions, &reach, cell)? {
             let (a, b) = (candidate.a as usize, candidate.b as usize);
             if a < n && b >= n {
-                pairs.push(Pair { a: candidate.a, b: bounded[b - n].0 });
+                pairs.push((Pair { a: candidate.a, b: bounded[b - n].0 }, candidate.image));
             }
         }
     }
     pairs.sort_unstable();
     Ok(pairs)
+}
+
+/// An image number that fits into the flags of a contact.
+fn small_image(pair: Pair, image: [i64; 3]) -> Result<[i8; 3], NeighborError> {
+    let out = || NeighborError::ImageOutOfRange { a: pair.a, b: pair.b, image: image.map(|n| n as f64) };
+    let mut small = [0; 3];
+    for (to, from) in small.iter_mut().zip(image) {
+        *to = i8::try_from(from).map_err(|_| out())?;
+    }
+    Ok(small)
 }

@@ -200,6 +200,16 @@ pub trait Contacts: Send + Sync {
     fn view(&self, k: usize) -> ContactView;
     /// Largest stiffness of contact `k`.
     fn stiffness(&self, k: usize, particles: &Particles, with_wall: bool) -> Stiffness;
+    /// Largest stiffness of contact `k` at its present overlap `overlap` (m), if that is beyond the overlap for which
+    /// [`Self::stiffness`] holds.
+    fn stiffness_at(&self, k: usize, particles: &Particles, with_wall: bool, overlap: f64) -> Stiffness;
+    /// Largest stiffness of a contact of parameter row `row` between particles of the given masses (kg) and radii (m; B is a
+    /// wall with radius 0 and infinite mass) that meet at `speed` (m/s), and its overlap (m).
+    fn impact(&self, row: u16, geometry: &ContactGeometry, speed: f64) -> (Stiffness, f64);
+    /// [`ContactLaw::STIFFENS`].
+    fn stiffens(&self) -> bool;
+    /// Largest stiffness of a contact of parameter row `row` up to the overlap `overlap` (m).
+    fn compressed(&self, row: u16, geometry: &ContactGeometry, overlap: f64) -> Stiffness;
     /// Damage of contact `k`, 0 to 1.
     fn damage(&self, k: usize) -> f64;
     /// Fraction of its strength that contact `k` has lost, 0 to 1.
@@ -218,6 +228,8 @@ pub trait Contacts: Send + Sync {
     );
     /// Sort by particles and image.
     fn sort(&mut self);
+    /// Replace the image of every contact by `image` of its particles and image.
+    fn map_images(&mut self, image: &dyn Fn(Pair, [i8; 3]) -> [i8; 3]);
     /// Keep only the contacts for whose flags `keep` holds.
     fn retain_where(&mut self, keep: &dyn Fn(&ContactFlags) -> bool);
     /// Cross-section of a bond of parameter row `row`, see [`ContactLaw::bonded_area`].
@@ -311,6 +323,25 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
         }
         self.rows[self.flags[k].row as usize].stiffness(&geometry)
     }
+    fn stiffness_at(&self, k: usize, particles: &Particles, with_wall: bool, overlap: f64) -> Stiffness {
+        let geometry = self.geometry(k, particles, with_wall);
+        self.rows[self.flags[k].row as usize].stiffness_at(&geometry, overlap)
+    }
+    fn impact(&self, row: u16, geometry: &ContactGeometry, speed: f64) -> (Stiffness, f64) {
+        let touching =
+            L::unbonded_reference(geometry.radius_a + geometry.radius_b, geometry.radius_a, geometry.radius_b);
+        let geometry = ContactGeometry { reference_length: touching.length, area: touching.area, ..*geometry };
+        let law = &self.rows[row as usize];
+        let overlap = law.impact_overlap(&geometry, speed);
+        let stiffness = if overlap > 0.0 { law.stiffness_at(&geometry, overlap) } else { law.stiffness(&geometry) };
+        (stiffness, overlap)
+    }
+    fn stiffens(&self) -> bool {
+        L::STIFFENS
+    }
+    fn compressed(&self, row: u16, geometry: &ContactGeometry, overlap: f64) -> Stiffness {
+        self.rows[row as usize].stiffness_at(geometry, overlap)
+    }
     fn damage(&self, k: usize) -> f64 {
         L::damage(&self.history[k])
     }
@@ -338,6 +369,11 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     }
     fn sort(&mut self) {
         Self::sort(self);
+    }
+    fn map_images(&mut self, image: &dyn Fn(Pair, [i8; 3]) -> [i8; 3]) {
+        for (pair, flags) in self.pair.iter().zip(&mut self.flags) {
+            flags.image = image(*pair, flags.image);
+        }
     }
     fn retain_where(&mut self, keep: &dyn Fn(&ContactFlags) -> bool) {
         self.retain(keep);

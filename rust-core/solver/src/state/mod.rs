@@ -13,6 +13,8 @@ pub use concordem_contact::Cell;
 pub use particles::{Constraint, Deformation, Load, LoadLever, Particles, Sphere};
 pub use walls::{Wall, WallShape};
 
+use concordem_contact::math::Vec3;
+
 use crate::energy::Ledger;
 use crate::forces::EvaluatedContacts;
 use contacts::BrokenBond;
@@ -79,6 +81,16 @@ impl Clone for State {
 }
 
 impl State {
+    /// What leads from the position of particle `p` to where it would be had it not been moved back by whole cells, m.
+    pub fn unwrapping(&self, p: usize) -> Vec3 {
+        self.particles.unwrapping(p, self.cell.as_ref())
+    }
+
+    /// Positions as if no particle had been moved back by whole cells, m.
+    pub fn unwrapped_positions(&self) -> Vec<Vec3> {
+        self.particles.position.iter().enumerate().map(|(p, x)| x + self.unwrapping(p)).collect()
+    }
+
     /// Number of bonds that have not broken.
     pub fn bond_count(&self) -> usize {
         self.bonds

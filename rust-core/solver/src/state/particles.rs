@@ -1,5 +1,6 @@
 //! Particles as a struct of arrays.
 
+use concordem_contact::Cell;
 pub use concordem_contact::Constraint;
 use rayon::prelude::*;
 
@@ -39,6 +40,9 @@ pub struct Particles {
     pub tags: Vec<u64>,
     /// Net force (N) and torque (N·m) of the last step, where the damping reads them; otherwise empty.
     pub previous: Vec<[Vec3; 2]>,
+    /// Cells by which each particle was moved back so far: its way since the start leads to `x + H·image`. Empty as long as
+    /// none was.
+    pub image: Vec<[i32; 3]>,
     /// What strains the particles; empty if they are rigid.
     pub deformation: Vec<Deformation>,
     /// Constant external loads, at most one per particle, by ascending particle.
@@ -108,6 +112,19 @@ impl Particles {
             .with_min_len(1024)
             .map(|((&position, &rotation), &radius)| Pose { position, rotation, radius })
             .collect_into_vec(poses);
+    }
+
+    /// What leads from the position of particle `p` to where it would be had it not been moved back by whole cells, m.
+    pub fn unwrapping(&self, p: usize, cell: Option<&Cell>) -> Vec3 {
+        match (self.image.get(p), cell) {
+            (Some(image), Some(cell)) if *image != [0; 3] => cell.matrix * Vec3::from(image.map(f64::from)),
+            _ => Vec3::zeros(),
+        }
+    }
+
+    /// Root mean square of the radii, m; 0 without particles.
+    pub fn mean_radius(&self) -> f64 {
+        (self.radius.iter().map(|r| r * r).sum::<f64>() / self.len().max(1) as f64).sqrt()
     }
 
     /// Number of particles.
@@ -189,6 +206,7 @@ impl Particles {
             constraint: pick(&self.constraint, order),
             tags: pick(&self.tags, order),
             previous: if self.previous.is_empty() { Vec::new() } else { pick(&self.previous, order) },
+            image: if self.image.is_empty() { Vec::new() } else { pick(&self.image, order) },
             deformation: if self.deformation.is_empty() { Vec::new() } else { pick(&self.deformation, order) },
             loads: {
                 let place: std::collections::BTreeMap<u32, u32> =

@@ -11,6 +11,7 @@ use super::{
     WriteColumns,
 };
 use crate::energy::Ledger;
+use crate::forces::EvaluatedContacts;
 
 impl State {
     /// Replace everything that changes by the columns of a checkpoint. The state must come from the same scenario: laws and
@@ -53,6 +54,55 @@ impl State {
         self.cell = cell;
         self.clock = Clock { step, dt };
         self.ledger = ledger;
+        Ok(())
+    }
+}
+
+impl State {
+    /// Checks what a forged or foreign file could break: indices of particles, walls, clumps, and blocks.
+    ///
+    /// # Errors
+    /// The first index that names nothing.
+    pub fn check_indices(&self) -> Result<(), ColumnError> {
+        let count = self.particles.len();
+        let outside = |path: &str, row: usize, what: &str| {
+            Err(ColumnError::Value {
+                path: path.to_owned(),
+                row,
+                problem: format!("names a {what} that does not exist"),
+            })
+        };
+        let pairs = |block: &dyn EvaluatedContacts, path: &str, walls: Option<usize>| {
+            let bad = |k: usize| {
+                let Pair { a, b } = block.view(k).pair;
+                a as usize >= count || b as usize >= walls.unwrap_or(count)
+            };
+            match (0..block.len()).find(|&k| bad(k)) {
+                Some(k) => outside(path, k, "particle or wall element"),
+                None => Ok(()),
+            }
+        };
+        for block in &self.bonds {
+            pairs(block.as_ref(), "bonds", None)?;
+        }
+        if let Some(block) = &self.contacts {
+            pairs(block.as_ref(), "contacts", None)?;
+        }
+        if let Some(block) = &self.wall_contacts {
+            let elements = self.walls.iter().map(Wall::element_count).sum();
+            pairs(block.as_ref(), "wall_contacts", Some(elements))?;
+        }
+        let missing = |pair: &Pair| pair.a as usize >= count || pair.b as usize >= count;
+        if let Some(k) = self.broken.iter().position(|b| missing(&b.pair) || usize::from(b.block) >= self.bonds.len()) {
+            return outside("broken/pair", k, "particle or block");
+        }
+        if let Some(k) = self.particles.loads.iter().position(|load| load.particle as usize >= count) {
+            return outside("particles/loads", k, "particle");
+        }
+        let clump = |&clump: &u32| clump != u32::MAX && clump as usize >= self.clumps.len();
+        if let Some(k) = self.particles.clump.iter().position(clump) {
+            return outside("particles/clump", k, "clump");
+        }
         Ok(())
     }
 }
@@ -120,9 +170,9 @@ fn read_particles(source: &mut dyn ColumnSource) -> Result<Particles, ColumnErro
             .collect(),
         tags: with_length("particles/tags", source.u64("particles/tags")?, n)?,
         previous: read_optional(source, "particles/previous_wrench", 6 * n)?,
+        image: read_images(source, n)?,
         deformation: read_optional(source, "particles/deformation", 24 * n)?,
-        loads: source
-            .f64("particles/loads")?
+        loads: whole_rows("particles/loads", source.f64("particles/loads")?, 7)?
             .chunks_exact(7)
             .map(|r| Load {
                 particle: r[0] as u32,
@@ -133,6 +183,20 @@ fn read_particles(source: &mut dyn ColumnSource) -> Result<Particles, ColumnErro
             .collect(),
         id,
     })
+}
+
+/// Cells by which particles were moved back; none if the column does not exist.
+fn read_images(source: &mut dyn ColumnSource, n: usize) -> Result<Vec<[i32; 3]>, ColumnError> {
+    let reals: Vec<[f64; 3]> = read_optional(source, "particles/image", 3 * n)?;
+    Ok(reals.into_iter().map(|image| image.map(|cells| cells as i32)).collect())
+}
+
+/// The values, or [`ColumnError::Ragged`] if they are no whole rows.
+fn whole_rows(path: &str, values: Vec<f64>, components: usize) -> Result<Vec<f64>, ColumnError> {
+    if values.len().is_multiple_of(components) {
+        return Ok(values);
+    }
+    Err(ColumnError::Ragged { path: path.to_owned(), len: values.len(), components })
 }
 
 /// Rows of reals; none if the column does not exist.
@@ -169,6 +233,11 @@ fn write_particles(p: &Particles, sink: &mut dyn ColumnSink) -> Result<(), Colum
     sink.column("particles/tags", Column::u64(&p.tags))?;
     if !p.previous.is_empty() {
         sink.column("particles/previous_wrench", Column::f64(bytemuck::cast_slice(&p.previous), 6, "N, N m"))?;
+    }
+    if !p.image.is_empty() {
+        // Whole numbers are exact.
+        let image: Vec<f64> = p.image.iter().flatten().map(|&cells| f64::from(cells)).collect();
+        sink.column("particles/image", Column::f64(&image, 3, "1"))?;
     }
     if !p.deformation.is_empty() {
         sink.column("particles/deformation", Column::f64(bytemuck::cast_slice(&p.deformation), 24, "N"))?;

@@ -1,6 +1,11 @@
 //! Walls: plane, cylinder, and triangle surfaces with prescribed motion.
+//!
+//! In a periodic cell, which must be at rest, a wall has images as particles have: image i is the wall moved by `H i`. A plane
+//! across one of the edges is then a sheet that particles touch from both sides, since behind it lies the next image of the space
+//! in front.
 
-use concordem_contact::math::Vec3;
+use super::Cell;
+use concordem_contact::math::{Mat3, Vec3};
 pub use concordem_contact::wall::ClosestPoint;
 
 /// Shape of a wall at zero displacement.
@@ -90,6 +95,98 @@ impl Wall {
         }
     }
 
+    /// [`Self::closest_point`] of the image `image` of the wall in a periodic cell.
+    pub fn closest_point_of_image(
+        &self,
+        element: usize,
+        x: &Vec3,
+        cell: Option<&Cell>,
+        image: [i8; 3],
+    ) -> Option<ClosestPoint> {
+        let Some(cell) = cell else { return self.closest_point(element, x) };
+        let found = self.closest_point(element, &(x - cell.shift(image)))?;
+        if matches!(self.shape, WallShape::Plane { .. }) && found.distance < 0.0 {
+            return Some(ClosestPoint { normal: -found.normal, distance: -found.distance, interior: true });
+        }
+        Some(found)
+    }
+
+    /// Whether the wall repeats with a periodic cell; otherwise what prevents it.
+    ///
+    /// # Errors
+    /// A plane across more than one edge of the cell, whose images would fill the space, a cylinder along none, or a vessel
+    /// that does not fit into the cell.
+    pub fn repeats_with(&self, cell: &Cell) -> Result<(), &'static str> {
+        match &self.shape {
+            WallShape::Plane { normal, .. } if across(normal, &cell.matrix).is_none() => Err(
+                "the images of a plane must not cut each other: in a periodic cell it must be parallel to two edges",
+            ),
+            WallShape::Cylinder { axis, radius, inside, .. } => {
+                let along = along(axis, &cell.matrix).ok_or(
+                    "the images of a cylinder must not cut each other: in a periodic cell its axis must be parallel to an edge",
+                )?;
+                let edges = [0, 1, 2].map(|k| cell.matrix.column(k).into_owned());
+                let width = |i: usize, j: usize| edges[i].cross(&edges[j]).norm();
+                let others: [usize; 2] = [(along + 1) % 3, (along + 2) % 3];
+                let narrowest = others
+                    .map(|k| cell.volume() / width((k + 1) % 3, (k + 2) % 3))
+                    .into_iter()
+                    .fold(f64::INFINITY, f64::min);
+                if *inside && 2.0 * radius > narrowest {
+                    return Err("the vessel is wider than the periodic cell, so that its images cut each other");
+                }
+                Ok(())
+            }
+            WallShape::Plane { .. } | WallShape::Facets { .. } => Ok(()),
+        }
+    }
+
+    /// Images of an infinite wall nearer to the point `x` (m) than `reach` (m); of a vessel, the one that `x` lies in.
+    ///
+    /// Numbers are not limited to those of the flags of a contact.
+    pub fn images_near(&self, x: &Vec3, reach: f64, cell: &Cell) -> Vec<[i64; 3]> {
+        let x = x - self.displacement;
+        match &self.shape {
+            WallShape::Plane { point, normal } => {
+                let Some(edge) = across(normal, &cell.matrix) else { return Vec::new() };
+                let period = normal.dot(&cell.matrix.column(edge));
+                let (place, reach) = ((x - point).dot(normal) / period, reach / period.abs());
+                let image = |number: i64| std::array::from_fn(|k| if k == edge { number } else { 0 });
+                ((place - reach).ceil() as i64..=(place + reach).floor() as i64).map(image).collect()
+            }
+            WallShape::Cylinder { point, axis, radius, inside } => {
+                let (Some(edge), Some(inverse)) = (along(axis, &cell.matrix), cell.matrix.try_inverse()) else {
+                    return Vec::new();
+                };
+                let r = x - point;
+                let place = inverse * r;
+                let distance = |image: &[i64; 3]| {
+                    let r = r - cell.matrix * Vec3::from(image.map(|n| n as f64));
+                    (r - axis * r.dot(axis)).norm()
+                };
+                let others: [usize; 2] = [(edge + 1) % 3, (edge + 2) % 3];
+                let around = [0, 1, 2].map(|k| if k == edge { 0 } else { place[k].round() as i64 });
+                let mut near: Vec<[i64; 3]> = (0..9)
+                    .map(|k| {
+                        let mut image = around;
+                        image[others[0]] += k % 3 - 1;
+                        image[others[1]] += k / 3 - 1;
+                        image
+                    })
+                    .collect();
+                if *inside {
+                    near.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+                    near.truncate(1);
+                    near.retain(|image| radius - distance(image) < reach);
+                } else {
+                    near.retain(|image| distance(image) - radius < reach);
+                }
+                near
+            }
+            WallShape::Facets { .. } => Vec::new(),
+        }
+    }
+
     /// Center and radius (m) of a ball around element `element`; `None` if the element is infinite.
     pub fn bounds(&self, element: usize) -> Option<(Vec3, f64)> {
         match &self.shape {
@@ -102,6 +199,21 @@ impl Wall {
             _ => None,
         }
     }
+}
+
+/// Sine below which two directions count as parallel.
+const PARALLEL: f64 = 1e-9;
+
+/// The edge of a cell that a plane with this normal cuts, if it is parallel to the two others.
+fn across(normal: &Vec3, edges: &Mat3) -> Option<usize> {
+    let cut = |k: &usize| normal.dot(&edges.column(*k)).abs() > PARALLEL * edges.column(*k).norm();
+    let mut edges_cut = (0..3).filter(cut);
+    edges_cut.next().filter(|_| edges_cut.next().is_none())
+}
+
+/// The edge of a cell along a unit vector, if there is one.
+fn along(axis: &Vec3, edges: &Mat3) -> Option<usize> {
+    (0..3).find(|&k| axis.cross(&edges.column(k)).norm() < PARALLEL * edges.column(k).norm())
 }
 
 /// Closest point of a triangle, and whether it lies inside the face (Ericson 2005, §5.1.5: regions by the signs of the
