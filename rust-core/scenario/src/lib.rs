@@ -58,6 +58,7 @@
 
 pub mod assembly;
 pub mod checks;
+pub mod files;
 pub mod sampling;
 pub mod schedule;
 pub mod schema;

@@ -162,8 +162,8 @@ fn walls_and_boundary() {
         "version = 1\n[packing]\nkind = \"spheres\"\nspheres = [{spheres}]\n[[material]]\nname = \"m\"\ndensity = 2500\n\
          frictional = {{ young = \"10 MPa\", stiffness_ratio = 0.3, friction_coefficient = 0.4 }}\n[contacts]\n\
          law = \"frictional\"\n[integration]\ngravity = [0, 0, -9.81]\ndamping = {{ kind = \"local\", coefficient = 0.5 }}\n\
-         [[wall]]\nname = \"box\"\nmaterial = \"m\"\nshape = {{ kind = \"box\", minimum = [\"-3.98 mm\", \"-3.98 mm\", \
-         \"-3.97 mm\"], maximum = [\"3.98 mm\", \"3.98 mm\", \"3.98 mm\"] }}\n[stop]\nsteps = 100000\n[output]\n\
+         [[wall]]\nname = \"box\"\nmaterial = \"m\"\nshape = {{ kind = \"box\", minimum = [\"-3.992 mm\", \"-3.992 mm\", \
+         \"-3.991 mm\"], maximum = [\"3.992 mm\", \"3.992 mm\", \"3.992 mm\"] }}\n[stop]\nsteps = 100000\n[output]\n\
          sample_interval = 2999\n{samples}"
     ));
     let rows = Rows::of(&mut simulation, 3000);
@@ -180,7 +180,7 @@ fn walls_and_boundary() {
     let (outer, inner) = (rows.tensor("boundary-stress", "stress"), rows.tensor("particle-stress", "stress"));
     assert!(inner.trace() < -100.0, "{inner}");
     // The difference is the weight and the remaining inertia of 64 grains, 1e-4 N each; walls push each of them with about
-    // 1e-1 N.
+    // 1e-1 N (8 um · 1e4 N/m).
     near(&outer, &inner, 0.01 * inner.abs().max());
 }
 

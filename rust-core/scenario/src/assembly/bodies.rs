@@ -6,12 +6,12 @@ use super::{AssemblyError, set_index, unfit};
 use crate::schema::quantity::vector;
 use crate::schema::{self, Prescribe, Scenario};
 use concordem_contact::math::Vec3;
-use concordem_solver::state::{Clump, Constraint, Particles, State};
+use concordem_solver::state::{Clump, Constraint, LoadLever, Particles, State};
 
 /// Indices of the particles of a set.
-fn members(scenario: &Scenario, state: &State, name: &str) -> Vec<usize> {
+fn members(scenario: &Scenario, particles: &Particles, name: &str) -> Vec<usize> {
     let bit = 1u64 << set_index(scenario, name);
-    (0..state.particles.len()).filter(|&p| state.particles.tags[p] & bit != 0).collect()
+    (0..particles.len()).filter(|&p| particles.tags[p] & bit != 0).collect()
 }
 
 /// Initial velocities, prescribed motions, and forces.
@@ -20,13 +20,13 @@ fn members(scenario: &Scenario, state: &State, name: &str) -> Vec<usize> {
 /// A motion is prescribed to a member of a clump, which moves with its body.
 pub(super) fn apply_motions(scenario: &Scenario, state: &mut State) -> Result<(), AssemblyError> {
     for initial in &scenario.initials {
-        for p in members(scenario, state, &initial.set) {
+        for p in members(scenario, &state.particles, &initial.set) {
             state.particles.velocity[p] = vector(&initial.velocity);
             state.particles.angular_velocity[p] = vector(&initial.angular_velocity);
         }
     }
     for (number, prescribe) in scenario.prescribed.iter().enumerate() {
-        let members = members(scenario, state, &prescribe.set);
+        let members = members(scenario, &state.particles, &prescribe.set);
         if let Some((id, clump)) = member_of_clump(&state.particles, &members) {
             let message = format!(
                 "set `{}` contains particle {id}, which belongs to clump[{clump}] and moves with it; exclude the members \
@@ -39,12 +39,19 @@ pub(super) fn apply_motions(scenario: &Scenario, state: &mut State) -> Result<()
             apply_prescribed(prescribe, p, &mut state.particles);
         }
     }
+    apply_loads(scenario, &mut state.particles);
+    Ok(())
+}
+
+/// The constant loads of `[[force]]`. Rigid particles are loaded at their centers, wherever the force acts.
+pub fn apply_loads(scenario: &Scenario, particles: &mut Particles) {
+    let rigid = scenario.materials.iter().all(|material| material.deformable.is_none());
     for force in &scenario.forces {
-        for p in members(scenario, state, &force.set) {
-            state.particles.add_load_at(p as u32, vector(&force.force), vector(&force.moment), force.acts);
+        let acts = if rigid { LoadLever::Body } else { force.acts };
+        for p in members(scenario, particles, &force.set) {
+            particles.add_load_at(p as u32, vector(&force.force), vector(&force.moment), acts);
         }
     }
-    Ok(())
 }
 
 /// Sets and constrains the prescribed components of a particle's motion.

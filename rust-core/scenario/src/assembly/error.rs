@@ -48,6 +48,33 @@ pub enum AssemblyError {
         /// Largest angular frequency, rad/s.
         frequency: f64,
     },
+    /// The time step exceeds the stability bound of a contact that may form.
+    #[error(
+        "integration.time_step is {given:.6e} s, but {} between the materials `{a}` and `{b}` is stable only below \
+         {bound:.6e} s{}; use \"auto\" or a smaller step, or set integration.allow_unstable = true to run it anyway",
+        wall.as_ref().map_or_else(|| "a contact".to_owned(), |wall| format!("a contact with the wall `{wall}`")),
+        if *overlap > 0.0 {
+            format!(" (in an impact at {speed:.4e} m/s, which overlaps by {overlap:.4e} m)")
+        } else {
+            String::new()
+        }
+    )]
+    UnstableContact {
+        /// Given time step, s.
+        given: f64,
+        /// Stability bound, s.
+        bound: f64,
+        /// First material.
+        a: String,
+        /// Second material.
+        b: String,
+        /// Wall, if the contact is with one.
+        wall: Option<String>,
+        /// Speed of the impact, m/s.
+        speed: f64,
+        /// Its overlap, m.
+        overlap: f64,
+    },
     /// The iteration between the strains of deformable particles and the forces would not converge.
     #[error(
         "material.deformable: strains and forces do not converge, the spectral radius of their iteration is \

@@ -4,9 +4,10 @@ use super::selection::{bounds_along, extents, layer, member_of_clump};
 use super::{AssemblyError, material_index, place::Placed, unfit, walls};
 use crate::schedule::Loading;
 use crate::schedule::loading::Gauge;
-use crate::schema::quantity::{Area, Length, StrainRate, Velocity};
+use crate::schema::quantity::{CrossSection, Length, StrainRate, Velocity};
 use crate::schema::{self, Axis, End, Lateral, Quantity, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
+use concordem_packing::smallest_section;
 use concordem_solver::state::{Constraint, Particles, State, WallShape};
 
 /// The loading of a scenario whose bonds have this interaction ratio.
@@ -20,9 +21,25 @@ pub(super) fn build(
     let mut builder = Builder { scenario, placed, bond_reach: (1.0 + 2.0 * interaction_ratio) * largest, state };
     match &scenario.loading {
         schema::Loading::None => Ok(Loading::None),
-        schema::Loading::Uniaxial { axis, strain_rate, layer_thickness, lateral, initial_velocity_field, area } => {
+        schema::Loading::Uniaxial {
+            axis,
+            strain_rate,
+            layer_thickness,
+            lateral,
+            initial_velocity_field,
+            area,
+            gauge_length,
+        } => {
             let ends = builder.end_layers(*axis, *layer_thickness)?;
-            builder.uniaxial(*axis, ends, *strain_rate, *lateral, *initial_velocity_field, *area)
+            let test = UniaxialTest {
+                axis: axis.index(),
+                strain_rate: *strain_rate,
+                lateral: *lateral,
+                initial_velocity_field: *initial_velocity_field,
+                area: *area,
+                gauge_length: *gauge_length,
+            };
+            builder.uniaxial(&test, ends)
         }
         schema::Loading::Bending { axis, about, rate, layer_thickness, initial_velocity_field } => {
             builder.rotating([*axis, *about], rate.si(), *layer_thickness, *initial_velocity_field)
@@ -46,6 +63,16 @@ pub(super) fn build(
 /// Indices of the particles of the lower and the upper end layer.
 type EndLayers = [Vec<usize>; 2];
 
+/// How two end layers move apart.
+struct UniaxialTest {
+    axis: usize,
+    strain_rate: StrainRate,
+    lateral: Lateral,
+    initial_velocity_field: bool,
+    area: Option<CrossSection>,
+    gauge_length: Option<Length>,
+}
+
 /// Elastic section of a specimen whose ends rotate.
 struct Section {
     /// Stress at the surface divided by the end moment, 1/m³.
@@ -65,31 +92,24 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    fn uniaxial(
-        &mut self,
-        axis: Axis,
-        [lower, upper]: EndLayers,
-        strain_rate: StrainRate,
-        lateral: Lateral,
-        initial_field: bool,
-        area: Option<Area>,
-    ) -> Result<Loading, AssemblyError> {
-        let axis = axis.index();
+    fn uniaxial(&mut self, test: &UniaxialTest, [lower, upper]: EndLayers) -> Result<Loading, AssemblyError> {
+        let axis = test.axis;
         let particles = &self.state.particles;
         let mean =
             |layer: &[usize]| layer.iter().map(|&p| particles.position[p][axis]).sum::<f64>() / layer.len() as f64;
         let (bottom, top) = (mean(&lower), mean(&upper));
-        let length = top - bottom;
-        let area = self.area(axis, area);
-        let rate = strain_rate.si();
+        let distance = top - bottom;
+        let length = test.gauge_length.map_or(distance, Quantity::si);
+        let area = self.area(axis, test.area);
+        let rate = test.strain_rate.si();
         let middle = 0.5 * (bottom + top);
         let half = 0.5 * rate * length;
-        if initial_field {
+        if test.initial_velocity_field {
             start(self.state, |position, velocity, _| {
                 velocity[axis] = (rate * (position[axis] - middle)).clamp(-half.abs(), half.abs());
             });
         }
-        let constraint = match lateral {
+        let constraint = match test.lateral {
             Lateral::Free => Constraint::translation_along(axis),
             Lateral::Fixed => Constraint::ALL,
         };
@@ -101,10 +121,16 @@ impl Builder<'_> {
             }
         }
         let gauge = Gauge::new(self.state, axis, bottom, top);
-        Ok(Loading::Uniaxial { axis, layers: [lower, upper].map(indices), length, area, gauge })
+        Ok(Loading::Uniaxial { axis, layers: [lower, upper].map(indices), distance, length, area, gauge })
     }
 
-    fn platens(&mut self, axis: Axis, closing_velocity: Velocity, material: &str, area: Option<Area>) -> Loading {
+    fn platens(
+        &mut self,
+        axis: Axis,
+        closing_velocity: Velocity,
+        material: &str,
+        area: Option<CrossSection>,
+    ) -> Loading {
         let axis = axis.index();
         let (low, high) = bounds_along(extents(&self.state.particles, axis));
         let area = self.area(axis, area);
@@ -127,16 +153,19 @@ impl Builder<'_> {
         cell.velocity_gradient = gradient;
         let initial_volume = cell.volume();
         start(self.state, |position, velocity, _| *velocity = gradient * position);
-        Ok(Loading::CellStrain { initial_volume })
+        Ok(Loading::CellStrain { initial_volume, velocity_gradient: gradient })
     }
 
     fn cell_stress(&self, stress: Mat3, maximum_rate: f64, tolerance: f64) -> Result<Loading, AssemblyError> {
         if self.state.cell.is_none() {
             return Err(no_cell());
         }
-        // The servo uses the full rate while the error is at least a tenth of the target stress (of 1 Pa for zero stress).
-        let gain = maximum_rate / (0.1 * stress.abs().max().max(1.0));
-        Ok(Loading::CellStress { stress, maximum_rate, gain, tolerance })
+        // The servo uses the full rate while the error is at least a tenth of the target stress. For zero stress the stiffness
+        // of the cell gives the scale: see `Loading::tune`.
+        let largest = stress.abs().max();
+        let gain = maximum_rate / (0.1 * largest.max(1.0));
+        let reference = if largest > 0.0 { largest } else { 1.0 };
+        Ok(Loading::CellStress { stress, maximum_rate, gain, tolerance, reference })
     }
 
     /// End layers that rotate in opposite directions; `axes`: of the specimen, and of the rotation.
@@ -196,7 +225,7 @@ impl Builder<'_> {
     fn section(&self, axis: usize, about: usize) -> Result<Section, AssemblyError> {
         use std::f64::consts::PI;
         match self.scenario.packing.shape() {
-            Some(schema::Shape::Box { size }) if axis != about => {
+            Some(schema::Shape::Box { size, .. }) if axis != about => {
                 let height = size[3 - axis - about].si();
                 let width = if self.scenario.dimension == 2 { 1.0 } else { size[about].si() };
                 // (h/2)/(bh³/12)
@@ -242,8 +271,12 @@ impl Builder<'_> {
     }
 
     /// The given area, or the cross-section perpendicular to `axis`, m².
-    fn area(&self, axis: usize, given: Option<Area>) -> f64 {
-        given.map_or_else(|| self.cross_section(axis), Quantity::si)
+    fn area(&self, axis: usize, given: Option<CrossSection>) -> f64 {
+        match given {
+            Some(CrossSection::Given(area)) => area.si(),
+            Some(CrossSection::Hull) => smallest_section(&self.placed.packing.spheres, axis, 8),
+            None => self.cross_section(axis),
+        }
     }
 
     /// Cross-section perpendicular to `axis`, m²: of the packing's shape, else of the bounding box; of unit depth in two
@@ -256,7 +289,7 @@ impl Builder<'_> {
         if self.scenario.dimension == 2 {
             let across = usize::from(axis == 0);
             return match self.scenario.packing.shape() {
-                Some(schema::Shape::Box { size }) => size[across].si(),
+                Some(schema::Shape::Box { size, .. }) => size[across].si(),
                 _ => width(across),
             };
         }

@@ -4,12 +4,22 @@
 //! the loading refer to them; the time step comes last, because it depends on all of them.
 
 mod bodies;
+#[cfg(feature = "hdf5")]
+pub mod checked_hdf5;
 mod error;
+#[cfg(feature = "hdf5")]
+pub mod hdf5_text;
 mod loading;
+mod memory;
 mod model;
+mod overlaps;
 mod particles;
 mod place;
+mod plane;
+pub mod restart;
 pub mod samples;
+#[cfg(feature = "hdf5")]
+pub mod seal;
 mod selection;
 #[cfg(feature = "hdf5")]
 pub mod sphere_pack;
@@ -19,16 +29,19 @@ mod walls;
 use std::path::Path;
 
 use crate::schedule::{Schedule, Stop};
-use crate::schema::{Quantity, Scenario};
+use crate::schema::{Problem, Quantity, Scenario};
 use concordem_contact::law::cpm::Cpm;
-use concordem_packing::bonding;
+use concordem_packing::TIE;
+use concordem_packing::bonding::{self, BondCount};
 use concordem_solver::Model;
+use concordem_solver::collision::Collision;
 use concordem_solver::coupling::Convergence;
 pub use concordem_solver::laws;
 use concordem_solver::state::State;
 use concordem_solver::state::contacts::{ContactBlock, Contacts};
 use concordem_solver::time_step::TimeStepBounds;
 
+pub use bodies::apply_loads;
 pub use error::{AssemblyError, unfit};
 pub use model::deformable;
 pub use place::{Placed, place};
@@ -64,14 +77,20 @@ pub struct Summary {
     pub specimen: Option<(f64, f64)>,
     /// Stability bounds.
     pub bounds: TimeStepBounds,
+    /// The stiffest contact that may form.
+    pub collision: Option<Collision>,
+    /// Largest stable time step, s, with damping and contacts to come.
+    pub stable_step: f64,
     /// Convergence between strains and forces of deformable particles.
     pub convergence: Option<Convergence>,
     /// `min r √(ρ/E)`, s, with the stiffest modulus of the materials, if any law has a modulus.
     pub p_wave: Option<f64>,
     /// Whether the time step exceeds the stability bound, which the scenario allows.
     pub unstable: bool,
-    /// Estimated memory of state and solver, bytes.
+    /// Estimated peak memory of a run, from the assembly to the result, bytes.
     pub memory: usize,
+    /// What the scenario may not do as expected, found while it was built. [`Scenario::warnings`] finds others in its text.
+    pub warnings: Vec<Problem>,
 }
 
 /// Progress of the assembly: name of the stage, and its completed fraction from 0 to 1.
@@ -108,17 +127,27 @@ pub fn assemble_placed(
     placed: &Placed,
     progress: Progress<'_>,
 ) -> Result<Assembly, AssemblyError> {
+    memory::check_particles(scenario, placed)?;
     let (mut state, members) = particles::build(scenario, placed)?;
+    if state.particles.is_empty() {
+        let message = "it has no particles: check the file, the shape, and the units".to_owned();
+        return Err(unfit("packing", message));
+    }
+    near_origin(&state)?;
     bodies::apply_motions(scenario, &mut state)?;
     bodies::add_clumps(scenario, &members, &mut state)?;
     let mut model = model::build(scenario);
-    let bonded = add_bonds(scenario, placed, &mut state, progress)?;
+    let mut warnings = Vec::new();
+    let bonded = add_bonds(scenario, placed, &mut state, &mut warnings, progress)?;
     add_contacts(scenario, &mut model, &mut state)?;
     walls::add(scenario, folder, &mut state)?;
-    let schedule = schedule(scenario, placed, bonded.interaction_ratio, &mut state)?;
+    let mut schedule = schedule(scenario, placed, bonded.interaction_ratio, &mut state)?;
+    overlaps::refuse_walls(scenario, &state)?;
+    warnings.extend(overlaps::of_particles(scenario, &state)?);
     progress("time step", 0.0);
     let step = time_step::choose(scenario, &model, &state)?;
     state.clock.dt = step.dt;
+    schedule.loading.tune(step.cell_stiffness, step.dt);
     let particles = state.particles.len();
     let summary = Summary {
         particles,
@@ -128,12 +157,37 @@ pub fn assemble_placed(
         packing_fraction: placed.packing_fraction,
         specimen: schedule.loading.dimensions(),
         bounds: step.bounds,
+        collision: step.collision,
+        stable_step: step.limit,
         convergence: step.convergence,
         p_wave: time_step::p_wave(scenario, &state.particles),
         unstable: step.unstable,
         memory: step.memory,
+        warnings,
     };
     Ok(Assembly { state, model, schedule, summary })
+}
+
+/// Largest rounding of a coordinate, as a fraction of the radius: overlaps of 1e-3 of the radius keep one digit.
+const COARSEST: f64 = 1e-4;
+
+/// Refuses positions so far from the origin that their rounding is not small beside the particles.
+fn near_origin(state: &State) -> Result<(), AssemblyError> {
+    let particles = &state.particles;
+    let rounding = |p: usize| particles.position[p].amax() * f64::EPSILON;
+    match (0..particles.len()).find(|&p| rounding(p) > COARSEST * particles.radius[p]) {
+        None => Ok(()),
+        Some(p) => {
+            let (distance, radius) = (particles.position[p].amax(), particles.radius[p]);
+            let message = format!(
+                "particle {} lies {distance:e} m from the origin, where coordinates are rounded by {:.1e} m: too coarse for its \
+                 radius of {radius:e} m. Move the packing near the origin, and check the units",
+                particles.id[p],
+                rounding(p)
+            );
+            Err(unfit("packing", message))
+        }
+    }
 }
 
 /// Result of bonding.
@@ -151,9 +205,13 @@ fn add_bonds(
     scenario: &Scenario,
     placed: &Placed,
     state: &mut State,
+    warnings: &mut Vec<Problem>,
     progress: Progress<'_>,
 ) -> Result<Bonded, AssemblyError> {
     let Some(section) = &scenario.bonds else {
+        if scenario.dimension == 2 {
+            plane::check_reach(&placed.packing, 1.0)?;
+        }
         return Ok(Bonded { bonds: 0, interaction_ratio: 1.0, bulk: None });
     };
     progress("bonding", 0.0);
@@ -174,9 +232,39 @@ fn add_bonds(
         bulk = Some((reached, ratio));
     }
     let (particles, cell) = (&state.particles, state.cell.as_ref());
-    let bonds = bonding::bond(block.contacts_mut(), &rows, particles, cell, interaction_ratio)?;
+    if scenario.dimension == 2 {
+        plane::check_reach(&placed.packing, interaction_ratio * (1.0 + TIE))?;
+    }
+    memory::check_bonds(particles, cell, interaction_ratio)?;
+    let count = bonding::bond(block.contacts_mut(), &rows, particles, cell, interaction_ratio)?;
+    warnings.extend(doubtful_bonds(scenario, &count, bulk));
     state.bonds.push(block);
-    Ok(Bonded { bonds, interaction_ratio, bulk })
+    Ok(Bonded { bonds: count.bonds, interaction_ratio, bulk })
+}
+
+/// Warnings about the number of bonds: none at all, or a number that rests on a tie. `bulk`: see [`Summary::bulk`].
+fn doubtful_bonds(scenario: &Scenario, count: &BondCount, bulk: Option<(f64, f64)>) -> Option<Problem> {
+    let key = if bulk.is_some() { "bonds.coordination" } else { "bonds.interaction_ratio" };
+    if count.bonds == 0 {
+        let help = "check positions, radii, and units, or give a larger `interaction_ratio`, such as 1.1";
+        return Some(scenario.warning(key, "no two particles are near enough for a bond: there are none", help));
+    }
+    if count.ties == 0 {
+        return None;
+    }
+    let message = format!(
+        "{} of the {} bonds are as long as the longest that the interaction ratio allows, up to a relative difference of \
+         {TIE:e}; they count as bonds here, but rounding decides about them in other codes",
+        count.ties, count.bonds
+    );
+    let help = match bulk {
+        Some((reached, _)) => format!(
+            "pairs that are equally far apart are bonded together: the packing has {reached} bonds per particle; give that \
+             number, or `interaction_ratio`"
+        ),
+        None => "give a ratio between two distances; 1.01 bonds all particles that touch".to_owned(),
+    };
+    Some(scenario.warning(key, message, help))
 }
 
 /// Blocks of contacts between particles and with walls, still empty.
@@ -200,7 +288,7 @@ fn schedule(
     state: &mut State,
 ) -> Result<Schedule, AssemblyError> {
     let loading = loading::build(scenario, placed, interaction_ratio, state)?;
-    let operators = samples::of(scenario, &state.particles, state.cell.is_some())?;
+    let operators = samples::of(scenario, &state.particles, state.cell.as_ref())?;
     Ok(Schedule {
         loading,
         initial_positions: samples::initial_positions(&operators, state),
@@ -213,6 +301,7 @@ fn schedule(
             steps: scenario.stop.steps,
             unbalanced: scenario.stop.unbalanced.map(Quantity::si),
         },
+        allow_energy_error: scenario.integration.allow_energy_error || scenario.integration.allow_unstable,
         sample_interval: scenario.output.sample_interval,
         snapshot_interval: scenario.output.snapshot_interval,
         checkpoint_interval: scenario.output.checkpoint_interval,

@@ -21,6 +21,7 @@ pub(super) fn build(scenario: &Scenario) -> Model {
         damage_threshold: scenario.output.events_damage.si(),
         hydrostatic_strength: hydrostatic_strength(scenario),
         deformable: deformable(scenario),
+        watch_contacts: !scenario.integration.allow_unstable,
         ..Model::default()
     }
 }

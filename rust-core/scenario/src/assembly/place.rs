@@ -1,10 +1,10 @@
 //! The packing of a scenario: made, or read from a file, and cut to its shape.
 
-use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use super::{AssemblyError, Progress, unfit};
+use super::{AssemblyError, Progress, plane, unfit};
+use crate::files::open_regular;
 use crate::schema::quantity::vector;
 use crate::schema::{self, Axis, Quantity, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
@@ -19,7 +19,8 @@ use concordem_solver::state::{Cell, Sphere};
 pub struct Placed {
     /// The spheres, and the periodic cell if there is one.
     pub packing: Packing,
-    /// Solid volume divided by volume, of the periodic cell or of the packing before it was cut.
+    /// Solid volume divided by volume (in the plane: area of the discs divided by area), of the periodic cell or of the
+    /// packing before it was cut.
     pub packing_fraction: Option<f64>,
     /// Cross-sections of the shape perpendicular to x, y, z, m².
     pub cross_sections: Option<[f64; 3]>,
@@ -30,14 +31,22 @@ pub struct Placed {
 /// Makes or reads the packing of a scenario; file names in it are relative to `folder`.
 ///
 /// # Errors
-/// The packing cannot be made, or a file cannot be read.
+/// The packing cannot be made, a file cannot be read, or the packing of a plane scenario leaves the plane.
 pub fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Placed, AssemblyError> {
-    let whole = |packing: Packing| Placed {
-        packing_fraction: packing.packing_fraction().filter(|_| scenario.dimension == 3),
-        packing,
-        cross_sections: None,
-        unit: None,
-    };
+    let mut placed = make(scenario, folder, progress)?;
+    if scenario.dimension == 2 {
+        plane::check(&placed.packing)?;
+    }
+    let whole = placed.unit.as_ref().unwrap_or(&placed.packing);
+    // Spheres with centers in one plane have no volume of their own either.
+    let plane = scenario.dimension == 2 || matches!(scenario.packing, schema::Packing::RandomDiscs { .. });
+    placed.packing_fraction = if plane { whole.area_fraction() } else { whole.packing_fraction() };
+    Ok(placed)
+}
+
+/// The packing, without its solid fraction.
+fn make(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Placed, AssemblyError> {
+    let whole = |packing: Packing| Placed { packing_fraction: None, packing, cross_sections: None, unit: None };
     match &scenario.packing {
         schema::Packing::RandomDense { shape, .. } => {
             let unit = compact(&scenario.packing, progress)?;
@@ -52,7 +61,7 @@ pub fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Resu
             // The cell is 1 m along z; discs of its other layers lie outside the plane.
             let mut placed = cut(unit, Some(shape), folder)?;
             placed.packing.spheres.retain(|disc| disc.position.z == 0.0);
-            Ok(Placed { packing_fraction: Some(fraction), ..placed })
+            Ok(placed)
         }
         schema::Packing::Lattice { lattice, radius, repeats, shape } => {
             let repeats = repeats.map_or([1; 3], |r| r.map(|n| n as u32));
@@ -62,7 +71,8 @@ pub fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Resu
                 }
                 Some(shape) => {
                     let (solid, cross_sections) = solid(shape, folder)?;
-                    let packing = lattice_of(*lattice).fill(radius.si(), &solid, Vec3::zeros())?;
+                    let crop = shape.keep().unwrap_or(Crop::WholeSpheres);
+                    let packing = lattice_of(*lattice).fill(radius.si(), &solid, crop, Vec3::zeros())?;
                     Ok(Placed { packing, packing_fraction: None, cross_sections, unit: None })
                 }
             }
@@ -115,7 +125,7 @@ fn block(
     Ok(block)
 }
 
-fn cannot_read(file: &Path, message: impl ToString) -> AssemblyError {
+fn cannot_read(file: &Path, message: &dyn ToString) -> AssemblyError {
     AssemblyError::File { path: file.display().to_string(), message: message.to_string() }
 }
 
@@ -132,14 +142,14 @@ fn read_hdf5(_: &Path) -> Result<Packing, String> {
 /// A sphere pack in HDF5, or a text file with the columns x y z r.
 fn read_file(file: &Path) -> Result<Packing, AssemblyError> {
     if file.extension().is_some_and(|e| e == "h5" || e == "hdf5") {
-        return read_hdf5(file).map_err(|message| cannot_read(file, message));
+        return read_hdf5(file).map_err(|message| cannot_read(file, &message));
     }
-    Ok(import_text(BufReader::new(File::open(file).map_err(|error| cannot_read(file, error))?))?)
+    Ok(import_text(BufReader::new(open_regular(file).map_err(|error| cannot_read(file, &error))?))?)
 }
 
 /// Tiles or crops a packing.
 fn cut(unit: Packing, shape: Option<&schema::Shape>, folder: &Path) -> Result<Placed, AssemblyError> {
-    let packing_fraction = unit.packing_fraction();
+    let packing_fraction = None;
     match shape {
         None => Ok(Placed { packing: unit, packing_fraction, cross_sections: None, unit: None }),
         Some(schema::Shape::Periodic { tiles }) => {
@@ -148,10 +158,11 @@ fn cut(unit: Packing, shape: Option<&schema::Shape>, folder: &Path) -> Result<Pl
         }
         Some(shape) => {
             let (solid, cross_sections) = solid(shape, folder)?;
+            let crop = shape.keep().unwrap_or(Crop::Centers);
             let (packing, unit) = if unit.cell.is_some() {
-                (tile_and_crop(&unit, &solid, Crop::Centers, Vec3::zeros())?, Some(unit))
+                (tile_and_crop(&unit, &solid, crop, Vec3::zeros())?, Some(unit))
             } else {
-                let spheres = unit.spheres.into_iter().filter(|s| solid.contains(&s.position, 0.0)).collect();
+                let spheres = unit.spheres.into_iter().filter(|s| crop.keeps(s, &solid)).collect();
                 (Packing { spheres, cell: None }, None)
             };
             Ok(Placed { packing, packing_fraction, cross_sections, unit })
@@ -161,25 +172,26 @@ fn cut(unit: Packing, shape: Option<&schema::Shape>, folder: &Path) -> Result<Pl
 
 /// The shape of a scenario, with its cross-sections if they are constant.
 fn solid(shape: &schema::Shape, folder: &Path) -> Result<(Shape, Option<[f64; 3]>), AssemblyError> {
+    let center = shape.center().map_or_else(Vec3::zeros, |center| vector(&center));
     let ends = |axis: Axis, height: f64| {
         let mut half = Vec3::zeros();
         half[axis.index()] = 0.5 * height;
-        (-half, half)
+        (center - half, center + half)
     };
     Ok(match shape {
-        schema::Shape::Box { size } => {
+        schema::Shape::Box { size, .. } => {
             let size = vector(size);
             let areas = [size.y * size.z, size.z * size.x, size.x * size.y];
-            (Shape::new_box(size * -0.5, size * 0.5)?, Some(areas))
+            (Shape::new_box(center - size * 0.5, center + size * 0.5)?, Some(areas))
         }
-        schema::Shape::Cylinder { radius, height, axis } => {
+        schema::Shape::Cylinder { radius, height, axis, .. } => {
             let (base, top) = ends(*axis, height.si());
             let (r, h) = (radius.si(), height.si());
             let mut areas = [2.0 * r * h; 3];
             areas[axis.index()] = std::f64::consts::PI * r * r;
             (Shape::new_cylinder(base, top, r)?, Some(areas))
         }
-        schema::Shape::Hyperboloid { radius, waist_radius, height, axis } => {
+        schema::Shape::Hyperboloid { radius, waist_radius, height, axis, .. } => {
             let (base, top) = ends(*axis, height.si());
             let waist = waist_radius.si();
             let mut areas = [2.0 * waist * height.si(); 3];
@@ -187,9 +199,9 @@ fn solid(shape: &schema::Shape, folder: &Path) -> Result<(Shape, Option<[f64; 3]
             areas[axis.index()] = std::f64::consts::PI * waist * waist;
             (Shape::new_hyperboloid(base, top, radius.si(), waist)?, Some(areas))
         }
-        schema::Shape::Mesh { path, unit } => {
+        schema::Shape::Mesh { path, unit, .. } => {
             let file = folder.join(path);
-            let reader = BufReader::new(File::open(&file).map_err(|error| cannot_read(&file, error))?);
+            let reader = BufReader::new(open_regular(&file).map_err(|error| cannot_read(&file, &error))?);
             (Shape::Mesh(Mesh::from_stl(reader, unit.si())?), None)
         }
         schema::Shape::Periodic { .. } => {

@@ -5,19 +5,23 @@ use crate::sampling::{RegionRule, SampledRegion, SampledWall, ScheduledOperator}
 use crate::schema::quantity::vector;
 use crate::schema::{self, SampleRegion, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
-use concordem_operator::{HalfSpace, Region, Truncation};
-use concordem_solver::state::{Particles, State};
+use concordem_operator::{HalfSpace, Period, Region, Truncation};
+use concordem_solver::state::{Cell, Particles, State};
 
 /// The operators of all tables `[[sample]]`.
 ///
 /// # Errors
 /// A region does not fit the packing.
-pub fn of(scenario: &Scenario, particles: &Particles, periodic: bool) -> Result<Vec<ScheduledOperator>, AssemblyError> {
+pub fn of(
+    scenario: &Scenario,
+    particles: &Particles,
+    cell: Option<&Cell>,
+) -> Result<Vec<ScheduledOperator>, AssemblyError> {
     let each = scenario
         .samples
         .iter()
         .enumerate()
-        .map(|(k, sample)| one(scenario, particles, periodic, &format!("sample[{k}].region"), sample));
+        .map(|(k, sample)| one(scenario, particles, cell, &format!("sample[{k}].region"), sample));
     each.collect()
 }
 
@@ -28,14 +32,14 @@ pub fn of(scenario: &Scenario, particles: &Particles, periodic: bool) -> Result<
 pub fn one(
     scenario: &Scenario,
     particles: &Particles,
-    periodic: bool,
+    cell: Option<&Cell>,
     key: &str,
     sample: &schema::OperatorSample,
 ) -> Result<ScheduledOperator, AssemblyError> {
     let region = match sample.operator.definition().region {
         // A wall needs no region; the volume is not used.
         RegionRule::Wall => Some(Region::All { volume: 1.0 }),
-        _ => region(scenario, particles, periodic, key, sample.region.as_ref())?,
+        _ => region(scenario, particles, cell, key, sample.region.as_ref())?,
     };
     let is_list = sample.region.as_ref().is_some_and(SampleRegion::is_list);
     let default = if is_list { Truncation::HalfCrossing } else { Truncation::default() };
@@ -64,14 +68,14 @@ pub fn one(
 fn region(
     scenario: &Scenario,
     particles: &Particles,
-    periodic: bool,
+    cell: Option<&Cell>,
     key: &str,
     region: Option<&SampleRegion>,
 ) -> Result<Option<Region>, AssemblyError> {
     let plane = scenario.dimension == 2;
     let region = match region {
         None | Some(SampleRegion::Cell) => {
-            return if periodic {
+            return if cell.is_some() {
                 Ok(None)
             } else {
                 Err(unfit(key, "the packing has no periodic cell; give a region".into()))
@@ -116,7 +120,11 @@ fn region(
     {
         return Err(unfit(key, "the region has no particles".into()));
     }
-    region.volume().map_err(|error| unfit(key, error.to_string()))?;
+    let period = cell.map(|cell| Period::of(cell.matrix));
+    region
+        .volume()
+        .and_then(|_| region.check_period(period.as_ref()))
+        .map_err(|error| unfit(key, error.to_string()))?;
     Ok(Some(region))
 }
 
@@ -124,4 +132,26 @@ fn region(
 pub fn initial_positions(samples: &[ScheduledOperator], state: &State) -> Vec<Vec3> {
     let needed = samples.iter().any(|sample| sample.operator.definition().needs_initial_positions);
     if needed { state.particles.position.clone() } else { Vec::new() }
+}
+
+/// Members of every clump, as indices of `particles`. The ids of the particles are those of the packing; the spheres that
+/// clumps add follow.
+pub fn rigid_bodies(scenario: &Scenario, particles: &Particles) -> Vec<Vec<u32>> {
+    let added: usize = scenario.clumps.iter().filter_map(|clump| clump.spheres.as_ref()).map(Vec::len).sum();
+    let mut next = particles.len() - added.min(particles.len());
+    let member_if = |belongs: &dyn Fn(usize) -> bool| -> Vec<u32> {
+        (0..particles.len()).filter(|&p| belongs(p)).map(|p| p as u32).collect()
+    };
+    let members = |clump: &schema::Clump| match (&clump.set, &clump.spheres) {
+        (Some(set), _) => {
+            let bit = 1_u64 << set_index(scenario, set);
+            member_if(&|p| particles.tags[p] & bit != 0)
+        }
+        (None, spheres) => {
+            let ids = next..next + spheres.as_ref().map_or(0, Vec::len);
+            next = ids.end;
+            member_if(&|p| ids.contains(&(particles.id[p] as usize)))
+        }
+    };
+    scenario.clumps.iter().map(members).collect()
 }

@@ -4,20 +4,23 @@ use super::{AssemblyError, unfit};
 use crate::schema::quantity::vector;
 use crate::schema::{End, Selection};
 use concordem_contact::math::Vec3;
+use concordem_packing::TIE;
 use concordem_solver::state::{Particles, Sphere};
 
-/// Indices of the spheres in a selection, which belongs to the set `name`.
+/// Indices of the spheres in a selection, which belongs to the set `name`. Centers on the border belong to it, up to the
+/// relative tolerance [`TIE`].
 pub(super) fn select(selection: &Selection, spheres: &[Sphere], name: &str) -> Result<Vec<usize>, AssemblyError> {
     let chosen: Vec<usize> = match selection {
         Selection::All => (0..spheres.len()).collect(),
         Selection::Box { minimum, maximum } => {
             let (low, high) = (vector(minimum), vector(maximum));
-            let inside = |x: &Vec3| (0..3).all(|i| low[i] <= x[i] && x[i] <= high[i]);
+            let slack = (high - low) * TIE;
+            let inside = |x: &Vec3| (0..3).all(|i| low[i] - slack[i] <= x[i] && x[i] <= high[i] + slack[i]);
             (0..spheres.len()).filter(|&p| inside(&spheres[p].position)).collect()
         }
         Selection::Sphere { center, radius } => {
-            let center = vector(center);
-            (0..spheres.len()).filter(|&p| (spheres[p].position - center).norm() <= radius.si()).collect()
+            let (center, reach) = (vector(center), radius.si() * (1.0 + TIE));
+            (0..spheres.len()).filter(|&p| (spheres[p].position - center).norm() <= reach).collect()
         }
         Selection::Layer { axis, end, thickness } => {
             let axis = axis.index();
@@ -39,14 +42,15 @@ pub(super) fn select(selection: &Selection, spheres: &[Sphere], name: &str) -> R
 }
 
 /// Indices of the particles whose center lies within `thickness` of one end of the bounding box of the spheres; `extents`
-/// gives coordinate and radius of each.
+/// gives coordinate and radius of each. A distance equals the thickness up to the relative tolerance [`TIE`].
 pub(super) fn layer(extents: impl Iterator<Item = (f64, f64)> + Clone, end: End, thickness: f64) -> Vec<usize> {
     let (low, high) = bounds_along(extents.clone());
+    let reach = thickness * (1.0 + TIE);
     extents
         .enumerate()
         .filter(|(_, (x, _))| match end {
-            End::Minimum => x - low <= thickness,
-            End::Maximum => high - x <= thickness,
+            End::Minimum => x - low <= reach,
+            End::Maximum => high - x <= reach,
         })
         .map(|(p, _)| p)
         .collect()
@@ -66,4 +70,20 @@ pub(super) fn bounds_along(extents: impl Iterator<Item = (f64, f64)>) -> (f64, f
 pub(super) fn member_of_clump(particles: &Particles, chosen: &[usize]) -> Option<(u32, u32)> {
     let members = chosen.iter().filter(|&&p| particles.clump[p] != u32::MAX);
     members.map(|&p| (particles.id[p], particles.clump[p])).min()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Layers one and a half spheres thick take two rows at both ends of a chain of spheres, whatever the radius: the
+    /// center of the second row lies 3 radii from the end.
+    #[test]
+    fn layers_at_both_ends_are_equal() {
+        for radius in [1e-3, 0.7e-3, 0.6e-3, 0.3e-3, 1.1e-3, 1.3e-3] {
+            let extents = (0..12).map(|k| (2.0 * radius * f64::from(k), radius));
+            let rows = |end| layer(extents.clone(), end, 3.0 * radius);
+            assert_eq!((rows(End::Minimum), rows(End::Maximum)), (vec![0, 1], vec![10, 11]), "radius {radius}");
+        }
+    }
 }

@@ -1,8 +1,12 @@
 //! Sphere packs in HDF5: `position` (N×3, m), `radius` (N, m), and for a periodic pack `cell` (3×3, m; a row is an
-//! edge vector). Units are attributes. Any program may write such files; they have no checksum.
+//! edge vector). Units are attributes. Any program may write such files. Those of this program end with a seal
+//! ([`super::seal`]), which is checked if it is there; the attribute `kind` tells that it must be there.
 
 use std::path::Path;
 
+use super::checked_hdf5 as checked;
+use super::seal::{self, SealError};
+use crate::files;
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_packing::Packing;
 use concordem_solver::state::{Cell, Sphere};
@@ -17,30 +21,51 @@ pub fn options() -> hdf5::FileBuilder {
     options
 }
 
+/// Attribute of the packs that this program writes.
+const KIND: &str = "kind";
+
 /// Reads a sphere pack.
 ///
 /// # Errors
 /// What is missing or wrong with the file.
 pub fn read(path: &Path) -> Result<Packing, String> {
     hdf5::silence_errors(true);
+    let length = files::open_regular(path).and_then(|file| file.metadata()).map_err(|error| error.to_string())?.len();
+    let sealed = match seal::check(path) {
+        Ok(()) => true,
+        Err(SealError::Missing) => false,
+        Err(error) => return Err(format!("is damaged: {error}. Use an intact copy, or pack it again")),
+    };
     let file = options().open(path).map_err(|error| format!("not a readable HDF5 file: {error}"))?;
+    if !sealed && file.attr(KIND).is_ok() {
+        return Err(
+            "is cut off or changed: its closing mark is missing. Use an intact copy, or pack it again".to_owned()
+        );
+    }
     let column = |name: &str| -> Result<(Vec<usize>, Vec<f64>), String> {
         let dataset = file.dataset(name).map_err(|_| format!("has no dataset `{name}`"))?;
-        let values = dataset.read_raw::<f64>().map_err(|error| format!("dataset `{name}` is not of reals: {error}"))?;
+        let values = checked::values::<f64>(&dataset, length, true)
+            .map_err(|error| format!("dataset `{name}` is not of reals: {error}"))?;
         Ok((dataset.shape(), values))
     };
     let (shape, positions) = column("position")?;
-    let (_, radii) = column("radius")?;
+    let (radius_shape, radii) = column("radius")?;
     let count = radii.len();
-    if shape != [count, 3] {
-        return Err(format!("`position` has the shape {shape:?}; with {count} radii it must be [{count}, 3]"));
+    if radius_shape != [count] || shape != [count, 3] {
+        return Err(format!(
+            "`position` and `radius` have the shapes {shape:?} and {radius_shape:?}; they must be [N, 3] and [N]"
+        ));
     }
     let cell = if file.link_exists("cell") {
         let (shape, edges) = column("cell")?;
         if shape != [3, 3] {
             return Err(format!("`cell` has the shape {shape:?}; it must be [3, 3]"));
         }
-        Some(Cell::new(Mat3::from_column_slice(&edges)))
+        let cell = Cell::new(Mat3::from_column_slice(&edges));
+        if !cell.volume().is_normal() {
+            return Err(format!("`cell` is {edges:?}; it must have a finite volume"));
+        }
+        Some(cell)
     } else {
         None
     };
@@ -67,6 +92,7 @@ pub fn read(path: &Path) -> Result<Packing, String> {
 /// The file cannot be written.
 pub fn write(path: &Path, packing: &Packing) -> Result<(), String> {
     hdf5::silence_errors(true);
+    let path = &files::target(path).map_err(|error| error.to_string())?;
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
     let temporary = tempfile::Builder::new()
         .prefix(".spheres")
@@ -76,6 +102,8 @@ pub fn write(path: &Path, packing: &Packing) -> Result<(), String> {
         .into_temp_path();
     let fill = || -> hdf5::Result<()> {
         let file = options().create(&temporary)?;
+        let kind: hdf5::types::VarLenUnicode = "sphere pack".parse().unwrap_or_default();
+        file.new_attr::<hdf5::types::VarLenUnicode>().create(KIND)?.write_scalar(&kind)?;
         let positions: Vec<[f64; 3]> = packing.spheres.iter().map(|s| s.position.into()).collect();
         let flat: &[f64] = bytemuck::cast_slice(&positions);
         let place = file.new_dataset::<f64>().shape([packing.spheres.len(), 3]).create("position")?;
@@ -96,6 +124,7 @@ pub fn write(path: &Path, packing: &Packing) -> Result<(), String> {
         file.close()
     };
     fill().map_err(|error| error.to_string())?;
+    seal::append(&temporary).map_err(|error| error.to_string())?;
     temporary.persist(path).map_err(|error| error.to_string())
 }
 
@@ -124,5 +153,38 @@ mod tests {
         file.new_dataset::<f64>().shape([1]).create("radius").expect("a dataset");
         drop(file);
         assert!(read(&path).expect_err("no positions").contains("`position`"));
+    }
+
+    /// A changed byte, a cut, and a pack without its seal are refused; a pack of another program needs none.
+    #[test]
+    fn damaged_packs_are_refused() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("pack.h5");
+        let spheres = vec![Sphere { position: Vec3::new(0.1, 0.2, 0.3), radius: 0.5 }; 40];
+        write(&path, &Packing { spheres, cell: None }).expect("written");
+        let whole = std::fs::read(&path).expect("bytes");
+        for at in [whole.len() / 2, whole.len() - 1] {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 1;
+            std::fs::write(&path, bytes).expect("written");
+            let error = read(&path).expect_err("a changed byte");
+            assert!(error.contains("damaged"), "{error}");
+        }
+        std::fs::write(&path, &whole[..whole.len() - 56]).expect("written");
+        let error = read(&path).expect_err("no seal");
+        assert!(error.contains("closing mark"), "{error}");
+    }
+
+    /// A shape that the file cannot hold is refused before memory is asked for.
+    #[test]
+    fn impossible_shapes_are_refused() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("pack.h5");
+        let file = options().create(&path).expect("created");
+        file.new_dataset::<f64>().chunk([16, 3]).shape([1 << 40, 3]).create("position").expect("a dataset");
+        file.new_dataset::<f64>().chunk([16]).shape([1 << 40]).create("radius").expect("a dataset");
+        drop(file);
+        let error = read(&path).expect_err("terabytes");
+        assert!(error.contains("claims the shape"), "{error}");
     }
 }

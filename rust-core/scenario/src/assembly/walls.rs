@@ -1,10 +1,10 @@
 //! Walls of a scenario.
 
-use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
 use super::{AssemblyError, material_index, unfit};
+use crate::files::open_regular;
 use crate::schema::quantity::vector;
 use crate::schema::{self, Scenario, Side};
 use concordem_contact::math::Vec3;
@@ -18,6 +18,16 @@ pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Resu
         let material = material_index(scenario, &wall.material);
         for (name, shape) in shapes(name, &wall.shape, folder)? {
             state.walls.push(new(name, shape, material, velocity));
+        }
+    }
+    if let Some(cell) = &state.cell {
+        for wall in &state.walls {
+            wall.repeats_with(cell).map_err(|problem| {
+                unfit(
+                    "wall.shape",
+                    format!("wall `{}`: {problem}; or use \"facets\", or a packing without a cell", wall.name),
+                )
+            })?;
         }
     }
     if !state.walls.is_empty() && state.wall_contacts.is_none() {
@@ -66,7 +76,7 @@ fn shapes(name: String, shape: &schema::WallShape, folder: &Path) -> Result<Vec<
 fn triangles(folder: &Path, path: &str, unit: f64) -> Result<Vec<[Vec3; 3]>, AssemblyError> {
     let file = folder.join(path);
     let fail = |message: String| AssemblyError::File { path: file.display().to_string(), message };
-    let mut reader = BufReader::new(File::open(&file).map_err(|error| fail(error.to_string()))?);
+    let mut reader = BufReader::new(open_regular(&file).map_err(|error| fail(error.to_string()))?);
     let mesh = stl_io::read_stl(&mut reader).map_err(|error| fail(format!("not a readable STL file: {error}")))?;
     let corner = |index: usize| {
         mesh.vertices

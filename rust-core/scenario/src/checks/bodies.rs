@@ -6,6 +6,11 @@ use crate::schema::{Clump, Packing, ParticleSet, Quantity, Selection, WallShape}
 
 impl Checker<'_> {
     pub(super) fn walls(&mut self) {
+        if self.scenario.loading.drives_cell() && !self.scenario.walls.is_empty() {
+            let help = "rigid walls do not follow the deformation of a driven cell; remove the walls, or [loading]";
+            let message = format!("walls are not possible with \"{}\" loading", self.scenario.loading.kind());
+            self.conflict("wall[0]", message, help);
+        }
         for (at, wall) in self.scenario.walls.iter().enumerate() {
             self.known_material(&format!("wall[{at}].material"), &wall.material);
             let path = format!("wall[{at}].shape");

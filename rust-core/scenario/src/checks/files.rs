@@ -31,6 +31,10 @@ impl Checker<'_> {
         let full = directory.join(path);
         match std::fs::metadata(&full) {
             Ok(data) if data.is_dir() => self.add(ProblemKind::File, key, "is a folder", "name a file"),
+            Ok(data) if !data.is_file() => {
+                let message = "is a device, a pipe, or a socket, which may never end";
+                self.add(ProblemKind::File, key, message, "copy the data into a file, and name that");
+            }
             Ok(_) => {}
             Err(error) => {
                 let message = format!("cannot read {}: {error}", full.display());

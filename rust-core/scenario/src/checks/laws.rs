@@ -2,8 +2,26 @@
 
 use super::Checker;
 use super::structure::wording::listing;
-use crate::schema::{DeformableUpdate, Interface, LawName, Loading, ProblemKind};
+use crate::schema::{DeformableUpdate, Interface, LawName, Loading, ProblemKind, Scenario};
 use concordem_contact::law::{FaultKind, LawTable};
+
+/// Names of the materials that particles may have.
+fn materials_of_particles(scenario: &Scenario) -> Vec<&str> {
+    let mut names = vec![scenario.materials[0].name.as_str()];
+    names.extend(scenario.sets.iter().filter_map(|set| set.material.as_deref()));
+    names.extend(scenario.clumps.iter().filter_map(|clump| clump.material.as_deref()));
+    names
+}
+
+/// Names of the materials that particles or walls may have.
+pub(super) fn materials_of_contacts(scenario: &Scenario) -> Vec<&str> {
+    let mut names = materials_of_particles(scenario);
+    names.extend(scenario.walls.iter().map(|wall| wall.material.as_str()));
+    if let Loading::Platens { material, .. } = &scenario.loading {
+        names.push(material);
+    }
+    names
+}
 
 impl Checker<'_> {
     /// Names of materials, and the parameter tables of materials and interfaces.
@@ -24,6 +42,13 @@ impl Checker<'_> {
         }
         for (at, interface) in scenario.interfaces.iter().enumerate() {
             self.interface(at, interface);
+            for (law, table) in interface.tables() {
+                for key in table.keys_of_particles() {
+                    let help = "give it in the [[material]] of the particles, or remove it here";
+                    let message = "has no effect between materials: it is a property of the particles of one material";
+                    self.conflict(&format!("interface[{at}].{}.{key}", law.key()), message, help);
+                }
+            }
         }
     }
 
@@ -74,14 +99,7 @@ impl Checker<'_> {
     /// The laws of bonds and contacts, and the parameters that they require of every material in use.
     pub(super) fn laws(&mut self) {
         let scenario = self.scenario;
-        let mut of_particles = vec![scenario.materials[0].name.as_str()];
-        of_particles.extend(scenario.sets.iter().filter_map(|set| set.material.as_deref()));
-        of_particles.extend(scenario.clumps.iter().filter_map(|clump| clump.material.as_deref()));
-        let mut of_contacts = of_particles.clone();
-        of_contacts.extend(scenario.walls.iter().map(|wall| wall.material.as_str()));
-        if let Loading::Platens { material, .. } = &scenario.loading {
-            of_contacts.push(material);
-        }
+        let (of_particles, of_contacts) = (materials_of_particles(scenario), materials_of_contacts(scenario));
         let mut required: Vec<(&str, LawName, &[&str])> = Vec::new();
         if let Some(bonds) = &scenario.bonds {
             if bonds.coordination.is_some() && bonds.interaction_ratio.si() != 1.0 {

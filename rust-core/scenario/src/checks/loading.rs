@@ -1,7 +1,7 @@
 //! Checks of the loading, of initial velocities beside it, and of the end of the run.
 
 use super::{Checker, SYMMETRY, components, length};
-use crate::schema::quantity::{AngularVelocity, Length, StrainRate, Stress};
+use crate::schema::quantity::{AngularVelocity, CrossSection, Length, StrainRate, Stress};
 use crate::schema::{Axis, Loading, Shape};
 
 impl Checker<'_> {
@@ -21,6 +21,13 @@ impl Checker<'_> {
         if by_ends && periodic {
             let help = "use \"cell-strain\" loading, or cut out a specimen with another [packing.shape]";
             self.conflict("loading.kind", format!("a periodic cell has no ends for \"{kind}\" loading"), help);
+        }
+        if let Loading::Uniaxial { area: Some(CrossSection::Hull), .. }
+        | Loading::Platens { area: Some(CrossSection::Hull), .. } = &scenario.loading
+            && scenario.dimension == 2
+        {
+            let help = "remove `area`, or give width times depth: area = \"50 mm^2\"";
+            self.conflict("loading.area", "the hull of spheres is no cross-section of discs", help);
         }
         match &scenario.loading {
             Loading::None => {}
@@ -168,8 +175,8 @@ impl Checker<'_> {
 /// Length of a shape along an axis, m.
 fn length_along(shape: &Shape, along: Axis) -> Option<f64> {
     match shape {
-        Shape::Box { size } => Some(size[along.index()].si()),
-        Shape::Cylinder { radius, height, axis } | Shape::Hyperboloid { radius, height, axis, .. } => {
+        Shape::Box { size, .. } => Some(size[along.index()].si()),
+        Shape::Cylinder { radius, height, axis, .. } | Shape::Hyperboloid { radius, height, axis, .. } => {
             Some(if *axis == along { height.si() } else { 2.0 * radius.si() })
         }
         Shape::Mesh { .. } | Shape::Periodic { .. } => None,

@@ -13,11 +13,13 @@ mod plane;
 mod read;
 mod samples;
 mod structure;
+mod unused;
 
 use crate::schema::quantity::{Dimension, Length};
 use crate::schema::{Document, Problem, ProblemKind, Quantity, Scenario};
 use structure::wording::{listing, nearest};
 
+pub(crate) use packing::{OVERLAP_BONDED, OVERLAP_UNBONDED};
 pub use samples::Misuse;
 
 /// Relative difference up to which two components of a tensor count as equal; it allows for unit conversion.
@@ -127,7 +129,7 @@ fn components<D: Dimension>(quantities: &[Quantity<D>; 3]) -> [f64; 3] {
 }
 
 /// A length for messages, in m, mm, or um.
-fn length(meters: f64) -> String {
+pub(crate) fn length(meters: f64) -> String {
     let (scale, unit) = if meters >= 1.0 {
         (1.0, "m")
     } else if meters >= 1e-4 {

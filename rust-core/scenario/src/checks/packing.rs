@@ -1,17 +1,19 @@
 //! Checks of the packing: sizes, number of particles, and overlaps.
 
 use super::{Checker, length};
-use crate::schema::quantity::Length;
+use crate::schema::quantity::{Length, vector};
 use crate::schema::{Lattice, Packing, Radii, Shape};
-use concordem_contact::math::Vec3;
+use concordem_contact::math::{Mat3, Vec3};
+use concordem_solver::neighbor::{CandidatePair, candidate_pairs};
+use concordem_solver::state::Cell;
 
 /// Largest number of particles: identifiers have 32 bits.
 const MOST_PARTICLES: f64 = u32::MAX as f64;
 /// Overlap, as a fraction of the smaller radius, above which two listed spheres count as a mistake. Without bonds the
 /// elastic energy of an overlap shoots the pair apart; a hundredth allows for rounded coordinates.
-const OVERLAP_UNBONDED: f64 = 0.01;
+pub(crate) const OVERLAP_UNBONDED: f64 = 0.01;
 /// The same for bonded spheres, which may be free of force at an overlap.
-const OVERLAP_BONDED: f64 = 0.5;
+pub(crate) const OVERLAP_BONDED: f64 = 0.5;
 /// Number of overlapping pairs that are reported one by one.
 const PAIRS_REPORTED: usize = 5;
 
@@ -37,7 +39,7 @@ impl Checker<'_> {
                     self.range("packing.spheres", "no spheres", "list at least one as [x, y, z, radius]");
                 }
                 self.radii_of_spheres("packing.spheres", spheres);
-                self.overlaps("packing.spheres", spheres);
+                self.overlaps("packing.spheres", spheres, cell.as_ref());
                 if let Some(cell) = cell {
                     self.cell_of_spheres(cell, spheres);
                 }
@@ -84,6 +86,10 @@ impl Checker<'_> {
     fn lattice(&mut self, lattice: Lattice, radius: Length, repeats: Option<[u64; 3]>, shape: Option<&Shape>) {
         if let Some(shape) = shape {
             self.shape(shape, Some((radius.si(), radius.si())), true);
+        }
+        if repeats.is_some() && shape.is_some_and(|shape| !matches!(shape, Shape::Periodic { .. })) {
+            let help = "the lattice fills the shape: remove `repeats`, or remove the shape";
+            self.conflict("packing.repeats", "has no effect with a shape", help);
         }
         match (repeats, shape) {
             (None, None | Some(Shape::Periodic { .. })) => self.missing(
@@ -182,14 +188,15 @@ impl Checker<'_> {
         }
     }
 
-    /// Overlaps between listed spheres.
-    fn overlaps(&mut self, key: &str, spheres: &[[Length; 4]]) {
+    /// Overlaps between listed spheres, also across the border of the periodic cell.
+    fn overlaps(&mut self, key: &str, spheres: &[[Length; 4]], cell: Option<&[Length; 3]>) {
         let bonded = self.scenario.bonds.is_some();
-        let found = overlapping_pairs(spheres, if bonded { OVERLAP_BONDED } else { OVERLAP_UNBONDED });
+        let found = overlapping_pairs(spheres, cell, if bonded { OVERLAP_BONDED } else { OVERLAP_UNBONDED });
         let count = found.len();
-        for (a, b, overlap) in found.into_iter().take(PAIRS_REPORTED) {
+        for Overlap { a, b, across, depth } in found.into_iter().take(PAIRS_REPORTED) {
             let others = if count > PAIRS_REPORTED { format!(" ({count} pairs overlap)") } else { String::new() };
-            let message = format!("overlaps sphere {a} by {}{others}", length(overlap));
+            let border = if across { " across the border of the cell" } else { "" };
+            let message = format!("overlaps sphere {a}{border} by {}{others}", length(depth));
             let help = if bonded {
                 "move it or make it smaller; bonded spheres may overlap by half of the smaller radius"
             } else {
@@ -200,30 +207,38 @@ impl Checker<'_> {
     }
 }
 
-/// Pairs of spheres that overlap by more than a fraction of the smaller radius, with the overlap, m.
-fn overlapping_pairs(spheres: &[[Length; 4]], allowed: f64) -> Vec<(usize, usize, f64)> {
-    let center = |at: usize| Vec3::new(spheres[at][0].si(), spheres[at][1].si(), spheres[at][2].si());
-    let radius = |at: usize| spheres[at][3].si();
-    // Sweep along x: compare a sphere with those that begin before it ends.
-    let mut order: Vec<usize> = (0..spheres.len()).filter(|&at| radius(at) > 0.0).collect();
-    order.sort_by(|&a, &b| (center(a).x - radius(a)).total_cmp(&(center(b).x - radius(b))).then(a.cmp(&b)));
-    let mut found = Vec::new();
-    for (rank, &a) in order.iter().enumerate() {
-        for &b in order[rank + 1..].iter().take_while(|&&b| center(b).x - radius(b) < center(a).x + radius(a)) {
-            let overlap = radius(a) + radius(b) - (center(b) - center(a)).norm();
-            if overlap > allowed * radius(a).min(radius(b)) {
-                found.push((a.min(b), a.max(b), overlap));
-            }
-        }
-    }
-    found.sort_by_key(|&(a, b, _)| (a, b));
-    found
+/// Two spheres that overlap.
+struct Overlap {
+    a: usize,
+    b: usize,
+    /// Whether the sphere `a` overlaps a periodic image of `b`.
+    across: bool,
+    /// Depth of the overlap, m.
+    depth: f64,
+}
+
+/// Pairs of spheres that overlap by more than a fraction of the smaller radius, by ascending numbers.
+fn overlapping_pairs(spheres: &[[Length; 4]], cell: Option<&[Length; 3]>, allowed: f64) -> Vec<Overlap> {
+    let position: Vec<Vec3> = spheres.iter().map(|s| Vec3::new(s[0].si(), s[1].si(), s[2].si())).collect();
+    // Other checks refuse radii and edges that are not positive.
+    let radius: Vec<f64> = spheres.iter().map(|sphere| sphere[3].si().max(0.0)).collect();
+    let cell = cell.map(|edges| Cell::new(Mat3::from_diagonal(&vector(edges))));
+    let Ok(pairs) = candidate_pairs(&position, &radius, cell.as_ref()) else { return Vec::new() };
+    let overlap = |pair: CandidatePair| {
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        let shift = cell.map_or_else(Vec3::zeros, |cell| cell.shift(pair.image));
+        let depth = radius[a] + radius[b] - (position[b] + shift - position[a]).norm();
+        let deep = radius[a] > 0.0 && radius[b] > 0.0 && depth > allowed * radius[a].min(radius[b]);
+        // A cell so narrow that a sphere touches its own image is refused as such.
+        (deep && a != b).then_some(Overlap { a, b, across: pair.image != [0; 3], depth })
+    };
+    pairs.into_iter().filter_map(overlap).collect()
 }
 
 /// A lower bound of the volume of a shape, m³, if it is known without reading a file.
 fn volume(shape: &Shape) -> Option<f64> {
     match shape {
-        Shape::Box { size } => Some(size.iter().map(|edge| edge.si()).product()),
+        Shape::Box { size, .. } => Some(size.iter().map(|edge| edge.si()).product()),
         Shape::Cylinder { radius, height, .. } => Some(3.0 * radius.si() * radius.si() * height.si()),
         Shape::Hyperboloid { radius, waist_radius, height, .. } => {
             Some(3.0 * waist_radius.si() * radius.si() * height.si())
@@ -235,7 +250,7 @@ fn volume(shape: &Shape) -> Option<f64> {
 /// Widths of a shape, m, with their keys.
 fn widths(shape: &Shape) -> Vec<(String, f64)> {
     match shape {
-        Shape::Box { size } => {
+        Shape::Box { size, .. } => {
             size.iter().enumerate().map(|(at, edge)| (format!("packing.shape.size[{at}]"), edge.si())).collect()
         }
         Shape::Cylinder { radius, height, .. } => {

@@ -1,8 +1,8 @@
 //! Checks of two dimensions: nothing leaves the plane z = 0.
 
 use super::{Checker, components};
-use crate::schema::quantity::Component;
-use crate::schema::{Axis, Loading, Packing};
+use crate::schema::quantity::{Component, Length};
+use crate::schema::{Axis, LawName, Loading, Packing, WallShape};
 
 const HELP: &str = "with dimension = 2 everything stays in the plane z = 0 and rotates about z";
 
@@ -12,7 +12,9 @@ type Entry = (String, [f64; 3], bool);
 impl Checker<'_> {
     pub(super) fn plane(&mut self) {
         self.packing_in_plane();
+        self.laws_in_plane();
         self.clumps_in_plane();
+        self.walls_in_plane();
         let mut outside = self.loading_out_of_plane();
         for (key, value, is_rotation) in self.vectors() {
             let forbidden: &[usize] = if is_rotation { &[0, 1] } else { &[2] };
@@ -32,12 +34,59 @@ impl Checker<'_> {
                 let help = "use \"square\" or \"triangular\", or dimension = 3";
                 self.conflict("packing.lattice", "not a planar lattice", help);
             }
-            Packing::Spheres { spheres, .. } => {
+            Packing::Spheres { spheres, cell } => {
+                self.cell_in_plane(cell.as_ref());
                 if let Some(at) = spheres.iter().position(|sphere| sphere[2].si() != 0.0) {
                     self.conflict(&format!("packing.spheres[{at}][2]"), "not in the plane z = 0", HELP);
                 }
             }
+            Packing::File { cell, .. } => self.cell_in_plane(cell.as_ref()),
             _ => {}
+        }
+    }
+
+    /// Laws of spheres have no meaning between discs of unit depth.
+    fn laws_in_plane(&mut self) {
+        let scenario = self.scenario;
+        let bonds = scenario.bonds.as_ref().map(|bonds| bonds.law);
+        let in_use = |law: LawName| bonds == Some(law) || scenario.contacts.law.law() == Some(law);
+        let materials = scenario.materials.iter().enumerate();
+        let interfaces = scenario.interfaces.iter().enumerate();
+        let tables = materials
+            .map(|(at, material)| (format!("material[{at}]"), material.tables()))
+            .chain(interfaces.map(|(at, interface)| (format!("interface[{at}]"), interface.tables())));
+        for (owner, tables) in tables {
+            for (law, table) in tables.into_iter().filter(|(law, _)| in_use(*law)) {
+                let Some(fault) = table.fault_in_plane() else { continue };
+                let path = format!("{owner}.{}", law.key());
+                let key = if fault.key.is_empty() { path } else { format!("{path}.{}", fault.key) };
+                self.conflict(&key, fault.message, fault.help);
+            }
+        }
+    }
+
+    /// Walls act in the plane: they stand upright on it.
+    fn walls_in_plane(&mut self) {
+        for (at, wall) in self.scenario.walls.iter().enumerate() {
+            let path = format!("wall[{at}].shape");
+            match &wall.shape {
+                WallShape::Plane { normal, .. } if normal[2].si() != 0.0 => {
+                    self.conflict(&format!("{path}.normal[2]"), "leads out of the plane", HELP);
+                }
+                WallShape::Cylinder { axis: Axis::X | Axis::Y, .. } => {
+                    let help = "write axis = \"z\", a circle in the plane";
+                    self.conflict(&format!("{path}.axis"), "the cylinder lies in the plane", help);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The cell of a plane packing is as deep as the discs.
+    fn cell_in_plane(&mut self, cell: Option<&[Length; 3]>) {
+        if cell.is_some_and(|cell| cell[2].si() != 1.0) {
+            let help = "write 1: with dimension = 2 discs and cell are 1 m deep, and forces are those of this depth";
+            self.conflict("packing.cell[2]", "the depth of a plane cell is not 1 m", help);
         }
     }
 
@@ -67,8 +116,9 @@ impl Checker<'_> {
                 self.conflict("loading.kind", "torsion rotates the ends out of the plane", help);
             }
             Loading::CellStrain { velocity_gradient } => {
-                let row = velocity_gradient[2].iter().enumerate().filter(|(_, rate)| rate.si() != 0.0);
-                return row.map(|(column, _)| format!("loading.velocity_gradient[2][{column}]")).collect();
+                let places = [(2, 0), (2, 1), (2, 2), (0, 2), (1, 2)];
+                let outside = places.into_iter().filter(|&(row, column)| velocity_gradient[row][column].si() != 0.0);
+                return outside.map(|(row, column)| format!("loading.velocity_gradient[{row}][{column}]")).collect();
             }
             Loading::CellStress { stress, .. } => {
                 let row = stress[2].iter().enumerate().filter(|(_, component)| component.si() != 0.0);

@@ -34,7 +34,7 @@ impl Scenario {
     /// The file cannot be read, is not UTF-8, or holds a faulty scenario.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let name = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|error| ReadError::Io { path: path.to_owned(), error })?;
+        let bytes = crate::files::read_short(path).map_err(|error| ReadError::Io { path: path.to_owned(), error })?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let start = error.utf8_error().valid_up_to();
             let line = error.as_bytes()[..start].split(|byte| *byte == b'\n').count();

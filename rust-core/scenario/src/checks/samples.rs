@@ -7,6 +7,9 @@ use crate::schema::quantity::vector;
 use crate::schema::{OperatorSample, SampleRegion};
 use concordem_operator::Truncation;
 
+/// Largest number of values of one record: 0.8 GB.
+const MOST_VALUES: f64 = 1e8;
+
 /// A fault of a sample: keys that contradict each other.
 pub struct Misuse {
     /// Key within the table of the sample.
@@ -29,6 +32,7 @@ impl OperatorSample {
         self.unused_key()
             .or_else(|| self.missing_wall())
             .or_else(|| self.unfit_region())
+            .or_else(|| self.region_out_of_plane(dimension))
             .or_else(|| self.unfit_options(dimension))
             .or_else(|| self.unfit_grid(dimension))
     }
@@ -84,6 +88,16 @@ impl OperatorSample {
         Some(Misuse::new(key, message, rule.example()))
     }
 
+    /// A region with a depth of its own in two dimensions, where stresses are per unit of depth.
+    fn region_out_of_plane(&self, dimension: u8) -> Option<Misuse> {
+        let solid = matches!(self.region, Some(SampleRegion::Cylinder { .. } | SampleRegion::Ellipsoid { .. }));
+        (dimension == 2 && solid).then(|| {
+            let help =
+                "use kind = \"sphere\" for a disc, \"box\" for a rectangle, or \"half-spaces\" with the area times 1 m";
+            Misuse::new("region", "with dimension = 2 a region has unit depth, and this one has its own", help)
+        })
+    }
+
     /// Options that the region does not allow.
     fn unfit_options(&self, dimension: u8) -> Option<Misuse> {
         let (is_cell, is_list) = (self.is_cell(), self.is_list());
@@ -110,6 +124,15 @@ impl OperatorSample {
         if grid.contains(&0) {
             let help = "write grid = [4, 4, 8], with 1 in directions that are not divided";
             return Some(Misuse::new("grid", "the number of cells must be at least 1", help));
+        }
+        // In floating point: the product may exceed any integer.
+        let values = grid.iter().map(|n| *n as f64).product::<f64>() * self.operator.width() as f64;
+        if values > MOST_VALUES {
+            let message = format!(
+                "each record would hold {values:.3e} numbers, {:.3e} GB; at most {MOST_VALUES:.0e} are possible",
+                values * 8e-9
+            );
+            return Some(Misuse::new("grid", message, "use fewer cells, or a smaller box"));
         }
         if !matches!(self.region, Some(SampleRegion::Box { .. })) {
             let help = "write region = { kind = \"box\", minimum = [...], maximum = [...] }";

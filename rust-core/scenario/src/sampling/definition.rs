@@ -167,6 +167,8 @@ pub(super) struct Sampling<'a> {
     pub(super) state: &'a SampledState<'a>,
     /// Contacts between particles, with forces.
     pub(super) contacts: ContactSet<'a>,
+    /// The same with the forces inside rigid bodies: all that carries stress from particle to particle.
+    pub(super) carrying: ContactSet<'a>,
     /// Periodic images with their rate of change.
     pub(super) period: Option<Period>,
 }

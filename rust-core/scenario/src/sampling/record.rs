@@ -80,6 +80,6 @@ series! {
     damaged: "1",
     /// Bonds and contacts that carry force
     contacts: "1",
-    /// Root mean square of net force on free particles over root mean square contact force
+    /// Net force on free bodies over contact force, or net moment over that of the contacts if larger (root mean squares)
     unbalanced: "1",
 }

@@ -4,7 +4,7 @@ use super::definition::{Row, Sampling};
 use super::operators::Operator;
 use super::state::SampledState;
 use concordem_contact::math::{Mat3, Vec3};
-use concordem_operator::stress::Partition;
+use concordem_operator::stress::{Partition, region_stress};
 use concordem_operator::{OperatorError, Region, Truncation};
 
 /// Region of a scheduled operator.
@@ -62,7 +62,8 @@ impl ScheduledOperator {
 
     /// Values at a state: for each of [`Operator::quantities`], for each cell of the grid (x fastest), its components.
     ///
-    /// An empty region gives not-a-number, not an error, because a moving region may pass through empty space.
+    /// An empty region gives not-a-number, not an error, because a moving region may pass through empty space; so do
+    /// half-spaces that the deforming cell no longer bounds.
     ///
     /// # Errors
     /// The operator cannot be evaluated on this state.
@@ -71,9 +72,9 @@ impl ScheduledOperator {
             .regions(state)
             .iter()
             .map(|region| match self.row(region, state) {
-                Err(OperatorError::EmptyRegion { .. } | OperatorError::Flat { .. }) => {
-                    Ok(vec![f64::NAN; self.operator.width()])
-                }
+                Err(
+                    OperatorError::EmptyRegion { .. } | OperatorError::Flat { .. } | OperatorError::Unbounded { .. },
+                ) => Ok(vec![f64::NAN; self.operator.width()]),
                 other => other,
             })
             .collect::<Result<Vec<_>, _>>()?;
@@ -87,6 +88,44 @@ impl ScheduledOperator {
             first = last;
         }
         Ok(values)
+    }
+
+    /// Moments `V_p σ_p` (J) of the particles in the region, by index; see
+    /// [`particle_moments`](concordem_operator::stress::particle_moments).
+    ///
+    /// # Errors
+    /// The forces do not fit the particles.
+    pub fn particle_moments(&self, state: &SampledState<'_>) -> Result<Vec<(usize, Mat3)>, OperatorError> {
+        let (moments, period) = (state.particle_moments(self.partition)?, state.period());
+        let regions = self.regions(state);
+        let images: Vec<_> = regions.iter().map(|region| region.images(period.as_ref())).collect();
+        let inside = |p: usize| {
+            let x = &state.particles.position[p];
+            images.iter().any(|images| images.inside(p, x).next().is_some())
+        };
+        Ok(moments.into_iter().enumerate().filter(|(p, _)| inside(*p)).collect())
+    }
+
+    /// Whether no particle and no contact lies in the region now.
+    ///
+    /// # Errors
+    /// The region has no valid shape.
+    pub fn is_empty(&self, state: &SampledState<'_>) -> Result<bool, OperatorError> {
+        if self.wall.is_some() {
+            return Ok(false);
+        }
+        let (contacts, period) = (state.forces.contacts.set(state.particles)?, state.period());
+        for region in self.regions(state) {
+            let images = region.images(period.as_ref());
+            let mut positions = state.particles.position.iter().enumerate();
+            let list = matches!(region, Region::Particles { .. });
+            let truncation = if list { Truncation::HalfCrossing } else { Truncation::BranchClipped };
+            let found = region_stress(&contacts, &region, truncation, period.as_ref())?;
+            if positions.any(|(p, x)| images.inside(p, x).next().is_some()) || found.full + found.partial > 0.0 {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// The region now, or the cells of its grid.
@@ -111,7 +150,10 @@ impl ScheduledOperator {
     /// Values in one region.
     fn row(&self, region: &Region, state: &SampledState<'_>) -> Result<Vec<f64>, OperatorError> {
         let contacts = state.forces.contacts.set(state.particles)?;
-        let sampling = Sampling { sample: self, region, state, contacts, period: state.period() };
+        let (period, joined) = (state.period(), state.carrying());
+        let carrying = joined.as_ref().map_or(Ok(contacts), |joined| joined.set(state.particles))?;
+        region.check_period(period.as_ref())?;
+        let sampling = Sampling { sample: self, region, state, contacts, carrying, period };
         let mut row = Row::default();
         (self.operator.definition().evaluate)(&sampling, &mut row)?;
         Ok(row.0)

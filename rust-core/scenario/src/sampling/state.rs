@@ -5,14 +5,18 @@ use std::sync::OnceLock;
 use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::math::{Mat3, Quat, Vec3, atan2};
 use concordem_operator::strain::Dimension;
+use concordem_operator::stress::{Partition, particle_moments};
 use concordem_operator::tessellation::{Mesh, delaunay};
 use concordem_operator::{ContactSet, LoadSet, OperatorError, Period, couple_stress};
-use concordem_solver::record::Forces;
+use concordem_solver::record::{ContactForces, Forces};
+use concordem_solver::state::particles::Load;
 use concordem_solver::state::{Cell, Constraint, Particles, State};
 
 /// Bonds as the damage tensor reads them: one entry per bond in each list.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Bonds {
+    /// Particles A and B, by index.
+    pub pair: Vec<[u32; 2]>,
     /// Midpoint, m.
     pub midpoint: Vec<Vec3>,
     /// Unit vector along the bond.
@@ -24,26 +28,36 @@ pub struct Bonds {
 }
 
 impl Bonds {
-    /// The bonds of a state, broken ones included at the present position of their particle A.
-    pub fn of(state: &State) -> Self {
+    /// The bonds of a state at its present positions, with the damage that `forces` were recorded with: stress and damage of
+    /// one row belong together. Broken bonds keep the direction at which they broke, from the present position of their
+    /// particle A.
+    pub fn of(state: &State, forces: &Forces) -> Self {
         let mut bonds = Self::default();
+        let mut damage = forces.contacts.damage.iter();
+        let position = &state.particles.position;
         for block in &state.bonds {
             for k in 0..block.len() {
                 let view = block.view(k);
-                let a = &state.particles.position[view.pair.a as usize];
-                bonds.push(a, &view.previous, [block.damage(k), block.lost_strength(k)]);
+                let [a, b] = [view.pair.a as usize, view.pair.b as usize];
+                let shift = state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(view.flags.image));
+                let branch = position[b] + shift - position[a];
+                let damage = damage.next().copied().unwrap_or_else(|| [block.damage(k), block.lost_strength(k)]);
+                bonds.push([view.pair.a, view.pair.b], &position[a], &branch, damage);
             }
         }
         for bond in &state.broken {
-            bonds.push(&state.particles.position[bond.pair.a as usize], &bond.previous, [1.0, 1.0]);
+            let PreviousGeometry { normal, length } = bond.previous;
+            let a = &position[bond.pair.a as usize];
+            bonds.push([bond.pair.a, bond.pair.b], a, &(normal * length), [1.0, 1.0]);
         }
         bonds
     }
 
-    /// Add a bond whose particle A is at `a` (m), with its damage and lost strength.
-    pub fn push(&mut self, a: &Vec3, geometry: &PreviousGeometry, [damage, lost_strength]: [f64; 2]) {
-        self.midpoint.push(a + geometry.normal * (0.5 * geometry.length));
-        self.normal.push(geometry.normal);
+    /// Add a bond between the particles `pair`: position of A (m), branch vector (m), damage and lost strength.
+    pub fn push(&mut self, pair: [u32; 2], a: &Vec3, branch: &Vec3, [damage, lost_strength]: [f64; 2]) {
+        self.pair.push(pair);
+        self.midpoint.push(a + branch * 0.5);
+        self.normal.push(branch.normalize());
         self.damage.push(damage);
         self.lost_strength.push(lost_strength);
     }
@@ -61,6 +75,8 @@ pub struct SampledState<'a> {
     pub bonds: &'a Bonds,
     /// Contact forces.
     pub forces: &'a Forces,
+    /// Forces inside rigid bodies; see [`rigid_links`].
+    pub links: &'a ContactForces,
     /// Position of every particle at the start, m; may be empty unless an operator needs them.
     pub initial_positions: &'a [Vec3],
     /// Delaunay mesh of the initial positions, built at its first use.
@@ -90,6 +106,20 @@ pub(super) struct Motion {
 }
 
 impl SampledState<'_> {
+    /// Contacts and the links inside rigid bodies in one list; `None` without rigid bodies.
+    pub(super) fn carrying(&self) -> Option<ContactForces> {
+        if self.links.pair.is_empty() {
+            return None;
+        }
+        let mut all = self.forces.contacts.clone();
+        all.pair.extend(&self.links.pair);
+        all.branch.extend(&self.links.branch);
+        all.point.extend(&self.links.point);
+        all.force.extend(&self.links.force);
+        all.moment.extend(&self.links.moment);
+        Some(all)
+    }
+
     /// Dimension of space.
     pub(super) fn dimension(&self) -> Dimension {
         if self.planar { Dimension::Two } else { Dimension::Three }
@@ -122,7 +152,13 @@ impl SampledState<'_> {
                 period: self.period(),
             };
         }
-        let displacements = particles.position.iter().zip(self.initial_positions).map(|(now, then)| now - then);
+        let cell = self.cell.as_ref();
+        let displacements = particles
+            .position
+            .iter()
+            .zip(self.initial_positions)
+            .enumerate()
+            .map(|(p, (now, then))| now - then + particles.unwrapping(p, cell));
         Motion {
             position: self.initial_positions.to_vec(),
             displacement: displacements.collect(),
@@ -132,6 +168,18 @@ impl SampledState<'_> {
                 .zip(self.initial_edges())
                 .map(|(cell, edges)| Period { edges, change: cell.matrix - edges }),
         }
+    }
+
+    /// Moments `V_p σ_p` (J) of all particles, with those of walls, given loads, and rigid bodies.
+    pub(super) fn particle_moments(&self, partition: Partition) -> Result<Vec<Mat3>, OperatorError> {
+        let particles = self.particles;
+        let joined = self.carrying();
+        let contacts = joined.as_ref().unwrap_or(&self.forces.contacts).set(particles)?;
+        let mut moments = particle_moments(&contacts, &self.forces.walls.set(particles)?, partition);
+        for load in &particles.loads {
+            moments[load.particle as usize] += surface_moment(particles, load);
+        }
+        Ok(moments)
     }
 
     /// Volume of every particle, m³.
@@ -144,10 +192,11 @@ impl SampledState<'_> {
         self.particles.position.iter().sum::<Vec3>() / self.particles.len().max(1) as f64
     }
 
-    /// External loads on the body: the forces of walls, and the reactions of prescribed degrees of freedom.
+    /// External loads on the body: the forces of walls, given forces and moments, and the reactions of prescribed degrees of
+    /// freedom.
     ///
-    /// A reaction is the opposite of what contacts, walls, and weight exert along its degree of freedom; this holds as
-    /// long as the prescribed motion has no acceleration.
+    /// A reaction is the opposite of what contacts, walls, given loads, and weight exert along its degree of freedom; this
+    /// holds as long as the prescribed motion has no acceleration.
     pub(super) fn external_loads(&self, contacts: &ContactSet<'_>) -> Loads {
         let particles = self.particles;
         let walls = &self.forces.walls;
@@ -156,8 +205,20 @@ impl SampledState<'_> {
             point: walls.point.clone(),
             force: walls.force.clone(),
             moment: walls.moment.clone(),
+            surface: Mat3::zeros(),
         };
-        if particles.constraint.iter().all(|c| *c == Constraint::FREE) {
+        for load in &particles.loads {
+            let p = load.particle as usize;
+            loads.particle.push(load.particle);
+            loads.point.push(particles.position[p]);
+            loads.force.push(load.force);
+            loads.moment.push(load.moment);
+            loads.surface += surface_moment(particles, load);
+        }
+        // Discs keep to the plane without a support.
+        let given = if self.planar { Constraint(!Constraint::OUT_OF_PLANE.0) } else { Constraint::ALL };
+        let prescribed = |constraint: &Constraint| Constraint(constraint.0 & given.0);
+        if particles.constraint.iter().all(|constraint| prescribed(constraint) == Constraint::FREE) {
             return loads;
         }
         let mut net = couple_stress::resultants(contacts);
@@ -166,8 +227,13 @@ impl SampledState<'_> {
             net[p].force += walls.force[k];
             net[p].moment += (walls.point[k] - particles.position[p]).cross(&walls.force[k]) + walls.moment[k];
         }
+        for load in &particles.loads {
+            net[load.particle as usize].force += load.force;
+            net[load.particle as usize].moment += load.moment;
+        }
         for (p, constraint) in particles.constraint.iter().enumerate() {
-            if *constraint == Constraint::FREE {
+            let constraint = prescribed(constraint);
+            if constraint == Constraint::FREE {
                 continue;
             }
             let reaction = |prescribed: &dyn Fn(usize) -> bool, load: Vec3| {
@@ -183,12 +249,71 @@ impl SampledState<'_> {
     }
 }
 
+/// `R n⊗f` (N·m) of a load that acts on the surface of its particle; zero for loads on the body.
+fn surface_moment(particles: &Particles, load: &Load) -> Mat3 {
+    load.dyad.matrix() * particles.radius[load.particle as usize]
+}
+
+/// Forces inside rigid bodies, as contacts between their members: what operators of stress need beside the contacts.
+///
+/// A member that contacts, walls, or given loads act on passes its net force `F` and moment `M` on to the body. The body is in
+/// equilibrium with them and with its inertia, of which a member of mass `m` in a body of mass `Σm` takes `F_body m/Σm`
+/// (weight is part of it). So a straight link from the member nearest to the center of mass transmits
+/// `F − F_body m/Σm` and `M` to each other member. The mean stress of the body does not depend on the choice of that member,
+/// since these forces have no sum; their lines inside the body are a choice, which matters only for regions that cut the
+/// body. The inertia of rotation is left out.
+pub fn rigid_links(
+    particles: &Particles,
+    forces: &Forces,
+    bodies: &[Vec<u32>],
+) -> Result<ContactForces, OperatorError> {
+    let mut links = ContactForces::default();
+    if bodies.is_empty() {
+        return Ok(links);
+    }
+    let mut net = couple_stress::resultants(&forces.contacts.set(particles)?);
+    let walls = &forces.walls;
+    for k in 0..walls.particle.len() {
+        let p = walls.particle[k] as usize;
+        net[p].force += walls.force[k];
+        net[p].moment += (walls.point[k] - particles.position[p]).cross(&walls.force[k]) + walls.moment[k];
+    }
+    for load in &particles.loads {
+        net[load.particle as usize].force += load.force;
+        net[load.particle as usize].moment += load.moment;
+    }
+    for members in bodies {
+        let of = |p: u32| p as usize;
+        let mass: f64 = members.iter().map(|&m| particles.mass[of(m)]).sum();
+        let total: Vec3 = members.iter().map(|&m| net[of(m)].force).sum();
+        let weighted: Vec3 = members.iter().map(|&m| particles.position[of(m)] * particles.mass[of(m)]).sum();
+        let center = weighted / mass;
+        let distance = |m: u32| (particles.position[of(m)] - center).norm_squared();
+        let Some(hub) = members.iter().copied().min_by(|&a, &b| distance(a).total_cmp(&distance(b))) else { continue };
+        for &member in members.iter().filter(|&&member| member != hub) {
+            let (start, end) = (particles.position[of(hub)], particles.position[of(member)]);
+            let branch = end - start;
+            let force = net[of(member)].force - total * (particles.mass[of(member)] / mass);
+            links.pair.push([hub, member]);
+            links.branch.push(branch);
+            links.point.push(start + branch * 0.5);
+            links.force.push(force);
+            // About the middle of the link, so that the member's moments cancel.
+            links.moment.push(net[of(member)].moment + (branch * 0.5).cross(&force));
+            links.place.push(0);
+        }
+    }
+    Ok(links)
+}
+
 /// Loads on particles, owned; see [`LoadSet`].
 pub(super) struct Loads {
     particle: Vec<u32>,
     point: Vec<Vec3>,
     pub(super) force: Vec<Vec3>,
     moment: Vec<Vec3>,
+    /// `Σ R n⊗f` (N·m) of given forces that act on the surface of deformable particles, at `R n` from the center.
+    pub(super) surface: Mat3,
 }
 
 impl Loads {

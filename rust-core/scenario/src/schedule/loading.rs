@@ -1,6 +1,7 @@
 //! Loading of a specimen, and its stress and strain.
 
 use concordem_contact::math::{Mat3, Vec3, quaternion_of_rotation_vector, rotate};
+use concordem_packing::TIE;
 use concordem_solver::state::State;
 use concordem_solver::{Solver, StepReport};
 
@@ -16,6 +17,8 @@ pub enum Loading {
         /// Indices of the particles of the lower and the upper layer.
         layers: [Vec<u32>; 2],
         /// Initial distance between the mean positions of the layers, m.
+        distance: f64,
+        /// Length that the strain refers to, m.
         length: f64,
         /// Cross-section, m².
         area: f64,
@@ -46,6 +49,8 @@ pub enum Loading {
     CellStrain {
         /// Initial volume of the cell, m³.
         initial_volume: f64,
+        /// Velocity gradient, 1/s.
+        velocity_gradient: Mat3,
     },
     /// A servo deforms the periodic cell until it reaches a stress.
     CellStress {
@@ -57,6 +62,9 @@ pub enum Loading {
         gain: f64,
         /// Relative error at which the target counts as reached.
         tolerance: f64,
+        /// Stress to which the error is relative, Pa: the largest component of the target; for zero stress, that of the strain
+        /// `ZERO_STRESS_STRAIN`.
+        reference: f64,
     },
     /// Two plates that press on the specimen.
     Platens {
@@ -72,6 +80,16 @@ pub enum Loading {
         gauge: Gauge,
     },
 }
+
+/// Strain whose stress is the reference for a target of zero stress.
+const ZERO_STRESS_STRAIN: f64 = 1e-4;
+
+/// Largest part of its error that the servo of a zero stress removes in one step. The stress is known one step late; at 1 the
+/// servo would oscillate.
+const SERVO_STEP: f64 = 0.1;
+
+/// Contact forces of a cell without stress below this fraction of those of the reference stress are rounding errors.
+const ROUNDING: f64 = 1e-6;
 
 /// Particles of the middle half of a specimen, with their initial coordinates.
 ///
@@ -92,7 +110,7 @@ impl Gauge {
         let (middle, quarter) = (0.5 * (bottom + top), 0.25 * (top - bottom));
         let coordinate = |p: usize| state.particles.position[p][axis];
         let inside: Vec<usize> =
-            (0..state.particles.len()).filter(|&p| (coordinate(p) - middle).abs() <= quarter).collect();
+            (0..state.particles.len()).filter(|&p| (coordinate(p) - middle).abs() <= quarter * (1.0 + TIE)).collect();
         let mean = inside.iter().map(|&p| coordinate(p)).sum::<f64>() / inside.len().max(1) as f64;
         Self { particles: inside.into_iter().map(|p| (p as u32, coordinate(p) - mean)).collect(), mean }
     }
@@ -161,6 +179,15 @@ impl Loading {
         }
     }
 
+    /// Velocity gradient that the periodic cell keeps, 1/s; `None` where a servo sets it.
+    pub(super) fn cell_gradient(&self) -> Option<Mat3> {
+        match self {
+            Self::None => Some(Mat3::zeros()),
+            Self::CellStrain { velocity_gradient, .. } => Some(*velocity_gradient),
+            _ => None,
+        }
+    }
+
     /// Axial net force on each end in the last step, N, if the ends need it.
     pub(super) fn axial_forces(&self, solver: &Solver) -> [f64; 2] {
         let Self::Turning { axis, layers, .. } = self else { return [0.0; 2] };
@@ -171,11 +198,11 @@ impl Loading {
     pub(super) fn strain(&self, state: &State) -> f64 {
         match self {
             Self::None => 0.0,
-            Self::Uniaxial { axis, layers, length, .. } => {
+            Self::Uniaxial { axis, layers, distance, length, .. } => {
                 let mean = |layer: &[u32]| {
                     layer.iter().map(|&p| state.particles.position[p as usize][*axis]).sum::<f64>() / layer.len() as f64
                 };
-                (mean(&layers[1]) - mean(&layers[0]) - length) / length
+                (mean(&layers[1]) - mean(&layers[0]) - distance) / length
             }
             Self::Turning { rate, length, lever, .. } => rate * state.clock.time() * lever / length,
             Self::CellStrain { .. } | Self::CellStress { .. } => {
@@ -236,6 +263,7 @@ impl Loading {
     fn component(&self, state: &State) -> (usize, usize) {
         let matrix = match self {
             Self::CellStress { stress, .. } => *stress,
+            Self::CellStrain { velocity_gradient, .. } => *velocity_gradient,
             _ => state.cell.as_ref().map_or_else(Mat3::zeros, |cell| cell.velocity_gradient),
         };
         let mut best = (0, 0);
@@ -249,14 +277,38 @@ impl Loading {
         best
     }
 
-    /// Whether a servo has reached its target; true without a servo.
-    pub(super) fn reached(&self, measure: &Measure) -> bool {
+    /// Set reference and gain of a servo whose target is zero. `stiffness`: upper bound of the stiffness of the cell, Pa; `dt`:
+    /// time step, s.
+    pub(crate) fn tune(&mut self, stiffness: f64, dt: f64) {
+        if let Self::CellStress { stress, maximum_rate, gain, reference, .. } = self
+            && *stress == Mat3::zeros()
+            && stiffness > 0.0
+        {
+            *reference = ZERO_STRESS_STRAIN * stiffness;
+            *gain = (*maximum_rate / (0.1 * *reference)).min(SERVO_STEP / (stiffness * dt));
+        }
+    }
+
+    /// Whether a servo has reached its target, and contacts carry forces unless the target is zero. `contact_force`: root mean
+    /// square of the contact forces, N.
+    pub(super) fn reached(&self, measure: &Measure, contact_force: f64) -> bool {
         match self {
-            Self::CellStress { stress, tolerance, .. } => {
-                let size = stress.abs().max();
-                (measure.tensor - stress).abs().max() <= tolerance * size
+            Self::CellStress { stress, tolerance, reference, .. } => {
+                let wanted = contact_force > 0.0 || *stress == Mat3::zeros();
+                wanted && (measure.tensor - stress).abs().max() <= tolerance * reference
             }
-            _ => true,
+            _ => contact_force > 0.0,
+        }
+    }
+
+    /// Whether contact forces of this root mean square (N) between particles of this radius (m) are rounding errors of a cell
+    /// without stress, which say nothing about equilibrium.
+    pub(super) fn is_rounding(&self, contact_force: f64, radius: f64) -> bool {
+        match self {
+            Self::CellStress { stress, reference, .. } if *stress == Mat3::zeros() => {
+                contact_force <= ROUNDING * reference * (4.0 * radius * radius)
+            }
+            _ => false,
         }
     }
 

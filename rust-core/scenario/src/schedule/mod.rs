@@ -1,10 +1,12 @@
 //! The schedule of a run: loading, samples, and stop conditions; [`Simulation`] runs it.
 
+mod guard;
 pub mod loading;
 pub mod simulation;
 pub mod stop;
 
 pub use crate::sampling::{Operator, Record, ScheduledOperator, SeriesColumn};
+pub use guard::EnergyFault;
 pub use loading::Loading;
 pub use simulation::{Advance, Simulation};
 pub use stop::{Stop, StopReason};
@@ -18,6 +20,8 @@ pub struct Schedule {
     pub loading: Loading,
     /// Conditions that end the run.
     pub stop: Stop,
+    /// Whether the run goes on although errors of the integration have changed its energy.
+    pub allow_energy_error: bool,
     /// Steps between two records of the time series.
     pub sample_interval: u64,
     /// Operators that are evaluated during the run.
@@ -37,6 +41,7 @@ impl Default for Schedule {
         Self {
             loading: Loading::None,
             stop: Stop::default(),
+            allow_energy_error: false,
             sample_interval: 10,
             operators: Vec::new(),
             initial_positions: Vec::new(),

@@ -2,9 +2,10 @@
 
 use std::sync::OnceLock;
 
+use super::guard::{self, EnergyFault, Guard};
 use super::stop::{self, StopReason, StopValues};
 use super::{Record, Schedule};
-use crate::sampling::{Bonds, SampledState};
+use crate::sampling::{Bonds, SampledState, ScheduledOperator, rigid_links};
 use concordem_operator::OperatorError;
 use concordem_operator::tessellation::Mesh;
 use concordem_solver::fracture::Event;
@@ -19,6 +20,16 @@ pub enum RunError {
     /// The solver failed.
     #[error(transparent)]
     Solver(#[from] SolverError),
+    /// Errors of the integration have changed the energy.
+    #[error("at step {step} (t = {time} s) {}", describe(fault))]
+    Energy {
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+        /// What is wrong.
+        fault: Box<EnergyFault>,
+    },
     /// An operator cannot be evaluated.
     #[error("sample `{name}` at step {step}: {source}")]
     Operator {
@@ -31,13 +42,35 @@ pub enum RunError {
     },
 }
 
+/// The sentence of an [`EnergyFault`].
+fn describe(fault: &EnergyFault) -> String {
+    let EnergyFault { unstable, created, turnover, integration, residual, kinetic, stored } = fault;
+    let remedy = "The time step is too large for the contacts that have formed: lower integration.contact_safety or \
+                  integration.time_step. With integration.allow_energy_error = true the run goes on";
+    if *unstable {
+        return format!(
+            "the motion is unstable: {stored:.3e} J are stored, kinetic and stored energy together are {:.3e} J. {remedy}",
+            kinetic + stored
+        );
+    }
+    let (verb, without) = if *created > 0.0 { ("gained", "without a source") } else { ("lost", "without a sink") };
+    format!(
+        "the run has {verb} {:.3e} J {without}, {:.1} % of its energy of {turnover:.3e} J (ledger: integration \
+         {integration:.3e} J, residual {residual:.3e} J). {remedy}",
+        created.abs(),
+        100.0 * created.abs() / turnover
+    )
+}
+
 /// Result of [`Simulation::advance`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Advance {
     /// A record of the time series, if one was due.
     pub sample: Option<Record>,
-    /// Values of the operators that were due.
+    /// Values of the operators that were due; at the end of the run also those of all operators at the final state.
     pub operators: Vec<OperatorRow>,
+    /// At the end of the run, the record of the final state, as the next step would give it.
+    pub last: Option<Record>,
     /// Bonds that broke or passed the damage threshold in this step.
     pub events: Vec<Event>,
     /// Why the run has ended, if it has.
@@ -65,7 +98,26 @@ mod memory {
     pub const VIRIAL: usize = 3;
     pub const STOPPED: usize = 12;
     pub const AXIAL: usize = 13;
-    pub const COUNT: usize = 15;
+    /// Largest energy present or dissipated so far, J.
+    pub const ENERGY: usize = 15;
+    pub const COUNT: usize = 16;
+}
+
+/// Prepares the memory of an earlier run for its continuation: it has not stopped. A new loading has its own peak stress.
+pub(crate) fn continue_memory(memory: &mut [f64], new_loading: bool) {
+    if let Some(stopped) = memory.get_mut(memory::STOPPED) {
+        *stopped = 0.0;
+    }
+    if let (true, Some(peak)) = (new_loading, memory.get_mut(memory::PEAK)) {
+        *peak = 0.0;
+    }
+}
+
+/// Forgets the largest energy so far, for a balance that starts anew.
+pub(crate) fn forget_turnover(memory: &mut [f64]) {
+    if let Some(energy) = memory.get_mut(memory::ENERGY) {
+        *energy = 0.0;
+    }
 }
 
 /// A running simulation.
@@ -77,6 +129,9 @@ pub struct Simulation {
     /// Loading, samples, and stop conditions.
     pub schedule: Schedule,
     last: StepReport,
+    guard: Guard,
+    /// Root mean square of the radii, m.
+    radius: f64,
     /// Delaunay mesh of the initial positions, built when an operator first needs it.
     mesh: OnceLock<Result<Mesh, OperatorError>>,
 }
@@ -99,10 +154,18 @@ impl Simulation {
     /// The solver refuses the state.
     pub fn new(mut state: State, model: Model, schedule: Schedule) -> Result<Self, SolverError> {
         state.schedule_memory.resize(memory::COUNT, 0.0);
-        let solver = Solver::new(model, &mut state)?;
+        let mut solver = Solver::new(model, &mut state)?;
+        // A restart may begin another stage of loading. The particles follow the change of the cell's motion.
+        if let (Some(cell), Some(gradient)) = (&state.cell, schedule.loading.cell_gradient())
+            && cell.velocity_gradient != gradient
+        {
+            solver.set_velocity_gradient(cell, gradient);
+        }
         let mut last = StepReport::default();
         last.virial.copy_from_slice(&state.schedule_memory[memory::VIRIAL..memory::STOPPED]);
-        Ok(Self { state, solver, schedule, last, mesh: OnceLock::new() })
+        let guard = Guard::new(&state, solver.model().mode);
+        let radius = state.particles.mean_radius();
+        Ok(Self { state, solver, schedule, last, guard, radius, mesh: OnceLock::new() })
     }
 
     /// The report of the last step.
@@ -115,22 +178,26 @@ impl Simulation {
         StopReason::of_code(self.state.schedule_memory[memory::STOPPED])
     }
 
-    /// Values of the operators that are due, at the positions at which the next step evaluates the forces.
-    fn operators(&mut self) -> Result<Vec<OperatorRow>, RunError> {
+    /// Values of the operators that are due (or of all), at the positions at which the next step evaluates the forces.
+    fn operators(&mut self, all: bool) -> Result<Vec<OperatorRow>, RunError> {
         let step = self.state.clock.step;
-        if self.schedule.operators.iter().all(|sample| !step.is_multiple_of(sample.interval)) {
+        let is_due = |sample: &ScheduledOperator| all || step.is_multiple_of(sample.interval);
+        if !self.schedule.operators.iter().any(is_due) {
             return Ok(Vec::new());
         }
         let forces = self.solver.record(&mut self.state)?;
-        let due =
-            || self.schedule.operators.iter().enumerate().filter(|(_, sample)| step.is_multiple_of(sample.interval));
+        let due = || self.schedule.operators.iter().enumerate().filter(|(_, sample)| is_due(sample));
+        let bodies: Vec<Vec<u32>> = self.state.clumps.iter().map(|clump| clump.members.clone()).collect();
+        let failed = |name: &str, source| RunError::Operator { name: name.to_owned(), step, source };
+        let links = rigid_links(&self.state.particles, &forces, &bodies).map_err(|error| failed("clumps", error))?;
         let needs_bonds = due().any(|(_, sample)| sample.operator.definition().needs_bonds);
         let state = SampledState {
             particles: &self.state.particles,
             cell: self.state.cell,
             time: self.state.clock.time(),
-            bonds: &if needs_bonds { Bonds::of(&self.state) } else { Bonds::default() },
+            bonds: &if needs_bonds { Bonds::of(&self.state, &forces) } else { Bonds::default() },
             forces: &forces,
+            links: &links,
             initial_positions: &self.schedule.initial_positions,
             mesh: &self.mesh,
             gravity: self.solver.model().gravity,
@@ -138,24 +205,47 @@ impl Simulation {
         };
         due()
             .map(|(operator, sample)| {
-                let values = sample.evaluate(&state).map_err(|source| RunError::Operator {
-                    name: sample.name.clone(),
-                    step,
-                    source,
-                })?;
+                let values = sample.evaluate(&state).map_err(|error| failed(&sample.name, error))?;
                 Ok(OperatorRow { operator, time: state.time, step, values })
             })
             .collect()
     }
 
-    /// Advances one step, with the record and the operators that are due.
+    /// Advances one step, with the record and the operators that are due. The step that ends the run also gives the record and
+    /// all operators of the final state.
     ///
     /// # Errors
     /// The solver fails, or an operator cannot be evaluated.
     pub fn advance(&mut self) -> Result<Advance, RunError> {
-        let operators = self.operators()?;
+        let mut advance = self.step(false)?;
+        if advance.stopped.is_some()
+            && let Some(last) = self.final_rows()
+        {
+            advance.last = last.sample;
+            advance.operators.extend(last.operators);
+        }
+        Ok(advance)
+    }
+
+    /// The record and all operators of the present state. They belong to the step that would follow, which a copy takes.
+    /// Nothing, if that step fails.
+    fn final_rows(&mut self) -> Option<Advance> {
+        let mut ahead = Self::new(self.state.clone(), self.solver.model().clone(), Schedule::default()).ok()?;
+        let mut exchange = |ahead: &mut Self| {
+            std::mem::swap(&mut self.schedule, &mut ahead.schedule);
+            std::mem::swap(&mut self.mesh, &mut ahead.mesh);
+        };
+        exchange(&mut ahead);
+        let rows = ahead.step(true);
+        exchange(&mut ahead);
+        rows.ok()
+    }
+
+    /// One step, with the record and the operators that are due, or with all of them.
+    fn step(&mut self, all: bool) -> Result<Advance, RunError> {
+        let operators = self.operators(all)?;
         let step = self.state.clock.step;
-        let due = step.is_multiple_of(self.schedule.sample_interval);
+        let due = all || step.is_multiple_of(self.schedule.sample_interval);
         let axial = [self.state.schedule_memory[memory::AXIAL], self.state.schedule_memory[memory::AXIAL + 1]];
         self.schedule.loading.apply(&self.state, &mut self.solver, &self.last, axial);
         let (strain, gauge_strain) = if due {
@@ -165,7 +255,14 @@ impl Simulation {
         };
         let volume = self.state.cell.map_or(1.0, |cell| cell.volume());
         let before = BeforeStep { time: self.state.clock.time(), step, strain, gauge_strain, volume };
-        let report = self.solver.step_with(&mut self.state, due)?;
+        let guarded = !self.schedule.allow_energy_error && (due || step.is_multiple_of(guard::INTERVAL));
+        let report = self.solver.step_with(&mut self.state, due || guarded)?;
+        let mut largest = self.state.schedule_memory[memory::ENERGY];
+        let fault = if guarded { self.guard.fault(&self.state, &mut largest) } else { None };
+        self.state.schedule_memory[memory::ENERGY] = largest;
+        if let Some(fault) = fault {
+            return Err(RunError::Energy { step, time: before.time, fault: Box::new(fault) });
+        }
         let events = self.events(&report, before.time, step);
         self.remember(&report);
         let (sample, mut stopped) = match due.then(|| self.record(&before, &report)) {
@@ -178,7 +275,7 @@ impl Simulation {
         // The state keeps the reason, so that a run killed while it writes its result knows that it has ended.
         self.state.schedule_memory[memory::STOPPED] = stopped.map_or(0.0, StopReason::code);
         self.last = report;
-        Ok(Advance { sample, operators, events, stopped })
+        Ok(Advance { sample, operators, last: None, events, stopped })
     }
 
     /// Stores in the state what the next step and a resumed run need of this step.
@@ -187,7 +284,8 @@ impl Simulation {
             self.state.schedule_memory[if bond_event.broke { memory::BROKEN } else { memory::DAMAGED }] += 1.0;
         }
         self.state.schedule_memory[memory::VIRIAL..memory::STOPPED].copy_from_slice(report.virial.as_slice());
-        self.state.schedule_memory[memory::AXIAL..].copy_from_slice(&self.schedule.loading.axial_forces(&self.solver));
+        self.state.schedule_memory[memory::AXIAL..memory::ENERGY]
+            .copy_from_slice(&self.schedule.loading.axial_forces(&self.solver));
     }
 
     /// The record of a step, and why the run ends with it, if it does.
@@ -195,18 +293,16 @@ impl Simulation {
         let &BeforeStep { time, step, strain, gauge_strain, volume } = before;
         let measure = self.schedule.loading.stress(&self.state, &self.solver, report, volume);
         stop::update_peak(&mut self.state.schedule_memory[memory::PEAK], measure.stress);
-        let kick = &report.kick;
         let contacts: u64 = report.active.iter().sum();
-        let net = (kick.net_force_squared / (kick.free_particles.max(1)) as f64).sqrt();
-        let contact = (report.force_squared / contacts.max(1) as f64).sqrt();
-        let unbalanced = if contact > 0.0 { net / contact } else { 0.0 };
+        let unbalanced = report.unbalanced(self.radius);
+        let (loading, contact_force) = (&self.schedule.loading, report.contact_force());
         let stopped = self.schedule.stop.reason(&StopValues {
             time,
             strain,
             stress: measure.stress,
             peak: self.state.schedule_memory[memory::PEAK],
-            unbalanced,
-            servo_reached: self.schedule.loading.reached(&measure) && contact > 0.0,
+            unbalanced: if loading.is_rounding(contact_force, self.radius) { 0.0 } else { unbalanced },
+            at_rest: loading.reached(&measure, contact_force),
         });
         let ledger = &self.state.ledger;
         let record = Record {

@@ -75,14 +75,14 @@ pub(super) struct StopValues {
     pub(super) peak: f64,
     /// Unbalanced force ratio.
     pub(super) unbalanced: f64,
-    /// Whether there are contact forces and a stress servo, if any, has reached its target.
-    pub(super) servo_reached: bool,
+    /// Whether contacts carry forces, or none are wanted, and a stress servo, if any, has reached its target.
+    pub(super) at_rest: bool,
 }
 
 impl Stop {
     /// The condition that holds, if any.
     pub(super) fn reason(&self, values: &StopValues) -> Option<StopReason> {
-        let &StopValues { time, strain, stress, peak, unbalanced, servo_reached } = values;
+        let &StopValues { time, strain, stress, peak, unbalanced, at_rest } = values;
         if let Some(fraction) = self.drop_to {
             let dropped = if peak > 0.0 { stress < fraction * peak } else { stress > fraction * peak };
             // A peak of zero means that no stress was carried yet.
@@ -96,7 +96,7 @@ impl Stop {
         if self.time.is_some_and(|limit| time >= limit) {
             return Some(StopReason::Time);
         }
-        if self.unbalanced.is_some_and(|limit| unbalanced < limit) && servo_reached {
+        if self.unbalanced.is_some_and(|limit| unbalanced < limit) && at_rest {
             return Some(StopReason::Equilibrium);
         }
         None

@@ -49,6 +49,8 @@ pub enum ProblemKind {
     Conflict,
     /// A file that cannot be read.
     File,
+    /// No fault: the scenario is accepted, but may not do what its author expects.
+    Warning,
 }
 
 /// One fault of a scenario.
@@ -139,13 +141,13 @@ pub enum ReadError {
 
 /// Rendering with an excerpt of the text, by miette.
 mod rendered {
-    use super::{Problem, ScenarioError};
+    use super::{Problem, ProblemKind, ScenarioError};
     use miette::{Diagnostic, LabeledSpan, Severity, SourceCode};
     use std::fmt::Display;
 
     impl Diagnostic for Problem {
         fn severity(&self) -> Option<Severity> {
-            Some(Severity::Error)
+            Some(if self.kind == ProblemKind::Warning { Severity::Warning } else { Severity::Error })
         }
         fn help<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
             if self.help.is_empty() { None } else { Some(Box::new(&self.help)) }

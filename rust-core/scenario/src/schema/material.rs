@@ -62,8 +62,8 @@ pub enum DeformableUpdate {
 pub struct Bonds {
     /// Law of the bonds.
     pub law: LawName,
-    /// Two particles are bonded when their centre distance is below this times the sum of their radii;
-    /// 1.5 is usual for concrete.
+    /// Two particles are bonded when their center distance is at most this times the sum of their radii, up to a relative
+    /// tolerance of 1e-9; 1.5 is usual for concrete. With 1, only particles that touch are bonded.
     #[serde(default = "one")]
     #[schemars(extend("minimum" = 1, "maximum" = 10))]
     pub interaction_ratio: Number,

@@ -179,12 +179,21 @@ impl Scenario {
         message: impl Into<String>,
         help: impl Into<String>,
     ) -> ScenarioError {
+        ScenarioError::new(&self.source, vec![self.located(kind, key, message, help)])
+    }
+
+    /// A warning about the key path `key`; see [`ProblemKind::Warning`].
+    pub fn warning(&self, key: &str, message: impl Into<String>, help: impl Into<String>) -> Problem {
+        self.located(ProblemKind::Warning, key, message, help)
+    }
+
+    /// A problem with its place in the text.
+    fn located(&self, kind: ProblemKind, key: &str, message: impl Into<String>, help: impl Into<String>) -> Problem {
         let (span, value) = match Document::parse(&self.source) {
             Ok(document) => document.locate(key),
             Err(_) => (0..0, None),
         };
-        let problem = Problem { kind, key: key.to_owned(), value, span, message: message.into(), help: help.into() };
-        ScenarioError::new(&self.source, vec![problem])
+        Problem { kind, key: key.to_owned(), value, span, message: message.into(), help: help.into() }
     }
 }
 

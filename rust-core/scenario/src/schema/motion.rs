@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::packing::Axis;
 use super::quantity::{
-    Acceleration, AngularVelocity, Area, Length, Number, StrainRate, Stress, Time, TimeStep, Velocity,
+    Acceleration, AngularVelocity, CrossSection, Length, Number, StrainRate, Stress, Time, TimeStep, Velocity,
 };
 
 /// Time integration.
@@ -20,8 +20,16 @@ pub struct Integration {
     /// Fraction of the stability bound that the time step "auto" uses; default: 0.8.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub safety: Safety,
-    /// Run even if the time step exceeds the stability bound or the strains of deformable particles do not converge; default:
-    /// false.
+    /// Fraction of the stability bound of a single contact that the time step "auto" uses at most: for every pair of materials
+    /// that can meet, and every wall. Default: 0.1 without bonds, where an elastic impact then keeps its energy within 1 %;
+    /// 0.5 with bonds, where contacts mostly follow failure.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
+    pub contact_safety: Option<Number>,
+    /// Continue if errors of the integration have changed the energy by more than 5 %, or the motion is unstable; default: false,
+    /// which ends the run with an error. `allow_unstable` includes it.
+    pub allow_energy_error: bool,
+    /// Run even if the time step exceeds the stability bound, at the start or later, or the strains of deformable particles do not
+    /// converge; default: false.
     pub allow_unstable: bool,
     /// Numerical damping; default: none. Example: `damping = { kind = "local", coefficient = 0.3 }`.
     pub damping: Damping,
@@ -146,10 +154,15 @@ pub enum Loading {
         /// Whether the initial velocity varies linearly between the ends, which avoids a shock wave; default: true.
         #[serde(default = "yes")]
         initial_velocity_field: bool,
-        /// Cross-section that the stress refers to, m²; default: that of the packing's shape, else of the bounding box.
+        /// Cross-section that the stress refers to, m²; default: that of the packing's shape, else of the bounding box. "hull":
+        /// the smallest of eight sections, each the area of the convex hull of the spheres that the plane cuts.
         /// Example: `area = "25 cm^2"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
-        area: Option<Area>,
+        area: Option<CrossSection>,
+        /// Length that strain and strain rate refer to, m; default: the initial distance of the mean positions of the layers.
+        /// Give the distance of the two particles that a published test measured between. Example: `gauge_length = "47.3 mm"`.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        gauge_length: Option<Length>,
     },
     /// Two end layers rotate rigidly in opposite directions about an axis across the specimen, and move freely along it. The
     /// stress is that of the outer fiber of an elastic beam under the mean of both end moments.
@@ -214,10 +227,11 @@ pub enum Loading {
         closing_velocity: Velocity,
         /// Name of the material of the plates. Required.
         material: String,
-        /// Cross-section that the stress refers to, m²; default: that of the packing's shape, else of the bounding box.
+        /// Cross-section that the stress refers to, m²; default: that of the packing's shape, else of the bounding box. "hull":
+        /// the smallest of eight sections, each the area of the convex hull of the spheres that the plane cuts.
         /// Example: `area = "25 cm^2"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
-        area: Option<Area>,
+        area: Option<CrossSection>,
     },
 }
 
@@ -269,7 +283,8 @@ pub struct Stop {
     #[schemars(range(min = 1))]
     pub steps: Option<u64>,
     /// Equilibrium: root mean square of the net force on a body (particle or clump), divided by that of the contact forces,
-    /// falls below this. Example: `unbalanced = 1e-3`.
+    /// falls below this, and so does that of the net moment, divided by the moment of the contacts. Example:
+    /// `unbalanced = 1e-3`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub unbalanced: Option<Number>,
 }

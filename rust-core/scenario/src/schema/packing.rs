@@ -1,5 +1,6 @@
 //! The table `[packing]`: initial positions and radii of the particles.
 
+use concordem_packing::Crop;
 use concordem_packing::random_dense::Protocol;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -76,7 +77,8 @@ pub enum Packing {
     File {
         /// Path of the file, relative to the scenario. Required. Example: `path = "packing.txt"`.
         path: String,
-        /// Edge lengths of the periodic cell, m; default: not periodic. Example: `cell = ["10 mm", "10 mm", "10 mm"]`.
+        /// Edge lengths of the periodic cell, m; default: not periodic. In two dimensions the third is 1 m, the depth of the
+        /// discs. Example: `cell = ["10 mm", "10 mm", "10 mm"]`.
         #[schemars(transform = super::quantity::positive_items)]
         cell: Option<[Length; 3]>,
         /// Shape that is cut out of the packing; default: all spheres.
@@ -86,10 +88,32 @@ pub enum Packing {
     Spheres {
         /// One `[x, y, z, radius]` per sphere, m. Required. Example: `spheres = [[0, 0, 0, "1 mm"]]`.
         spheres: Vec<[Length; 4]>,
-        /// Edge lengths of the periodic cell, m; default: not periodic. Example: `cell = ["10 mm", "10 mm", "10 mm"]`.
+        /// Edge lengths of the periodic cell, m; default: not periodic. In two dimensions the third is 1 m, the depth of the
+        /// discs. Example: `cell = ["10 mm", "10 mm", "10 mm"]`.
         #[schemars(transform = super::quantity::positive_items)]
         cell: Option<[Length; 3]>,
     },
+}
+
+impl Shape {
+    /// Coordinates of the center (m), if they are given.
+    pub fn center(&self) -> Option<[Length; 3]> {
+        match self {
+            Self::Box { center, .. } | Self::Cylinder { center, .. } | Self::Hyperboloid { center, .. } => *center,
+            Self::Mesh { .. } | Self::Periodic { .. } => None,
+        }
+    }
+
+    /// Which spheres stay, if that is given.
+    pub fn keep(&self) -> Option<Crop> {
+        match self {
+            Self::Box { keep, .. }
+            | Self::Cylinder { keep, .. }
+            | Self::Hyperboloid { keep, .. }
+            | Self::Mesh { keep, .. } => *keep,
+            Self::Periodic { .. } => None,
+        }
+    }
 }
 
 impl Packing {
@@ -191,7 +215,7 @@ impl Radii {
     }
 }
 
-/// Shape that is cut out of a packing, centered at the origin. It keeps the particles whose centers lie inside.
+/// Shape that is cut out of a packing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Shape {
@@ -200,6 +224,11 @@ pub enum Shape {
         /// Edge lengths, m. Required. Example: `size = ["15 mm", "15 mm", "30 mm"]`.
         #[schemars(transform = super::quantity::positive_items)]
         size: [Length; 3],
+        /// Coordinates of the center, m; default: the origin. Example: `center = ["0 mm", "0 mm", "25 mm"]`.
+        center: Option<[Length; 3]>,
+        /// Which spheres stay: "centers", those whose centers lie inside, or "whole-spheres", those that lie inside as a whole;
+        /// default: "whole-spheres" for a lattice, "centers" for other packings.
+        keep: Option<Crop>,
     },
     /// A circular cylinder.
     Cylinder {
@@ -212,6 +241,11 @@ pub enum Shape {
         /// Direction of the axis; default: "z".
         #[serde(default)]
         axis: Axis,
+        /// Coordinates of the center, m; default: the origin. Example: `center = ["0 mm", "0 mm", "25 mm"]`.
+        center: Option<[Length; 3]>,
+        /// Which spheres stay: "centers", those whose centers lie inside, or "whole-spheres", those that lie inside as a whole;
+        /// default: "whole-spheres" for a lattice, "centers" for other packings.
+        keep: Option<Crop>,
     },
     /// A hyperboloid of one sheet: a cylinder with a waist.
     Hyperboloid {
@@ -227,6 +261,11 @@ pub enum Shape {
         /// Direction of the axis; default: "z".
         #[serde(default)]
         axis: Axis,
+        /// Coordinates of the center, m; default: the origin. Example: `center = ["0 mm", "0 mm", "25 mm"]`.
+        center: Option<[Length; 3]>,
+        /// Which spheres stay: "centers", those whose centers lie inside, or "whole-spheres", those that lie inside as a whole;
+        /// default: "whole-spheres" for a lattice, "centers" for other packings.
+        keep: Option<Crop>,
     },
     /// The interior of a closed triangulated surface.
     Mesh {
@@ -236,6 +275,9 @@ pub enum Shape {
         #[serde(default = "one_meter")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         unit: Length,
+        /// Which spheres stay: "centers", those whose centers lie inside, or "whole-spheres", those that lie inside as a whole;
+        /// default: "whole-spheres" for a lattice, "centers" for other packings.
+        keep: Option<Crop>,
     },
     /// The periodic cell itself, kept and repeated.
     Periodic {

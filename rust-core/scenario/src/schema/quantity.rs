@@ -110,6 +110,49 @@ impl schemars::JsonSchema for TimeStep {
     }
 }
 
+/// The cross-section of a specimen: an area, or `"hull"`: measured on its spheres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum CrossSection {
+    /// The smallest of eight sections, each the area of the convex hull of the spheres that the plane cuts.
+    Hull,
+    /// Given.
+    Given(Area),
+}
+
+impl Serialize for CrossSection {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Hull => serializer.serialize_str("hull"),
+            Self::Given(value) => value.serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for CrossSection {
+    fn deserialize<S: Deserializer<'de>>(deserializer: S) -> Result<Self, S::Error> {
+        match WordOr::<Area>::deserialize(deserializer)? {
+            WordOr::Quantity(value) => Ok(Self::Given(value)),
+            WordOr::Word(word) if word == "hull" => Ok(Self::Hull),
+            WordOr::Word(word) => Err(de::Error::custom(format!("`{word}` is neither \"hull\" nor an area"))),
+        }
+    }
+}
+
+impl schemars::JsonSchema for CrossSection {
+    fn inline_schema() -> bool {
+        true
+    }
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "CrossSection".into()
+    }
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "type": ["number", "string"], "x-dimension": dimension::OfArea::NAME, "x-units": dimension::OfArea::UNITS,
+            "x-words": ["hull"]
+        })
+    }
+}
+
 /// Declare in a schema that the items of an array are positive.
 pub(super) fn positive_items(schema: &mut schemars::Schema) {
     bound_items(schema, "exclusiveMinimum");

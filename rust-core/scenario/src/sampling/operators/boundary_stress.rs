@@ -1,4 +1,5 @@
-//! Stress and couple stress of the whole body from its external loads: `(1/V) Σ x_i f_j` over walls and supports.
+//! Stress and couple stress of the whole body from its external loads: `(1/V) Σ x_i f_j` over walls, supports, and given
+//! forces.
 
 use crate::sampling::definition::{
     OperatorDefinition, RegionRule, Row, SampledQuantity, Sampling, scalar, tensor, vector,
@@ -8,10 +9,10 @@ use concordem_operator::stress::boundary_stress;
 use concordem_operator::{OperatorError, couple_stress};
 
 const QUANTITIES: &[SampledQuantity] = &[
-    tensor("stress", "Pa", "Sum of x f/V over the forces f of walls and supports at positions x"),
+    tensor("stress", "Pa", "Sum of x f/V over the forces f of walls, supports, and [[force]] at positions x"),
     tensor("couple_stress", "N/m", "Couple stress of these forces about the mean position of all particles"),
     vector("force", "N", "Sum of these forces, balanced by weight and inertia"),
-    scalar("loads", "1", "Contacts with walls, and particles whose motion is prescribed"),
+    scalar("loads", "1", "Contacts with walls, particles with a given load, and particles whose motion is prescribed"),
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
@@ -30,6 +31,7 @@ fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError>
     let volume = sampling.region.volume()?;
     let couple = couple_stress::external(&state.particles.position, &set, volume, &state.mean_position())?;
     let force: Vec3 = loads.force.iter().sum();
-    row.tensor(&boundary_stress(&set, volume)?).tensor(&couple).vector(&force).scalars([set.len() as f64]);
+    let stress = boundary_stress(&set, volume)? + loads.surface / volume;
+    row.tensor(&stress).tensor(&couple).vector(&force).scalars([set.len() as f64]);
     Ok(())
 }

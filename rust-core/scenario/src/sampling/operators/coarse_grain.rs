@@ -33,7 +33,7 @@ fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError>
     let particles = sampling.state.particles;
     let kernel = Kernel::new(*radius, sampling.state.dimension())?;
     let (mass, velocity) = (&particles.mass, &particles.velocity);
-    let fields = coarse_grain(&sampling.contacts, mass, velocity, &kernel, &[*center], sampling.period())?;
+    let fields = coarse_grain(&sampling.carrying, mass, velocity, &kernel, &[*center], sampling.period())?;
     let field = fields.first().copied().unwrap_or_default();
     // The velocity is NaN where there is no mass.
     row.scalars([field.density]).vector(&(field.momentum / field.density));

@@ -25,8 +25,14 @@ pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {
     let center = sampling.region.center().unwrap_or_else(|| sampling.state.mean_position());
-    let c = couple_stress::conjugate(&sampling.contacts, sampling.region, &center, sampling.period())?;
+    let of = |contacts| couple_stress::conjugate(contacts, sampling.region, &center, sampling.period());
+    let c = of(&sampling.carrying)?;
+    let counted = match of(&sampling.contacts) {
+        // Forces inside rigid bodies are no contacts.
+        Err(OperatorError::EmptyRegion { .. }) => 0,
+        other => other?.contacts,
+    };
     row.tensor(&c.stress).tensor(&c.couple_stress).vector(&c.rigid_force).vector(&c.rigid_moment);
-    row.scalars([c.volume, c.contacts as f64]);
+    row.scalars([c.volume, counted as f64]);
     Ok(())
 }

@@ -1,10 +1,11 @@
-//! Damage tensors of the bonds whose midpoints lie in a region.
+//! Damage tensors of the bonds whose midpoints lie in a region, or of those of a list of particles.
 
 use crate::sampling::definition::{
     CONTACTS, OperatorDefinition, RegionRule, Row, SampledQuantity, Sampling, scalar, tensor,
 };
+use crate::sampling::state::Bonds;
 use concordem_contact::math::{Mat3, Vec3};
-use concordem_operator::{OperatorError, Region, damage};
+use concordem_operator::{OperatorError, Period, Region, damage};
 
 const QUANTITIES: &[SampledQuantity] = &[
     tensor("damage", "1", "Damage tensor by least squares for uniformly distributed directions"),
@@ -17,7 +18,7 @@ const QUANTITIES: &[SampledQuantity] = &[
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
     quantities: QUANTITIES,
-    region: RegionRule::Shape,
+    region: RegionRule::Any,
     keys: &[],
     needs_initial_positions: false,
     needs_bonds: true,
@@ -26,11 +27,7 @@ pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {
     let (region, bonds) = (sampling.region, sampling.state.bonds);
-    // The midpoint of a bond cannot lie in a list of particles.
-    if matches!(region, Region::Particles { .. }) {
-        return Err(OperatorError::NoSurface);
-    }
-    let inside: Vec<usize> = (0..bonds.midpoint.len()).filter(|&k| region.contains(0, &bonds.midpoint[k])).collect();
+    let (inside, weight) = inside(region, bonds, sampling.period());
     let normal: Vec<Vec3> = inside.iter().map(|&k| bonds.normal[k]).collect();
     let [damages, lost] =
         [&bonds.damage, &bonds.lost_strength].map(|all| inside.iter().map(|&k| all[k]).collect::<Vec<f64>>());
@@ -41,6 +38,20 @@ fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError>
     let count = inside.len() as f64;
     row.tensor(&damage::damage_tensor(&normal, &damages)?).tensor(&exact);
     row.tensor(&damage::damage_tensor(&normal, &lost)?);
-    row.scalars([damages.iter().sum::<f64>() / count, lost.iter().sum::<f64>() / count, count]);
+    row.scalars([damages.iter().sum::<f64>() / count, lost.iter().sum::<f64>() / count, weight * count]);
     Ok(())
+}
+
+/// Bonds of a region, and what each entry counts for.
+///
+/// A bond belongs to a region with a shape if its midpoint lies inside, with all its periodic images. A list of particles has
+/// half of the bonds that leave it, as of contacts: entries count for one half, and a bond within the list has two.
+fn inside(region: &Region, bonds: &Bonds, period: Option<&Period>) -> (Vec<usize>, f64) {
+    let all = 0..bonds.midpoint.len();
+    if let Region::Particles { member, .. } = region {
+        let of = |k: usize| bonds.pair[k].map(|p| member.get(p as usize).copied().unwrap_or(false));
+        return (all.flat_map(|k| of(k).into_iter().filter(|is_member| *is_member).map(move |_| k)).collect(), 0.5);
+    }
+    let images = region.images(period);
+    (all.flat_map(|k| images.inside(0, &bonds.midpoint[k]).map(move |_| k)).collect(), 1.0)
 }

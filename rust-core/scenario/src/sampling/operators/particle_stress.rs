@@ -4,7 +4,7 @@ use crate::sampling::definition::{
     OperatorDefinition, RegionRule, Row, SampleKey, SampledQuantity, Sampling, VOLUME, scalar, tensor,
 };
 use concordem_operator::OperatorError;
-use concordem_operator::stress::{particle_moments, region_stress_from_particles, solid_fraction};
+use concordem_operator::stress::{region_stress_from_particles, solid_fraction};
 
 const QUANTITIES: &[SampledQuantity] = &[
     tensor("stress", "Pa", "Sum of V_p sigma_p divided by the volume of the region"),
@@ -25,10 +25,12 @@ pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {
     let (state, region, period) = (sampling.state, sampling.region, sampling.period());
     let particles = state.particles;
-    let walls = state.forces.walls.set(particles)?;
-    let moments = particle_moments(&sampling.contacts, &walls, sampling.sample.partition);
+    let moments = state.particle_moments(sampling.sample.partition)?;
     let stress = region_stress_from_particles(&particles.position, &moments, region, period)?;
     let solid = solid_fraction(&particles.position, &state.volumes(), region, period)?;
+    if solid == 0.0 {
+        return Err(OperatorError::EmptyRegion { what: "particle" });
+    }
     row.tensor(&stress).tensor(&(stress / solid)).scalars([solid, region.volume()?]);
     Ok(())
 }

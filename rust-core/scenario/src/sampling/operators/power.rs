@@ -28,7 +28,7 @@ fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError>
     let fit = affine_strain::fit(sampling, MotionKind::Rate)?;
     let volume = sampling.region.volume()?;
     let carried = image_velocities(sampling);
-    let p = power(&sampling.contacts, &particles.velocity, &particles.angular_velocity, &carried, &fit, volume)?;
+    let p = power(&sampling.carrying, &particles.velocity, &particles.angular_velocity, &carried, &fit, volume)?;
     row.scalars([p.contacts, p.stress, p.couple, p.gap]);
     Ok(())
 }
@@ -36,10 +36,10 @@ fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError>
 /// Velocity of the image of particle B relative to B for every contact, m/s; empty without a periodic cell.
 fn image_velocities(sampling: &Sampling<'_>) -> Vec<Vec3> {
     let Some(cell) = sampling.state.cell else { return Vec::new() };
-    let contacts = &sampling.state.forces.contacts;
+    let contacts = &sampling.carrying;
     let velocity = |(pair, branch): (&[u32; 2], &Vec3)| {
         let [a, b] = pair.map(|p| sampling.state.particles.position[p as usize]);
         cell.velocity_gradient * (branch - (b - a))
     };
-    contacts.pair.iter().zip(&contacts.branch).map(velocity).collect()
+    contacts.pair().iter().zip(contacts.branch()).map(velocity).collect()
 }

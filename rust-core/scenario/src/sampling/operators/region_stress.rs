@@ -8,7 +8,7 @@ use concordem_operator::stress::{kinetic_stress, region_stress};
 use concordem_operator::{OperatorError, Period};
 
 const QUANTITIES: &[SampledQuantity] = &[
-    tensor("stress", "Pa", "Branch sum, rows: normal, columns: force; tension positive"),
+    tensor("stress", "Pa", "Branch sum with the forces inside clumps, rows: normal, columns: force; tension positive"),
     tensor("kinetic_stress", "Pa", "Kinetic part, -sum m v'v'/V, not in `stress`"),
     VOLUME,
     CONTACTS,
@@ -24,21 +24,27 @@ pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {
-    let mean = region_stress(&sampling.contacts, sampling.region, sampling.sample.truncation, sampling.period())?;
-    let kinetic = kinetic(sampling)?;
-    row.tensor(&mean.stress).tensor(&kinetic).scalars([mean.volume, mean.full + mean.partial]);
+    let of = |contacts| region_stress(contacts, sampling.region, sampling.sample.truncation, sampling.period());
+    let mean = of(&sampling.contacts)?;
+    let counted = mean.full + mean.partial;
+    // Forces inside rigid bodies are no contacts.
+    let stress = if sampling.state.links.pair.is_empty() { mean.stress } else { of(&sampling.carrying)?.stress };
+    let kinetic = match kinetic(sampling) {
+        Err(OperatorError::EmptyRegion { .. }) if counted > 0.0 || stress != Mat3::zeros() => Mat3::zeros(),
+        other => other?,
+    };
+    row.tensor(&stress).tensor(&kinetic).scalars([mean.volume, counted]);
     Ok(())
 }
 
-/// Kinetic stress, Pa; zero in a region without particles. In a deforming cell it counts the velocity relative to the
-/// motion of the cell.
+/// Kinetic stress, Pa. In a deforming cell it counts the velocity relative to the motion of the cell.
+///
+/// # Errors
+/// A region without particles.
 fn kinetic(sampling: &Sampling<'_>) -> Result<Mat3, OperatorError> {
     let (particles, cell) = (sampling.state.particles, sampling.state.cell);
     let gradient = cell.map_or_else(Mat3::zeros, |cell| cell.velocity_gradient);
     let motion: Vec<Vec3> = particles.velocity.iter().zip(&particles.position).map(|(v, x)| v - gradient * x).collect();
     let period = cell.map(|cell| Period::of(cell.matrix));
-    match kinetic_stress(&particles.position, &particles.mass, &motion, sampling.region, period.as_ref()) {
-        Err(OperatorError::EmptyRegion { .. }) => Ok(Mat3::zeros()),
-        other => other,
-    }
+    kinetic_stress(&particles.position, &particles.mass, &motion, sampling.region, period.as_ref())
 }

@@ -1,0 +1,56 @@
+//! Reading HDF5 files that may be forged: sizes, types, and texts are checked before the HDF5 library fills memory.
+
+use hdf5::{Container, Dataset, H5Type};
+
+/// Largest ratio of the bytes of a dataset to those of its file: that of the compression `deflate`.
+const MOST_COMPRESSION: u64 = 1032;
+
+/// Number of values of a dataset whose values take `bytes` each in memory, in a file of `file_length` bytes.
+///
+/// # Errors
+/// The dataset claims more values than the file can hold.
+pub fn checked_len(dataset: &Dataset, bytes: usize, file_length: u64) -> Result<usize, String> {
+    let space = dataset.space().map_err(|error| error.to_string())?;
+    let shape = space.shape();
+    let too_large = || format!("claims the shape {shape:?}, more than its file of {file_length} bytes can hold");
+    if !space.is_simple() && !space.is_scalar() {
+        return Err("has no values".to_owned());
+    }
+    let count = shape.iter().try_fold(1_usize, |product, &n| product.checked_mul(n)).ok_or_else(too_large)?;
+    let total = (count as u64).checked_mul(bytes as u64).ok_or_else(too_large)?;
+    if total > file_length.saturating_mul(MOST_COMPRESSION) {
+        return Err(too_large());
+    }
+    Ok(count)
+}
+
+/// Values of a dataset, of exactly the type `T` unless `convert`.
+///
+/// # Errors
+/// Another type, or more values than the file can hold.
+pub fn values<T: H5Type>(dataset: &Dataset, file_length: u64, convert: bool) -> Result<Vec<T>, String> {
+    let count = checked_len(dataset, size_of::<T>(), file_length)?;
+    // The library fails to read an empty dataset.
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    let reader = dataset.as_reader();
+    let reader = if convert { reader } else { reader.no_convert() };
+    let values = reader.read_raw().map_err(|error| error.to_string())?;
+    if values.len() == count { Ok(values) } else { Err("changed its size while it was read".to_owned()) }
+}
+
+/// The number of a scalar attribute or dataset.
+///
+/// # Errors
+/// It is no single number of exactly this type.
+pub fn number<T: H5Type>(container: &Container) -> Result<T, String> {
+    single(container)?;
+    container.as_reader().no_convert().read_scalar().map_err(|error| error.to_string())
+}
+
+/// The library would leave memory unset for a dataspace without values.
+fn single(container: &Container) -> Result<(), String> {
+    let space = container.space().map_err(|error| error.to_string())?;
+    if space.is_scalar() { Ok(()) } else { Err(format!("has the shape {:?} where one value is needed", space.shape())) }
+}

@@ -1,0 +1,137 @@
+//! Overlaps before the first step, whose elastic energy would drive particles apart: between particles of files and clumps,
+//! and with walls.
+
+use std::collections::{BTreeMap, HashSet};
+
+use super::{AssemblyError, unfit};
+use crate::checks::{OVERLAP_BONDED, OVERLAP_UNBONDED, length};
+use crate::schema::{Packing, Problem, Scenario, WallShape};
+use concordem_contact::math::Vec3;
+use concordem_solver::neighbor::candidate_pairs;
+use concordem_solver::state::{State, Wall, WallShape as Shape};
+
+/// Refuses particles inside or behind walls.
+///
+/// # Errors
+/// A particle overlaps a wall by more than [`OVERLAP_UNBONDED`] of its radius.
+pub(super) fn refuse_walls(scenario: &Scenario, state: &State) -> Result<(), AssemblyError> {
+    let particles = &state.particles;
+    // Deepest overlap of every particle that overlaps: depth through radius, wall, particle.
+    let mut deepest: BTreeMap<usize, (f64, usize)> = BTreeMap::new();
+    let mut add = |w: usize, element: usize, p: usize| {
+        let depth = 1.0 - distance(&state.walls[w], element, &particles.position[p]) / particles.radius[p];
+        if depth > OVERLAP_UNBONDED && deepest.get(&p).is_none_or(|(other, _)| depth > *other) {
+            deepest.insert(p, (depth, w));
+        }
+    };
+    // Triangles join the neighbor search as balls, numbered after the particles.
+    let (mut position, mut reach) = (particles.position.clone(), particles.radius.clone());
+    let mut triangles = Vec::new();
+    for (w, wall) in state.walls.iter().enumerate() {
+        for element in 0..wall.element_count() {
+            if let Some((center, radius)) = wall.bounds(element) {
+                position.push(center);
+                reach.push(radius);
+                triangles.push((w, element));
+            } else {
+                (0..particles.len()).for_each(|p| add(w, element, p));
+            }
+        }
+    }
+    if !triangles.is_empty() {
+        for pair in candidate_pairs(&position, &reach, None)? {
+            let (p, other) = (pair.a as usize, pair.b as usize);
+            if p < particles.len() && other >= particles.len() {
+                let (w, element) = triangles[other - particles.len()];
+                add(w, element, p);
+            }
+        }
+    }
+    let count = deepest.len();
+    let deepest = deepest.into_iter().map(|(p, (depth, w))| (depth, w, p)).reduce(|a, b| if b.0 > a.0 { b } else { a });
+    let Some((depth, w, p)) = deepest else { return Ok(()) };
+    let place = particles.position[p];
+    let others = if count > 1 { format!("; {count} particles overlap walls") } else { String::new() };
+    let message = format!(
+        "particle {} at ({:.6e}, {:.6e}, {:.6e}) m lies {} deep in the wall \"{}\" before the first step{others}; move the \
+         wall or the particle, or turn the normal of the wall toward the particles",
+        particles.id[p],
+        place.x,
+        place.y,
+        place.z,
+        length(depth * particles.radius[p]),
+        state.walls[w].name
+    );
+    Err(unfit(&key_of_wall(scenario, w), message))
+}
+
+/// Distance from `x` (m) to an element of a wall, m; negative behind it.
+fn distance(wall: &Wall, element: usize, x: &Vec3) -> f64 {
+    match (wall.closest_point(element, x), &wall.shape) {
+        (Some(closest_point), _) => closest_point.distance,
+        // On the axis of a cylinder the direction is undefined.
+        (None, Shape::Cylinder { radius, inside: true, .. }) => *radius,
+        (None, Shape::Cylinder { radius, .. }) => -radius,
+        // On the surface.
+        (None, _) => 0.0,
+    }
+}
+
+/// Key of the wall with this number in the state; a box has six.
+fn key_of_wall(scenario: &Scenario, number: usize) -> String {
+    let mut first = 0;
+    for (at, wall) in scenario.walls.iter().enumerate() {
+        first += if matches!(wall.shape, WallShape::Box { .. }) { 6 } else { 1 };
+        if number < first {
+            return format!("wall[{at}].shape");
+        }
+    }
+    "loading".to_owned()
+}
+
+/// Overlaps of particles that touch without a bond, where the packing is given and not made: those of a file, and those of
+/// added spheres of clumps. (The checks of the text see listed spheres; random packings overlap by their own rules.)
+///
+/// # Errors
+/// Overlaps deeper than [`OVERLAP_BONDED`] of the smaller radius.
+pub(super) fn of_particles(scenario: &Scenario, state: &State) -> Result<Option<Problem>, AssemblyError> {
+    let given = matches!(scenario.packing, Packing::File { .. });
+    let added = scenario.clumps.iter().any(|clump| clump.spheres.is_some());
+    if !(given || added) || scenario.contacts.law.law().is_none() {
+        return Ok(None);
+    }
+    let particles = &state.particles;
+    let blocks = state.bonds.iter().map(|block| block.contacts());
+    let bonded: HashSet<[u32; 2]> =
+        blocks.flat_map(|block| (0..block.len()).map(|k| [block.view(k).pair.a, block.view(k).pair.b])).collect();
+    let (mut count, mut deepest) = (0_usize, None::<(f64, [u32; 2])>);
+    for pair in candidate_pairs(&particles.position, &particles.radius, state.cell.as_ref())? {
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        if particles.clump[a] != u32::MAX && particles.clump[a] == particles.clump[b] {
+            continue;
+        }
+        let shift = state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(pair.image));
+        let distance = (particles.position[b] + shift - particles.position[a]).norm();
+        let smaller = particles.radius[a].min(particles.radius[b]);
+        let depth = (particles.radius[a] + particles.radius[b] - distance) / smaller;
+        if depth > OVERLAP_UNBONDED && !bonded.contains(&[pair.a, pair.b]) {
+            count += 1;
+            if deepest.is_none_or(|(other, _)| depth > other) {
+                deepest = Some((depth, [pair.a, pair.b]));
+            }
+        }
+    }
+    let Some((depth, pair)) = deepest else { return Ok(None) };
+    let [a, b] = pair.map(|p| particles.id[p as usize]);
+    let message = format!(
+        "particles {a} and {b} overlap by {depth:.3} of the smaller radius before the first step; {count} pairs without a bond \
+         overlap by more than {OVERLAP_UNBONDED}"
+    );
+    let help =
+        "their elastic energy is released at the start; check positions, radii, and units, or join them in a [[clump]]";
+    let key = if given { "packing" } else { "clump" };
+    if depth > OVERLAP_BONDED {
+        return Err(unfit(key, format!("{message}; {help}")));
+    }
+    Ok(Some(scenario.warning(key, message, help)))
+}

@@ -1,0 +1,275 @@
+//! Restart: a state of an earlier run that a scenario continues, which may differ from that of the earlier run.
+//!
+//! What defines the specimen stays: packing, particles, bonds, laws, clumps, walls, time step. What drives it may change: the
+//! end of the run, output, samples, loading, prescribed motions, forces, gravity, damping, velocities of walls, and numbers
+//! in the tables of laws. Everything else is refused by its key. A changed key is used, never ignored.
+
+use super::{Assembly, AssemblyError, unfit};
+use crate::schedule::simulation;
+use crate::schema::{Document, Loading, Problem, ProblemKind, Scenario, ScenarioError};
+use concordem_solver::energy::Ledger;
+use concordem_solver::state::columns::{ColumnError, ColumnSource};
+use concordem_solver::state::{Constraint, State};
+use serde_json::Value;
+
+/// A key whose value differs between two scenarios.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Change {
+    /// Path of the key, such as `stop.steps` or `material[0].cpm.young`.
+    pub key: String,
+    /// Value before; `none` if not given.
+    pub before: String,
+    /// Value after; `none` if not given.
+    pub after: String,
+}
+
+impl std::fmt::Display for Change {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "{}: {} -> {}", self.key, self.before, self.after)
+    }
+}
+
+/// How a state is continued.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Continuation {
+    /// In the same result: its columns are already defined, so `[[sample]]` and `output.file` stay.
+    SameResult,
+    /// In a new result.
+    NewResult,
+}
+
+/// Why a state cannot be continued.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RestartError {
+    /// The scenario changes what must stay.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// The state has other columns than the scenario needs.
+    #[error(transparent)]
+    Column(#[from] ColumnError),
+    /// The state does not fit the scenario.
+    #[error(transparent)]
+    Assembly(#[from] AssemblyError),
+}
+
+/// Keys that differ, in the order of the scenario's tables. Values are compared, not their spelling: `"1 mm"` equals `0.001`.
+pub fn changes(before: &Scenario, after: &Scenario) -> Vec<Change> {
+    let [before, after] = [before, after].map(|scenario| serde_json::to_value(scenario).unwrap_or(Value::Null));
+    let mut found = Vec::new();
+    compare("", &before, &after, &mut found);
+    found
+}
+
+fn compare(path: &str, before: &Value, after: &Value, found: &mut Vec<Change>) {
+    if before == after {
+        return;
+    }
+    match (before, after) {
+        (Value::Object(old), Value::Object(new)) if old.get("kind") == new.get("kind") => {
+            let others = new.keys().filter(|key| !old.contains_key(*key));
+            for key in old.keys().chain(others) {
+                let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+                let of = |table: &serde_json::Map<String, Value>| table.get(key).cloned().unwrap_or(Value::Null);
+                compare(&path, &of(old), &of(new), found);
+            }
+        }
+        (Value::Array(old), Value::Array(new)) if old.len() == new.len() => {
+            for (k, (old, new)) in old.iter().zip(new).enumerate() {
+                compare(&format!("{path}[{k}]"), old, new, found);
+            }
+        }
+        _ => found.push(Change { key: path.to_owned(), before: shown(before), after: shown(after) }),
+    }
+}
+
+/// A value on one line, shortened.
+fn shown(value: &Value) -> String {
+    let text = match value {
+        Value::Null => "none".to_owned(),
+        other => other.to_string(),
+    };
+    if text.chars().count() > 60 { text.chars().take(57).chain("...".chars()).collect() } else { text }
+}
+
+/// Whether a restart may change a key.
+fn allowed(change: &Change, [before, after]: [&Scenario; 2], continuation: Continuation) -> bool {
+    let first = change.key.split(['.', '[']).next().unwrap_or_default();
+    match first {
+        "title" | "stop" | "prescribe" | "force" => true,
+        "output" => continuation == Continuation::NewResult || change.key != "output.file",
+        "sample" => continuation == Continuation::NewResult,
+        "loading" => loading_allowed(change, &before.loading, &after.loading),
+        "integration" => {
+            let keys = ["integration.damping", "integration.gravity", "integration.allow_unstable"];
+            keys.iter().any(|key| change.key.starts_with(key))
+        }
+        "wall" => change.key.contains("].velocity"),
+        // Numbers in the tables of laws.
+        "material" | "interface" => {
+            let number = |text: &str| text == "none" || text.parse::<f64>().is_ok();
+            let fixed = [".density", ".deformable", ".name", ".between"];
+            change.key.matches('.').count() >= 2
+                && !fixed.iter().any(|key| change.key.contains(key))
+                && number(&change.before)
+                && number(&change.after)
+        }
+        _ => false,
+    }
+}
+
+fn loading_allowed(change: &Change, before: &Loading, after: &Loading) -> bool {
+    // Their strain is the rate times the time since the start.
+    let turning = |loading: &Loading| matches!(loading, Loading::Bending { .. } | Loading::Torsion { .. });
+    let platens = |loading: &Loading| matches!(loading, Loading::Platens { .. });
+    if turning(before) || turning(after) || platens(before) != platens(after) {
+        return false;
+    }
+    // Their surfaces and law are made at the start.
+    !platens(before) || !matches!(&change.key[..], "loading.axis" | "loading.material")
+}
+
+/// The changes of `after` against `before`, if a restart may make them.
+///
+/// # Errors
+/// Every key that may not change, with its place in `after`.
+pub fn check(before: &Scenario, after: &Scenario, continuation: Continuation) -> Result<Vec<Change>, ScenarioError> {
+    let changes = changes(before, after);
+    let refused: Vec<&Change> =
+        changes.iter().filter(|change| !allowed(change, [before, after], continuation)).collect();
+    if refused.is_empty() {
+        return Ok(changes);
+    }
+    let document = Document::parse(&after.source);
+    let problem = |change: &Change| {
+        let (span, value) = document.as_ref().map_or((0..0, None), |document| document.locate(&change.key));
+        let message = format!(
+            "differs from the scenario that the state comes from, which has {}; a restart cannot change it",
+            change.before
+        );
+        let help = "restore it, or start a new run. A restart may change stop, output, loading (not bending, torsion, or \
+                    the kind of platens), prescribe, force, gravity, damping, velocities of walls, numbers in the tables of \
+                    laws, and in a new result sample";
+        let key = change.key.clone();
+        Problem { kind: ProblemKind::Conflict, key, value, span, message, help: help.to_owned() }
+    };
+    Err(ScenarioError::new(&after.source, refused.into_iter().map(problem).collect()))
+}
+
+/// Replaces the initial state of `assembly` by a stored one, and applies the `changes` of its scenario to it.
+///
+/// Without changes the state continues bit for bit. `further`: a run that had ended goes on.
+///
+/// # Errors
+/// The state belongs to other particles, its columns do not fit, or its time step is above the stability bound of the
+/// changed scenario.
+pub fn apply(
+    assembly: &mut Assembly,
+    source: &mut dyn ColumnSource,
+    scenario: &Scenario,
+    changes: &[Change],
+    further: bool,
+) -> Result<(), RestartError> {
+    let fresh = assembly.state.clone();
+    assembly.state.read(source)?;
+    let state = &mut assembly.state;
+    same_particles(&fresh, state)?;
+    state.check_indices()?;
+    let changed = |table: &str| changes.iter().any(|change| change.key.split(['.', '[']).next() == Some(table));
+    if changed("loading") || changed("prescribe") {
+        prescribe(&fresh, state);
+    }
+    if changed("force") {
+        state.particles.loads.clone_from(&fresh.particles.loads);
+    }
+    if changed("wall") || changed("loading") {
+        for (wall, fresh) in state.walls.iter_mut().zip(&fresh.walls) {
+            wall.velocity = fresh.velocity;
+        }
+    }
+    if ["material", "interface", "loading", "prescribe", "wall"].into_iter().any(changed) {
+        // Stored and kinetic energy jump without work: the balance starts anew.
+        state.ledger = Ledger::default();
+        simulation::forget_turnover(&mut state.schedule_memory);
+    }
+    if further {
+        not_over(state, scenario)?;
+        simulation::continue_memory(&mut state.schedule_memory, changed("loading"));
+    }
+    if !changes.is_empty() {
+        stable(assembly, scenario)?;
+    }
+    Ok(())
+}
+
+/// The state must lie before the end that the scenario gives.
+fn not_over(state: &State, scenario: &Scenario) -> Result<(), AssemblyError> {
+    let (step, time) = (state.clock.step, state.clock.time());
+    if scenario.stop.steps.is_some_and(|steps| steps <= step) {
+        let message = format!("the state is at step {step} already; steps count from the first start: give more");
+        return Err(unfit("stop.steps", message));
+    }
+    if scenario.stop.time.is_some_and(|end| end.si() <= time) {
+        let message = format!("the state is at {time:e} s already; the time counts from the first start: give more");
+        return Err(unfit("stop.time", message));
+    }
+    Ok(())
+}
+
+/// The particles of a state must be those of the scenario, in the same order.
+fn same_particles(fresh: &State, state: &State) -> Result<(), AssemblyError> {
+    let (a, b) = (&fresh.particles, &state.particles);
+    let other = |what: String| {
+        let message = format!(
+            "the state does not belong to this packing: {what}. Use the packing, sets, and clumps of the run that wrote the \
+             state"
+        );
+        Err(unfit("packing", message))
+    };
+    if a.len() != b.len() {
+        return other(format!("it has {} particles, the scenario makes {}", b.len(), a.len()));
+    }
+    for p in 0..a.len() {
+        let same = a.id[p] == b.id[p]
+            && a.radius[p].to_bits() == b.radius[p].to_bits()
+            && a.mass[p].to_bits() == b.mass[p].to_bits()
+            && a.material[p] == b.material[p]
+            && a.clump[p] == b.clump[p]
+            && a.tags[p] == b.tags[p];
+        if !same {
+            return other(format!("particle {} differs in id, radius, mass, material, clump, or sets", a.id[p]));
+        }
+    }
+    if fresh.cell.is_some() != state.cell.is_some() {
+        return other("only one of them has a periodic cell".to_owned());
+    }
+    Ok(())
+}
+
+/// Prescribed motions of the new scenario; components that become free keep their velocity.
+fn prescribe(fresh: &State, state: &mut State) {
+    let (new, particles) = (&fresh.particles, &mut state.particles);
+    for p in 0..particles.len() {
+        let constraint: Constraint = new.constraint[p];
+        particles.constraint[p] = constraint;
+        for i in 0..3 {
+            if constraint.translation(i) {
+                particles.velocity[p][i] = new.velocity[p][i];
+            }
+            if constraint.rotation(i) {
+                particles.angular_velocity[p][i] = new.angular_velocity[p][i];
+            }
+        }
+    }
+}
+
+/// The time step of the state stays; it must be stable with the new parameters.
+fn stable(assembly: &Assembly, scenario: &Scenario) -> Result<(), AssemblyError> {
+    let bounds = &assembly.summary.bounds;
+    let bound = bounds.spectral.max(bounds.per_particle) * assembly.model.damping.stability();
+    let given = assembly.state.clock.dt;
+    if given > bound && !scenario.integration.allow_unstable {
+        return Err(AssemblyError::Unstable { given, bound, frequency: bounds.frequency });
+    }
+    Ok(())
+}

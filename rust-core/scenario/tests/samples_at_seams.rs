@@ -1,0 +1,413 @@
+//! Operators where features meet: given loads, rigid bodies, periodic images, damage, and the last state of a run.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use concordem_contact::math::{Mat3, Vec3};
+use concordem_scenario::assembly::assemble;
+use concordem_scenario::sampling::Record;
+use concordem_scenario::schedule::{Advance, Simulation};
+use concordem_scenario::schema::Scenario;
+
+fn simulation(text: &str) -> Simulation {
+    let scenario = Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"));
+    let assembly = assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap_or_else(|error| panic!("{error}"));
+    Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap()
+}
+
+/// Values of a quantity of the operator `name` in the last of its rows.
+fn reals(simulation: &Simulation, advance: &Advance, name: &str, quantity: &str) -> Vec<f64> {
+    let operators = &simulation.schedule.operators;
+    let k = operators.iter().position(|sample| sample.name == name).unwrap();
+    let row = advance.operators.iter().rev().find(|row| row.operator == k).unwrap();
+    let mut first = 0;
+    for q in operators[k].operator.quantities() {
+        let last = first + q.components * operators[k].cells();
+        if q.name == quantity {
+            return row.values[first..last].to_vec();
+        }
+        first = last;
+    }
+    panic!("{name} has no {quantity}")
+}
+
+fn tensor(simulation: &Simulation, advance: &Advance, name: &str, quantity: &str) -> Mat3 {
+    Mat3::from_row_slice(&reals(simulation, advance, name, quantity))
+}
+
+fn vector(simulation: &Simulation, advance: &Advance, name: &str, quantity: &str) -> Vec3 {
+    Vec3::from_column_slice(&reals(simulation, advance, name, quantity))
+}
+
+/// Advance until the run ends; the last step, which gives the final rows.
+fn to_the_end(simulation: &mut Simulation) -> Advance {
+    loop {
+        let advance = simulation.advance().unwrap();
+        if advance.stopped.is_some() {
+            return advance;
+        }
+    }
+}
+
+/// Two spheres 20 mm apart along x, the first at `x`, and what `more` adds; the volume of the body is 1e-5 m³.
+fn pair(x: f64, law: &str, table: &str, more: &str) -> String {
+    format!(
+        "version = 1
+        [packing]
+        kind = \"spheres\"
+        spheres = [[{x}, 0, 0, 0.01], [{}, 0, 0, 0.01]]
+        [[material]]
+        name = \"m\"
+        density = 2500
+        {law} = {table}
+        [bonds]
+        law = \"{law}\"
+        interaction_ratio = 1.01
+        [contacts]
+        law = \"none\"
+        [[set]]
+        name = \"left\"
+        selection = {{ kind = \"ids\", ids = [0] }}
+        [[set]]
+        name = \"right\"
+        selection = {{ kind = \"ids\", ids = [1] }}
+        {more}
+        [[sample]]
+        operator = \"boundary-stress\"
+        region = {{ kind = \"all\", volume = 1e-5 }}
+        [[sample]]
+        operator = \"couple-stress\"
+        region = {{ kind = \"all\", volume = 1e-5 }}
+        [stop]
+        steps = 1",
+        x + 0.02
+    )
+}
+
+const SPRING: &str = "{ normal_stiffness = 1e6, shear_stiffness = 5e5 }";
+
+/// A pair under a pull of 1 kN at both ends: 20 mm · 1 kN / 1e-5 m³ = 2 MPa from the start, wherever the body is.
+/// Tolerance: the roundings of positions of 0.1 m over 0.02 m.
+#[test]
+fn boundary_stress_counts_given_forces() {
+    let forces = "[[force]]\nset = \"right\"\nforce = [1000, 0, 0]\n[[force]]\nset = \"left\"\nforce = [-1000, 0, 0]";
+    for x in [0.0, 0.1] {
+        let mut run = simulation(&pair(x, "linear_bond", SPRING, forces));
+        let first = run.advance().unwrap();
+        let row = first.operators.iter().find(|row| row.step == 0).unwrap();
+        assert!((row.values[0] / 2e6 - 1.0).abs() < 1e-14, "{}", row.values[0]);
+        assert_eq!(reals(&run, &first, "boundary-stress", "loads"), [2.0]);
+    }
+    // One end held: its support carries the load of the other only in equilibrium, but the own load of a held particle at
+    // once.
+    let held = "[[prescribe]]\nset = \"left\"\nvelocity = [0, 0, 0]\n[[force]]\nset = \"left\"\nforce = [0, 500, 0]";
+    let mut run = simulation(&pair(0.1, "linear_bond", SPRING, held));
+    let first = run.advance().unwrap();
+    let row = first.operators.iter().find(|row| row.step == 0).unwrap();
+    assert!(row.values[..9].iter().all(|component| *component == 0.0), "{:?}", row.values);
+}
+
+/// Moments of ±1e-3 N·m at the ends of a beam of 20 mm: the couple stress 20 mm · 1e-3 N·m / 1e-5 m³ = 2 N/m, from the loads
+/// at once, and from the contacts once the beam is in equilibrium.
+#[test]
+fn couple_stress_counts_given_moments() {
+    let moments = "[[force]]\nset = \"right\"\nmoment = [0, 0, 1e-3]\n[[force]]\nset = \"left\"\nmoment = [0, 0, -1e-3]
+        [integration]\ndamping = { kind = \"local\", coefficient = 0.7 }";
+    let text = pair(-0.01, "cohesive_beam", "{ young = 1e9, radius_ratio = 0.5 }", moments);
+    let mut run = simulation(&text.replace("steps = 1", "steps = 5000"));
+    let last = to_the_end(&mut run);
+    let from_loads = tensor(&run, &last, "boundary-stress", "couple_stress");
+    let from_contacts = tensor(&run, &last, "couple-stress", "couple_stress");
+    // Damping leaves 1e-9 of the moment; ends of the beam have moved by 1e-4 of its length.
+    assert!((from_loads[(0, 2)] / 2.0 - 1.0).abs() < 1e-3, "{from_loads}");
+    assert!((from_contacts - from_loads).norm() < 1e-6 * from_loads.norm(), "{from_contacts} {from_loads}");
+}
+
+/// Two dumbbells between plates: 70 mm high, 4 cm² in section.
+const DUMBBELLS: &str = "
+    version = 1
+    [packing]
+    kind = \"spheres\"
+    spheres = []
+    [[material]]
+    name = \"m\"
+    density = 2500
+    frictional = { normal_stiffness = 1e6, shear_stiffness = 0, damping_ratio = 0.3 }
+    [contacts]
+    law = \"frictional\"
+    [[clump]]
+    spheres = [[0, 0, 0.01, 0.01], [0, 0, 0.025, 0.01]]
+    [[clump]]
+    spheres = [[0, 0, 0.045, 0.01], [0, 0, 0.06, 0.01]]
+    [[wall]]
+    name = \"low\"
+    material = \"m\"
+    shape = { kind = \"plane\", point = [0, 0, 0], normal = [0, 0, 1] }
+    [[wall]]
+    name = \"high\"
+    material = \"m\"
+    shape = { kind = \"plane\", point = [0, 0, 0.07], normal = [0, 0, -1] }
+    velocity = [0, 0, -1e-3]
+    [integration]
+    time_step = 1e-5
+    damping = { kind = \"local\", coefficient = 0.7 }
+    [stop]
+    steps = 20000
+    [output]
+    sample_interval = 20000
+    [[sample]]
+    operator = \"wall-traction\"
+    wall = \"low\"
+    area = 4e-4
+    [[sample]]
+    operator = \"region-stress\"
+    name = \"between centers\"
+    region = { kind = \"box\", minimum = [-0.01, -0.01, 0.012], maximum = [0.01, 0.01, 0.058] }
+    [[sample]]
+    operator = \"region-stress\"
+    name = \"inside a body\"
+    region = { kind = \"box\", minimum = [-0.01, -0.01, 0.012], maximum = [0.01, 0.01, 0.022] }
+    [[sample]]
+    operator = \"particle-stress\"
+    region = { kind = \"box\", minimum = [-0.01, -0.01, 0], maximum = [0.01, 0.01, 0.07] }
+    [[sample]]
+    operator = \"boundary-stress\"
+    region = { kind = \"all\", volume = 2.8e-5 }
+";
+
+/// Rigid bodies carry stress, too: every section of a column of dumbbells carries the traction of its plates. Tolerance 1e-3:
+/// the plates approach by 0.2 mm of 70 mm, so that volumes of the regions are wrong by 3e-3 at most where the column shortens
+/// inside of them; sections of fixed boxes are not. The rest is the force out of balance at 1 mm/s, below 1e-4.
+#[test]
+fn rigid_bodies_carry_stress() {
+    let mut run = simulation(DUMBBELLS);
+    let last = to_the_end(&mut run);
+    let traction = vector(&run, &last, "wall-traction", "traction").z;
+    assert!(traction.abs() > 1e4, "{traction}");
+    // The traction is the force on the wall below: downwards in compression, as the stress.
+    for name in ["between centers", "inside a body"] {
+        let stress = tensor(&run, &last, name, "stress")[(2, 2)];
+        assert!((stress / traction - 1.0).abs() < 1e-3, "{name}: {stress} {traction}");
+    }
+    let particles = tensor(&run, &last, "particle-stress", "stress")[(2, 2)];
+    let boundary = tensor(&run, &last, "boundary-stress", "stress")[(2, 2)];
+    assert!((particles / boundary - 1.0).abs() < 1e-3, "{particles} {boundary}");
+    // No contact lies in the second box: the forces inside bodies are none.
+    assert_eq!(reals(&run, &last, "inside a body", "contacts"), [0.0]);
+    assert_eq!(reals(&run, &last, "between centers", "contacts"), [1.0]);
+}
+
+/// A periodic cube of 4³ spheres with 192 bonds, and operators in two halves of it: as boxes and as slabs between planes.
+fn halves() -> String {
+    let mut text = "
+        version = 1
+        [packing]
+        kind = \"lattice\"
+        lattice = \"sc\"
+        radius = 1e-3
+        repeats = [4, 4, 4]
+        shape = { kind = \"periodic\" }
+        [[material]]
+        name = \"m\"
+        density = 2500
+        cpm = { young = 25e9, shear_ratio = 0.2, crack_onset_strain = 1e-4, relative_ductility = 30, cohesion = 3e6, friction_coefficient = 0.8 }
+        [bonds]
+        law = \"cpm\"
+        interaction_ratio = 1.2
+        [contacts]
+        law = \"none\"
+        [loading]
+        kind = \"cell-strain\"
+        velocity_gradient = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+        [stop]
+        steps = 100
+        "
+    .to_owned();
+    for (operator, count) in [("damage-tensor", 3), ("fabric", 3), ("region-stress", 3), ("porosity", 3)] {
+        for (k, (low, high)) in
+            [(-1.5e-3, 2.5e-3), (2.5e-3, 6.5e-3), (10.5e-3, 14.5e-3)].into_iter().take(count).enumerate()
+        {
+            let _ = write!(text,
+                "[[sample]]
+                operator = \"{operator}\"
+                name = \"{operator} box {k}\"
+                region = {{ kind = \"box\", minimum = [{low}, -0.5e-3, -0.5e-3], maximum = [{high}, 7.5e-3, 7.5e-3] }}
+                [[sample]]
+                operator = \"{operator}\"
+                name = \"{operator} slab {k}\"
+                region = {{ kind = \"half-spaces\", volume = 256e-9, planes = [
+                    {{ point = [{high}, 0, 0], normal = [1, 0, 0] }}, {{ point = [{low}, 0, 0], normal = [-2, 0, 0] }}] }}
+                "
+            );
+        }
+    }
+    text
+}
+
+/// Each half of a periodic cell has half of its bonds, contacts, and particles, wherever it lies, as a box and as a slab.
+#[test]
+fn regions_see_periodic_images() {
+    let mut run = simulation(&halves());
+    let first = run.advance().unwrap();
+    for k in 0..3 {
+        for kind in ["box", "slab"] {
+            let count =
+                |operator: &str, quantity: &str| reals(&run, &first, &format!("{operator} {kind} {k}"), quantity)[0];
+            assert_eq!(count("damage-tensor", "contacts"), 96.0, "{kind} {k}");
+            assert_eq!(count("fabric", "particles"), 32.0, "{kind} {k}");
+            // Clipped bonds add up: 4 slabs of 16 bonds along x, 4 layers of 32 across it. Tolerance: sums of 96 fractions.
+            assert!((count("fabric", "contacts") - 96.0).abs() < 1e-9, "{kind} {k}");
+            // Spheres of π/6 of their cube.
+            let solid = count("porosity", "solid_fraction");
+            assert!((solid / std::f64::consts::PI * 6.0 - 1.0).abs() < 1e-12, "{kind} {k}: {solid}");
+        }
+    }
+}
+
+/// A half-space that no other plane closes holds infinitely many images.
+#[test]
+fn unbounded_half_spaces_are_refused_in_a_periodic_cell() {
+    let text = halves().replace(", { point = [-0.0015, 0, 0], normal = [-2, 0, 0] }", "");
+    let scenario = Scenario::parse("test.toml", &text).unwrap_or_else(|error| panic!("{error}"));
+    let Err(error) = assemble(&scenario, Path::new(""), &mut |_, _| ()) else { panic!("accepted") };
+    let message = error.to_string();
+    assert!(message.starts_with("sample[1].region: the half-spaces are unbounded along edge 0"), "{message}");
+}
+
+/// Three bonded spheres of concrete in a row; the ends move apart.
+const CHAIN: &str = "
+    version = 1
+    [packing]
+    kind = \"spheres\"
+    spheres = [[0, 0, 0, 1e-3], [2e-3, 0, 0, 1e-3], [4e-3, 0, 0, 1e-3]]
+    [[material]]
+    name = \"m\"
+    density = 2500
+    cpm = { young = 25e9, shear_ratio = 0.2, crack_onset_strain = 1e-4, relative_ductility = 30, cohesion = 3e6, friction_coefficient = 0.8 }
+    [bonds]
+    law = \"cpm\"
+    interaction_ratio = 1.01
+    [contacts]
+    law = \"none\"
+    [[set]]
+    name = \"left\"
+    selection = { kind = \"ids\", ids = [0] }
+    [[set]]
+    name = \"middle\"
+    selection = { kind = \"ids\", ids = [1] }
+    [[set]]
+    name = \"right\"
+    selection = { kind = \"ids\", ids = [2] }
+    [[set]]
+    name = \"first two\"
+    selection = { kind = \"ids\", ids = [0, 1] }
+    [[prescribe]]
+    set = \"left\"
+    velocity = [0, 0, 0]
+    [[prescribe]]
+    set = \"middle\"
+    velocity = [0.04, 0, 0]
+    [[prescribe]]
+    set = \"right\"
+    velocity = [0.04, 0, 0]
+    [integration]
+    time_step = 5e-7
+    [stop]
+    steps = 40
+    [output]
+    sample_interval = 10
+    [[sample]]
+    operator = \"damage-tensor\"
+    region = { kind = \"all\", volume = 1e-8 }
+    interval = 1
+    [[sample]]
+    operator = \"damage-tensor\"
+    name = \"of the first two\"
+    region = { kind = \"set\", set = \"first two\", volume = 1e-8 }
+    interval = 1
+    [[sample]]
+    operator = \"region-stress\"
+    region = { kind = \"all\", volume = 1e-8 }
+    interval = 1
+";
+
+/// Damage and stress of a row are those of the same positions: `ω = 1 − ε₀/ε exp(−(ε−ε₀)/ε_f)` and `σ = (1−ω) Ē ε`, with the
+/// strain of the bond at the row's time. Only the first bond stretches; a list of particles has it whole, and half of the
+/// second. Tolerance: positions of 2e-3 m are known to 4e-19 m, elongations are 1e-7 m: 1e-11 of the strain, through the slope
+/// of the damage.
+#[test]
+fn damage_belongs_to_the_positions_of_its_row() {
+    let mut run = simulation(CHAIN);
+    let mut seen = 0;
+    loop {
+        let x = &run.state.particles.position;
+        let strain = (x[1].x - x[0].x).abs().max((x[2].x - x[1].x).abs()) / 2e-3 - 1.0;
+        let advance = run.advance().unwrap();
+        let row = advance.operators.iter().find(|row| row.operator == 0).unwrap();
+        let mean = row.values[27];
+        let omega = if strain > 1e-4 { 1.0 - 1e-4 / strain * (-(strain - 1e-4) / 30e-4).exp() } else { 0.0 };
+        assert!((mean - 0.5 * omega).abs() < 1e-9, "step {}: {mean} {omega}", row.step);
+        let stress = advance.operators.iter().find(|row| row.operator == 2).unwrap().values[0];
+        // One bond of π·1e-6 m² with a branch of 2e-3 m (1 + ε), in 1e-8 m³.
+        let expected = (1.0 - omega) * 25e9 * strain * std::f64::consts::PI * 1e-6 * 2e-3 * (1.0 + strain) / 1e-8;
+        assert!((stress - expected).abs() < 1e-8 * 25e9 * 1e-4, "step {}: {stress} {expected}", row.step);
+        let of_two = advance.operators.iter().find(|row| row.operator == 1).unwrap();
+        assert_eq!(of_two.values[29], 1.5);
+        assert!((of_two.values[27] - omega / 1.5).abs() < 1e-9);
+        seen += usize::from(omega > 0.1);
+        if advance.stopped.is_some() {
+            break;
+        }
+    }
+    assert!(seen > 10, "{seen}");
+}
+
+/// Every run ends with a record and rows of its final state, whatever the intervals. They are those of a longer run, bit for
+/// bit, and the state is the same as without them.
+#[test]
+fn the_final_state_has_a_record() {
+    let run_to = |steps: u64| {
+        let mut run = simulation(&CHAIN.replace("steps = 40", &format!("steps = {steps}")));
+        let mut records: Vec<Record> = Vec::new();
+        let mut rows: Vec<(u64, usize, Vec<u64>)> = Vec::new();
+        let mut last = None;
+        loop {
+            let advance = run.advance().unwrap();
+            records.extend(advance.sample);
+            let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect();
+            rows.extend(advance.operators.into_iter().map(|row| (row.step, row.operator, bits(row.values))));
+            if let Some(record) = advance.last {
+                last = Some(record);
+            }
+            if advance.stopped.is_some() {
+                return (records, rows, last.unwrap(), run.state.clock.time());
+            }
+        }
+    };
+    let (records, rows, last, time) = run_to(20);
+    assert_eq!(records.iter().map(|record| record.step).collect::<Vec<_>>(), [0.0, 10.0]);
+    assert_eq!((last.step, last.time), (20.0, time));
+    assert_eq!(rows.iter().map(|row| row.0).max(), Some(20));
+    let (longer, further, _, _) = run_to(31);
+    let same = longer.iter().find(|record| record.step == 20.0).unwrap();
+    let bits = |record: &Record| record.to_row().into_iter().map(f64::to_bits).collect::<Vec<_>>();
+    assert_eq!(bits(&last), bits(same));
+    for row in &rows {
+        assert!(further.contains(row), "{row:?}");
+    }
+}
+
+/// An empty region has no stress: its rows are not-a-number, not zero.
+#[test]
+fn empty_regions_have_no_stress() {
+    let text = CHAIN.replace(
+        "[[sample]]\n    operator = \"region-stress\"\n    region = { kind = \"all\", volume = 1e-8 }",
+        "[[sample]]\n    operator = \"particle-stress\"\n    region = { kind = \"sphere\", center = [1, 0, 0], radius = 1e-3 }
+        [[sample]]\n    operator = \"region-stress\"\n    region = { kind = \"sphere\", center = [1, 0, 0], radius = 1e-3 }",
+    );
+    let mut run = simulation(&text);
+    let first = run.advance().unwrap();
+    for name in ["particle-stress", "region-stress"] {
+        assert!(reals(&run, &first, name, "stress").iter().all(|component| component.is_nan()), "{name}");
+    }
+}

@@ -1,0 +1,76 @@
+//! What a specimen consists of and what its stress and strain refer to: shape, place, cross-section, gauge length.
+
+use std::path::Path;
+
+use concordem_contact::math::Vec3;
+use concordem_scenario::assembly::{Assembly, assemble};
+use concordem_scenario::schedule::Loading;
+use concordem_scenario::schema::Scenario;
+
+/// A block of spheres of 1 mm on a simple cubic lattice with points at multiples of 2 mm.
+fn lattice(shape: &str, loading: &str) -> Result<Assembly, String> {
+    let text = format!(
+        "version = 1\n[packing]\nkind = \"lattice\"\nlattice = \"sc\"\nradius = \"1 mm\"\nshape = {shape}\n\
+         [[material]]\nname = \"bar\"\ndensity = 2000\n[material.linear_bond]\nnormal_stiffness = 1e6\nshear_stiffness = 1e5\n\
+         [bonds]\nlaw = \"linear_bond\"\ninteraction_ratio = 1.1\n[contacts]\nlaw = \"none\"\n\
+         [loading]\n{loading}\n[stop]\nsteps = 1\n"
+    );
+    let scenario = Scenario::parse("test.toml", &text).map_err(|error| error.to_string())?;
+    assemble(&scenario, Path::new(""), &mut |_, _| ()).map_err(|error| error.to_string())
+}
+
+const PULL: &str = "kind = \"uniaxial\"\naxis = \"x\"\nstrain_rate = \"2 1/s\"\nlayer_thickness = \"1.5 mm\"";
+
+#[test]
+fn a_shape_may_lie_anywhere_and_keep_centers_or_whole_spheres() {
+    // Points at 0, 2, ... 8 mm along x lie within 8 mm around x = 4 mm; those at 2, 4, 6 mm are whole inside.
+    let shape =
+        |keep: &str| format!("{{ kind = \"box\", size = [8.1e-3, 4.1e-3, 4.1e-3], center = [\"4 mm\", 0, 0]{keep} }}");
+    for (keep, count, low, high) in
+        [("", 3, 2e-3, 6e-3), (", keep = \"whole-spheres\"", 3, 2e-3, 6e-3), (", keep = \"centers\"", 5 * 9, 0.0, 8e-3)]
+    {
+        let state = lattice(&shape(keep), PULL).unwrap().state;
+        let along = || state.particles.position.iter().map(|x| x.x);
+        assert_eq!(state.particles.len(), count, "{keep}");
+        assert!((along().fold(f64::INFINITY, f64::min) - low).abs() < 1e-12);
+        assert!((along().fold(0.0, f64::max) - high).abs() < 1e-12);
+    }
+    let cylinder = "{ kind = \"cylinder\", radius = 2.5e-3, height = 8.1e-3, axis = \"x\", center = [0, \"20 mm\", 0], keep = \"centers\" }";
+    let state = lattice(cylinder, PULL).unwrap().state;
+    // Five sections of the point on the axis and its four neighbors 2 mm away.
+    assert_eq!(state.particles.len(), 5 * 5);
+    let mean = state.particles.position.iter().sum::<Vec3>() / 25.0;
+    assert!((mean - Vec3::new(0.0, 0.02, 0.0)).norm() < 1e-12);
+}
+
+#[test]
+fn stress_refers_to_the_hull_and_strain_to_the_gauge_length() {
+    let shape = "{ kind = \"box\", size = [10.1e-3, 4.1e-3, 4.1e-3], keep = \"centers\" }";
+    let dimensions =
+        |more: &str| lattice(shape, &format!("{PULL}\n{more}")).unwrap().schedule.loading.dimensions().unwrap();
+    // Centers fill 8 mm by 4 mm by 4 mm; the shape is wider.
+    let (area, length) = dimensions("");
+    assert!((area - 4.1e-3 * 4.1e-3).abs() < 1e-18 && (length - 8e-3).abs() < 1e-15);
+    let (area, length) = dimensions("area = \"hull\"\ngauge_length = \"5 mm\"");
+    // A square of 4 mm, widened by 1 mm with round corners; polygons of 64 corners lie 1.2e-3 mm inside the circles.
+    let expected = 16e-6 + 4.0 * 4e-6 + std::f64::consts::PI * 1e-6;
+    assert!(area < expected && expected - area < 1.3e-3 * 24e-6, "{area}");
+    assert!((length - 5e-3).abs() < 1e-18);
+
+    // The ends part at strain rate times gauge length.
+    let Assembly { state, schedule, .. } = lattice(shape, &format!("{PULL}\ngauge_length = \"5 mm\"")).unwrap();
+    let Loading::Uniaxial { layers, distance, .. } = &schedule.loading else { panic!("uniaxial") };
+    let speed = |layer: &[u32]| state.particles.velocity[layer[0] as usize].x;
+    assert!((speed(&layers[1]) - speed(&layers[0]) - 2.0 * 5e-3).abs() < 1e-15);
+    assert!((distance - 8e-3).abs() < 1e-15);
+}
+
+#[test]
+fn a_hull_of_discs_is_refused() {
+    let text = "version = 1\ndimension = 2\n[packing]\nkind = \"lattice\"\nlattice = \"square\"\nradius = \"1 mm\"\nrepeats = [9, 9, 1]\n\
+                [[material]]\nname = \"bar\"\ndensity = 2000\n[material.linear_bond]\nnormal_stiffness = 1e6\nshear_stiffness = 1e5\n\
+                [bonds]\nlaw = \"linear_bond\"\ninteraction_ratio = 1.1\n[contacts]\nlaw = \"none\"\n\
+                [loading]\nkind = \"uniaxial\"\naxis = \"x\"\nstrain_rate = 1\narea = \"hull\"\n[stop]\nsteps = 1\n";
+    let error = format!("{:?}", Scenario::parse("test.toml", text).unwrap_err());
+    assert!(error.contains("hull"), "{error}");
+}
