@@ -14,8 +14,8 @@
 //!
 //! Run: `cargo run --release -p concordem --example custom_law`
 
+use concordem::conformance::{Native, Properties, Station, Subject, Window, check};
 use concordem::kinematics::PointKinematics;
-use concordem::law::conformance::{Native, Properties, Station, Subject, Window, check};
 use concordem::law::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
 use concordem::math::Vec3;
 use concordem::solver::{Model, PairCoefficients, Solver};

@@ -89,6 +89,7 @@ fn frozen_state(particles: &Particles, forces: &Forces, edge: f64, lid: &Vec3) -
     })
 }
 
+#[expect(clippy::too_many_lines, reason = "a study, step by step, and the record of its figures")]
 fn main() {
     let begin = std::time::Instant::now();
     let numbers: Vec<usize> = std::env::args().skip(1).take(3).map(|a| a.parse().expect("a number")).collect();

@@ -113,7 +113,7 @@ fn run<L: LawLoops, C: LawLoops>(
     let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let mut bonds = ContactBlock::new(vec![law]);
-    let count = bond(&mut bonds, &rows, &particles, None, ratio)?;
+    let count = bond(&mut bonds, &rows, &particles, None, ratio)?.bonds;
     let bytes_per_bond = bonds.bytes_per_contact();
     let contacts = ContactBlock::new(vec![contact_law]);
     let mut state =

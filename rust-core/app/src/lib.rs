@@ -15,7 +15,9 @@ pub mod provenance;
 pub mod report;
 pub mod sweep;
 
-pub use concordem_contact::{for_each_law, kinematics, law, law_state, material, math, prefetch, quantity};
+pub use concordem_contact::{
+    conformance, for_each_law, kinematics, law, law_state, material, math, prefetch, quantity,
+};
 pub use concordem_operator as operator;
 pub use concordem_packing as packing;
 pub use concordem_scenario::{assembly, sampling, schedule, schema as scenario};

@@ -8,7 +8,7 @@ use std::hint::black_box;
 
 use concordem::kinematics::deformable::{Condition, Deformable, Update};
 use concordem::kinematics::sphere_sphere::{ImageShift, Motion, initial_geometry, measure};
-use concordem::kinematics::{MotionMeasure, PreviousGeometry};
+use concordem::kinematics::{ContactInput, MotionMeasure, PreviousGeometry};
 use concordem::law::cpm::CpmFormulation;
 use concordem::law::{
     CohesiveBeam, ContactGeometry, ContactLaw, Cpm, CpmParameters, CpmState, Elastic, LinearBond, Section,
@@ -62,12 +62,12 @@ fn single_contact(c: &mut Criterion) {
     let (a, b) = (still(Vec3::zeros()), still(Vec3::new(2.0001e-3, 1e-7, 0.0)));
     let frame: PreviousGeometry = initial_geometry(&a.position, &Vec3::new(2e-3, 0.0, 0.0), &Vec3::zeros());
     let none = ImageShift::default();
+    let input =
+        ContactInput { a: &a, b: &b, image: &none, geometry: &geometry, previous: &frame, bonded: true, dt: 1e-7 };
     c.bench_function("kinematics, finite", |bench| {
-        bench.iter(|| {
-            measure(MotionMeasure::Finite, black_box(&a), black_box(&b), &none, &geometry, &frame, true, 1e-7)
-        });
+        bench.iter(|| measure(MotionMeasure::Finite, black_box(&input)));
     });
-    let kinematics = measure(MotionMeasure::Finite, &a, &b, &none, &geometry, &frame, true, 1e-7);
+    let kinematics = measure(MotionMeasure::Finite, &input);
     c.bench_function("law, cpm", |bench| {
         bench.iter(|| law.respond(black_box(&kinematics), black_box(&CpmState::default()), 1e-7));
     });
@@ -98,7 +98,7 @@ fn bonded_step<L: LawLoops>(
     let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let mut bonds = ContactBlock::new(vec![law]);
-    let count = bond(&mut bonds, &rows, particles, None, 1.5).expect("finite positions");
+    let count = bond(&mut bonds, &rows, particles, None, 1.5).expect("finite positions").bonds;
     let mut state = State { particles: particles.clone(), bonds: vec![Box::new(bonds)], ..State::default() };
     state.clock.dt = 2.4787e-7;
     group.throughput(Throughput::Elements(10 * count as u64));

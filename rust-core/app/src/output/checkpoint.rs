@@ -49,7 +49,7 @@ pub(super) fn write_in_run(
         hdf::write_text_attribute(file, "run_id", &run.run_id, path)?;
         hdf::write_attribute(file, "segments", &run.segments, path)?;
         hdf::write_text(file, "provenance", provenance, path)?;
-        let group = file.create_group("state").at(path)?;
+        let group = file.create_group(STATE).at(path)?;
         let mut sink = HashingSink {
             file: GroupSink { group: &group, path, allowed: &[], failure: None },
             hasher: StateHasher::default(),
@@ -62,22 +62,48 @@ pub(super) fn write_in_run(
     Ok(state_hash)
 }
 
-/// Read and verify a checkpoint.
+/// Read and verify a checkpoint, or the state at the end of a finished result.
 pub fn read(path: &Path) -> Result<Checkpoint, OutputError> {
     let file = sealed::open(path)?;
-    hdf::check_identity(&file, kind::CHECKPOINT, path)?;
-    let stored = hdf::read_text_attribute(&file, "state_hash", path)?;
-    let columns = hdf::read_columns(&file.group("state").at(path)?, path)?;
-    let computed = super::hash::state_hash(&columns).at(path)?;
-    if computed != stored {
-        return Err(OutputError::StateHash { path: path.to_owned(), stored, computed });
+    if hdf::read_text_attribute(&file, "kind", path)? == kind::RESULT {
+        hdf::check_identity(&file, kind::RESULT, path)?;
+        if !file.link_exists(STATE) {
+            return Err(OutputError::NoState { path: path.to_owned() });
+        }
+        let (columns, state_hash) = read_state(&file, path)?;
+        let provenance = hdf::read_text(&file.group("provenance").at(path)?, "scenario", path)?;
+        return Ok(Checkpoint { columns, state_hash, provenance, run: RunMark::default() });
     }
+    hdf::check_identity(&file, kind::CHECKPOINT, path)?;
+    let (columns, stored) = read_state(&file, path)?;
     let run = RunMark {
         run_id: hdf::read_text_attribute(&file, "run_id", path)?,
         segments: hdf::read_attribute(&file, "segments", path)?,
     };
     let provenance = hdf::read_text(&file, "provenance", path)?;
     Ok(Checkpoint { columns, state_hash: stored, provenance, run })
+}
+
+/// Group of the state in checkpoints and results.
+pub(super) const STATE: &str = "state";
+
+/// The state and its hash, which must be that in the file.
+fn read_state(file: &hdf5::Group, path: &Path) -> Result<(ColumnStore, String), OutputError> {
+    let stored = hdf::read_text_attribute(file, "state_hash", path)?;
+    let columns = hdf::read_columns(&file.group(STATE).at(path)?, path)?;
+    let computed = super::hash::state_hash(&columns).at(path)?;
+    if computed != stored {
+        return Err(OutputError::StateHash { path: path.to_owned(), stored, computed });
+    }
+    Ok((columns, stored))
+}
+
+/// Write the state into a result.
+pub(super) fn write_state(file: &hdf5::Group, state: &dyn WriteColumns, path: &Path) -> Result<(), OutputError> {
+    let group = file.create_group(STATE).at(path)?;
+    let mut sink = GroupSink { group: &group, path, allowed: &[], failure: None };
+    let written = state.write(&mut sink);
+    sink.outcome(written)
 }
 
 /// Writes and hashes the state in one pass.
@@ -191,7 +217,7 @@ mod tests {
         assert!(matches!(error, OutputError::Hdf5 { .. }), "{error}");
         sealed::write(&path, folder.path(), |_| Ok(())).unwrap();
         let error = read(&path).unwrap_err();
-        assert!(matches!(error, OutputError::Hdf5 { .. }), "{error}");
+        assert!(matches!(error, OutputError::Damaged { .. }), "{error}");
     }
 
     fn sealed_in_place(path: &Path) {
@@ -219,9 +245,9 @@ mod tests {
         };
         let error = forged(&|file| {
             file.delete_attr("kind").unwrap();
-            hdf::write_text_attribute(file, "kind", kind::RESULT, &path).unwrap();
+            hdf::write_text_attribute(file, "kind", kind::SEGMENT, &path).unwrap();
         });
-        assert!(error.to_string().ends_with("forged.h5 is a result, not a checkpoint."), "{error}");
+        assert!(error.to_string().ends_with("forged.h5 is a result segment, not a checkpoint."), "{error}");
         let error = forged(&|file| file.attr("format_version").unwrap().write_scalar(&99_u64).unwrap());
         assert!(error.to_string().contains("has format version 99; this program reads version 1"), "{error}");
         let error = forged(&|file| file.dataset("state/particles/id").unwrap().write_raw(&[7_u32, 8]).unwrap());

@@ -38,6 +38,14 @@ pub enum OutputError {
         /// Error of the system.
         source: io::Error,
     },
+    /// The path leads to something that is never replaced.
+    #[error("{} cannot be written: {source}. Choose another name.", path.display())]
+    NotReplaceable {
+        /// The path.
+        path: PathBuf,
+        /// What it is.
+        source: io::Error,
+    },
     /// The folder does not exist.
     #[error("the folder {} does not exist. Create it, or choose another folder.", path.display())]
     NoFolder {
@@ -129,6 +137,17 @@ pub enum OutputError {
         /// Hash of the state read.
         computed: String,
     },
+    /// A folder with the name of a run's working folder holds other files.
+    #[error(
+        "{} is not the working folder of a run: it holds `{found}`. Move it away, or choose another name for the result.",
+        path.display()
+    )]
+    NotParts {
+        /// The folder.
+        path: PathBuf,
+        /// A file that no run writes.
+        found: String,
+    },
     /// A run has no usable checkpoint.
     #[error(
         "{} holds no usable checkpoint{}. Run the scenario again with --force.",
@@ -141,6 +160,12 @@ pub enum OutputError {
         /// Why the checkpoints found cannot be used.
         reasons: Vec<String>,
     },
+    /// A result of an older program has no state to continue from.
+    #[error("{} has no state: an older version of this program wrote it. Run its scenario again.", path.display())]
+    NoState {
+        /// The file.
+        path: PathBuf,
+    },
     /// A dataset is missing.
     #[error("{} has no `{name}`. It has: {}.", path.display(), available.join(", "))]
     NoDataset {
@@ -150,6 +175,16 @@ pub enum OutputError {
         name: String,
         /// Datasets of the file.
         available: Vec<String>,
+    },
+    /// A group is no table of columns.
+    #[error("`{name}` of {} is no table of numbers: {problem}.", path.display())]
+    NoTable {
+        /// The file.
+        path: PathBuf,
+        /// Name of the group.
+        name: String,
+        /// What is in it.
+        problem: String,
     },
     /// A name cannot be used in a file.
     #[error("`{name}` cannot name {what}: {problem}.")]

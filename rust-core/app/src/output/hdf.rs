@@ -22,6 +22,7 @@ pub(crate) mod kind {
 }
 
 pub(crate) use concordem_scenario::assembly::sphere_pack::options;
+use concordem_scenario::assembly::{checked_hdf5 as checked, hdf5_text};
 
 /// Mark a new file with its kind and version.
 pub(crate) fn write_identity(file: &Group, kind: &str, path: &Path) -> Result<(), OutputError> {
@@ -46,6 +47,27 @@ pub(crate) fn check_identity(file: &Group, expected: &'static str, path: &Path) 
         });
     }
     Ok(())
+}
+
+/// Members of a group whose names are `prefix` and a number, in the order of the numbers, which must be 0, 1, 2, …
+///
+/// HDF5 lists names in the order of their characters: `operator-1000` before `operator-101`.
+pub(crate) fn numbered_members(group: &Group, prefix: &str, path: &Path) -> Result<Vec<String>, OutputError> {
+    let mut members: Vec<(usize, String)> = Vec::new();
+    for name in group.member_names().at(path)? {
+        let Some(digits) = name.strip_prefix(prefix) else { continue };
+        // Fields of snapshots have their name after the number.
+        let digits = digits.split(' ').next().unwrap_or_default();
+        match digits.parse() {
+            Ok(number) => members.push((number, name)),
+            Err(_) => return Err(damaged(path, format!("`{name}` is not `{prefix}` with a number"))),
+        }
+    }
+    members.sort();
+    if let Some((expected, (_, name))) = members.iter().enumerate().find(|(k, (number, _))| k != number) {
+        return Err(damaged(path, format!("`{name}` is found where number {expected} is expected")));
+    }
+    Ok(members.into_iter().map(|(_, name)| name).collect())
 }
 
 /// Refuse names with a meaning in HDF5.
@@ -77,15 +99,25 @@ pub(crate) fn write_text_attribute(at: &Location, name: &str, text: &str, path: 
     write_attribute(at, name, &text_of(text, path)?, path)
 }
 
+/// Error of content that this program would not have written.
+pub(crate) fn damaged(path: &Path, problem: String) -> OutputError {
+    OutputError::Damaged { path: path.to_owned(), problem }
+}
+
 /// Read a scalar attribute.
 pub(crate) fn read_attribute<T: H5Type>(at: &Location, name: &str, path: &Path) -> Result<T, OutputError> {
-    at.attr(name).and_then(|attribute| attribute.as_reader().no_convert().read_scalar()).at(path)
+    let attribute = at.attr(name).at(path)?;
+    checked::number(&attribute).map_err(|problem| damaged(path, format!("the attribute `{name}` {problem}")))
 }
 
 /// Read a text attribute.
 pub(crate) fn read_text_attribute(at: &Location, name: &str, path: &Path) -> Result<String, OutputError> {
-    // The library cannot compare text types; conversions must be allowed here.
-    at.attr(name).and_then(|attribute| attribute.read_scalar::<VarLenUnicode>()).at(path).map(|text| text.to_string())
+    hdf5_text::attribute(path, at, name).map_err(|problem| damaged(path, format!("the attribute `{name}` {problem}")))
+}
+
+/// Names of all attributes.
+pub(crate) fn attribute_names(at: &Location, path: &Path) -> Result<Vec<String>, OutputError> {
+    hdf5_text::attribute_names(path, at).map_err(|problem| damaged(path, format!("an attribute {problem}")))
 }
 
 /// Write a text as a dataset.
@@ -96,7 +128,8 @@ pub(crate) fn write_text(group: &Group, name: &str, text: &str, path: &Path) -> 
 
 /// Read a text dataset.
 pub(crate) fn read_text(group: &Group, name: &str, path: &Path) -> Result<String, OutputError> {
-    group.dataset(name).and_then(|dataset| dataset.read_scalar::<VarLenUnicode>()).at(path).map(|text| text.to_string())
+    let dataset = group.dataset(name).at(path)?;
+    hdf5_text::dataset(path, &dataset).map_err(|problem| damaged(path, format!("`{name}` {problem}")))
 }
 
 /// Write an array; `components` 1 gives one dimension, more give rows. Parent groups are made as needed.
@@ -125,11 +158,8 @@ pub(crate) fn write_array<T: H5Type>(
 /// Read an array of exactly this type.
 pub(crate) fn read_array<T: H5Type>(group: &Group, name: &str, path: &Path) -> Result<Vec<T>, OutputError> {
     let dataset = group.dataset(name).at(path)?;
-    // The library fails to read an empty dataset.
-    if dataset.size() == 0 {
-        return Ok(Vec::new());
-    }
-    dataset.as_reader().no_convert().read_raw().at(path)
+    let length = std::fs::metadata(path).map_err(|error| OutputError::io(path, "read", error))?.len();
+    checked::values(&dataset, length, false).map_err(|problem| damaged(path, format!("`{name}` {problem}")))
 }
 
 /// Write a column with its unit and meaning.
@@ -169,10 +199,12 @@ pub(crate) fn read_column(group: &Group, name: &str, path: &Path) -> Result<Stor
     let dataset = group.dataset(name).at(path)?;
     let components = match dataset.shape()[..] {
         [_] => 1,
-        [_, components] => components,
+        [_, components] if components > 0 => components,
         ref shape => {
-            let problem = format!("`{name}` has {} dimensions where 1 or 2 are known", shape.len());
-            return Err(OutputError::Damaged { path: path.to_owned(), problem });
+            return Err(damaged(
+                path,
+                format!("`{name}` has the shape {shape:?} where one or two dimensions are known"),
+            ));
         }
     };
     let descriptor = dataset.dtype().and_then(|dtype| dtype.to_descriptor()).at(path)?;
@@ -183,17 +215,26 @@ pub(crate) fn read_column(group: &Group, name: &str, path: &Path) -> Result<Stor
         TypeDescriptor::Unsigned(IntSize::U2) => ColumnData::U16(read_array(group, name, path)?),
         TypeDescriptor::Unsigned(IntSize::U1) => ColumnData::U8(read_array(group, name, path)?),
         TypeDescriptor::Integer(IntSize::U1) => ColumnData::I8(read_array(group, name, path)?),
-        other => {
-            let problem = format!("`{name}` holds {other}, which is unknown here");
-            return Err(OutputError::Damaged { path: path.to_owned(), problem });
+        // Counts and offsets for ParaView are signed.
+        TypeDescriptor::Integer(IntSize::U8) => {
+            let counts = read_array::<i64>(group, name, path)?.into_iter().map(u64::try_from);
+            let counts = counts.collect::<Result<_, _>>();
+            ColumnData::U64(counts.map_err(|_| damaged(path, format!("`{name}` holds a negative number")))?)
         }
+        other => return Err(damaged(path, format!("`{name}` holds {other}, which is unknown here"))),
     };
     Ok(StoredColumn { data, components })
 }
 
+/// Groups within each other in a checkpoint. In a forged file a group may contain itself.
+const DEEPEST: usize = 8;
+
 /// Read all columns below a group.
 pub(crate) fn read_columns(group: &Group, path: &Path) -> Result<ColumnStore, OutputError> {
     fn walk(group: &Group, prefix: &str, store: &mut ColumnStore, path: &Path) -> Result<(), OutputError> {
+        if prefix.matches('/').count() >= DEEPEST {
+            return Err(damaged(path, format!("`{prefix}` lies more than {DEEPEST} groups deep")));
+        }
         for name in group.member_names().at(path)? {
             let full = if prefix.is_empty() { name.clone() } else { format!("{prefix}/{name}") };
             if let Ok(inner) = group.group(&name) {

@@ -7,6 +7,7 @@ use hdf5::types::FixedAscii;
 use hdf5::{Dataset, Group, H5Type};
 use ndarray::{ArrayView1, ArrayView2, s};
 
+use super::checkpoint;
 use super::error::{At, OutputError};
 use super::hdf::{self, GroupSink, kind};
 use super::run_files::{OperatorTable, POSITION, RunHeader, StoredField, StoredSnapshot, stage};
@@ -27,7 +28,7 @@ pub(super) struct Merge<'a> {
 }
 
 impl Merge<'_> {
-    pub fn write(&self, tables: &dyn WriteColumns) -> Result<(), OutputError> {
+    pub fn write(&self, state: &dyn WriteColumns, tables: &dyn WriteColumns) -> Result<(), OutputError> {
         let path = self.path;
         sealed::write(path, self.scratch, |file| {
             hdf::write_identity(file, kind::RESULT, path)?;
@@ -46,7 +47,7 @@ impl Merge<'_> {
                 }
                 events.extend(read_events(&segment, segment_path)?);
                 let group = segment.group("snapshots").at(segment_path)?;
-                for name in group.member_names().at(segment_path)? {
+                for name in hdf::numbered_members(&group, "", segment_path)? {
                     let snapshot = StoredSnapshot::read(&group.group(&name).at(segment_path)?, segment_path)?;
                     if snapshots.is_none() {
                         snapshots = Some(VtkWriter::new(file, path)?);
@@ -65,6 +66,7 @@ impl Merge<'_> {
             if let Some(writer) = snapshots {
                 writer.finish()?;
             }
+            checkpoint::write_state(file, state, path)?;
             let mut sink = GroupSink { group: file, path, allowed: &["cell", "contacts", "particles"], failure: None };
             let written = tables.write(&mut sink);
             sink.outcome(written)

@@ -21,10 +21,10 @@ pub struct ResultFile {
 impl ResultFile {
     /// Open a result.
     pub fn open(path: &Path) -> Result<Self, OutputError> {
+        let parts =
+            |path: &Path| super::run_files::parts_folder(&sealed::target(path).unwrap_or_else(|_| path.to_owned()));
         let file = sealed::open(path).map_err(|error| match error {
-            OutputError::Missing { path } if super::run_files::parts_folder(&path).is_dir() => {
-                OutputError::Unfinished { path: super::run_files::parts_folder(&path) }
-            }
+            OutputError::Missing { path } if parts(&path).is_dir() => OutputError::Unfinished { path: parts(&path) },
             other => other,
         })?;
         hdf::check_identity(&file, kind::RESULT, path)?;
@@ -94,7 +94,7 @@ impl ResultFile {
     /// Provenance: pairs of name and value, sorted by name.
     pub fn provenance(&self) -> Result<Vec<(String, String)>, OutputError> {
         let group = self.file.group("provenance").at(&self.path)?;
-        let mut names = group.attr_names().at(&self.path)?;
+        let mut names = hdf::attribute_names(&group, &self.path)?;
         names.sort();
         names
             .into_iter()
@@ -113,10 +113,21 @@ impl ResultFile {
             .into_iter()
             .filter(|name| group.dataset(name).is_ok())
             .map(|name| {
+                let kind = group.dataset(&name).and_then(|dataset| dataset.dtype()?.to_descriptor()).at(&self.path)?;
+                if kind == hdf5::types::TypeDescriptor::VarLenUnicode {
+                    let problem = format!("`{table}/{name}` is a text");
+                    return Err(OutputError::NoTable { path: self.path.clone(), name: table.to_owned(), problem });
+                }
                 let column = hdf::read_column(&group, &name, &self.path)?;
                 Ok((name, column))
             })
             .collect()
+    }
+
+    /// Unit of a column of a table.
+    pub fn unit(&self, table: &str, column: &str) -> Result<String, OutputError> {
+        let dataset = self.group(table)?.dataset(column).at(&self.path)?;
+        Ok(hdf::read_description(&dataset, &self.path)?.0)
     }
 
     /// Names of the laws with contacts in the result.

@@ -145,7 +145,7 @@ fn cohesive_beam(arguments: &CalibrateBeamArguments, visible: bool) -> Result<(F
     };
     let make = |count: usize| {
         CylinderSpecimen::new(&recipe(count), &mut |now| {
-            meter.stage("compaction", (now.packing_fraction / 0.65).min(0.99))
+            meter.stage("compaction", (now.packing_fraction / 0.65).min(0.99));
         })
     };
     let largest = arguments.count as usize;

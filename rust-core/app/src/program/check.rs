@@ -27,6 +27,9 @@ const TIMING: Duration = Duration::from_millis(1500);
 pub(super) fn check(arguments: &CheckArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let scenario = Scenario::read(&arguments.scenario)?;
     let head = format!("{}: valid scenario\n", arguments.scenario.display());
+    if !arguments.work.quiet {
+        console.warn(&scenario, &scenario.warnings());
+    }
     if arguments.no_build {
         return console.print(&head);
     }
@@ -35,6 +38,9 @@ pub(super) fn check(arguments: &CheckArguments, console: &mut Console<'_>) -> Re
         let meter = Meter::new(visible);
         let assembly = build(&scenario, &meter)?;
         meter.finish();
+        if !arguments.work.quiet {
+            console.warn(&scenario, &assembly.summary.warnings);
+        }
         facts(&scenario, assembly)
     })?;
     console.print(&format!("{head}{facts}"))
@@ -62,13 +68,23 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
     if let Some((area, length)) = summary.specimen {
         facts.add("specimen", format!("cross-section {area:.5e} m², length {length:.5e} m"));
     }
-    facts.add("memory", bytes(summary.memory));
-    let limit = bounds.spectral.max(bounds.per_particle) * model.damping.stability();
-    facts.add("time step", format!("{dt:.5e} s, {:.3} of the stability bound", dt / limit));
+    facts.add("peak memory", format!("about {}", bytes(summary.memory)));
+    facts.add("time step", format!("{dt:.5e} s, {:.3} of the stability bound", dt / summary.stable_step));
     facts.add(
         "stability bounds",
         format!("spectral {:.5e} s, per particle {:.5e} s", bounds.spectral, bounds.per_particle),
     );
+    if let Some(collision) = &summary.collision {
+        let [a, b] = collision.materials.map(|m| scenario.materials[m as usize].name.as_str());
+        let what = collision.wall.map_or_else(
+            || format!("\"{a}\" with \"{b}\""),
+            |wall| format!("\"{a}\" with the wall \"{}\"", state.walls[wall].name),
+        );
+        facts.add(
+            "stiffest contact",
+            format!("{:.5e} s is the stability bound of {what}", collision.limit(&model.damping)),
+        );
+    }
     if let Some(convergence) = summary.convergence {
         let settles = if convergence.bound < 1.0 { "converges" } else { "may not converge" };
         facts.add(

@@ -194,7 +194,8 @@ impl Run {
             if stop {
                 return Ok(None);
             }
-            if step == 0 || self.simulation.schedule.snapshot_interval.is_some_and(|every| step.is_multiple_of(every)) {
+            let due = self.simulation.schedule.snapshot_interval.is_some_and(|every| step.is_multiple_of(every));
+            if due || !self.files.has_snapshot() {
                 self.snapshot()?;
             }
             let advance = self.simulation.advance()?;
@@ -219,6 +220,9 @@ impl Run {
                     ));
                 }
             }
+            if let Some(last) = advance.last {
+                self.files.append_sample(&last.to_row())?;
+            }
             for row in &advance.operators {
                 self.files.append_operator(row.operator, row.time, row.step, &row.values)?;
             }
@@ -239,7 +243,7 @@ impl Run {
     }
 
     fn displacement(&self) -> Vec<Vec3> {
-        let now = &self.simulation.state.particles.position;
+        let now = self.simulation.state.unwrapped_positions();
         now.iter().zip(&self.initial_positions).map(|(now, then)| now - then).collect()
     }
 
@@ -247,6 +251,7 @@ impl Run {
         let state = &self.simulation.state;
         let particles = &state.particles;
         let displacement = self.displacement();
+        let position = state.unwrapped_positions();
         let damage = bond_damage(state);
         let reals = |data| Column::f64(data, 1, "m");
         let fields = vec![
@@ -281,7 +286,7 @@ impl Run {
             time: state.clock.time(),
             step: state.clock.step,
             id: &particles.id,
-            position: &particles.position,
+            position: &position,
             fields,
         };
         self.files.append_snapshot(&snapshot)?;
@@ -300,6 +305,7 @@ impl Run {
         let forces = self.simulation.solver.record(&mut self.simulation.state)?;
         let state = &self.simulation.state;
         let tables = Tables { state, displacement: &displacement, forces: &forces };
+        remove_old_csv(&path, self.csv)?;
         self.files.finish(state, &tables)?;
         if self.csv {
             write_csv(&path)?;
@@ -308,6 +314,21 @@ impl Run {
             format!("{} steps in {}; ended because {reason}", count(steps as usize), seconds(time.as_secs_f64()));
         Ok(Outcome::Finished { path, text })
     }
+}
+
+/// Remove the table of an older result that the new one replaces: it would pass for the table of the new one.
+///
+/// `expected`: the new result has a table, too.
+fn remove_old_csv(path: &Path, expected: bool) -> Result<(), Failure> {
+    let table = csv_path(path);
+    let of_old_result = || {
+        let text = ResultFile::open(path).and_then(|old| old.scenario()).ok()?;
+        Some(Scenario::parse("result", &text).ok()?.output.csv)
+    };
+    if !table.is_file() || !(expected || of_old_result() == Some(true)) {
+        return Ok(());
+    }
+    std::fs::remove_file(&table).map_err(|error| Failure::File { path: table, action: "remove", error })
 }
 
 /// Write the table of samples of the result at `path`.

@@ -73,6 +73,11 @@ pub(super) fn elastic(arguments: &ElasticArguments, console: &mut Console<'_>) -
     let answers = arguments.work.install(|| {
         let meter = Meter::new(visible);
         let assembly = build(&scenario, &meter)?;
+        if !arguments.work.quiet {
+            meter.finish();
+            console.warn(&scenario, &scenario.warnings());
+            console.warn(&scenario, &assembly.summary.warnings);
+        }
         let answers = find(arguments, assembly, &meter).map_err(|error| failed(&scenario, error));
         meter.finish();
         answers
@@ -132,8 +137,19 @@ fn find(arguments: &ElasticArguments, assembly: Assembly, meter: &Meter) -> Resu
     })
 }
 
+/// Unit of moduli for a table, and pascals in terms of it: six decimals show at least six digits of `modulus` (Pa).
+fn unit_of(modulus: f64) -> (&'static str, f64) {
+    match modulus.abs() {
+        size if size >= 1e8 => ("GPa", 1e-9),
+        size if size >= 1e5 => ("MPa", 1e-6),
+        size if size >= 1e2 => ("kPa", 1e-3),
+        _ => ("Pa", 1.0),
+    }
+}
+
 fn table(answers: &Answers) -> String {
     let Answers { cell, network, .. } = answers;
+    let (unit, scale) = unit_of(network.mean_young);
     let mut text = format!(
         "{} particles, {} links ({:.2} per particle); Σk_N L²/3V = {:.6e} Pa, k_T/k_N = {:.6}\n",
         answers.particles,
@@ -149,11 +165,19 @@ fn table(answers: &Answers) -> String {
             cell.loose.rattlers, cell.loose.mechanisms
         );
     }
-    let _ =
-        writeln!(text, "\n  {:<36}{:>13}{:>11}{:>13}{:>13}{:>11}", "", "E, GPa", "ν", "K, GPa", "G, GPa", "E − net");
+    let _ = writeln!(
+        text,
+        "\n  {:<36}{:>13}{:>11}{:>13}{:>13}{:>11}",
+        "",
+        format!("E, {unit}"),
+        "ν",
+        format!("K, {unit}"),
+        format!("G, {unit}"),
+        "E − net"
+    );
     let mut row = |name: &str, e: f64, nu: f64, k: f64, g: f64| {
         let gap = 100.0 * (e / network.mean_young - 1.0);
-        let (e, k, g) = (e * 1e-9, k * 1e-9, g * 1e-9);
+        let (e, k, g) = (e * scale, k * scale, g * scale);
         let _ = writeln!(text, "  {name:<36}{e:>13.6}{nu:>11.6}{k:>13.6}{g:>13.6}{gap:>+10.3}%");
     };
     if let Some(c) = answers.closed {
@@ -171,43 +195,51 @@ fn table(answers: &Answers) -> String {
     let _ = write!(
         text,
         "\nAnisotropy of the network: ΔE/E {:.4}, Δν {:.4}, ΔG/G {:.4}, coupling/E {:.4}\n\
-         Directions {}: E {} GPa; {} {} GPa\n",
+         Directions {}: E {} {unit}; {} {} {unit}\n",
         a.young,
         a.poisson,
         a.shear,
         a.coupling,
         if n == 2 { "1, 2" } else { "1, 2, 3" },
-        list(&network.young[..n], 1e-9),
+        list(&network.young[..n], scale),
         if n == 2 { "G12" } else { "G23, G31, G12" },
-        list(if n == 2 { &network.shear[2..] } else { &network.shear }, 1e-9),
+        list(if n == 2 { &network.shear[2..] } else { &network.shear }, scale),
     );
     if let Some(derivatives) = &cell.derivatives {
-        text += "\nSensitivities of the network (exact): change per relative change of a stiffness or modulus\n";
-        for (name, change) in by_logarithm(derivatives) {
-            if change.abs().max() > 0.0 {
-                let (e, nu) = network.derivatives(change);
-                let _ = writeln!(text, "  {name:<15} dE/E {:>+10.6}   dν {nu:>+10.6}", e / network.mean_young);
-            }
-        }
-        if answers.deformable {
-            let (e, nu) = network.derivatives(&derivatives.particle_poisson);
-            let e = e / network.mean_young;
-            let _ = writeln!(text, "  {:<15} dE/E {e:>+10.6}   dν {nu:>+10.6}   per unit of it", "particles' ν");
-        }
+        text += &sensitivities(answers, derivatives);
     }
     let (places, names): (&[usize], _) =
         if n == 2 { (&[0, 1, 5], "11, 22, 12") } else { (&[0, 1, 2, 3, 4, 5], "11, 22, 33, 23, 31, 12") };
-    let _ = writeln!(text, "\nStiffness of the network, GPa ({names}; engineering shear strains)");
+    let _ = writeln!(text, "\nStiffness of the network, {unit} ({names}; engineering shear strains)");
     for &i in places {
         text += " ";
         for &j in places {
-            let _ = write!(text, "{:>13.6}", network.stiffness[(i, j)] * 1e-9);
+            let _ = write!(text, "{:>13.6}", network.stiffness[(i, j)] * scale);
         }
         text += "\n";
     }
     let _ = writeln!(text, "\nStatic solution: at most {} iterations, {:.2} s", cell.iterations, answers.time);
     if let Some((_, steps)) = &answers.dynamics {
         let _ = writeln!(text, "Relaxed dynamics: at most {steps} steps");
+    }
+    text
+}
+
+/// Changes of E and ν with stiffnesses and moduli.
+fn sensitivities(answers: &Answers, derivatives: &Derivatives) -> String {
+    let network = &answers.network;
+    let mut text =
+        "\nSensitivities of the network (exact): change per relative change of a stiffness or modulus\n".to_owned();
+    for (name, change) in by_logarithm(derivatives) {
+        if change.abs().max() > 0.0 {
+            let (e, nu) = network.derivatives(change);
+            let _ = writeln!(text, "  {name:<15} dE/E {:>+10.6}   dν {nu:>+10.6}", e / network.mean_young);
+        }
+    }
+    if answers.deformable {
+        let (e, nu) = network.derivatives(&derivatives.particle_poisson);
+        let e = e / network.mean_young;
+        let _ = writeln!(text, "  {:<15} dE/E {e:>+10.6}   dν {nu:>+10.6}   per unit of it", "particles' ν");
     }
     text
 }
@@ -269,4 +301,21 @@ fn json(answers: &Answers) -> String {
         "relaxed_dynamics": answers.dynamics.as_ref().map(|(c, _)| constants(c)),
     });
     format!("{value:#}\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moduli_of_soft_materials_keep_their_digits() {
+        let shown = |modulus: f64| {
+            let (unit, scale) = unit_of(modulus);
+            format!("{:.6} {unit}", modulus * scale)
+        };
+        assert_eq!(shown(27.03e9), "27.030000 GPa");
+        assert_eq!(shown(2.5e6), "2.500000 MPa");
+        assert_eq!(shown(1234.5), "1.234500 kPa");
+        assert_eq!(shown(0.4), "0.400000 Pa");
+    }
 }

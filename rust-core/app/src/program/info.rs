@@ -17,7 +17,7 @@ pub(super) struct InfoArguments {
     /// Print only the scenario
     #[arg(long, conflicts_with = "csv")]
     scenario: bool,
-    /// Print the samples as comma-separated values
+    /// Print the samples, also those of operators, as comma-separated values
     #[arg(long)]
     csv: bool,
 }
@@ -50,9 +50,16 @@ pub(super) fn info(arguments: &InfoArguments, console: &mut Console<'_>) -> Resu
     for series in result.series() {
         let values = result.samples(&series.name)?;
         samples = values.len();
+        // A run without loading has neither stress nor strain.
+        let absent = ["strain", "stress"].contains(&&*series.name) && values.iter().all(|value| *value == 0.0);
+        if absent {
+            continue;
+        }
         if let (Some(last), true) = (values.last(), ["time", "step", "strain", "stress"].contains(&&*series.name)) {
             let unit = if series.unit == "1" { String::new() } else { format!(" {}", series.unit) };
-            facts.add(&format!("last {}", series.name), format!("{last:.6}{unit}").replace(".000000", ""));
+            let whole = last.fract() == 0.0 && last.abs() < 1e15;
+            let last = if whole { format!("{last:.0}") } else { format!("{last:.6e}") };
+            facts.add(&format!("last {}", series.name), format!("{last}{unit}"));
         }
         if series.name == "stress" {
             let peak = values.iter().copied().fold(0.0_f64, |peak, x| if x.abs() > peak.abs() { x } else { peak });

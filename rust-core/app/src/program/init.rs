@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::{Console, Facts, Failure};
 use crate::output::OutputError;
+use crate::output::sealed::write_text;
 use concordem_scenario::schema::{SWEEP, SWEPT, TEMPLATES, Template, template};
 
 /// Arguments of `concordem init`.
@@ -55,15 +56,14 @@ pub(super) fn init(arguments: &InitArguments, console: &mut Console<'_>) -> Resu
 
 fn write(path: &Path, template: &Template, force: bool) -> Result<(), Failure> {
     let failed = |error| Failure::File { path: path.to_owned(), action: "write", error };
-    let mut options = std::fs::OpenOptions::new();
-    options.write(true).truncate(true).create(true);
-    if !force {
-        options.create_new(true);
+    if force {
+        return Ok(write_text(path, template.text)?);
     }
-    let mut file = options.open(path).map_err(|error| match error.kind() {
-        std::io::ErrorKind::AlreadyExists => OutputError::Exists { path: path.to_owned() }.into(),
-        _ => failed(error),
-    })?;
+    let mut file =
+        std::fs::OpenOptions::new().write(true).create_new(true).open(path).map_err(|error| match error.kind() {
+            std::io::ErrorKind::AlreadyExists => OutputError::Exists { path: path.to_owned() }.into(),
+            _ => failed(error),
+        })?;
     std::io::Write::write_all(&mut file, template.text.as_bytes()).map_err(failed)
 }
 

@@ -8,16 +8,15 @@ use std::sync::OnceLock;
 use super::tables::{UNBONDED, WALLS};
 use super::{Console, Failure};
 use crate::output::ResultFile;
-use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::math::{Mat3, Vec3};
-use concordem_operator::stress::{ParticleVolume, Partition, particle_stress};
+use concordem_operator::stress::{ParticleVolume, Partition};
 use concordem_operator::tessellation::Mesh;
 use concordem_operator::{OperatorError, Truncation};
-use concordem_scenario::assembly::samples;
-use concordem_scenario::sampling::{Bonds, Operator, SampledQuantity, SampledState, ScheduledOperator};
+use concordem_scenario::assembly::{apply_loads, samples};
+use concordem_scenario::sampling::{Bonds, Operator, SampledQuantity, SampledState, ScheduledOperator, rigid_links};
 use concordem_scenario::schema::quantity::{Area, StrainRate, Velocity, vector};
 use concordem_scenario::schema::{self as scenario, SampleRegion, Scenario};
-use concordem_solver::record::Forces;
+use concordem_solver::record::{ContactForces, Forces};
 use concordem_solver::state::columns::{ColumnData, StoredColumn};
 use concordem_solver::state::{Cell, Constraint, Particles, Sphere};
 
@@ -100,7 +99,7 @@ pub(super) fn measure(arguments: &MeasureArguments, console: &mut Console<'_>) -
     let scenario = Scenario::parse(&arguments.file.display().to_string(), &result.scenario()?)?;
     let moment = Moment::read(&result, &scenario)?;
     let text = if arguments.operator.is_empty() {
-        let samples = samples::of(&scenario, &moment.particles, moment.cell.is_some())
+        let samples = samples::of(&scenario, &moment.particles, moment.cell.as_ref())
             .map_err(|error| Failure::of_assembly(&scenario, error))?;
         if samples.is_empty() {
             let message = "the scenario of the run has no [[sample]]; choose --operator and --region";
@@ -134,13 +133,17 @@ pub(super) fn measure(arguments: &MeasureArguments, console: &mut Console<'_>) -
                 let names = scenario.wall_names().join(", ");
                 return Err(Failure::Usage(format!("--wall: no wall is called \"{wall}\"; there are: {names}")));
             }
-            let sample = samples::one(&scenario, &moment.particles, moment.cell.is_some(), "--region", &sample)
+            let sample = samples::one(&scenario, &moment.particles, moment.cell.as_ref(), "--region", &sample)
                 .map_err(|error| Failure::Usage(error.to_string()))?;
+            if sample.is_empty(&moment.state())? {
+                let message = "--region: no particle and no contact lies in the region; move or enlarge it";
+                return Err(Failure::Usage(message.into()));
+            }
             text += &if arguments.each {
                 if operator != Operator::ParticleStress {
                     return Err(Failure::Usage("--each is for --operator particle-stress".into()));
                 }
-                moment.each(sample.partition)?
+                moment.each(&sample)?
             } else {
                 moment.show(&sample, arguments.csv)?
             };
@@ -171,6 +174,7 @@ struct Moment {
     time: f64,
     bonds: Bonds,
     forces: Forces,
+    links: ContactForces,
     places: Vec<Vec3>,
     mesh: OnceLock<Result<Mesh, OperatorError>>,
     gravity: Vec3,
@@ -291,32 +295,34 @@ impl Moment {
                 let (damage, lost_strength) = (table.reals("damage")?, table.reals("lost_strength")?);
                 for (k, pair) in pairs.iter().enumerate() {
                     let a = particles.position.get(pair[0] as usize).copied().unwrap_or_default();
-                    let frame = PreviousGeometry { normal: normal[k], length: length[k] };
-                    bonds.push(&a, &frame, [damage[k], lost_strength[k]]);
+                    // Broken bonds keep the direction at which they broke.
+                    let along = if broken[k] { normal[k] * length[k] } else { branch[k] };
+                    bonds.push(*pair, &a, &along, [damage[k], lost_strength[k]]);
                 }
             }
         }
+        apply_loads(scenario, &mut particles);
+        let links = rigid_links(&particles, &forces, &samples::rigid_bodies(scenario, &particles))?;
         // Every run ends with a snapshot.
         let time = result.snapshot_times()?.last().copied().unwrap_or_default();
         let gravity = vector(&scenario.integration.gravity);
         let plane = scenario.dimension == 2;
-        Ok(Self { particles, cell, time, bonds, forces, places, mesh: OnceLock::new(), gravity, plane })
+        Ok(Self { particles, cell, time, bonds, forces, links, places, mesh: OnceLock::new(), gravity, plane })
     }
 
-    /// The stress of every particle, as comma-separated values.
-    fn each(&self, partition: Partition) -> Result<String, Failure> {
+    /// The stress of every particle of the region, as comma-separated values.
+    fn each(&self, sample: &ScheduledOperator) -> Result<String, Failure> {
+        let state = self.state();
         let volume = if self.plane { ParticleVolume::Disc } else { ParticleVolume::Sphere };
         let volumes = volume.of(&self.particles.radius)?;
-        let contacts = self.forces.contacts.set(&self.particles)?;
-        let stress = particle_stress(&contacts, &self.forces.walls.set(&self.particles)?, partition, &volumes)?;
         let mut text = String::from("id,volume [m^3]");
         for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
             let _ = write!(text, ",stress_{}{} [Pa]", AXES[i], AXES[j]);
         }
         text.push('\n');
-        for (p, stress) in stress.iter().enumerate() {
+        for (p, moment) in sample.particle_moments(&state)? {
             let _ = write!(text, "{},{:e}", self.particles.id[p], volumes[p]);
-            for s in stress.transpose().iter() {
+            for s in (moment / volumes[p]).transpose().iter() {
                 let _ = write!(text, ",{s:e}");
             }
             text.push('\n');
@@ -324,19 +330,25 @@ impl Moment {
         Ok(text)
     }
 
-    /// The values of an operator as text.
-    fn show(&self, sample: &ScheduledOperator, csv: bool) -> Result<String, Failure> {
-        let at = SampledState {
+    /// The state as operators read it.
+    fn state(&self) -> SampledState<'_> {
+        SampledState {
             particles: &self.particles,
             cell: self.cell,
             time: self.time,
             bonds: &self.bonds,
             forces: &self.forces,
+            links: &self.links,
             initial_positions: &self.places,
             mesh: &self.mesh,
             gravity: self.gravity,
             planar: self.plane,
-        };
+        }
+    }
+
+    /// The values of an operator as text.
+    fn show(&self, sample: &ScheduledOperator, csv: bool) -> Result<String, Failure> {
+        let at = self.state();
         let values = sample.evaluate(&at)?;
         let quantities = sample.operator.quantities();
         let mut text = String::new();

@@ -13,6 +13,7 @@ mod init;
 mod measure;
 mod pack;
 mod report;
+mod restart;
 mod resume;
 mod run;
 mod schema;
@@ -28,6 +29,8 @@ use clap::{Args, Parser, Subcommand};
 
 pub use calibrate::{ElasticRequest, ElasticSearch, Spelling, calibrate_elastic, calibrated_law};
 pub use failure::Failure;
+
+use concordem_scenario::schema::{Problem, Scenario, ScenarioError};
 
 /// Exit codes, as documented in the program's help.
 pub mod exit {
@@ -51,6 +54,8 @@ Examples:
   concordem check cpm-small.toml               particles, memory, time step, and estimated run time
   concordem run cpm-small.toml                 run it; the result is cpm-small.h5
   concordem resume cpm-small.h5                continue after Ctrl-C, a kill, or a power failure
+  concordem run further.toml --from cpm-small.h5
+                                               extend a finished run, or load it in another way
   concordem report cpm-small.h5                curves and values as a web page, cpm-small.html
   concordem measure cpm-small.h5 --operator region-stress \\
     --region '{ kind = \"sphere\", center = [0, 0, 0], radius = \"5 mm\" }'
@@ -107,7 +112,7 @@ enum Command {
     Pack(pack::PackArguments),
     /// Find bond parameters for wanted material properties, and write a scenario with them
     Calibrate(calibrate::CalibrateArguments),
-    /// Write the JSON Schema of scenarios, for editors with completion
+    /// Write the JSON Schema of scenarios, or of sweeps, for editors with completion
     Schema(schema::SchemaArguments),
 }
 
@@ -171,6 +176,14 @@ impl Console<'_> {
                 Err(Failure::File { path: PathBuf::from("standard output"), action: "write", error })
             }
             _ => Ok(()),
+        }
+    }
+
+    /// Write warnings about a scenario to `err`.
+    fn warn(&mut self, scenario: &Scenario, warnings: &[Problem]) {
+        for warning in warnings {
+            let text = ScenarioError::new(&scenario.source, vec![warning.clone()]).to_string();
+            self.tell(&format!("warning: {text}"));
         }
     }
 

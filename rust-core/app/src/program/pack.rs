@@ -6,7 +6,9 @@ use super::check::count;
 use super::drive::Meter;
 use super::{Console, Facts, Failure, Work};
 use crate::output::OutputError;
-use concordem_packing::{DirectionHistogram, Packing, PackingError, PackingSummary, export_text, link_vectors};
+use concordem_packing::bonding::ratio_for_coordination;
+use concordem_packing::{DirectionHistogram, PackingError, PackingSummary, export_text, link_vectors};
+use concordem_scenario::assembly::{Placed, place};
 use concordem_scenario::schema::{ProblemKind, Scenario};
 
 /// Arguments of `concordem pack`.
@@ -28,19 +30,20 @@ pub(super) struct PackArguments {
 pub(super) fn pack(arguments: &PackArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let scenario = Scenario::read(&arguments.scenario)?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.scenario.with_extension("spheres.txt"));
+    let path = crate::output::sealed::target(&path)?;
     if path.exists() && !arguments.force {
         return Err(OutputError::Exists { path }.into());
     }
     let visible = console.interactive && !arguments.work.quiet;
     let (packing, text) = arguments.work.install(|| {
         let meter = Meter::new(visible);
-        let packing = concordem_scenario::assembly::pack(&scenario, &scenario.directory(), &mut |stage, share| {
-            meter.stage(stage, share)
+        let placed = place(&scenario, &scenario.directory(), &mut |stage, share| {
+            meter.stage(stage, share);
         })
         .map_err(|error| Failure::of_assembly(&scenario, error))?;
         meter.finish();
-        let text = facts(&scenario, &packing)?;
-        Ok((packing, text))
+        let text = facts(&scenario, &placed)?;
+        Ok((placed.packing, text))
     })?;
     if path.extension().is_some_and(|e| e == "h5" || e == "hdf5") {
         crate::output::sphere_pack::write(&path, &packing).map_err(|message| Failure::File {
@@ -60,15 +63,25 @@ fn failed(scenario: &Scenario, error: &PackingError) -> Failure {
     Failure::Scenario(scenario.problem(ProblemKind::Conflict, "packing", error.to_string(), ""))
 }
 
-fn facts(scenario: &Scenario, packing: &Packing) -> Result<Facts, Failure> {
+/// Interaction ratio of the bonds; 1 without bonds.
+fn ratio(scenario: &Scenario, placed: &Placed) -> Result<f64, PackingError> {
+    let Some(bonds) = &scenario.bonds else { return Ok(1.0) };
+    let Some(coordination) = bonds.coordination else { return Ok(bonds.interaction_ratio.si()) };
+    let whole = placed.unit.as_ref().unwrap_or(&placed.packing);
+    let found = ratio_for_coordination(&whole.spheres, whole.cell.as_ref(), coordination.si())?;
+    Ok(found.map_or(1.0, |(ratio, _)| ratio))
+}
+
+fn facts(scenario: &Scenario, placed: &Placed) -> Result<Facts, Failure> {
+    let packing = &placed.packing;
     let failed = |error: PackingError| failed(scenario, &error);
-    let ratio = scenario.bonds.as_ref().map_or(1.0, |bonds| bonds.interaction_ratio.si());
+    let ratio = ratio(scenario, placed).map_err(failed)?;
     let touching = PackingSummary::new(packing, 1.0).map_err(failed)?;
     let linked = PackingSummary::new(packing, ratio).map_err(failed)?;
     let links = link_vectors(packing, ratio).map_err(failed)?;
     let mut facts = Facts::default();
     facts.add("spheres", count(touching.count));
-    if let Some(fraction) = touching.packing_fraction {
+    if let Some(fraction) = placed.packing_fraction {
         facts.add("solid fraction", format!("{fraction:.4}"));
     }
     facts.add("contacts per sphere", format!("{:.3}", touching.coordination));

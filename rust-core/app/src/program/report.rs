@@ -7,6 +7,7 @@ use clap::ValueEnum;
 use super::{Console, Failure};
 use crate::output::{OutputError, ResultFile};
 use crate::report::{ReferenceFigures, write_report};
+use concordem_packing::Crop;
 use concordem_scenario::schema::{Packing, Scenario, Shape};
 
 /// Arguments of `concordem report`.
@@ -44,6 +45,7 @@ enum Reference {
 pub(super) fn report(arguments: &ReportArguments, console: &mut Console<'_>) -> Result<(), Failure> {
     let results = arguments.files.iter().map(|path| ResultFile::open(path)).collect::<Result<Vec<_>, _>>()?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.files[0].with_extension("html"));
+    let path = crate::output::sealed::target(&path)?;
     if path.exists() && !arguments.force {
         return Err(OutputError::Exists { path }.into());
     }
@@ -67,10 +69,14 @@ fn link_figures(scenario: Option<&Scenario>) -> ReferenceFigures {
 fn published(scenario: Option<&Scenario>) -> ReferenceFigures {
     let specimen = scenario.and_then(|scenario| {
         let cpm = scenario.materials.first()?.cpm.as_ref()?;
-        let cube = matches!(
-            scenario.packing.shape(),
-            Some(Shape::Box { size }) if size.iter().all(|edge| edge.si() == 0.05)
-        );
+        // The published spheres lie inside as a whole; centers that fill 50 mm make a stiffer and stronger specimen.
+        let whole = |shape: &Shape| {
+            matches!(scenario.packing, Packing::File { .. }) || shape.keep() == Some(Crop::WholeSpheres)
+        };
+        let cube = scenario.packing.shape().is_some_and(|shape| match shape {
+            Shape::Box { size, .. } => whole(shape) && size.iter().all(|edge| edge.si() == 0.05),
+            _ => false,
+        });
         let radius = match &scenario.packing {
             Packing::RandomDense { radius: Some(radius), .. } | Packing::Lattice { radius, .. } => radius.si() == 1e-3,
             Packing::File { .. } => true,

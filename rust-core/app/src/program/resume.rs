@@ -3,43 +3,55 @@
 use std::path::{Path, PathBuf};
 
 use super::drive::{Meter, Run, build, csv_path, result_path, write_csv};
+use super::restart::{CONTINUED_HASH, CONTINUES, Origin, apply_changes, listed};
 use super::run::{INITIAL_HASH, SCENARIO_FILE, conclude, state_hash};
 use super::{Console, Failure, Work};
-use crate::output::{OutputError, ResultFile, Resumed, RunFiles};
+use crate::output::checkpoint::Checkpoint;
+use crate::output::sealed::target;
+use crate::output::{ResultFile, Resumed, RunFiles};
+use concordem_scenario::assembly::Assembly;
+use concordem_scenario::assembly::restart::{Continuation, changes, check};
 use concordem_scenario::schedule::Simulation;
 use concordem_scenario::schema::Scenario;
 
 /// Arguments of `concordem resume`.
 #[derive(Debug, clap::Args)]
 pub(super) struct ResumeArguments {
-    /// Result file of the run, its scenario, or its folder FILE.parts
+    /// Result file of the run, its scenario, or its folder FILE.parts. A scenario that was edited since the start is used if
+    /// its changes allow it (stop, output, loading, ...)
     run: PathBuf,
     #[command(flatten)]
     work: Work,
 }
 
 pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    let path = result_of(&arguments.run)?;
-    let (files, mut checkpoint, unusable) = match RunFiles::resume(&path)? {
-        Resumed::Finished => {
-            // The run may have been killed between writing the result and its table.
-            let text = ResultFile::open(&path)?.scenario()?;
-            if Scenario::parse(&path.display().to_string(), &text)?.output.csv && !csv_path(&path).exists() {
-                write_csv(&path)?;
+    let (path, given) = result_of(&arguments.run)?;
+    let (mut files, checkpoint) = match RunFiles::resume(&path)? {
+        Resumed::Finished => return finished(&path, given.as_ref(), console),
+        Resumed::Begin { files } => (files, None),
+        Resumed::Continue { files, checkpoint, unusable } => {
+            for error in unusable {
+                console.tell(&format!("using an older checkpoint: {error}"));
             }
-            console.tell(&format!("{} is finished; there is nothing to resume", path.display()));
-            return Ok(());
+            (files, Some(checkpoint))
         }
-        Resumed::Continue { files, checkpoint, unusable } => (files, checkpoint, unusable),
     };
-    for error in unusable {
-        console.tell(&format!("using an older checkpoint: {error}"));
-    }
     let entry =
         |name: &str| files.header().provenance.iter().find(|(other, _)| other == name).map(|(_, value)| value.clone());
     let file = entry(SCENARIO_FILE).unwrap_or_default();
-    let scenario = Scenario::parse(&file, &files.header().scenario)?;
-    let initial_hash = entry(INITIAL_HASH);
+    let first = Scenario::parse(&file, &files.header().scenario)?;
+    let changes = given.as_ref().map(|given| check(&first, given, Continuation::SameResult)).transpose()?;
+    let changes = changes.unwrap_or_default();
+    let scenario = given.filter(|_| !changes.is_empty()).unwrap_or(first);
+    let origin = entry(CONTINUES).filter(|_| checkpoint.is_none()).map(|from| (from, entry(CONTINUED_HASH)));
+    let edited = entry(CHANGED_LATER).is_some() || !changes.is_empty();
+    let initial_hash = entry(INITIAL_HASH).filter(|_| !edited);
+    if !changes.is_empty() {
+        console.tell(&format!("the scenario was changed: {}", listed(&changes)));
+        let earlier = entry(CHANGED_LATER).map_or_else(String::new, |earlier| format!("{earlier}; "));
+        let note = (CHANGED_LATER.to_owned(), format!("{earlier}{}", listed(&changes)));
+        files.change_scenario(&scenario.source.text, &[note])?;
+    }
     let visible = console.interactive && !arguments.work.quiet;
     let outcome = arguments.work.install(|| {
         let meter = Meter::new(visible);
@@ -53,21 +65,76 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
             )));
         }
         let initial_positions = assembly.state.particles.position.clone();
-        assembly
-            .state
-            .read(&mut checkpoint.columns)
-            .map_err(|source| OutputError::Column { path: path.clone(), source })?;
+        let fresh = checkpoint.is_none();
+        match (checkpoint, origin) {
+            (Some(mut checkpoint), _) => restore(&mut checkpoint, &mut assembly, &scenario, &path)?,
+            (None, Some((from, hash))) => begin_from(&from, hash.as_deref(), &mut assembly, &scenario)?,
+            (None, None) => {}
+        }
         let simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
-        Run::new(simulation, *files, &initial_positions, &scenario).drive(&meter, false)
+        Run::new(simulation, *files, &initial_positions, &scenario).drive(&meter, fresh)
     })?;
     conclude(outcome, arguments.work.quiet, console)
 }
 
-/// The result file of a path.
-fn result_of(path: &Path) -> Result<PathBuf, Failure> {
-    match path.extension().and_then(|extension| extension.to_str()) {
-        Some("toml") => Ok(result_path(&Scenario::read(path)?)),
-        Some("parts") => Ok(path.with_extension("")),
-        _ => Ok(path.to_owned()),
+/// Name of the provenance entry with the keys that were changed while the run was interrupted.
+const CHANGED_LATER: &str = "changed_keys_on_resumption";
+
+/// The state of a checkpoint, with what the scenario changes against that of the checkpoint.
+fn restore(
+    checkpoint: &mut Checkpoint,
+    assembly: &mut Assembly,
+    scenario: &Scenario,
+    path: &Path,
+) -> Result<(), Failure> {
+    // The header may be newer than the checkpoint: the process was killed after a change and before the next checkpoint.
+    let before = Scenario::parse(&path.display().to_string(), &checkpoint.provenance)?;
+    let changes = check(&before, scenario, Continuation::SameResult)?;
+    apply_changes(checkpoint, assembly, scenario, &changes, path, !changes.is_empty())
+}
+
+/// The state from which a run, killed before its first checkpoint, was begun.
+fn begin_from(from: &str, hash: Option<&str>, assembly: &mut Assembly, scenario: &Scenario) -> Result<(), Failure> {
+    let origin = Origin::read(Path::new(from), scenario)?;
+    if hash.is_some_and(|hash| hash != origin.state_hash()) {
+        return Err(Failure::Usage(format!(
+            "{from} holds another state than when the run was started from it. Run the scenario again with --force."
+        )));
     }
+    origin.apply(assembly, scenario)
+}
+
+/// What a finished run leaves to do: its table, if the process was killed before writing it.
+fn finished(path: &Path, given: Option<&Scenario>, console: &mut Console<'_>) -> Result<(), Failure> {
+    let text = ResultFile::open(path)?.scenario()?;
+    let scenario = Scenario::parse(&path.display().to_string(), &text)?;
+    let changed = given.map(|given| changes(&scenario, given)).unwrap_or_default();
+    if !changed.is_empty() {
+        return Err(Failure::Usage(format!(
+            "{0} is finished, and the scenario has changed since ({1}). To go on from its end into a new result: concordem \
+             run {2} --from {0} --output NEW.h5",
+            path.display(),
+            listed(&changed),
+            given.map_or("SCENARIO.toml", |given| &given.source.name),
+        )));
+    }
+    if scenario.output.csv && !csv_path(path).exists() {
+        write_csv(path)?;
+    }
+    console.tell(&format!("{} is finished; there is nothing to resume", path.display()));
+    Ok(())
+}
+
+/// The result file of a path, and the scenario if the path is one.
+fn result_of(path: &Path) -> Result<(PathBuf, Option<Scenario>), Failure> {
+    let (result, scenario) = match path.extension().and_then(|extension| extension.to_str()) {
+        Some("toml") => {
+            let scenario = Scenario::read(path)?;
+            (result_path(&scenario), Some(scenario))
+        }
+        Some("parts") => (path.with_extension(""), None),
+        _ => (path.to_owned(), None),
+    };
+    let result = target(&result)?;
+    Ok((result, scenario))
 }

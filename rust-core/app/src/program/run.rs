@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 
 use super::drive::{Meter, Outcome, Run, build, check_result_name, csv_path, result_path};
+use super::restart::Origin;
 use super::{Console, Failure, Work};
 use crate::output::hash::StateHasher;
 use crate::output::run_files::parts_folder;
+use crate::output::sealed::target;
 use crate::output::{OperatorTable, OutputError, RunFiles, RunHeader, SeriesColumn};
 use concordem_scenario::sampling::{SampledQuantity, ScheduledOperator};
 use concordem_scenario::schedule::{Record, Simulation};
@@ -21,6 +23,11 @@ pub(super) struct RunArguments {
     /// Result file; by default the file named in the scenario, or the name of the scenario with .h5
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Continue from the state at the end of this result, or from this checkpoint: an extension, or another stage of loading.
+    /// The scenario may differ in `stop`, `output`, `sample`, `loading`, `prescribe`, `force`, gravity, damping, and numbers of
+    /// laws
+    #[arg(long, value_name = "FILE")]
+    from: Option<PathBuf>,
     /// Overwrite an existing result, or discard an unfinished run
     #[arg(long, short)]
     force: bool,
@@ -32,6 +39,7 @@ pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result
     let scenario = Scenario::read(&arguments.scenario)?;
     let path = arguments.output.clone().unwrap_or_else(|| result_path(&scenario));
     check_result_name(&path)?;
+    let path = target(&path)?;
     if !arguments.force {
         // Before the packing, which may take minutes.
         for path in [Some(path.clone()), scenario.output.csv.then(|| csv_path(&path))].into_iter().flatten() {
@@ -44,13 +52,23 @@ pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result
             return Err(OutputError::Unfinished { path: parts }.into());
         }
     }
+    let origin = arguments.from.as_deref().map(|from| Origin::read(from, &scenario)).transpose()?;
     let visible = console.interactive && !arguments.work.quiet;
     let outcome = arguments.work.install(|| {
         let meter = Meter::new(visible);
-        let assembly = build(&scenario, &meter)?;
-        let header = header(&scenario, &assembly.state, &assembly.schedule.operators, &assembly.summary)?;
-        let files = RunFiles::create(&path, header, arguments.force)?;
+        let mut assembly = build(&scenario, &meter)?;
+        if !arguments.work.quiet {
+            meter.finish();
+            console.warn(&scenario, &scenario.warnings());
+            console.warn(&scenario, &assembly.summary.warnings);
+        }
+        let mut header = header(&scenario, &assembly.state, &assembly.schedule.operators, &assembly.summary)?;
         let initial_positions = assembly.state.particles.position.clone();
+        if let Some(origin) = origin {
+            header.provenance.extend(origin.provenance());
+            origin.apply(&mut assembly, &scenario)?;
+        }
+        let files = RunFiles::create(&path, header, arguments.force)?;
         let simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule)?;
         Run::new(simulation, files, &initial_positions, &scenario).drive(&meter, true)
     })?;

@@ -1,11 +1,16 @@
-//! `concordem schema`: the JSON Schema of scenarios.
+//! `concordem schema`: the JSON Schema of scenarios and sweeps.
 
 use super::{Console, Failure};
 
 /// Arguments of `concordem schema`.
 #[derive(Debug, clap::Args)]
-pub(super) struct SchemaArguments {}
+pub(super) struct SchemaArguments {
+    /// The schema of sweep files instead of scenarios
+    #[arg(long)]
+    sweep: bool,
+}
 
-pub(super) fn schema(_: &SchemaArguments, console: &mut Console<'_>) -> Result<(), Failure> {
-    console.print(&format!("{:#}\n", concordem_scenario::schema::schema()))
+pub(super) fn schema(arguments: &SchemaArguments, console: &mut Console<'_>) -> Result<(), Failure> {
+    let schema = if arguments.sweep { crate::sweep::schema() } else { concordem_scenario::schema::schema() };
+    console.print(&format!("{schema:#}\n"))
 }

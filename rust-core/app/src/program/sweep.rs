@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::drive::{Interruption, Meter, check_result_name};
 use super::{Console, Failure, Work};
-use crate::output::sealed::write_text;
+use crate::output::sealed::{target, write_text};
 use crate::output::{OutputError, sweep as files};
 use crate::report;
 use crate::sweep::Sweep;
@@ -49,6 +49,7 @@ pub(super) fn sweep(arguments: &SweepArguments, console: &mut Console<'_>) -> Re
     let sweep = Sweep::read(&arguments.sweep)?;
     let path = arguments.output.clone().unwrap_or_else(|| arguments.sweep.with_extension("h5"));
     check_result_name(&path)?;
+    let path = target(&path)?;
     let page = path.with_extension("html");
     let table = path.with_extension("csv");
     let journal_path = path_of(&path);

@@ -26,8 +26,9 @@ impl WriteColumns for Tables<'_> {
         order.sort_by_key(|&p| particles.id[p]);
         let ids: Vec<u32> = order.iter().map(|&p| particles.id[p]).collect();
         sink.column("particles/id", Column::u32(&ids))?;
+        let positions = self.state.unwrapped_positions();
         let vectors = [
-            ("position", &particles.position[..], "m"),
+            ("position", &positions[..], "m"),
             ("displacement", self.displacement, "m"),
             ("velocity", &particles.velocity, "m/s"),
             ("angular_velocity", &particles.angular_velocity, "rad/s"),
@@ -65,12 +66,13 @@ impl WriteColumns for Tables<'_> {
             }
         }
         let ends = &self.forces.contacts.block_end;
-        let mut from = 0;
+        let (mut from, mut first) = (0, 0);
         for (place, (block, &end)) in self.state.bonds.iter().zip(ends).enumerate() {
             let broken: Vec<BrokenBond> =
                 self.state.broken.iter().filter(|bond| bond.block as usize == place).copied().collect();
-            contacts(self.state, block.contacts(), &broken, block.law(), self.forces, from..end, sink)?;
-            from = end;
+            let rows = Rows { forces: from..end, first };
+            contacts(self.state, block.contacts(), &broken, block.law(), self.forces, rows, sink)?;
+            (from, first) = (end, first + block.len());
         }
         if let Some(block) = &self.state.contacts {
             let end = ends.last().copied().unwrap_or(from);
@@ -80,7 +82,7 @@ impl WriteColumns for Tables<'_> {
                 &[],
                 &format!("{UNBONDED}{}", block.law()),
                 self.forces,
-                from..end,
+                Rows { forces: from..end, first },
                 sink,
             )?;
         }
@@ -101,8 +103,10 @@ fn walls(state: &State, forces: &WallForces, sink: &mut dyn ColumnSink) -> Resul
     let path = |name: &str| format!("contacts/{WALLS}/{name}");
     sink.column(&path("id"), Column::u32(&ids))?;
     sink.column(&path("wall"), Column::u32(&forces.wall))?;
+    let points: Vec<Vec3> =
+        forces.particle.iter().zip(&forces.point).map(|(&p, x)| x + state.unwrapping(p as usize)).collect();
     for (name, values, unit) in
-        [("position", &forces.point, "m"), ("force", &forces.force, "N"), ("moment", &forces.moment, "N m")]
+        [("position", &points, "m"), ("force", &forces.force, "N"), ("moment", &forces.moment, "N m")]
     {
         sink.column(&path(name), Column::f64(bytemuck::cast_slice(values), 3, unit))?;
     }
@@ -126,6 +130,14 @@ struct Row {
     broken: bool,
 }
 
+/// Where the forces of a block are in [`Forces`].
+struct Rows {
+    /// Rows of the contacts that carry force.
+    forces: std::ops::Range<usize>,
+    /// Number of the block's first contact among all contacts.
+    first: usize,
+}
+
 /// One row per bond, broken bonds last and without history, and per unbonded contact with a force. Force and moment act on
 /// the first particle, the moment about `position`.
 fn contacts(
@@ -134,9 +146,10 @@ fn contacts(
     broken: &[BrokenBond],
     name: &str,
     forces: &Forces,
-    rows: std::ops::Range<usize>,
+    rows: Rows,
     sink: &mut dyn ColumnSink,
 ) -> Result<(), ColumnError> {
+    let Rows { forces: rows, first } = rows;
     let particles = &state.particles;
     let bonded = !name.starts_with(UNBONDED);
     let forces = &forces.contacts;
@@ -161,14 +174,18 @@ fn contacts(
             },
             |row| (forces.point[row], forces.force[row], forces.moment[row]),
         );
-        let (damage, lost_strength) = (block.damage(k), block.lost_strength(k));
+        // At the present positions, as the force.
+        let [damage, lost_strength] = forces.damage.get(first + k).copied().unwrap_or_default();
+        let position = position + state.unwrapping(pair.a as usize);
         Row { pair, branch, position, force, moment, previous, reference, damage, lost_strength, broken: false }
     });
     let gone = broken.iter().map(|&BrokenBond { pair, image, reference, previous, .. }| Row {
         pair,
         branch: branch_of(pair, image),
         // Its last position, from A.
-        position: particles.position[pair.a as usize] + previous.normal * (0.5 * previous.length),
+        position: particles.position[pair.a as usize]
+            + state.unwrapping(pair.a as usize)
+            + previous.normal * (0.5 * previous.length),
         force: Vec3::zeros(),
         moment: Vec3::zeros(),
         previous,

@@ -319,7 +319,7 @@ fn line_or_markers(series: &Series, placed: &[(f64, f64)]) -> String {
             let _ = writeln!(svg, "<polyline data-name=\"{name}\" points=\"{points}\" {}/>", stroke(series));
         }
         if scatter || series.style == Style::LineAndDots {
-            part.iter().for_each(|point| svg += &marker(series, *point));
+            svg.extend(part.iter().map(|point| marker(series, *point)));
             svg.push('\n');
         }
     }

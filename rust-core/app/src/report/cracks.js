@@ -1,9 +1,10 @@
 // Draws damaged bonds as points: a front view, and a view that rotates by pointer and arrow keys.
 // data: {size: [x, y, z], points: base 64 of x, y, z as 16-bit numbers and a shade of 8 bits for each point}; coordinates
-// are 0 to 10000 of the longest edge.
+// are 0 to 10000 of the longest edge. A plane run adds discs: base 64 of x, y, and radius as 16-bit numbers for each particle.
 function drawCracks(frontId, turnId, data) {
   const bytes = Uint8Array.from(atob(data.points), c => c.charCodeAt(0));
   const count = bytes.length / 7, half = data.size.map(s => s / 2);
+  const plane = data.discs !== undefined, discs = Uint8Array.from(atob(data.discs || ""), c => c.charCodeAt(0));
   const coordinate = (k, c) => bytes[7 * k + 2 * c] + 256 * bytes[7 * k + 2 * c + 1];
   const ramp = [[244, 205, 160], [226, 110, 52], [120, 18, 16]];
   const color = shade => {
@@ -34,6 +35,14 @@ function drawCracks(frontId, turnId, data) {
       pen.moveTo(p[0], p[1]); pen.lineTo(q[0], q[1]);
     }
     pen.stroke();
+    pen.beginPath();
+    for (let k = 0; k < discs.length / 6; k++) {
+      const [x, y, r] = [0, 1, 2].map(c => discs[6 * k + 2 * c] + 256 * discs[6 * k + 2 * c + 1]);
+      const [u, v] = project(x - half[0], y - half[1], 0);
+      pen.moveTo(u + r * scale, v);
+      pen.ellipse(u, v, r * scale, r * scale * Math.abs(si), 0, 0, 2 * Math.PI);
+    }
+    pen.stroke();
     // Points come from the most to the least damaged; the most damaged are drawn last, on top.
     const size = Math.max(1.6, Math.min(5, 90 / Math.cbrt(count + 1)));
     for (let k = count - 1; k >= 0; k--) {
@@ -57,9 +66,10 @@ function drawCracks(frontId, turnId, data) {
   }
 
   const front = document.getElementById(frontId), turning = document.getElementById(turnId);
-  let turn = 0.6, tilt = 0.35;
+  // A plane is seen from above.
+  let turn = plane ? 0.3 : 0.6, tilt = plane ? 0.9 : 0.35;
   const all = () => {
-    view(front, 0, 0, 0.86 / Math.max(half[0], half[2]));
+    view(front, 0, plane ? Math.PI / 2 : 0, 0.86 / Math.max(half[0], half[plane ? 1 : 2]));
     view(turning, turn, tilt, 0.92 / reach);
   };
   const rotate = (by, tiltBy) => {

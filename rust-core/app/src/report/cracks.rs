@@ -126,7 +126,30 @@ fn points_as_json(file: &ResultFile, bonds: &[DamagedBond]) -> Result<String, Ou
         place.iter().for_each(|x| bytes.extend((x.round() as u16).to_le_bytes()));
         bytes.push((255.0 * share_of_scale(bond.damage)).round() as u8);
     }
-    Ok(format!("{{size: [{:.0}, {:.0}, {:.0}], points: \"{}\"}}", size.x, size.y, size.z, base64(&bytes)))
+    let discs = if size.z < 1.0 { discs_as_json(file, corner, unit)? } else { String::new() };
+    Ok(format!("{{size: [{:.0}, {:.0}, {:.0}], points: \"{}\"{discs}}}", size.x, size.y, size.z, base64(&bytes)))
+}
+
+/// The particles of a plane run at its end, which show its outline and notches: six bytes each, x, y, and radius in the unit
+/// of the points. Empty if there are more than [`MOST_POINTS`].
+fn discs_as_json(file: &ResultFile, corner: Vec3, unit: f64) -> Result<String, OutputError> {
+    let table = file.table("particles")?;
+    let reals = |name: &str| match table.iter().find(|(column, _)| column == name).map(|(_, column)| &column.data) {
+        Some(ColumnData::F64(data)) => data.as_slice(),
+        _ => &[],
+    };
+    let (position, radius) = (reals("position"), reals("radius"));
+    if radius.len() > MOST_POINTS {
+        return Ok(", discs: \"\"".to_owned());
+    }
+    let mut bytes = Vec::with_capacity(6 * radius.len());
+    for (x, r) in position.chunks_exact(3).zip(radius) {
+        let place = (Vec3::from_column_slice(x) - corner) * unit;
+        for number in [place.x, place.y, r * unit] {
+            bytes.extend((number.round() as u16).to_le_bytes());
+        }
+    }
+    Ok(format!(", discs: \"{}\"", base64(&bytes)))
 }
 
 /// Bytes in base 64 (RFC 4648, section 4).

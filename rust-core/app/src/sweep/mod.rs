@@ -19,6 +19,7 @@
 mod axis;
 pub mod journal;
 pub mod point;
+mod schema;
 #[cfg(test)]
 mod tests;
 
@@ -30,6 +31,7 @@ use serde::Deserialize;
 pub use axis::Axis;
 use axis::{WrittenAxis, set};
 use concordem_scenario::schema::{Document, Problem, ProblemKind, ReadError, Scenario, ScenarioError, Source};
+pub use schema::schema;
 
 /// Largest number of points.
 const MOST_POINTS: usize = 1_000_000;
@@ -289,7 +291,8 @@ fn resolve(written: Vec<WrittenAxis>, base: &toml::Table) -> (Vec<Axis>, Vec<Axi
 }
 
 fn read_text(path: &Path) -> Result<String, ReadError> {
-    let bytes = std::fs::read(path).map_err(|error| ReadError::Io { path: path.to_owned(), error })?;
+    let bytes =
+        concordem_scenario::files::read_short(path).map_err(|error| ReadError::Io { path: path.to_owned(), error })?;
     String::from_utf8(bytes).map_err(|error| {
         let start = error.utf8_error().valid_up_to();
         let line = error.as_bytes()[..start].split(|byte| *byte == b'\n').count();

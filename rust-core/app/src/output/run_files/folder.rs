@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use super::Resumed;
 use super::header::RunHeader;
@@ -59,7 +60,7 @@ pub(super) fn cleared(parts: &Path) -> Result<Resumed, OutputError> {
 /// A temporary folder in `folder`, to be renamed.
 pub(super) fn new_folder(folder: &Path) -> Result<tempfile::TempDir, OutputError> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".unfinished-");
+    builder.prefix(UNFINISHED);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
     builder.tempdir_in(folder).map_err(|error| match error.kind() {
@@ -126,12 +127,67 @@ pub(super) fn usable(path: &Path, run_id: &str, parts: &Path) -> Result<Checkpoi
     Ok(checkpoint)
 }
 
+/// Refuse to remove a folder that no run has made.
+pub(super) fn check_own(parts: &Path) -> Result<(), OutputError> {
+    let failed = |error| OutputError::io(parts, "list", error);
+    let not_parts = |found: String| OutputError::NotParts { path: parts.to_owned(), found };
+    if !fs::symlink_metadata(parts).map_err(failed)?.is_dir() {
+        return Err(not_parts("another kind of file".to_owned()));
+    }
+    for entry in fs::read_dir(parts).map_err(failed)? {
+        let name = entry.map_err(failed)?.file_name().to_string_lossy().into_owned();
+        let own = name == "lock"
+            || name == "header.h5"
+            || name.starts_with(UNFINISHED)
+            || (Path::new(&name).extension().is_some_and(|end| end == "h5")
+                && (name.starts_with("segment-") || name.starts_with("checkpoint-")));
+        if !own {
+            return Err(not_parts(name));
+        }
+    }
+    Ok(())
+}
+
+/// Beginning of the names of files and folders that are not complete.
+pub(in crate::output) const UNFINISHED: &str = ".unfinished-";
+/// A file or folder that another process has made a moment ago may not be locked yet.
+const YOUNGEST_LEFTOVER: Duration = Duration::from_secs(60);
+
+/// Remove what killed processes left unfinished in the folder of a result. Living processes hold locks on theirs.
+///
+/// Failures are ignored: what cannot be removed harms nobody.
+pub(super) fn sweep_leftovers(folder: &Path) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let path = entry.path();
+        let old = |path: &Path| {
+            let age = fs::symlink_metadata(path).and_then(|data| data.modified()).map(|then| then.elapsed());
+            matches!(age, Ok(Ok(age)) if age >= YOUNGEST_LEFTOVER)
+        };
+        let left = entry.file_name().as_encoded_bytes().starts_with(UNFINISHED.as_bytes());
+        let Some(kind) = entry.file_type().ok().filter(|_| left && old(&path)) else { continue };
+        if kind.is_dir() {
+            let lock = path.join("lock");
+            if !lock.exists() || is_free(&lock) {
+                let _ = fs::remove_dir_all(&path);
+            }
+        } else if kind.is_file() && is_free(&path) {
+            let _ = fs::remove_file(&path);
+        }
+    }
+}
+
+/// Whether no living process holds the lock on a file.
+fn is_free(path: &Path) -> bool {
+    File::options().read(true).write(true).open(path).is_ok_and(|file| file.try_lock().is_ok())
+}
+
 /// Remove files that a killed process had not finished writing.
 pub(super) fn remove_unfinished(parts: &Path) -> Result<(), OutputError> {
     let failed = |error| OutputError::io(parts, "list", error);
     for entry in fs::read_dir(parts).map_err(failed)? {
         let path = entry.map_err(failed)?.path();
-        if path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b".unfinished-")) {
+        if path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(UNFINISHED.as_bytes())) {
             remove(&path)?;
         }
     }

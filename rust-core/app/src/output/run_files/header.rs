@@ -98,12 +98,12 @@ pub(super) fn read_header(parts: &Path) -> Result<(RunHeader, String), OutputErr
     hdf::check_identity(&file, kind::HEADER, path)?;
     let texts = |name: &str| -> Result<Vec<(String, String)>, OutputError> {
         let group = file.group(name).at(path)?;
-        let entry = |member: &String| {
-            let entry = group.group(member).at(path)?;
+        let entry = |member: String| {
+            let entry = group.group(&member).at(path)?;
             let text = |key| hdf::read_text_attribute(&entry, key, path);
             Ok((text("key")?, text("value")?))
         };
-        group.member_names().at(path)?.iter().map(entry).collect()
+        hdf::numbered_members(&group, "", path)?.into_iter().map(entry).collect()
     };
     let series = texts("units")?
         .into_iter()
@@ -113,10 +113,10 @@ pub(super) fn read_header(parts: &Path) -> Result<(RunHeader, String), OutputErr
     let scenario = hdf::read_text(&file, "scenario", path)?;
     let run_id = hdf::read_text_attribute(&file, "run_id", path)?;
     let mut operators = Vec::new();
-    for name in file.member_names().at(path)?.iter().filter(|name| name.starts_with("operator-")) {
-        let group = file.group(name).at(path)?;
+    for name in hdf::numbered_members(&file, "operator-", path)? {
+        let group = file.group(&name).at(path)?;
         let mut quantities = Vec::new();
-        for member in group.member_names().at(path)? {
+        for member in hdf::numbered_members(&group, "", path)? {
             let entry = group.group(&member).at(path)?;
             let text = |key| hdf::read_text_attribute(&entry, key, path);
             let column = SeriesColumn { name: text("name")?, unit: text("unit")?, description: text("description")? };

@@ -7,6 +7,9 @@
 //! * `checkpoint-0000.h5`, …: the state at a commit, with the number of segments before it; the two newest are kept.
 //! * `lock`: held by the process that works on the run.
 //!
+//! A run killed before its first checkpoint starts again from the header. What a killed process left unfinished in the
+//! folder of the result is removed by the next run or resumption there.
+//!
 //! Every file is written completely or not at all. A commit writes the segment first and then the checkpoint that counts
 //! it. A resumed run starts from the newest intact checkpoint and the segments it counts; it deletes later segments and
 //! computes their rows again, bit for bit. At the end all segments are merged into `NAME.h5`, and the folder is removed.
@@ -28,10 +31,11 @@ use super::{merge, sealed};
 use concordem_solver::fracture::Event;
 use concordem_solver::state::columns::WriteColumns;
 
+pub(super) use folder::UNFINISHED;
 pub use folder::parts_folder;
 use folder::{
-    cleared, finished_run_id, list_numbered, lock, new_folder, new_run_id, numbered, remove, remove_folder,
-    remove_unfinished, usable,
+    check_own, cleared, finished_run_id, list_numbered, lock, new_folder, new_run_id, numbered, remove, remove_folder,
+    remove_unfinished, sweep_leftovers, usable,
 };
 pub use header::{OperatorTable, RunHeader, SeriesColumn};
 use header::{read_header, write_header};
@@ -73,6 +77,11 @@ pub enum Resumed {
         /// Why newer checkpoints could not be used.
         unusable: Vec<OutputError>,
     },
+    /// The run was killed before its first checkpoint; it starts again.
+    Begin {
+        /// Its files.
+        files: Box<RunFiles>,
+    },
     /// The run is finished and its result exists.
     Finished,
 }
@@ -99,6 +108,7 @@ impl RunFiles {
             let name = path.display().to_string();
             return Err(OutputError::Name { name, what: "a result", problem: "it is a folder" });
         }
+        let path = &sealed::target(path)?;
         let parts = parts_folder(path);
         if !overwrite && path.exists() {
             return Err(OutputError::Exists { path: path.to_owned() });
@@ -107,6 +117,7 @@ impl RunFiles {
             if !overwrite {
                 return Err(OutputError::Unfinished { path: parts });
             }
+            check_own(&parts)?;
             // Another process may be working on the run to discard.
             drop(lock(&parts)?);
             remove_folder(&parts)?;
@@ -118,17 +129,23 @@ impl RunFiles {
         }
         // The folder gets its name after its header is written: a folder without one is the rest of a finished run.
         let folder = sealed::folder_of(path);
+        sweep_leftovers(&folder);
         let run_id = new_run_id(path, &header);
-        let operators = vec![Vec::new(); header.operators.len()];
         let new = new_folder(&folder)?;
         let lock = lock(new.path())?;
         write_header(new.path(), &header, &run_id)?;
         fs::rename(new.path(), &parts).map_err(|error| OutputError::io(&parts, "create", error))?;
         let _renamed = new.keep();
         sealed::sync_folder(&folder)?;
-        Ok(Self {
+        Ok(Self::begun(path, parts, header, run_id, lock))
+    }
+
+    /// Files of a run without a checkpoint.
+    fn begun(path: &Path, parts: PathBuf, header: RunHeader, run_id: String, lock: File) -> Self {
+        Self {
             path: path.to_owned(),
             parts,
+            operators: vec![Vec::new(); header.operators.len()],
             header,
             run_id,
             _lock: lock,
@@ -137,15 +154,16 @@ impl RunFiles {
             last_hash: String::new(),
             notes: BTreeMap::new(),
             samples: Vec::new(),
-            operators,
             events: Vec::new(),
             snapshots: Vec::new(),
             fields: None,
-        })
+        }
     }
 
     /// Resume the run with the result `path` from its newest usable checkpoint.
     pub fn resume(path: &Path) -> Result<Resumed, OutputError> {
+        let path = &sealed::target(path)?;
+        sweep_leftovers(&sealed::folder_of(path));
         let parts = parts_folder(path);
         if !parts.is_dir() {
             return match sealed::verify(path) {
@@ -179,20 +197,11 @@ impl RunFiles {
                     remove_unfinished(&parts)?;
                     sealed::sync_folder(&parts)?;
                     let files = Self {
-                        path: path.to_owned(),
-                        operators: vec![Vec::new(); header.operators.len()],
                         fields: snapshot_fields(&parts, checkpoint.run.segments)?,
-                        parts,
-                        header,
-                        run_id,
-                        _lock: lock,
                         segments: checkpoint.run.segments,
                         next_checkpoint: number + 1,
                         last_hash: checkpoint.state_hash.clone(),
-                        notes: BTreeMap::new(),
-                        samples: Vec::new(),
-                        events: Vec::new(),
-                        snapshots: Vec::new(),
+                        ..Self::begun(path, parts, header, run_id, lock)
                     };
                     return Ok(Resumed::Continue {
                         files: Box::new(files),
@@ -203,6 +212,14 @@ impl RunFiles {
                 Err(error) => unusable.push(error),
             }
         }
+        if checkpoints.is_empty() {
+            // Killed before the first checkpoint; a segment without one is computed again.
+            for later in segments.values() {
+                remove(later)?;
+            }
+            remove_unfinished(&parts)?;
+            return Ok(Resumed::Begin { files: Box::new(Self::begun(path, parts, header, run_id, lock)) });
+        }
         let reasons = unusable.iter().map(ToString::to_string).collect();
         Err(OutputError::NoCheckpoint { path: parts, reasons })
     }
@@ -210,6 +227,19 @@ impl RunFiles {
     /// Description of the run before its first step.
     pub fn header(&self) -> &RunHeader {
         &self.header
+    }
+
+    /// Replace the scenario of the run, from the present checkpoint on, and add `notes` to its provenance.
+    ///
+    /// # Errors
+    /// The header cannot be written.
+    pub fn change_scenario(&mut self, scenario: &str, notes: &[(String, String)]) -> Result<(), OutputError> {
+        scenario.clone_into(&mut self.header.scenario);
+        for (name, value) in notes {
+            self.header.provenance.retain(|(other, _)| other != name);
+            self.header.provenance.push((name.clone(), value.clone()));
+        }
+        write_header(&self.parts, &self.header, &self.run_id)
     }
 
     /// Path of the result.
@@ -246,6 +276,11 @@ impl RunFiles {
     /// Add an entry to the event log.
     pub fn append_event(&mut self, event: Event) {
         self.events.push(event);
+    }
+
+    /// Whether the run has a snapshot yet.
+    pub fn has_snapshot(&self) -> bool {
+        self.fields.is_some()
     }
 
     /// Add a snapshot. It is kept in memory until the next [`Self::commit`].
@@ -326,7 +361,7 @@ impl RunFiles {
             notes: &self.notes,
             segments: &segments,
         };
-        result.write(tables)?;
+        result.write(last, tables)?;
         stage("after merge");
         remove_folder(&self.parts)?;
         sealed::sync_folder(&sealed::folder_of(&self.path))

@@ -61,7 +61,7 @@ pub(super) fn snapshot_fields(parts: &Path, segments: u64) -> Result<Option<Vec<
         let path = numbered(parts, "segment", k);
         let file = sealed::open(&path)?;
         let group = file.group("snapshots").at(&path)?;
-        if let Some(first) = group.member_names().at(&path)?.first() {
+        if let Some(first) = hdf::numbered_members(&group, "", &path)?.first() {
             let snapshot = StoredSnapshot::read(&group.group(first).at(&path)?, &path)?;
             return Ok(Some(snapshot.fields.iter().map(|field| (field.name.clone(), field.shape())).collect()));
         }
@@ -116,7 +116,7 @@ impl StoredSnapshot {
     pub(super) fn write(&self, group: &hdf5::Group, path: &Path) -> Result<(), OutputError> {
         hdf::write_attribute(group, "time", &self.time, path)?;
         hdf::write_attribute(group, "step", &self.step, path)?;
-        // HDF5 lists the members of a group by name; the number keeps the order of the fields.
+        // The number keeps the order of the fields.
         for (k, field) in self.fields.iter().enumerate() {
             let name = format!("{k:03} {}", field.name);
             hdf::write_column(group, &name, &field.column.borrow(), &field.unit, &field.description, path)?;
@@ -126,11 +126,11 @@ impl StoredSnapshot {
 
     pub(in crate::output) fn read(group: &hdf5::Group, path: &Path) -> Result<Self, OutputError> {
         let mut fields = Vec::new();
-        for name in group.member_names().at(path)? {
+        for name in hdf::numbered_members(group, "", path)? {
             let dataset = group.dataset(&name).at(path)?;
             let (unit, description) = hdf::read_description(&dataset, path)?;
             fields.push(StoredField {
-                name: name.get(4..).unwrap_or_default().to_owned(),
+                name: name.split_once(' ').map_or(&name[..], |(_, name)| name).to_owned(),
                 unit,
                 description,
                 column: hdf::read_column(group, &name, path)?,

@@ -48,7 +48,7 @@ const SOFTNESS: f64 = 0.2;
 /// Laws whose stiffnesses are sought: their elastic keys are known here.
 pub const CALIBRATED: [LawName; 3] = [LawName::Cpm, LawName::LinearBond, LawName::CohesiveBeam];
 
-/// The law of this name, of those in [`CALIBRATED`].
+/// The law of this name, of those in `CALIBRATED`.
 ///
 /// # Errors
 /// The names to choose from.

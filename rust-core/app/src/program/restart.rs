@@ -1,0 +1,79 @@
+//! States of earlier runs that `run --from` and `resume` continue.
+
+use std::path::{Path, PathBuf};
+
+use super::Failure;
+use crate::output::OutputError;
+use crate::output::checkpoint::{self, Checkpoint};
+use concordem_scenario::assembly::Assembly;
+use concordem_scenario::assembly::restart::{Change, Continuation, RestartError, apply, check};
+use concordem_scenario::schema::Scenario;
+
+/// Name of the provenance entry with the file that a run continues.
+pub(super) const CONTINUES: &str = "continues";
+/// Name of the provenance entry with the hash of the state that a run continues.
+pub(super) const CONTINUED_HASH: &str = "continued_state_hash";
+/// Name of the provenance entry with the keys in which the scenario differs from that of the state it continues.
+pub(super) const CHANGED: &str = "changed_keys";
+
+/// The state that a run continues, and what the scenario changes.
+pub(super) struct Origin {
+    file: PathBuf,
+    checkpoint: Checkpoint,
+    changes: Vec<Change>,
+}
+
+impl Origin {
+    /// Read a result or a checkpoint, and compare its scenario with that of the new run.
+    pub(super) fn read(file: &Path, scenario: &Scenario) -> Result<Self, Failure> {
+        let checkpoint = checkpoint::read(file)?;
+        let before = Scenario::parse(&file.display().to_string(), &checkpoint.provenance)?;
+        let changes = check(&before, scenario, Continuation::NewResult)?;
+        Ok(Self { file: std::path::absolute(file).unwrap_or_else(|_| file.to_owned()), checkpoint, changes })
+    }
+
+    /// Entries of the provenance.
+    pub(super) fn provenance(&self) -> Vec<(String, String)> {
+        let entries = [
+            (CONTINUES, self.file.display().to_string()),
+            (CONTINUED_HASH, self.checkpoint.state_hash.clone()),
+            (CHANGED, listed(&self.changes)),
+        ];
+        entries.map(|(name, value)| (name.to_owned(), value)).to_vec()
+    }
+
+    /// Hash of the state.
+    pub(super) fn state_hash(&self) -> &str {
+        &self.checkpoint.state_hash
+    }
+
+    /// Replace the initial state of `assembly`.
+    pub(super) fn apply(mut self, assembly: &mut Assembly, scenario: &Scenario) -> Result<(), Failure> {
+        apply_changes(&mut self.checkpoint, assembly, scenario, &self.changes, &self.file, true)
+    }
+}
+
+/// Replace the initial state of `assembly` by that of a checkpoint. `further`: a run that had ended goes on.
+pub(super) fn apply_changes(
+    checkpoint: &mut Checkpoint,
+    assembly: &mut Assembly,
+    scenario: &Scenario,
+    changes: &[Change],
+    file: &Path,
+    further: bool,
+) -> Result<(), Failure> {
+    apply(assembly, &mut checkpoint.columns, scenario, changes, further).map_err(|error| match error {
+        RestartError::Scenario(error) => Failure::Scenario(error),
+        RestartError::Column(source) => OutputError::Column { path: file.to_owned(), source }.into(),
+        RestartError::Assembly(error) => Failure::of_assembly(scenario, error),
+        other => Failure::Usage(other.to_string()),
+    })
+}
+
+/// Changes on one line.
+pub(super) fn listed(changes: &[Change]) -> String {
+    if changes.is_empty() {
+        return "none".to_owned();
+    }
+    changes.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+}
