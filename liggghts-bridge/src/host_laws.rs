@@ -18,11 +18,9 @@
 //! pull and may exceed friction). No energies are booked for them. The library's own forms are
 //! [`HertzMindlin`](concordem_contact::law::HertzMindlin) and [`Frictional`](concordem_contact::law::Frictional).
 
-use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion};
-use concordem_contact::kinematics::{MotionMeasure, PointKinematics, PreviousGeometry, Transport};
+use concordem_contact::kinematics::{ContactInput, MotionMeasure, PointKinematics, Transport, WallInput};
 use concordem_contact::law::{ContactGeometry, ContactLaw, EnergySplit, Kinematics, Response, Status, Stiffness};
 use concordem_contact::math::Vec3;
-use concordem_solver::state::walls::ClosestPoint;
 
 /// A point contact and its velocities at the instant, which LIGGGHTS takes where the library takes mean rates of the step.
 #[derive(Debug, Clone, Copy)]
@@ -37,17 +35,9 @@ pub struct InstantKinematics {
 
 impl Kinematics for InstantKinematics {
     #[inline(always)]
-    fn measure(
-        _mode: MotionMeasure,
-        a: &Motion,
-        b: &Motion,
-        image: &ImageShift,
-        geometry: &ContactGeometry,
-        frame: &PreviousGeometry,
-        bonded: bool,
-        dt: f64,
-    ) -> Self {
-        let l = b.position + image.displacement - a.position;
+    fn measure(_mode: MotionMeasure, input: &ContactInput<'_>) -> Self {
+        let ContactInput { a, b, image, geometry, previous, bonded, dt } = *input;
+        let l = input.branch();
         let length = l.norm();
         let normal = l * (1.0 / length);
         let gap = length - geometry.radius_a - geometry.radius_b;
@@ -60,9 +50,9 @@ impl Kinematics for InstantKinematics {
             point: PointKinematics {
                 geometry: *geometry,
                 length,
-                length_old: frame.length,
+                length_old: previous.length,
                 elongation: length - geometry.reference_length,
-                elongation_old: frame.length - geometry.reference_length,
+                elongation_old: previous.length - geometry.reference_length,
                 gap,
                 normal,
                 shear_increment: tangential_velocity * dt,
@@ -76,15 +66,8 @@ impl Kinematics for InstantKinematics {
         }
     }
     /// The arm ends in the middle of the overlap, as between spheres.
-    fn measure_wall(
-        _mode: MotionMeasure,
-        a: &Motion,
-        closest_point: &ClosestPoint,
-        wall_velocity: &Vec3,
-        geometry: &ContactGeometry,
-        frame: &PreviousGeometry,
-        dt: f64,
-    ) -> Option<Self> {
+    fn measure_wall(_mode: MotionMeasure, input: &WallInput<'_>) -> Option<Self> {
+        let WallInput { a, closest_point, wall_velocity, geometry, previous, dt } = *input;
         let normal = closest_point.normal;
         let gap = closest_point.distance - geometry.radius_a;
         let arm_a = geometry.radius_a + 0.5 * gap;
@@ -95,9 +78,9 @@ impl Kinematics for InstantKinematics {
             point: PointKinematics {
                 geometry: *geometry,
                 length: closest_point.distance,
-                length_old: frame.length,
+                length_old: previous.length,
                 elongation: closest_point.distance - geometry.reference_length,
-                elongation_old: frame.length - geometry.reference_length,
+                elongation_old: previous.length - geometry.reference_length,
                 gap,
                 normal,
                 shear_increment: tangential_velocity * dt,

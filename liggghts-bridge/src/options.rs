@@ -7,8 +7,8 @@ use concordem_contact::kinematics::deformable::Condition;
 use concordem_contact::law::{ContactLawName, LawName};
 use concordem_contact::material::{Interface, Material};
 use serde::Deserialize;
-use serde::de::IntoDeserializer;
 use serde::de::value::{Error as ValueError, StrDeserializer};
+use serde::de::{DeserializeOwned, IntoDeserializer};
 
 /// Why arguments make no sense. The message names the argument and what would be right.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -155,8 +155,8 @@ struct MaterialsFile {
     interface: Vec<Interface>,
 }
 
-fn named<'de, T: Deserialize<'de>>(name: &'de str) -> Option<T> {
-    let deserializer: StrDeserializer<'de, ValueError> = name.into_deserializer();
+fn named<T: DeserializeOwned>(name: &str) -> Option<T> {
+    let deserializer: StrDeserializer<'_, ValueError> = name.into_deserializer();
     T::deserialize(deserializer).ok()
 }
 
@@ -187,7 +187,7 @@ pub fn read_list(path: &Path) -> Result<Vec<Listed>, OptionError> {
         let wrong = || {
             file(format!(
                 "line {}: `{line}` is not a bond; wanted are two different atom ids and, if the rest length is not the \
-                 present distance, that length in metres",
+                 present distance, that length in meters",
                 number + 1
             ))
         };
@@ -206,6 +206,135 @@ pub fn read_list(path: &Path) -> Result<Vec<Listed>, OptionError> {
     Ok(bonds)
 }
 
+/// Arguments as written, before they are checked against each other.
+#[derive(Default)]
+struct Arguments {
+    contact: Option<ContactLawName>,
+    mode: Option<MotionMeasure>,
+    creation: Option<Creation>,
+    at: Option<i64>,
+    reach: Option<f64>,
+    sample_every_step: Option<bool>,
+    deformable: Option<Condition>,
+    materials_file: Option<String>,
+    /// Parameters of bonds, contacts, and deformation.
+    tables: [toml::Table; 3],
+    /// The first parameter of the tables.
+    first_parameter: Option<String>,
+}
+
+/// An option and the words after it.
+struct OptionWords<'a, 'b> {
+    key: &'a str,
+    rest: &'b mut std::slice::Iter<'a, String>,
+}
+
+impl<'a> OptionWords<'a, '_> {
+    /// The next word.
+    fn value(&mut self, wanted: &'static str) -> Result<&'a str, OptionError> {
+        let missing = OptionError::Missing { key: self.key.to_owned(), wanted };
+        self.rest.next().map(String::as_str).ok_or(missing)
+    }
+
+    fn refuse(&self, value: &str, wanted: &'static str) -> OptionError {
+        OptionError::Value { key: self.key.to_owned(), value: value.to_owned(), wanted }
+    }
+
+    /// Fill `slot` with what `parse` makes of the next word. An option may be given once.
+    fn fill<T>(
+        &mut self,
+        slot: &mut Option<T>,
+        wanted: &'static str,
+        parse: impl FnOnce(&str) -> Option<T>,
+    ) -> Result<(), OptionError> {
+        self.once(slot.is_some())?;
+        let word = self.value(wanted)?;
+        *slot = Some(parse(word).ok_or_else(|| self.refuse(word, wanted))?);
+        Ok(())
+    }
+
+    fn once(&self, given: bool) -> Result<(), OptionError> {
+        if given { Err(OptionError::Twice { key: self.key.to_owned() }) } else { Ok(()) }
+    }
+
+    /// `none`, `distance FACTOR`, or `list FILE`.
+    fn creation(&mut self) -> Result<Creation, OptionError> {
+        const KINDS: &str = "distance FACTOR, list FILE, or none";
+        match self.value(KINDS)? {
+            "none" => Ok(Creation::None),
+            "distance" => {
+                let mut factor = None;
+                let wanted = "a factor on the sum of the radii, from 0.1 to 10; 1.5 is usual for concrete";
+                let in_range = |word: &str| word.parse().ok().filter(|f| (0.1..=10.0).contains(f));
+                self.fill(&mut factor, wanted, in_range)?;
+                Ok(Creation::Distance(factor.unwrap_or_default()))
+            }
+            "list" => Ok(Creation::List(read_list(Path::new(self.value("a file with two atom ids per line")?))?)),
+            other => Err(self.refuse(other, KINDS)),
+        }
+    }
+}
+
+impl Arguments {
+    /// The words after the law.
+    fn read(words: &[String]) -> Result<Self, OptionError> {
+        let mut arguments = Self::default();
+        let mut rest = words.iter();
+        while let Some(key) = rest.next() {
+            arguments.read_option(OptionWords { key, rest: &mut rest })?;
+        }
+        Ok(arguments)
+    }
+
+    fn read_option(&mut self, mut words: OptionWords<'_, '_>) -> Result<(), OptionError> {
+        match words.key {
+            "contact" => {
+                words.once(self.contact.is_some())?;
+                let word = words.value("a law of contacts, or none")?;
+                let unknown = || OptionError::ContactLaw { name: word.to_owned() };
+                self.contact = Some(ContactLawName::of_key(word).ok_or_else(unknown)?);
+                Ok(())
+            }
+            "kinematics" => words.fill(&mut self.mode, "finite, first-order, yade, or yade-ratcheting", named),
+            "bond" => {
+                words.once(self.creation.is_some())?;
+                self.creation = Some(words.creation()?);
+                Ok(())
+            }
+            "at" => words.fill(&mut self.at, "a step, 0 or later", |word| word.parse().ok().filter(|step| *step >= 0)),
+            "reach" => words.fill(&mut self.reach, "a length in meters, positive", |word| {
+                word.parse().ok().filter(|length: &f64| *length > 0.0 && length.is_finite())
+            }),
+            "energies" => words.fill(
+                &mut self.sample_every_step,
+                "output (sum stored energies when output is due) or every (at every step)",
+                |word| ["output", "every"].iter().position(|known| *known == word).map(|k| k == 1),
+            ),
+            "deformable" => words.fill(&mut self.deformable, "solid, plane-strain, or plane-stress", named),
+            "materials" => {
+                words.fill(&mut self.materials_file, "a file with [[material]] tables", |word| Some(word.to_owned()))
+            }
+            _ => self.read_parameter(words),
+        }
+    }
+
+    /// A parameter of the material, written inline.
+    fn read_parameter(&mut self, mut words: OptionWords<'_, '_>) -> Result<(), OptionError> {
+        let word = words.value("the value of the parameter")?;
+        let [bond, contact, deformable] = &mut self.tables;
+        let (table, name) = if let Some(name) = words.key.strip_prefix("contact.") {
+            (contact, name)
+        } else if let Some(name) = words.key.strip_prefix("deformable.") {
+            (deformable, name)
+        } else {
+            (bond, words.key)
+        };
+        words.once(table.insert(name.to_owned(), toml_value(word)).is_some())?;
+        self.first_parameter.get_or_insert_with(|| words.key.to_owned());
+        Ok(())
+    }
+}
+
 impl Options {
     /// Read the arguments that follow the style; `types` is the number of atom types.
     pub fn parse(words: &[String], types: usize) -> Result<Self, OptionError> {
@@ -218,139 +347,53 @@ impl Options {
                     .ok_or_else(|| OptionError::Law { name: name.to_owned() })?,
             ),
         };
-        let mut contact = None;
-        let mut mode = None;
-        let mut creation = None;
-        let (mut at, mut reach, mut file, mut sample) = (None, None, None, None);
-        let mut deformable = None;
-        let mut tables: [toml::Table; 3] = Default::default();
-        let mut inline = None;
-        let mut rest = words[1..].iter();
-        while let Some(key) = rest.next() {
-            let mut value = |wanted: &'static str| {
-                rest.next().ok_or(OptionError::Missing { key: key.clone(), wanted }).map(String::as_str)
-            };
-            let bad = |value: &str, wanted: &'static str| OptionError::Value {
-                key: key.clone(),
-                value: value.to_owned(),
-                wanted,
-            };
-            let twice = |given: bool| if given { Err(OptionError::Twice { key: key.clone() }) } else { Ok(()) };
-            match key.as_str() {
-                "contact" => {
-                    twice(contact.is_some())?;
-                    let word = value("a law of contacts, or none")?;
-                    contact = Some(
-                        ContactLawName::of_key(word)
-                            .ok_or_else(|| OptionError::ContactLaw { name: word.to_owned() })?,
-                    );
-                }
-                "kinematics" => {
-                    twice(mode.is_some())?;
-                    let wanted = "finite, first-order, yade, or yade-ratcheting";
-                    let word = value(wanted)?;
-                    mode = Some(named::<MotionMeasure>(word).ok_or_else(|| bad(word, wanted))?);
-                }
-                "bond" => {
-                    twice(creation.is_some())?;
-                    creation = Some(match value("distance FACTOR, list FILE, or none")? {
-                        "none" => Creation::None,
-                        "distance" => {
-                            let wanted = "a factor on the sum of the radii, from 0.1 to 10; 1.5 is usual for concrete";
-                            let word = value(wanted)?;
-                            let factor = word.parse().ok().filter(|f| (0.1..=10.0).contains(f));
-                            Creation::Distance(factor.ok_or_else(|| bad(word, wanted))?)
-                        }
-                        "list" => Creation::List(read_list(Path::new(value("a file with two atom ids per line")?))?),
-                        other => return Err(bad(other, "distance FACTOR, list FILE, or none")),
-                    });
-                }
-                "at" => {
-                    twice(at.is_some())?;
-                    let wanted = "a step, 0 or later";
-                    let word = value(wanted)?;
-                    at = Some(word.parse().ok().filter(|s: &i64| *s >= 0).ok_or_else(|| bad(word, wanted))?);
-                }
-                "reach" => {
-                    twice(reach.is_some())?;
-                    let wanted = "a length in metres, positive";
-                    let word = value(wanted)?;
-                    let length = word.parse().ok().filter(|r: &f64| *r > 0.0 && r.is_finite());
-                    reach = Some(length.ok_or_else(|| bad(word, wanted))?);
-                }
-                "energies" => {
-                    twice(sample.is_some())?;
-                    let wanted = "output (sum stored energies when output is due) or every (at every step)";
-                    sample = Some(match value(wanted)? {
-                        "output" => false,
-                        "every" => true,
-                        other => return Err(bad(other, wanted)),
-                    });
-                }
-                "deformable" => {
-                    twice(deformable.is_some())?;
-                    let wanted = "solid, plane-strain, or plane-stress";
-                    let word = value(wanted)?;
-                    deformable = Some(named::<Condition>(word).ok_or_else(|| bad(word, wanted))?);
-                }
-                "materials" => {
-                    twice(file.is_some())?;
-                    file = Some(value("a file with [[material]] tables")?.to_owned());
-                }
-                parameter => {
-                    let word = value("the value of the parameter")?;
-                    let (table, name) = if let Some(name) = parameter.strip_prefix("contact.") {
-                        (&mut tables[1], name)
-                    } else if let Some(name) = parameter.strip_prefix("deformable.") {
-                        (&mut tables[2], name)
-                    } else {
-                        (&mut tables[0], parameter)
-                    };
-                    twice(table.insert(name.to_owned(), toml_value(word)).is_some())?;
-                    inline.get_or_insert_with(|| key.clone());
-                }
-            }
-        }
-        let contact = contact.unwrap_or_default();
+        let mut arguments = Arguments::read(words.get(1..).unwrap_or_default())?;
+        let contact = arguments.contact.unwrap_or_default();
         if law.is_none() {
             if contact == ContactLawName::NONE {
                 return Err(OptionError::Nothing);
             }
-            if !matches!(creation.get_or_insert(Creation::None), Creation::None) {
+            if !matches!(arguments.creation.get_or_insert(Creation::None), Creation::None) {
                 return Err(OptionError::NoBondLaw);
             }
         }
-        let (materials, interfaces) = match file {
+        let (materials, interfaces) = match arguments.materials_file {
             Some(path) => {
-                if let Some(key) = inline {
+                if let Some(key) = arguments.first_parameter {
                     return Err(OptionError::InlineAndFile { key });
                 }
                 read_materials(&path, types)?
             }
-            None => (vec![inline_material(law, contact, tables)?; types], Vec::new()),
+            None => (vec![inline_material(law, contact, arguments.tables)?; types], Vec::new()),
         };
-        if deformable.is_some() {
-            let refused = [law, contact.law()].into_iter().flatten().find(|law| !law.facts().deforms);
-            if let Some(law) = refused {
-                return Err(OptionError::NotDeformable { law: law.key().to_owned() });
-            }
-            if materials.iter().all(|material| material.deformable.is_none()) {
-                return Err(OptionError::NoElasticity);
-            }
+        if arguments.deformable.is_some() {
+            check_deformable(law, contact, &materials)?;
         }
         Ok(Self {
-            deformable,
+            deformable: arguments.deformable,
             law,
             contact,
-            mode: mode.unwrap_or_default(),
-            creation: creation.ok_or(OptionError::NoBonds)?,
-            at,
-            reach: reach.unwrap_or(0.0),
-            sample_every_step: sample.unwrap_or(false),
+            mode: arguments.mode.unwrap_or_default(),
+            creation: arguments.creation.ok_or(OptionError::NoBonds)?,
+            at: arguments.at,
+            reach: arguments.reach.unwrap_or(0.0),
+            sample_every_step: arguments.sample_every_step.unwrap_or(false),
             materials,
             interfaces,
         })
     }
+}
+
+/// Deformable particles need laws that deform them, and elastic constants.
+fn check_deformable(law: Option<LawName>, contact: ContactLawName, materials: &[Material]) -> Result<(), OptionError> {
+    let refused = [law, contact.law()].into_iter().flatten().find(|law| !law.facts().deforms);
+    if let Some(law) = refused {
+        return Err(OptionError::NotDeformable { law: law.key().to_owned() });
+    }
+    if materials.iter().all(|material| material.deformable.is_none()) {
+        return Err(OptionError::NoElasticity);
+    }
+    Ok(())
 }
 
 fn read_materials(path: &str, types: usize) -> Result<(Vec<Material>, Vec<Interface>), OptionError> {

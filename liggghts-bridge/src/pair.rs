@@ -1,11 +1,12 @@
 //! Contacts of LIGGGHTS' neighbor lists, with LIGGGHTS' contact history.
 
-use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion};
-use concordem_contact::kinematics::{MotionMeasure, PreviousGeometry};
+use concordem_contact::kinematics::{
+    ContactInput, ImageShift, Motion, MotionMeasure, PointKinematics, PreviousGeometry, WallInput,
+};
 use concordem_contact::law::restitution::{End, damping_of_restitution};
 use concordem_contact::law::{
     ContactGeometry, ContactLaw, ContactStiffness, Elastic, Frictional, HertzMindlin, Kinematics, LawState,
-    ParameterError, Parity, Status,
+    ParameterError, Parity, Response, Status,
 };
 use concordem_contact::math::{Quat, Vec3, quaternion_of_rotation_vector};
 use concordem_solver::PairCoefficients;
@@ -142,6 +143,82 @@ fn vec3(v: &[f64; 3]) -> Vec3 {
 }
 
 impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
+    /// Motion of particle `p`.
+    #[inline(always)]
+    fn motion(pass: &Pass<'_>, p: usize) -> Motion {
+        let angular_velocity = vec3(&pass.angular_velocity[p]);
+        // Only laws that need the last geometry read the rotation of the step.
+        let rotation_increment = if FRAMED && pass.advance {
+            quaternion_of_rotation_vector(&(angular_velocity * pass.dt))
+        } else {
+            Quat::identity()
+        };
+        Motion {
+            position: vec3(&pass.position[p]),
+            velocity: vec3(&pass.velocity[p]),
+            angular_velocity,
+            rotation_increment,
+            orientation: Quat::identity(),
+        }
+    }
+
+    /// Geometry one step ago: from the history, or from the velocities where there is none.
+    #[inline(always)]
+    fn previous_geometry(pass: &Pass<'_>, known: bool, reals: &[f64], a: &Motion, b: &Motion) -> PreviousGeometry {
+        if !FRAMED {
+            return PreviousGeometry::default();
+        }
+        if known && pass.advance {
+            return PreviousGeometry { normal: Vec3::new(reals[0], reals[1], reals[2]), length: reals[3] };
+        }
+        let between = b.position - a.position;
+        let before = if pass.advance { between - (b.velocity - a.velocity) * pass.dt } else { between };
+        let length = before.norm();
+        PreviousGeometry { normal: before / length, length }
+    }
+
+    /// Response of law `row` to particles `i` and `j`, and its contact point. `reals` is the history.
+    #[inline(always)]
+    fn respond(
+        &self,
+        pass: &Pass<'_>,
+        row: u16,
+        [(i, a), (j, b)]: [(usize, &Motion); 2],
+        known: bool,
+        reals: &mut [f64],
+    ) -> (Response<L::State>, PointKinematics) {
+        let previous = Self::previous_geometry(pass, known, reals, a, b);
+        let mut old = L::State::default();
+        // A state is plain reals.
+        let state: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut old));
+        state.copy_from_slice(&reals[Self::HEAD..Self::WIDTH]);
+        let (radius_a, radius_b) = (pass.radius[i], pass.radius[j]);
+        let reference = L::unbonded_reference(0.0, radius_a, radius_b);
+        let mass = |p: usize| if pass.mask[p] & pass.frozen != 0 { 1e100 } else { pass.mass[p] };
+        let geometry = ContactGeometry {
+            reference_length: reference.length,
+            area: reference.area,
+            radius_a,
+            radius_b,
+            mass_a: mass(i),
+            mass_b: mass(j),
+        };
+        // During the set-up of a run nothing has moved.
+        let dt = if pass.advance { pass.dt } else { 0.0 };
+        let image = ImageShift::default();
+        let input = ContactInput { a, b, image: &image, geometry: &geometry, previous: &previous, bonded: false, dt };
+        let k = L::Kinematics::measure(self.mode, &input);
+        let response = self.laws[row as usize].respond(&k, &old, dt);
+        if pass.advance {
+            if FRAMED {
+                reals[..3].copy_from_slice(k.point().normal.as_slice());
+                reals[3] = k.point().length;
+            }
+            reals[Self::HEAD..Self::WIDTH].copy_from_slice(response.state.as_reals());
+        }
+        (response, *k.point())
+    }
+
     #[inline(always)]
     fn evaluate<const RECORD: bool>(
         &self,
@@ -154,74 +231,25 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
         let Neighbors { i, list, flags, history, stride } = neighbors;
         let (xi, radius_i) = (vec3(&pass.position[i]), pass.radius[i]);
         let (mut sum, mut moment) = (Vec3::zeros(), Vec3::zeros());
-        let heavy = |p: usize| if pass.mask[p] & pass.frozen != 0 { 1e100 } else { pass.mass[p] };
-        let motion = |p: usize| {
-            let angular_velocity = vec3(&pass.angular_velocity[p]);
-            // Only laws that need the last geometry read the rotation of the step.
-            let rotation_increment = if FRAMED && pass.advance {
-                quaternion_of_rotation_vector(&(angular_velocity * pass.dt))
-            } else {
-                Quat::identity()
-            };
-            Motion {
-                position: vec3(&pass.position[p]),
-                velocity: vec3(&pass.velocity[p]),
-                angular_velocity,
-                rotation_increment,
-                orientation: Quat::identity(),
-            }
-        };
         let mut mine: Option<Motion> = None;
         for (jj, &entry) in list.iter().enumerate() {
             let j = (entry & NEIGHBOR) as usize;
             let between = vec3(&pass.position[j]) - xi;
             let (squared, touching) = (between.norm_squared(), radius_i + pass.radius[j]);
+            let reals = &mut history[jj * stride..][..Self::WIDTH];
             if squared >= touching * touching {
                 if flags[jj] != 0 {
                     flags[jj] = 0;
-                    history[jj * stride..][..Self::WIDTH].fill(0.0);
+                    reals.fill(0.0);
                 }
                 continue;
             }
             let Some(row) = self.map.get((pass.kind[i] - 1) as u16, (pass.kind[j] - 1) as u16) else { continue };
-            let a = *mine.get_or_insert_with(|| motion(i));
-            let b = motion(j);
-            let reals = &mut history[jj * stride..][..Self::WIDTH];
-            let mut previous = PreviousGeometry::default();
-            if FRAMED {
-                previous = if flags[jj] == 0 || !pass.advance {
-                    let before = if pass.advance { between - (b.velocity - a.velocity) * pass.dt } else { between };
-                    let length = before.norm();
-                    PreviousGeometry { normal: before / length, length }
-                } else {
-                    PreviousGeometry { normal: Vec3::new(reals[0], reals[1], reals[2]), length: reals[3] }
-                };
-            }
-            let mut old = L::State::default();
-            // A state is plain reals.
-            let state: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut old));
-            state.copy_from_slice(&reals[Self::HEAD..Self::WIDTH]);
-            let reference = L::unbonded_reference(0.0, radius_i, pass.radius[j]);
-            let geometry = ContactGeometry {
-                reference_length: reference.length,
-                area: reference.area,
-                radius_a: radius_i,
-                radius_b: pass.radius[j],
-                mass_a: heavy(i),
-                mass_b: heavy(j),
-            };
-            // During the set-up of a run nothing has moved.
-            let dt = if pass.advance { pass.dt } else { 0.0 };
-            let k = L::Kinematics::measure(self.mode, &a, &b, &ImageShift::default(), &geometry, &previous, false, dt);
-            let response = self.laws[row as usize].respond(&k, &old, dt);
-            let point = k.point();
+            let a = *mine.get_or_insert_with(|| Self::motion(pass, i));
+            let b = Self::motion(pass, j);
+            let (response, point) = self.respond(pass, row, [(i, &a), (j, &b)], flags[jj] != 0, reals);
             if pass.advance {
                 flags[jj] = 1;
-                if FRAMED {
-                    reals[..3].copy_from_slice(point.normal.as_slice());
-                    reals[3] = point.length;
-                }
-                reals[Self::HEAD..Self::WIDTH].copy_from_slice(response.state.as_reals());
             }
             if response.status != Status::Lives {
                 continue;
@@ -321,11 +349,15 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for PairLaws<L, FRAMED> {
         let mut old = L::State::default();
         let state: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut old));
         state.copy_from_slice(&reals[Self::HEAD..]);
-        let Some(k) =
-            L::Kinematics::measure_wall(self.mode, &motion, &closest_point, &velocity, &geometry, &previous, dt)
-        else {
-            return none;
+        let input = WallInput {
+            a: &motion,
+            closest_point: &closest_point,
+            wall_velocity: &velocity,
+            geometry: &geometry,
+            previous: &previous,
+            dt,
         };
+        let Some(k) = L::Kinematics::measure_wall(self.mode, &input) else { return none };
         let response = self.laws[row as usize].respond(&k, &old, dt);
         if dt > 0.0 {
             reals.fill(0.0);

@@ -1,6 +1,11 @@
 //! Errors of the solver as exceptions of `concordem`.
 
+use std::any::Any;
+use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use concordem::assembly::AssemblyError;
+use concordem::assembly::restart::RestartError;
 use concordem::calibration::elastic::ElasticCalibrationError;
 use concordem::operator::OperatorError;
 use concordem::output::OutputError;
@@ -11,9 +16,31 @@ use concordem::schedule::simulation::RunError;
 use concordem::solver::SolverError;
 use concordem::state::ColumnError;
 use concordem::statics::StaticsError;
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+
+/// Work without the interpreter's lock. A panic in it becomes `concordem.InternalError`: pyo3's own `PanicException` would pass
+/// by every `except Exception`.
+pub fn detach<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    py.detach(|| catch_unwind(AssertUnwindSafe(work))).map_err(|payload| internal(&*payload))
+}
+
+/// Work with the interpreter's lock; a panic in it becomes `concordem.InternalError`.
+pub fn caught<T>(work: impl FnOnce() -> T) -> PyResult<T> {
+    catch_unwind(AssertUnwindSafe(work)).map_err(|payload| internal(&*payload))
+}
+
+/// The exception of a panic.
+pub fn internal(payload: &(dyn Any + Send)) -> PyErr {
+    let message = payload
+        .downcast_ref::<&str>()
+        .map(ToString::to_string)
+        .or_else(|| payload.downcast_ref::<String>().cloned())
+        .unwrap_or_default();
+    let message = format!("{message} (a fault of the program; please report it with the scenario)");
+    exception("InternalError", &message, "Panic")
+}
 
 /// What becomes an exception.
 pub trait Raise {
@@ -100,14 +127,18 @@ impl Raise for ReadError {
     fn raise(self) -> PyErr {
         match self {
             Self::Scenario(error) => error.raise(),
-            Self::Io { error, path } => {
-                // The class that Python itself would raise: FileNotFoundError and the like.
-                let error = PyErr::from(error);
-                Python::attach(|py| {
-                    let _ = error.value(py).setattr("filename", path.display().to_string());
-                });
-                error
-            }
+            // The class that Python itself would raise: FileNotFoundError and the like.
+            Self::Io { error, path } => Python::attach(|py| {
+                let make = || -> PyResult<PyErr> {
+                    let Some(number) = error.raw_os_error() else {
+                        return Ok(PyErr::from(io::Error::other(error.to_string())));
+                    };
+                    let reason = py.import("os")?.call_method1("strerror", (number,))?;
+                    let file = path.display().to_string();
+                    Ok(PyErr::from_value(py.get_type::<PyOSError>().call1((number, reason, file))?))
+                };
+                make().unwrap_or_else(|other| other)
+            }),
             other => exception("ResultError", &other.to_string(), &format!("{other:?}")),
         }
     }
@@ -135,4 +166,14 @@ impl Raise for Failure {
 /// Why a scenario could not be built, at its place in the scenario where that is known.
 pub fn of_assembly(scenario: &Scenario, error: AssemblyError) -> PyErr {
     Failure::of_assembly(scenario, error).raise()
+}
+
+/// Why a state cannot be continued by a scenario.
+pub fn of_restart(scenario: &Scenario, error: RestartError) -> PyErr {
+    match error {
+        RestartError::Scenario(error) => error.raise(),
+        RestartError::Column(error) => error.raise(),
+        RestartError::Assembly(error) => of_assembly(scenario, error),
+        other => PyValueError::new_err(other.to_string()),
+    }
 }

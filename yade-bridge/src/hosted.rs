@@ -26,7 +26,7 @@ use serde::Deserialize;
 use crate::arrays::{
     Flags, Images, Indices, Pairs, Rows, Scalars, Tensor, Vector, Vectors, rows, scalars, tensor, vectors,
 };
-use crate::errors::{OrRaise, of_assembly};
+use crate::errors::{OrRaise, caught, detach, of_assembly};
 use crate::memory::{peek, targets};
 use crate::scenario::{Scenario, table_of};
 use crate::simulation::{guarded, inside, pool};
@@ -221,7 +221,7 @@ impl Hosted {
             let mut inner = self.lock()?;
             let (inner, left) = (&mut *inner, &mut left);
             let pool = self.pool.as_ref();
-            py.detach(|| {
+            detach(py, || {
                 inside(pool, || {
                     let start = Instant::now();
                     while *left > 0 && start.elapsed() < Duration::from_millis(50) {
@@ -231,7 +231,7 @@ impl Hosted {
                     }
                     Ok(())
                 })
-            })
+            })?
             .map_err(|error: concordem::solver::SolverError| crate::errors::Raise::raise(error))?;
             py.check_signals()?;
         }
@@ -291,12 +291,12 @@ impl Hosted {
             // Safety: OpenMP's own function, called by the thread that begins the host's loops.
             unsafe { pause(PAUSE_SOFT) };
         }
-        let broken = py.detach(|| {
+        let broken = detach(py, || {
             inside(pool, || {
                 gather(assembly, host, dt)?;
                 assembly.find_forces(dt, cell, false)
             })
-        });
+        })?;
         let broken = broken.map_err(PyRuntimeError::new_err)?;
         let this = host.forces as *mut c_void;
         let (ids, force, torque) = (&assembly.state.particles.id, assembly.solver.forces(), assembly.solver.torques());
@@ -344,7 +344,7 @@ impl Hosted {
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let mut inner = self.lock()?;
         let Assembly { state, solver, .. } = &mut inner.assembly;
-        let forces = py.detach(|| solver.record(state)).or_raise()?;
+        let forces = detach(py, || solver.record(state))?.or_raise()?;
         let c = &forces.contacts;
         let fields = (
             rows::<_, u32>(py, &c.pair, 2)?,
@@ -417,19 +417,22 @@ impl Hosted {
         let mut checkpoint = checkpoint::read(&path).or_raise()?;
         let mut inner = self.lock()?;
         let Assembly { state, solver, broken, losses: lost, .. } = &mut inner.assembly;
-        let ids = state.particles.id.clone();
-        same_length("losses", losses.get()?.len(), ids.len())?;
-        lost.copy_from_slice(losses.get()?);
-        *broken = lost.iter().map(|&n| u64::from(n)).sum::<u64>() / 2;
-        state.read(&mut checkpoint.columns).or_raise()?;
+        let count = state.particles.len();
+        same_length("losses", losses.get()?.len(), count)?;
+        // Into a copy: a file of other bodies must leave the state as it is.
+        let mut stored = state.clone();
+        caught(|| stored.read(&mut checkpoint.columns).and_then(|()| stored.check_indices()))?.or_raise()?;
         // The order of particles follows the positions at which the assembly was first made, so it may differ.
         let sorted = |mut ids: Vec<u32>| {
             ids.sort_unstable();
             ids
         };
-        if sorted(state.particles.id.clone()) != sorted(ids) {
+        if sorted(stored.particles.id.clone()) != sorted(state.particles.id.clone()) {
             return Err(PyRuntimeError::new_err("the file belongs to other bodies"));
         }
+        *state = stored;
+        lost.copy_from_slice(losses.get()?);
+        *broken = lost.iter().map(|&n| u64::from(n)).sum::<u64>() / 2;
         *solver = Solver::new(solver.model().clone(), state).or_raise()?;
         Ok(())
     }

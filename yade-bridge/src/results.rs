@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{TableColumn, scalars, table};
-use crate::errors::OrRaise;
+use crate::errors::{OrRaise, caught};
 use crate::simulation::events;
 
 /// A finished result, verified and opened.
@@ -31,7 +31,7 @@ fn array<'py>(py: Python<'py>, column: &StoredColumn) -> PyResult<Bound<'py, PyA
 impl PyResultFile {
     #[new]
     fn new(path: PathBuf) -> PyResult<Self> {
-        ResultFile::open(&path).or_raise().map(Self)
+        caught(|| ResultFile::open(&path))?.or_raise().map(Self)
     }
     /// The file.
     #[getter]
@@ -46,7 +46,7 @@ impl PyResultFile {
             .series()
             .iter()
             .map(|series| {
-                let values = self.0.samples(&series.name).or_raise()?;
+                let values = caught(|| self.0.samples(&series.name))?.or_raise()?;
                 let values = scalars(py, &values).into_any();
                 Ok(TableColumn { name: series.name.clone(), unit: series.unit.clone(), values })
             })
@@ -56,22 +56,22 @@ impl PyResultFile {
     /// The event log.
     #[getter]
     fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        events(py, &self.0.events().or_raise()?)
+        events(py, &caught(|| self.0.events())?.or_raise()?)
     }
     /// Names of the operators that were sampled; their columns are in `table("samples/NAME")`.
     #[getter]
     fn operators(&self) -> PyResult<Vec<String>> {
-        self.0.operators().or_raise()
+        caught(|| self.0.operators())?.or_raise()
     }
     /// Names of the laws that have contacts.
     #[getter]
     fn laws(&self) -> PyResult<Vec<String>> {
-        self.0.laws().or_raise()
+        caught(|| self.0.laws())?.or_raise()
     }
     /// Columns of a table by name.
     fn table<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
-        for (name, column) in self.0.table(name).or_raise()? {
+        for (name, column) in caught(|| self.0.table(name))?.or_raise()? {
             dict.set_item(name, array(py, &column)?)?;
         }
         Ok(dict)
@@ -79,23 +79,23 @@ impl PyResultFile {
     /// Times of the snapshots, s.
     #[getter]
     fn snapshot_times<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(scalars(py, &self.0.snapshot_times().or_raise()?).into_any())
+        Ok(scalars(py, &caught(|| self.0.snapshot_times())?.or_raise()?).into_any())
     }
     /// Text of the scenario.
     #[getter]
     fn scenario_text(&self) -> PyResult<String> {
-        self.0.scenario().or_raise()
+        caught(|| self.0.scenario())?.or_raise()
     }
     /// Hash of the state at the end.
     #[getter]
     fn state_hash(&self) -> PyResult<String> {
-        self.0.state_hash().or_raise()
+        caught(|| self.0.state_hash())?.or_raise()
     }
     /// Where the result comes from.
     #[getter]
     fn provenance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
-        for (name, value) in self.0.provenance().or_raise()? {
+        for (name, value) in caught(|| self.0.provenance())?.or_raise()? {
             dict.set_item(name, value)?;
         }
         Ok(dict)

@@ -8,7 +8,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyString};
 
-use crate::errors::{OrRaise, of_assembly};
+use crate::errors::{OrRaise, caught, of_assembly};
 use crate::packing::packing_of;
 use crate::simulation::{Simulation, guarded};
 
@@ -73,7 +73,7 @@ pub fn table_of(mapping: &Bound<'_, PyAny>, path: &str) -> PyResult<toml::Table>
 
 impl Scenario {
     fn parse(name: &str, text: &str, folder: PathBuf) -> PyResult<Self> {
-        Ok(Self { inner: scenario::Scenario::parse(name, text).or_raise()?, folder })
+        Ok(Self { inner: caught(|| scenario::Scenario::parse(name, text))?.or_raise()?, folder })
     }
 
     fn of_mapping(mapping: &Bound<'_, PyAny>, folder: PathBuf) -> PyResult<Self> {
@@ -122,7 +122,7 @@ impl Scenario {
     /// A scenario from a TOML file; the files it names are looked for beside it.
     #[staticmethod]
     fn from_file(path: PathBuf) -> PyResult<Self> {
-        let inner = scenario::Scenario::read(&path).or_raise()?;
+        let inner = caught(|| scenario::Scenario::read(&path))?.or_raise()?;
         let folder = inner.directory();
         Ok(Self { inner, folder })
     }
@@ -203,10 +203,15 @@ impl Scenario {
     }
 }
 
-/// JSON Schema of scenarios, as text.
+/// JSON Schema of scenarios or of sweeps, as text.
 #[pyfunction]
-fn schema() -> String {
-    scenario::schema().to_string()
+#[pyo3(signature = (kind="scenario"))]
+fn schema(kind: &str) -> PyResult<String> {
+    match kind {
+        "scenario" => Ok(scenario::schema().to_string()),
+        "sweep" => Ok(concordem::sweep::schema().to_string()),
+        _ => Err(PyValueError::new_err(format!("kind is \"{kind}\"; it may be \"scenario\" or \"sweep\""))),
+    }
 }
 
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {

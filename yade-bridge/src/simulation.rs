@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
 
+use concordem::assembly::restart::{self, Continuation};
 use concordem::assembly::{Assembly, Summary, assemble};
 use concordem::fracture::Event;
 use concordem::output::{checkpoint, hash};
@@ -19,7 +20,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{TableColumn, result, rows, scalars, table, tensor, vectors};
-use crate::errors::{OrRaise, of_assembly};
+use crate::errors::{OrRaise, caught, detach, internal, of_assembly, of_restart};
 use crate::scenario::Scenario;
 use crate::state::{Addresses, State};
 
@@ -36,6 +37,8 @@ pub struct Inner {
     operators: Vec<Vec<OperatorRow>>,
     events: Vec<Event>,
     addresses: Addresses,
+    /// A panic in a step has left the state somewhere within the step.
+    fault: bool,
 }
 
 /// A simulation.
@@ -122,7 +125,7 @@ pub fn guarded<T: Send>(
     close(py, report.as_ref())?;
     outcome.map_err(|payload: Box<dyn Any + Send>| match payload.downcast::<Interrupted>() {
         Ok(interrupted) => interrupted.0,
-        Err(other) => resume_unwind(other),
+        Err(other) => internal(&*other),
     })
 }
 
@@ -144,7 +147,7 @@ impl Inner {
             }
             let advance = self.run.advance()?;
             *steps -= 1;
-            self.samples.extend(advance.sample);
+            self.samples.extend(advance.sample.into_iter().chain(advance.last));
             for row in advance.operators {
                 self.operators[row.operator].push(row);
             }
@@ -168,27 +171,32 @@ impl Simulation {
         let py = scenario.py();
         let Scenario { inner, folder } = scenario.get();
         let assembly = guarded(py, threads, progress, |progress| assemble(inner, folder, progress))?;
-        let Assembly { mut state, model, schedule, summary } = assembly.map_err(|error| of_assembly(inner, error))?;
+        let mut assembly = assembly.map_err(|error| of_assembly(inner, error))?;
         if let Some(mut checkpoint) = checkpoint {
-            state.read(&mut checkpoint.columns).or_raise()?;
+            let before = concordem::scenario::Scenario::parse("<checkpoint>", &checkpoint.provenance).or_raise()?;
+            let changes = caught(|| restart::check(&before, inner, Continuation::NewResult))?.or_raise()?;
+            let columns = &mut checkpoint.columns;
+            let further = !changes.is_empty();
+            caught(|| restart::apply(&mut assembly, columns, inner, &changes, further))?
+                .map_err(|error| of_restart(inner, error))?;
         }
+        let Assembly { state, model, schedule, summary } = assembly;
         let operators = vec![Vec::new(); schedule.operators.len()];
-        let run = py.detach(|| Run::new(state, model, schedule)).or_raise()?;
+        let run = detach(py, || Run::new(state, model, schedule))?.or_raise()?;
         let addresses = Addresses::of(&run.state.particles);
-        let inner = Inner { run, samples: Vec::new(), operators, events: Vec::new(), addresses };
+        let inner = Inner { run, samples: Vec::new(), operators, events: Vec::new(), addresses, fault: false };
         Ok(Self { inner: Mutex::new(inner), pool: pool(threads)?, scenario: scenario.clone().unbind(), summary })
     }
 
     /// The inside, unless another thread is stepping.
     pub fn lock(&self) -> PyResult<MutexGuard<'_, Inner>> {
         match self.inner.try_lock() {
+            Ok(inner) if inner.fault => Err(faulty()),
             Ok(inner) => Ok(inner),
             Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
                 "the simulation is running in another thread; look at it from its progress function, or wait",
             )),
-            Err(TryLockError::Poisoned(_)) => {
-                Err(PyRuntimeError::new_err("the simulation had a fault while it ran; its state cannot be relied on"))
-            }
+            Err(TryLockError::Poisoned(_)) => Err(faulty()),
         }
     }
 
@@ -200,7 +208,9 @@ impl Simulation {
         let outcome = loop {
             let mut inner = self.lock()?;
             let (inner_ref, left_ref, pool) = (&mut *inner, &mut left, self.pool.as_ref());
-            let stopped = py.detach(move || inside(pool, || inner_ref.advance(left_ref)));
+            let stopped = detach(py, move || inside(pool, || inner_ref.advance(left_ref)));
+            inner.fault = stopped.is_err();
+            let stopped = stopped?;
             if Addresses::of(&inner.run.state.particles) != inner.addresses {
                 // The core promises not to move the arrays of the particles; views would dangle.
                 eprintln!(
@@ -232,6 +242,10 @@ impl Simulation {
         close(py, report.as_ref())?;
         outcome
     }
+}
+
+fn faulty() -> PyErr {
+    PyRuntimeError::new_err("the simulation had a fault while it ran; its state cannot be relied on")
 }
 
 fn name_of(reason: StopReason) -> &'static str {
@@ -270,7 +284,7 @@ impl Simulation {
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<String> {
         let inner = self.lock()?;
         let text = self.scenario.get().inner.source.text.clone();
-        py.detach(|| checkpoint::write(&path, &inner.run.state, &text)).or_raise()
+        detach(py, || checkpoint::write(&path, &inner.run.state, &text))?.or_raise()
     }
 
     /// Run until a condition of the scenario's `[stop]` holds.
@@ -397,7 +411,7 @@ impl Simulation {
         let mut inner = self.lock()?;
         let Inner { run, .. } = &mut *inner;
         let pool = self.pool.as_ref();
-        let forces = py.detach(|| inside(pool, || run.solver.record(&mut run.state))).or_raise()?;
+        let forces = detach(py, || inside(pool, || run.solver.record(&mut run.state)))?.or_raise()?;
         let (c, w) = (&forces.contacts, &forces.walls);
         let contacts = (
             rows::<_, u32>(py, &c.pair, 2)?,

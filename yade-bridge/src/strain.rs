@@ -9,7 +9,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::arrays::{Scalars, Tensor, Vector, Vectors, result, scalars, tensor, tensors, vector, vectors};
-use crate::errors::OrRaise;
+use crate::errors::{OrRaise, detach};
 use crate::regions::{PyPeriod, PyRegion, dimension, period};
 
 type Any<'py> = PyResult<Bound<'py, PyAny>>;
@@ -115,7 +115,7 @@ fn fit<'py>(
     let (x, u) = (position.get()?, displacement.get()?);
     let phi = rotation.as_ref().map_or(Ok(&[][..]), Vectors::get)?;
     let (period, dimension, region) = (self::period(period.as_ref()), self::dimension(dimension)?, &region.get().0);
-    py.detach(|| affine_fit(x, u, phi, region, period.as_ref(), dimension)).or_raise().map(PyAffineFit)
+    detach(py, || affine_fit(x, u, phi, region, period.as_ref(), dimension))?.or_raise().map(PyAffineFit)
 }
 
 /// A triangulation.
@@ -149,7 +149,7 @@ impl PyMesh {
 fn triangulate(py: Python<'_>, position: Vectors<'_>, dimension: u8, edges: Option<Tensor>) -> PyResult<PyMesh> {
     let (x, dimension) = (position.get()?, self::dimension(dimension)?);
     let edges = edges.map(|edges| edges.0);
-    py.detach(|| delaunay(x, dimension, edges.as_ref())).or_raise().map(PyMesh)
+    detach(py, || delaunay(x, dimension, edges.as_ref()))?.or_raise().map(PyMesh)
 }
 
 /// Strain of the cells of a triangulation.
@@ -163,7 +163,7 @@ fn strain_of_cells<'py>(
     period: Option<Bound<'py, PyPeriod>>,
 ) -> Any<'py> {
     let (x, u, period, mesh) = (position.get()?, displacement.get()?, self::period(period.as_ref()), &mesh.get().0);
-    let found = py.detach(|| cell_strain(mesh, x, u, period.as_ref())).or_raise()?;
+    let found = detach(py, || cell_strain(mesh, x, u, period.as_ref()))?.or_raise()?;
     let volumes: Vec<f64> = found.cells.iter().map(|cell| cell.volume).collect();
     let moments = found.cells.iter().map(|cell| cell.moment).collect();
     let fields = (tensor(py, &found.gradient)?, found.volume, scalars(py, &volumes), tensors(py, moments)?);
@@ -181,7 +181,7 @@ fn strain_of_edges<'py>(
     period: Option<Bound<'py, PyPeriod>>,
 ) -> Any<'py> {
     let (x, u, period, mesh) = (position.get()?, displacement.get()?, self::period(period.as_ref()), &mesh.get().0);
-    let found = py.detach(|| bagi_strain(mesh, x, u, period.as_ref())).or_raise()?;
+    let found = detach(py, || bagi_strain(mesh, x, u, period.as_ref()))?.or_raise()?;
     result(py, "DualStrain", (tensor(py, &found.gradient)?, found.volume, tensor(py, &found.unity)?))
 }
 
@@ -248,7 +248,7 @@ impl PyPowerDiagram {
         let phi = rotation.as_ref().map_or(Ok(&[][..]), Vectors::get)?;
         let border = border_displacement.as_ref().map_or(Ok(&[][..]), Vectors::get)?;
         let period = self::period(period.as_ref());
-        let found = py.detach(|| satake_strain(&self.0, u, phi, border, period.as_ref())).or_raise()?;
+        let found = detach(py, || satake_strain(&self.0, u, phi, border, period.as_ref()))?.or_raise()?;
         result(py, "DualStrain", (tensor(py, &found.gradient)?, found.volume, tensor(py, &found.unity)?))
     }
 }
@@ -271,7 +271,7 @@ fn divide(
         _ => return Err(PyValueError::new_err("give either low and high of a box, or the edges of a periodic cell")),
     };
     let (x, r, dimension) = (position.get()?, radius.get()?, self::dimension(dimension)?);
-    py.detach(|| power_diagram(x, r, &domain, dimension)).or_raise().map(PyPowerDiagram)
+    detach(py, || power_diagram(x, r, &domain, dimension))?.or_raise().map(PyPowerDiagram)
 }
 
 /// Cosserat strain from a displacement gradient and a rotation.

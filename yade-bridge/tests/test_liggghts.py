@@ -40,7 +40,7 @@ fix bonds all concordem/bond cohesive_beam young 30e9 poisson 0.2 &
 
 
 def run(script, processes=1):
-    mpi = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-np", str(processes)] if processes > 1 else []
+    mpi = ["mpirun", "--allow-run-as-root", "--oversubscribe", "--bind-to", "none", "-np", str(processes)] if processes > 1 else []
     environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
     return subprocess.run(
         ["timeout", "120", *mpi, sys.executable, "-c", BEGIN + script, str(LIBRARY)],

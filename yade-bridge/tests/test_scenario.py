@@ -1,5 +1,6 @@
 """Scenarios: four ways to write one, and what happens when it is wrong."""
 
+import json
 import pickle
 
 import concordem
@@ -66,3 +67,17 @@ def test_unstable_time_step_is_refused_at_its_place():
 def test_every_template_is_a_scenario():
     for name in concordem.Scenario.templates():
         assert concordem.Scenario.template(name).to_dict()["version"] == 1
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(FileNotFoundError) as caught:
+        concordem.Scenario.from_file(tmp_path / "nope")
+    assert caught.value.errno == 2 and "nope" in str(caught.value) and "None" not in str(caught.value)
+
+
+def test_schemas_are_of_scenarios_and_sweeps():
+    assert "packing" in json.loads(concordem.schema())["properties"]
+    sweep = json.loads(concordem.schema("sweep"))["properties"]
+    assert "axis" in sweep and "packing" not in sweep
+    with pytest.raises(ValueError, match="sweep"):
+        concordem.schema("wing")

@@ -11,6 +11,7 @@ import weakref
 import concordem
 import numpy as np
 import pytest
+from conftest import TWO
 
 
 def test_run_and_step_and_threads_give_the_same_bits(concrete):
@@ -59,7 +60,43 @@ def test_checkpoints_go_on_with_the_same_bits(concrete, tmp_path):
         concordem.Simulation.load(tmp_path / "half.h5")
 
 
-def test_views_show_what_happens_and_outlive_the_simulation(two):
+def test_another_scenario_is_applied_or_refused_by_key(tmp_path):
+    block = concordem.Scenario(
+        packing={"kind": "lattice", "lattice": "hcp", "radius": "1 mm", "repeats": [5, 3, 5]},
+        material={"name": "stone", "density": 2500,
+                  "linear_bond": {"normal_stiffness": 1e6, "shear_stiffness": 2e5}},
+        bonds={"law": "linear_bond", "interaction_ratio": 1.05},
+        contacts={"law": "none"},
+        loading={"kind": "uniaxial", "strain_rate": 1.0},
+        stop={"steps": 50},
+    )
+    simulation = block.simulation()
+    assert simulation.run() == "steps"
+    simulation.save(tmp_path / "end.h5")
+    fastest = simulation.state.velocities[:, 2].max()
+    # Another rate moves the ends at that rate.
+    data = block.to_dict() | {"stop": {"steps": 51}}
+    data["loading"]["strain_rate"] = 0.5
+    other = concordem.Simulation.load(tmp_path / "end.h5", concordem.Scenario.from_dict(data))
+    prescribed = np.abs(other.state.velocities[:, 2])
+    assert other.run() == "steps" and other.state.step == 51
+    assert 0 < prescribed.max() and fastest > 0
+    # Another packing is refused by its key, and does not panic.
+    data["packing"]["repeats"] = [5, 3, 6]
+    with pytest.raises(concordem.ScenarioError, match="restart cannot change") as caught:
+        concordem.Simulation.load(tmp_path / "end.h5", concordem.Scenario.from_dict(data))
+    assert caught.value.key == "packing.repeats[2]"
+
+
+def test_a_panic_is_an_error_of_the_package():
+    with pytest.raises(concordem.InternalError, match="as asked") as caught:
+        concordem._core._panic()
+    assert isinstance(caught.value, concordem.ConcordemError) and isinstance(caught.value, Exception)
+
+
+def test_views_show_what_happens_and_outlive_the_simulation():
+    # A velocity written by hand is energy without a source, and 20 m/s is too fast for the time step.
+    two = concordem.Scenario(**{**TWO, "integration": {**TWO.get("integration", {}), "allow_energy_error": True}})
     simulation = two.simulation()
     positions, velocities = simulation.state.positions, simulation.state.velocities
     address = positions.ctypes.data

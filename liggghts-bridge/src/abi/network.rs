@@ -94,7 +94,7 @@ pub unsafe extern "C" fn concordem_network_initial_memory(network: *const Networ
     unsafe { (*network).initial_memory(slice_mut(memory, (*network).atom_width())) }
 }
 
-///
+/// Rebuild the lists of bonds and contacts after atoms have moved to other processors; lengths in m.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_rebuild(
     network: *mut Network,

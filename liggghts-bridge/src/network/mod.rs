@@ -5,8 +5,8 @@
 //! atom that migrates takes its bonds along. Within a processor atoms are ordered by id, and forces are summed in that order
 //! ([`Solver::for_subdomain`]): the net force of an atom does not depend on the number of processors.
 //!
-//! [`memory`] holds what the network stores per atom, [`exchange`] the records of migrating atoms, [`rebuild`] the state after
-//! migration, [`results`] what is reported.
+//! `memory` holds what the network stores per atom, `exchange` the records of migrating atoms, `rebuild` the state after
+//! migration, `results` what is reported.
 
 mod error;
 mod exchange;

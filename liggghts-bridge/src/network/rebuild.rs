@@ -52,7 +52,7 @@ impl Network {
             }
             match ends {
                 [Some(a), Some(b)] => {
-                    longest = longest.max(self.place_record(record, [a, b], &atoms.edge, mean_radius)?)
+                    longest = longest.max(self.place_record(record, [a, b], &atoms.edge, mean_radius)?);
                 }
                 [a, _] if record.kind == Kind::Bond => {
                     let (tag, partner) = if a.is_some() { (0, 1) } else { (1, 0) };

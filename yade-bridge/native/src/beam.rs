@@ -7,7 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use concordem_c_abi::{Message, guarded};
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion, initial_geometry};
-use concordem_contact::kinematics::{FrameKinematics, PreviousGeometry};
+use concordem_contact::kinematics::{ContactInput, FrameKinematics, PreviousGeometry};
 use concordem_contact::law::{
     BeamModel, BendingTerm, CohesiveBeam, CohesiveBeamState, ContactGeometry, ContactLaw, Response, Section, Status,
 };
@@ -128,9 +128,10 @@ fn evaluate(
 ) -> (FrameKinematics, Response<CohesiveBeamState>) {
     let image = ImageShift { displacement: c.shift.into(), velocity: c.shift_velocity.into(), periodic: false };
     let geometry = c.parameters.geometry();
-    // The law does not read the length of the last step.
+    // The law reads no length of the last step.
     let previous = PreviousGeometry { normal: Vec3::zeros(), length: geometry.reference_length };
-    let kinematics = FrameKinematics::new(a, b, &image, &geometry, &previous, true, c.dt);
+    let input = ContactInput { a, b, image: &image, geometry: &geometry, previous: &previous, bonded: true, dt: c.dt };
+    let kinematics = FrameKinematics::new(&input);
     (kinematics, law.respond(&kinematics, old, c.dt))
 }
 

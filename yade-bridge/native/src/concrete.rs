@@ -84,6 +84,7 @@ fn vector(a: &[f64; 3]) -> Vec3 {
 }
 
 /// One step of one contact. An error leaves the contact unchanged.
+#[expect(clippy::too_many_lines, reason = "a table of fields in and a table of fields out")]
 #[inline(always)]
 fn respond<const ENERGY: bool>(contact: &mut CpmContact) -> CpmOutcome {
     let c = contact;

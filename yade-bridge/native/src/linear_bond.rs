@@ -11,7 +11,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use concordem_c_abi::{Message, guarded};
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, initial_geometry, measure};
-use concordem_contact::kinematics::{MotionMeasure, PreviousGeometry};
+use concordem_contact::kinematics::{ContactInput, MotionMeasure, PreviousGeometry};
 use concordem_contact::law::{ContactGeometry, ContactLaw, LinearBond, LinearBondState, Status};
 use concordem_contact::math::{Symmetric, Vec3, quaternion_of_rotation_vector};
 
@@ -125,7 +125,16 @@ unsafe fn respond(c: &mut LinearBondContact) -> BondOutcome {
         mass_b: b.mass,
     };
     let image = ImageShift { displacement: c.shift.into(), ..ImageShift::default() };
-    let kinematics = measure(MotionMeasure::Finite, &motions[0], &motions[1], &image, &geometry, &previous, true, c.dt);
+    let input = ContactInput {
+        a: &motions[0],
+        b: &motions[1],
+        image: &image,
+        geometry: &geometry,
+        previous: &previous,
+        bonded: true,
+        dt: c.dt,
+    };
+    let kinematics = measure(MotionMeasure::Finite, &input);
     // SAFETY: the caller's promise.
     let [[a, a_old], [b, b_old]] = unsafe { [a.surface_displacement(), b.surface_displacement()] };
     let normal = kinematics.normal;

@@ -17,6 +17,7 @@ _Path: TypeAlias = str | PathLike[str]
 
 __all__ = [
     "__version__",
+    "_panic",
     "AffineFit",
     "Hosted",
     "Mesh",
@@ -108,7 +109,8 @@ class _LoadsLike(Protocol):
 __version__: str
 
 def run_program(arguments: Sequence[str]) -> int: ...
-def schema() -> str: ...
+def schema(kind: str = "scenario") -> str: ...
+def _panic() -> None: ...
 @final
 class Scenario:
     def __new__(cls, **tables: Any) -> Scenario: ...

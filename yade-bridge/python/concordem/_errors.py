@@ -99,5 +99,9 @@ class ResultError(ConcordemError, RuntimeError):
     """A result or checkpoint cannot be read or written."""
 
 
+class InternalError(ConcordemError, RuntimeError):
+    """A fault of the program itself. The simulation it happened in cannot be used further; please report it."""
+
+
 class YadeError(ConcordemError, RuntimeError):
     """The bridge to YADE refuses to work with this YADE, this scene, or this state of it."""

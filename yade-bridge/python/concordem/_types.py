@@ -203,7 +203,7 @@ class Summary(NamedTuple):
     spectral_radius: float | None
     """Of the strains of deformable particles; None if none deforms."""
     memory: int
-    """Bytes, about."""
+    """Peak memory of a run, bytes, about."""
 
 
 class ElasticConstants(NamedTuple):

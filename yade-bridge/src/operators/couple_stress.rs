@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use super::Any;
 use super::contacts::{Contacts, Loads};
 use crate::arrays::{Vector, Vectors, result, tensor, vector, vectors};
-use crate::errors::OrRaise;
+use crate::errors::{OrRaise, detach};
 use crate::regions::{PyPeriod, PyRegion, or_zero, period};
 
 /// Couple stress from external loads about a body's centroid x⁰, N/m (Stránský 2018, (4.59)).
@@ -45,7 +45,7 @@ fn couple_stress_internal<'py>(
 ) -> Any<'py> {
     let set = contacts.set(&position)?;
     let centroid = or_zero(centroid);
-    let found = py.detach(|| couple_stress::internal(&set, volume, &centroid)).or_raise()?;
+    let found = detach(py, || couple_stress::internal(&set, volume, &centroid))?.or_raise()?;
     Ok(tensor(py, &found)?.into_any())
 }
 
@@ -59,7 +59,7 @@ fn resultants<'py>(
     contacts: Contacts<'py>,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
     let set = contacts.set(&position)?;
-    let net: Vec<Resultant> = py.detach(|| couple_stress::resultants(&set));
+    let net: Vec<Resultant> = detach(py, || couple_stress::resultants(&set))?;
     let (force, moment): (Vec<Vec3>, Vec<Vec3>) = net.into_iter().map(|net| (net.force, net.moment)).unzip();
     Ok((vectors(py, &force)?.into_any(), vectors(py, &moment)?.into_any()))
 }
@@ -103,7 +103,7 @@ fn conjugate_stress<'py>(
 ) -> Any<'py> {
     let set = contacts.set(&position)?;
     let (region, reference, period) = (&region.get().0, or_zero(reference), self::period(period.as_ref()));
-    let c = py.detach(|| couple_stress::conjugate(&set, region, &reference, period.as_ref())).or_raise()?;
+    let c = detach(py, || couple_stress::conjugate(&set, region, &reference, period.as_ref()))?.or_raise()?;
     let fields = (
         tensor(py, &c.stress)?,
         tensor(py, &c.couple_stress)?,

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use super::Any;
 use super::contacts::Contacts;
 use crate::arrays::{Scalars, Vectors, result, scalars, tensor, tensors, vectors};
-use crate::errors::OrRaise;
+use crate::errors::{OrRaise, detach};
 use crate::regions::{PyPeriod, PyRegion, dimension, period, truncation};
 use crate::strain::PyAffineFit;
 
@@ -28,7 +28,7 @@ fn fabric_of<'py>(
     let (how, period) = (self::truncation(truncation)?, self::period(period.as_ref()));
     let set = contacts.set(&position)?;
     let region = &region.get().0;
-    let f = py.detach(|| fabric::fabric(&set, region, how, period.as_ref())).or_raise()?;
+    let f = detach(py, || fabric::fabric(&set, region, how, period.as_ref()))?.or_raise()?;
     result(py, "Fabric", (tensor(py, &f.tensor)?, f.contacts, f.particles, f.coordination, f.branch_length))
 }
 
@@ -36,7 +36,7 @@ fn fabric_of<'py>(
 #[pyfunction]
 fn coordination<'py>(py: Python<'py>, position: Vectors<'py>, contacts: Contacts<'py>) -> Any<'py> {
     let set = contacts.set(&position)?;
-    Ok(scalars(py, &py.detach(|| fabric::coordination(&set))).into_any())
+    Ok(scalars(py, &detach(py, || fabric::coordination(&set))?).into_any())
 }
 
 /// Damage tensor Ω whose nᵀΩn fits the damages of bonds with directions n (Stránský 2018, (6.7)–(6.13)).
@@ -87,7 +87,7 @@ fn power_of<'py>(
     let set = contacts.set(&position)?;
     let (velocity, spin, fit) = (velocity.get()?, spin.get()?, &fit.get().0);
     let images = image_velocity.as_ref().map_or(Ok(&[][..]), Vectors::get)?;
-    let p = py.detach(|| power::power(&set, velocity, spin, images, fit, volume)).or_raise()?;
+    let p = detach(py, || power::power(&set, velocity, spin, images, fit, volume))?.or_raise()?;
     let (stress, couple) = (tensor(py, &p.stress_tensor)?, tensor(py, &p.couple_stress)?);
     result(py, "PowerReport", (p.contacts, p.particles, p.stress, p.couple, p.gap, stress, couple))
 }
@@ -114,8 +114,8 @@ fn coarse_fields<'py>(
     let period = self::period(period.as_ref());
     let set = contacts.set(&position)?;
     let (mass, velocity, points) = (mass.get()?, velocity.get()?, points.get()?);
-    let fields =
-        py.detach(|| coarse_grain::coarse_grain(&set, mass, velocity, &kernel, points, period.as_ref())).or_raise()?;
+    let fields = detach(py, || coarse_grain::coarse_grain(&set, mass, velocity, &kernel, points, period.as_ref()))?
+        .or_raise()?;
     let density: Vec<f64> = fields.iter().map(|field| field.density).collect();
     let momentum: Vec<Vec3> = fields.iter().map(|field| field.momentum).collect();
     let contact = fields.iter().map(|field| field.stress).collect();

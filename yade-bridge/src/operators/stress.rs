@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use super::Any;
 use super::contacts::{Contacts, Loads, loads_or_none};
 use crate::arrays::{Scalars, Tensor, Vector, Vectors, result, scalars, tensor, tensors, vector};
-use crate::errors::OrRaise;
+use crate::errors::{OrRaise, detach};
 use crate::regions::{PyPeriod, PyRegion, partition, period, truncation};
 
 /// Volumes of particles, m³; of discs per unit depth.
@@ -46,7 +46,7 @@ fn particle_moments<'py>(
     let how = self::partition(partition)?;
     let set = contacts.set(&position)?;
     let loads = loads_or_none(loads.as_ref(), set.position().len())?;
-    Ok(tensors(py, py.detach(|| stress::particle_moments(&set, &loads, how)))?.into_any())
+    Ok(tensors(py, detach(py, || stress::particle_moments(&set, &loads, how))?)?.into_any())
 }
 
 /// Mean stress of every particle, Pa: its moment (see `particle_moments`) divided by its volume (n,), m³.
@@ -66,7 +66,7 @@ fn particle_stress<'py>(
     let set = contacts.set(&position)?;
     let loads = loads_or_none(loads.as_ref(), set.position().len())?;
     let volumes = volumes.get()?;
-    let stress = py.detach(|| stress::particle_stress(&set, &loads, how, volumes)).or_raise()?;
+    let stress = detach(py, || stress::particle_stress(&set, &loads, how, volumes))?.or_raise()?;
     Ok(tensors(py, stress)?.into_any())
 }
 
@@ -87,7 +87,7 @@ fn region_stress<'py>(
     let (how, period) = (self::truncation(truncation)?, self::period(period.as_ref()));
     let set = contacts.set(&position)?;
     let region = &region.get().0;
-    let found = py.detach(|| stress::region_stress(&set, region, how, period.as_ref())).or_raise()?;
+    let found = detach(py, || stress::region_stress(&set, region, how, period.as_ref()))?.or_raise()?;
     result(py, "RegionStress", (tensor(py, &found.stress)?, found.volume, found.full, found.partial))
 }
 

@@ -2,7 +2,7 @@
 //! that needs no YADE headers.
 //!
 //! A step of the host calls [`Assembly::take_motions`] (positions and velocities of the host's bodies), then
-//! [`Assembly::find_forces`]. [`concrete`] takes existing contacts over from the host, [`saved`] keeps an assembly in the host's
+//! [`Assembly::find_forces`]. `concrete` takes existing contacts over from the host, `saved` keeps an assembly in the host's
 //! save file.
 
 mod concrete;

@@ -56,7 +56,7 @@ impl Assembly {
         let dissipated: Vec<f64> = numbers(take()?, f64::from_le_bytes);
         let mut store = read_columns(&mut take)?;
         let (mut state, model) = Self::empty_state(&origin)?;
-        state.read(&mut store).map_err(|error| error.to_string())?;
+        state.read(&mut store).and_then(|()| state.check_indices()).map_err(|error| error.to_string())?;
         same_length("losses", losses.len(), state.particles.len())?;
         let mut made = Self::new(state, model, origin)?;
         made.broken = losses.iter().map(|&n| u64::from(n)).sum::<u64>() / 2;

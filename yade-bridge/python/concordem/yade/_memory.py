@@ -94,6 +94,14 @@ class Finder:
         """Record that the field `name` of the object at `address` is a shared pointer to `target`."""
         self.observe(name, address, struct.pack("<Q", target), step=8)
 
+    def adjacent(self, first: str, second: str, distance: int) -> None:
+        """Keep only places where `second` is `distance` bytes behind `first`, as a class declares them.
+
+        A neighbor on the heap may repeat small numbers such as ids by chance, but hardly both.
+        """
+        places = {k for k in self._places.get(first, set()) if k + distance in self._places.get(second, set())}
+        self._places[first], self._places[second] = places, {k + distance for k in places}
+
     def offset(self, name: str, prefer_first: bool = False) -> int:
         """Offset of the field, bytes.
 

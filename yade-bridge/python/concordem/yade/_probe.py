@@ -154,6 +154,7 @@ class Observer:
 
         Raises YadeError if a field was not found at exactly one offset, or objects of a class have different method tables.
         """
+        self._find["Interaction"].adjacent("id1", "id2", 4)
         found = {f"{name}.{field}": self._find[name].offset(field) for name, fields in FIELDS.items() for field in fields}
         for name, seen in self._tables.items():
             if len(seen) != 1:
