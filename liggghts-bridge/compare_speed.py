@@ -82,7 +82,7 @@ def run(folder, script, processors, steps, layout="", monitor=False):
         out.write(HEAD.format(processors=layout) + script + f"thermo {steps}\nrun {steps}\n")
     command = [LAUNCHER, "in", "-log", "none"]
     if processors > 1:
-        mpi = ["mpirun", "--oversubscribe", "--mca", "mpi_yield_when_idle", "1", "-np", str(processors)]
+        mpi = ["mpirun", "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1", "-np", str(processors)]
         if monitor:
             mpi += ["--mca", "pml_monitoring_enable", "2", "--mca", "pml_monitoring_enable_output", "3",
                     "--mca", "pml_monitoring_filename", "sent"]

@@ -13,6 +13,7 @@ fn script(edit: impl FnOnce(String) -> String) -> String {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of cases")]
 fn misuse_stops_all_processors_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let atoms: Vec<Atom> = (0..8).map(|k| Atom::resting(Vec3::new(0.01 * f64::from(k), 0.03, 0.03), 0.005)).collect();

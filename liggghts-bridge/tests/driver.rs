@@ -20,7 +20,19 @@ const LIBRARY: &str = "CONCORDEM_TEST_LIBRARY";
 fn start(part: &str, processors: usize) -> Output {
     let library = harness::built("liggghts/libconcordem-liggghts.so", "liggghts-bridge/build");
     Command::new("timeout")
-        .args(["-k", "5", "120", "mpirun", "--oversubscribe", "--mca", "mpi_yield_when_idle", "1", "-np"])
+        .args([
+            "-k",
+            "5",
+            "600",
+            "mpirun",
+            "--oversubscribe",
+            "--bind-to",
+            "none",
+            "--mca",
+            "mpi_yield_when_idle",
+            "1",
+            "-np",
+        ])
         .arg(processors.to_string())
         .arg(std::env::current_exe().unwrap())
         .args(["--ignored", "--exact", "child", "--nocapture", "--test-threads", "1"])

@@ -319,6 +319,7 @@ const LINEAR: &str = "normal_stiffness 2e5 shear_stiffness 1e5 friction_coeffici
 
 /// Spheres of two types and unequal sizes thrown together, without bonds, by the pair style.
 #[test]
+#[expect(clippy::too_many_lines, reason = "one comparison, step by step")]
 fn contacts_by_the_pair_style_are_those_of_the_librarys_own_solver() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
@@ -431,6 +432,7 @@ fn contacts_by_the_pair_style_are_those_of_the_librarys_own_solver() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of cases")]
 fn misuse_is_named_with_its_remedy() {
     let folder = tempfile::tempdir().unwrap();
     write_bar(folder.path());

@@ -27,6 +27,7 @@ fn block() -> Vec<Atom> {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "one comparison, step by step")]
 fn stress_and_couple_stress_are_those_of_the_operators() {
     let folder = tempfile::tempdir().unwrap();
     let atoms = block();

@@ -69,6 +69,7 @@ fn a_specimen_is_crushed_as_in_the_librarys_own_solver() {
 
 /// The same specimen in LIGGGHTS on some numbers of processors, which must not matter, and by the solver. `material` is cohesion
 /// (Pa), coefficient of friction, strain at the onset of cracking.
+#[expect(clippy::too_many_lines, reason = "one comparison, step by step")]
 fn compare(pull: f64, steps: usize, numbers: &[usize], material: [f64; 3]) -> Macro {
     let [cohesion, friction, onset] = material;
     let folder = tempfile::tempdir().unwrap();

@@ -5,7 +5,7 @@ mod harness;
 use std::fmt::Write as _;
 
 use concordem_contact::kinematics::sphere_sphere::{ImageShift, Motion, initial_geometry};
-use concordem_contact::kinematics::{MotionMeasure, PreviousGeometry};
+use concordem_contact::kinematics::{ContactInput, MotionMeasure, PreviousGeometry};
 use concordem_contact::law::{
     BeamModel, CohesiveBeam, ContactGeometry, ContactLaw, ContactStiffness, Cpm, CpmParameters, Elastic, Frictional,
     HertzMindlin, Kinematics, LinearBond, Section, Status,
@@ -46,6 +46,7 @@ fn start() -> [Vec3; 2] {
 
 /// Wrench on both particles after every step by direct calls: of `bond` until it breaks, and of `contact` once the
 /// surfaces meet without a bond.
+#[expect(clippy::too_many_lines, reason = "the solver of two particles, written out as the reference")]
 fn direct<B: ContactLaw, C: ContactLaw>(
     bond: Option<&B>,
     contact: &C,
@@ -85,7 +86,7 @@ fn direct<B: ContactLaw, C: ContactLaw>(
                 at[p].rotation_increment = quaternion_of_rotation_vector(&(spin[p] * DT));
                 at[p].orientation = normalized(&(at[p].rotation_increment * at[p].orientation));
             }
-            let image = ImageShift::default();
+            let (image, [a, b]) = (ImageShift::default(), at);
             let between = at[1].position - at[0].position;
             let mut wrench = ([Vec3::zeros(); 2], [Vec3::zeros(); 2]);
             let mut give = |force: Vec3, moment: Vec3, normal: Vec3, arm_a: f64, arm_b: f64| {
@@ -93,7 +94,16 @@ fn direct<B: ContactLaw, C: ContactLaw>(
                 wrench = ([force, -force], [lever * arm_a + moment, lever * arm_b - moment]);
             };
             if let (true, Some(law)) = (bonded, bond) {
-                let k = B::Kinematics::measure(mode, &at[0], &at[1], &image, &geometry, &frame, true, DT);
+                let input = ContactInput {
+                    a: &a,
+                    b: &b,
+                    image: &image,
+                    geometry: &geometry,
+                    previous: &frame,
+                    bonded: true,
+                    dt: DT,
+                };
+                let k = B::Kinematics::measure(mode, &input);
                 let answer = law.respond(&k, &bond_history, DT);
                 let point = *k.point();
                 frame = PreviousGeometry { normal: point.normal, length: point.length };
@@ -119,7 +129,16 @@ fn direct<B: ContactLaw, C: ContactLaw>(
                     history = Some(C::State::default());
                 }
                 if let Some(old) = history {
-                    let k = C::Kinematics::measure(mode, &at[0], &at[1], &image, &geometry, &frame, false, DT);
+                    let input = ContactInput {
+                        a: &a,
+                        b: &b,
+                        image: &image,
+                        geometry: &geometry,
+                        previous: &frame,
+                        bonded: false,
+                        dt: DT,
+                    };
+                    let k = C::Kinematics::measure(mode, &input);
                     let answer = contact.respond(&k, &old, DT);
                     let point = *k.point();
                     frame = PreviousGeometry { normal: point.normal, length: point.length };

@@ -7,8 +7,8 @@ use std::process::{Command, Output};
 
 use concordem_contact::math::Vec3;
 
-/// Seconds after which a run counts as hanging.
-const LIMIT: &str = "300";
+/// Seconds after which a run counts as hanging: ten times what four processors on two busy cores take.
+const LIMIT: &str = "900";
 
 /// The program that moves the atoms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,7 +42,7 @@ pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) ->
     match host {
         Host::Liggghts => {
             command
-                .args(["mpirun", "--oversubscribe", "--mca", "mpi_yield_when_idle", "1", "-np"])
+                .args(["mpirun", "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1", "-np"])
                 .arg(processors.to_string())
                 .arg(built("liggghts/concordem-liggghts", "liggghts-bridge/build"))
                 .arg(&path);

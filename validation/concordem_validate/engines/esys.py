@@ -55,7 +55,7 @@ def run(task, folder, limit):
     (folder / "task.json").write_text(json.dumps(data))
     (folder / "esys_driver.py").write_text(_DRIVER)
     # one process that leads and one that works
-    _, wall = process.run(["mpirun", "-np", "2", "--oversubscribe", "esysparticle", "esys_driver.py"], folder, limit,
+    _, wall = process.run(["mpirun", "-np", "2", "--oversubscribe", "--bind-to", "none", "esysparticle", "esys_driver.py"], folder, limit,
                           {**process.ONE_THREAD, **MPI})
     if not (folder / "out.json").exists():
         raise Crashed("ESyS-Particle ended without a result (see log.txt)")

@@ -373,7 +373,7 @@ class Liggghts:
         program = [launcher(), "in.txt"] if _ours(task) else ["liggghts", "-in", "in.txt"]
         command = [*map(str, program), "-log", "log.liggghts"]
         if self.ranks > 1:
-            command = ["mpirun", "-np", str(self.ranks), "--oversubscribe", "--mca", "mpi_yield_when_idle", "1", *command]
+            command = ["mpirun", "-np", str(self.ranks), "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1", *command]
         text, wall = process.run(command, folder, limit, {**process.ONE_THREAD, **MPI})
         if not (folder / "dump.txt").exists():
             raise Crashed("LIGGGHTS ended without a dump (see log.txt)")
