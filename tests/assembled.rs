@@ -290,3 +290,143 @@ fn too_many_materials_are_refused() {
     let (key, message) = refused(&text(256));
     assert!(key == "material" && message.contains("linear_bond") && message.contains("255"), "{key}: {message}");
 }
+
+/// Two discs in a plane cell, and what `packing` says of them.
+fn discs(packing: &str) -> String {
+    format!(
+        "version = 1
+        dimension = 2
+        [packing]
+        {packing}
+        [[material]]
+        name = \"disc\"
+        density = 1000
+        linear_bond = {{ normal_stiffness = 1e6, shear_stiffness = 1e5 }}
+        [bonds]
+        law = \"linear_bond\"
+        interaction_ratio = 1.01
+        [contacts]
+        law = \"none\"
+        [stop]
+        steps = 10"
+    )
+}
+
+/// A file in folder `folder` as packing of discs.
+fn discs_of_file(folder: &Path, content: &str) -> Result<Assembly, AssemblyError> {
+    std::fs::write(folder.join("discs.txt"), content).expect("a temporary folder can be written to");
+    let text = discs("kind = \"file\"\npath = \"discs.txt\"");
+    let scenario = Scenario::parse("assembled.toml", &text).unwrap_or_else(|error| panic!("{error}"));
+    assemble(&scenario, folder, &mut |_, _| {})
+}
+
+/// Files of discs are checked as listed discs are: centers in the plane, a cell of unit depth. The cell of the scenario
+/// replaces that of the file.
+#[test]
+fn files_of_discs_lie_in_the_plane() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let refusal = |content: &str| match discs_of_file(folder.path(), content) {
+        Err(AssemblyError::Unfit { key, message }) => (key, message),
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("accepted: {content}"),
+    };
+    let (key, message) = refusal("0 0 0 0.01\n0.019 0 0.005 0.01\n");
+    assert!(key == "packing" && message.starts_with("sphere 1 lies at z = 0.005 m"), "{key}: {message}");
+    let (_, message) = refusal("##PERIODIC:: 0.04 0.04 0.04\n0.01 0.01 0 0.01\n0.03 0.01 0 0.01\n");
+    assert!(message.contains("0.04 m deep along z") && message.contains("[\"0.04 m\", \"0.04 m\", 1]"), "{message}");
+    let (_, message) = refusal("# cell 0.04 0 0.001 0 0.04 0 0 0 1\n0.01 0.01 0 0.01\n");
+    assert!(message.contains("leans out of the plane"), "{message}");
+    let made = discs_of_file(folder.path(), "##PERIODIC:: 0.04 0.04 1\n0.01 0.01 0 0.01\n0.03 0.01 0 0.01\n");
+    let summary = made.unwrap_or_else(|error| panic!("{error}")).summary;
+    // Two discs of π·0.01² in a square of 0.04: π/8. Tolerance: a few roundings.
+    assert!((summary.packing_fraction.expect("a cell") / std::f64::consts::PI * 8.0 - 1.0).abs() < 1e-14);
+    assert_eq!(summary.bonds, 2);
+}
+
+/// Discs of 0.5 m radius would bond to their own images one depth away.
+#[test]
+fn discs_do_not_reach_their_images_along_z() {
+    let text = |radius: f64| {
+        discs(&format!(
+            "kind = \"spheres\"\nspheres = [[{radius}, {radius}, 0, {radius}], [{}, {radius}, 0, {radius}]]\n\
+             cell = [{}, {}, 1]",
+            3.0 * radius,
+            4.0 * radius,
+            4.0 * radius
+        ))
+    };
+    let (key, message) = refused(&text(0.499));
+    assert!(key == "packing" && message.contains("their own images along z"), "{key}: {message}");
+    assert_eq!(made(&text(0.4)).summary.bonds, 2);
+}
+
+/// A sphere at `place`, and a wall.
+fn sphere_and_wall(place: &str, wall: &str) -> String {
+    format!(
+        "version = 1
+        [packing]
+        kind = \"spheres\"
+        spheres = [[{place}, 0.01]]
+        [[material]]
+        name = \"a\"
+        density = 2500
+        frictional = {{ normal_stiffness = 1e6, shear_stiffness = 0 }}
+        [[wall]]
+        name = \"floor\"
+        material = \"a\"
+        shape = {wall}
+        [contacts]
+        law = \"frictional\"
+        [integration]
+        time_step = 1e-6
+        [stop]
+        steps = 10"
+    )
+}
+
+/// Particles inside or behind walls before the first step are refused: their elastic energy would shoot them away.
+#[test]
+fn particles_inside_walls_are_refused() {
+    let plane = "{ kind = \"plane\", point = [0, 0, 0], normal = [0, 0, 1] }";
+    let rod = "{ kind = \"cylinder\", center = [0, 0, 0], axis = \"x\", radius = 0.02, side = \"outside\" }";
+    let tube = "{ kind = \"cylinder\", center = [0, 0, 0], axis = \"x\", radius = 0.02 }";
+    for (place, wall, depth) in [
+        ("0, 0, 0.005", plane, "5 mm"),
+        ("0, 0, -0.3", plane, "310 mm"),
+        ("0, 0, 0.0297", rod, "0.3 mm"),
+        ("0, 0, 0", rod, "30 mm"),
+        ("0, 0, 0.015", tube, "5 mm"),
+    ] {
+        let (key, message) = refused(&sphere_and_wall(place, wall));
+        assert!(
+            key == "wall[0].shape" && message.contains(&format!("lies {depth} deep in the wall \"floor\"")),
+            "{message}"
+        );
+    }
+    for (place, wall) in [("0, 0, 0.01", plane), ("0, 0, 0.00995", plane), ("0, 0, 0.03", rod), ("0, 0, 0", tube)] {
+        made(&sphere_and_wall(place, wall));
+    }
+}
+
+/// The number of bonds does not rest on rounding without a word: touching spheres at the interaction ratio 1 are bonded with
+/// a warning, and no bond at all is one, too.
+#[test]
+fn doubtful_bonds_are_reported() {
+    let keys = |text: &str| -> Vec<String> {
+        made(text).summary.warnings.iter().map(|warning| format!("{}: {}", warning.key, warning.message)).collect()
+    };
+    assert!(keys(&bar("")).is_empty());
+    let ties = bar("").replace("interaction_ratio = 1.1", "interaction_ratio = 1");
+    let warnings = keys(&ties);
+    assert!(
+        warnings.len() == 1 && warnings[0].starts_with("bonds.interaction_ratio: 201 of the 201 bonds"),
+        "{warnings:?}"
+    );
+    let none = bar("").replace(
+        "kind = \"lattice\"\n        lattice = \"sc\"\n        radius = 1.0\n        repeats = [3, 3, 10]",
+        "kind = \"spheres\"\nspheres = [[0, 0, 0, 1], [3, 0, 0, 1]]",
+    );
+    let none = none.replace("steps = 10", "steps = 10\n[integration]\ntime_step = 1e-3");
+    let warnings = keys(&none);
+    assert!(warnings.len() == 1 && warnings[0].contains("there are none"), "{warnings:?}");
+}

@@ -5,7 +5,7 @@
 //! through the solver's own kinematics and law. "Equal" means the same 64 bits; there is no tolerance in this file.
 
 use concordem::kinematics::sphere_sphere::{ImageShift, Motion, measure};
-use concordem::kinematics::{MotionMeasure, PreviousGeometry};
+use concordem::kinematics::{ContactInput, MotionMeasure, PreviousGeometry};
 use concordem::law::cpm::{Cpm, CpmFormulation, CpmParameters, CpmState, DamageLaw, contact_area};
 use concordem::law::{ContactGeometry, ContactLaw, Status};
 use concordem::math::{Quat, Vec3};
@@ -140,7 +140,16 @@ impl Replay {
             same(length, self.geometry.reference_length, "reference length", place);
             PreviousGeometry { normal: l / length, length }
         });
-        let k = measure(self.mode, &a, &b, &self.image, &self.geometry, &frame, self.bonded, self.dt);
+        let input = ContactInput {
+            a: &a,
+            b: &b,
+            image: &self.image,
+            geometry: &self.geometry,
+            previous: &frame,
+            bonded: self.bonded,
+            dt: self.dt,
+        };
+        let k = measure(self.mode, &input);
         let old = self.state;
         let response = self.law.respond(&k, &old, self.dt);
         coverage.steps += 1;
@@ -301,7 +310,16 @@ fn follow(tables: &BTreeMap<String, Table>, run: &str, law: Cpm) -> (usize, usiz
             let bonded = contact.pair == Pair::Bonded;
             let frame = contact.frame.unwrap_or_else(|| straight(one, two));
             let image = ImageShift::default();
-            let k = measure(MotionMeasure::YadeRatcheting, one, two, &image, &contact.geometry, &frame, bonded, dt);
+            let input = ContactInput {
+                a: one,
+                b: two,
+                image: &image,
+                geometry: &contact.geometry,
+                previous: &frame,
+                bonded,
+                dt,
+            };
+            let k = measure(MotionMeasure::YadeRatcheting, &input);
             let response = law.respond(&k, &contact.state, dt);
             if response.status != Status::Lives {
                 broken += usize::from(bonded);

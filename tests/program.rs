@@ -424,7 +424,8 @@ fn a_run_can_be_checked_packed_informed_and_reported() {
     assert!(given.err.contains("the given number of steps was done"), "{}", given.err);
     let file = ResultFile::open(&result).expect("the result");
     assert_eq!(file.table("particles").expect("particles")[0].1.borrow().len() % spheres, 0);
-    assert_eq!(file.samples("step").expect("steps").len(), 300_usize.div_ceil(7));
+    // And one for the final state.
+    assert_eq!(file.samples("step").expect("steps").len(), 300_usize.div_ceil(7) + 1);
     assert_eq!(file.snapshot_times().expect("snapshots").len(), 4);
     let given = concordem(["info", text(&result)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
@@ -558,8 +559,8 @@ fn operators_are_measured_during_and_after_a_run() {
     let table = result.table("samples/region-stress").expect("rows");
     let column = |name: &str| &table.iter().find(|(column, _)| column == name).expect("a column").1;
     assert_eq!(column("stress").components, 9);
-    assert_eq!(format!("{:?}", column("step").data), "U64([0, 30, 60])");
-    // One step more than a run that ends at 60 has the state of its step 60 before it.
+    assert_eq!(format!("{:?}", column("step").data), "U64([0, 30, 60, 90])");
+    // A run that ends at step 60 has the state that the longer one has there.
     let shorter = folder.path().join("shorter.toml");
     std::fs::write(&shorter, PRISM.replace("STEPS", "60")).expect("a scenario");
     assert_eq!(concordem(["run", "-q", text(&shorter)]).code, exit::DONE);
@@ -915,4 +916,123 @@ fn sweeps_are_begun_from_a_template_and_refused_with_place_and_remedy() {
         assert!(given.err.contains(words) && given.err.contains("help: "), "{words}: {}", given.err);
         assert!(!folder.path().join("bad.h5.points").exists(), "a refused sweep leaves nothing behind");
     }
+}
+
+/// Discs in a plane cell: `pack` and `check` find the same solid fraction, that of the scenario.
+#[test]
+fn pack_and_check_agree_on_discs() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scenario = write(
+        folder.path(),
+        "discs.toml",
+        "version = 1\ndimension = 2\n[packing]\nkind = \"random-discs\"\ncount = 40\n\
+         radii = { kind = \"uniform\", minimum = \"0.8 mm\", maximum = \"1.2 mm\" }\nsolid_fraction = 0.9\nseed = 1\n\
+         shape = { kind = \"periodic\" }\n[[material]]\nname = \"disc\"\ndensity = 2000\n\
+         linear_bond = { normal_stiffness = 7e10, shear_stiffness = 0 }\n[bonds]\nlaw = \"linear_bond\"\n\
+         coordination = 5\n[contacts]\nlaw = \"none\"\n[stop]\nsteps = 1\n",
+    );
+    let fraction = |given: &Given| {
+        assert_eq!(given.code, exit::DONE, "{}", given.err);
+        let line = given.out.lines().find(|line| line.contains("solid fraction")).expect("a solid fraction");
+        line.split_whitespace().last().expect("a number").to_owned()
+    };
+    assert_eq!(fraction(&concordem(["check", text(&scenario)])), "0.9000");
+    let packed = concordem(["pack", text(&scenario)]);
+    assert_eq!(fraction(&packed), "0.9000");
+    // Links at the ratio that gives the wanted coordination.
+    assert!(
+        packed.out.lines().any(|line| line.contains("links per sphere") && line.ends_with("5.000")),
+        "{}",
+        packed.out
+    );
+}
+
+/// A run without loading has no peak stress; its table has the columns of operators and a last row for the final state, and
+/// what nothing is in is not measured.
+#[test]
+fn tables_are_complete_and_say_nothing_that_is_not() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scenario = write(
+        folder.path(),
+        "rest.toml",
+        "version = 1\n[packing]\nkind = \"spheres\"\nspheres = [[0, 0, 0, 0.01], [0.02, 0, 0, 0.01]]\n[[material]]\n\
+         name = \"m\"\ndensity = 2500\nlinear_bond = { normal_stiffness = 1e6, shear_stiffness = 5e5 }\n\
+         frictional = { normal_stiffness = 1, shear_stiffness = 0, friction_coefficient = 0 }\n[bonds]\n\
+         law = \"linear_bond\"\n[contacts]\nlaw = \"none\"\n[[set]]\nname = \"all\"\nselection = { kind = \"all\" }\n\
+         [[force]]\nset = \"all\"\nforce = [1, 0, 0]\n[[sample]]\noperator = \"region-stress\"\nname = \"core\"\n\
+         region = { kind = \"all\", volume = 1e-5 }\ninterval = 4\n[[sample]]\noperator = \"porosity\"\n\
+         region = { kind = \"box\", minimum = [-1, -1, -1], maximum = [1, 1, 1] }\ngrid = [2, 1, 1]\ninterval = 10\n[stop]\n\
+         steps = 15\n[output]\nsample_interval = 10\ncsv = true\n",
+    );
+    let given = concordem(["run", text(&scenario)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    // Warnings name place, key, and remedy.
+    for words in [
+        "rest.toml:9:1: material[0].frictional: neither bonds nor contacts have this law",
+        "bonds.interaction_ratio: 1 of the 1 bonds are as long as the longest",
+        "help: ",
+    ] {
+        assert!(given.err.contains(words), "{words}: {}", given.err);
+    }
+    let table = std::fs::read_to_string(folder.path().join("rest.csv")).expect("the table");
+    let rows: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
+    let column = |name: &str| {
+        let at = rows[0].iter().position(|head| *head == name).unwrap_or_else(|| panic!("{name}: {:?}", rows[0]));
+        rows[1..].iter().map(|row| row[at]).collect::<Vec<_>>()
+    };
+    assert_eq!(column("step [1]"), ["0.0", "", "", "10.0", "", "15.0"]);
+    let filled = |name: &str| column(name).iter().map(|field| !field.is_empty()).collect::<Vec<_>>();
+    assert_eq!(filled("core stress_xx [Pa]"), [true, true, true, false, true, true]);
+    assert_eq!(filled("core volume [m^3]"), [true, true, true, false, true, true]);
+    assert_eq!(filled("porosity porosity_1 [1]"), [true, false, false, true, false, true]);
+    let result = folder.path().join("rest.h5");
+    let given = concordem(["info", text(&result)]);
+    assert!(given.code == exit::DONE && !given.out.contains("stress"), "{}", given.out);
+    assert!(given.out.contains("last step"), "{}", given.out);
+    // The last row is that of the state in the file.
+    let given = concordem([
+        "measure",
+        text(&result),
+        "--operator",
+        "region-stress",
+        "--csv",
+        "--region",
+        "{ kind = \"all\", volume = 1e-5 }",
+    ]);
+    let measured: f64 =
+        given.out.lines().nth(1).and_then(|row| row.split(',').next()).expect("a value").parse().expect("it");
+    let sampled: f64 = column("core stress_xx [Pa]").last().expect("a row").parse().expect("a number");
+    assert_eq!(measured.to_bits(), sampled.to_bits());
+    for operator in ["region-stress", "porosity", "particle-stress", "fabric"] {
+        let region = "{ kind = \"sphere\", center = [1, 0, 0], radius = \"5 mm\" }";
+        let given = concordem(["measure", text(&result), "--operator", operator, "--region", region]);
+        assert!(
+            given.code == exit::USAGE && given.err.contains("no particle and no contact"),
+            "{operator}: {}",
+            given.err
+        );
+    }
+}
+
+/// The report of a plane run draws its particles below the broken bonds.
+#[test]
+fn reports_of_plane_runs_draw_the_particles() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scenario = write(
+        folder.path(),
+        "bar.toml",
+        "version = 1\ndimension = 2\n[packing]\nkind = \"lattice\"\nlattice = \"square\"\nradius = \"1 mm\"\n\
+         repeats = [3, 8, 1]\n[[material]]\nname = \"disc\"\ndensity = 2000\n\
+         linear_bond = { normal_stiffness = 7e10, shear_stiffness = 1e10, damping_ratio = 0.1, normal_strength = 14000 }\n\
+         [bonds]\nlaw = \"linear_bond\"\ninteraction_ratio = 1.1\n[contacts]\nlaw = \"none\"\n[loading]\n\
+         kind = \"uniaxial\"\naxis = \"y\"\nstrain_rate = 1\nlayer_thickness = \"3 mm\"\n[stop]\ndrop_to = 0.2\nstrain = 1e-3\n",
+    );
+    assert_eq!(concordem(["run", "-q", text(&scenario)]).code, exit::DONE);
+    let result = folder.path().join("bar.h5");
+    assert_eq!(concordem(["report", text(&result)]).code, exit::DONE);
+    let page = std::fs::read_to_string(folder.path().join("bar.html")).expect("the page");
+    let (_, rest) = page.split_once("discs: \"").expect("particles of a plane run");
+    let (discs, _) = rest.split_once('"').expect("their end");
+    // Six bytes for each of 24 discs, in base 64.
+    assert_eq!(discs.len(), 24 * 6 * 4 / 3);
 }

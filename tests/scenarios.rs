@@ -85,3 +85,66 @@ fn damaged_texts_are_read_without_a_fault() {
         }
     }
 }
+
+/// What nothing uses is accepted with a warning.
+#[test]
+fn unused_tables_and_keys_are_reported() {
+    let text = "
+        version = 1
+        kinematics = \"yade\"
+        [packing]
+        kind = \"spheres\"
+        spheres = [[0, 0, 0, 1], [2, 0, 0, 1]]
+        [[material]]
+        name = \"glass\"
+        density = 2500
+        cohesive_beam = { young = 1e9, radius_ratio = 0.5 }
+        hertz_mindlin = { young = 1e9, poisson = 0.2 }
+        [[material]]
+        name = \"spare\"
+        density = 2500
+        cohesive_beam = { young = 1e9, radius_ratio = 0.5 }
+        [[interface]]
+        between = [\"glass\", \"spare\"]
+        linear_bond = { normal_stiffness = 1, shear_stiffness = 1 }
+        [bonds]
+        law = \"cohesive_beam\"
+        [contacts]
+        law = \"none\"
+        [[set]]
+        name = \"right\"
+        selection = { kind = \"ids\", ids = [1] }
+        [[force]]
+        set = \"right\"
+        force = [1, 0, 0]
+        acts = \"pull\"
+        [integration]
+        time_step = 1e-6
+        safety = 0.5
+        [stop]
+        steps = 2";
+    let scenario = Scenario::parse("unused.toml", text).unwrap_or_else(|error| panic!("{error}"));
+    let keys: Vec<String> = scenario.warnings().into_iter().map(|warning| warning.key).collect();
+    let expected = [
+        "kinematics",
+        "material[0].hertz_mindlin",
+        "material[1].name",
+        "interface[0].linear_bond",
+        "force[0].acts",
+        "integration.safety",
+    ];
+    assert_eq!(keys, expected);
+    // Keys of bonds in a table that only contacts use.
+    let contacts = text
+        .replace(
+            "cohesive_beam = { young = 1e9, radius_ratio = 0.5 }",
+            "linear_bond = { normal_stiffness = 1, shear_stiffness = 1, normal_strength = 1 }",
+        )
+        .replace(
+            "[bonds]\n        law = \"cohesive_beam\"\n        [contacts]\n        law = \"none\"",
+            "[contacts]\n        law = \"linear_bond\"",
+        );
+    let scenario = Scenario::parse("unused.toml", &contacts).unwrap_or_else(|error| panic!("{error}"));
+    let warnings = scenario.warnings();
+    assert!(warnings.iter().any(|w| w.key == "material[0].linear_bond.normal_strength"), "{warnings:?}");
+}

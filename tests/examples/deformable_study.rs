@@ -15,6 +15,7 @@ use concordem_tests::deformable::{
     DENSITY, NORMAL, Sample, disc_packing, elastic, growth, mean_field_solid, ratio_for_coordination, wave_speed,
 };
 
+#[expect(clippy::too_many_lines, reason = "a study, step by step")]
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let text = |k: usize| arguments.get(k).map(String::as_str).ok_or("an argument is missing; see the source");

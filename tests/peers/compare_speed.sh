@@ -12,7 +12,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 if [ -z "$packing" ]; then
   packing=$work/packing.txt
-  cp rust-core/scenario/src/schema/templates/cpm-specimen-tension.toml "$work/specimen.toml"
+  cp validation/scenarios/specimen-tension.toml "$work/specimen.toml"
   target/release/concordem pack --quiet --force --output "$packing" "$work/specimen.toml"
 fi
 for threads in 1 2; do

@@ -2,11 +2,16 @@
 
 mod beams;
 mod bodies;
+mod chung_ooi;
 mod concrete;
 mod deformable;
 mod determinism;
 mod energy;
+mod flows;
+mod impacts;
 mod lattices;
+mod periodic_walls;
+mod rest;
 mod scaling;
 mod statics;
 mod time_step;

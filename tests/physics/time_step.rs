@@ -8,6 +8,7 @@ use concordem::law::LinearBond;
 use concordem::math::Vec3;
 use concordem::packing::lattice::Lattice;
 use concordem::solver::forces::LawLoops;
+use concordem::solver::integrate::Damping;
 use concordem::solver::{Model, time_step};
 use concordem::state::{Clump, Constraint, Particles, Sphere, State};
 use concordem_tests::{DENSITY, bonded, concrete, law, noise_vector, on_threads, particles, random_packing, solver};
@@ -15,8 +16,13 @@ use concordem_tests::{DENSITY, bonded, concrete, law, noise_vector, on_threads, 
 /// Largest speed (m/s; spin times radius counts as speed) after `steps` at `share` of the spectral bound, divided by the
 /// largest at the start; the run ends when it exceeds 1e5.
 fn growth(state: &State, share: f64, steps: usize) -> f64 {
+    growth_under(Damping::None, state, share, steps)
+}
+
+/// The same under artificial damping, whose bound counts.
+fn growth_under(damping: Damping, state: &State, share: f64, steps: usize) -> f64 {
     let mut state = state.clone();
-    state.clock.dt = share * time_step::bounds(&state).spectral;
+    state.clock.dt = share * time_step::bounds(&state).limit(&damping);
     let radius = state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
     // So small that positions change by 1e-9 of a radius per step and the system stays linear.
     let speed = 1e-9 * radius / state.clock.dt;
@@ -35,7 +41,7 @@ fn growth(state: &State, share: f64, steps: usize) -> f64 {
         linear.max(turning * radius) / speed
     };
     let start = size(&state);
-    let mut solver = solver(Model::default(), &mut state);
+    let mut solver = solver(Model { damping, ..Model::default() }, &mut state);
     let mut largest = 0.0_f64;
     for _ in 0..steps {
         if solver.step_with(&mut state, false).is_err() {
@@ -147,6 +153,44 @@ fn chain_is_bracketed() {
 #[test]
 fn damped_chain_is_bracketed() {
     brackets("damped chain", &chain(0.3), 3000);
+}
+
+/// Dashpots and φ together: `(2φ−1)(Ω² + 2D) < 4` is exact where `C = βK`. The bounds of each alone, multiplied, are too large
+/// by up to `√(2φ−1)`, 1.41 for φ = 1.5 and 1.73 for φ = 2: at 0.8 of the product the motion grows.
+#[test]
+fn dashpots_and_damping_by_the_integrator_share_a_bound() {
+    on_threads(1, || {
+        for (xi, phi) in [(0.0, 1.3), (0.2, 1.5), (1.0, 1.3), (1.0, 1.5), (1.0, 2.0), (5.0, 2.0)] {
+            let (state, damping) = (chain(xi), Damping::TchamwaWielgosz { phi });
+            let bounds = time_step::bounds(&state);
+            let product = bounds.spectral * damping.stability() / bounds.limit(&damping);
+            let (stable, unstable) =
+                (growth_under(damping, &state, 0.99, 3000), growth_under(damping, &state, 1.01, 3000));
+            println!("ξ = {xi}, φ = {phi}: product of the bounds {product:.3}, growth {stable:.1}, {unstable:.1e}");
+            assert!(stable < 50.0, "ξ = {xi}, φ = {phi}: grows by {stable} at 0.99 of the bound");
+            assert!(unstable > 1e5, "ξ = {xi}, φ = {phi}: only grows by {unstable} at 1.01 of the bound");
+            assert!((1.0 - 1e-12..=(2.0 * phi - 1.0_f64).sqrt() + 1e-12).contains(&product), "{product}");
+        }
+    });
+}
+
+/// Local damping raises a force against the motion by the factor 1 + λ: a strong one makes the motion grow at 0.8 of the
+/// undamped bound (by more than 1e5), and stays bounded below its own.
+#[test]
+fn strong_local_damping_has_a_smaller_bound() {
+    on_threads(1, || {
+        for damping in [
+            Damping::Local { translation: 0.8, rotation: 0.8 },
+            Damping::NonViscous { translation: 0.8, rotation: 0.8 },
+        ] {
+            let state = chain(0.0);
+            let undamped = 0.82 * time_step::bounds(&state).spectral / time_step::bounds(&state).limit(&damping);
+            let (below, above) =
+                (growth_under(damping, &state, 0.95, 3000), growth_under(damping, &state, undamped, 3000));
+            println!("{damping:?}: growth {below:.1} at 0.95, {above:.1e} at 0.82 of the undamped bound");
+            assert!(below < 50.0 && above > 1e5, "{damping:?}: {below} {above}");
+        }
+    });
 }
 
 #[test]

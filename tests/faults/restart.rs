@@ -1,0 +1,209 @@
+//! A run goes on from a state with another scenario: what may change is applied, what may not is refused by its key.
+
+use concordem::output::ResultFile;
+use concordem::program::exit;
+use concordem::state::columns::ColumnData;
+use tempfile::TempDir;
+
+use crate::program::{BLOCK, concordem, text, write};
+
+fn hash(path: &std::path::Path) -> String {
+    ResultFile::open(path).and_then(|result| result.state_hash()).expect("a result")
+}
+
+/// Velocity of the outermost particle along z: half of strain rate times length.
+fn fastest(path: &std::path::Path) -> f64 {
+    let table = ResultFile::open(path).expect("a result").table("particles").expect("particles");
+    let (_, column) = table.iter().find(|(name, _)| name == "velocity").expect("velocities");
+    let ColumnData::F64(v) = &column.data else { panic!("not reals") };
+    v.chunks_exact(3).map(|v| v[2]).fold(0.0, f64::max)
+}
+
+/// An extended run ends in the same state, bit for bit, as one that was as long from the start.
+#[test]
+fn an_extension_equals_a_longer_run() {
+    let folder = TempDir::new().expect("a folder");
+    let short = write(folder.path(), "short.toml", BLOCK);
+    let long = write(folder.path(), "long.toml", &BLOCK.replace("steps = 100", "steps = 250"));
+    assert_eq!(concordem(["run", "-q", text(&short)]).code, exit::DONE);
+    let whole = folder.path().join("whole.h5");
+    assert_eq!(concordem(["run", "-q", text(&long), "-o", text(&whole)]).code, exit::DONE);
+    let (first, second) = (folder.path().join("short.h5"), folder.path().join("second.h5"));
+    let given = concordem(["run", "-q", text(&long), "--from", text(&first), "-o", text(&second)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    // The reason of the end is part of the state; both ended by their steps.
+    assert_eq!(hash(&second), hash(&whole));
+    let result = ResultFile::open(&second).expect("a result");
+    assert_eq!(result.samples("step").expect("steps")[0], 100.0);
+    assert!(result.snapshot_times().expect("snapshots").len() >= 2, "the first and the last state");
+    let provenance: std::collections::BTreeMap<_, _> = result.provenance().expect("provenance").into_iter().collect();
+    assert_eq!(provenance["changed_keys"], "stop.steps: 100 -> 250");
+    assert_eq!(provenance["continued_state_hash"], hash(&first));
+    // A state beyond the end cannot go on.
+    let given =
+        concordem(["run", "-q", text(&short), "--from", text(&whole), "-o", text(&folder.path().join("no.h5"))]);
+    assert!(given.code == exit::USAGE && given.err.contains("is at step 250 already"), "{}", given.err);
+}
+
+/// Another strain rate moves the ends at that rate; it is not ignored.
+#[test]
+fn another_rate_is_applied() {
+    let folder = TempDir::new().expect("a folder");
+    let first = write(folder.path(), "first.toml", BLOCK);
+    assert_eq!(concordem(["run", "-q", text(&first)]).code, exit::DONE);
+    let slow = BLOCK.replace("\"1 1/s\"", "\"-0.25 1/s\"").replace("steps = 100", "steps = 101");
+    let second = write(folder.path(), "second.toml", &slow);
+    let given = concordem(["run", "-q", text(&second), "--from", text(&folder.path().join("first.h5"))]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    let table = |name: &str| {
+        let table =
+            ResultFile::open(&folder.path().join(name)).expect("a result").table("particles").expect("particles");
+        let column = |wanted: &str| table.iter().find(|(name, _)| name == wanted).expect("a column").1.data.clone();
+        let (ColumnData::F64(v), ColumnData::U8(prescribed)) = (column("velocity"), column("prescribed")) else {
+            panic!()
+        };
+        let moved = |(v, p): (&[f64], &u8)| (p & 4 != 0).then_some(v[2]);
+        v.chunks_exact(3).zip(&prescribed).filter_map(moved).collect::<Vec<f64>>()
+    };
+    let (before, after) = (table("first.h5"), table("second.h5"));
+    assert!(before.len() > 10 && before.len() == after.len());
+    for (before, after) in before.iter().zip(&after) {
+        // Both are half of a rate times the same length.
+        assert!((after / before + 0.25).abs() < 1e-12, "{before} {after}");
+    }
+    assert!(fastest(&folder.path().join("first.h5")) > 0.0);
+}
+
+/// Keys that define the specimen are refused, each with its place; nothing is written.
+#[test]
+fn another_specimen_is_refused_by_key() {
+    let folder = TempDir::new().expect("a folder");
+    let first = write(folder.path(), "first.toml", BLOCK);
+    assert_eq!(concordem(["run", "-q", text(&first)]).code, exit::DONE);
+    let longer = BLOCK.replace("steps = 100", "steps = 200");
+    let mut all = String::new();
+    for (old, new, key) in [
+        ("repeats = [5, 3, 5]", "repeats = [5, 3, 6]", "packing.repeats[2]"),
+        ("density = 2500", "density = 2600", "material[0].density"),
+        ("interaction_ratio = 1.05", "interaction_ratio = 1.5", "bonds.interaction_ratio"),
+        ("[integration]", "[integration]\ntime_step = \"1 us\"", "integration.time_step"),
+        ("[integration]", "[integration]\nscheme = \"velocity-verlet\"", "integration.scheme"),
+    ] {
+        let other = write(folder.path(), "other.toml", &longer.replace(old, new));
+        let given = concordem(["run", "-q", text(&other), "--from", text(&folder.path().join("first.h5"))]);
+        assert_eq!(given.code, exit::USAGE, "{}", given.err);
+        assert!(given.err.contains(key) && given.err.contains("other.toml"), "{key}: {}", given.err);
+        assert!(!folder.path().join("other.h5").exists() && !folder.path().join("other.h5.parts").exists());
+        all.push_str(&given.err);
+    }
+    assert!(all.contains("a restart cannot change it"), "{all}");
+    // Parameters of laws may change.
+    let softer =
+        write(folder.path(), "softer.toml", &longer.replace("normal_stiffness = 1e6", "normal_stiffness = 5e5"));
+    let given = concordem(["run", "-q", text(&softer), "--from", text(&folder.path().join("first.h5"))]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    // The stored energy has halved without work: the balance starts anew. It closes as well as that of a run without restart,
+    // 3.5e-9: ends move 1e-9 m in a step, and coordinates of 1e-2 m are rounded to 2e-18 m.
+    let result = ResultFile::open(&folder.path().join("softer.h5")).expect("a result");
+    let last = |name: &str| *result.samples(name).expect("a column").last().expect("a row");
+    let (residual, work) = (last("residual"), last("boundary_work"));
+    assert!(residual.abs() < 1e-8 * work.abs(), "{residual} {work}");
+    // Stiffer ones make the time step unstable, which stays.
+    let stiffer =
+        write(folder.path(), "stiffer.toml", &longer.replace("normal_stiffness = 1e6", "normal_stiffness = 5e7"));
+    let given = concordem(["run", "-q", text(&stiffer), "--from", text(&folder.path().join("first.h5"))]);
+    assert_eq!(given.code, exit::PHYSICS, "{}", given.err);
+}
+
+/// `resume` with an edited scenario uses the edit while the run is unfinished, and says where a finished one goes on.
+#[test]
+fn resumption_sees_the_edited_scenario() {
+    let folder = TempDir::new().expect("a folder");
+    let scenario = write(folder.path(), "run.toml", BLOCK);
+    assert_eq!(concordem(["run", "-q", text(&scenario)]).code, exit::DONE);
+    let result = folder.path().join("run.h5");
+    write(folder.path(), "run.toml", &BLOCK.replace("steps = 100", "steps = 250"));
+    let given = concordem(["resume", "-q", text(&scenario)]);
+    assert_eq!(given.code, exit::USAGE, "{}", given.err);
+    assert!(given.err.contains("stop.steps: 100 -> 250") && given.err.contains("--from"), "{}", given.err);
+    // The working folder of an unfinished run: header, and no checkpoint yet.
+    let whole = folder.path().join("whole.h5");
+    assert_eq!(concordem(["run", "-q", text(&scenario), "-o", text(&whole)]).code, exit::DONE);
+    std::fs::remove_file(&result).expect("the result");
+    begun(&scenario, &result, BLOCK);
+    let given = concordem(["resume", "-q", text(&scenario)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    assert!(given.err.contains("stop.steps: 100 -> 250"), "{}", given.err);
+    assert_eq!(hash(&result), hash(&whole), "250 steps");
+    // Samples are columns of the result; they cannot change within it.
+    std::fs::remove_file(&result).expect("the result");
+    begun(&scenario, &result, BLOCK);
+    let sampled = "[[sample]]\noperator = \"fabric\"\nregion = { kind = \"all\", volume = 1 }\n";
+    write(folder.path(), "run.toml", &format!("{BLOCK}{sampled}"));
+    let given = concordem(["resume", "-q", text(&scenario)]);
+    assert!(given.code == exit::USAGE && given.err.contains("sample"), "{}", given.err);
+}
+
+/// A run of the scenario `text` that was killed before its first checkpoint.
+fn begun(scenario: &std::path::Path, result: &std::path::Path, source: &str) {
+    use concordem::output::{RunFiles, RunHeader, SeriesColumn};
+    use concordem::sampling::Record;
+    let series = Record::COLUMNS.iter().map(|c| SeriesColumn::new(c.name, c.unit, c.description)).collect();
+    let header = RunHeader {
+        scenario: source.to_owned(),
+        provenance: vec![("scenario_file".to_owned(), scenario.display().to_string())],
+        series,
+        operators: Vec::new(),
+    };
+    drop(RunFiles::create(result, header, false).expect("the files of a run"));
+}
+
+/// Killed before the first checkpoint: the run starts again from its header, also after the scenario file is gone.
+#[test]
+fn a_run_killed_before_its_first_checkpoint_starts_again() {
+    let folder = TempDir::new().expect("a folder");
+    let scenario = write(folder.path(), "run.toml", BLOCK);
+    let (whole, result) = (folder.path().join("whole.h5"), folder.path().join("run.h5"));
+    assert_eq!(concordem(["run", "-q", text(&scenario), "-o", text(&whole)]).code, exit::DONE);
+    begun(&scenario, &result, BLOCK);
+    std::fs::remove_file(&scenario).expect("the scenario");
+    let given = concordem(["resume", "-q", text(&result)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    assert_eq!(hash(&result), hash(&whole));
+    let (a, b) = (ResultFile::open(&result).expect("a result"), ResultFile::open(&whole).expect("a result"));
+    assert_eq!(a.samples("stress").expect("stress"), b.samples("stress").expect("stress"));
+}
+
+/// A second stage in a periodic cell: the cell takes the new velocity gradient, and the particles follow its change.
+#[test]
+fn a_cell_takes_its_new_velocity_gradient() {
+    let folder = TempDir::new().expect("a folder");
+    let cell = BLOCK.replace("repeats = [5, 3, 5]", "repeats = [5, 3, 5]\nshape = { kind = \"periodic\" }").replace(
+        "kind = \"uniaxial\"\nstrain_rate = \"1 1/s\"",
+        "kind = \"cell-strain\"\nvelocity_gradient = GRADIENT",
+    );
+    let stretch = write(folder.path(), "a.toml", &cell.replace("GRADIENT", "[[0, 0, 0], [0, 0, 0], [0, 0, 1]]"));
+    let shear = cell.replace("GRADIENT", "[[0, 0, 2], [0, 0, 0], [0, 0, 0]]").replace("steps = 100", "steps = 200");
+    let shear = write(folder.path(), "b.toml", &shear);
+    assert_eq!(concordem(["run", "-q", text(&stretch)]).code, exit::DONE);
+    let given = concordem(["run", "-q", text(&shear), "--from", text(&folder.path().join("a.h5"))]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    let table = |name: &str, column: &str| {
+        let table = ResultFile::open(&folder.path().join(name)).expect("a result").table("cell").expect("the cell");
+        let ColumnData::F64(m) = &table.iter().find(|(name, _)| name == column).expect("a column").1.data else {
+            panic!()
+        };
+        m.clone()
+    };
+    assert_eq!(table("b.h5", "velocity_gradient"), [0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let (before, after) = (table("a.h5", "deformation_gradient"), table("b.h5", "deformation_gradient"));
+    // The stretch stays as it was at the end of the first stage.
+    assert_eq!(before[8], after[8]);
+    assert!(before[8] > 1.0 && before[2] == 0.0 && after[2] > 0.0, "{before:?} {after:?}");
+    let result = ResultFile::open(&folder.path().join("b.h5")).expect("a result");
+    let residual = result.samples("residual").expect("residual");
+    let work = result.samples("boundary_work").expect("work");
+    let size = work.iter().fold(0.0_f64, |size, w| size.max(w.abs()));
+    // The ledger's residual is of third order in the step; 1e-6 of the work is far above that.
+    assert!(residual.iter().all(|r| r.abs() < 1e-6 * size), "{residual:?} of {size}");
+}

@@ -1,0 +1,151 @@
+//! Sizes that cannot be are refused with a figure, before memory or time is spent.
+
+use std::time::{Duration, Instant};
+
+use concordem::program::exit;
+use tempfile::TempDir;
+
+use crate::program::{Given, concordem, text, write};
+
+const REST: &str = r#"
+[[material]]
+name = "grain"
+density = 2500
+frictional = { normal_stiffness = 1e5, shear_stiffness = 3e4, friction_coefficient = 0.5 }
+[contacts]
+law = "frictional"
+[integration]
+time_step = "1 us"
+[stop]
+steps = 20
+"#;
+
+/// `concordem check` of a packing, which must be quick.
+fn check(packing: &str, more: &str) -> Given {
+    let folder = TempDir::new().expect("a folder");
+    write(folder.path(), "one.txt", "0 0 0 0.001\n");
+    write(folder.path(), "empty.txt", "# nothing\n");
+    write(folder.path(), "far.stl", &stl(1e15));
+    let scenario = write(folder.path(), "run.toml", &format!("version = 1\n[packing]\n{packing}\n{REST}{more}"));
+    let start = Instant::now();
+    let given = concordem(["check", "-q", text(&scenario)]);
+    assert!(start.elapsed() < Duration::from_secs(10), "{packing} takes {:?}", start.elapsed());
+    given
+}
+
+/// A surface of one triangle with corners about `far` meters away.
+fn stl(far: f64) -> String {
+    format!(
+        "solid s\nfacet normal 0 0 1\nouter loop\nvertex {far:e} 0 0\nvertex {far:e} 1 0\nvertex {far:e} 0 1\nendloop\n\
+         endfacet\nendsolid s\n"
+    )
+}
+
+#[test]
+fn impossible_sizes_are_refused_with_their_figure() {
+    const CELL: &str = "cell = [\"10 mm\", \"10 mm\", \"10 mm\"]";
+    for (packing, words) in [
+        // 3.4e9 copies of one sphere: 160 GB.
+        (
+            format!("kind = \"file\"\npath = \"one.txt\"\n{CELL}\nshape = {{ kind = \"box\", size = [15, 15, 15] }}"),
+            "GB",
+        ),
+        (
+            format!(
+                "kind = \"file\"\npath = \"one.txt\"\n{CELL}\nshape = {{ kind = \"box\", size = [1e9, 1e9, 1e9] }}"
+            ),
+            "copies of the packing",
+        ),
+        (
+            format!("kind = \"file\"\npath = \"empty.txt\"\n{CELL}\nshape = {{ kind = \"box\", size = [1, 1, 1] }}"),
+            "no spheres",
+        ),
+        ("kind = \"file\"\npath = \"empty.txt\"".to_owned(), "no particles"),
+        ("kind = \"lattice\"\nlattice = \"fcc\"\nradius = \"1 mm\"\nrepeats = [100000, 10000, 1]".to_owned(), "GB"),
+        (
+            "kind = \"random-dense\"\ncount = 100_000_000\nradius = \"1 mm\"\nshape = { kind = \"periodic\" }"
+                .to_owned(),
+            "GB",
+        ),
+        (
+            "kind = \"spheres\"\nspheres = [[1e15, 0, 0, \"1 mm\"], [0, 0, 0, \"1 mm\"]]".to_owned(),
+            "1e15 m from the origin",
+        ),
+    ] {
+        let given = check(&packing, "");
+        assert_eq!(given.code, exit::USAGE, "{packing}: {}{}", given.out, given.err);
+        assert!(given.err.contains(words) && given.err.contains("run.toml"), "{packing}: {}", given.err);
+    }
+}
+
+#[test]
+fn impossible_grids_walls_and_time_steps_are_refused() {
+    const TWO: &str = "kind = \"spheres\"\nspheres = [[0, 0, 0, \"1 mm\"], [\"2.1 mm\", 0, 0, \"1 mm\"]]";
+    let sampled = "[[sample]]\noperator = \"fabric\"\ngrid = [1000000, 1000000, 1000]\n\
+                   region = { kind = \"box\", minimum = [0, 0, 0], maximum = [1, 1, 1] }\n";
+    let given = check(TWO, sampled);
+    assert!(
+        given.code == exit::USAGE && given.err.contains("sample[0].grid") && given.err.contains("GB"),
+        "{}",
+        given.err
+    );
+    let wall = "[[wall]]\nmaterial = \"grain\"\nshape = { kind = \"facets\", path = \"far.stl\" }\n";
+    // A wall far away touches nothing; it costs no time.
+    let given = check(TWO, wall);
+    assert_eq!(given.code, exit::DONE, "{}{}", given.out, given.err);
+    for step in ["0", "\"0 s\"", "1e-320"] {
+        let folder = TempDir::new().expect("a folder");
+        let rest = REST.replace("\"1 us\"", step);
+        let scenario = write(folder.path(), "run.toml", &format!("version = 1\n[packing]\n{TWO}\n{rest}"));
+        let given = concordem(["check", "-q", text(&scenario)]);
+        assert!(given.code == exit::USAGE && given.err.contains("integration.time_step"), "{step}: {}", given.err);
+    }
+}
+
+/// Variable by which the test below tells a copy of itself what to run.
+const CHILD: &str = "CONCORDEM_TEST_RUN_FOR_MEMORY";
+
+/// Not a test: the run whose memory is measured.
+#[test]
+#[ignore = "run by another test in a process of its own"]
+fn child() {
+    let Ok(scenario) = std::env::var(CHILD) else { return };
+    assert_eq!(concordem(["run", "-q", &scenario]).code, exit::DONE);
+    let status = std::fs::read_to_string("/proc/self/status").expect("the system tells");
+    let line = status.lines().find(|line| line.starts_with("VmHWM:")).expect("the peak");
+    let kilobytes = line.split_whitespace().nth(1).expect("a number");
+    std::fs::write(format!("{scenario}.peak"), kilobytes).expect("a file");
+}
+
+/// `check` predicts the peak memory of the run within 15 %, from the assembly to the result.
+#[test]
+#[cfg(target_os = "linux")]
+fn predicted_memory_is_the_measured_peak() {
+    const CPM: &str = "cpm = { young = \"25 GPa\", shear_ratio = 0.2, crack_onset_strain = 1e-4, relative_ductility = 5, \
+                       cohesion = \"3 MPa\", friction_coefficient = 0.8 }";
+    const LINEAR: &str = "linear_bond = { normal_stiffness = 1e6, shear_stiffness = 2e5 }";
+    for (law, table, ratio, contacts) in [("linear_bond", LINEAR, 1.05, "none"), ("cpm", CPM, 1.5, "cpm")] {
+        let folder = TempDir::new().expect("a folder");
+        let source = format!(
+            "version = 1\n[packing]\nkind = \"lattice\"\nlattice = \"hcp\"\nradius = \"1 mm\"\nrepeats = [30, 25, 25]\n\
+             [[material]]\nname = \"m\"\ndensity = 4800\n{table}\n[bonds]\nlaw = \"{law}\"\ninteraction_ratio = {ratio}\n\
+             [contacts]\nlaw = \"{contacts}\"\n[loading]\nkind = \"uniaxial\"\nstrain_rate = 0.4\n[stop]\nsteps = 3\n"
+        );
+        let scenario = write(folder.path(), "run.toml", &source);
+        let checked = concordem(["check", "-q", text(&scenario)]);
+        let line = checked.out.lines().find(|line| line.contains("peak memory")).expect("the prediction");
+        let word = line.split_whitespace().rev().nth(1).expect("a number");
+        assert!(line.ends_with("MB"), "{line}");
+        let predicted: f64 = word.parse::<f64>().expect("a number") * 1e6;
+        let process = std::process::Command::new(std::env::current_exe().expect("this test"))
+            .args(["--exact", "sizes::child", "--ignored"])
+            .env(CHILD, &scenario)
+            .output()
+            .expect("a child");
+        assert!(process.status.success(), "{}", String::from_utf8_lossy(&process.stdout));
+        let peak = std::fs::read_to_string(format!("{}.peak", text(&scenario))).expect("the peak");
+        let measured: f64 = peak.parse::<f64>().expect("a number") * 1024.0;
+        println!("{law}: predicted {predicted:e}, measured {measured:e}, {:+.3}", predicted / measured - 1.0);
+        assert!((predicted / measured - 1.0).abs() < 0.15, "{law}: {predicted:e} instead of {measured:e}");
+    }
+}

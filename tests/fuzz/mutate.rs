@@ -1,0 +1,92 @@
+//! Random mutations of bytes.
+
+/// Random numbers: SplitMix64 (Steele, Lea & Flood 2014).
+pub struct Random(u64);
+
+impl Random {
+    /// A sequence of its own for every seed and input.
+    pub fn new(seed: u64, input: u64) -> Self {
+        let mut random = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ input);
+        random.next();
+        random
+    }
+
+    /// The next number.
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// A number below `limit`, or 0.
+    pub fn below(&mut self, limit: usize) -> usize {
+        (self.next() % limit.max(1) as u64) as usize
+    }
+}
+
+/// Numbers at the borders of types and sizes.
+const BORDERS: [u64; 10] =
+    [0, 1, 0x7f, 0xff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 1 << 40, u64::MAX, 0x7ff8_0000_0000_0000];
+
+/// Words that readers of text may trip over.
+const WORDS: [&str; 16] = [
+    "nan",
+    "-inf",
+    "1e999",
+    "-1",
+    "0",
+    "1e-320",
+    "1e308",
+    "18446744073709551616",
+    "\"\"",
+    "[]",
+    "{}",
+    "[[",
+    "\u{0}",
+    "\n",
+    "\"30 GPa\"",
+    "true",
+];
+
+/// Changes `bytes` in one to four places; `text`: also with words.
+pub fn mutate(bytes: &mut Vec<u8>, random: &mut Random, text: bool) {
+    for _ in 0..=random.below(4) {
+        if bytes.is_empty() {
+            return;
+        }
+        let at = random.below(bytes.len());
+        match random.below(if text { 8 } else { 6 }) {
+            0 => bytes[at] ^= 1 << random.below(8),
+            1 => bytes[at] = random.next() as u8,
+            2 => {
+                let border = BORDERS[random.below(BORDERS.len())].to_le_bytes();
+                let length = [1, 2, 4, 8][random.below(4)].min(bytes.len() - at);
+                bytes[at..at + length].copy_from_slice(&border[..length]);
+            }
+            3 => {
+                // A piece from elsewhere in the same input.
+                let from = random.below(bytes.len());
+                let length = random.below(64).min(bytes.len() - at).min(bytes.len() - from);
+                bytes.copy_within(from..from + length, at);
+            }
+            4 => {
+                let length = random.below(32).min(bytes.len() - at);
+                bytes.drain(at..at + length);
+            }
+            5 if random.below(8) == 0 => bytes.truncate(at),
+            5 => bytes[at] = bytes[at].wrapping_add(1),
+            6 => {
+                let word = WORDS[random.below(WORDS.len())];
+                bytes.splice(at..at, word.bytes());
+            }
+            _ => {
+                // A value of a TOML line, or a number of a text, becomes another word.
+                let end = bytes[at..].iter().position(|b| b" ,]}\n".contains(b)).map_or(bytes.len(), |n| at + n);
+                let word = WORDS[random.below(WORDS.len())];
+                bytes.splice(at..end, word.bytes());
+            }
+        }
+    }
+}

@@ -1,0 +1,321 @@
+//! The readers, and good inputs for them.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use concordem::assembly::restart::{Continuation, apply, check};
+use concordem::assembly::{assemble, sphere_pack};
+use concordem::output::{ResultFile, RunFiles, RunHeader, SeriesColumn, checkpoint, csv};
+use concordem::packing::import_text;
+use concordem::packing::shape::Mesh;
+use concordem::program::{Console, run};
+use concordem::sampling::Record;
+use concordem::scenario::{Scenario, TEMPLATES};
+use concordem::schedule::Simulation;
+use concordem::state::columns::{ColumnData, ColumnStore, StoredColumn};
+use concordem::sweep::Sweep;
+use concordem::sweep::journal::Journal;
+use concordem::sweep::point::Outcome;
+
+use crate::mutate::{Random, mutate};
+
+/// A reader of one kind of input.
+pub struct Reader {
+    /// Name.
+    pub name: &'static str,
+    /// Whether inputs are text.
+    text: bool,
+    /// Whether inputs end with a seal, which is computed again.
+    sealed: bool,
+    /// Reads an input, and uses what it gets.
+    pub read: fn(&Samples, &[u8]),
+}
+
+const fn reader(name: &'static str, text: bool, sealed: bool, read: fn(&Samples, &[u8])) -> Reader {
+    Reader { name, text, sealed, read }
+}
+
+/// All readers.
+pub const READERS: [Reader; 11] = [
+    reader("scenario", true, false, scenario),
+    reader("sweep", true, false, sweep),
+    reader("spheres", true, false, spheres),
+    reader("surface", false, false, surface),
+    reader("pack", false, true, pack),
+    reader("result", false, true, result),
+    reader("checkpoint", false, true, read_checkpoint),
+    reader("header", false, true, header),
+    reader("segment", false, true, segment),
+    reader("journal", true, false, journal),
+    reader("state", false, false, state),
+];
+
+/// A scenario that is quick to build, with samples.
+const SCENARIO: &str = r#"
+version = 1
+[packing]
+kind = "lattice"
+lattice = "hcp"
+radius = "1 mm"
+repeats = [3, 2, 3]
+[[material]]
+name = "stone"
+density = 2500
+linear_bond = { normal_stiffness = 1e6, shear_stiffness = 2e5, normal_strength = 1, shear_strength = 1 }
+frictional = { normal_stiffness = 1e6, shear_stiffness = 2e5, friction_coefficient = 0.5 }
+[bonds]
+law = "linear_bond"
+interaction_ratio = 1.05
+[contacts]
+law = "frictional"
+[[wall]]
+material = "stone"
+shape = { kind = "plane", point = [0, 0, "-1 mm"], normal = [0, 0, 1] }
+[loading]
+kind = "uniaxial"
+layer_thickness = "1 mm"
+strain_rate = "1 1/s"
+[stop]
+steps = 20
+[output]
+sample_interval = 2
+snapshot_interval = 10
+[[sample]]
+operator = "fabric"
+region = { kind = "all", volume = 1 }
+"#;
+
+const SWEEP: &str = r#"
+version = 1
+scenario = "cell.toml"
+[[axis]]
+name = "k_t"
+key = "material[0].linear_bond.shear_stiffness"
+logarithmic = { from = 1e4, to = 1e9, count = 16 }
+[[axis]]
+key = "packing.repeats"
+values = [[3, 2, 3], [2, 2, 2]]
+"#;
+
+/// What a journal belongs to.
+const FINGERPRINT: &str = "0123456789abcdef";
+
+const SURFACE: &str = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n\
+                       facet normal 0 0 1\nouter loop\nvertex 0 0 1\nvertex 1 0 1\nvertex 0 1 1\nendloop\nendfacet\nendsolid s\n";
+
+/// Good inputs.
+pub struct Samples {
+    folder: PathBuf,
+    inputs: BTreeMap<&'static str, Vec<Vec<u8>>>,
+    columns: ColumnStore,
+    scenario: Scenario,
+}
+
+impl Samples {
+    /// Makes the good inputs in `folder`.
+    pub fn new(folder: &Path) -> Self {
+        let file = |name: &str| folder.join(name);
+        let bytes = |path: &Path| std::fs::read(path).expect("a file");
+        let scenario_file = file("cell.toml");
+        std::fs::write(&scenario_file, SCENARIO).expect("a file");
+        let scenario = Scenario::parse("cell.toml", SCENARIO).expect("a scenario");
+        program(&["run", "-q", &scenario_file.display().to_string()]);
+        let assembly = assemble(&scenario, folder, &mut |_, _| ()).expect("an assembly");
+        let packing = concordem::assembly::pack(&scenario, folder, &mut |_, _| ()).expect("a packing");
+        sphere_pack::write(&file("pack.h5"), &packing).expect("a pack");
+        let mut text = Vec::new();
+        concordem::packing::export_text(&packing, &mut text).expect("a text");
+        let columns = ColumnStore::of(&assembly.state).expect("columns");
+        // An unfinished run: a header, two segments, two checkpoints.
+        let mut files = RunFiles::create(&file("run.h5"), run_header(), false).expect("files");
+        for step in 0..2 {
+            files.append_sample(&vec![f64::from(step); Record::COLUMNS.len()]).expect("a sample");
+            files.commit(&assembly.state).expect("a commit");
+        }
+        drop(files);
+        let parts = file("run.h5.parts");
+        let (mut journal, _) = Journal::open(&file("journal"), FINGERPRINT).expect("a journal");
+        journal.add(0, &Outcome::default()).expect("a point");
+        let mut binary = vec![0_u8; 80];
+        binary.extend_from_slice(&2_u32.to_le_bytes());
+        binary.extend((0..100).map(|k| k as u8));
+        let scenarios = TEMPLATES.iter().map(|template| template.text.as_bytes().to_vec());
+        let inputs = BTreeMap::from([
+            ("scenario", scenarios.chain([SCENARIO.into()]).collect()),
+            ("sweep", vec![SWEEP.into()]),
+            ("spheres", vec![text, b"##PERIODIC:: 1 2 3\n0 0 0 1\n".to_vec()]),
+            ("surface", vec![SURFACE.into(), binary]),
+            ("pack", vec![bytes(&file("pack.h5"))]),
+            ("result", vec![bytes(&file("cell.h5"))]),
+            ("checkpoint", vec![bytes(&parts.join("checkpoint-0000.h5"))]),
+            ("header", vec![bytes(&parts.join("header.h5"))]),
+            ("segment", vec![bytes(&parts.join("segment-0000.h5"))]),
+            ("journal", vec![bytes(&file("journal"))]),
+            ("state", vec![vec![0; 16]]),
+        ]);
+        Self { folder: folder.to_owned(), inputs, columns, scenario }
+    }
+
+    /// An input: a good one with mutations.
+    pub fn input(&self, reader: &Reader, seed: u64, input: u64) -> Vec<u8> {
+        let mut random = Random::new(seed, input);
+        let good = &self.inputs[reader.name];
+        let mut bytes = good[random.below(good.len())].clone();
+        if !reader.sealed {
+            if reader.name == "state" {
+                return [random.next().to_le_bytes(), random.next().to_le_bytes()].concat();
+            }
+            mutate(&mut bytes, &mut random, reader.text);
+            return bytes;
+        }
+        bytes.truncate(bytes.len() - 56);
+        mutate(&mut bytes, &mut random, false);
+        let mut mark = b"ConcorDEM-seal-1".to_vec();
+        mark.extend_from_slice(&(bytes.len() as u64).to_le_bytes());
+        mark.extend_from_slice(blake3::hash(&bytes).as_bytes());
+        // Packs without a seal are read, too.
+        if reader.name != "pack" || random.below(2) == 0 {
+            bytes.extend(mark);
+        }
+        bytes
+    }
+
+    fn file(&self, name: &str, bytes: &[u8]) -> PathBuf {
+        let path = self.folder.join(name);
+        std::fs::write(&path, bytes).expect("a file");
+        path
+    }
+}
+
+fn run_header() -> RunHeader {
+    RunHeader {
+        scenario: SCENARIO.to_owned(),
+        provenance: Vec::new(),
+        series: Record::COLUMNS.iter().map(|c| SeriesColumn::new(c.name, c.unit, c.description)).collect(),
+        operators: Vec::new(),
+    }
+}
+
+fn program(arguments: &[&str]) {
+    let (mut out, mut err) = (Vec::new(), Vec::new());
+    let mut console = Console { out: &mut out, err: &mut err, interactive: false, out_interactive: false };
+    let arguments = std::iter::once("concordem").chain(arguments.iter().copied());
+    run(arguments.map(Into::into), &mut console);
+}
+
+fn scenario(_: &Samples, bytes: &[u8]) {
+    if let Err(error) = Scenario::parse("input.toml", &String::from_utf8_lossy(bytes)) {
+        assert!(!error.problems.is_empty() && !error.to_string().is_empty());
+    }
+}
+
+fn sweep(samples: &Samples, bytes: &[u8]) {
+    if let Ok(sweep) = Sweep::read(&samples.file("sweep.toml", bytes)) {
+        let _ = sweep.points();
+    }
+}
+
+fn journal(samples: &Samples, bytes: &[u8]) {
+    let _ = Journal::open(&samples.file("input-journal", bytes), FINGERPRINT);
+}
+
+fn spheres(_: &Samples, bytes: &[u8]) {
+    let _ = import_text(bytes);
+}
+
+fn surface(_: &Samples, bytes: &[u8]) {
+    let _ = Mesh::from_stl(bytes, 1e-3);
+}
+
+fn pack(samples: &Samples, bytes: &[u8]) {
+    let _ = sphere_pack::read(&samples.file("input-pack.h5", bytes));
+}
+
+fn result(samples: &Samples, bytes: &[u8]) {
+    let path = samples.file("input-result.h5", bytes);
+    let Ok(result) = ResultFile::open(&path) else { return };
+    let _ = (csv::text(&result), result.operators(), result.events(), result.state_hash(), result.scenario());
+    let _ = (result.provenance(), result.snapshot_times(), result.bounds());
+    let laws = result.laws().unwrap_or_default();
+    let tables = laws.iter().map(|law| format!("contacts/{law}"));
+    for table in
+        tables.chain(["particles", "VTKHDF", "VTKHDF/PointData", "samples/fabric", "events"].map(str::to_owned))
+    {
+        let _ = result.table(&table);
+    }
+    drop(result);
+    let name = path.display().to_string();
+    program(&["info", &name]);
+    program(&["measure", &name]);
+    let _ = checkpoint::read(&path);
+}
+
+fn read_checkpoint(samples: &Samples, bytes: &[u8]) {
+    let _ = checkpoint::read(&samples.file("input-checkpoint.h5", bytes));
+}
+
+fn header(samples: &Samples, bytes: &[u8]) {
+    samples.file("run.h5.parts/header.h5", bytes);
+    let _ = RunFiles::resume(&samples.folder.join("run.h5"));
+}
+
+fn segment(samples: &Samples, bytes: &[u8]) {
+    samples.file("run.h5.parts/segment-0000.h5", bytes);
+    let _ = RunFiles::resume(&samples.folder.join("run.h5"));
+}
+
+/// A state with one changed column, as a forged checkpoint may hold it; if it is taken, the run takes two steps.
+fn state(samples: &Samples, bytes: &[u8]) {
+    let mut random = Random::new(u64::from_le_bytes(bytes[..8].try_into().expect("eight bytes")), 1);
+    let paths: Vec<&str> = samples.columns.iter().map(|(path, _)| path).collect();
+    let changed = paths[random.below(paths.len())].to_owned();
+    let mut columns = ColumnStore::default();
+    for (path, column) in samples.columns.iter() {
+        let column = if path == changed { forged(column, &mut random) } else { Some(column.clone()) };
+        if let Some(column) = column {
+            columns.insert(path, column).expect("paths differ");
+        }
+    }
+    let mut assembly = assemble(&samples.scenario, &samples.folder, &mut |_, _| ()).expect("an assembly");
+    let changes = check(&samples.scenario, &samples.scenario, Continuation::NewResult).expect("the same scenario");
+    if apply(&mut assembly, &mut columns, &samples.scenario, &changes, false).is_err() {
+        return;
+    }
+    let Ok(mut simulation) = Simulation::new(assembly.state, assembly.model, assembly.schedule) else { return };
+    for _ in 0..2 {
+        if simulation.stopped().is_some() || simulation.advance().is_err() {
+            return;
+        }
+    }
+}
+
+/// A column with a changed number, a changed length, or none.
+fn forged(column: &StoredColumn, random: &mut Random) -> Option<StoredColumn> {
+    fn change<T: Copy>(data: &mut Vec<T>, random: &mut Random, new: impl Fn(u64) -> T) {
+        let border = [0, 1, 0xffff, u64::from(u32::MAX), u64::MAX, 0x7ff8_0000_0000_0000, 0x7fe0_0000_0000_0000];
+        let number = new(border[random.below(border.len())]);
+        match random.below(4) {
+            0 => data.push(number),
+            1 => data.truncate(random.below(data.len())),
+            _ => {
+                let at = random.below(data.len());
+                if let Some(value) = data.get_mut(at) {
+                    *value = number;
+                }
+            }
+        }
+    }
+    if random.below(16) == 0 {
+        return None;
+    }
+    let mut column = column.clone();
+    match &mut column.data {
+        ColumnData::F64(data) => change(data, random, f64::from_bits),
+        ColumnData::U64(data) => change(data, random, |n| n),
+        ColumnData::U32(data) => change(data, random, |n| n as u32),
+        ColumnData::U16(data) => change(data, random, |n| n as u16),
+        ColumnData::U8(data) => change(data, random, |n| n as u8),
+        ColumnData::I8(data) => change(data, random, |n| n as i8),
+    }
+    Some(column)
+}
