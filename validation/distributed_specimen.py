@@ -43,7 +43,7 @@ WINDOW = 300
 
 def task(direction, edge):
     """The template with another size, without damping, and with what the peers' translations want written out."""
-    document = scenario.load(ROOT / f"rust-core/scenario/src/schema/templates/cpm-specimen-{direction}.toml")
+    document = scenario.load(ROOT / f"validation/scenarios/specimen-{direction}.toml")
     rate, steps = LOADINGS[direction]
     area = float(edge.split()[0]) ** 2
     changes = {

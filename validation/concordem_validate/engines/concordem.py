@@ -156,11 +156,7 @@ def read(path, document):
                 values_ = values[()]
                 if values_.ndim == 2 and values_.shape[1] == 9:
                     values_ = values_.reshape(-1, 3, 3)
-                at = data["step"][()]
-                if "mean_damage" in data and column != "contacts":
-                    # damage is read from the histories, which are those of the step before (quirk concordem-damage-sample)
-                    at, values_ = at[1:] - 1, values_[1:]
-                result.add(f"{name}.{column}", at, values_, str(values.attrs["unit"]),
+                result.add(f"{name}.{column}", data["step"][()], values_, str(values.attrs["unit"]),
                            str(values.attrs["description"]))
         _snapshots(file["VTKHDF"], result)
         particles = file["particles"]
