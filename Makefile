@@ -5,16 +5,17 @@ DEMO := demo
 SCENARIOS := rust-core/scenario/src/schema/templates
 
 # The steps of make test, longest first, so that none is left alone at the end.
-TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
+TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-lint test-gold test-docs
 
-.PHONY: help demo liggghts lammps test test-full test-build $(TEST_STEPS) check bench docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps fuzz test test-full test-build $(TEST_STEPS) check bench docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
 	@echo "make liggghts       the styles for LIGGGHTS and their launcher, into target/liggghts"
 	@echo "make lammps         LAMMPS and the plugin for it, into .venv-lammps and target/lammps"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be there (as root)"
-	@echo "make test-full      make test, then validate-full, the book with its code blocks, and lints (nightly)"
+	@echo "make test-full      make test, then validate-full, fuzz, and the slow code blocks of the book (nightly)"
+	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
 	@echo "make check          formatting and lints"
 	@echo "make bench          speed of laws, neighbour search, and whole steps; ratio to YADE"
 	@echo "make docs           documentation of the library, into target/doc"
@@ -105,17 +106,29 @@ test-harness:
 	@.ci/timed harness-units sh -c 'cd validation && ../.venv/bin/python -m pytest -q tests'
 	@.ci/timed harness env PYTHONPATH=validation .venv/bin/python -m concordem_validate run
 
-# The pages of the book and their links. `make book` also runs the code blocks; `make check` runs clippy.
+# The pages of the book, their links, and the code blocks that need neither hosts nor minutes.
 test-docs:
-	@.ci/timed $@ docs/build --pages
+	@.ci/timed $@ docs/build
+
+# Lints and the documentation of the library, in a target folder of their own: cargo locks the one of the other steps.
+LINT := --target-dir target/lint --workspace
+test-lint:
+	@.ci/timed clippy $(CARGO) clippy $(LINT) --all-targets -- -D warnings
+	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(LINT) --no-deps --exclude concordem-python --exclude concordem-bench
 
 # What is too long for every commit. The studies keep what is finished and go on there.
-test-full: test check docs book validate-full
+test-full: test fuzz validate-full
+	docs/build --hosts --slow
+
+# A night of mutated inputs for every reader; the tests run 2,000 of them. SEED=N gives others.
+SEED ?= 1
+fuzz:
+	CONCORDEM_FUZZ_INPUTS=1000000 CONCORDEM_FUZZ_SEED=$(SEED) $(CARGO) test $(TESTED) --test fuzz -- --nocapture
 
 check:
 	.ci/setup build
 	$(CARGO) fmt --all --check
-	$(CARGO) clippy --workspace --all-targets -- -D warnings
+	$(MAKE) --no-print-directory test-lint
 
 bench:
 	.ci/setup test
