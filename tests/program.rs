@@ -302,7 +302,7 @@ fn help_tells_commands_examples_and_exit_codes() {
 fn schema_is_json_with_descriptions() {
     let given = concordem(["schema"]);
     assert_eq!(given.code, exit::DONE);
-    for word in ["\"$schema\"", "additionalProperties", "Normal modulus of a link, Pa", "x-units"] {
+    for word in ["\"$schema\"", "additionalProperties", "Normal modulus of a bond, Pa", "x-units"] {
         assert!(given.out.contains(word), "{word} is missing");
     }
 }

@@ -284,7 +284,7 @@ fn action_and_reaction<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut V
             worst = worst.max(sum.norm() / (moment + force * k.length));
         }
     }
-    findings.push(Finding::at_most("moments balance about any point", worst, 4e-15, "few roundings"));
+    findings.push(Finding::at_most("moments balance about any point", worst, 4e-15, "a few roundings"));
 }
 
 fn exchange<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>) {
@@ -304,7 +304,7 @@ fn exchange<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>
             (other.orientation_a, other.orientation_b) = (k.orientation_b, k.orientation_a);
             (other.turn_a, other.turn_b) = (k.turn_b, k.turn_a);
             other.displacement = -k.displacement;
-            // With the history known: the first step finds it from the motion, to rounding.
+            // Skip the first step: it computes the history from the motion, to rounding only.
             if record.old == H::State::default() {
                 continue;
             }
@@ -321,7 +321,7 @@ fn exchange<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>
             worst = worst.max((one.moments[0] - two.moments[1]).norm() / moment);
         }
     }
-    findings.push(Finding::at_most("answers that change with A and B exchanged", f64::from(different), 0.0, "bits"));
+    findings.push(Finding::at_most("responses that change if A and B are exchanged", f64::from(different), 0.0, "bits"));
     findings.push(Finding::at_most("exchange, kinematics included", worst, 1e-13, "rounding of positions"));
 }
 
@@ -340,13 +340,13 @@ fn objectivity<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Findi
             }
         }
     }
-    findings.push(Finding::at_most("a rigid motion with a turn by 2π changes nothing", worst, 1e-13, "rounding"));
+    findings.push(Finding::at_most("change under a rigid motion with a turn by 2π", worst, 1e-13, "rounding"));
 }
 
 /// Force and moments against central differences of the stored energy, at random stations.
 fn derivatives<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>) {
-    /// Step of the central difference, rad (and share of the length): its truncation is about 1e-10 of the curvature of
-    /// the energy, its rounding 1e-16/1e-5.
+    /// Step of the central difference, rad, and as a fraction of the length. Its truncation error is about 1e-10 of the
+    /// curvature of the energy, its rounding error 1e-16/1e-5.
     const STEP: f64 = 1e-5;
     let mut worst = 0.0_f64;
     let mut random = Random::new(17);
@@ -410,7 +410,7 @@ fn closed_paths<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Find
     };
     let (coarse, fine) = (imbalance(STEPS), imbalance(4 * STEPS));
     findings.push(Finding::at_most("net work of closed paths, share of the peak energy", fine, 2e-3, "second order"));
-    findings.push(Finding::at_least("its fall at a quarter of the step", coarse / fine, 8.0, "16 for second order"));
+    findings.push(Finding::at_least("its reduction at a quarter of the step", coarse / fine, 8.0, "16 for second order"));
 }
 
 fn brittleness<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>) {
@@ -430,7 +430,7 @@ fn brittleness<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Findi
     ));
     let work: f64 = records.iter().map(|r| r.work).sum();
     let unexplained = (work - damage - last.response.energy.integration).abs() / damage;
-    findings.push(Finding::at_most("work of the pull beyond what is released", unexplained, 1e-12, "linear: exact"));
+    findings.push(Finding::at_most("work of pulling minus released energy", unexplained, 1e-12, "linear: exact"));
 }
 
 fn determinism<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>) {
@@ -443,7 +443,7 @@ fn determinism<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Findi
         .zip(&run())
         .filter(|(a, b)| a.response.force != b.response.force || a.response.moment != b.response.moment)
         .count();
-    findings.push(Finding::at_most("answers that differ in a second run", different as f64, 0.0, "bits"));
+    findings.push(Finding::at_most("responses that differ in a second run", different as f64, 0.0, "bits"));
 }
 
 fn extremes<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>) {
@@ -465,5 +465,5 @@ fn extremes<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>
             }
         }
     }
-    findings.push(Finding::at_most("answers that are not finite at extremes", f64::from(bad), 0.0, "none"));
+    findings.push(Finding::at_most("responses at extremes that are not finite", f64::from(bad), 0.0, "none is allowed"));
 }

@@ -9,8 +9,8 @@
 //!   without and with its ratcheting correction.
 //!
 //! [`bond_frame`] measures bonds that transmit moments, in the same way for all measures. [`deformable`] corrects the
-//! elongation of contacts between particles that deform. [`Kinematics::measure_batch`] measures many contacts at a time and
-//! gives the same bits as one at a time.
+//! elongation of contacts between particles that deform. [`Kinematics::measure_batch`] measures many contacts at a time
+//! and gives the same bits as the scalar path.
 
 pub mod bond_frame;
 pub mod deformable;
@@ -51,7 +51,7 @@ pub trait Kinematics: Copy + Send + Sync {
         measure_each::<Self, B>(mode, count, dt, batch);
     }
 
-    /// Measure a contact with a wall; `None` if laws of this kind have no contact with walls.
+    /// Measure a contact with a wall; `None` if the kinematics has no contacts with walls.
     fn measure_wall(mode: MotionMeasure, input: &WallInput<'_>) -> Option<Self>;
 
     /// The motion as that of a point contact: normal, length, arms.

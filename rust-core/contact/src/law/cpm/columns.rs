@@ -23,7 +23,7 @@ crate::columns! {
         plastic_shear_strain: Vec3,
     }
 
-    /// Response of a contact; a damage of NaN marks contacts that need branches.
+    /// Response of a contact; a damage of NaN marks a contact that needs the scalar path.
     struct ColumnResponse {
         /// On A, N.
         force: Vec3,
@@ -108,7 +108,7 @@ impl ColumnResponse {
     }
 }
 
-/// Response of contact `i`; `None` if it needs branches.
+/// Response of contact `i`; `None` if it needs the scalar path.
 #[inline(always)]
 fn response(results: &<ColumnResponse as Item>::Arrays, i: usize) -> Option<Response<CpmState>> {
     let history = results.history.get(i);
@@ -187,8 +187,9 @@ impl<const RATCHETING: bool> Formula for YadePublic<'_, RATCHETING> {
     }
 }
 
-/// [`ContactLaw::respond_batch`](crate::law::ContactLaw::respond_batch): in columns if all contacts have the same
-/// parameters, in the plain thesis form with the finite measure and in YADE's formulation with YADE's measure.
+/// [`ContactLaw::respond_batch`](crate::law::ContactLaw::respond_batch). Uses columns if all contacts have equal
+/// parameters and the formulation is either the plain thesis form with the finite measure or YADE's with YADE's
+/// measure.
 #[inline(always)]
 pub(super) fn respond_batch<B: Batch<Cpm>>(
     mode: MotionMeasure,

@@ -14,7 +14,7 @@ impl Cpm {
         Self::response_of(k, old, &self.answer_thesis(k, old, |kappa| self.damage_function(kappa)))
     }
 
-    /// Stresses, history, and energies; `damage_of` is the damage of a bond whose κ grows.
+    /// Stresses, history, and energies; `damage_of` gives the damage ω(κ) of a bond whose κ grows.
     #[inline(always)]
     pub(super) fn answer_thesis(&self, k: &PointKinematics, old: &CpmState, damage_of: impl Fn(f64) -> f64) -> Answer {
         let p = &self.parameters;

@@ -50,7 +50,7 @@ impl Cpm {
         let p = &self.parameters;
         let woo = p.mode == CpmFormulation::Woo;
         let step = Step::new(k, old);
-        // An unbonded contact was never prestressed, but Woo subtracts the prestress from every contact.
+        // An unbonded contact has no prestress, but Woo subtracts the prestress from every contact.
         let (shift, prestress) = if k.bonded {
             (self.prestress_strain, p.isotropic_prestress)
         } else {
@@ -172,7 +172,7 @@ impl Cpm {
             let mean_stress = (step.carried_elastic() * self.shear_modulus + shear_stress) * 0.5;
             let work = step.volume * mean_stress.dot(&(plastic_shear - carried_plastic)) - energy.viscous;
             if woo {
-                // Recovered slip gives work back for any step size, so a negative value is no error of the rule.
+                // Recovered slip returns work for any step size, so a negative value is not an error of the rule.
                 energy.friction += work;
             } else {
                 energy.add_friction(work);

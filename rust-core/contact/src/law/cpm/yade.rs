@@ -38,7 +38,8 @@ pub struct YadeParameters {
 }
 
 impl Cpm {
-    /// The law of one contact of YADE, for [`Self::answer_as_yade`] alone. Nothing is validated: YADE has its own values.
+    /// The law of one contact of YADE, only for [`Self::answer_as_yade`]. The parameters are not checked: YADE accepts
+    /// any.
     #[inline(always)]
     pub fn of_yade(contact: &YadeParameters) -> Self {
         let c = contact;
@@ -100,8 +101,9 @@ impl Cpm {
 
     /// The operations of YADE's `Law2_ScGeom_CpmPhys_Cpm::go` in their order, whatever the formulation of `self`.
     ///
-    /// `CONSISTENT`: whether the history satisfies ω = g(κ), as those of this library do. If not, ω is computed in every step
-    /// as in YADE, whose users may set one of the two (`setDamage`). The compiler removes energies that nobody reads.
+    /// `CONSISTENT`: whether the history satisfies ω = g(κ), as histories of this library do. If not, every step
+    /// computes ω as YADE does, whose users may set only one of the two (`setDamage`). The compiler removes unused
+    /// energies.
     #[inline(always)]
     pub fn answer_as_yade<const CONSISTENT: bool>(&self, k: &PointKinematics, old: &CpmState) -> Answer {
         self.answer_with_damage(k, old, |kappa| {
@@ -109,7 +111,7 @@ impl Cpm {
         })
     }
 
-    /// [`Self::answer_as_yade`] with the damage `damage(κ)` of a bond.
+    /// [`Self::answer_as_yade`], where `damage` gives the damage ω(κ) of a bond.
     #[inline(always)]
     pub(super) fn answer_with_damage(
         &self,
