@@ -100,7 +100,7 @@ impl Network {
             };
             particles.deformation.clear();
             particles.deformation.extend(self.atom.iter().map(|&i| Deformation {
-                dyad: virial(i, virials),
+                virial: virial(i, virials),
                 used: virial(i, virials + 6),
                 other: virial(i, others),
                 reaction: virial(i, others + 6),
@@ -137,8 +137,8 @@ impl Network {
             memory[..3].copy_from_slice(force.as_slice());
             memory[3..NET].copy_from_slice(torque.as_slice());
             if deforms {
-                let Deformation { dyad, used, other, reaction } = self.state.particles.deformation[p];
-                for (place, virial) in [(virials, dyad), (virials + 6, used), (others, other), (others + 6, reaction)] {
+                let Deformation { virial, used, other, reaction } = self.state.particles.deformation[p];
+                for (place, virial) in [(virials, virial), (virials + 6, used), (others, other), (others + 6, reaction)] {
                     memory[place..place + 6].copy_from_slice(&virial.0);
                 }
             }

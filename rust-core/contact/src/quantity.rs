@@ -151,7 +151,7 @@ pub enum QuantityError {
         text: String,
     },
     /// A number alone, as a string.
-    #[error("`{text}` has no unit, but a {dimension} is wanted")]
+    #[error("`{text}` has no unit, but a {dimension} is expected")]
     NoUnit {
         /// The string.
         text: String,
@@ -165,7 +165,7 @@ pub enum QuantityError {
         unit: String,
     },
     /// A unit of another dimension.
-    #[error("`{unit}` is a unit of {found}, but a {dimension} is wanted")]
+    #[error("`{unit}` is a unit of {found}, but a {dimension} is expected")]
     WrongDimension {
         /// The unit.
         unit: String,

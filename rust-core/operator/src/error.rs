@@ -17,7 +17,7 @@ pub enum OperatorError {
         each: &'static str,
     },
     /// A flat slice is not a whole number of rows.
-    #[error("`{name}` has {found} numbers, which is no multiple of the {components} of a row")]
+    #[error("`{name}` has {found} numbers, which is not a multiple of the {components} of a row")]
     Ragged {
         /// The slice.
         name: &'static str,

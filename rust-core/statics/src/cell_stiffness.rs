@@ -192,9 +192,9 @@ fn loads(product: &StiffnessProduct<'_>, still: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let network = product.network;
     let mut loads = vec![vec![0.0; 6 * network.particles]; 6];
     for component in strains(network.planar) {
-        let answers = product.link_forces(&still[component], Some(component));
+        let forces = product.link_forces(&still[component], Some(component));
         let load = &mut loads[component];
-        for (link, (force, moment)) in network.links.iter().zip(&answers) {
+        for (link, (force, moment)) in network.links.iter().zip(&forces) {
             let [on_a, on_b] = link.holding(force, moment);
             let minus = |part: NodeMotion| NodeMotion { displacement: -part.displacement, rotation: -part.rotation };
             add(load, link.a as usize, &minus(on_a), network.scale);
@@ -224,13 +224,13 @@ fn derivatives(
     let by_poisson: Vec<Compliance> = network.compliance.iter().map(Compliance::by_poisson).collect();
     let mut all = Derivatives::zero();
     for column in strains(network.planar) {
-        let answers = product.link_forces(&states[column], Some(column));
-        let dyads = product.dyads(&answers);
+        let forces = product.link_forces(&states[column], Some(column));
+        let virials = product.particle_virials(&forces);
         let surface_displacement = |compliance: &[Compliance]| -> Vec<Symmetric> {
-            compliance.iter().zip(&dyads).map(|(compliance, dyad)| compliance.surface_displacement(dyad)).collect()
+            compliance.iter().zip(&virials).map(|(compliance, virial)| compliance.surface_displacement(virial)).collect()
         };
         let (by_young, by_poisson) = (surface_displacement(&network.compliance), surface_displacement(&by_poisson));
-        for (k, (link, (force, moment))) in network.links.iter().zip(&answers).enumerate() {
+        for (k, (link, (force, moment))) in network.links.iter().zip(&forces).enumerate() {
             let carried = LinkStrain { displacement: *force, rotation: *moment }.split(&link.normal);
             let (young, poisson) = (relief(link, &by_young), -relief(link, &by_poisson));
             for row in strains(network.planar) {
@@ -263,8 +263,8 @@ fn virial(product: &StiffnessProduct<'_>, states: &[Vec<f64>]) -> Matrix6<f64> {
     let planar = product.network.planar;
     let mut whole = Matrix6::zeros();
     for column in strains(planar) {
-        let answers = product.link_forces(&states[column], Some(column));
-        for (link, (force, _)) in product.network.links.iter().zip(&answers) {
+        let forces = product.link_forces(&states[column], Some(column));
+        for (link, (force, _)) in product.network.links.iter().zip(&forces) {
             for row in strains(planar) {
                 whole[(row, column)] += uniform(&link.branch, row).dot(force);
             }

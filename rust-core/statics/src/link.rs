@@ -72,7 +72,7 @@ impl Link {
 
     /// Force (N) and moment about the contact point (N·m) on A. B gets the opposite.
     #[inline(always)]
-    pub fn answer(&self, strain: &LinkStrain) -> (Vec3, Vec3) {
+    pub fn response(&self, strain: &LinkStrain) -> (Vec3, Vec3) {
         let [normal, shear, bending, twist] = strain.split(&self.normal);
         let k = &self.stiffness;
         (normal * k.normal + shear * k.shear, bending * k.bending + twist * k.twist)
@@ -105,7 +105,7 @@ impl Link {
                 displacement: unit.fixed_rows::<3>(first).into_owned(),
                 rotation: unit.fixed_rows::<3>(first + 3).into_owned(),
             };
-            let (force, moment) = self.answer(&self.strain(&part(0), &part(6)));
+            let (force, moment) = self.response(&self.strain(&part(0), &part(6)));
             for (end, holding) in self.holding(&force, &moment).iter().enumerate() {
                 matrix.fixed_view_mut::<3, 1>(6 * end, column).copy_from(&holding.displacement);
                 matrix.fixed_view_mut::<3, 1>(6 * end + 3, column).copy_from(&holding.rotation);

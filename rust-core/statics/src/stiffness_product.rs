@@ -74,50 +74,51 @@ impl<'a> StiffnessProduct<'a> {
     pub fn link_strains(&self, x: &[f64], strain: Option<usize>) -> Vec<LinkStrain> {
         let LinkNetwork { links, scale, .. } = self.network;
         let of_link = |link: &super::Link| {
-            let mut felt = link.strain(&motion(x, link.a as usize, *scale), &motion(x, link.b as usize, *scale));
+            let mut link_strain = link.strain(&motion(x, link.a as usize, *scale), &motion(x, link.b as usize, *scale));
             if let Some(component) = strain {
-                felt.displacement += uniform(&link.branch, component);
+                link_strain.displacement += uniform(&link.branch, component);
             }
-            felt
+            link_strain
         };
-        let mut felt: Vec<LinkStrain> = links.iter().map(of_link).collect();
+        let mut strains: Vec<LinkStrain> = links.iter().map(of_link).collect();
         if let Some(coupling) = self.coupling.as_ref().filter(|_| self.transposed) {
-            let normal = links.iter().zip(&felt).map(|(link, felt)| {
-                let force = link.stiffness.normal * link.normal.dot(&felt.displacement);
+            let normal = links.iter().zip(&strains).map(|(link, link_strain)| {
+                let force = link.stiffness.normal * link.normal.dot(&link_strain.displacement);
                 Symmetric::product(&link.normal, &link.normal) * force
             });
             let surface_displacement = coupling.surface_displacement(&self.on_both_ends(normal));
-            for (link, felt) in links.iter().zip(&mut felt) {
-                felt.displacement -=
+            for (link, link_strain) in links.iter().zip(&mut strains) {
+                link_strain.displacement -=
                     (surface_displacement[link.a as usize] + surface_displacement[link.b as usize]).times(&link.normal);
             }
         }
-        felt
+        strains
     }
 
     /// Forces (N) on A and moments (N·m) about the contact points of all links in the state `x`, plus those of a uniform unit
     /// strain.
     pub fn link_forces(&self, x: &[f64], strain: Option<usize>) -> Vec<(Vec3, Vec3)> {
         let links = &self.network.links;
-        let felt = self.link_strains(x, strain);
-        let mut answers: Vec<(Vec3, Vec3)> = links.iter().zip(&felt).map(|(link, felt)| link.answer(felt)).collect();
+        let strains = self.link_strains(x, strain);
+        let mut forces: Vec<(Vec3, Vec3)> =
+            links.iter().zip(&strains).map(|(link, link_strain)| link.response(link_strain)).collect();
         if let Some(coupling) = self.coupling.as_ref().filter(|_| !self.transposed) {
-            let surface_displacement = coupling.surface_displacement(&self.dyads(&answers));
-            for (link, (force, _)) in links.iter().zip(&mut answers) {
+            let surface_displacement = coupling.surface_displacement(&self.particle_virials(&forces));
+            for (link, (force, _)) in links.iter().zip(&mut forces) {
                 *force -= relief(link, &surface_displacement);
             }
         }
-        answers
+        forces
     }
 
-    /// Force dyads `T` (N) of all particles under these forces and moments of the links.
-    pub fn dyads(&self, answers: &[(Vec3, Vec3)]) -> Vec<Symmetric> {
-        let dyads =
-            self.network.links.iter().zip(answers).map(|(link, (force, _))| Symmetric::product(&link.normal, force));
-        self.on_both_ends(dyads)
+    /// Particle virials `T` (N) of all particles under these forces and moments of the links.
+    pub fn particle_virials(&self, forces: &[(Vec3, Vec3)]) -> Vec<Symmetric> {
+        let virials =
+            self.network.links.iter().zip(forces).map(|(link, (force, _))| Symmetric::product(&link.normal, force));
+        self.on_both_ends(virials)
     }
 
-    /// Sum by particle over the dyads of its links.
+    /// Sum over the links of each particle.
     fn on_both_ends(&self, of_links: impl Iterator<Item = Symmetric>) -> Vec<Symmetric> {
         let mut sums = vec![Symmetric::default(); self.network.particles];
         for (link, part) in self.network.links.iter().zip(of_links) {
@@ -150,7 +151,7 @@ impl<'a> StiffnessProduct<'a> {
         } else {
             for link in &self.network.links {
                 let (a, b) = (link.a as usize, link.b as usize);
-                let (force, moment) = link.answer(&link.strain(&motion(x, a, scale), &motion(x, b, scale)));
+                let (force, moment) = link.response(&link.strain(&motion(x, a, scale), &motion(x, b, scale)));
                 hold(link, &force, &moment);
             }
         }

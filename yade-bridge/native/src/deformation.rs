@@ -142,7 +142,7 @@ impl DeformationScratch {
             // SAFETY: the caller's promise.
             particles.deformation.push(unsafe {
                 Deformation {
-                    dyad: symmetric(body.dyad),
+                    virial: symmetric(body.dyad),
                     used: symmetric(body.used),
                     other: symmetric(body.other),
                     reaction: symmetric(body.reaction),
@@ -171,16 +171,16 @@ impl DeformationScratch {
             let reacting = deformable.reacting();
             for bond in &*bonds {
                 let virial = ParticleVirial::of(&bond.normal, &bond.force, &bond.viscous, deformable.dashpots);
-                let ([a, b], dyads) = (bond.bodies.map(|body| body as usize), virial.dyads());
+                let ([a, b], parts) = (bond.bodies.map(|body| body as usize), virial.parts());
                 force[a] += bond.force;
                 force[b] -= bond.force;
-                pass.dyads[a] += dyads;
-                pass.dyads[b] += dyads;
+                pass.virials[a] += parts;
+                pass.virials[b] += parts;
                 if particles.constraint[a].any(reacting) {
-                    pass.held[a].add(&virial);
+                    pass.reaction_sums[a].add(&virial);
                 }
                 if particles.constraint[b].any(reacting) {
-                    pass.held[b].add_opposite(&virial);
+                    pass.reaction_sums[b].add_opposite(&virial);
                 }
             }
             let sums = pass.finish(deformable, particles, force, &[]);
@@ -197,9 +197,9 @@ impl DeformationScratch {
     unsafe fn write(&self, deformable: &Deformable, bodies: &[DeformableBody]) {
         let displacements = self.pass.surface_displacement.iter().zip(&self.pass.surface_displacement_before);
         for ((body, d), (now, before)) in bodies.iter().zip(&self.particles.deformation).zip(displacements) {
-            let stress = deformable.stress(&d.dyad, body.radius);
+            let stress = deformable.stress(&d.virial, body.radius);
             for (to, from) in [
-                (body.dyad, &d.dyad),
+                (body.dyad, &d.virial),
                 (body.used, &d.used),
                 (body.other, &d.other),
                 (body.reaction, &d.reaction),

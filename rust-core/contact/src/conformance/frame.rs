@@ -130,8 +130,8 @@ fn measured(
 /// Moments on A and B about their centers, N·m, of a response with the solver's arms.
 fn about_centers<S>(kinematics: &FrameKinematics, response: &Response<S>) -> [Vec3; 2] {
     let point = &kinematics.point;
-    let lever = point.normal.cross(&response.force);
-    [lever * point.arm_a + response.moment, lever * point.arm_b - response.moment]
+    let torque_per_arm = point.normal.cross(&response.force);
+    [torque_per_arm * point.arm_a + response.moment, torque_per_arm * point.arm_b - response.moment]
 }
 
 /// Move a bond through `stations`, on top of a rigid motion. The path ends where the bond breaks.

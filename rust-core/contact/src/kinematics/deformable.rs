@@ -123,17 +123,17 @@ impl Deformable {
     }
 
     /// Stress of a particle with the particle virial `T` (N), Pa.
-    pub fn stress(&self, dyad: &Symmetric, radius: f64) -> Symmetric {
-        *dyad * (radius / self.volume(radius))
+    pub fn stress(&self, virial: &Symmetric, radius: f64) -> Symmetric {
+        *virial * (radius / self.volume(radius))
     }
 }
 
 impl Compliance {
     /// Outward displacement of the surface `R ε`, m, at the particle virial `T` (N).
     #[inline(always)]
-    pub fn surface_displacement(&self, dyad: &Symmetric) -> Symmetric {
-        let [xx, yy, zz, yz, xz, xy] = dyad.0;
-        let (a, b) = (self.direct, self.volumetric * dyad.trace());
+    pub fn surface_displacement(&self, virial: &Symmetric) -> Symmetric {
+        let [xx, yy, zz, yz, xz, xy] = virial.0;
+        let (a, b) = (self.direct, self.volumetric * virial.trace());
         let out_of_plane = if self.is_planar() { 0.0 } else { a * zz - b };
         Symmetric([a * xx - b, a * yy - b, out_of_plane, a * yz, a * xz, a * xy])
     }
@@ -202,9 +202,9 @@ impl ParticleVirial {
 
     /// Contribution `½(n⊗f + f⊗n)` to the particle virial, in its two parts, N.
     #[inline(always)]
-    pub fn dyads(&self) -> Dyads {
+    pub fn parts(&self) -> VirialParts {
         let Self { normal, other, pressure } = self;
-        Dyads { normal: Symmetric::square(normal) * *pressure, other: Symmetric::product(normal, other) }
+        VirialParts { normal: Symmetric::square(normal) * *pressure, other: Symmetric::product(normal, other) }
     }
 
     /// Elastic normal force on the particle, N.
@@ -217,14 +217,14 @@ impl ParticleVirial {
 /// Particle virial `Σ ½(n⊗f + f⊗n)` over the contacts of a particle, in two parts, N. Aligned to cache lines.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(64))]
-pub struct Dyads {
+pub struct VirialParts {
     /// Part of elastic normal forces.
     pub normal: Symmetric,
     /// Part of all other forces that strain the particle.
     pub other: Symmetric,
 }
 
-impl std::ops::AddAssign for Dyads {
+impl std::ops::AddAssign for VirialParts {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         self.normal += other.normal;
@@ -234,14 +234,14 @@ impl std::ops::AddAssign for Dyads {
 
 /// Sums over the contacts of a particle with prescribed translation; zero for other particles.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Held {
+pub struct ReactionSums {
     /// Sum of the directions of the contacts, `Σ n`.
     pub side: Vec3,
     /// Sum of the elastic normal forces, N.
     pub net: Vec3,
 }
 
-impl Held {
+impl ReactionSums {
     /// Add a contact.
     #[inline(always)]
     pub fn add(&mut self, virial: &ParticleVirial) {
@@ -261,24 +261,24 @@ impl Held {
 #[derive(Default)]
 pub struct ParticleVirials<'a> {
     /// Particle virials.
-    pub dyads: &'a mut [Dyads],
+    pub virials: &'a mut [VirialParts],
     /// Sums for the reactions of prescribed translations.
-    pub held: &'a mut [Held],
+    pub reaction_sums: &'a mut [ReactionSums],
 }
 
 impl ParticleVirials<'_> {
     /// Split off the first particles, at most `length`; the others stay.
     pub fn split_off(&mut self, length: usize) -> Self {
-        let length = length.min(self.dyads.len());
+        let length = length.min(self.virials.len());
         Self {
-            dyads: self.dyads.split_off_mut(..length).unwrap_or_default(),
-            held: self.held.split_off_mut(..length).unwrap_or_default(),
+            virials: self.virials.split_off_mut(..length).unwrap_or_default(),
+            reaction_sums: self.reaction_sums.split_off_mut(..length).unwrap_or_default(),
         }
     }
 
     /// The same sums, borrowed for a shorter time.
     pub fn reborrow(&mut self) -> ParticleVirials<'_> {
-        ParticleVirials { dyads: self.dyads, held: self.held }
+        ParticleVirials { virials: self.virials, reaction_sums: self.reaction_sums }
     }
 }
 
@@ -302,10 +302,10 @@ mod tests {
         let (radius, force, approach) = (1e-3, 1e4, 3.65e-7);
         let deformable = disc(Condition::PlaneStress, 2e11, 0.35);
         // Pressed between two opposite contacts along y.
-        let dyad = Symmetric::product(&Vec3::y(), &Vec3::y()) * (-2.0 * force);
-        let stress = deformable.stress(&dyad, radius);
+        let virial = Symmetric::product(&Vec3::y(), &Vec3::y()) * (-2.0 * force);
+        let stress = deformable.stress(&virial, radius);
         assert!((stress.0[1] * 1e-6 + 6.37).abs() < 0.005, "{stress:?}");
-        let surface_displacement = deformable.compliance(0, radius).surface_displacement(&dyad);
+        let surface_displacement = deformable.compliance(0, radius).surface_displacement(&virial);
         assert!((surface_displacement.0[1] / radius * 1e5 + 3.18).abs() < 0.005);
         assert!((surface_displacement.0[0] / radius * 1e5 - 1.11).abs() < 0.005);
         // The two half discs between the centers.
@@ -326,9 +326,9 @@ mod tests {
             (Condition::PlaneStress, 0.5 * PI * young),
             (Condition::Solid, 2.0 / 3.0 * PI * radius * young),
         ] {
-            let dyad = Symmetric::product(&Vec3::x(), &Vec3::x()) * 2.0;
+            let virial = Symmetric::product(&Vec3::x(), &Vec3::x()) * 2.0;
             let surface_displacement =
-                disc(condition, young, poisson).compliance(0, radius).surface_displacement(&dyad);
+                disc(condition, young, poisson).compliance(0, radius).surface_displacement(&virial);
             assert!((1.0 / surface_displacement.0[0] / expected - 1.0).abs() < 4e-16 * 4.0, "{condition:?}");
         }
     }
@@ -336,21 +336,21 @@ mod tests {
     /// Compared with central differences of a quadratic in ν, which are exact up to rounding: 1e-16/h.
     #[test]
     fn compliance_by_poisson_is_its_derivative() {
-        let dyad = Symmetric([1.0, -2.0, 3.0, 0.4, 0.5, 0.6]);
+        let virial = Symmetric([1.0, -2.0, 3.0, 0.4, 0.5, 0.6]);
         let h = 1e-3;
         for condition in [Condition::PlaneStrain, Condition::PlaneStress, Condition::Solid] {
             for poisson in [-0.4, 0.0, 0.35] {
                 let at = |poisson: f64| disc(condition, 2.0, poisson).compliance(0, 0.7);
-                let found = at(poisson).by_poisson().surface_displacement(&dyad);
+                let found = at(poisson).by_poisson().surface_displacement(&virial);
                 let difference =
-                    at(poisson + h).surface_displacement(&dyad) - at(poisson - h).surface_displacement(&dyad);
+                    at(poisson + h).surface_displacement(&virial) - at(poisson - h).surface_displacement(&virial);
                 for (found, difference) in found.0.iter().zip(difference.0) {
                     assert!((found - difference / (2.0 * h)).abs() < 1e-12, "{condition:?} {poisson}");
                 }
             }
         }
         let rigid = disc(Condition::PlaneStrain, f64::INFINITY, 0.3).compliance(0, 1.0);
-        assert_eq!(rigid.by_poisson().surface_displacement(&dyad), Symmetric::default());
+        assert_eq!(rigid.by_poisson().surface_displacement(&virial), Symmetric::default());
     }
 
     /// The surface of a rigid particle does not move, exactly.

@@ -175,8 +175,8 @@ mod tests {
         for mode in [MotionMeasure::FirstOrder, MotionMeasure::Yade, MotionMeasure::YadeRatcheting] {
             let (turned, increment) = step(mode);
             assert!((turned - finite).norm() < 1e-4, "{mode:?} {turned} {finite}");
-            let lever = if mode == MotionMeasure::YadeRatcheting { (RADIUS - DISTANCE) * 3.0 } else { 0.0 };
-            assert!((increment - shear).norm() < (lever + 5e-3) * DT, "{mode:?} {increment} {shear}");
+            let from_arm = if mode == MotionMeasure::YadeRatcheting { (RADIUS - DISTANCE) * 3.0 } else { 0.0 };
+            assert!((increment - shear).norm() < (from_arm + 5e-3) * DT, "{mode:?} {increment} {shear}");
         }
         let (first, yade) = (step(MotionMeasure::FirstOrder), step(MotionMeasure::Yade));
         assert!((first.0 - yade.0).norm() < 1e-15 && (first.1 - yade.1).norm() < 1e-18);

@@ -49,7 +49,7 @@ pub struct BatchResult<S> {
     /// History after the step; `None` if it did not change.
     pub state: Option<S>,
     /// Contribution to the deformation of the particles, if they deform.
-    pub push: Option<ParticleVirial>,
+    pub virial: Option<ParticleVirial>,
 }
 
 /// Measure and evaluate the first `count` contacts of a batch; kinematics may use columns.

@@ -262,7 +262,7 @@ impl CohesiveBeam {
 }
 
 /// Forces and energies of an unbroken beam.
-struct Answer {
+struct BeamResponse {
     forces: BeamForces,
     /// Normal force, N.
     axial: f64,
@@ -271,7 +271,7 @@ struct Answer {
 }
 
 #[inline(always)]
-fn answer(k: &BeamStiffness, reference_length: f64, branch: &BranchVector, rotations: &EndRotations) -> Answer {
+fn beam_response(k: &BeamStiffness, reference_length: f64, branch: &BranchVector, rotations: &EndRotations) -> BeamResponse {
     let elongation = branch.length - reference_length;
     let half_length = 0.5 * reference_length;
     let sum = rotations.a + rotations.b;
@@ -289,7 +289,7 @@ fn answer(k: &BeamStiffness, reference_length: f64, branch: &BranchVector, rotat
         0.5 * from_bending.dot(&difference),
         0.5 * k.twist * (rotations.twist * rotations.twist),
     ];
-    Answer { forces: BeamForces { force, moment_a, moment_b }, axial, stored }
+    BeamResponse { forces: BeamForces { force, moment_a, moment_b }, axial, stored }
 }
 
 /// Evaluates slender or Timoshenko beams with equal parameters and small end rotations in columns; see
@@ -340,7 +340,7 @@ impl<const TURNED: bool> Formula for Intact<'_, TURNED> {
         let geometry =
             ContactGeometry { reference_length, area, radius_a: 0.0, radius_b: 0.0, mass_a: 0.0, mass_b: 0.0 };
         let k = self.beam.stiffnesses_of_beam(&geometry, self.shear_coefficient);
-        let Answer { forces, axial, .. } = answer(&k, reference_length, &branch, &rotations);
+        let BeamResponse { forces, axial, .. } = beam_response(&k, reference_length, &branch, &rotations);
         let (n, force, m) = (branch.normal, forces.force, (forces.moment_a - forces.moment_b) * 0.5);
         let stress = CohesiveBeam::principal_stress(area, axial, &n, &forces, forces.bending_in_the_middle(&n));
         let [torque_a, torque_b] = torques(&n, &force, [0.5 * branch.length; 2]);
@@ -366,8 +366,8 @@ impl ContactLaw for CohesiveBeam {
         };
         let (geometry, branch) = (&point.geometry, BranchVector { length: point.length, normal: point.normal });
         let rotations = kinematics.rotations(&rest);
-        let Answer { forces, axial, stored } =
-            answer(&self.stiffnesses(geometry), geometry.reference_length, &branch, &rotations);
+        let BeamResponse { forces, axial, stored } =
+            beam_response(&self.stiffnesses(geometry), geometry.reference_length, &branch, &rotations);
         let BeamForces { force, moment_a, moment_b } = forces;
         let [stored_normal, stored_shear, stored_bending, stored_twist] = stored;
         let mut energy =
@@ -433,7 +433,7 @@ impl ContactLaw for CohesiveBeam {
             let IntactOutput { branch, force, torque_a, torque_b, stress } = columns.output::<IntactOutput>().get(i);
             if stress < beam.strength {
                 let torques = [torque_a, torque_b];
-                batch.commit_result(i, &BatchResult { branch, force, torques, energy: None, state: None, push: None });
+                batch.commit_result(i, &BatchResult { branch, force, torques, energy: None, state: None, virial: None });
             } else {
                 evaluate_one(mode, i, dt, batch);
             }

@@ -99,7 +99,7 @@ fn midpoint_form(g: &ContactGeometry, s: &FrameStation) -> [Vec3; 4] {
     [force, -force, middle + lever, -middle + lever]
 }
 
-fn answer_of(record: &FrameRecord<CohesiveBeamState>) -> [Vec3; 4] {
+fn forces_of(record: &FrameRecord<CohesiveBeamState>) -> [Vec3; 4] {
     [record.force, -record.force, record.moments[0], record.moments[1]]
 }
 
@@ -167,7 +167,7 @@ fn finite_deformations_meet_the_closed_forms() {
         ] {
             let (record, geometry) = at(beam(), station);
             let length = geometry.reference_length + station.elongation;
-            let error = difference(&answer_of(&record), &four_formulas(&geometry, &station, length));
+            let error = difference(&forces_of(&record), &four_formulas(&geometry, &station, length));
             println!("{name} {size:e}: {error:.1e}");
             // Rounding of the bond's direction (1e-16 rad) relative to the rotation, and of the length (4e-16 m)
             // relative to the elongation of half the size.
@@ -184,7 +184,7 @@ fn mixed_deformations_meet_the_closed_forms_to_first_order() {
         let station =
             FrameStation { elongation: 0.0, a: [size, 0.5 * size], b: [-0.7 * size, 0.9 * size], twist: 1.5 * size };
         let (record, geometry) = at(beam(), station);
-        difference(&answer_of(&record), &four_formulas(&geometry, &station, geometry.reference_length))
+        difference(&forces_of(&record), &four_formulas(&geometry, &station, geometry.reference_length))
     };
     let (coarse, fine) = (error(1e-2), error(1e-3));
     println!("mixed: {coarse:.2e} {fine:.2e}");
@@ -209,7 +209,7 @@ fn accumulated_work_is_the_closed_form() {
             drive(&subject, &legs(&[FrameStation::default(), target], steps), &at_rest, &[Quat::identity(); 2], false);
         let mut split = [0.0; 3];
         for pair in records.windows(2) {
-            let mean = |k: usize| (answer_of(&pair[0])[k] + answer_of(&pair[1])[k]) * 0.5;
+            let mean = |k: usize| (forces_of(&pair[0])[k] + forces_of(&pair[1])[k]) * 0.5;
             let k = &pair[1].kinematics;
             let (pull, turn_a, turn_b) = (k.displacement, k.turn_a, k.turn_b);
             let (force, ma, mb) = (mean(0), mean(2), mean(3));

@@ -56,9 +56,9 @@ use serde::{Deserialize, Serialize};
 ///     bonded: true,
 ///     transport: Transport::identity(Vec3::x()),
 /// };
-/// let answer = bond.respond(&stretched, &LinearBondState::default(), 1.0e-6);
-/// assert_eq!(answer.force, Vec3::x() * 200.0);
-/// assert_eq!(answer.energy.stored_normal, 0.5 * 200.0 * 1.0e-4);
+/// let response = bond.respond(&stretched, &LinearBondState::default(), 1.0e-6);
+/// assert_eq!(response.force, Vec3::x() * 200.0);
+/// assert_eq!(response.energy.stored_normal, 0.5 * 200.0 * 1.0e-4);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearBond {
@@ -239,7 +239,7 @@ impl<const DAMPED: bool> Intact<'_, DAMPED> {
     /// Output and response for one bond. `surface_displacement` gives the sum of both particles' surface displacements
     /// along a normal, m.
     #[inline(always)]
-    fn answer(
+    fn evaluate(
         &self,
         input: &IntactInput,
         surface_displacement: impl FnOnce(&Vec3) -> f64,
@@ -275,7 +275,7 @@ impl<const DAMPED: bool> Formula for Intact<'_, DAMPED> {
 
     #[inline(always)]
     fn apply(&self, input: IntactInput) -> IntactOutput {
-        self.answer(&input, |_| 0.0).0
+        self.evaluate(&input, |_| 0.0).0
     }
 }
 
@@ -294,7 +294,7 @@ impl<const DAMPED: bool> Formula for IntactStraining<'_, DAMPED> {
     fn apply(&self, input: StrainingInput) -> StrainingOutput {
         let intact = Intact::<DAMPED> { bond: self.bond, dt: self.dt };
         let (bond, Response { force, state, .. }) =
-            intact.answer(&input.bond, |normal| input.surface_displacement.quadratic(normal));
+            intact.evaluate(&input.bond, |normal| input.surface_displacement.quadratic(normal));
         let normal = bond.branch.normal;
         let viscous = LinearBond::viscous_force(&normal, &state);
         let ParticleVirial { pressure, other, .. } =
@@ -388,7 +388,7 @@ impl ContactLaw for LinearBond {
                 continue;
             }
             let branch: BranchVector = bond.branch.get(i);
-            let push = B::DEFORM.then(|| ParticleVirial {
+            let virial = B::DEFORM.then(|| ParticleVirial {
                 normal: branch.normal,
                 pressure: output.pressure.get(i),
                 other: output.other.get(i),
@@ -399,7 +399,7 @@ impl ContactLaw for LinearBond {
                 torques: [bond.torque_a.get(i), bond.torque_b.get(i)],
                 energy: Some([bond.viscous.get(i), bond.integration.get(i)]),
                 state: Some(bond.history.get(i)),
-                push,
+                virial,
             };
             batch.commit_result(i, &found);
         }

@@ -49,7 +49,7 @@ pub fn satake_strain(
     let mut count = 0;
     for face in faces {
         border_number.push(count);
-        count += usize::from(matches!(face.neighbour, Neighbor::Border(_)));
+        count += usize::from(matches!(face.neighbor, Neighbor::Border(_)));
     }
     let theta = |p: usize| rotation.get(p).copied().unwrap_or_default();
     sums!(Total { gradient: Mat3, unity: Mat3 });
@@ -58,7 +58,7 @@ pub fn satake_strain(
         for k in range {
             let face = &faces[k];
             let p = face.point as usize;
-            let relative = match face.neighbour {
+            let relative = match face.neighbor {
                 Neighbor::Particle { point, image } => {
                     let q = point as usize;
                     let shift = Vec3::from(image.map(f64::from));

@@ -66,7 +66,7 @@ pub struct Face {
     /// Particle it belongs to (of two, the one with the lower index).
     pub point: u32,
     /// What lies behind.
-    pub neighbour: Neighbor,
+    pub neighbor: Neighbor,
     /// Area times unit normal, away from the particle, m² (m in the plane).
     pub area: Vec3,
     /// From the particle to the centroid of the face, m.
@@ -96,7 +96,7 @@ impl PowerDiagram {
 
     /// Faces on the border of the domain, in order.
     pub fn border(&self) -> impl Iterator<Item = &Face> {
-        self.faces.iter().filter(|face| matches!(face.neighbour, Neighbor::Border(_)))
+        self.faces.iter().filter(|face| matches!(face.neighbor, Neighbor::Border(_)))
     }
 }
 
@@ -130,7 +130,7 @@ pub fn power_diagram(
     let mut volumes = Vec::with_capacity(cells.len());
     for (p, (cell, volume)) in cells.into_iter().enumerate() {
         volumes.push(volume);
-        faces.extend(cell.into_iter().filter(|face| match face.neighbour {
+        faces.extend(cell.into_iter().filter(|face| match face.neighbor {
             Neighbor::Particle { point, image } => (p as u32, [0; 3]) < (point, image),
             Neighbor::Border(_) => true,
         }));
@@ -140,7 +140,7 @@ pub fn power_diagram(
 
 /// A neighbor and its radical plane `n·y = h`, `y` from the particle.
 struct Plane {
-    neighbour: Neighbor,
+    neighbor: Neighbor,
     normal: Vec3,
     distance: f64,
     branch: Vec3,
@@ -284,8 +284,8 @@ impl<'a> Bins<'a> {
                         for (k, n) in named.iter_mut().enumerate() {
                             *n += self.moved[p][k] - self.moved[q][k];
                         }
-                        let neighbour = Neighbor::Particle { point: q as u32, image: named };
-                        planes.push(Plane { neighbour, normal, distance, branch, reach: length });
+                        let neighbor = Neighbor::Particle { point: q as u32, image: named };
+                        planes.push(Plane { neighbor, normal, distance, branch, reach: length });
                     }
                 }
             }
@@ -306,7 +306,7 @@ impl<'a> Bins<'a> {
             for (number, half) in domain.iter().enumerate() {
                 let distance = (half.point - given).dot(&half.normal);
                 planes.push(Plane {
-                    neighbour: Neighbor::Border(number as u32),
+                    neighbor: Neighbor::Border(number as u32),
                     normal: half.normal,
                     distance,
                     branch: Vec3::zeros(),
@@ -350,11 +350,11 @@ impl<'a> Bins<'a> {
             volume += plane.distance * area / if self.plane { 2.0 } else { 3.0 };
             faces.push(Face {
                 point: p as u32,
-                neighbour: plane.neighbour,
+                neighbor: plane.neighbor,
                 area: plane.normal * area,
                 centroid,
                 distance: plane.distance,
-                branch: if matches!(plane.neighbour, Neighbor::Border(_)) { centroid } else { plane.branch },
+                branch: if matches!(plane.neighbor, Neighbor::Border(_)) { centroid } else { plane.branch },
             });
         }
         (faces, volume, farthest)

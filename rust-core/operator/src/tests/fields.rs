@@ -205,7 +205,7 @@ proptest! {
             let mut r = Random::new(seed ^ 0x50);
             let (mut pair, mut branch, mut point, mut force) = (vec![], vec![], vec![], vec![]);
             for face in &diagram.faces {
-                if let Neighbor::Particle { point: q, .. } = face.neighbour {
+                if let Neighbor::Particle { point: q, .. } = face.neighbor {
                     pair.push([face.point, q]);
                     branch.push(face.branch);
                     point.push(position[face.point as usize] + face.centroid);

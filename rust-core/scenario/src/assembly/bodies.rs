@@ -6,7 +6,7 @@ use super::{AssemblyError, set_index, unfit};
 use crate::schema::quantity::vector;
 use crate::schema::{self, Prescribe, Scenario};
 use concordem_contact::math::Vec3;
-use concordem_solver::state::{Clump, Constraint, LoadLever, Particles, State};
+use concordem_solver::state::{Clump, Constraint, PointOfAction, Particles, State};
 
 /// Indices of the particles of a set.
 fn members(scenario: &Scenario, particles: &Particles, name: &str) -> Vec<usize> {
@@ -47,7 +47,7 @@ pub(super) fn apply_motions(scenario: &Scenario, state: &mut State) -> Result<()
 pub fn apply_loads(scenario: &Scenario, particles: &mut Particles) {
     let rigid = scenario.materials.iter().all(|material| material.deformable.is_none());
     for force in &scenario.forces {
-        let acts = if rigid { LoadLever::Body } else { force.acts };
+        let acts = if rigid { PointOfAction::Body } else { force.acts };
         for p in members(scenario, particles, &force.set) {
             particles.add_load_at(p as u32, vector(&force.force), vector(&force.moment), acts);
         }

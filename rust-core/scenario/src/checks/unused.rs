@@ -5,7 +5,7 @@
 
 use super::Checker;
 use crate::schema::{Document, LawName, Problem, ProblemKind, Scenario, TimeStep};
-use concordem_solver::state::LoadLever;
+use concordem_solver::state::PointOfAction;
 
 impl Scenario {
     /// Warnings about keys and tables that have no effect, in the order of the text.
@@ -103,7 +103,7 @@ impl Checker<'_> {
             self.warn("integration.safety", "has no effect with a given time step", help);
         }
         if scenario.materials.iter().all(|material| material.deformable.is_none()) {
-            for (at, _) in scenario.forces.iter().enumerate().filter(|(_, f)| f.acts != LoadLever::Body) {
+            for (at, _) in scenario.forces.iter().enumerate().filter(|(_, f)| f.acts != PointOfAction::Body) {
                 let help = "add `deformable = { young = \"200 GPa\", poisson = 0.3 }` to a material, or remove the key";
                 self.warn(&format!("force[{at}].acts"), "has no effect: no material is deformable", help);
             }

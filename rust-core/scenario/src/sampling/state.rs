@@ -251,7 +251,7 @@ impl SampledState<'_> {
 
 /// `R n⊗f` (N·m) of a load that acts on the surface of its particle; zero for loads on the body.
 fn surface_moment(particles: &Particles, load: &Load) -> Mat3 {
-    load.dyad.matrix() * particles.radius[load.particle as usize]
+    load.virial.matrix() * particles.radius[load.particle as usize]
 }
 
 /// Forces inside rigid bodies, as contacts between their members: what operators of stress need beside the contacts.

@@ -1,6 +1,6 @@
 //! Walls, sets of particles, clumps, and the motions and forces prescribed to them.
 
-pub use concordem_solver::state::LoadLever;
+pub use concordem_solver::state::PointOfAction;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -196,7 +196,7 @@ pub struct AppliedForce {
     pub moment: [Moment; 3],
     /// Point of action of the force on deformable particles; default: "body". Rigid particles ignore it.
     #[serde(default)]
-    pub acts: LoadLever,
+    pub acts: PointOfAction,
 }
 
 /// Initial velocity of the particles of a set.

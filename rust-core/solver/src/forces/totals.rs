@@ -5,12 +5,12 @@ use concordem_contact::math::{Mat3, Vec3};
 
 use crate::state::contacts::Pair;
 
-/// A bond that broke, or whose damage passed the threshold of the event log; particles by index.
+/// A bond that broke, or whose damage exceeded the threshold of the event log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BondEvent {
     /// The particles, by index.
     pub pair: Pair,
-    /// Whether the bond broke (otherwise its damage passed the threshold).
+    /// Whether the bond broke; otherwise its damage exceeded the threshold.
     pub broke: bool,
     /// Damage reached.
     pub damage: f64,

@@ -104,7 +104,7 @@ fn every_defect_is_found() {
 
 /// The suite reports every property that a law has but does not declare.
 #[test]
-fn modesty_is_found() {
+fn undeclared_properties_are_found() {
     type Change = fn(&mut Properties);
     let changes: [(Change, &str); 5] = [
         (|p| p.conservative_normal = false, "not conservative in length"),

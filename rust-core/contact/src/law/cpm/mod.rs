@@ -123,7 +123,7 @@ crate::law_state! {
 
 /// Stresses, history, and energies of a contact at the end of a step.
 #[derive(Debug, Clone, Copy)]
-pub struct Answer {
+pub struct StressResponse {
     /// History after the step, also of a contact that ends.
     pub state: CpmState,
     /// Normal stress on the contact, with overstress and without prestress, Pa (YADE's `sigmaN`).
@@ -209,8 +209,8 @@ impl Cpm {
 
     /// Response with force `(σ_N n + σ_T) A` from the stresses of a step.
     #[inline(always)]
-    fn response_of(k: &PointKinematics, old: &CpmState, answer: &Answer) -> Response<CpmState> {
-        let Answer { state, normal_stress, shear_stress, lost, energy } = *answer;
+    fn response_of(k: &PointKinematics, old: &CpmState, stresses: &StressResponse) -> Response<CpmState> {
+        let StressResponse { state, normal_stress, shear_stress, lost, energy } = *stresses;
         let ContactGeometry { reference_length, area, .. } = k.geometry;
         if lost {
             let inverse_length = 1.0 / reference_length;

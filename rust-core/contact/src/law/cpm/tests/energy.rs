@@ -250,7 +250,7 @@ proptest! {
 /// In the thesis formulation the friction of a step is not negative while the normal stress is constant: σ_T and Δε_Tp
 /// are parallel to the trial stress, and both ends of the step lie on or inside the same circle.
 #[test]
-fn friction_is_positive_at_rest() {
+fn friction_is_positive_at_constant_normal_stress() {
     let mut bond = Bond::new(law(concrete()));
     for step in 0..200 {
         let angle = 0.1 * f64::from(step);
