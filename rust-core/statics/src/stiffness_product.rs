@@ -9,13 +9,13 @@ use super::LinkNetwork;
 use super::cell_stiffness::uniform;
 use super::link::{LinkStrain, NodeMotion};
 
-/// The product of a network's stiffness matrix with a vector, matrix-free: rotations are scaled to lengths, prescribed degrees
-/// of freedom are left out.
+/// The product of a network's stiffness matrix with a vector, matrix-free. Rotations are scaled to lengths; prescribed
+/// degrees of freedom are omitted.
 pub(super) struct StiffnessProduct<'a> {
     pub network: &'a LinkNetwork,
     /// False for prescribed degrees of freedom; empty: all are free.
     free: Vec<bool>,
-    /// Coupling of the links by deformable particles; none if all are rigid.
+    /// Coupling of the links by deformable particles; `None` if all are rigid.
     pub coupling: Option<Coupling>,
     /// Whether the matrix is the transposed one.
     transposed: bool,
@@ -44,7 +44,7 @@ pub(super) fn add(y: &mut [f64], p: usize, part: &NodeMotion, scale: f64) {
     }
 }
 
-/// Force (N) by which the surface displacements (m) of its particles relieve a link: `k_N n (n·(W_A + W_B)n)`.
+/// Force (N) by which the surface displacements (m) of its particles reduce that of a link: `k_N n (n·(W_A + W_B)n)`.
 pub(super) fn relief(link: &super::Link, surface_displacement: &[Symmetric]) -> Vec3 {
     let elongation =
         (surface_displacement[link.a as usize] + surface_displacement[link.b as usize]).quadratic(&link.normal);
@@ -128,7 +128,7 @@ impl<'a> StiffnessProduct<'a> {
         sums
     }
 
-    /// The product for a periodic cell: a plane network is held against motion across the plane.
+    /// The product for a periodic cell; in a plane network motion across the plane is prescribed as zero.
     pub fn of_cell(network: &'a LinkNetwork) -> Self {
         let in_plane = [true, true, false, false, false, true];
         let free = if network.planar { in_plane.repeat(network.particles) } else { Vec::new() };
@@ -189,7 +189,7 @@ impl<'a> StiffnessProduct<'a> {
         self.free.is_empty() || self.free[6 * p + i]
     }
 
-    /// Pseudo-inverses of the diagonal blocks, and the number of motions of single particles that nothing resists.
+    /// Pseudo-inverses of the diagonal blocks, and the number of zero-energy modes of single particles.
     /// Eigenvalues below 1e-12 of the block's largest count as zero: rounding of the sums leaves 1e-15.
     pub fn inverse_diagonal_blocks(&self) -> (Vec<Matrix6<f64>>, usize) {
         let blocks = self.diagonal_blocks();
