@@ -138,7 +138,8 @@ impl Network {
             memory[3..NET].copy_from_slice(torque.as_slice());
             if deforms {
                 let Deformation { virial, used, other, reaction } = self.state.particles.deformation[p];
-                for (place, virial) in [(virials, virial), (virials + 6, used), (others, other), (others + 6, reaction)] {
+                for (place, virial) in [(virials, virial), (virials + 6, used), (others, other), (others + 6, reaction)]
+                {
                     memory[place..place + 6].copy_from_slice(&virial.0);
                 }
             }

@@ -94,8 +94,8 @@ impl Lattice {
         Ok(Packing { spheres, cell: Some(Cell::new_box(size)) })
     }
 
-    /// All spheres of the lattice through `origin` (m) that `crop` keeps in `shape`. Plane lattices lie in the plane z
-    /// = `origin.z`.
+    /// All spheres of the lattice through `origin` (m) that `crop` keeps in `shape`. Plane lattices lie in the plane
+    /// `z = origin.z`.
     ///
     /// # Errors
     /// A radius that is not positive, or a shape with room for too many spheres.

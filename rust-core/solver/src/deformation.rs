@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use crate::forces::{TILE, TileMap};
 use crate::state::particles::load_virial;
 use crate::state::{Constraint, Deformation, Particles};
-use concordem_contact::kinematics::deformable::{Deformable, VirialParts, ReactionSums, SurfaceDisplacement, Update};
+use concordem_contact::kinematics::deformable::{Deformable, ReactionSums, SurfaceDisplacement, Update, VirialParts};
 use concordem_contact::math::{Symmetric, Vec3};
 
 /// Sums over the particles of one step, J; see the [module](self).
@@ -134,7 +134,9 @@ impl DeformationPass {
     pub fn clear(&mut self) {
         if !self.clean {
             self.virials.par_chunks_mut(TILE).for_each(|virials| virials.fill(VirialParts::default()));
-            self.reaction_sums.par_chunks_mut(TILE).for_each(|reaction_sums| reaction_sums.fill(ReactionSums::default()));
+            self.reaction_sums
+                .par_chunks_mut(TILE)
+                .for_each(|reaction_sums| reaction_sums.fill(ReactionSums::default()));
         }
         self.clean = false;
     }
@@ -163,8 +165,12 @@ impl DeformationPass {
         let (mut change, mut size) = (0.0, 0.0);
         for (p, guess) in self.guess.iter().enumerate() {
             let reaction = reaction_of(p, &self.reaction_sums[p], &self.kept[p], particles);
-            let result =
-                total(&self.virials[p].normal, &self.kept[p].other, &load_virial(&particles.loads, p as u32), &reaction);
+            let result = total(
+                &self.virials[p].normal,
+                &self.kept[p].other,
+                &load_virial(&particles.loads, p as u32),
+                &reaction,
+            );
             let difference = result - *guess;
             change += difference.contract(&difference);
             size += result.contract(&result);
@@ -178,8 +184,12 @@ impl DeformationPass {
         let mut relaxed = std::mem::take(&mut self.guess);
         for (p, guess) in relaxed.iter_mut().enumerate() {
             let reaction = reaction_of(p, &self.reaction_sums[p], &self.kept[p], particles);
-            let result =
-                total(&self.virials[p].normal, &self.kept[p].other, &load_virial(&particles.loads, p as u32), &reaction);
+            let result = total(
+                &self.virials[p].normal,
+                &self.kept[p].other,
+                &load_virial(&particles.loads, p as u32),
+                &reaction,
+            );
             *guess += (result - *guess) * relaxation;
         }
         self.guess = relaxed;
@@ -198,14 +208,17 @@ impl DeformationPass {
         let mut deformation = std::mem::take(&mut particles.deformation);
         let Self { virials, reaction_sums, guess, .. } = self;
         let (particles_now, guess, reacting) = (&*particles, &*guess, deformable.reacting());
-        let chunks = deformation.par_chunks_mut(TILE).zip(virials.par_chunks_mut(TILE)).zip(reaction_sums.par_chunks_mut(TILE));
+        let chunks =
+            deformation.par_chunks_mut(TILE).zip(virials.par_chunks_mut(TILE)).zip(reaction_sums.par_chunks_mut(TILE));
         // Uses the widest instructions of the processor. The bits are the same, because nothing is fused or reordered.
         let parts = chunks.enumerate().map(|(chunk, ((deformation, virials), reaction_sums))| {
             pulp::Arch::new().dispatch(
                 #[inline(always)]
                 || {
                     let mut sums = DeformationSums::default();
-                    for (i, ((deformation, virials), reaction_sums)) in deformation.iter_mut().zip(virials).zip(reaction_sums).enumerate() {
+                    for (i, ((deformation, virials), reaction_sums)) in
+                        deformation.iter_mut().zip(virials).zip(reaction_sums).enumerate()
+                    {
                         let p = chunk * TILE + i;
                         for map in maps {
                             map.prefetch_virials(p + PREFETCH_DISTANCE);
@@ -214,7 +227,12 @@ impl DeformationPass {
                         if particles_now.constraint[p].any(reacting) {
                             add_incoming(maps, p, virials, Some(reaction_sums));
                             let reaction_sums = std::mem::take(reaction_sums);
-                            reaction = reaction_of(p, &reaction_sums, &others(&virials.other, &reaction_sums, &force[p]), particles_now);
+                            reaction = reaction_of(
+                                p,
+                                &reaction_sums,
+                                &others(&virials.other, &reaction_sums, &force[p]),
+                                particles_now,
+                            );
                         } else {
                             add_incoming(maps, p, virials, None);
                         }

@@ -16,7 +16,7 @@ pub struct StepReport {
     pub virial: Mat3,
     /// Sums of the kick.
     pub kick: KickSums,
-    /// Number of contacts that carry a force: bonds, unbonded contacts, wall contacts.
+    /// Number of contacts with a force: bonds, unbonded contacts, wall contacts.
     pub active: [u64; 3],
     /// Bond events, each with the index of its block in [`State::bonds`](crate::state::State::bonds).
     pub bond_events: Vec<(usize, BondEvent)>,

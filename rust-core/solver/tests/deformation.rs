@@ -16,7 +16,7 @@ use concordem_solver::forces::{EvaluatedContacts, LawLoops, StepContext};
 use concordem_solver::state::State;
 use concordem_solver::state::columns::ColumnStore;
 use concordem_solver::state::contacts::ContactBlock;
-use concordem_solver::state::{Constraint, PointOfAction, Particles, Sphere, Wall, WallShape};
+use concordem_solver::state::{Constraint, Particles, PointOfAction, Sphere, Wall, WallShape};
 use concordem_solver::*;
 
 const RADIUS: f64 = 1e-3;
@@ -451,8 +451,9 @@ fn amplification(model: &Model, state: &mut State, dt: f64, steps: u64, limit: f
 /// vibrations fed by shear grow by less than 1 % per step.
 fn measured_limit(state: &State, deformable: &Deformable, bound: f64) -> f64 {
     let (steps, limit) = if deformable.update == Update::Lagged { (1500, 1e10) } else { (400, 1e6) };
-    let stable =
-        |fraction: f64| amplification(&model(deformable), &mut state.clone(), fraction * bound, steps, limit).is_finite();
+    let stable = |fraction: f64| {
+        amplification(&model(deformable), &mut state.clone(), fraction * bound, steps, limit).is_finite()
+    };
     let (mut low, mut high) = (0.995, 1.005);
     assert!(stable(low), "unstable at {low} of the bound");
     assert!(!stable(high), "stable at {high} of the bound");

@@ -185,7 +185,13 @@ fn a_host_that_moves_the_particles_gets_the_same_bits() {
 /// Sampled steps take the scalar path, other steps evaluate contacts in columns. Both give the same bits, for all laws
 /// and measures, in two tiles, with pair coefficients that change, rotated bodies, and bonds that break. The last step
 /// is sampled in both runs, so that the ledgers are equal.
-fn columns_match_the_scalar_path<L: LawLoops>(name: &str, rows: &[L], mode: MotionMeasure, periodic: bool, turned: bool) {
+fn columns_match_the_scalar_path<L: LawLoops>(
+    name: &str,
+    rows: &[L],
+    mode: MotionMeasure,
+    periodic: bool,
+    turned: bool,
+) {
     columns_match_the_scalar_path_in(name, rows, &Model { mode, ..Model::default() }, periodic, turned);
 }
 
@@ -280,12 +286,7 @@ fn batched_particles_move_as_on_the_scalar_path() {
     block.constraint[70] = Constraint(0b10_0001);
     block.constraint[96..130].fill(Constraint::ROTATION);
     let mut scalar = block.clone();
-    scalar.loads.push(Load {
-        particle: 3,
-        force: Vec3::zeros(),
-        moment: Vec3::zeros(),
-        virial: Symmetric::default(),
-    });
+    scalar.loads.push(Load { particle: 3, force: Vec3::zeros(), moment: Vec3::zeros(), virial: Symmetric::default() });
     for damping in [Damping::None, Damping::Local { translation: 0.3, rotation: 0.2 }] {
         let kick = KickContext {
             dt: 0.01,

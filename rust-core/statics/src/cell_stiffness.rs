@@ -229,7 +229,11 @@ fn derivatives(
         let forces = product.link_forces(&states[column], Some(column));
         let virials = product.particle_virials(&forces);
         let surface_displacement = |compliance: &[Compliance]| -> Vec<Symmetric> {
-            compliance.iter().zip(&virials).map(|(compliance, virial)| compliance.surface_displacement(virial)).collect()
+            compliance
+                .iter()
+                .zip(&virials)
+                .map(|(compliance, virial)| compliance.surface_displacement(virial))
+                .collect()
         };
         let (by_young, by_poisson) = (surface_displacement(&network.compliance), surface_displacement(&by_poisson));
         for (k, (link, (force, moment))) in network.links.iter().zip(&forces).enumerate() {

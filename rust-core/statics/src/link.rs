@@ -82,10 +82,10 @@ impl Link {
     /// Forces (N) and moments (N·m) that hold the ends A and B against this force and moment: the rows of `K u`.
     #[inline(always)]
     pub fn holding(&self, force: &Vec3, moment: &Vec3) -> [NodeMotion; 2] {
-        let lever = self.normal.cross(force);
+        let torque_per_arm = self.normal.cross(force);
         [
-            NodeMotion { displacement: -force, rotation: -(lever * self.arm_a + moment) },
-            NodeMotion { displacement: *force, rotation: moment - lever * self.arm_b },
+            NodeMotion { displacement: -force, rotation: -(torque_per_arm * self.arm_a + moment) },
+            NodeMotion { displacement: *force, rotation: moment - torque_per_arm * self.arm_b },
         ]
     }
 
@@ -134,15 +134,15 @@ impl Link {
         let force = Mat3::identity() * k.shear + along * (k.normal - k.shear);
         let moment = Mat3::identity() * k.bending + along * (k.twist - k.bending);
         let (sign, arm) = if end == 0 { (-1.0, self.arm_a) } else { (1.0, self.arm_b) };
-        let lever = n.cross_matrix() * (arm / scale);
-        let mixed = force * lever * sign;
+        let arm_cross = n.cross_matrix() * (arm / scale);
+        let mixed = force * arm_cross * sign;
         let mut block = nalgebra::Matrix6::zeros();
         block.fixed_view_mut::<3, 3>(0, 0).copy_from(&force);
         block.fixed_view_mut::<3, 3>(0, 3).copy_from(&mixed);
         block.fixed_view_mut::<3, 3>(3, 0).copy_from(&mixed.transpose());
         block
             .fixed_view_mut::<3, 3>(3, 3)
-            .copy_from(&(lever.transpose() * force * lever + moment * (1.0 / (scale * scale))));
+            .copy_from(&(arm_cross.transpose() * force * arm_cross + moment * (1.0 / (scale * scale))));
         block
     }
 }
@@ -223,8 +223,8 @@ mod tests {
             let matrix = link.matrix();
             let (turn, shift, place) = (Vec3::new(wx, wy, wz), Vec3::new(0.3, -0.2, 0.5), Vec3::new(0.4, 0.1, -0.8));
             let mut motion = SVector::<f64, 12>::zeros();
-            for (end, centre) in [place, place + link.branch].iter().enumerate() {
-                motion.fixed_rows_mut::<3>(6 * end).copy_from(&(shift + turn.cross(centre)));
+            for (end, center) in [place, place + link.branch].iter().enumerate() {
+                motion.fixed_rows_mut::<3>(6 * end).copy_from(&(shift + turn.cross(center)));
                 motion.fixed_rows_mut::<3>(6 * end + 3).copy_from(&turn);
             }
             // Sums of products of numbers up to 4: some 20 roundings.

@@ -6,7 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use concordem_contact::kinematics::{PointKinematics, Transport};
 use concordem_contact::law::ContactGeometry;
-use concordem_contact::law::cpm::{StressResponse, Cpm, CpmState, DamageLaw, YadeParameters};
+use concordem_contact::law::cpm::{Cpm, CpmState, DamageLaw, StressResponse, YadeParameters};
 use concordem_contact::math::Vec3;
 
 /// Parameters, motion, history, and results of one contact. Names are those of YADE's classes; SI units.
@@ -142,7 +142,8 @@ fn respond<const ENERGY: bool>(contact: &mut CpmContact) -> CpmOutcome {
         shear_strain: vector(&c.shear_strain),
         plastic_shear_strain: vector(&c.plastic_shear_strain),
     };
-    let StressResponse { state, normal_stress, shear_stress, lost, energy } = law.evaluate_as_yade::<false>(&kinematics, &old);
+    let StressResponse { state, normal_stress, shear_stress, lost, energy } =
+        law.evaluate_as_yade::<false>(&kinematics, &old);
     if state.normal_strain.is_nan() || state.shear_strain.iter().any(|x| x.is_nan()) {
         return CpmOutcome::NotANumber;
     }

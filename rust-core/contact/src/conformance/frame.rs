@@ -151,7 +151,7 @@ pub fn drive<H: FrameHost>(
     let mut records: Vec<FrameRecord<H::State>> = Vec::with_capacity(stations.len());
     let mut state = H::State::default();
     let mut previous: Option<[Pose; 2]> = None;
-    let mut old_answer = [Vec3::zeros(); 3];
+    let mut old_wrenches = [Vec3::zeros(); 3];
     for (index, station) in stations.iter().enumerate() {
         let motion = rigid(index as f64 / steps);
         let moved = |pose: Pose| Pose {
@@ -168,10 +168,10 @@ pub fn drive<H: FrameHost>(
         let mut response = subject.host.respond(&kinematics, &state, subject.dt);
         let released = clear_void_parts(&mut response);
         let moments = about_centers(&kinematics, &response);
-        let answer = [response.force, moments[0], moments[1]];
+        let wrenches = [response.force, moments[0], moments[1]];
         let work = 0.5
-            * (kinematics.work(&answer[0], &answer[1], &answer[2])
-                + kinematics.work(&old_answer[0], &old_answer[1], &old_answer[2]));
+            * (kinematics.work(&wrenches[0], &wrenches[1], &wrenches[2])
+                + kinematics.work(&old_wrenches[0], &old_wrenches[1], &old_wrenches[2]));
         let local = |v: &Vec3| rotate(&motion.orientation.conjugate(), v);
         records.push(FrameRecord {
             kinematics,
@@ -187,7 +187,7 @@ pub fn drive<H: FrameHost>(
         }
         state = response.state;
         previous = Some(now);
-        old_answer = answer;
+        old_wrenches = wrenches;
     }
     records
 }
@@ -308,11 +308,11 @@ fn exchange<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>
             if record.old == H::State::default() {
                 continue;
             }
-            let mut answer = subject.host.respond(&other, &record.old.swapped(), subject.dt);
-            clear_void_parts(&mut answer);
-            let same = answer.force == -record.response.force
-                && answer.moment == -record.response.moment
-                && answer.energy == record.response.energy;
+            let mut mirrored = subject.host.respond(&other, &record.old.swapped(), subject.dt);
+            clear_void_parts(&mut mirrored);
+            let same = mirrored.force == -record.response.force
+                && mirrored.moment == -record.response.moment
+                && mirrored.energy == record.response.energy;
             different += u32::from(!same);
         }
         let swapped = drive(subject, &stations, &motion, &starts(seed), true);
@@ -321,7 +321,12 @@ fn exchange<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>
             worst = worst.max((one.moments[0] - two.moments[1]).norm() / moment);
         }
     }
-    findings.push(Finding::at_most("responses that change if A and B are exchanged", f64::from(different), 0.0, "bits"));
+    findings.push(Finding::at_most(
+        "responses that change if A and B are exchanged",
+        f64::from(different),
+        0.0,
+        "bits",
+    ));
     findings.push(Finding::at_most("exchange, kinematics included", worst, 1e-13, "rounding of positions"));
 }
 
@@ -362,11 +367,11 @@ fn derivatives<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Findi
             let kinematics = measured(&subject.geometry, &previous_geometry, &origin, now, true, subject.dt);
             (subject.host.respond(&kinematics, &state, subject.dt), kinematics)
         };
-        let (answer, kinematics) = energy(&here);
-        let [ma, mb] = about_centers(&kinematics, &answer);
+        let (response, kinematics) = energy(&here);
+        let [ma, mb] = about_centers(&kinematics, &response);
         let length = subject.geometry.reference_length;
-        let scale = answer.force.norm() * length + ma.norm() + mb.norm();
-        if scale == 0.0 || answer.status != Status::Lives {
+        let scale = response.force.norm() * length + ma.norm() + mb.norm();
+        if scale == 0.0 || response.status != Status::Lives {
             continue;
         }
         for axis in 0..3 {
@@ -390,7 +395,7 @@ fn derivatives<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Findi
             let by_motion = difference(&moved);
             let by_turn = [difference(&|x| turned(0, x)), difference(&|x| turned(1, x))];
             worst = worst
-                .max((by_motion - answer.force[axis] * length).abs() / scale)
+                .max((by_motion - response.force[axis] * length).abs() / scale)
                 .max((by_turn[0] + ma[axis]).abs() / scale)
                 .max((by_turn[1] + mb[axis]).abs() / scale);
         }
@@ -410,7 +415,12 @@ fn closed_paths<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Find
     };
     let (coarse, fine) = (imbalance(STEPS), imbalance(4 * STEPS));
     findings.push(Finding::at_most("net work of closed paths, share of the peak energy", fine, 2e-3, "second order"));
-    findings.push(Finding::at_least("its reduction at a quarter of the step", coarse / fine, 8.0, "16 for second order"));
+    findings.push(Finding::at_least(
+        "its reduction at a quarter of the step",
+        coarse / fine,
+        8.0,
+        "16 for second order",
+    ));
 }
 
 fn brittleness<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>) {
@@ -465,5 +475,10 @@ fn extremes<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>
             }
         }
     }
-    findings.push(Finding::at_most("responses at extremes that are not finite", f64::from(bad), 0.0, "none is allowed"));
+    findings.push(Finding::at_most(
+        "responses at extremes that are not finite",
+        f64::from(bad),
+        0.0,
+        "none is allowed",
+    ));
 }

@@ -271,7 +271,12 @@ struct BeamResponse {
 }
 
 #[inline(always)]
-fn beam_response(k: &BeamStiffness, reference_length: f64, branch: &BranchVector, rotations: &EndRotations) -> BeamResponse {
+fn beam_response(
+    k: &BeamStiffness,
+    reference_length: f64,
+    branch: &BranchVector,
+    rotations: &EndRotations,
+) -> BeamResponse {
     let elongation = branch.length - reference_length;
     let half_length = 0.5 * reference_length;
     let sum = rotations.a + rotations.b;
@@ -433,7 +438,8 @@ impl ContactLaw for CohesiveBeam {
             let IntactOutput { branch, force, torque_a, torque_b, stress } = columns.output::<IntactOutput>().get(i);
             if stress < beam.strength {
                 let torques = [torque_a, torque_b];
-                batch.commit_result(i, &BatchResult { branch, force, torques, energy: None, state: None, virial: None });
+                batch
+                    .commit_result(i, &BatchResult { branch, force, torques, energy: None, state: None, virial: None });
             } else {
                 evaluate_one(mode, i, dt, batch);
             }

@@ -95,8 +95,8 @@ fn midpoint_form(g: &ContactGeometry, s: &FrameStation) -> [Vec3; 4] {
     let force = x * (YOUNG * area / l * s.elongation) + slide * (12.0 * YOUNG * inertia / (l * l * l));
     let turn = tb - ta;
     let middle = (turn - x * turn.x) * (YOUNG * inertia / l) + x * (turn.x * shear_modulus * 2.0 * inertia / l);
-    let lever = (x * (0.5 * l)).cross(&force);
-    [force, -force, middle + lever, -middle + lever]
+    let torque = (x * (0.5 * l)).cross(&force);
+    [force, -force, middle + torque, -middle + torque]
 }
 
 fn forces_of(record: &FrameRecord<CohesiveBeamState>) -> [Vec3; 4] {

@@ -450,12 +450,12 @@ mod tests {
                         bonded: false,
                         transport: crate::kinematics::Transport::identity(-Vec3::y()),
                     };
-                    let answer = law.respond(&k, &state, dt);
-                    if answer.status == Status::Opened {
+                    let response = law.respond(&k, &state, dt);
+                    if response.status == Status::Opened {
                         break;
                     }
-                    state = answer.state;
-                    velocity += answer.force.y * dt / wall.mass_a;
+                    state = response.state;
+                    velocity += response.force.y * dt / wall.mass_a;
                 }
                 assert!((velocity - e).abs() < 1e-4, "{end:?} {e}: {velocity}");
             }

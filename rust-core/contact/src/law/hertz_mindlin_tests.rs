@@ -59,18 +59,18 @@ fn two_spheres(law: &HertzMindlin, radius: f64, mass: f64, speed: f64, dt: f64) 
         let input =
             ContactInput { a: &a, b: &b, image: &image, geometry: &geometry, previous: &frame, bonded: false, dt };
         let kinematics = measure(MotionMeasure::Finite, &input);
-        let answer = law.respond(&kinematics, &state, dt);
-        out.largest_force = out.largest_force.max(answer.force.norm());
+        let response = law.respond(&kinematics, &state, dt);
+        out.largest_force = out.largest_force.max(response.force.norm());
         out.largest_overlap = out.largest_overlap.max(-kinematics.elongation);
         steps += 1;
-        if answer.status == Status::Opened {
+        if response.status == Status::Opened {
             out.duration = f64::from(steps) * dt;
             out.velocity = a.velocity;
             return out;
         }
-        a.velocity += answer.force * (dt / mass);
-        b.velocity -= answer.force * (dt / mass);
-        state = answer.state;
+        a.velocity += response.force * (dt / mass);
+        b.velocity -= response.force * (dt / mass);
+        state = response.state;
         frame = PreviousGeometry { normal: kinematics.normal, length: kinematics.length };
     }
 }
@@ -116,19 +116,19 @@ fn sphere_on_wall(law: &HertzMindlin, radius: f64, mass: f64, speed: f64, angle:
             bonded: false,
             transport: Transport::identity(normal),
         };
-        let answer = law.respond(&kinematics, &state, dt);
-        out.largest_force = out.largest_force.max(answer.force.norm());
+        let response = law.respond(&kinematics, &state, dt);
+        out.largest_force = out.largest_force.max(response.force.norm());
         out.largest_overlap = out.largest_overlap.max(-gap);
         steps += 1;
-        if answer.status == Status::Opened {
+        if response.status == Status::Opened {
             out.duration = f64::from(steps) * dt;
             out.velocity = velocity;
             out.spin = spin;
             return out;
         }
-        velocity += answer.force * (dt / mass);
-        spin += (normal * arm_a).cross(&answer.force) * (dt / inertia);
-        state = answer.state;
+        velocity += response.force * (dt / mass);
+        spin += (normal * arm_a).cross(&response.force) * (dt / inertia);
+        state = response.state;
     }
 }
 

@@ -6,7 +6,7 @@ use super::{AssemblyError, set_index, unfit};
 use crate::schema::quantity::vector;
 use crate::schema::{self, Prescribe, Scenario};
 use concordem_contact::math::Vec3;
-use concordem_solver::state::{Clump, Constraint, PointOfAction, Particles, State};
+use concordem_solver::state::{Clump, Constraint, Particles, PointOfAction, State};
 
 /// Indices of the particles of a set.
 fn members(scenario: &Scenario, particles: &Particles, name: &str) -> Vec<usize> {

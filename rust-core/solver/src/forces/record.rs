@@ -14,7 +14,7 @@ use super::{LawLoops, ParticleSums, StepContext, motion_of};
 use crate::state::contacts::{ContactBlock, ContactFlags};
 use crate::state::{Particles, Wall};
 
-/// Forces of contacts between particles, one row per contact that carries a force.
+/// Forces of contacts between particles, one row per contact with a force.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ContactForces {
     /// Particles A and B, by index.

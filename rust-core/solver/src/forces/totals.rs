@@ -35,7 +35,7 @@ pub struct Totals {
     pub force_squared: f64,
     /// `Σ|m|²` of the moments that contacts transmit, N²·m², in steps that sample.
     pub moment_squared: f64,
-    /// Number of contacts that carry a force.
+    /// Number of contacts with a force.
     pub active: u64,
     /// Bond events in the order of the contacts.
     pub bond_events: Vec<BondEvent>,

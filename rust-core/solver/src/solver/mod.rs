@@ -169,9 +169,9 @@ impl Solver {
     /// 2. Rebuild the neighbor list if the skin may be spent.
     /// 3. Contact forces: measure, evaluate the laws, sum by particle; with iterated strains repeat until strains and
     ///    forces agree.
-    /// 4. Particle-level failure: release the bonds of particles whose mean stress passes a threshold.
-    /// 5. Kick and drift of free particles, then of clumps.
     /// 4. Particle-level failure: release the bonds of particles whose mean stress exceeds a threshold.
+    /// 5. Kick and drift of free particles, then of clumps.
+    /// 6. Move the cell and the walls.
     /// 7. Book the energies, advance the clock.
     /// 8. If bonds broke, rebuild the neighbor list: their pairs continue as unbonded contacts. In a periodic cell,
     ///    particles that have drifted far are occasionally moved back ([`Particles::image`]).

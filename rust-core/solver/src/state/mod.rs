@@ -10,7 +10,7 @@ pub mod walls;
 pub use clumps::Clump;
 pub use columns::{Column, ColumnError, ColumnSink, ColumnSource, WriteColumns};
 pub use concordem_contact::Cell;
-pub use particles::{Constraint, Deformation, Load, PointOfAction, Particles, Sphere};
+pub use particles::{Constraint, Deformation, Load, Particles, PointOfAction, Sphere};
 pub use walls::{Wall, WallShape};
 
 use concordem_contact::math::Vec3;

@@ -168,7 +168,8 @@ impl Particles {
             PointOfAction::Pull => 1.0,
             PointOfAction::Push => -1.0,
         };
-        let virial = if size > 0.0 { Symmetric::product(&(force * (sign / size)), &force) } else { Symmetric::default() };
+        let virial =
+            if size > 0.0 { Symmetric::product(&(force * (sign / size)), &force) } else { Symmetric::default() };
         match self.loads.binary_search_by_key(&particle, |load| load.particle) {
             Ok(at) => {
                 self.loads[at].force += force;

@@ -42,17 +42,17 @@ impl Host for Defective {
             Defect::SpaceFixed => bond.normal_stiffness *= 1.0 + 1e-3 * k.normal.x,
             _ => {}
         }
-        let mut answer = bond.respond(&k, old, dt);
+        let mut response = bond.respond(&k, old, dt);
         match self.1 {
-            Defect::ForgetsShear => answer.energy.stored_shear = 0.0,
+            Defect::ForgetsShear => response.energy.stored_shear = 0.0,
             Defect::NegativeFriction => {
-                answer.energy.friction -= 1e-3;
-                answer.energy.integration += 1e-3;
+                response.energy.friction -= 1e-3;
+                response.energy.integration += 1e-3;
             }
-            Defect::DividesByElongation => answer.force *= (2.0 * k.elongation) / k.elongation,
+            Defect::DividesByElongation => response.force *= (2.0 * k.elongation) / k.elongation,
             _ => {}
         }
-        answer
+        response
     }
 }
 

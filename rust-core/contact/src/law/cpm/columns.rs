@@ -3,7 +3,7 @@
 //! Contacts whose damage grows or that end need branches. Their damage becomes NaN in the columns, and
 //! [`evaluate_one`] evaluates them again.
 
-use super::{StressResponse, Cpm, CpmFormulation, CpmState};
+use super::{Cpm, CpmFormulation, CpmState, StressResponse};
 use crate::columns::{Arrays, BATCH, Columns, Formula, Item};
 use crate::geometry::{ContactGeometry, PreviousGeometry};
 use crate::kinematics::sphere_sphere::{FiniteInput, FiniteMeasure, Yade, YadeInput, YadeMeasure, write_yade_input};

@@ -381,7 +381,7 @@ impl ContactLaw for Cpm {
     }
 
     /// ω of a bond; 0 for an unbonded contact, which has κ = 0. (In YADE's formulation an unbonded contact can get κ > 0 from
-    /// plasticity in compression, and then counts as damaged.)
+    /// plasticity in compression, and is then reported as damaged.)
     fn damage(state: &CpmState) -> f64 {
         if state.kappa > 0.0 { state.omega } else { 0.0 }
     }

@@ -3,7 +3,7 @@
 //!
 //! With options see [`woo`](super::woo).
 
-use super::{StressResponse, Cpm, CpmState, Step, omega_before};
+use super::{Cpm, CpmState, Step, StressResponse, omega_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response};
 
@@ -16,7 +16,12 @@ impl Cpm {
 
     /// Stresses, history, and energies; `damage_of` gives the damage ω(κ) of a bond whose κ grows.
     #[inline(always)]
-    pub(super) fn evaluate_thesis(&self, k: &PointKinematics, old: &CpmState, damage_of: impl Fn(f64) -> f64) -> StressResponse {
+    pub(super) fn evaluate_thesis(
+        &self,
+        k: &PointKinematics,
+        old: &CpmState,
+        damage_of: impl Fn(f64) -> f64,
+    ) -> StressResponse {
         let p = &self.parameters;
         let step = Step::new(k, old);
 

@@ -4,7 +4,7 @@
 //! [`thesis`](super::thesis) is the same model without options. The [parent module](super) lists Woo's quirks.
 
 use super::parameters::{CpmFormulation, YieldSurface};
-use super::{StressResponse, Cpm, CpmState, Step, omega_before};
+use super::{Cpm, CpmState, Step, StressResponse, omega_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response};
 use crate::math::{self, Vec3};

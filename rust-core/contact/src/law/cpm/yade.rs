@@ -1,7 +1,7 @@
 //! YADE's public form of the cohesive particle model, `Law2_ScGeom_CpmPhys_Cpm`, bit for bit.
 
 use super::parameters::{CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
-use super::{StressResponse, Cpm, CpmState, omega_before, release, strain_before};
+use super::{Cpm, CpmState, StressResponse, omega_before, release, strain_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response, Status};
 use crate::math::Vec3;
