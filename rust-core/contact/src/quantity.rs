@@ -448,7 +448,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_ones_are_refused() {
+    fn invalid_quantities_are_refused() {
         assert_eq!(
             Stress::parse("30 mm"),
             Err(QuantityError::WrongDimension { unit: "mm".into(), found: "length".into(), dimension: "stress" })

@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_refused() {
+    fn invalid_parameters_are_refused() {
         let make = |radii: &[f64], fraction| random_discs(radii, fraction, 1.0, &mut Random::new(0), &mut |_| ());
         assert!(matches!(make(&[], 0.9), Err(PackingError::NotPositive { .. })));
         assert!(matches!(make(&[1.0, -1.0], 0.9), Err(PackingError::NotPositive { .. })));

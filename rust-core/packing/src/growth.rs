@@ -72,7 +72,7 @@ const PRESSED: f64 = 1e-3;
 const PRESSURE_TOLERANCE: f64 = 0.02;
 /// Steps between rebuilds of the neighbor list, in which radii grow by at most 2e-3. A contact detected late begins
 /// with an overlap of that size, which only matters while all spheres move.
-const SEARCH: u64 = 50;
+const REBUILD_INTERVAL: u64 = 50;
 /// Local damping.
 const DAMPING: f64 = 0.3;
 
@@ -109,7 +109,7 @@ pub fn grown_box(recipe: &GrownBox, progress: &mut dyn FnMut(u64, f64, f64, f64)
         if growth != 0.0 {
             grow(&mut state, 1.0 + growth);
         }
-        if step.is_multiple_of(SEARCH) {
+        if step.is_multiple_of(REBUILD_INTERVAL) {
             state.clock.dt = stable_step(&state, recipe);
             solver = Solver::new(model.clone(), &mut state)?;
         }

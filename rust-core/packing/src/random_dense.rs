@@ -453,7 +453,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_refused() {
+    fn invalid_parameters_are_refused() {
         let good = RandomDense::jammed(10, 1.0, 0.0, 1);
         let bad = [
             RandomDense { count: 0, ..good.clone() },

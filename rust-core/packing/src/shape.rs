@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_refused() {
+    fn invalid_parameters_are_refused() {
         let o = Vec3::zeros();
         assert!(Shape::new_box(Vec3::repeat(1.0), o).is_err());
         assert!(Shape::new_box(o, Vec3::repeat(f64::NAN)).is_err());

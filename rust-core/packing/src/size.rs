@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_refused() {
+    fn invalid_parameters_are_refused() {
         let bad = [
             SizeDistribution::Single(0.0),
             SizeDistribution::Single(f64::NAN),

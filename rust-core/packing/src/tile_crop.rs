@@ -6,7 +6,7 @@ use concordem_solver::state::Cell;
 use concordem_solver::state::particles::Sphere;
 
 /// Largest number of copies of a cell considered for one body.
-const MOST_COPIES: f64 = 4.0e9;
+const MAX_COPIES: f64 = 4.0e9;
 
 /// Which spheres belong to a cropped body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -86,7 +86,7 @@ pub fn tile_and_crop(packing: &Packing, shape: &Shape, crop: Crop, anchor: Vec3)
         return Err(PackingError::Empty);
     }
     let copies = (last - first).add_scalar(1.0).product();
-    within("the number of copies of the packing that cover the shape", copies, 1.0, MOST_COPIES)?;
+    within("the number of copies of the packing that cover the shape", copies, 1.0, MAX_COPIES)?;
     // Spheres inside the box around the shape, at the density of the packing.
     affordable((high - low).product() / cell.volume() * unit.spheres.len() as f64)?;
     let mut spheres = Vec::new();

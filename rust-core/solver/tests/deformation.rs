@@ -305,7 +305,7 @@ fn square_specimen_meets_the_tables() {
 /// End loads that act on the body instead of the surface give the reference values for that case (3.7), to their
 /// digits.
 #[test]
-fn end_loads_count() {
+fn end_loads_on_body_and_surface_differ() {
     let mut state = bonded(discs(&square(), |_| RADIUS), spring(0.7, 0.0), 1.01);
     for x in 0..9 {
         state.particles.add_load(x, Vec3::new(0.0, FORCE, 0.0), Vec3::zeros());
@@ -562,7 +562,7 @@ fn shear_feeds_vibrations_and_little_damping_stops_it() {
 
 /// Frequency and damping ratio of the first mode of a free column of 20 discs in the lagged scheme, from its
 /// oscillation over about 12 periods.
-fn swing(deformable: Option<&Deformable>, dt: f64) -> (f64, f64) {
+fn oscillation(deformable: Option<&Deformable>, dt: f64) -> (f64, f64) {
     let n = 20;
     let positions: Vec<(f64, f64)> = (0..n).map(|k| (0.0, 2.0 * RADIUS * f64::from(k))).collect();
     let mut state = bonded(discs(&positions, |_| RADIUS), spring(0.0, 0.0), 1.01);
@@ -601,16 +601,16 @@ fn swing(deformable: Option<&Deformable>, dt: f64) -> (f64, f64) {
 /// The reference values: ω falls from 5.2376e5 to 4.4448e5 1/s, ζ = 0.01246, 0.00622, 0.00124 at three time steps; and
 /// the formula `ζ = ω₀Δt ρ/(2(1+ρ)^{3/2})`; 1 %.
 #[test]
-fn column_swings_slower_and_the_lag_damps_it() {
+fn column_oscillates_slower_and_the_lag_damps_it() {
     let (young, poisson) = (2e11, 0.35);
     let deformable = deformable(young, poisson);
-    let (rigid, none) = swing(None, 1e-7);
+    let (rigid, none) = oscillation(None, 1e-7);
     println!("rigid: ω {rigid:.5e}, ζ {none:.1e}");
     assert!((rigid / 5.2376e5 - 1.0).abs() < 0.01);
     assert!(none.abs() < 1e-5);
     let ratio = 2.0 * NORMAL / disc_stiffness(young, poisson);
     for (dt, expected) in [(2e-7, 0.01246), (1e-7, 0.00622), (2e-8, 0.00124)] {
-        let (omega, zeta) = swing(Some(&deformable), dt);
+        let (omega, zeta) = oscillation(Some(&deformable), dt);
         let wave = libm::cos(PI / 40.0);
         let rho = ratio * wave * wave;
         let formula = 5.2376e5 * dt * rho / (2.0 * (1.0 + rho).powf(1.5));

@@ -388,7 +388,7 @@ fn subdomains_find_the_forces_of_the_whole() {
 /// = 0.5 m. Velocities and positions after each of the first four steps equal YADE's output, up to rounding of a
 /// handful of operations on numbers below 1.
 #[test]
-fn yades_modes_carry_particles_with_the_cell_as_yade_does() {
+fn yade_modes_move_particles_with_the_cell_like_yade() {
     let mut particles = Particles::default();
     particles.push(Sphere { position: Vec3::new(0.2, 0.3, 0.5), radius: 0.05 }, 0, 1.0, 1.0);
     let cell = Cell::new_box(Vec3::repeat(1.0));

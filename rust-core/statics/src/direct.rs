@@ -22,7 +22,7 @@ use super::{LinkNetwork, StaticsError};
 const REFINEMENTS: usize = 4;
 
 /// Largest memory of a factor, GB. The iteration is faster long before.
-const MOST_GIGABYTES: f64 = 12.0;
+const MAX_GIGABYTES: f64 = 12.0;
 
 /// Memory of the numbers in the Cholesky factor, bytes.
 fn bytes(matrix: &SparseColMat<usize, f64>) -> Result<usize, StaticsError> {
@@ -43,8 +43,8 @@ pub(super) fn solve(
     let matrix = assemble(product)?;
     let symbolic = SymbolicLlt::try_new(matrix.symbolic(), Side::Lower).map_err(|e| unfit(format!("{e:?}")))?;
     let gigabytes = bytes(&matrix)? as f64 * 1e-9;
-    if gigabytes > MOST_GIGABYTES {
-        return Err(unfit(format!("the factor would take {gigabytes:.1} GB; the limit is {MOST_GIGABYTES} GB")));
+    if gigabytes > MAX_GIGABYTES {
+        return Err(unfit(format!("the factor would take {gigabytes:.1} GB; the limit is {MAX_GIGABYTES} GB")));
     }
     let factor =
         Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), Side::Lower).map_err(|e| unfit(format!("{e:?}")))?;

@@ -214,7 +214,7 @@ mod tests {
 
         /// Unequal arms, with moments: symmetric, no force for six rigid motions, blocks as in the whole matrix.
         #[test]
-        fn rigid_motions_cost_nothing(
+        fn rigid_motions_need_no_force(
             x in -1.0..1.0_f64, y in -1.0..1.0_f64, z in 0.1..1.0_f64, share in 0.1..0.9_f64,
             wx in -1.0..1.0_f64, wy in -1.0..1.0_f64, wz in -1.0..1.0_f64,
         ) {

@@ -40,7 +40,7 @@ pub fn relaxed_stiffness(
     model: &Model,
     relaxation: Relaxation,
 ) -> Result<(Matrix6<f64>, u64), StaticsError> {
-    const LOOK: u64 = 50;
+    const CHECK_INTERVAL: u64 = 50;
     let failed = |error: String| StaticsError::Relaxation(error);
     let mut stiffness = Matrix6::zeros();
     let mut longest = 0;
@@ -71,7 +71,7 @@ pub fn relaxed_stiffness(
         solver.set_velocity_gradient(&cell, Mat3::zeros());
         let mut steps = 1;
         let report = loop {
-            let sample = steps % LOOK == 0;
+            let sample = steps % CHECK_INTERVAL == 0;
             let report = solver.step_with(&mut state, sample).map_err(|e| failed(e.to_string()))?;
             steps += 1;
             if !sample {

@@ -355,7 +355,7 @@ mod tests {
 
     /// The surface of a rigid particle does not move, exactly.
     #[test]
-    fn rigid_particles_stay() {
+    fn rigid_particles_keep_their_surface() {
         let rigid = disc(Condition::Solid, f64::INFINITY, 0.0).compliance(0, 1.0);
         assert_eq!(rigid.surface_displacement(&Symmetric([1.0, -2.0, 3.0, 4.0, 5.0, 6.0])), Symmetric::default());
     }

@@ -490,7 +490,7 @@ pub struct CohesiveBeamTable {
     /// Deformations that the bond resists.
     #[serde(default)]
     pub model: BeamKind,
-    /// Shear coefficient of the section; 0.9 when left out; only with model "timoshenko".
+    /// Shear coefficient of the section; 0.9 if left out; only with model "timoshenko".
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub shear_coefficient: Option<Number>,
     /// Tangential stiffness divided by normal stiffness; only with model "dual-spring".

@@ -227,7 +227,7 @@ fn chung_ooi_4_sliding() {
 /// velocity is small). The rest is the difference at 10° and 15° between an incremental no-slip spring and the paper's
 /// curves.
 #[test]
-fn chung_ooi_4_digitised() {
+fn chung_ooi_4_digitized() {
     const TABLE: [[f64; 4]; 12] = [
         [10.0, 0.6870, -213.0, -1.56],
         [15.0, 0.6244, -377.8, -5.54],

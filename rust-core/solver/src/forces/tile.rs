@@ -156,7 +156,7 @@ pub(super) struct PendingContact {
 impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>
     TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
 {
-    /// Whether particles deform. The loop for cells and samples serves rigid and deformable particles.
+    /// Whether particles deform. The loop for cells and samples supports rigid and deformable particles.
     #[inline(always)]
     pub(super) fn deforms(&self) -> bool {
         DEFORM && (!PERIODIC || !self.context.surface_displacement.is_empty())

@@ -35,7 +35,7 @@ const BOXES_PER_AXIS: i64 = 1 << AXIS_BITS;
 /// last.
 const LEVELS: usize = 16;
 /// Largest bound of rounding errors, as a fraction of the reach: overlaps of 1e-3 of the radius keep three digits.
-const MOST_SLACK: f64 = 0.01;
+const LARGEST_SLACK: f64 = 0.01;
 /// Queries per parallel task: long enough to amortize the first search of each row.
 const CHUNK: usize = 2048;
 
@@ -197,11 +197,11 @@ impl<'a> Search<'a> {
     fn check_distance(&self) -> Result<(), NeighborError> {
         let reaches = self.levels.iter().map(|level| level.largest_reach).filter(|reach| *reach > 0.0);
         let reach = reaches.fold(f64::INFINITY, f64::min);
-        if self.slack <= MOST_SLACK * reach {
+        if self.slack <= LARGEST_SLACK * reach {
             return Ok(());
         }
         let distance = self.positions.iter().map(Vec3::amax).fold(0.0, f64::max);
-        Err(NeighborError::TooFar { distance, reach, limit: distance * MOST_SLACK * reach / self.slack })
+        Err(NeighborError::TooFar { distance, reach, limit: distance * LARGEST_SLACK * reach / self.slack })
     }
 
     /// A particle must not see an image of itself whose number exceeds an `i8`.

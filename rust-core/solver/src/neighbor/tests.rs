@@ -145,7 +145,7 @@ fn one_sphere_in_a_tiny_cell_sees_half_of_its_images() {
 }
 
 #[test]
-fn far_fliers_and_dense_clumps_are_found() {
+fn distant_particles_and_dense_groups_are_found() {
     let mut positions: Vec<Vec3> =
         (0..1000).map(|i| Vec3::new(f64::from(i % 10), f64::from(i / 10 % 10), f64::from(i / 100)) * 0.9).collect();
     positions.push(Vec3::new(1.0e9, -1.0e9, 3.0));

@@ -59,7 +59,7 @@
 //!
 //! # Energies
 //!
-//! With V = A L, D = ω H(e), subscripts o and n for the two ends of a step, per step and exactly (but for rounding)
+//! With V = A L, D = ω H(e), subscripts o and n for the two ends of a step, per step and exactly (except for rounding)
 //! ```text
 //! V ½(σ_o+σ_n)·Δε = Δ stored + damage + friction + viscous + integration
 //! stored normal   V[½(1−D)Ē e² − σ₀ ε_N − ½σ₀²/Ē]        stored shear  V ½|σ_T|²/Ḡ

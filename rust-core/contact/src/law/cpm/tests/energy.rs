@@ -224,7 +224,7 @@ proptest! {
         path in prop::collection::vec((-5e-4..1e-3, small_vector(4e-4)), 20),
     ) {
         let mode = [CpmFormulation::Thesis, CpmFormulation::YadePublic, CpmFormulation::Woo][mode_index];
-        // Option 4 has a yield surface that YADE's formulation refuses.
+        // Option 4 has a yield surface that YADE's formulation rejects.
         let index = if mode == CpmFormulation::YadePublic { index % 4 } else { index };
         let law = law(CpmParameters { mode, ..option(index) });
         let (mut state, mut swapped) = (CpmState::default(), CpmState::default());
