@@ -421,7 +421,7 @@ fn a_run_can_be_checked_packed_informed_and_reported() {
     let result = folder.path().join("prism.h5");
     let given = concordem(["run", text(&scenario)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
-    assert!(given.err.contains("the given number of steps was done"), "{}", given.err);
+    assert!(given.err.contains("the given number of steps was reached"), "{}", given.err);
     let file = ResultFile::open(&result).expect("the result");
     assert_eq!(file.table("particles").expect("particles")[0].1.borrow().len() % spheres, 0);
     // And one for the final state.
@@ -968,7 +968,7 @@ fn tables_are_complete_and_say_nothing_that_is_not() {
     assert_eq!(given.code, exit::DONE, "{}", given.err);
     // Warnings name place, key, and remedy.
     for words in [
-        "rest.toml:9:1: material[0].frictional: neither bonds nor contacts have this law",
+        "rest.toml:9:1: material[0].frictional: neither bonds nor contacts use this law",
         "bonds.interaction_ratio: 1 of the 1 bonds are as long as the longest",
         "help: ",
     ] {

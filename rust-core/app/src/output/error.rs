@@ -82,7 +82,7 @@ pub enum OutputError {
     },
     /// The file was not written by this program, or is incomplete.
     #[error(
-        "{} is not a complete file of this program: its closing mark is missing. Another program wrote or changed it, \
+        "{} is not a complete file of this program: its seal is missing. Another program wrote or changed it, \
          or it is cut off; use an intact copy.",
         path.display()
     )]
