@@ -428,5 +428,5 @@ fn doubtful_bonds_are_reported() {
     );
     let none = none.replace("steps = 10", "steps = 10\n[integration]\ntime_step = 1e-3");
     let warnings = keys(&none);
-    assert!(warnings.len() == 1 && warnings[0].contains("there are none"), "{warnings:?}");
+    assert!(warnings.len() == 1 && warnings[0].contains("so there are no bonds"), "{warnings:?}");
 }

@@ -621,10 +621,10 @@ fn operators_are_measured_during_and_after_a_run() {
         (vec!["--operator", "porosity", "--region", region, "--truncation", "internal-only"], "does not use this key"),
         (vec!["--operator", "stress"], "choose one of"),
         (vec!["--operator", "fabric"], "no periodic cell"),
-        (vec!["--operator", "fabric", "--region", "{ kind = \"ball\" }"], "not a region of a scenario"),
+        (vec!["--operator", "fabric", "--region", "{ kind = \"ball\" }"], "--region is not a valid region"),
         (
             vec!["--operator", "fabric", "--region", "{ kind = \"all\", volume = 1 }", "--grid", "2,2,2"],
-            "divides a box",
+            "only a box can be divided",
         ),
     ] {
         let given = concordem([vec!["measure", text(&shorter)], arguments].concat());
@@ -941,7 +941,7 @@ fn pack_and_check_agree_on_discs() {
     assert_eq!(fraction(&packed), "0.9000");
     // Links at the ratio that gives the wanted coordination.
     assert!(
-        packed.out.lines().any(|line| line.contains("links per sphere") && line.ends_with("5.000")),
+        packed.out.lines().any(|line| line.contains("bonds per sphere") && line.ends_with("5.000")),
         "{}",
         packed.out
     );

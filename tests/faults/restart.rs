@@ -42,7 +42,7 @@ fn an_extension_equals_a_longer_run() {
     // A state beyond the end cannot go on.
     let given =
         concordem(["run", "-q", text(&short), "--from", text(&whole), "-o", text(&folder.path().join("no.h5"))]);
-    assert!(given.code == exit::USAGE && given.err.contains("is at step 250 already"), "{}", given.err);
+    assert!(given.code == exit::USAGE && given.err.contains("is already at step 250"), "{}", given.err);
 }
 
 /// Another strain rate moves the ends at that rate; it is not ignored.
@@ -96,7 +96,7 @@ fn another_specimen_is_refused_by_key() {
         assert!(!folder.path().join("other.h5").exists() && !folder.path().join("other.h5.parts").exists());
         all.push_str(&given.err);
     }
-    assert!(all.contains("a restart cannot change it"), "{all}");
+    assert!(all.contains("a restart cannot change this key"), "{all}");
     // Parameters of laws may change.
     let softer =
         write(folder.path(), "softer.toml", &longer.replace("normal_stiffness = 1e6", "normal_stiffness = 5e5"));
