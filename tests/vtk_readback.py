@@ -55,7 +55,7 @@ def main(path):
         expect(read.dtype == points.dtype, f"points are {read.dtype}, not {points.dtype}")
         expect(numpy.array_equal(read, points), f"points differ at t = {time}")
         for cell in (0, len(points) - 1):
-            expect(grid.GetCellType(cell) == vtk.VTK_VERTEX, f"cell {cell} is no vertex")
+            expect(grid.GetCellType(cell) == vtk.VTK_VERTEX, f"cell {cell} is not a vertex")
             expect(grid.GetCell(cell).GetPointId(0) == cell, f"cell {cell} is at another point")
         data = grid.GetPointData()
         names = {data.GetArrayName(k) for k in range(data.GetNumberOfArrays())}

@@ -74,7 +74,7 @@ fn impacts(test: usize, tangents: &[f64], shear_damping_ratio: f64) -> Vec<(f64,
     let mut spheres: Vec<[f64; 4]> =
         (0..tangents.len()).map(|k| [2.0 * k as f64, 0.0, RADIUS + 1e-6, RADIUS]).collect();
     for (k, tangent) in tangents.iter().enumerate() {
-        // The patch is at −R z from the center: ω × r = −ω R x for a spin about y.
+        // The patch is at −R z from the center: ω × r = −ω R x for a rotation about y.
         let _ = write!(
             text,
             "[[set]]\nname = \"s{k}\"\nselection = {{ kind = \"ids\", ids = [{k}] }}\n\

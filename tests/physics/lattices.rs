@@ -4,7 +4,7 @@
 //! `D = (1/V) Σ L A (Ē n⊗n⊗n⊗n + Ḡ T)` exactly (Stránský 2018, (3.31)). With A = πr² and links between touching
 //! spheres:
 //! * simple cubic: `D11 = πĒ/4`, `D12 = 0`, `D44 = πḠ/8`;
-//! * face-centred cubic: `q = 3π/√2`, `D11 = q(Ē+Ḡ)/6`, `D12 = q(Ē−Ḡ)/12`, `D44 = q(Ē+Ḡ)/12`.
+//! * face-centered cubic: `q = 3π/√2`, `D11 = q(Ē+Ḡ)/6`, `D12 = q(Ē−Ḡ)/12`, `D44 = q(Ē+Ḡ)/12`.
 
 use concordem::math::Mat3;
 use concordem::packing::lattice::Lattice;

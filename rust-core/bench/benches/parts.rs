@@ -1,4 +1,4 @@
-//! Speed of the parts: the concrete law, its kinematics, the neighbor search, and a whole step. Times of whole steps are
+//! Speed of single parts: the concrete law, its kinematics, the neighbor search, and a whole step. Times of whole steps are
 //! processor times summed over threads; run with `RAYON_NUM_THREADS=1`.
 
 mod measurement;
@@ -74,7 +74,7 @@ fn single_contact(c: &mut Criterion) {
 }
 
 fn neighbor_search(c: &mut Criterion) {
-    let mut group = c.benchmark_group("neighbour search");
+    let mut group = c.benchmark_group("neighbor search");
     group.sample_size(10);
     for n in [22, 47] {
         let particles = block(n);

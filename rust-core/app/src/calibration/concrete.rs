@@ -380,7 +380,7 @@ impl<'a> ConcreteCalibration<'a> {
         Ok(Scatter::of(self.functions(arguments)?.iter().map(|f| f.ratio)).mean)
     }
 
-    /// The cohesion at which the mean ratio of strengths is `wanted`.
+    /// Finds the cohesion at which the mean ratio of strengths is `wanted`.
     fn cohesion(&mut self, wanted: f64, friction: f64, ductility: f64) -> Result<Crossing, ConcreteError> {
         let at = |cohesion| StrengthArguments { cohesion, friction, ductility };
         // First a coarse scan: the ratio roughly rises with cohesion and levels off. The crossing at the smallest

@@ -139,7 +139,7 @@ pub enum OutputError {
     },
     /// The folder with the name of the run's working folder contains other files.
     #[error(
-        "{} is not the working folder of a run: it holds `{found}`. Move it away, or choose another name for the result.",
+        "{} is not the working folder of a run: it contains `{found}`. Move it away, or choose another name for the result.",
         path.display()
     )]
     NotParts {
@@ -150,7 +150,7 @@ pub enum OutputError {
     },
     /// A run has no usable checkpoint.
     #[error(
-        "{} holds no usable checkpoint{}. Run the scenario again with --force.",
+        "{} has no usable checkpoint{}. Run the scenario again with --force.",
         path.display(),
         reasons.iter().flat_map(|reason| ["; ", reason]).collect::<String>()
     )]

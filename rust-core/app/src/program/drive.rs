@@ -78,25 +78,25 @@ pub(super) fn build(scenario: &Scenario, meter: &Meter) -> Result<Assembly, Fail
 /// Handler of SIGINT and SIGTERM. A second signal ends the process at once.
 pub(super) struct Interruption {
     /// Set by the first signal.
-    pub asked: Arc<AtomicBool>,
+    pub requested: Arc<AtomicBool>,
     registered: Vec<signal_hook::SigId>,
 }
 
 impl Interruption {
     /// Handles signals until this value is dropped.
     pub(super) fn listen() -> Self {
-        let asked = Arc::new(AtomicBool::new(false));
+        let requested = Arc::new(AtomicBool::new(false));
         let mut registered = Vec::new();
         for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
             let hard = signal_hook::flag::register_conditional_shutdown(
                 signal,
                 i32::from(super::exit::INTERRUPTED),
-                Arc::clone(&asked),
+                Arc::clone(&requested),
             );
-            let soft = signal_hook::flag::register(signal, Arc::clone(&asked));
+            let soft = signal_hook::flag::register(signal, Arc::clone(&requested));
             registered.extend(hard.into_iter().chain(soft));
         }
-        Self { asked, registered }
+        Self { requested, registered }
     }
 }
 
@@ -155,7 +155,7 @@ impl Run {
     /// Runs to the end. A `fresh` run first writes a checkpoint of its initial state.
     pub(super) fn drive(mut self, meter: &Meter, fresh: bool) -> Result<Outcome, Failure> {
         let interruption = Interruption::listen();
-        let outcome = self.steps(meter, fresh, &interruption.asked);
+        let outcome = self.steps(meter, fresh, &interruption.requested);
         drop(interruption);
         meter.finish();
         let Some((steps, time)) = outcome? else {

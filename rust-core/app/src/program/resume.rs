@@ -98,7 +98,7 @@ fn begin_from(from: &str, hash: Option<&str>, assembly: &mut Assembly, scenario:
     let origin = Origin::read(Path::new(from), scenario)?;
     if hash.is_some_and(|hash| hash != origin.state_hash()) {
         return Err(Failure::Usage(format!(
-            "{from} holds another state than when the run was started from it. Run the scenario again with --force."
+            "{from} has changed since the run was started from it. Run the scenario again with --force."
         )));
     }
     origin.apply(assembly, scenario)

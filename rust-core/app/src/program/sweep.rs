@@ -78,7 +78,7 @@ pub(super) fn sweep(arguments: &SweepArguments, console: &mut Console<'_>) -> Re
     let visible = console.interactive && !arguments.work.quiet;
     let progress = Mutex::new(Progress { journal, outcomes, meter: Meter::new(visible), failure: None });
     let interruption = Interruption::listen();
-    let stopped = || interruption.asked.load(Ordering::Relaxed) || locked(&progress).failure.is_some();
+    let stopped = || interruption.requested.load(Ordering::Relaxed) || locked(&progress).failure.is_some();
     arguments.work.install(|| {
         groups.par_iter().for_each(|group| compute(&sweep, group, &progress, &stopped));
         Ok(())

@@ -186,7 +186,7 @@ pub struct Row {
     pub source: Option<Given>,
 }
 
-/// All values of a pair of tests beside the published ones.
+/// All values of a pair of tests, with the published ones.
 pub fn rows(tension: Option<&CurveFigures>, compression: Option<&CurveFigures>, given: &ReferenceFigures) -> Vec<Row> {
     let row = |symbol, name, (unit, scale), ours, source| Row { symbol, name, unit, scale, ours, source };
     let (gpa, mpa, per_mille, pure) = (("GPa", 1e-9), ("MPa", 1e-6), ("‰", 1e3), ("", 1.0));

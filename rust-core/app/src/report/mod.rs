@@ -1,6 +1,6 @@
 //! The report: one HTML page about one or more finished runs, or about a sweep.
 //!
-//! A page holds stress-strain curves, the properties of the specimen beside published ones, the damaged bonds, the energy
+//! A page shows stress-strain curves, the properties of the specimen and published ones, the damaged bonds, the energy
 //! balance, and the provenance of the numbers. It needs no other file and no network.
 
 mod chart;

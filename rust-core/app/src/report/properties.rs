@@ -1,4 +1,4 @@
-//! Section of the report: stiffness and strength beside published values.
+//! Section of the report: stiffness and strength, compared with published values.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! The text of a scenario as a tree of values that know their positions in the text.
+//! The text of a scenario as a tree of values, each with its position in the text.
 
 use std::ops::Range;
 

@@ -146,6 +146,6 @@ fn facts(arguments: &CalibrateElasticArguments, found: &ElasticSearch) -> Facts 
     if let Some((ratio, share)) = fit.prior {
         facts.add("closed form", format!("predicts shear_ratio {ratio:.5}, and {share:.4} of the target modulus"));
     }
-    facts.add("left out", format!("{} rattlers", fit.cell.loose.rattlers));
+    facts.add("excluded", format!("{} rattlers", fit.cell.loose.rattlers));
     facts
 }

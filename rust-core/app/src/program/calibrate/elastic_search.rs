@@ -130,7 +130,7 @@ pub fn calibrate_elastic(
     progress: Progress<'_>,
 ) -> Result<ElasticSearch, Failure> {
     check(request)?;
-    let mut scenario = asked(scenario, request)?;
+    let mut scenario = requested(scenario, request)?;
     let given = request.particle_poisson.is_some() || request.particle_softness.is_some();
     let to_deform = request.deformable && (given || scenario.materials[0].deformable.is_none());
     let mut built = scenario.clone();
@@ -209,13 +209,13 @@ fn parameters(scenario: &Scenario, found: &ElasticFit) -> Vec<(&'static str, &'s
             }
             parameters
         }
-        // `asked` refuses all other laws.
+        // `requested` refuses all other laws.
         Some(_) | None => Vec::new(),
     }
 }
 
 /// The given or built-in scenario with bonds of the requested law.
-fn asked(scenario: Option<&Scenario>, request: &ElasticRequest) -> Result<Scenario, Failure> {
+fn requested(scenario: Option<&Scenario>, request: &ElasticRequest) -> Result<Scenario, Failure> {
     let spelling = request.spelling;
     let scenario = match scenario {
         Some(scenario) => scenario.clone(),
