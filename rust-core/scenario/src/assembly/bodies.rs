@@ -17,7 +17,7 @@ fn members(scenario: &Scenario, particles: &Particles, name: &str) -> Vec<usize>
 /// Initial velocities, prescribed motions, and forces.
 ///
 /// # Errors
-/// A motion is prescribed to a member of a clump, which moves with its body.
+/// A motion is prescribed for a member of a clump, which moves with the clump.
 pub(super) fn apply_motions(scenario: &Scenario, state: &mut State) -> Result<(), AssemblyError> {
     for initial in &scenario.initials {
         for p in members(scenario, &state.particles, &initial.set) {
@@ -43,7 +43,7 @@ pub(super) fn apply_motions(scenario: &Scenario, state: &mut State) -> Result<()
     Ok(())
 }
 
-/// The constant loads of `[[force]]`. Rigid particles are loaded at their centers, wherever the force acts.
+/// Applies the constant loads of `[[force]]`. On rigid particles they act at the center, whatever `acts` says.
 pub fn apply_loads(scenario: &Scenario, particles: &mut Particles) {
     let rigid = scenario.materials.iter().all(|material| material.deformable.is_none());
     for force in &scenario.forces {
@@ -84,10 +84,11 @@ pub(super) fn add_clumps(scenario: &Scenario, members: &ClumpMembers, state: &mu
     Ok(())
 }
 
-/// Initial velocity (m/s) and angular velocity (rad/s) of a clump: its own, else that which `[[initial]]` gives its members.
+/// Initial velocity (m/s) and angular velocity (rad/s) of a clump: its own, else the one that `[[initial]]` gives its
+/// members.
 ///
 /// # Errors
-/// The velocities of the members are not one translation of the body.
+/// The velocities of the members are not a translation of the body.
 fn initial_motion(
     clump: &schema::Clump,
     number: usize,

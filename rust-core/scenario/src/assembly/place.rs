@@ -1,4 +1,4 @@
-//! The packing of a scenario: made, or read from a file, and cut to its shape.
+//! Makes the packing of a scenario, or reads it from a file, and cuts it to shape.
 
 use std::io::BufReader;
 use std::path::Path;
@@ -28,7 +28,7 @@ pub struct Placed {
     pub unit: Option<Packing>,
 }
 
-/// Makes or reads the packing of a scenario; file names in it are relative to `folder`.
+/// Makes or reads the packing of a scenario; its paths are relative to `folder`.
 ///
 /// # Errors
 /// The packing cannot be made, a file cannot be read, or the packing of a plane scenario leaves the plane.
@@ -38,13 +38,13 @@ pub fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Resu
         plane::check(&placed.packing)?;
     }
     let whole = placed.unit.as_ref().unwrap_or(&placed.packing);
-    // Spheres with centers in one plane have no volume of their own either.
+    // A solid fraction by volume has no meaning for spheres with centers in one plane either.
     let plane = scenario.dimension == 2 || matches!(scenario.packing, schema::Packing::RandomDiscs { .. });
     placed.packing_fraction = if plane { whole.area_fraction() } else { whole.packing_fraction() };
     Ok(placed)
 }
 
-/// The packing, without its solid fraction.
+/// Makes the packing, without its solid fraction.
 fn make(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Placed, AssemblyError> {
     let whole = |packing: Packing| Placed { packing_fraction: None, packing, cross_sections: None, unit: None };
     match &scenario.packing {
@@ -58,7 +58,7 @@ fn make(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Pl
             let mut random = Random::new(*seed);
             let fraction = solid_fraction.si();
             let unit = random_discs(&radii, fraction, 1.0, &mut random, &mut |part| progress("compaction", part))?;
-            // The cell is 1 m along z; discs of its other layers lie outside the plane.
+            // The cell is 1 m deep along z; images of the discs along z are outside the plane.
             let mut placed = cut(unit, Some(shape), folder)?;
             placed.packing.spheres.retain(|disc| disc.position.z == 0.0);
             Ok(placed)
@@ -109,7 +109,7 @@ fn lattice_of(lattice: schema::Lattice) -> Lattice {
     }
 }
 
-/// A block of unit cells of a lattice; periodic, and repeated, if the shape says so.
+/// A block of unit cells of a lattice; with a periodic shape, a periodic cell and its copies.
 fn block(
     lattice: Lattice,
     radius: f64,
@@ -139,7 +139,7 @@ fn read_hdf5(_: &Path) -> Result<Packing, String> {
     Err("HDF5 sphere packs cannot be read here; write the packing as text (x y z r per line)".to_owned())
 }
 
-/// A sphere pack in HDF5, or a text file with the columns x y z r.
+/// Reads a sphere pack in HDF5, or a text file with the columns x y z r.
 fn read_file(file: &Path) -> Result<Packing, AssemblyError> {
     if file.extension().is_some_and(|e| e == "h5" || e == "hdf5") {
         return read_hdf5(file).map_err(|message| cannot_read(file, &message));
@@ -195,7 +195,7 @@ fn solid(shape: &schema::Shape, folder: &Path) -> Result<(Shape, Option<[f64; 3]
             let (base, top) = ends(*axis, height.si());
             let waist = waist_radius.si();
             let mut areas = [2.0 * waist * height.si(); 3];
-            // The specimen breaks at its waist, so the stress refers to that cross-section.
+            // The specimen breaks at its waist, so the stress refers to the cross-section there.
             areas[axis.index()] = std::f64::consts::PI * waist * waist;
             (Shape::new_hyperboloid(base, top, radius.si(), waist)?, Some(areas))
         }
@@ -251,7 +251,7 @@ fn sizes(radius: Option<f64>, radii: Option<&schema::Radii>) -> SizeDistribution
             };
             SizeDistribution::Discrete((0..CLASSES).map(class).collect())
         }
-        // The checks of the scenario refuse a packing without either.
+        // The checks of the scenario guarantee one of the two.
         (None, None) => SizeDistribution::Discrete(Vec::new()),
     }
 }

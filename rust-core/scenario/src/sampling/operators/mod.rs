@@ -33,7 +33,7 @@ macro_rules! operators {
                 match self { $(Self::$variant => $name,)* }
             }
 
-            /// Its definition.
+            /// Definition of the operator.
             pub fn definition(self) -> &'static OperatorDefinition {
                 match self { $(Self::$variant => &$file::$definition,)* }
             }
@@ -48,7 +48,7 @@ operators! {
     ParticleStress = "particle-stress": particle_stress::DEFINITION,
     /// Stress and couple stress of the whole body from the forces of walls and supports.
     BoundaryStress = "boundary-stress": boundary_stress::DEFINITION,
-    /// Force of the particles on a wall, and that force divided by an area.
+    /// Force of the particles on a wall, and the traction on a given area.
     WallTraction = "wall-traction": wall_traction::DEFINITION,
     /// Stress and couple stress about the center of the region, from contacts internal to the region.
     CoupleStress = "couple-stress": couple_stress::DEFINITION,
@@ -77,17 +77,17 @@ operators! {
 }
 
 impl Operator {
-    /// The operator of a name.
+    /// The operator with this name.
     pub fn of_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|operator| operator.name() == name)
     }
 
-    /// What it gives, in the order of the values.
+    /// Quantities that the operator returns, in the order of the values.
     pub fn quantities(self) -> &'static [SampledQuantity] {
         self.definition().quantities
     }
 
-    /// Number of values of a row.
+    /// Number of values in a row.
     pub fn width(self) -> usize {
         self.quantities().iter().map(|quantity| quantity.components).sum()
     }
