@@ -5,9 +5,9 @@ DEMO := demo
 SCENARIOS := rust-core/scenario/src/schema/templates
 
 # The steps of make test, longest first, so that no long step runs alone at the end.
-TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-lint test-gold test-docs
+TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps fuzz test test-full test-build $(TEST_STEPS) check bench docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps fuzz test test-full test-build $(TEST_STEPS) test-lint check lint-bench bench docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
@@ -49,7 +49,7 @@ clean-demo:
 	rm -rf $(DEMO)
 
 # Here and in the long studies a missing peer is an error, and so is a lack of root rights, which Debian 13 for YADE needs.
-test test-build $(TEST_STEPS) validate-full: export CI := 1
+test test-build test-lint $(TEST_STEPS) validate-full: export CI := 1
 
 # One build, then independent steps, two at a time. Each step prints how long it took; target/test-times.txt has the table.
 JOBS ?= 2
@@ -65,13 +65,12 @@ test:
 
 # Everything that the steps start: program, tests, examples, libraries for the hosts, Python package. Every call of cargo
 # must select the same packages, because another selection may enable other features of dependencies and compile them again.
-TESTED := --release --workspace --exclude concordem-python --exclude concordem-bench
-test-build:
-	$(CARGO) fmt --all --check
+TESTED := --release --workspace --exclude concordem-bench
+test-build: test-lint
 	$(CARGO) build $(TESTED) --lib --bins --examples --tests
-	liggghts-bridge/build
-	liggghts-bridge/lammps/build
-	yade-bridge/test.sh wheel
+	BUILT=1 liggghts-bridge/build
+	BUILT=1 liggghts-bridge/lammps/build
+	yade-bridge/test.sh package
 
 # Unit, integration and documentation tests of the library and of the program.
 test-rust:
@@ -110,14 +109,15 @@ test-harness:
 test-docs:
 	@.ci/timed $@ docs/build
 
-# Lints and the documentation of the library, in a separate target folder, because cargo locks the one that other steps use.
-LINT := --target-dir target/lint --workspace
+# Formatting, lints, and the documentation of the library. With the profile of the tests, so that procedural macros are compiled
+# once.
 test-lint:
-	@.ci/timed clippy $(CARGO) clippy $(LINT) --all-targets -- -D warnings
-	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(LINT) --no-deps --exclude concordem-python --exclude concordem-bench
+	$(CARGO) fmt --all --check
+	@.ci/timed clippy $(CARGO) clippy $(TESTED) --all-targets -- -D warnings
+	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps --exclude concordem-python
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test fuzz validate-full
+test-full: test lint-bench fuzz validate-full
 	docs/build --hosts --slow
 
 # Mutated inputs for every reader, overnight; the tests run 2,000 of them. SEED=N chooses other inputs.
@@ -125,10 +125,13 @@ SEED ?= 1
 fuzz:
 	CONCORDEM_FUZZ_INPUTS=1000000 CONCORDEM_FUZZ_SEED=$(SEED) $(CARGO) test $(TESTED) --test fuzz -- --nocapture
 
-check:
+check: lint-bench
 	.ci/setup build
-	$(CARGO) fmt --all --check
 	$(MAKE) --no-print-directory test-lint
+
+# Apart, since it brings dependencies of its own.
+lint-bench:
+	$(CARGO) clippy --release -p concordem-bench --all-targets -- -D warnings
 
 bench:
 	.ci/setup test
@@ -161,5 +164,5 @@ validate-full: $(CONCORDEM)
 	.venv/bin/python validation/distributed_specimen.py --full
 	validation/deformable.py --full
 	validation/elastic.py --full
-	$(CARGO) run --release -p concordem --example beam_study --no-default-features -- validation/results/beams.json
+	$(CARGO) run --release -p concordem --example beam_study -- validation/results/beams.json
 	validation/rigid_box_sampling.py --full

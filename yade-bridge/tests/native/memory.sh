@@ -15,7 +15,7 @@ fi
 work=$(mktemp -d)
 trap 'rm -rf --one-file-system "$work"' EXIT
 mkdir -p "$work/lib" "$work/plugins"
-python3 -m zipfile -e "$(ls -t "$target"/wheels/concordem-*.whl | head -1)" "$work/site"
+cp -r "$target/python" "$work/site"
 cp "$here/memory.py" "$work/"
 cp -L "$(ldconfig -p | sed -n 's/.*libhdf5_serial\.so\.103 .*=> //p' | head -1)" "$work/lib/"
 status=0

@@ -15,7 +15,7 @@ fi
 work=$(mktemp -d)
 trap 'rm -rf --one-file-system "$work"' EXIT
 mkdir -p "$work/repo/yade-bridge/tests" "$work/repo/tests/golden" "$work/lib"
-python3 -m zipfile -e "$(ls -t "$target"/wheels/concordem-*.whl | head -1)" "$work/site"
+cp -r "$target/python" "$work/site"
 cp -r "$here" "$work/repo/yade-bridge/tests/native"
 cp yade-bridge/tests/yade/{harness,specimen,own_run,examples,example_driver}.py "$work/repo/yade-bridge/tests/native/"
 # Debian 13 is made without documentation, which is where the examples are.

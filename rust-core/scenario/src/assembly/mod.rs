@@ -4,10 +4,8 @@
 //! bonds, and the loading refer to them; the time step comes last, because it depends on all of them.
 
 mod bodies;
-#[cfg(feature = "hdf5")]
 pub mod checked_hdf5;
 mod error;
-#[cfg(feature = "hdf5")]
 pub mod hdf5_text;
 mod loading;
 mod memory;
@@ -18,10 +16,8 @@ mod place;
 mod plane;
 pub mod restart;
 pub mod samples;
-#[cfg(feature = "hdf5")]
 pub mod seal;
 mod selection;
-#[cfg(feature = "hdf5")]
 pub mod sphere_pack;
 mod time_step;
 mod walls;
@@ -114,6 +110,20 @@ pub fn pack(
 /// The packing cannot be made, the scenario does not fit it, or the time step is unstable.
 pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Assembly, AssemblyError> {
     let placed = place(scenario, folder, progress)?;
+    assemble_placed(scenario, folder, &placed, progress)
+}
+
+/// Builds a scenario as [`assemble`] does, but refuses sphere packs in HDF5. A library that calls only this one can be linked
+/// without HDF5.
+///
+/// # Errors
+/// Those of [`assemble`]; a packing in an HDF5 file.
+pub fn assemble_without_hdf5(
+    scenario: &Scenario,
+    folder: &Path,
+    progress: Progress<'_>,
+) -> Result<Assembly, AssemblyError> {
+    let placed = place::place_with(scenario, folder, place::without_hdf5, progress)?;
     assemble_placed(scenario, folder, &placed, progress)
 }
 

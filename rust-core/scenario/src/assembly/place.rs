@@ -28,12 +28,33 @@ pub struct Placed {
     pub unit: Option<Packing>,
 }
 
+/// Reads a sphere pack from an HDF5 file, or says why it cannot.
+pub(super) type PackReader = fn(&Path) -> Result<Packing, String>;
+
+/// A [`PackReader`] for libraries that must not need HDF5.
+///
+/// # Errors
+/// Always.
+pub(super) fn without_hdf5(_: &Path) -> Result<Packing, String> {
+    Err("HDF5 sphere packs cannot be read here; write the packing as text (x y z r per line)".to_owned())
+}
+
 /// Makes or reads the packing of a scenario; its paths are relative to `folder`.
 ///
 /// # Errors
 /// The packing cannot be made, a file cannot be read, or the packing of a plane scenario leaves the plane.
 pub fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Placed, AssemblyError> {
-    let mut placed = make(scenario, folder, progress)?;
+    place_with(scenario, folder, super::sphere_pack::read, progress)
+}
+
+/// [`place`] with another reader of HDF5 files.
+pub(super) fn place_with(
+    scenario: &Scenario,
+    folder: &Path,
+    read_hdf5: PackReader,
+    progress: Progress<'_>,
+) -> Result<Placed, AssemblyError> {
+    let mut placed = make(scenario, folder, read_hdf5, progress)?;
     if scenario.dimension == 2 {
         plane::check(&placed.packing)?;
     }
@@ -45,7 +66,12 @@ pub fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Resu
 }
 
 /// Makes the packing, without its solid fraction.
-fn make(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Placed, AssemblyError> {
+fn make(
+    scenario: &Scenario,
+    folder: &Path,
+    read_hdf5: PackReader,
+    progress: Progress<'_>,
+) -> Result<Placed, AssemblyError> {
     let whole = |packing: Packing| Placed { packing_fraction: None, packing, cross_sections: None, unit: None };
     match &scenario.packing {
         schema::Packing::RandomDense { shape, .. } => {
@@ -78,7 +104,7 @@ fn make(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Pl
             }
         }
         schema::Packing::File { path, cell, shape } => {
-            let mut packing = read_file(&folder.join(path))?;
+            let mut packing = read_file(&folder.join(path), read_hdf5)?;
             if let Some(edges) = cell {
                 packing.cell = Some(Cell::new(Mat3::from_diagonal(&vector(edges))));
             }
@@ -129,18 +155,8 @@ fn cannot_read(file: &Path, message: &dyn ToString) -> AssemblyError {
     AssemblyError::File { path: file.display().to_string(), message: message.to_string() }
 }
 
-#[cfg(feature = "hdf5")]
-fn read_hdf5(file: &Path) -> Result<Packing, String> {
-    super::sphere_pack::read(file)
-}
-
-#[cfg(not(feature = "hdf5"))]
-fn read_hdf5(_: &Path) -> Result<Packing, String> {
-    Err("HDF5 sphere packs cannot be read here; write the packing as text (x y z r per line)".to_owned())
-}
-
-/// Reads a sphere pack in HDF5, or a text file with the columns x y z r.
-fn read_file(file: &Path) -> Result<Packing, AssemblyError> {
+/// A sphere pack in HDF5, or a text file with the columns x y z r.
+fn read_file(file: &Path, read_hdf5: PackReader) -> Result<Packing, AssemblyError> {
     if file.extension().is_some_and(|e| e == "h5" || e == "hdf5") {
         return read_hdf5(file).map_err(|message| cannot_read(file, &message));
     }

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use concordem_contact::kinematics::MotionMeasure;
 use concordem_contact::law::EnergySplit;
 use concordem_contact::math::{Mat3, Quat, Vec3, quaternion_of_rotation_vector};
-use concordem_scenario::assembly::assemble;
+use concordem_scenario::assembly::assemble_without_hdf5;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::{Cell, Constraint, State};
 use concordem_solver::{Model, Solver, StepReport};
@@ -199,7 +199,8 @@ impl Assembly {
     pub fn of_text(text: &str, bodies: &[u32], mass: &[f64], inertia: &[f64], dt: f64) -> Result<Self, String> {
         let scenario = Scenario::parse("scenario", text)
             .map_err(|error| error.problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))?;
-        let made = assemble(&scenario, Path::new("."), &mut |_, _| {}).map_err(|error| error.to_string())?;
+        let made =
+            assemble_without_hdf5(&scenario, Path::new("."), &mut |_, _| {}).map_err(|error| error.to_string())?;
         let origin = Origin::Scenario { text: text.to_owned() };
         Self::of_scenario(made, scenario.integration.allow_unstable, origin, bodies, mass, inertia, dt)
     }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use concordem_scenario::assembly::assemble;
+use concordem_scenario::assembly::assemble_without_hdf5;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::Model;
 use concordem_solver::state::State;
@@ -78,7 +78,8 @@ impl Assembly {
             }
             Origin::Scenario { text } => {
                 let scenario = Scenario::parse("scenario", text).map_err(|_| "the saved scenario is not valid")?;
-                let made = assemble(&scenario, Path::new("."), &mut |_, _| {}).map_err(|error| error.to_string())?;
+                let made = assemble_without_hdf5(&scenario, Path::new("."), &mut |_, _| {})
+                    .map_err(|error| error.to_string())?;
                 (made.state, made.model)
             }
             Origin::Elsewhere {} => return Err("these bonds were not made to be loaded here".into()),
