@@ -70,7 +70,7 @@ namespace {
 	const char* reasonOf(ConcordemCpmOutcome outcome)
 	{
 		switch (outcome) {
-			case ConcordemCpmOutcome::NotANumber: return "the strain is not finite; reduce the time step, and check that the contact was created by its functors";
+			case ConcordemCpmOutcome::NotANumber: return "the strain is NaN; reduce the time step, and check that the contact was created by its functors";
 			case ConcordemCpmOutcome::DamageLaw: return "damLaw must be 0 or 1";
 			default: return INTERNAL_ERROR;
 		}

@@ -49,7 +49,7 @@ public:
 	FUNCTOR2D(GenericSpheresContact, CpmPhys);
 	// clang-format off
 	YADE_CLASS_BASE_DOC_ATTRS(Law2_ScGeom_CpmPhys_Rust, Law2_ScGeom_CpmPhys_Cpm,
-		"Replaces Law2_ScGeom_CpmPhys_Cpm with bitwise equal results; ConcorDEM computes the law. With O.trackEnergy, O.energy gets cpmElastic, cpmDamage, cpmFriction, and cpmIntegration (error of the trapezoidal rule). A strain that is not finite or an invalid damLaw stops the run and sets `error`.",
+		"Replaces Law2_ScGeom_CpmPhys_Cpm with bitwise equal results; ConcorDEM computes the law. With O.trackEnergy, O.energy gets cpmElastic, cpmDamage, cpmFriction, and cpmIntegration (error of the trapezoidal rule). A NaN strain or an invalid damLaw stops the run and sets `error`.",
 		((int,checkEvery,0,,"Every checkEvery steps, also compute every contact with YADE's law and stop the run if a bit differs; 0: never."))
 		((string,error,,(Attr::noSave|Attr::readonly),"Error that stopped the run; empty if there was none."))
 	);

@@ -70,7 +70,7 @@ pub enum CpmOutcome {
     Lives = 0,
     /// The contact must be deleted.
     Lost = 1,
-    /// The strain is not finite.
+    /// The strain is NaN.
     NotANumber = -1,
     /// `damLaw` is neither 0 nor 1.
     DamageLaw = -2,

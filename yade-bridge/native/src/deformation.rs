@@ -109,7 +109,9 @@ impl Elasticity {
             ));
         }
         if !possible {
-            return Err(format!("LinearBondMat_Rust.particlePoisson = {poisson} must be greater than -1 and at most 0.5"));
+            return Err(format!(
+                "LinearBondMat_Rust.particlePoisson = {poisson} must be greater than -1 and at most 0.5"
+            ));
         }
         Ok(())
     }

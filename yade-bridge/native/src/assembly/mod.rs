@@ -214,7 +214,9 @@ impl Assembly {
             return Err(format!("the time step is {dt} s, but must be positive; set O.dt"));
         }
         if cell.is_some() != self.state.cell.is_some() {
-            return Err("O.periodic changed after the bonds were created; keep it, or create the bonds afterwards".into());
+            return Err(
+                "O.periodic changed after the bonds were created; keep it, or create the bonds afterwards".into()
+            );
         }
         if cell.is_some() {
             self.state.cell = cell;

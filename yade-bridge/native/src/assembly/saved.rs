@@ -41,7 +41,9 @@ impl Assembly {
     /// Words of another version, truncated words, or an origin that is not stored in the words.
     pub fn from_words(words: &[i32]) -> Result<Self, String> {
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-        let mut rest = bytes.strip_prefix(MAGIC).ok_or("the saved bonds were written by another version of ConcorDEM; use that one")?;
+        let mut rest = bytes
+            .strip_prefix(MAGIC)
+            .ok_or("the saved bonds were written by another version of ConcorDEM; use that one")?;
         let mut take = || -> Result<&[u8], String> {
             let cut = || "the saved bonds are truncated".to_owned();
             let (length, tail) = rest.split_first_chunk::<8>().ok_or_else(cut)?;
@@ -81,7 +83,9 @@ impl Assembly {
                 let made = assemble(&scenario, Path::new("."), &mut |_, _| {}).map_err(|error| error.to_string())?;
                 (made.state, made.model)
             }
-            Origin::Elsewhere {} => return Err("these bonds were saved by another engine; load them with concordem.yade.load".into()),
+            Origin::Elsewhere {} => {
+                return Err("these bonds were saved by another engine; load them with concordem.yade.load".into());
+            }
         })
     }
 }

@@ -105,7 +105,8 @@ pub struct ConcreteScene {
     pairs: *const PairCoefficients,
     pair_count: usize,
     material_count: usize,
-kinematics: *const c_char,
+    /// Name of the kinematics.
+    kinematics: *const c_char,
     /// Formulation of the law: yade-public, thesis, or woo.
     formulation: *const c_char,
     /// Null: not periodic.
