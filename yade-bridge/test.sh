@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the wheel and tests it as users install it: in a virtual environment, in Debian's own Python, and in YADE.
+# Builds the wheel and tests it as users install it: in a virtual environment, in Debian's Python, and in YADE.
 #   yade-bridge/test.sh            all
 #   yade-bridge/test.sh wheel      builds and installs the wheel
 #   yade-bridge/test.sh python     tests the installed wheel, without YADE
@@ -13,7 +13,7 @@ target=${CARGO_TARGET_DIR:-$PWD/target}
 build_wheel() {
   # The library that users link the native plugin with; the wheel carries it.
   yade-bridge/native/build
-  # No build isolation: what the build needs is in the environment, so that no network is needed here.
+  # No build isolation: the environment contains the build requirements, so no network is needed.
   PYO3_PYTHON=$bin/python "$bin/maturin" build --quiet --release --manifest-path yade-bridge/Cargo.toml --out "$target/wheels"
   local wheel
   wheel=$(ls -t "$target"/wheels/concordem-*.whl | head -1)
@@ -25,7 +25,7 @@ build_wheel() {
 test_python() {
   for python in "${pythons[@]}"; do
     "$python" -c 'import sys, numpy, concordem; print("Python", sys.version.split()[0], "NumPy", numpy.__version__, concordem.__file__)'
-    # From another folder, so that the wheel is tested and not the sources.
+    # In another folder, to test the wheel and not the sources.
     (cd yade-bridge/tests && "$python" -m pytest -q -rs -p no:cacheprovider --rootdir . --ignore=yade --ignore=native .)
   done
   "$bin/python" -m mypy.stubtest concordem --mypy-config-file yade-bridge/pyproject.toml --allowlist yade-bridge/stubtest-allowlist.txt
