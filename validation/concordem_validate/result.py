@@ -1,4 +1,4 @@
-"""What an engine has computed, in one form for all: HDF5 with units.
+"""Result of an engine, in one format for all engines: HDF5 with units.
 
 A result has series, each on a grid of steps (`samples`: forces and curves, `snapshots`: all particles), fields of the
 particles that do not change, plain numbers, and its provenance.
@@ -17,7 +17,7 @@ import numpy as np
 
 @dataclass
 class Series:
-    """Values of one quantity over the steps of its grid."""
+    """Values of one quantity at its steps."""
 
     steps: np.ndarray
     values: np.ndarray

@@ -108,7 +108,7 @@ def test_what_the_peers_of_beams_cannot_do_is_refused(tmp_path):
         for changes, message in (
             ({"integration.gravity": [0, 0, "-9.81 m/s^2"]}, "loads and walls"),
             ({"integration.damping": {"kind": "local", "coefficient": 0.1}}, "local damping"),
-            ({"prescribe.0.velocity": ["free", 0, 0]}, "held altogether"),
+            ({"prescribe.0.velocity": ["free", 0, 0]}, "fully fixed at rest"),
             ({"material.0.cohesive_beam.model": "spring"}, "euler-bernoulli or timoshenko"),
             ({"material.0.cohesive_beam.tensile_strength": "1 MPa"}, "tensile_strength"),
             ({"bonds.law": "linear_bond"}, "only cohesive beams"), ({"deformable": {}}, "deformable"),

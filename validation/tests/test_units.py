@@ -150,7 +150,7 @@ def test_every_case_and_quirk_is_whole():
      "reason"),
     ('title="t"\nquestion="q"\nsource="s"\nengines=["yade"]\n[[check]]\nname="c"\nkind="series"\npeer="yade"\nof="x"\nreason="r"\n',
      "tolerance"),
-    ('title="t"\nquestion="q"\nsource="s"\nengines=["pfc"]\n[[check]]\nname="c"\n', "no engine"),
+    ('title="t"\nquestion="q"\nsource="s"\nengines=["pfc"]\n[[check]]\nname="c"\n', "unknown engine"),
     ('title="t"\nquestion="q"\nsource="s"\nengine=["yade"]\n', "unknown key"),
     ('title="t"\nquestion="q"\nsource="s"\nengines=["yade"]\n[[check]]\nname="c"\nkind="series"\npeer="yade"\nof="x"\nreason="r"\n'
      'quirk="none"\nknown=[0,1]\n', "quirks.toml"),
