@@ -238,11 +238,11 @@ def cost(result):
     before, after = result["load_average_before"][0], result["load_average"][0]
     lines = [
         f"{len(ratios)} rounds, {result['machine']}, load {before:.1f} before them and {after:.1f} at their end.",
-        f"`concordem/hertz tangential history` takes {statistics.median(ratios):.2f} of the processor time of LIGGGHTS' `hertz tangential",
+        f"`concordem/hertz tangential history` takes {statistics.median(ratios):.2f} of the CPU time of LIGGGHTS' `hertz tangential",
         f"history` ({math.floor(confidence * 100)} % confidence of the median {low:.2f} to {high:.2f}, "
         f"rounds {min(ratios):.2f} to {max(ratios):.2f}).",
         "",
-        "| | one processor | two, waiting included | communication (LIGGGHTS' own reading, one) | memory, at most |",
+        "| | one processor | two, including waiting | communication (LIGGGHTS' breakdown, one processor) | memory: during the run, peak |",
         "|---|---|---|---|---|",
     ]
 
@@ -286,7 +286,7 @@ def scaling(result):
         f"With `t` = {time['cpm']:.0f} ns (cpm) and `p` = {packed * 1e9:.0f} ns; with beams ({time['cohesive_beam']:.0f} ns) the first "
         f"efficiencies are {beams} %.",
         "",
-        "| m | processes | bonds each | computing | copies | sent per step | 10 GB/s, 2 µs: communication, efficiency | 1 GB/s, 10 µs |",
+        "| m | processes | bonds each | computing | ghosts | sent per step | 10 GB/s, 2 µs: communication, efficiency | 1 GB/s, 10 µs |",
         "|---|---|---|---|---|---|---|---|",
     ]
     for m in sizes:
