@@ -16,7 +16,7 @@ target=${CARGO_TARGET_DIR:-$PWD/target}
 build_wheel() {
   # The library that users link the native plugin with; the wheel carries it.
   yade-bridge/native/build
-  # No build isolation: what the build needs is in the environment, so that no network is needed here.
+  # No build isolation: the environment contains the build requirements, so no network is needed.
   PYO3_PYTHON=$bin/python "$bin/maturin" build --quiet --release --manifest-path yade-bridge/Cargo.toml --out "$target/wheels"
   local wheel
   wheel=$(ls -t "$target"/wheels/concordem-*.whl | head -1)
