@@ -502,10 +502,10 @@ mod tests {
             ("linear_bond contact glue bond none", "unknown contact law `glue`"),
             ("linear_bond bond list /no/such/file", "cannot read /no/such/file"),
             ("linear_bond deformable much bond none", "solid, plane-strain, or plane-stress"),
-            ("linear_bond normal_stiffness 1 shear_stiffness 1 deformable solid bond none", "needs `deformable.young`"),
+            ("linear_bond normal_stiffness 1 shear_stiffness 1 deformable solid bond none", "add `deformable.young`"),
             ("linear_bond kinematics fast bond none", "finite, first-order, yade, or yade-ratcheting"),
             ("linear_bond normal_stiffness 1 materials /no/such bond none", "conflicts with `materials FILE`"),
-            ("linear_bond normal_stiffness 1 shear_stiffness 1 contact.x 1 bond none", "no parameters of their own"),
+            ("linear_bond normal_stiffness 1 shear_stiffness 1 contact.x 1 bond none", "no parameters of its own"),
         ] {
             let message = parse(text).unwrap_err();
             assert!(message.contains(wanted), "{text}: {message}");
