@@ -114,7 +114,7 @@ test-docs:
 test-lint:
 	$(CARGO) fmt --all --check
 	@.ci/timed clippy $(CARGO) clippy $(TESTED) --all-targets -- -D warnings
-	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps --exclude concordem-python
+	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
 test-full: test lint-bench fuzz validate-full
