@@ -33,7 +33,7 @@ pub use results::{Sums, TOTALS};
 
 use crate::atoms::Atoms;
 use crate::options::Options;
-use crate::records::{HISTORY, Kind, Record};
+use crate::records::{Kind, Record};
 
 /// Bonds and contacts of the atoms of one processor.
 pub struct Network {
@@ -87,7 +87,6 @@ impl Network {
             block.contacts().history_reals().0.iter().map(|field| field.components).sum::<usize>()
         };
         let reals = width(&*block).max(contacts.as_ref().map_or(0, |(block, _)| width(&**block)));
-        assert!(reals <= HISTORY, "a law remembers {reals} reals");
         let mut model = Model { mode: options.mode, skin: 0.0, ..Model::default() };
         model.deformable = options.deformable.map(|condition| Deformable {
             elasticity: options.materials.iter().map(Material::elasticity).collect(),

@@ -71,16 +71,16 @@ pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) ->
     output
 }
 
-/// Make the head of our fix in a restart file one of another version: version, whether bonds were made, law of contacts (an `int`
-/// each), law of bonds (32 bytes).
+/// Make the head of our fix in a restart file one of another version: version, whether bonds were made (an `int` each), laws of bonds
+/// and of contacts (32 bytes each).
 pub fn set_restart_version(file: &Path, law: &str, version: i32) {
     let mut bytes = std::fs::read(file).unwrap();
     let mut name = [0; 32];
     name[..law.len()].copy_from_slice(law.as_bytes());
-    let places: Vec<usize> = (12..bytes.len() - name.len()).filter(|&at| bytes[at..].starts_with(&name)).collect();
-    let [at] = places[..] else { panic!("{places:?} look like heads") };
-    assert_eq!(bytes[at - 12..at - 8], 2_i32.to_le_bytes(), "the present version");
-    bytes[at - 12..at - 8].copy_from_slice(&version.to_le_bytes());
+    let is_head = |at: &usize| bytes[at - 8..].starts_with(&3_i32.to_le_bytes()) && bytes[*at..].starts_with(&name);
+    let places: Vec<usize> = (8..bytes.len() - name.len()).filter(is_head).collect();
+    let [at] = places[..] else { panic!("{places:?} look like heads of the present version") };
+    bytes[at - 8..at - 4].copy_from_slice(&version.to_le_bytes());
     std::fs::write(file, bytes).unwrap();
 }
 

@@ -314,8 +314,8 @@ def _begin(engine: BondedEngine) -> BondedEngine:
 
 def bond(
     material: dict[str, Any],
-    bonds: dict[str, Any],
-    contacts: dict[str, Any],
+    bonds: dict[str, Any] | None = None,
+    contacts: dict[str, Any] | None = None,
     ids: Any = None,
     name: str = "bonds",
     kinematics: str = "finite",
@@ -324,8 +324,9 @@ def bond(
 ) -> BondedEngine:
     """Bond spheres of the live scene with any of our laws: concrete, cohesive beams, brittle links, deformable particles.
 
-    `material`, `bonds`, and `contacts` are the tables of a scenario; `ids` the spheres (all if not given); other tables of
-    a scenario (`deformable`, `dimension`, ...) may follow. Masses and motion are those of YADE's bodies.
+    `material`, `bonds`, and `contacts` are the tables of a scenario (without `bonds` all contacts are unbonded, without `contacts`
+    particles without a bond pass through each other); `ids` the spheres (all if not given); other tables of a scenario
+    (`deformable`, `dimension`, ...) may follow. Masses and motion are those of YADE's bodies.
 
     >>> concordem.yade.bond(                                                       # doctest: +SKIP
     ...     material={"name": "glass", "density": 2500, "cohesive_beam":
@@ -355,10 +356,10 @@ def bond(
     description = dict(
         packing={"kind": "spheres", "spheres": spheres},
         material=material,
-        bonds=bonds,
-        contacts=contacts,
+        contacts=contacts or {"law": "none"},
         kinematics=kinematics,
         stop={"steps": 1},
+        **({"bonds": bonds} if bonds else {}),
         **tables,
     )
     scenario = _core.Scenario(**description)
