@@ -309,7 +309,8 @@ class ScenarioPages:
         if key == "interface":
             # Its laws have the keys of a material's.
             table = {**table, "properties": {k: v for k, v in table["properties"].items() if k == "between"}}
-            lines += ["The parameter tables `cpm`, `linear_bond`, `cohesive_beam`, `frictional`, and `hertz_mindlin` have the keys",
+            laws = [f"`{name}`" for name in items["properties"] if name != "between"]
+            lines += [f"The parameter tables {', '.join(laws[:-1])}, and {laws[-1]} have the keys",
                       "of [a material's](scenario-material.md).", ""]
         return "\n".join(lines + self.table(key, table, 2, name))
 

@@ -53,9 +53,9 @@ struct ConcordemFacts {
   int32_t creation;
   /// Whether to sum stored energies at every step.
   int32_t sample_every_step;
-  /// Number of the contact law; 0: none.
-  int32_t contacts;
-  /// Step at which bonds are created; negative: the first step.
+  /// Name of the law of contacts without a bond, with zeros behind it.
+  char contacts[32];
+  /// Step at which bonds are made; negative: the first one.
   int64_t at;
   /// Bonds join atoms closer than this factor times the sum of their radii.
   double factor;
@@ -387,11 +387,11 @@ static_assert(offsetof(ConcordemFacts, atom_width) == 0 && sizeof(ConcordemFacts
 static_assert(offsetof(ConcordemFacts, communicated) == 4 && sizeof(ConcordemFacts::communicated) == 4, "ConcordemFacts::communicated");
 static_assert(offsetof(ConcordemFacts, creation) == 8 && sizeof(ConcordemFacts::creation) == 4, "ConcordemFacts::creation");
 static_assert(offsetof(ConcordemFacts, sample_every_step) == 12 && sizeof(ConcordemFacts::sample_every_step) == 4, "ConcordemFacts::sample_every_step");
-static_assert(offsetof(ConcordemFacts, contacts) == 16 && sizeof(ConcordemFacts::contacts) == 4, "ConcordemFacts::contacts");
-static_assert(offsetof(ConcordemFacts, at) == 24 && sizeof(ConcordemFacts::at) == 8, "ConcordemFacts::at");
-static_assert(offsetof(ConcordemFacts, factor) == 32 && sizeof(ConcordemFacts::factor) == 8, "ConcordemFacts::factor");
-static_assert(offsetof(ConcordemFacts, reach) == 40 && sizeof(ConcordemFacts::reach) == 8, "ConcordemFacts::reach");
-static_assert(sizeof(ConcordemFacts) == 48 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
+static_assert(offsetof(ConcordemFacts, contacts) == 16 && sizeof(ConcordemFacts::contacts) == 32, "ConcordemFacts::contacts");
+static_assert(offsetof(ConcordemFacts, at) == 48 && sizeof(ConcordemFacts::at) == 8, "ConcordemFacts::at");
+static_assert(offsetof(ConcordemFacts, factor) == 56 && sizeof(ConcordemFacts::factor) == 8, "ConcordemFacts::factor");
+static_assert(offsetof(ConcordemFacts, reach) == 64 && sizeof(ConcordemFacts::reach) == 8, "ConcordemFacts::reach");
+static_assert(sizeof(ConcordemFacts) == 72 && alignof(ConcordemFacts) == 8, "ConcordemFacts");
 static_assert(offsetof(ConcordemPairForce, i) == 0 && sizeof(ConcordemPairForce::i) == 4, "ConcordemPairForce::i");
 static_assert(offsetof(ConcordemPairForce, j) == 4 && sizeof(ConcordemPairForce::j) == 4, "ConcordemPairForce::j");
 static_assert(offsetof(ConcordemPairForce, force) == 8 && sizeof(ConcordemPairForce::force) == 24, "ConcordemPairForce::force");
@@ -448,4 +448,4 @@ static_assert(offsetof(ConcordemPairArrays, torque) == 128 && sizeof(ConcordemPa
 static_assert(offsetof(ConcordemPairArrays, dt) == 136 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 144 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x9d03e7c5f0a002bc)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x1fc77d6175c58363)

@@ -235,8 +235,8 @@ void FixBondBase::restart(char *buf)
   if (!concordem_read_restart_head(buf, &head)) fail("the restart file was written by another version of ConcorDEM; use that one");
   if (law_ != head.law)
     fail(std::string("the restart file contains bonds of law ") + head.law + ", not " + law_ + "; give the same law");
-  if (head.contacts != facts_.contacts)
-    fail("the restart file contains contacts of another law; give the same `contact LAW`");
+  if (strcmp(head.contacts, facts_.contacts) != 0)
+    fail(std::string("the restart file contains contacts of law ") + head.contacts + ", not " + facts_.contacts + "; give the same `contact LAW`");
   made_ = head.made;
   const double none[CONCORDEM_TOTALS] = {0.0};
   concordem_network_resume(network_, comm->me == 0 ? head.totals : none, head.found_at);

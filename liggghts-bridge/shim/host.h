@@ -23,19 +23,18 @@
 namespace LAMMPS_NS {
 
 // Version of restart files. Increase it whenever the head or the meaning of its numbers changes.
-const int CONCORDEM_RESTART_VERSION = 2;
+const int CONCORDEM_RESTART_VERSION = 3;
 
 // Head of a restart file. Every version starts with the version number; the length differs.
 struct ConcordemRestartHead {
   int version;
   int made;
-  int contacts;
-  char law[32];
+  char law[32], contacts[32];
   int64_t found_at;
   double totals[CONCORDEM_TOTALS];
 };
 
-static_assert(sizeof(ConcordemRestartHead) == 56 + 8 * CONCORDEM_TOTALS, "the length of the restart head changed: increase CONCORDEM_RESTART_VERSION");
+static_assert(sizeof(ConcordemRestartHead) == 80 + 8 * CONCORDEM_TOTALS, "the length of the restart head changed: increase CONCORDEM_RESTART_VERSION");
 
 // The host's arrays. `original`: unshifted positions of ghosts (NULL: use the host's positions).
 inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, const Update *update, int groupbit, int width,
@@ -145,7 +144,7 @@ inline double concordem_longest(const ConcordemNetwork *network, const Concordem
   bounds[2] = sums[CONCORDEM_SUMS - 1];
   MPI_Allreduce(bounds, all, 4, MPI_DOUBLE, MPI_MAX, world);
   *smallest = all[1] > none ? -all[1] : 0.0;
-  double longest = std::max(all[2], facts.contacts ? 2.0 * all[0] : 0.0);
+  double longest = std::max(all[2], strcmp(facts.contacts, "none") != 0 ? 2.0 * all[0] : 0.0);
   if (!made && facts.creation == 1) longest = std::max(longest, facts.factor * 2.0 * all[0]);
   if (!made) longest = std::max(longest, all[3]);
   return longest;
@@ -195,7 +194,7 @@ inline bool concordem_read_restart_head(const char *buffer, ConcordemRestartHead
   memcpy(&version, buffer, sizeof(version));
   if (version != CONCORDEM_RESTART_VERSION) return false;
   memcpy(head, buffer, sizeof(*head));
-  head->law[sizeof(head->law) - 1] = 0;
+  head->law[sizeof(head->law) - 1] = head->contacts[sizeof(head->contacts) - 1] = 0;
   return true;
 }
 
@@ -208,7 +207,7 @@ inline ConcordemRestartHead concordem_restart_head(const ConcordemNetwork *netwo
   double mine[CONCORDEM_TOTALS];
   head.version = CONCORDEM_RESTART_VERSION;
   head.made = made;
-  head.contacts = facts.contacts;
+  memcpy(head.contacts, facts.contacts, sizeof(head.contacts));
   strncpy(head.law, law, sizeof(head.law) - 1);
   head.found_at = concordem_network_totals(network, mine);
   MPI_Allreduce(mine, head.totals, CONCORDEM_TOTALS, MPI_DOUBLE, MPI_SUM, world);

@@ -6,6 +6,17 @@ use std::ffi::c_char;
 
 use concordem_contact::law::LawName;
 
+/// Bytes of a name in restart files, including a zero at the end.
+const NAME: usize = 32;
+
+const _: () = {
+    let mut i = 0;
+    while i < LawName::ALL.len() {
+        assert!(LawName::ALL[i].key().len() < NAME, "restart files store at most 31 bytes of a law's name");
+        i += 1;
+    }
+};
+
 /// Write the name of law `index` to `name` (`capacity` bytes, zero-terminated); `bonds` selects the bond laws (1) or the contact laws
 /// (0). Returns the length of the name, or −1 if there is no such law or the name does not fit.
 #[unsafe(no_mangle)]
@@ -20,6 +31,15 @@ pub unsafe extern "C" fn concordem_law_name(bonds: i32, index: i32, name: *mut c
         *name.add(key.len()) = 0;
     }
     key.len() as i32
+}
+
+/// A name with zeros behind it.
+pub(crate) fn padded(name: &str) -> [c_char; NAME] {
+    let mut text = [0; NAME];
+    for (to, byte) in text[..NAME - 1].iter_mut().zip(name.bytes()) {
+        *to = byte as c_char;
+    }
+    text
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! test of the core and the comparison of [`Addresses`] after every run check it), and because a view keeps the simulation alive.
 //! Contacts change at every neighbor-list rebuild, so their tables are copies.
 
+use concordem::law::state::COLUMNS_OF_EVERY_CONTACT;
 use concordem::state::Particles;
 use concordem::state::contacts::{ContactFlags, Contacts};
 use numpy::ndarray::{ArrayView1, ArrayView2};
@@ -252,6 +253,8 @@ pub fn contact_table<'py>(
         ("normal", "1", rows::<_, f64>(py, &normals, 3)?.into_any()),
         ("damage", "1", scalars(py, &damage).into_any()),
     ];
+    // Laws keep these names free.
+    assert!(columns.iter().map(|column| column.0).eq(COLUMNS_OF_EVERY_CONTACT.iter().copied()));
     let (fields, history) = block.history_reals();
     let width: usize = fields.iter().map(|field| field.components).sum();
     let mut first = 0;

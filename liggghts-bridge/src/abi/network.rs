@@ -8,6 +8,7 @@ use std::ffi::{CStr, c_char};
 use concordem_c_abi::{Message, guarded, slice, slice_mut};
 
 use super::atoms::AtomArrays;
+use crate::law_names;
 use crate::network::Network;
 use crate::options::{Creation, Options};
 
@@ -24,8 +25,8 @@ pub struct Facts {
     creation: i32,
     /// Whether to sum stored energies at every step.
     sample_every_step: i32,
-    /// Number of the contact law; 0: none.
-    contacts: i32,
+    /// Name of the contact law, padded with zeros.
+    contacts: [c_char; 32],
     /// Step at which bonds are created; negative: the first step.
     at: i64,
     /// Bonds join atoms closer than this factor times the sum of their radii.
@@ -66,7 +67,7 @@ pub unsafe extern "C" fn concordem_network_new(
                 communicated: network.communicated() as i32,
                 creation,
                 sample_every_step: i32::from(options.sample_every_step),
-                contacts: options.contact.number(),
+                contacts: law_names::padded(options.contact.key()),
                 at: options.at.unwrap_or(-1),
                 factor,
                 reach: options.reach,

@@ -37,7 +37,7 @@ pub use results::{Sums, TOTALS};
 
 use crate::atoms::Atoms;
 use crate::options::Options;
-use crate::records::{HISTORY, Kind, Record};
+use crate::records::{Kind, Record};
 
 /// Bonds and contacts of the atoms of one processor.
 pub struct Network {
@@ -91,7 +91,6 @@ impl Network {
             block.contacts().history_reals().0.iter().map(|field| field.components).sum::<usize>()
         };
         let reals = width(&*block).max(contacts.as_ref().map_or(0, |(block, _)| width(&**block)));
-        assert!(reals <= HISTORY, "the history of a law has {reals} reals, more than {HISTORY}");
         let mut model = Model { mode: options.mode, skin: 0.0, ..Model::default() };
         model.deformable = options.deformable.map(|condition| Deformable {
             elasticity: options.materials.iter().map(Material::elasticity).collect(),

@@ -71,16 +71,16 @@ pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) ->
     output
 }
 
-/// Change the version in the head of our fix in a restart file. The head starts with the version, whether bonds were created, the
-/// contact law (an `int` each), and the bond law (32 bytes).
+/// Change the version in the head of our fix in a restart file. The head starts with the version, whether bonds were created (an
+/// `int` each), the bond law, and the contact law (32 bytes each).
 pub fn set_restart_version(file: &Path, law: &str, version: i32) {
     let mut bytes = std::fs::read(file).unwrap();
     let mut name = [0; 32];
     name[..law.len()].copy_from_slice(law.as_bytes());
-    let places: Vec<usize> = (12..bytes.len() - name.len()).filter(|&at| bytes[at..].starts_with(&name)).collect();
-    let [at] = places[..] else { panic!("expected one head, found {places:?}") };
-    assert_eq!(bytes[at - 12..at - 8], 2_i32.to_le_bytes(), "the current version");
-    bytes[at - 12..at - 8].copy_from_slice(&version.to_le_bytes());
+    let is_head = |at: &usize| bytes[at - 8..].starts_with(&3_i32.to_le_bytes()) && bytes[*at..].starts_with(&name);
+    let places: Vec<usize> = (8..bytes.len() - name.len()).filter(is_head).collect();
+    let [at] = places[..] else { panic!("{places:?} look like heads of the present version") };
+    bytes[at - 8..at - 4].copy_from_slice(&version.to_le_bytes());
     std::fs::write(file, bytes).unwrap();
 }
 

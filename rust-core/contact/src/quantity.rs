@@ -14,7 +14,22 @@ use serde::{Serialize, Serializer};
 
 use crate::math::Vec3;
 
-/// What a quantity measures.
+/// What a quantity measures. A law whose parameters have a dimension that is not below implements this trait in its own file:
+///
+/// ```
+/// use concordem_contact::quantity::{Dimension, Quantity};
+///
+/// /// Energy per area, J/m².
+/// #[derive(Debug, Clone, Copy, Default, PartialEq)]
+/// pub struct OfSurfaceEnergy;
+///
+/// impl Dimension for OfSurfaceEnergy {
+///     const NAME: &'static str = "surface energy";
+///     const UNITS: &'static [&'static str] = &["J/m^2", "mJ/m^2"];
+/// }
+///
+/// assert_eq!(Quantity::<OfSurfaceEnergy>::parse("50 mJ/m^2").unwrap().si(), 0.05);
+/// ```
 pub trait Dimension: Copy + Default + fmt::Debug + PartialEq + Send + Sync + 'static {
     /// Name, as in messages: "stress".
     const NAME: &'static str;
@@ -67,6 +82,8 @@ dimensions! {
     Moment = OfMoment, "moment", ["N*m", "N*mm", "kN*m"];
     /// Stiffness, N/m.
     Stiffness = OfStiffness, "stiffness", ["N/m", "N/mm", "kN/m"];
+    /// Stiffness in bending or twist, N·m/rad.
+    RotationalStiffness = OfRotationalStiffness, "rotational stiffness", ["N*m/rad", "N*mm/rad", "kN*m/rad"];
     /// Velocity, m/s.
     Velocity = OfVelocity, "velocity", ["m/s", "mm/s"];
     /// Acceleration, m/s².
@@ -156,7 +173,7 @@ pub enum QuantityError {
         /// The string.
         text: String,
         /// Expected dimension.
-        dimension: &'static str,
+        dimension: String,
     },
     /// A unit that is not in the table.
     #[error("unknown unit `{unit}`")]
@@ -172,7 +189,7 @@ pub enum QuantityError {
         /// Dimension of that unit, by name if it has one.
         found: String,
         /// Expected dimension.
-        dimension: &'static str,
+        dimension: String,
     },
 }
 
@@ -306,11 +323,7 @@ fn dimension_of(powers: Powers) -> String {
 }
 
 /// Read a string with a unit of the dimension whose SI unit is `units[0]`; the value in SI units.
-pub fn parse_quantity(
-    text: &str,
-    dimension: &'static str,
-    units: &'static [&'static str],
-) -> Result<f64, QuantityError> {
+pub fn parse_quantity(text: &str, dimension: &str, units: &[&str]) -> Result<f64, QuantityError> {
     let trimmed = text.trim();
     let (mantissa, exponent, unit_text) =
         split_number(trimmed).ok_or_else(|| QuantityError::NoNumber { text: text.to_owned() })?;
@@ -320,7 +333,7 @@ pub fn parse_quantity(
     let wanted = parse_unit(units[0])?.powers;
     let unit = if unit_text.is_empty() {
         if wanted != NONE.powers {
-            return Err(QuantityError::NoUnit { text: text.to_owned(), dimension });
+            return Err(QuantityError::NoUnit { text: text.to_owned(), dimension: dimension.to_owned() });
         }
         NONE
     } else {
@@ -330,7 +343,7 @@ pub fn parse_quantity(
         return Err(QuantityError::WrongDimension {
             unit: unit_text.to_owned(),
             found: dimension_of(unit.powers),
-            dimension,
+            dimension: dimension.to_owned(),
         });
     }
     let overflow = || QuantityError::Overflow { text: text.to_owned() };
@@ -451,7 +464,11 @@ mod tests {
     fn invalid_quantities_are_refused() {
         assert_eq!(
             Stress::parse("30 mm"),
-            Err(QuantityError::WrongDimension { unit: "mm".into(), found: "length".into(), dimension: "stress" })
+            Err(QuantityError::WrongDimension {
+                unit: "mm".into(),
+                found: "length".into(),
+                dimension: "stress".into()
+            })
         );
         assert!(matches!(Stress::parse("30"), Err(QuantityError::NoUnit { .. })));
         assert!(matches!(Stress::parse("30 GPas"), Err(QuantityError::UnknownUnit { .. })));

@@ -1,5 +1,8 @@
 //! Why a step fails.
 
+use concordem_contact::law::LawName;
+use concordem_contact::law::registry::listing;
+
 use crate::neighbor::NeighborError;
 
 /// Why a step fails.
@@ -31,8 +34,8 @@ pub enum SolverError {
     },
     /// The contact law does not support deformable particles.
     #[error(
-        "the law \"{law}\" does not support deformable particles; use \"linear_bond\", \"frictional\", or \
-         \"hertz_mindlin\", or particles that do not deform"
+        "the law \"{law}\" does not support deformable particles; use {}, or particles that do not deform",
+        listing(LawName::ALL.iter().copied().filter(|law| law.facts().deforms))
     )]
     NotDeformable {
         /// Name of the law.

@@ -7,7 +7,7 @@ use super::{
 use crate::kinematics::Transport;
 
 pub(super) fn action_and_reaction<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
-    let (mut arms, mut moments) = (0.0_f64, 0.0_f64);
+    let (mut arms, mut moments, mut lost) = (0.0_f64, 0.0_f64, 0.0_f64);
     for mode in MODES {
         for seed in 0..SEEDS {
             let path = subject.moving_path(&subject.closed_path(&subject.elastic, true, seed, STEPS), seed);
@@ -15,6 +15,9 @@ pub(super) fn action_and_reaction<H: Host>(subject: &Subject<H>, findings: &mut 
             for (record, [a, b]) in drive(subject, mode, &path).iter().zip(&path.poses) {
                 let k = &record.kinematics;
                 let (force, moment) = (record.response.force, record.response.moment);
+                if !subject.host.transmits_moment() {
+                    lost = lost.max(moment.norm());
+                }
                 arms = arms.max((k.arm_a + k.arm_b - k.length).abs() / k.length);
                 let from_a = (a.position - point).cross(&force) + (k.normal * k.arm_a).cross(&force) + moment;
                 let from_b = (b.position - point).cross(&-force) + (k.normal * -k.arm_b).cross(&-force) - moment;
@@ -27,6 +30,7 @@ pub(super) fn action_and_reaction<H: Host>(subject: &Subject<H>, findings: &mut 
     }
     findings.push(Finding::at_most("arms of A and B add up to the branch, all modes", arms, 1e-15, "a few roundings"));
     findings.push(Finding::at_most("moments balance about any point, all modes", moments, 2e-15, "a few roundings"));
+    findings.push(Finding::at_most("moments without TRANSMITS_MOMENT, which the solver drops", lost, 0.0, "none"));
 }
 
 /// Kinematics of the same step with A and B exchanged, exactly.

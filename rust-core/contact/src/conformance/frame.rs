@@ -29,6 +29,11 @@ pub trait FrameHost {
 
     /// Response of the law to a step.
     fn respond(&self, kinematics: &FrameKinematics, old: &Self::State, dt: f64) -> Response<Self::State>;
+
+    /// [`ContactLaw::TRANSMITS_MOMENT`].
+    fn transmits_moment(&self) -> bool {
+        true
+    }
 }
 
 impl<L: ContactLaw<Kinematics = FrameKinematics>> FrameHost for Native<L> {
@@ -36,6 +41,10 @@ impl<L: ContactLaw<Kinematics = FrameKinematics>> FrameHost for Native<L> {
 
     fn respond(&self, kinematics: &FrameKinematics, old: &L::State, dt: f64) -> Response<L::State> {
         self.0.respond(kinematics, old, dt)
+    }
+
+    fn transmits_moment(&self) -> bool {
+        L::TRANSMITS_MOMENT
     }
 }
 
@@ -269,10 +278,13 @@ pub fn check<H: FrameHost>(subject: &FrameSubject<H>) -> Report {
 }
 
 fn action_and_reaction<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>) {
-    let mut worst = 0.0_f64;
+    let (mut worst, mut lost) = (0.0_f64, 0.0_f64);
     for seed in 0..SEEDS {
         let motion = random_motion(seed, subject.geometry.reference_length);
         let records = drive(subject, &subject.closed_path(seed, STEPS), &motion, &starts(seed), false);
+        if !subject.host.transmits_moment() {
+            lost = lost.max(largest(records.iter().map(|r| r.response.moment.norm())));
+        }
         let (force, moment) = subject.sizes(&records);
         let point = Random::new(seed).direction() * subject.geometry.reference_length;
         for record in &records {
@@ -285,6 +297,7 @@ fn action_and_reaction<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut V
         }
     }
     findings.push(Finding::at_most("moments balance about any point", worst, 4e-15, "a few roundings"));
+    findings.push(Finding::at_most("moments without TRANSMITS_MOMENT, which the solver drops", lost, 0.0, "none"));
 }
 
 fn exchange<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>) {

@@ -72,6 +72,11 @@ pub trait Host {
     /// Response of the law to a step.
     fn respond(&self, kinematics: &PointKinematics, old: &Self::State, dt: f64) -> Response<Self::State>;
 
+    /// [`ContactLaw::TRANSMITS_MOMENT`].
+    fn transmits_moment(&self) -> bool {
+        true
+    }
+
     /// Response for the pair with A and B exchanged: the same law, unless a parameter belongs to one particle.
     fn respond_exchanged(&self, kinematics: &PointKinematics, old: &Self::State, dt: f64) -> Response<Self::State> {
         self.respond(kinematics, old, dt)
@@ -87,6 +92,10 @@ impl<L: ContactLaw<Kinematics = PointKinematics>> Host for Native<L> {
 
     fn respond(&self, kinematics: &PointKinematics, old: &L::State, dt: f64) -> Response<L::State> {
         self.0.respond(kinematics, old, dt)
+    }
+
+    fn transmits_moment(&self) -> bool {
+        L::TRANSMITS_MOMENT
     }
 
     fn respond_exchanged(&self, kinematics: &PointKinematics, old: &L::State, dt: f64) -> Response<L::State> {

@@ -65,6 +65,40 @@ pub struct EndRotations {
     twist_axis: Vec3,
 }
 
+/// Forces of a bond on its two particles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EndLoads {
+    /// Force on A, N; B gets the opposite.
+    pub force: Vec3,
+    /// Moment on A about its center, N·m.
+    pub moment_a: Vec3,
+    /// Moment on B about its center, N·m.
+    pub moment_b: Vec3,
+}
+
+impl EndLoads {
+    /// Moment of the middle section, which laws return, N·m.
+    #[inline(always)]
+    pub fn moment(&self) -> Vec3 {
+        (self.moment_a - self.moment_b) * 0.5
+    }
+
+    /// Size of its part that bends a bond of this unit branch vector, N·m.
+    #[inline(always)]
+    pub fn bending(&self, branch: &Vec3) -> f64 {
+        0.5 * across(branch, self.moment_a - self.moment_b).norm()
+    }
+}
+
+/// Part of a moment perpendicular to the branch vector.
+#[inline(always)]
+pub(crate) fn across(branch: &Vec3, moment: Vec3) -> Vec3 {
+    moment - branch * branch.dot(&moment)
+}
+
+/// Largest twist, and largest rotation of an end, that a bond endures, rad. Less than π by far more than a step turns.
+const LARGEST_ROTATION: f64 = 3.0;
+
 /// Below this squared sine (5.7°) a series replaces the arc tangent; its error after eight terms is 1e-17.
 const SERIES: f64 = 1.0e-2;
 
@@ -347,6 +381,26 @@ impl EndRotations {
         // t = c X + s × X, and w ⟂ X.
         let along = s.cross(&self.branch).dot(derivative);
         -(derivative * (g * c) - self.branch * (g * along) + s * (h * derivative.dot(&s)))
+    }
+
+    /// Force and moments of a stored energy, from its derivatives with respect to the elongation (`axial`, N), the rotation
+    /// vectors of both ends (`by_ends`, N·m, perpendicular to the branch vector), and the twist (`by_twist`, N·m), at the
+    /// center distance `length` (m). They conserve this energy, and balance about any point.
+    #[inline(always)]
+    pub fn loads(&self, length: f64, axial: f64, by_ends: [Vec3; 2], by_twist: f64) -> EndLoads {
+        let torsion = self.twist_axis() * by_twist;
+        let moment_a = self.end_moment(0, &by_ends[0]) + torsion;
+        let moment_b = self.end_moment(1, &by_ends[1]) - torsion;
+        let force = self.branch * axial - self.branch.cross(&(moment_a + moment_b)) * (1.0 / length);
+        EndLoads { force, moment_a, moment_b }
+    }
+
+    /// Whether an end or the twist has turned so far that the bond must break: orientations tell turns apart up to half a turn,
+    /// beyond which a moment would change its sign.
+    #[inline(always)]
+    pub fn turned_too_far(&self) -> bool {
+        let largest_end = self.a.norm_squared().max(self.b.norm_squared());
+        self.twist.abs() > LARGEST_ROTATION || largest_end > LARGEST_ROTATION * LARGEST_ROTATION
     }
 
     /// Derivative of the twist with respect to a rotation of B: `(t_A+t_B)/(1+t_A·t_B)`. For A it has the opposite sign. It

@@ -20,7 +20,7 @@ pub mod sphere_wall;
 pub mod transport;
 
 pub use crate::geometry::{PreviousGeometry, initial_geometry};
-pub use bond_frame::{BranchVector, EndRotations, FrameKinematics, RestFrame};
+pub use bond_frame::{BranchVector, EndLoads, EndRotations, FrameKinematics, RestFrame};
 pub use motion::{ContactInput, ImageShift, Motion, MotionMeasure, MotionSink, MotionSource, Pose, WallInput};
 pub use transport::Transport;
 

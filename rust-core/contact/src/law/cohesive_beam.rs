@@ -38,15 +38,12 @@ use super::common::{ParameterError, mean_strength, require};
 use super::table::{Fault, LawTable, RegisteredLaw};
 use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness};
 use crate::columns::{Arrays, BATCH, Columns, Formula};
-use crate::kinematics::{BranchVector, EndRotations, FrameKinematics, MotionMeasure, RestFrame, torques};
+use crate::kinematics::bond_frame::across;
+use crate::kinematics::{BranchVector, EndLoads, EndRotations, FrameKinematics, MotionMeasure, RestFrame, torques};
 use crate::math::{Quat, Vec3};
 use crate::quantity::{Length, Number, Stress};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-/// Largest twist, and largest rotation of an end, before a beam breaks, rad. Less than π by far more than the rotation
-/// of a step.
-const LARGEST_ROTATION: f64 = 3.0;
 
 /// Deformations that the bond resists.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -130,29 +127,6 @@ pub struct BeamStiffness {
     pub twist: f64,
 }
 
-/// Force and moments of a beam on its two particles.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BeamForces {
-    /// Force on A, N; B gets the opposite.
-    pub force: Vec3,
-    /// Moment on A about its center, N·m.
-    pub moment_a: Vec3,
-    /// Moment on B about its center, N·m.
-    pub moment_b: Vec3,
-}
-
-/// Part of a moment perpendicular to the branch vector.
-#[inline(always)]
-fn across(branch: &Vec3, moment: Vec3) -> Vec3 {
-    moment - branch * branch.dot(&moment)
-}
-
-impl BeamForces {
-    #[inline(always)]
-    fn bending_in_the_middle(&self, branch: &Vec3) -> f64 {
-        0.5 * across(branch, self.moment_a - self.moment_b).norm()
-    }
-}
 
 impl CohesiveBeam {
     /// An unbreakable Euler-Bernoulli beam with the given modulus (Pa), Poisson's ratio, and section.
@@ -238,9 +212,9 @@ impl CohesiveBeam {
     /// Maximal principal stress on the surface of the beam, Pa, by [4.1]–[4.3] with the chosen [`BendingTerm`]; `axial`
     /// is the normal force, N, `branch` the unit branch vector.
     #[inline(always)]
-    pub fn rankine_stress(&self, area: f64, axial: f64, branch: &Vec3, forces: &BeamForces) -> f64 {
+    pub fn rankine_stress(&self, area: f64, axial: f64, branch: &Vec3, forces: &EndLoads) -> f64 {
         let bending = match self.bending_term {
-            BendingTerm::MidSection => forces.bending_in_the_middle(branch),
+            BendingTerm::MidSection => forces.bending(branch),
             BendingTerm::HalfSum => 0.5 * (forces.moment_a + forces.moment_b).norm(),
             BendingTerm::LargerEnd => {
                 across(branch, forces.moment_a).norm().max(across(branch, forces.moment_b).norm())
@@ -250,7 +224,7 @@ impl CohesiveBeam {
     }
 
     #[inline(always)]
-    fn principal_stress(area: f64, axial: f64, branch: &Vec3, forces: &BeamForces, bending: f64) -> f64 {
+    fn principal_stress(area: f64, axial: f64, branch: &Vec3, forces: &EndLoads, bending: f64) -> f64 {
         let torsion = 0.5 * (forces.moment_a - forces.moment_b).dot(branch);
         let inverse = 1.0 / area;
         // r/I = 4πr/S² = 4√π S^(−3/2), and half of it for I_O.
@@ -263,7 +237,7 @@ impl CohesiveBeam {
 
 /// Forces and energies of an unbroken beam.
 struct BeamResponse {
-    forces: BeamForces,
+    forces: EndLoads,
     /// Normal force, N.
     axial: f64,
     /// Energy stored by elongation, shear, bending, twist, J.
@@ -283,18 +257,16 @@ fn beam_response(
     let difference = rotations.b - rotations.a;
     let by_shear = k.shear * (half_length * half_length);
     let (from_shear, from_bending) = (sum * by_shear, difference * k.bending);
-    let torsion = rotations.twist_axis() * (k.twist * rotations.twist);
-    let moment_a = rotations.end_moment(0, &(from_shear - from_bending)) + torsion;
-    let moment_b = rotations.end_moment(1, &(from_shear + from_bending)) - torsion;
     let axial = k.normal * elongation;
-    let force = branch.normal * axial - branch.normal.cross(&(moment_a + moment_b)) * (1.0 / branch.length);
+    let by_ends = [from_shear - from_bending, from_shear + from_bending];
+    let forces = rotations.loads(branch.length, axial, by_ends, k.twist * rotations.twist);
     let stored = [
         0.5 * axial * elongation,
         0.5 * by_shear * sum.norm_squared(),
         0.5 * from_bending.dot(&difference),
         0.5 * k.twist * (rotations.twist * rotations.twist),
     ];
-    BeamResponse { forces: BeamForces { force, moment_a, moment_b }, axial, stored }
+    BeamResponse { forces, axial, stored }
 }
 
 /// Evaluates slender or Timoshenko beams with equal parameters and small end rotations in columns; see
@@ -346,8 +318,8 @@ impl<const TURNED: bool> Formula for Intact<'_, TURNED> {
             ContactGeometry { reference_length, area, radius_a: 0.0, radius_b: 0.0, mass_a: 0.0, mass_b: 0.0 };
         let k = self.beam.stiffnesses_of_beam(&geometry, self.shear_coefficient);
         let BeamResponse { forces, axial, .. } = beam_response(&k, reference_length, &branch, &rotations);
-        let (n, force, m) = (branch.normal, forces.force, (forces.moment_a - forces.moment_b) * 0.5);
-        let stress = CohesiveBeam::principal_stress(area, axial, &n, &forces, forces.bending_in_the_middle(&n));
+        let (n, force, m) = (branch.normal, forces.force, forces.moment());
+        let stress = CohesiveBeam::principal_stress(area, axial, &n, &forces, forces.bending(&n));
         let [torque_a, torque_b] = torques(&n, &force, [0.5 * branch.length; 2]);
         // A zero direction marks the first evaluation of the bond, which needs the scalar path.
         let stress = if small & (rest.direction.norm_squared() > 0.0) { stress } else { f64::NAN };
@@ -359,7 +331,6 @@ impl ContactLaw for CohesiveBeam {
     type State = CohesiveBeamState;
     type Kinematics = FrameKinematics;
     const NAME: &'static str = "cohesive_beam";
-    const TRANSMITS_MOMENT: bool = true;
 
     #[inline(always)]
     fn respond(&self, kinematics: &FrameKinematics, old: &CohesiveBeamState, _dt: f64) -> Response<CohesiveBeamState> {
@@ -373,23 +344,21 @@ impl ContactLaw for CohesiveBeam {
         let rotations = kinematics.rotations(&rest);
         let BeamResponse { forces, axial, stored } =
             beam_response(&self.stiffnesses(geometry), geometry.reference_length, &branch, &rotations);
-        let BeamForces { force, moment_a, moment_b } = forces;
+        let EndLoads { force, moment_a, moment_b } = forces;
         let [stored_normal, stored_shear, stored_bending, stored_twist] = stored;
         let mut energy =
             EnergySplit { stored_normal, stored_shear, stored_bending, stored_twist, ..EnergySplit::default() };
         let state = CohesiveBeamState { rest_direction: rest.direction, rest_rotation: rest.rotation };
         let fails = self.strength.is_finite()
             && self.rankine_stress(geometry.area, axial, &point.normal, &forces) >= self.strength;
-        let largest_end = rotations.a.norm_squared().max(rotations.b.norm_squared());
-        let turned = rotations.twist.abs() > LARGEST_ROTATION || largest_end > LARGEST_ROTATION * LARGEST_ROTATION;
-        if fails || turned || !point.bonded {
+        if fails || rotations.turned_too_far() || !point.bonded {
             // The forces of this step are void, and the stored energy is released. It contains the half of this step's
             // work that the void forces would have done. That work was not done; it is booked as integration.
             energy.damage = energy.stored();
             energy.integration = -0.5 * kinematics.work(&force, &moment_a, &moment_b);
             return Response { force: Vec3::zeros(), moment: Vec3::zeros(), state, status: Status::Broke, energy };
         }
-        Response { force, moment: (moment_a - moment_b) * 0.5, state, status: Status::Lives, energy }
+        Response { force, moment: forces.moment(), state, status: Status::Lives, energy }
     }
 
     /// Uses columns for slender and Timoshenko beams if all have equal parameters and the default [`BendingTerm`].

@@ -263,7 +263,7 @@ fn rankine_stress_in_three_readings() {
     let inertia = PI * r.powi(4) / 4.0;
     let station = FrameStation { elongation: 0.01, a: [0.002, 0.01], b: [0.004, -0.03], twist: 0.02 };
     let [force, _, moment_a, moment_b] = four_formulas(&g, &station, g.reference_length);
-    let forces = BeamForces { force, moment_a, moment_b };
+    let forces = EndLoads { force, moment_a, moment_b };
     let l = g.reference_length;
     let shear_modulus = YOUNG / (2.0 * (1.0 + POISSON));
     let tau = shear_modulus * 0.02 / l * r;

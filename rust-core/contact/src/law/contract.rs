@@ -16,8 +16,9 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     type Kinematics: Kinematics;
     /// Key of the law in scenarios, result files, and hosts.
     const NAME: &'static str;
-    /// Whether the law transmits moments; if not, the solver neither stores nor gathers them.
-    const TRANSMITS_MOMENT: bool = false;
+    /// Whether the law transmits moments; if not, the solver neither stores nor gathers [`Response::moment`]. Default: yes, if the law
+    /// reads orientations.
+    const TRANSMITS_MOMENT: bool = <Self::Kinematics as Kinematics>::READS_ORIENTATIONS;
     /// Whether the law supports particles that deform; if not, the solver rejects such particles.
     const DEFORMS: bool = false;
     /// Whether the response of a contact that survives the step depends on

@@ -6,12 +6,11 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::{Serialize, Serializer};
 
+use super::state::{COLUMNS_OF_EVERY_CONTACT, Field};
 use super::table::LawFacts;
 
-/// Calls a macro with all laws, as `name: Type`: the type `law::name::Type`, which scenarios call `name`. To register a law,
-/// append a line.
-///
-/// Append only: restart files of hosts number the laws of contacts by their order ([`ContactLawName::number`]).
+/// Calls a macro with all laws, as `name: Type`: the type `Type` of the file `name.rs`, which scenarios and hosts call `name`. To
+/// register a law, add a line.
 ///
 /// ```
 /// macro_rules! names {
@@ -58,9 +57,31 @@ macro_rules! law_names {
             $(assert!(equal(stringify!($key).as_bytes(), LawName::$Law.facts().key.as_bytes()),
                 concat!("for_each_law! lists `", stringify!($Law), "` under another name than its NAME"));)*
         };
+
+        // Tables of contacts have the fields of the history beside the columns of every contact.
+        const _: () = {
+            $(assert!(own_names(LawName::$Law.facts().history),
+                concat!("a field in the history of `", stringify!($Law), "` has the name of a column of every contact"));)*
+        };
     };
 }
 for_each_law!(law_names);
+
+/// Whether no field has the name of a column of every contact.
+const fn own_names(fields: &[Field]) -> bool {
+    let mut i = 0;
+    while i < fields.len() {
+        let mut k = 0;
+        while k < COLUMNS_OF_EVERY_CONTACT.len() {
+            if equal(fields[i].name.as_bytes(), COLUMNS_OF_EVERY_CONTACT[k].as_bytes()) {
+                return false;
+            }
+            k += 1;
+        }
+        i += 1;
+    }
+    true
+}
 
 const fn equal(a: &[u8], b: &[u8]) -> bool {
     if a.len() != b.len() {
@@ -122,7 +143,7 @@ fn choice<'a>(words: impl Iterator<Item = (&'a str, &'a str)>, about: &str) -> S
 }
 
 /// The keys of the laws as text: "a", "a" or "b", "a", "b", or "c".
-fn listing(laws: impl Iterator<Item = LawName>) -> String {
+pub fn listing(laws: impl Iterator<Item = LawName>) -> String {
     let quoted: Vec<String> = laws.map(|law| format!("\"{}\"", law.key())).collect();
     match &quoted[..] {
         [] => String::new(),
@@ -180,11 +201,6 @@ impl ContactLawName {
     pub fn key(self) -> &'static str {
         self.0.map_or("none", LawName::key)
     }
-
-    /// Number in restart files of hosts: 0 for none, then the laws of contacts from 1 in the order of the list.
-    pub fn number(self) -> i32 {
-        LawName::contacts().position(|law| Some(law) == self.0).map_or(0, |at| at as i32 + 1)
-    }
 }
 
 impl Serialize for ContactLawName {
@@ -215,13 +231,11 @@ impl JsonSchema for ContactLawName {
 mod tests {
     use super::*;
 
-    /// The numbers in restart files of hosts stay valid.
     #[test]
-    fn laws_of_contacts_keep_their_numbers() {
-        let number = |key: &str| ContactLawName::of_key(key).map(ContactLawName::number);
-        let names = ["none", "cpm", "linear_bond", "frictional", "hertz_mindlin"];
-        assert_eq!(names.map(number), [0, 1, 2, 3, 4].map(Some));
-        assert_eq!(number("cohesive_beam"), None);
+    fn laws_without_a_role_for_contacts_are_none() {
+        assert_eq!(ContactLawName::of_key("none"), Some(ContactLawName::NONE));
+        assert_eq!(ContactLawName::of_key("frictional").map(ContactLawName::key), Some("frictional"));
+        assert_eq!(ContactLawName::of_key("cohesive_beam"), None);
     }
 
     /// A law without a role could not be used by any scenario.

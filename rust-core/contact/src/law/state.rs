@@ -28,6 +28,10 @@ pub struct Field {
     pub description: &'static str,
 }
 
+/// Columns of every contact in tables of contacts; the history has other names.
+pub const COLUMNS_OF_EVERY_CONTACT: &[&str] =
+    &["a", "b", "index_a", "index_b", "image", "bonded", "reference_length", "area", "length", "normal", "damage"];
+
 /// History of one contact: reals, all zero before the first evaluation.
 pub trait LawState: Pod + Item + Default + Send + Sync + std::fmt::Debug + PartialEq {
     /// The fields in storage order. The sum of their components is the number of reals in the struct.

@@ -315,8 +315,8 @@ def _begin(engine: BondedEngine) -> BondedEngine:
 
 def bond(
     material: dict[str, Any],
-    bonds: dict[str, Any],
-    contacts: dict[str, Any],
+    bonds: dict[str, Any] | None = None,
+    contacts: dict[str, Any] | None = None,
     ids: Any = None,
     name: str = "bonds",
     kinematics: str = "finite",
@@ -326,7 +326,8 @@ def bond(
     """Bond spheres of the scene with any ConcorDEM law: concrete, cohesive beams, linear bonds, with or without deformable particles.
 
     `material`, `bonds`, and `contacts` are tables of a scenario; `tables` are its other tables and keys (`deformable`, `dimension`,
-    ...). `ids`: the spheres; default all. Masses and motion are those of YADE's bodies. Raises YadeError if the scene is not supported,
+    ...). Without `bonds`, all contacts are unbonded; without `contacts`, unbonded particles pass through each other. `ids`: the
+    spheres; default all. Masses and motion are those of YADE's bodies. Raises YadeError if the scene is not supported,
     ScenarioError if the tables are invalid.
 
     >>> concordem.yade.bond(                                                       # doctest: +SKIP
@@ -357,10 +358,10 @@ def bond(
     description = dict(
         packing={"kind": "spheres", "spheres": spheres},
         material=material,
-        bonds=bonds,
-        contacts=contacts,
+        contacts=contacts or {"law": "none"},
         kinematics=kinematics,
         stop={"steps": 1},
+        **({"bonds": bonds} if bonds else {}),
         **tables,
     )
     scenario = _core.Scenario(**description)

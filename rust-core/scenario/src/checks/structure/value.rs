@@ -10,7 +10,7 @@ use super::json_schema::{items_are_tables, type_name};
 use super::wording::listing;
 use super::{Checker, Key};
 use crate::schema::ProblemKind;
-use crate::schema::quantity::{DIMENSIONS, QuantityError, parse_quantity};
+use crate::schema::quantity::{QuantityError, parse_quantity};
 
 /// The TOML type of a value, for messages.
 pub(super) fn kind_name(value: &DeValue<'_>) -> &'static str {
@@ -78,10 +78,12 @@ impl Checker<'_> {
 
     /// Checks a quantity: a number in SI units, a string with a unit, or one of a few words such as "auto".
     pub(super) fn quantity(&mut self, value: &TomlValue<'_>, key: &Key<'_>) {
-        let name = key.schema["x-dimension"].as_str().unwrap_or("");
-        let Some(&(dimension, units)) = DIMENSIONS.iter().find(|(dimension, _)| *dimension == name) else { return };
-        let words: Vec<&str> =
-            key.schema["x-words"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+        let texts = |name: &str| -> Vec<&str> {
+            key.schema[name].as_array().into_iter().flatten().filter_map(Value::as_str).collect()
+        };
+        let dimension = key.schema["x-dimension"].as_str().unwrap_or("");
+        let (units, words) = (texts("x-units"), texts("x-words"));
+        let units = units.as_slice();
         let help = || {
             let units = match units[0] {
                 "1" => "write a number, or a percentage as \"30 %\"".to_owned(),
