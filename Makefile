@@ -4,20 +4,20 @@ CONCORDEM := target/release/concordem
 DEMO := demo
 SCENARIOS := rust-core/scenario/src/schema/templates
 
-# The steps of make test, longest first, so that none is left alone at the end.
-TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-lint test-gold test-docs
+# The steps of make test, longest first, so that no long step runs alone at the end.
+TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps fuzz test test-full test-build $(TEST_STEPS) check bench docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps fuzz test test-full test-build $(TEST_STEPS) test-lint check lint-bench bench docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
 	@echo "make liggghts       the styles for LIGGGHTS and their launcher, into target/liggghts"
 	@echo "make lammps         LAMMPS and the plugin for it, into .venv-lammps and target/lammps"
-	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be there (as root)"
+	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
 	@echo "make test-full      make test, then validate-full, fuzz, and the slow code blocks of the book (nightly)"
 	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
 	@echo "make check          formatting and lints"
-	@echo "make bench          speed of laws, neighbour search, and whole steps; ratio to YADE"
+	@echo "make bench          speed of laws, neighbor search, and whole steps; ratio to YADE"
 	@echo "make docs           documentation of the library, into target/doc"
 	@echo "make book           the book, into docs/book/_build/html; runs its code blocks"
 	@echo "make validate       the same scenarios in ConcorDEM, YADE, LIGGGHTS, LAMMPS, ESyS-Particle, closed forms; a report (minutes)"
@@ -48,30 +48,29 @@ lammps:
 clean-demo:
 	rm -rf $(DEMO)
 
-# A missing peer is a failure here and in the long studies, and so is to be without root, which Debian 13 for YADE needs.
-test test-build $(TEST_STEPS) validate-full: export CI := 1
+# Here and in the long studies a missing peer is an error, and so is a lack of root rights, which Debian 13 for YADE needs.
+test test-build test-lint $(TEST_STEPS) validate-full: export CI := 1
 
-# One build, then independent steps, two at a time. Each says how long it took; the table is target/test-times.txt.
+# One build, then independent steps, two at a time. Each step prints how long it took; target/test-times.txt has the table.
 JOBS ?= 2
 
 test:
 	.ci/setup test
 	rm -f target/test-times.txt
-	# Debian 13 for the native plugin of YADE, in the background; the step that needs it waits for it.
+	# Sets up Debian 13 for the native plugin of YADE in the background; the step that needs it waits.
 	(setsid nohup yade-bridge/tests/native/chroot.sh make >/dev/null 2>&1 &)
 	.ci/timed build $(MAKE) --no-print-directory test-build
 	$(MAKE) --no-print-directory --keep-going --jobs=$(JOBS) --output-sync=target $(TEST_STEPS)
 	@echo; cat target/test-times.txt
 
-# Everything that the steps start: program, tests, examples, libraries for the hosts, Python package. The same selection of
-# packages in every call of cargo: another one may choose other features of dependencies, and compile them again.
-TESTED := --release --workspace --exclude concordem-python --exclude concordem-bench
-test-build:
-	$(CARGO) fmt --all --check
+# Everything that the steps start: program, tests, examples, libraries for the hosts, Python package. Every call of cargo
+# must select the same packages, because another selection may enable other features of dependencies and compile them again.
+TESTED := --release --workspace --exclude concordem-bench
+test-build: test-lint
 	$(CARGO) build $(TESTED) --lib --bins --examples --tests
-	liggghts-bridge/build
-	liggghts-bridge/lammps/build
-	yade-bridge/test.sh wheel
+	BUILT=1 liggghts-bridge/build
+	BUILT=1 liggghts-bridge/lammps/build
+	yade-bridge/test.sh package
 
 # Unit, integration and documentation tests of the library and of the program.
 test-rust:
@@ -86,7 +85,7 @@ test-gold:
 	@.ci/timed $@ tests/golden/yade/check_gold.sh
 	@.ci/timed read-back tests/results_read_back.sh
 
-# Reduced cases of the long studies, by the same code.
+# Reduced cases of the long studies, run by the same code.
 test-studies:
 	@.ci/timed specimens validation/specimens.py
 	@.ci/timed rigid-box validation/rigid_box_sampling.py --built
@@ -106,29 +105,33 @@ test-harness:
 	@.ci/timed harness-units sh -c 'cd validation && ../.venv/bin/python -m pytest -q tests'
 	@.ci/timed harness env PYTHONPATH=validation .venv/bin/python -m concordem_validate run
 
-# The pages of the book, their links, and the code blocks that need neither hosts nor minutes.
+# The pages of the book, their links, and the code blocks that are fast and need no hosts.
 test-docs:
 	@.ci/timed $@ docs/build
 
-# Lints and the documentation of the library, in a target folder of their own: cargo locks the one of the other steps.
-LINT := --target-dir target/lint --workspace
+# Formatting, lints, and the documentation of the library. With the profile of the tests, so that procedural macros are compiled
+# once.
 test-lint:
-	@.ci/timed clippy $(CARGO) clippy $(LINT) --all-targets -- -D warnings
-	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(LINT) --no-deps --exclude concordem-python --exclude concordem-bench
+	$(CARGO) fmt --all --check
+	@.ci/timed clippy $(CARGO) clippy $(TESTED) --all-targets -- -D warnings
+	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps --exclude concordem-python
 
-# What is too long for every commit. The studies keep what is finished and go on there.
-test-full: test fuzz validate-full
+# Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
+test-full: test lint-bench fuzz validate-full
 	docs/build --hosts --slow
 
-# A night of mutated inputs for every reader; the tests run 2,000 of them. SEED=N gives others.
+# Mutated inputs for every reader, overnight; the tests run 2,000 of them. SEED=N chooses other inputs.
 SEED ?= 1
 fuzz:
 	CONCORDEM_FUZZ_INPUTS=1000000 CONCORDEM_FUZZ_SEED=$(SEED) $(CARGO) test $(TESTED) --test fuzz -- --nocapture
 
-check:
+check: lint-bench
 	.ci/setup build
-	$(CARGO) fmt --all --check
 	$(MAKE) --no-print-directory test-lint
+
+# Apart, since it brings dependencies of its own.
+lint-bench:
+	$(CARGO) clippy --release -p concordem-bench --all-targets -- -D warnings
 
 bench:
 	.ci/setup test
@@ -144,7 +147,7 @@ docs:
 book: $(CONCORDEM)
 	docs/build
 
-# A missing peer fails where CI is set, and is said otherwise. PYTHONPATH: no installation is needed.
+# A missing peer is an error if CI is set, otherwise a message. PYTHONPATH makes an installation unnecessary.
 validate: $(CONCORDEM)
 	.ci/setup test
 	liggghts-bridge/build
@@ -161,5 +164,5 @@ validate-full: $(CONCORDEM)
 	.venv/bin/python validation/distributed_specimen.py --full
 	validation/deformable.py --full
 	validation/elastic.py --full
-	$(CARGO) run --release -p concordem --example beam_study --no-default-features -- validation/results/beams.json
+	$(CARGO) run --release -p concordem --example beam_study -- validation/results/beams.json
 	validation/rigid_box_sampling.py --full

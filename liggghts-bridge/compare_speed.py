@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Cost of our contacts through LIGGGHTS' native ones, and of bonds on 1 and 2 processors: time, memory, and what is communicated.
+"""Time of our contacts relative to LIGGGHTS' own, and time, memory, and communication of bonds on 1 and 2 processors.
 
-Times are processor times (of all processes of a run, waiting included, since MPI waits busily): the difference of a long and a short
-run, medians of rounds that alternate, so that a busy machine slows all alike. Bytes are counted by Open MPI itself (its monitoring
-component) on 8 processors of a periodic box, as the difference of a long and a short run again.
-  liggghts-bridge/compare_speed.py [--rounds 15]   measures, writes validation/results/liggghts-speed.json, prints what
-                                                   docs/book/reference/liggghts.md says of it (between lines that name this program)
-  liggghts-bridge/compare_speed.py --docs          prints that from the file
-  liggghts-bridge/compare_speed.py --check         fails if docs/book/reference/liggghts.md says anything else
+Times are CPU times of all processes of a run, including waiting, because MPI waits actively: the difference between a long and a
+short run. Rounds alternate between the cases, so that a busy machine slows them equally; results are medians. The monitoring
+component of Open MPI counts the bytes sent on 8 processors in a periodic box, again as the difference of two runs.
+  liggghts-bridge/compare_speed.py [--rounds 15]   measures, writes validation/results/liggghts-speed.json, prints the blocks for
+                                                   docs/book/reference/liggghts.md
+  liggghts-bridge/compare_speed.py --docs          prints the blocks from the results file
+  liggghts-bridge/compare_speed.py --check         fails if the blocks in docs/book/reference/liggghts.md are not up to date
 """
 import argparse
 import json
@@ -26,7 +26,7 @@ ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROO
 RESULTS = os.path.join(HERE, "../validation/results/liggghts-speed.json")
 DOCS = os.path.join(HERE, "../docs/book/reference/liggghts.md")
 EDGE = 22
-# Steps of a long run beyond those of a short one: seconds, since what differs from start to start is hundredths of one.
+# Additional steps of the long run. They take seconds, while the start-up time varies by hundredths of a second.
 CONTACT_STEPS, BOND_STEPS = 1000, 300
 SPACING = 0.0099
 HEAD = """units si
@@ -77,7 +77,7 @@ def packing(folder, n=EDGE):
 
 
 def run(folder, script, processors, steps, layout="", monitor=False):
-    """What a run printed, and its processor time (s)."""
+    """Run a script; return its output and CPU time (s)."""
     with open(os.path.join(folder, "in"), "w") as out:
         out.write(HEAD.format(processors=layout) + script + f"thermo {steps}\nrun {steps}\n")
     command = [LAUNCHER, "in", "-log", "none"]
@@ -99,7 +99,7 @@ def run(folder, script, processors, steps, layout="", monitor=False):
 
 
 def memory(folder, script):
-    """Resident memory of a run on one processor (bytes): while it computes, and at most."""
+    """Resident memory of a run on one processor (bytes): during the computation, and the maximum."""
     packing(folder, 40)
     with open(os.path.join(folder, "in"), "w") as out:
         out.write(HEAD.format(processors="") + script + "thermo 100\nrun 100\n")
@@ -117,12 +117,12 @@ def memory(folder, script):
         time.sleep(0.01)
     if process.wait():
         raise SystemExit("compare_speed.py: LIGGGHTS failed")
-    # The last third lies within the run.
+    # The last third of the samples falls into the computation.
     return statistics.median(samples[-max(1, len(samples) // 3):]), most
 
 
 def of_step(folder, script, processors, steps):
-    """Processor time of a step (s), share of communication in LIGGGHTS' own breakdown (%), bonds."""
+    """CPU time per step (s), percentage of communication in LIGGGHTS' breakdown, number of bonds."""
     short = run(folder, script, processors, 20)[1]
     printed, long = run(folder, script, processors, 20 + steps)
     share = re.findall(r"Comm\s+time \(%\) = \S+ \((\S+)\)", printed)
@@ -131,7 +131,7 @@ def of_step(folder, script, processors, steps):
 
 
 def sent(folder, script, steps):
-    """Bytes and messages that all processes of a run sent to each other, and copies per process."""
+    """[bytes, messages] sent between all processes of a run, ghosts per process, owned atoms per process."""
     for name in os.listdir(folder):
         if name.startswith("sent"):
             os.remove(os.path.join(folder, name))
@@ -140,14 +140,14 @@ def sent(folder, script, steps):
     for name in os.listdir(folder):
         if name.startswith("sent"):
             with open(os.path.join(folder, name)) as file:
-                # E: messages of the program itself; collective operations are counted apart
+                # E: point-to-point messages; collective operations are counted separately.
                 for size, messages in re.findall(r"(?m)^E\t\d+\t\d+\t(\d+) bytes\t(\d+) msgs", file.read()):
                     total = [total[0] + int(size), total[1] + int(messages)]
     return total, float(re.findall(r"Nghost:\s+(\S+) ave", printed)[-1]), float(re.findall(r"Nlocal:\s+(\S+) ave", printed)[-1])
 
 
 def communication(folder):
-    """Per law and size of the part of a processor: its atoms, copies, bytes and messages per step."""
+    """Atoms, ghosts ("copies"), bytes, and messages per processor and step, for each law and subdomain size."""
     figures = []
     for edge in (16, 24, 32, 44):
         packing(folder, edge)
@@ -159,18 +159,17 @@ def communication(folder):
                       "messages_per_step": (many_messages - few_messages) / 20 / 8}
             figure["bytes_per_copy"] = figure["bytes_per_step"] / copies
             figures.append(figure)
-            print(f"  {law:14} {atoms:.0f} atoms and {copies:.0f} copies per processor: {figure['bytes_per_step']:.0f} bytes in "
-                  f"{figure['messages_per_step']:.1f} messages per step, {figure['bytes_per_copy']:.1f} bytes per copy", flush=True)
+            print(f"  {law:14} {atoms:.0f} atoms and {copies:.0f} ghosts per processor: {figure['bytes_per_step']:.0f} bytes in "
+                  f"{figure['messages_per_step']:.1f} messages per step, {figure['bytes_per_copy']:.1f} bytes per ghost", flush=True)
     return figures
 
 
 def interval(values):
-    """Between which of the values the median of many lies with a confidence of at least 95 % (between the extremes, if they are too
-    few for that), and the confidence."""
+    """Confidence interval of the median (low, high) and its confidence: at least 95 %, or the extremes if there are too few values."""
     ordered, n = sorted(values), len(values)
 
     def outside(cut):
-        # Those below a median are as many as heads among n coins.
+        # The number of values below the median is binomially distributed.
         return 2 * sum(math.comb(n, k) for k in range(cut + 1)) / 2**n
 
     cut = 0
@@ -180,7 +179,7 @@ def interval(values):
 
 
 def scatter(values):
-    """Half of that interval by the median."""
+    """Half width of that interval over the median."""
     low, high, _ = interval(values)
     return (high - low) / 2 / statistics.median(values)
 
@@ -188,25 +187,26 @@ def scatter(values):
 def measure(rounds):
     with tempfile.TemporaryDirectory() as folder:
         load = os.getloadavg()
-        print("what a processor sends, eight processors, periodic box:")
+        print("communication per processor, eight processors, periodic box:")
         result = {"communication": communication(folder)}
         held = {}
         for law, text in LAWS.items():
             script = BONDS.format(law=text)
             pairs = zip(memory(folder, script), memory(folder, script.replace("bond distance 1.5", "bond none")))
-            # nine bonds per sphere
+            # Nine bonds per sphere.
             held[law] = [(with_ - without) / (9 * 40**3) for with_, without in pairs]
         packing(folder)
         times, bonded = {}, {}
         for k in range(rounds):
-            # In turns, so that a machine that gets faster or slower favours neither.
+            # Alternate the order, so that a drift in machine speed favors neither.
             for model in ("hertz", "concordem/hertz")[:: 1 if k % 2 else -1]:
                 times.setdefault(model, []).append(of_step(folder, CONTACTS.format(model=model), 1, CONTACT_STEPS)[0])
             for law, text in LAWS.items():
                 for processors in (1, 2):
                     bonded.setdefault((law, processors), []).append(of_step(folder, BONDS.format(law=text), processors, BOND_STEPS))
-            told = ", ".join(f"{law} on {p} {found[-1][0] / found[-1][2] * 1e9:.1f} ns" for (law, p), found in bonded.items())
-            print(f"round {k + 1} of {rounds}: ratio {times['concordem/hertz'][-1] / times['hertz'][-1]:.3f}, {told}", flush=True)
+            times_by_law = ", ".join(f"{law} on {p} {found[-1][0] / found[-1][2] * 1e9:.1f} ns" for (law, p), found in bonded.items())
+            print(f"round {k + 1} of {rounds}: ratio {times['concordem/hertz'][-1] / times['hertz'][-1]:.3f}, {times_by_law}",
+                  flush=True)
     native, ours = times["hertz"], times["concordem/hertz"]
     result["contacts"] = {"spheres": EDGE**3, "steps": CONTACT_STEPS, "hertz_s": statistics.median(native),
                           "concordem_hertz_s": statistics.median(ours), "ratios": [b / a for a, b in zip(native, ours)]}
@@ -224,25 +224,25 @@ def measure(rounds):
 
 
 def digits(value, count=2):
-    """With that many significant digits, never as a power of ten."""
+    """`value` with `count` significant digits, without exponent."""
     places = max(count - 1 - math.floor(math.log10(value)), 0)
     text = f"{value:.{places}f}"
     return text.rstrip("0").rstrip(".") if places else text
 
 
 def cost(result):
-    """What the docs say of times and memory."""
+    """Lines of the docs about times and memory."""
     contacts, bonds = result["contacts"], result["bonds"]
     ratios = contacts["ratios"]
     low, high, confidence = interval(ratios)
     before, after = result["load_average_before"][0], result["load_average"][0]
     lines = [
         f"{len(ratios)} rounds, {result['machine']}, load {before:.1f} before them and {after:.1f} at their end.",
-        f"`concordem/hertz tangential history` takes {statistics.median(ratios):.2f} of the processor time of LIGGGHTS' `hertz tangential",
+        f"`concordem/hertz tangential history` takes {statistics.median(ratios):.2f} of the CPU time of LIGGGHTS' `hertz tangential",
         f"history` ({math.floor(confidence * 100)} % confidence of the median {low:.2f} to {high:.2f}, "
         f"rounds {min(ratios):.2f} to {max(ratios):.2f}).",
         "",
-        "| | one processor | two, waiting included | communication (LIGGGHTS' own reading, one) | memory, at most |",
+        "| | one processor | two, including waiting | communication (LIGGGHTS' breakdown, one processor) | memory: during the run, peak |",
         "|---|---|---|---|---|",
     ]
 
@@ -258,10 +258,10 @@ def cost(result):
 
 
 def step_of(result, law, m):
-    """A step of the model of weak scaling without what processors send: bonds, seconds; copies, bytes; seconds to pack a copy."""
+    """Weak-scaling model of a step for m³ atoms per processor: bonds, computing time (s), ghosts, bytes sent, time to pack a ghost (s)."""
     one = next(f for f in result["bonds"] if f["law"] == law and f["processors"] == 1)
     counted = [f for f in result["communication"] if f["law"] == law]
-    # On one processor the copies are its own, of the largest box that was counted.
+    # On one processor, the ghosts are periodic images; take the counted case with the same number of atoms.
     same = next(f for f in counted if f["atoms"] == EDGE**3)
     packed = one["communication_percent"] / 100 * one["ns_per_bond_step"] * one["bonds"] / same["copies"]
     bonds, copies = 9 * m**3, (m + 3) ** 3 - m**3
@@ -269,7 +269,7 @@ def step_of(result, law, m):
 
 
 def sending(result, law, m, latency, bandwidth):
-    """Communication of a step (s) and efficiency."""
+    """Communication time of a step (s) and parallel efficiency, for a latency in s and a bandwidth in bytes/s."""
     bonds, computing, copies, sent, packed = step_of(result, law, m)
     logarithm = math.log2(math.ceil(1e9 / bonds))
     communication = 12 * latency + sent / bandwidth + 2 * latency * logarithm + copies * packed
@@ -277,7 +277,7 @@ def sending(result, law, m, latency, bandwidth):
 
 
 def scaling(result):
-    """What the docs say of a model step."""
+    """Lines of the docs about weak scaling."""
     sizes = (100, 46, 22)
     time = {f["law"]: f["ns_per_bond_step"] for f in result["bonds"] if f["processors"] == 1}
     packed = step_of(result, "cpm", 22)[4]
@@ -286,7 +286,7 @@ def scaling(result):
         f"With `t` = {time['cpm']:.0f} ns (cpm) and `p` = {packed * 1e9:.0f} ns; with beams ({time['cohesive_beam']:.0f} ns) the first "
         f"efficiencies are {beams} %.",
         "",
-        "| m | processes | bonds each | computing | copies | sent per step | 10 GB/s, 2 µs: communication, efficiency | 1 GB/s, 10 µs |",
+        "| m | processes | bonds each | computing | ghosts | sent per step | 10 GB/s, 2 µs: communication, efficiency | 1 GB/s, 10 µs |",
         "|---|---|---|---|---|---|---|---|",
     ]
     for m in sizes:
@@ -303,7 +303,7 @@ def scaling(result):
 
 
 def blocks(result):
-    """What the docs say, each part between lines that name it."""
+    """Blocks of the docs, each between comment lines that name it."""
     parts = (("cost", cost(result)), ("weak scaling", scaling(result)))
     return ["\n".join([f"<!-- compare_speed.py: {name} -->", *lines, "<!-- end -->"]) for name, lines in parts]
 
@@ -329,7 +329,7 @@ def main():
             docs = file.read()
         for block in wanted:
             if block not in docs:
-                raise SystemExit(f"compare_speed.py: docs/book/reference/liggghts.md does not say what {RESULTS} does; it should have\n{block}")
+                raise SystemExit(f"compare_speed.py: docs/book/reference/liggghts.md does not match {RESULTS}; it should contain\n{block}")
     else:
         print("\n\n".join(wanted))
 

@@ -1,4 +1,4 @@
-//! Is what a scenario asks for in the state that is built from it, or is it refused?
+//! Assembly: the state contains everything that a scenario specifies, or the scenario is refused.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ fn made(text: &str) -> Assembly {
     built(text).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Key and message with which a text is refused.
+/// Key and message of the error for a text that must be refused.
 fn refused(text: &str) -> (String, String) {
     match built(text) {
         Err(AssemblyError::Unfit { key, message }) => (key, message),
@@ -26,7 +26,7 @@ fn refused(text: &str) -> (String, String) {
     }
 }
 
-/// Ten planes of nine bonded spheres along z, and what `more` adds.
+/// Scenario of ten planes of nine bonded spheres along z, with the text `more`.
 fn bar(more: &str) -> String {
     format!(
         "version = 1
@@ -65,26 +65,27 @@ strain_rate = 0.1
 layer_thickness = 2.5
 ";
 
-/// The example with all tables together is built and runs, and its bodies start as it says.
+/// The example that uses all tables is built and runs, and its bodies start with the given motion.
 #[test]
 fn clumps_and_walls_are_built() {
     let text = std::fs::read_to_string("scenarios/good/clumps-and-walls.toml").expect("the scenario");
     let Assembly { mut state, model, .. } = made(&text);
     let velocities: Vec<Vec3> = state.clumps.iter().map(|clump| clump.velocity).collect();
     assert_eq!(velocities, [Vec3::new(-1.0, 0.0, 0.0), Vec3::new(0.0, 0.0, -0.01)]);
-    // All spheres have the set "everything", the fourth one; 24 cells of four in the packing and two of the first clump.
+    // All spheres belong to the set "everything", the fourth one: 24 cells of four spheres in the packing, and two of
+    // the first clump.
     assert_eq!(state.particles.len(), 98);
     assert!(state.particles.tags.iter().all(|tag| tag >> 3 & 1 == 1));
     let mut solver = Solver::new(model, &mut state).unwrap();
     for _ in 0..10 {
         solver.step(&mut state).unwrap();
     }
-    // Gravity has begun to act on what nothing touches.
+    // A body that touches nothing falls.
     let fallen = state.clumps[0].velocity;
     assert!(fallen.x < -0.9 && fallen.z < 0.0 && state.clumps[1].velocity.z < -0.01, "{fallen}");
 }
 
-/// Nobody but the body moves a member: motions prescribed to one are refused, with the names of set, particle and clump.
+/// Motions prescribed for members of clumps are refused; the message names set, particle, and clump.
 #[test]
 fn prescribed_members_are_refused() {
     let (key, message) = refused(&bar(&format!("{MIDDLE}[[prescribe]]\nset = \"pair\"\nvelocity = [0, 0, 1]")));
@@ -94,7 +95,7 @@ fn prescribed_members_are_refused() {
     }
 }
 
-/// A body takes the velocity that [[initial]] gives all of its members, and refuses what no rigid body can do.
+/// A clump takes the velocity that [[initial]] gives all of its members; velocities that no rigid body can have are refused.
 #[test]
 fn clumps_start_with_the_velocity_of_their_members() {
     let initial = |selection: &str, motion: &str| {
@@ -112,7 +113,7 @@ fn clumps_start_with_the_velocity_of_their_members() {
     assert!(key == "clump[0]" && message.contains("its own `angular_velocity`"), "{key}: {message}");
 }
 
-/// Layers do not move members of clumps.
+/// End layers that contain members of clumps are refused.
 #[test]
 fn clumps_in_end_layers_are_refused() {
     let clump = "[[set]]\nname = \"pair\"\nselection = { kind = \"ids\", ids = [8, 17] }\n[[clump]]\nset = \"pair\"";
@@ -125,12 +126,12 @@ fn clumps_in_end_layers_are_refused() {
     assert!(key == "loading.layer_thickness" && message.contains("clump[0]"), "{key}: {message}");
 }
 
-/// A clump starts with the loading's field of velocities at its centre: 0.1/s times the distance from the middle.
+/// A clump starts with the velocity field of the loading at its center: 0.1/s times the distance from the middle.
 #[test]
-fn clumps_start_with_the_field() {
+fn clumps_start_with_the_velocity_field() {
     let Assembly { state, .. } = made(&bar(&format!("{PULL}{MIDDLE}")));
     let clump = &state.clumps[0];
-    // The layers are the outermost planes, at 0 and 18.
+    // The layers are the outermost planes, at z = 0 and 18.
     let expected = 0.1 * (clump.position.z - 9.0);
     assert!(expected != 0.0 && (clump.velocity.z - expected).abs() < 1e-15, "{} {expected}", clump.velocity);
     for &m in &clump.members {
@@ -138,7 +139,7 @@ fn clumps_start_with_the_field() {
     }
 }
 
-/// Fields of velocities leave prescribed components as they are prescribed; layers are not moved in two ways.
+/// Velocity fields do not change prescribed components; particles of layers cannot have another prescribed motion.
 #[test]
 fn fields_keep_prescribed_velocities() {
     let held = "[[set]]\nname = \"held\"\nselection = { kind = \"ids\", ids = [40] }\n";
@@ -158,18 +159,18 @@ fn fields_keep_prescribed_velocities() {
         |text: String| text.replace("repeats =", "shape = { kind = \"periodic\", tiles = [1, 1, 1] }\nrepeats =");
     let text = bar(&format!("{strain}{held}[[prescribe]]\nset = \"held\"\nvelocity = [\"free\", \"free\", 0.7]"));
     assert_eq!(at_40(&made(&periodic(text))).0.z, 0.7);
-    // Particle 8 is in the lower layer, which moves along z already.
+    // Particle 8 is in the lower layer, which already moves along z.
     let twice = held.replace("[40]", "[8]") + "[[prescribe]]\nset = \"held\"\nvelocity = [\"free\", \"free\", 0.7]";
     let (key, message) = refused(&bar(&format!("{PULL}{twice}")));
     assert!(key == "loading.layer_thickness" && message.contains("particle 8"), "{key}: {message}");
     let (key, _) = refused(&boxed(bar(&format!("{turn}{twice}"))));
     assert_eq!(key, "loading.layer_thickness");
-    // Nothing leaves the plane of bending.
+    // Bending in a plane: x is prescribed for all particles.
     let plane = "[[set]]\nname = \"all\"\nselection = { kind = \"all\" }\n[[prescribe]]\nset = \"all\"\nvelocity = [0, \"free\", \"free\"]";
     made(&boxed(bar(&format!("{turn}{plane}"))));
 }
 
-/// Layers that are held across the axis are at rest there, whatever the specimen starts with.
+/// Layers with `lateral = "fixed"` have no velocity across the axis, whatever the initial velocity of the specimen.
 #[test]
 fn fixed_layers_do_not_drift() {
     let text = bar(&format!(
@@ -185,10 +186,10 @@ fn fixed_layers_do_not_drift() {
     }
 }
 
-/// End layers are by default as thick as bonds reach, also where the reach comes from a number of bonds. In a face-centred
-/// block nine pairs per sphere lie in the shell at √3 diameters (all up to √2 are 9 in the bulk and fewer at surfaces):
-/// `1 + 2√3` = 4.46 radii take in three planes, at 1, 1 + √2 and 1 + 2√2 radii from the end, where touching neighbours
-/// alone (3 radii) take in two.
+/// By default, end layers are as thick as bonds reach, also if the reach follows from a coordination number. In a
+/// face-centered block nine pairs per sphere lie in the shell at √3 diameters (all up to √2 are 9 in the bulk and fewer at
+/// surfaces): `1 + 2√3` = 4.46 radii include three planes, at 1, 1 + √2, and 1 + 2√2 radii from the end. Bonds between
+/// touching spheres only (3 radii) would include two.
 #[test]
 fn end_layers_reach_as_far_as_bonds() {
     let text = bar("[loading]\nkind = \"uniaxial\"\nstrain_rate = 0.1")
@@ -202,9 +203,10 @@ fn end_layers_reach_as_far_as_bonds() {
     assert_eq!(layers.each_ref().map(Vec::len), [54, 54]);
 }
 
-/// Sets have the spheres of clumps: by place, by number, and all; their material is the clump's, if it names one.
+/// Sets include spheres of clumps: by position, by number, and all. The material of a clump, if given, overrides that
+/// of sets.
 #[test]
-fn sets_have_the_spheres_of_clumps() {
+fn sets_include_the_spheres_of_clumps() {
     let text = |material: &str| {
         format!(
             "version = 1
@@ -249,22 +251,23 @@ fn sets_have_the_spheres_of_clumps() {
     assert_eq!(tags_and_materials(&text("material = \"light\"")), [(0b001, 1), (0b101, 0), (0b011, 0)]);
 }
 
-/// Moments of inertia that are given smallest first belong to the axes in that order: two spheres above each other turn
-/// most easily about z.
+/// Given moments of inertia, smallest first, are assigned to the principal axes in this order: two spheres above each other
+/// have the smallest moment about z.
 #[test]
-fn given_moments_of_inertia_find_their_axes() {
+fn given_moments_of_inertia_are_assigned_to_their_axes() {
     let text =
         bar("[[clump]]\nspheres = [[30, 0, 0, 1], [30, 0, 1, 1]]\ninertia = [1, 2, 2]\nangular_velocity = [0, 0, 3]\n\
          velocity = [0, 0, 0]");
     let Assembly { state, .. } = made(&text);
     let clump = &state.clumps[0];
-    // Rounding of the rotations between body and world.
+    // Tolerance: rounding of the rotations between body and world axes.
     assert!((clump.angular_momentum - Vec3::new(0.0, 0.0, 3.0)).norm() < 1e-14, "{}", clump.angular_momentum);
     let axis = rotate(&clump.orientation, &Vec3::x());
     assert!((axis.z.abs() - 1.0).abs() < 1e-14, "{axis}");
 }
 
-/// Contacts name their row with 16 bits, one value of which means none: 255 materials make 255² rows, 256 too many.
+/// Contacts store the index of their pair coefficients in 16 bits, of which one value means none: 255 materials need
+/// 255² indices, 256 are too many.
 #[test]
 fn too_many_materials_are_refused() {
     let text = |count: usize| {
@@ -291,7 +294,7 @@ fn too_many_materials_are_refused() {
     assert!(key == "material" && message.contains("linear_bond") && message.contains("255"), "{key}: {message}");
 }
 
-/// Two discs in a plane cell, and what `packing` says of them.
+/// Scenario of two discs in a plane cell; `packing`: keys of the packing.
 fn discs(packing: &str) -> String {
     format!(
         "version = 1
@@ -312,7 +315,7 @@ fn discs(packing: &str) -> String {
     )
 }
 
-/// A file in folder `folder` as packing of discs.
+/// Builds a scenario whose packing is a file of discs in `folder`.
 fn discs_of_file(folder: &Path, content: &str) -> Result<Assembly, AssemblyError> {
     std::fs::write(folder.join("discs.txt"), content).expect("a temporary folder can be written to");
     let text = discs("kind = \"file\"\npath = \"discs.txt\"");
@@ -320,7 +323,7 @@ fn discs_of_file(folder: &Path, content: &str) -> Result<Assembly, AssemblyError
     assemble(&scenario, folder, &mut |_, _| {})
 }
 
-/// Files of discs are checked as listed discs are: centers in the plane, a cell of unit depth. The cell of the scenario
+/// Files of discs are checked like listed discs: centers in the plane, a cell of unit depth. The cell of the scenario
 /// replaces that of the file.
 #[test]
 fn files_of_discs_lie_in_the_plane() {
@@ -343,7 +346,7 @@ fn files_of_discs_lie_in_the_plane() {
     assert_eq!(summary.bonds, 2);
 }
 
-/// Discs of 0.5 m radius would bond to their own images one depth away.
+/// Discs of radius 0.5 m would bond to their own images one depth away and are refused.
 #[test]
 fn discs_do_not_reach_their_images_along_z() {
     let text = |radius: f64| {
@@ -360,7 +363,7 @@ fn discs_do_not_reach_their_images_along_z() {
     assert_eq!(made(&text(0.4)).summary.bonds, 2);
 }
 
-/// A sphere at `place`, and a wall.
+/// Scenario of a sphere at `place`, and a wall.
 fn sphere_and_wall(place: &str, wall: &str) -> String {
     format!(
         "version = 1
@@ -384,7 +387,7 @@ fn sphere_and_wall(place: &str, wall: &str) -> String {
     )
 }
 
-/// Particles inside or behind walls before the first step are refused: their elastic energy would shoot them away.
+/// Particles inside or behind walls before the first step are refused, because their elastic energy would expel them.
 #[test]
 fn particles_inside_walls_are_refused() {
     let plane = "{ kind = \"plane\", point = [0, 0, 0], normal = [0, 0, 1] }";
@@ -408,8 +411,8 @@ fn particles_inside_walls_are_refused() {
     }
 }
 
-/// The number of bonds does not rest on rounding without a word: touching spheres at the interaction ratio 1 are bonded with
-/// a warning, and no bond at all is one, too.
+/// If the number of bonds depends on rounding, there is a warning: touching spheres at the interaction ratio 1 are bonded
+/// with a warning. There is a warning, too, if there are no bonds.
 #[test]
 fn doubtful_bonds_are_reported() {
     let keys = |text: &str| -> Vec<String> {
@@ -428,5 +431,5 @@ fn doubtful_bonds_are_reported() {
     );
     let none = none.replace("steps = 10", "steps = 10\n[integration]\ntime_step = 1e-3");
     let warnings = keys(&none);
-    assert!(warnings.len() == 1 && warnings[0].contains("there are none"), "{warnings:?}");
+    assert!(warnings.len() == 1 && warnings[0].contains("so there are no bonds"), "{warnings:?}");
 }

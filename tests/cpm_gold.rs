@@ -1,8 +1,8 @@
-//! The concrete law in YADE's form against YADE itself, bit for bit.
+//! The concrete law in YADE's form agrees with YADE bit for bit.
 //!
-//! `golden/yade/make_gold.py` has run Debian's YADE 2023.02a and written every input and output of its law
-//! `Law2_ScGeom_CpmPhys_Cpm` and of the geometry functor before it. Here the same positions, velocities and rates go
-//! through the solver's own kinematics and law. "Equal" means the same 64 bits; there is no tolerance in this file.
+//! `golden/yade/make_gold.py` ran Debian's YADE 2023.02a and recorded every input and output of its law
+//! `Law2_ScGeom_CpmPhys_Cpm` and of the geometry functor before it. These tests apply our kinematics and law to the same
+//! positions, velocities, and rates. "Equal" means the same 64 bits; there is no tolerance in this file.
 
 use concordem::kinematics::sphere_sphere::{ImageShift, Motion, measure};
 use concordem::kinematics::{ContactInput, MotionMeasure, PreviousGeometry};
@@ -12,7 +12,7 @@ use concordem::math::{Quat, Vec3};
 use concordem_tests::gold::{Row, Table, read};
 use std::collections::BTreeMap;
 
-/// Parameters of one material; what is a property of the law in YADE comes from `law`.
+/// Parameters of one material; those that belong to the law in YADE come from `law`.
 fn parameters(material: &Row<'_>, law: &Row<'_>) -> CpmParameters {
     CpmParameters {
         mode: CpmFormulation::YadePublic,
@@ -34,7 +34,7 @@ fn parameters(material: &Row<'_>, law: &Row<'_>) -> CpmParameters {
     }
 }
 
-/// Equal in every bit. A difference is reported with its place.
+/// Asserts that two numbers are equal in every bit; `place` locates a difference.
 fn same(ours: f64, yades: f64, what: &str, place: &str) {
     assert!(ours.to_bits() == yades.to_bits(), "{place}: {what} is {ours:e}, YADE has {yades:e}");
 }
@@ -56,7 +56,7 @@ fn motion(row: &Row<'_>, number: u8) -> Motion {
     }
 }
 
-/// One contact in the course of time.
+/// Replays the steps of one contact.
 struct Replay {
     law: Cpm,
     mode: MotionMeasure,
@@ -68,7 +68,7 @@ struct Replay {
     state: CpmState,
 }
 
-/// How often each event was met, so that a test can say what it has covered.
+/// How often each event occurred, to show what a test covers.
 #[derive(Default, Debug)]
 struct Coverage {
     steps: usize,
@@ -113,7 +113,7 @@ impl Replay {
         }
     }
 
-    /// Take the history from the outputs of a step instead of from its replay.
+    /// Takes the history from the recorded outputs of a step instead of from the replay.
     fn adopt(&mut self, row: &Row<'_>) {
         let penetration = row.real("penetration");
         let reference = self.geometry.radius_a + self.geometry.radius_b - self.geometry.reference_length;
@@ -130,10 +130,10 @@ impl Replay {
         self.frame = Some(PreviousGeometry { normal: row.vector("normal"), length });
     }
 
-    /// Replay one step and compare all that YADE wrote down.
+    /// Replays one step and compares everything that YADE recorded.
     fn step(&mut self, row: &Row<'_>, place: &str, coverage: &mut Coverage) {
         let (a, b) = (motion(row, 1), motion(row, 2));
-        // YADE gives a contact made in this very step no rotation
+        // YADE does not rotate a contact in the step that creates it
         let frame = self.frame.unwrap_or_else(|| {
             let l = b.position + self.image.displacement - a.position;
             let length = concordem::math::yade_order::norm(&l);
@@ -186,7 +186,7 @@ impl Replay {
     }
 }
 
-/// Two spheres on prescribed paths: every option of YADE's law, from the first step on, history by our own law.
+/// Two spheres on prescribed paths with every option of YADE's law, from the first step on; our law computes the history.
 #[test]
 fn law_tester_paths_bit_for_bit() {
     let tables = read("law_tester.bin");
@@ -198,7 +198,7 @@ fn law_tester_paths_bit_for_bit() {
         let gold = table("law").row(0);
         let first = parameters(&table("materials").row(0), &gold);
         let second = parameters(&table("materials").row(1), &gold);
-        // YADE averages unlike materials only; the mean of like ones has the same bits but for the shear modulus
+        // YADE averages only different materials; the mean of equal ones has the same bits except for the shear modulus
         let both = if first == second { first } else { first.average(&second).expect("YADE averages these") };
         let law = Cpm::new(&both).expect("YADE accepts these");
         let constants = table("constants").row(0);
@@ -213,8 +213,8 @@ fn law_tester_paths_bit_for_bit() {
     assert!(coverage.broke >= 6 && coverage.opened >= 4 && coverage.unbonded > 150);
 }
 
-/// Contacts out of uniaxial tests of a specimen, in windows of consecutive steps: the history of a window's first step
-/// is YADE's, the following ones are ours. Contacts that are born in the window start from nothing.
+/// Contacts from uniaxial tests of a specimen, in windows of consecutive steps: the first step of a window takes its history
+/// from YADE, the following steps from our law. Contacts that form within a window start without history.
 #[test]
 fn specimen_contacts_bit_for_bit() {
     let tables = read("specimen.bin");
@@ -244,7 +244,7 @@ fn specimen_contacts_bit_for_bit() {
     }
 }
 
-/// A pair of the specimen, as YADE treats it.
+/// State of a pair, as YADE treats it.
 #[derive(Clone, Copy, PartialEq)]
 enum Pair {
     /// Bonded in the first step.
@@ -255,13 +255,13 @@ enum Pair {
     Loose(usize),
 }
 
-/// Whole trajectories bit for bit: a plain loop of kinematics, law and YADE's integrator, from the stored initial state,
-/// meets every stored end force, position, velocity, rotation and history, for 2 000 or 3 000 steps, through damage,
-/// slip, break and renewed contact.
+/// Whole trajectories agree bit for bit: a simple loop of kinematics, law, and YADE's integrator, from the stored initial
+/// state, reproduces every stored end force, position, velocity, rotation, and history for 2,000 or 3,000 steps, through
+/// damage, slip, breakage, and new contacts.
 ///
-/// This needs YADE's order of sums: forces are added per body in the order in which YADE visits its interactions, which
-/// the gold data hold. In any other order trajectories part, in the tension test by 1e-12 of the end force after 150
-/// steps, 1e-9 after 500 and 1e-5 after 750: softening amplifies roundings.
+/// This requires YADE's order of summation: forces are added per body in the order in which YADE visits its interactions,
+/// which is part of the gold data. In any other order the trajectories diverge, in the tension test by 1e-12 of the end
+/// force after 150 steps, 1e-9 after 500, and 1e-5 after 750, because softening amplifies rounding errors.
 #[test]
 fn trajectories_bit_for_bit() {
     let tables = read("trajectory.bin");
@@ -275,7 +275,7 @@ fn trajectories_bit_for_bit() {
     }
 }
 
-/// Compute one test and compare it with everything stored. Returns how many bonds broke and contacts were made later.
+/// Computes one test and compares it with everything stored. Returns the numbers of broken bonds and of new contacts.
 fn follow(tables: &BTreeMap<String, Table>, run: &str, law: Cpm) -> (usize, usize) {
     let table = |part: &str| &tables[&format!("{run}.{part}")];
     let setup = table("setup").row(0);
@@ -330,7 +330,7 @@ fn follow(tables: &BTreeMap<String, Table>, run: &str, law: Cpm) -> (usize, usiz
             contact.frame = Some(PreviousGeometry { normal: k.normal, length: k.length });
             force[contact.a] += response.force;
             force[contact.b] -= response.force;
-            // YADE forms the contact point first; arms times the normal would differ in the last bit
+            // YADE computes the contact point first; arm times normal would differ in the last bit
             let contact_point = one.position + k.normal * k.arm_a;
             moment[contact.a] += (contact_point - one.position).cross(&response.force);
             moment[contact.b] += (contact_point - two.position).cross(&-response.force);
@@ -395,7 +395,7 @@ impl Contact {
         }
     }
 
-    /// YADE's test of contact, on squares.
+    /// YADE's contact test, which compares squares.
     fn touches(&self, one: &Motion, two: &Motion) -> bool {
         let l = two.position - one.position;
         let reach = self.geometry.radius_a + self.geometry.radius_b;
@@ -410,7 +410,7 @@ impl Contact {
     }
 }
 
-/// Compare a whole state with the stored one.
+/// Compares a whole state with the stored one.
 fn compare(tables: &BTreeMap<String, Table>, run: &str, steps: usize, bodies: &[Motion], contacts: &[Contact]) {
     let table = |part: &str| &tables[&format!("{run}.{part}.{steps}")];
     let place = |kind: &str, i: usize| format!("{run}, after {steps} steps, {kind} {i}");
@@ -422,7 +422,7 @@ fn compare(tables: &BTreeMap<String, Table>, run: &str, steps: usize, bodies: &[
     }
     let history = |contact: &Contact, row: &Row<'_>, place: &str| {
         same(contact.state.kappa, row.real("kappa"), "kappa", place);
-        // the last snapshot of a run is the full one
+        // only the last snapshot of a run is complete
         if row.width() > 4 {
             same_vector(&contact.state.shear_strain, &row.vector("eps_t"), "epsT", place);
             same_vector(&contact.state.plastic_shear_strain, &row.vector("eps_t_plastic"), "epsTPl", place);
@@ -447,7 +447,7 @@ fn compare(tables: &BTreeMap<String, Table>, run: &str, steps: usize, bodies: &[
     }
 }
 
-/// YADE's sign: 0 of 0.
+/// YADE's sign function: the sign of 0 is 0.
 fn sign(x: f64) -> f64 {
     if x > 0.0 {
         1.0
@@ -458,7 +458,7 @@ fn sign(x: f64) -> f64 {
     }
 }
 
-/// Acceleration after YADE's damping, in the axes that are not blocked.
+/// Acceleration after YADE's damping; zero along blocked axes.
 fn damped(acceleration: Vec3, velocity: &Vec3, damping: f64, dt: f64, blocked: [bool; 3]) -> Vec3 {
     let mut out = acceleration;
     for axis in 0..3 {

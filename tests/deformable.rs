@@ -39,9 +39,9 @@ pub fn bodies(packing: &Packing, planar: bool) -> Particles {
     particles
 }
 
-/// A periodic packing of discs in a cell of `aspect` times as long along x as along y, compressed beyond touching: discs
-/// of log-normal radii about `median` between `low` and `high` (m) thrown at random into a cell of area `Σ πR²/fraction`
-/// and let go without friction until their net forces are 1e-3 of the contact forces.
+/// A periodic packing of overlapping discs in a cell that is `aspect` times as long along x as along y: discs of log-normal
+/// radii about `median` between `low` and `high` (m) are placed at random in a cell of area `Σ πR²/fraction` and relax
+/// without friction until their net forces are 1e-3 of the contact forces.
 pub fn disc_packing(count: usize, radii: [f64; 3], spread: f64, fraction: f64, aspect: f64, seed: u64) -> Packing {
     let [low, median, high] = radii;
     let mut random = Random::new(seed);
@@ -65,18 +65,18 @@ fn unbalanced(report: &concordem::solver::StepReport) -> f64 {
     if contact > 0.0 { (net / contact).sqrt() } else { 0.0 }
 }
 
-/// The interaction ratio at which a packing has `wanted` bonds per particle.
-pub fn ratio_for_coordination(packing: &Packing, wanted: f64) -> f64 {
+/// The interaction ratio at which a packing has `target` bonds per particle.
+pub fn ratio_for_coordination(packing: &Packing, target: f64) -> f64 {
     let found =
-        bonding::ratio_for_coordination(&packing.spheres, packing.cell.as_ref(), wanted).expect("a sound packing");
+        bonding::ratio_for_coordination(&packing.spheres, packing.cell.as_ref(), target).expect("a sound packing");
     found.expect("a packing with as many near pairs").0
 }
 
-/// A bonded periodic sample.
+/// A bonded periodic packing.
 pub struct Sample {
     /// The packing.
     pub packing: Packing,
-    /// Discs.
+    /// Whether the particles are discs.
     pub planar: bool,
     /// Interaction ratio.
     pub ratio: f64,
@@ -84,15 +84,15 @@ pub struct Sample {
     pub normal: f64,
 }
 
-/// Elastic constants of an isotropic body as far as two compressions tell: from the means of `C11` and `C12` over the
-/// axes. In two dimensions those of the plane: `ν = C12/C11`, `E = C11(1−ν²)`, `K = (C11+C12)/2`.
+/// Elastic constants of an isotropic body from compressions along the axes: from the means of `C11` and `C12` over the axes.
+/// In two dimensions they are those of the plane: `ν = C12/C11`, `E = C11(1−ν²)`, `K = (C11+C12)/2`.
 #[derive(Debug, Clone, Copy)]
 pub struct Constants {
     /// `C11`, Pa.
     pub c11: f64,
     /// `C12`, Pa.
     pub c12: f64,
-    /// Shear modulus of one simple shear, `C44`, Pa; not by isotropy.
+    /// Shear modulus from a simple shear, `C44`, Pa; does not assume isotropy.
     pub c44: f64,
     /// Young's modulus, Pa.
     pub young: f64,
@@ -101,7 +101,7 @@ pub struct Constants {
 }
 
 impl Sample {
-    /// The bonded state at rest, unloaded; `ratio` of tangential and normal stiffness.
+    /// The bonded, unloaded state at rest; `shear_ratio`: tangential over normal stiffness.
     pub fn state(&self, shear_ratio: f64) -> State {
         let law = LinearBond::new(self.normal, shear_ratio * self.normal, 0.0, f64::INFINITY, f64::INFINITY)
             .expect("valid stiffness");
@@ -139,7 +139,7 @@ impl Sample {
         for step in 0..60_000 {
             let look = step % 50 == 49;
             let report = solver.step_with(&mut state, look).expect("stable");
-            // In a lattice forces are in balance from the start, but strains settle with ρ per step.
+            // In a lattice forces balance from the start, but strains converge by a factor ρ per step.
             if look && step > 500 && unbalanced(&report) < 1e-5 {
                 break;
             }
@@ -180,8 +180,8 @@ impl Sample {
     }
 }
 
-/// Mean field in the plane for `Z` contacts per disc, `(E/A, ν)`: Voigt's moduli (Madan 2019, (4.15)–(4.18)), made softer by
-/// the strain that (2.44)–(2.53) give a disc under the mean stress; `softness` is `k_n/E_p`. Derived here.
+/// Mean field in the plane for `Z` contacts per disc, `(E/A, ν)`: Voigt moduli (Madan 2019, (4.15)–(4.18)), reduced by the
+/// strain of a disc under the mean stress according to (2.44)–(2.53); `softness` is `k_n/E_p`. Derived for this project.
 pub fn mean_field(coordination: f64, shear_ratio: f64, softness: f64, poisson: f64) -> (f64, f64) {
     let isotropic = coordination * softness * (1.0 + poisson) * (1.0 - 2.0 * poisson) / PI;
     let deviatoric = coordination * softness * (1.0 + poisson) / TAU;
@@ -199,8 +199,8 @@ pub fn mean_field_solid(coordination: f64, fraction: f64, shear_ratio: f64, soft
     (9.0 * bulk * shear / (3.0 * bulk + shear), (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear)))
 }
 
-/// Growth of the size of random velocities in `steps` steps of a twentieth of the rigid time step bound, undamped; infinite
-/// beyond a factor of 1e6. So small a step, because lagging strains lower the bound to `√(1−ρ)` of it at worst.
+/// Growth of random velocities in `steps` undamped steps of a twentieth of the rigid time step bound; infinite beyond a
+/// factor of 1e6. The step is that small because lagged strains lower the bound by a factor of `√(1−ρ)` at worst.
 pub fn growth(sample: &Sample, deformable: &Deformable, steps: usize) -> f64 {
     let mut state = sample.state(0.0);
     state.clock.dt = 0.05 * time_step::bounds(&state).spectral;
@@ -223,10 +223,10 @@ pub fn growth(sample: &Sample, deformable: &Deformable, steps: usize) -> f64 {
     size(&state) / start
 }
 
-/// Speed of a pulse along x through a bar: the sample cut open at its ends (and at its sides, for a pulse of
-/// displacement along x; for one along y they stay periodic). The displacement `½A(1 + cos(2πx/L))`, `0 ≤ x ≤ L/2`, grows in
-/// 200 steps with the particles held, and is then let go (Madan 2019, (5.5), with its parenthesis put right). The
-/// speed is distance by time between the peaks of the mean displacement of two strips, mean of five pairs.
+/// Speed of a pulse along x through a bar: the packing with free ends (and free sides for displacements along x; for
+/// displacements along y the sides stay periodic). The displacement `½A(1 + cos(2πx/L))`, `0 ≤ x ≤ L/2`, is prescribed over
+/// 200 steps, and then the particles are released (Madan 2019, (5.5), with a parenthesis corrected). The speed is the
+/// distance over the time between the peaks of the mean displacement of two strips, mean of five pairs.
 pub fn wave_speed(
     sample: &Sample,
     shear_ratio: f64,
@@ -238,7 +238,7 @@ pub fn wave_speed(
     let mut state = sample.state(shear_ratio);
     let cell = state.cell.expect("periodic");
     let (length, height) = (cell.matrix[(0, 0)], cell.matrix[(1, 1)]);
-    // Bonds see images by particles outside of the cell, too: wrap them first.
+    // Wrap particles into the cell first, because bonds may also refer to images of particles outside it.
     for p in 0..state.particles.len() {
         let x = &mut state.particles.position[p];
         x.x -= (x.x / length).floor() * length;
@@ -284,7 +284,7 @@ pub fn wave_speed(
         .map(|x| (0..start.len()).filter(|&p| (start[p].x - x).abs() < width).collect())
         .collect();
     let mut traces: Vec<Vec<f64>> = vec![Vec::new(); strips.len()];
-    // As long as the slowest pulse of interest needs, and the end does not answer yet.
+    // As long as the slowest pulse of interest needs, but before reflections from the end arrive.
     let slowest = 0.45 * (sample.voigt_modulus().0 / DENSITY).sqrt();
     let steps = (0.9 * length / slowest / dt) as usize;
     for _ in 0..steps {
@@ -295,7 +295,7 @@ pub fn wave_speed(
         }
     }
     let peak = |trace: &[f64]| {
-        // The first rise above half of the pulse that turns: later peaks are reflections.
+        // The first peak above the threshold: later peaks are reflections.
         let threshold = 0.1 * amplitude;
         let at = (1..trace.len() - 1)
             .find(|&k| {

@@ -1,6 +1,6 @@
-//! Tests of ConcorDEM by behaviour; one file per question, fixtures in `scenarios/` and `golden/`.
+//! Integration tests of ConcorDEM; one file per topic, fixtures in `scenarios/` and `golden/`.
 //!
-//! Here is what several of them share: materials, specimens, and the reader of gold files.
+//! This library contains what several tests share: materials, specimens, and the reader of gold files.
 
 pub mod deformable;
 pub mod gold;
@@ -48,7 +48,7 @@ pub fn one_material() -> PairCoefficients {
     rows
 }
 
-/// A state in which all pairs nearer than `interaction_ratio` times the sum of their radii are bonded.
+/// A state in which all pairs closer than `interaction_ratio` times the sum of their radii are bonded.
 pub fn bonded<L: LawLoops>(particles: Particles, cell: Option<Cell>, law: L, interaction_ratio: f64) -> State {
     let mut bonds = ContactBlock::new(vec![law]);
     bond(&mut bonds, &one_material(), &particles, cell.as_ref(), interaction_ratio).expect("a sound packing");
@@ -56,7 +56,7 @@ pub fn bonded<L: LawLoops>(particles: Particles, cell: Option<Cell>, law: L, int
 }
 
 /// `copies` of the random dense packing of `golden/yade` (22 mm × 22 mm × 42 mm, spheres of 1.2 mm ± 20 %) side by side
-/// along x, cut off above the height `height` (m).
+/// along x, cut off above `height` (m).
 pub fn random_packing(copies: usize, height: f64) -> Packing {
     let one = import_text(include_bytes!("golden/yade/packing.txt").as_slice()).expect("the packing of the gold files");
     let mut packing = Packing::default();
@@ -70,8 +70,8 @@ pub fn random_packing(copies: usize, height: f64) -> Packing {
     packing
 }
 
-/// Let the two end layers (4 mm) part along z at the strain rate `rate` (1/s), all else starting with the linear
-/// field of velocities, as in Stránský 2018, §2.5.3. The ends move freely across z and turn freely.
+/// Prescribes velocities of the two end layers (4 mm) along z at the strain rate `rate` (1/s); all other particles
+/// start with the linear velocity field, as in Stránský 2018, §2.5.3. The ends move freely across z and rotate freely.
 pub fn pull(state: &mut State, rate: f64) {
     let particles = &mut state.particles;
     let heights = || particles.position.iter().map(|x| x.z);
@@ -92,7 +92,7 @@ pub fn pull(state: &mut State, rate: f64) {
     }
 }
 
-/// Run `work` on a pool of `threads` threads.
+/// Runs `work` on a pool of `threads` threads.
 pub fn on_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads").install(work)
 }

@@ -1,4 +1,4 @@
-//! Does the program do what its help says: commands, exit codes, interruption, resumption, the same bits every time?
+//! The program does what its help says: commands, exit codes, interruption, resumption, bitwise reproducible results.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
@@ -12,14 +12,14 @@ use concordem::program::{Console, exit, run};
 use concordem::scenario::TEMPLATES;
 use tempfile::TempDir;
 
-/// What a command gave: exit code, standard output, standard error.
+/// Output of a command: exit code, standard output, standard error.
 struct Given {
     code: u8,
     out: String,
     err: String,
 }
 
-/// Run a command within this process.
+/// Runs a command within this process.
 fn concordem<S: Into<OsString>>(arguments: impl IntoIterator<Item = S>) -> Given {
     let (mut out, mut err) = (Vec::new(), Vec::new());
     let arguments = std::iter::once(OsString::from("concordem")).chain(arguments.into_iter().map(Into::into));
@@ -29,12 +29,12 @@ fn concordem<S: Into<OsString>>(arguments: impl IntoIterator<Item = S>) -> Given
     Given { code, out: text(out), err: text(err) }
 }
 
-/// Variable by which a test tells a copy of itself what to run.
+/// Environment variable with which a test tells a child process what to run.
 const CHILD: &str = "CONCORDEM_TEST_ARGUMENTS";
 
-/// Not a test: what a child process of the tests below does.
+/// Not a test: the child process of the tests below.
 #[test]
-#[ignore = "run by other tests in a process of its own, so that it can be killed"]
+#[ignore = "run by other tests in a separate process, so that it can be killed"]
 fn child() {
     let Ok(arguments) = std::env::var(CHILD) else { return };
     let given = concordem(arguments.split('\n'));
@@ -42,7 +42,7 @@ fn child() {
     std::process::exit(i32::from(given.code));
 }
 
-/// Start a command in a process of its own.
+/// Starts a command in a separate process.
 fn spawn(arguments: &[&str]) -> std::process::Child {
     Command::new(std::env::current_exe().expect("this test has a file"))
         .args(["--exact", "child", "--ignored", "--nocapture"])
@@ -115,13 +115,13 @@ fn text(path: &Path) -> &str {
     path.to_str().expect("temporary folders have plain names")
 }
 
-/// All that a result holds, apart from attributes, which tell when and by whom it was made: type, shape, and bits of every dataset, by
-/// its path.
+/// Contents of a result without attributes (which say when and how it was made): type, shape, and bits of every dataset, by
+/// path.
 type Contents = BTreeMap<String, (String, Vec<usize>, Vec<u64>)>;
 
 fn contents(path: &Path) -> Contents {
-    // Opening it compares its seal.
-    let hash = ResultFile::open(path).and_then(|result| result.state_hash()).expect("a whole result");
+    // Opening a result verifies its seal.
+    let hash = ResultFile::open(path).and_then(|result| result.state_hash()).expect("a complete result");
     let mut all = BTreeMap::from([("state_hash".to_owned(), (hash, Vec::new(), Vec::new()))]);
     collect(&hdf5::File::open(path).expect("an HDF5 file"), "", &mut all);
     for name in
@@ -129,7 +129,7 @@ fn contents(path: &Path) -> Contents {
     {
         assert!(all.contains_key(name), "{name} is not among {:?}", all.keys());
     }
-    // The particles move: with one picture for all times the comparison would say little.
+    // The particles must move: if all snapshots were equal, the comparison would say little.
     let (_, shape, _) = &all["VTKHDF/Points"];
     let (_, _, times) = &all["VTKHDF/Steps/Values"];
     assert!(times.len() > 2 && shape[0] == times.len() * all["particles/id"].2.len(), "{shape:?} at {times:?}");
@@ -147,7 +147,7 @@ fn collect(group: &hdf5::Group, prefix: &str, all: &mut Contents) {
         let data = group.dataset(&name).expect("a group or a dataset");
         let kind = data.dtype().and_then(|kind| kind.to_descriptor()).expect("a type");
         let bits = match &kind {
-            // The library complains when asked for nothing.
+            // The library fails to read an empty dataset.
             _ if data.size() == 0 => Vec::new(),
             TypeDescriptor::Float(FloatSize::U8) => {
                 data.read_raw::<f64>().expect("reals").into_iter().map(f64::to_bits).collect()
@@ -173,7 +173,7 @@ fn same(found: &Contents, expected: &Contents, what: &str) {
     assert!(differ.is_empty(), "{what}: {differ:?} differ");
 }
 
-/// The comparison sees one bit of one picture.
+/// The comparison of results detects a single changed bit of a snapshot.
 #[test]
 fn a_bit_of_a_snapshot_is_a_difference() {
     let folder = TempDir::new().expect("a temporary folder");
@@ -187,13 +187,13 @@ fn a_bit_of_a_snapshot_is_a_difference() {
         let middle = bits.len() / 2;
         bits[middle] ^= 1;
         let found = std::panic::catch_unwind(|| same(&other, &all, "one bit"));
-        assert!(found.is_err(), "a bit of {name} is not seen");
+        assert!(found.is_err(), "a changed bit of {name} is not detected");
     }
     same(&all, &all, "nothing");
 }
 
-/// What broke is in no list of the solver any more; it stays in the tables, and the damage of particles and the damage tensor
-/// count it.
+/// Broken bonds, which the solver removes from its lists, stay in the tables and count in the damage of particles and in the
+/// damage tensor.
 #[test]
 fn broken_bonds_stay_in_the_tables() {
     use concordem::state::columns::ColumnData;
@@ -206,7 +206,7 @@ fn broken_bonds_stay_in_the_tables() {
     let path = folder.path().join("prism.h5");
     let given = concordem(["run", "-q", text(&scenario)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
-    let result = ResultFile::open(&path).expect("a whole result");
+    let result = ResultFile::open(&path).expect("a complete result");
     let column = |table: &str, name: &str| {
         let (_, column) =
             result.table(table).expect("a table").into_iter().find(|(found, _)| found == name).expect(name);
@@ -230,10 +230,11 @@ fn broken_bonds_stay_in_the_tables() {
         let of_it: Vec<f64> =
             ids.chunks_exact(2).zip(&damage).filter(|(pair, _)| pair.contains(id)).map(|(_, &damage)| damage).collect();
         let expected = of_it.iter().sum::<f64>() / of_it.len() as f64;
-        // The sum's order differs.
+        // Tolerance: the order of the sum differs.
         assert!((mean - expected).abs() < 1e-14, "particle {id}: {mean} instead of {expected}");
     }
-    // Almost nothing moves in the last step: the tensor from the tables is that of the last sample, within what the bonds turn.
+    // The particles hardly move in the last step: the tensor from the tables is that of the last sample, up to the
+    // rotation of bonds.
     let region = r#"{ kind = "sphere", center = [0, 0, 0], radius = "5 mm" }"#;
     let given = concordem(["measure", text(&path), "--operator", "damage-tensor", "--region", region, "--csv"]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
@@ -247,8 +248,8 @@ fn broken_bonds_stay_in_the_tables() {
     }
 }
 
-/// No file is lost to a name: results have names of HDF5 files, a table that is there is not written over without being told,
-/// and one that is missing is written by `resume`.
+/// Results do not overwrite other files: result names need an HDF5 extension, and an existing table is overwritten only with
+/// --force. `resume` writes a missing table.
 #[test]
 fn results_do_not_overwrite_other_files() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -275,7 +276,7 @@ fn results_do_not_overwrite_other_files() {
 }
 
 #[test]
-fn help_tells_commands_examples_and_exit_codes() {
+fn the_help_lists_commands_examples_and_exit_codes() {
     let given = concordem(["--help"]);
     assert_eq!(given.code, exit::DONE);
     for word in [
@@ -299,16 +300,16 @@ fn help_tells_commands_examples_and_exit_codes() {
 }
 
 #[test]
-fn schema_is_json_with_descriptions() {
+fn the_schema_is_json_with_descriptions() {
     let given = concordem(["schema"]);
     assert_eq!(given.code, exit::DONE);
-    for word in ["\"$schema\"", "additionalProperties", "Normal modulus of a link, Pa", "x-units"] {
+    for word in ["\"$schema\"", "additionalProperties", "Normal modulus of a bond, Pa", "x-units"] {
         assert!(given.out.contains(word), "{word} is missing");
     }
 }
 
 #[test]
-fn templates_are_written_and_checked_but_not_over_existing_files() {
+fn templates_are_valid_and_do_not_overwrite_existing_files() {
     let folder = TempDir::new().expect("a temporary folder");
     for template in TEMPLATES {
         let path = folder.path().join(template.name).with_extension("toml");
@@ -327,7 +328,7 @@ fn templates_are_written_and_checked_but_not_over_existing_files() {
 }
 
 #[test]
-fn wrong_arguments_and_files_have_their_exit_codes() {
+fn wrong_arguments_and_bad_files_give_the_documented_exit_codes() {
     let folder = TempDir::new().expect("a temporary folder");
     let scenario = prism(folder.path(), 10);
     assert_eq!(concordem(["walk"]).code, exit::USAGE);
@@ -343,19 +344,19 @@ fn wrong_arguments_and_files_have_their_exit_codes() {
     let given = concordem(["check", text(&binary)]);
     assert_eq!(given.code, exit::FILE);
     assert!(given.err.contains("line 2"), "{}", given.err);
-    // A foreign file, and a place that cannot be written to: below a file.
+    // A file of another program, and a path that cannot be written to, because its parent is a file.
     let given = concordem(["info", text(&scenario)]);
     assert_eq!(given.code, exit::FILE, "{}", given.err);
     let given = concordem(["run", text(&scenario), "-o", text(&scenario.join("result.h5"))]);
     assert_eq!(given.code, exit::FILE, "{}", given.err);
-    // A result that exists is kept.
+    // An existing result is kept.
     let result = folder.path().join("prism.h5");
     assert_eq!(concordem(["run", "-q", text(&scenario)]).code, exit::DONE);
     let given = concordem(["run", text(&scenario)]);
     assert_eq!(given.code, exit::FILE);
     assert!(given.err.contains("--force"), "{}", given.err);
     assert_eq!(concordem(["run", "-q", "--force", text(&scenario)]).code, exit::DONE);
-    // A result cut off anywhere is no result.
+    // A result that is cut off is refused.
     let bytes = std::fs::read(&result).expect("the result");
     for part in [1, 2, 3] {
         std::fs::write(&result, &bytes[..bytes.len() * part / 4]).expect("a file");
@@ -392,20 +393,20 @@ fn unstable_steps_are_refused_with_both_numbers_unless_allowed() {
     for word in ["1.00000e-3 s", "stability bound of", "allow_unstable", "time_step = \"1 ms\""] {
         assert!(given.err.contains(word), "{word} is missing: {}", given.err);
     }
-    assert!(!folder.path().join("unstable.h5.parts").exists(), "a refused run leaves nothing behind");
+    assert!(!folder.path().join("unstable.h5.parts").exists(), "a refused run leaves no files");
     let allowed = unstable.replace("[integration]", "[integration]\nallow_unstable = true");
-    // Unbreakable bonds, so that the energy grows without end.
+    // Unbreakable bonds, so that the energy grows without limit.
     let allowed =
         allowed.replace("omega_threshold = 0.9", "never_damage = true").replace("steps = 5", "steps = 100000");
     let scenario = write(folder.path(), "allowed.toml", &allowed);
     let given = concordem(["run", text(&scenario)]);
-    assert_eq!(given.code, exit::PHYSICS, "a run that explodes ends so: {}", given.err);
+    assert_eq!(given.code, exit::PHYSICS, "an unstable run ends with this exit code: {}", given.err);
     assert!(given.err.contains("no longer finite"), "{}", given.err);
-    assert!(!folder.path().join("allowed.h5").exists(), "a run that failed leaves no result that looks whole");
+    assert!(!folder.path().join("allowed.h5").exists(), "a failed run leaves no complete result");
 }
 
 #[test]
-fn a_run_can_be_checked_packed_informed_and_reported() {
+fn check_pack_run_info_and_report_work_together() {
     let folder = TempDir::new().expect("a temporary folder");
     let scenario = prism(folder.path(), 300);
     let given = concordem(["check", text(&scenario)]);
@@ -421,10 +422,10 @@ fn a_run_can_be_checked_packed_informed_and_reported() {
     let result = folder.path().join("prism.h5");
     let given = concordem(["run", text(&scenario)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
-    assert!(given.err.contains("the given number of steps was done"), "{}", given.err);
+    assert!(given.err.contains("the given number of steps was reached"), "{}", given.err);
     let file = ResultFile::open(&result).expect("the result");
     assert_eq!(file.table("particles").expect("particles")[0].1.borrow().len() % spheres, 0);
-    // And one for the final state.
+    // One record every 7 steps, and one for the final state.
     assert_eq!(file.samples("step").expect("steps").len(), 300_usize.div_ceil(7) + 1);
     assert_eq!(file.snapshot_times().expect("snapshots").len(), 4);
     let given = concordem(["info", text(&result)]);
@@ -436,7 +437,7 @@ fn a_run_can_be_checked_packed_informed_and_reported() {
     assert_eq!(given.code, exit::DONE, "{}", given.err);
     let page = std::fs::read_to_string(folder.path().join("prism.html")).expect("the page");
     assert!(page.contains("Prism") && page.contains("</html>"));
-    assert_eq!(concordem(["report", text(&result)]).code, exit::FILE, "the page is there already");
+    assert_eq!(concordem(["report", text(&result)]).code, exit::FILE, "the page already exists");
     assert_eq!(concordem(["report", "--force", text(&result)]).code, exit::DONE);
     let given = concordem(["resume", text(&result)]);
     assert_eq!(given.code, exit::DONE);
@@ -460,7 +461,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
     }
 }
 
-/// Wait for a process, but not for ever.
+/// Waits for a process, with a time limit.
 fn wait(mut process: std::process::Child) -> ExitStatus {
     let start = Instant::now();
     loop {
@@ -477,13 +478,13 @@ fn wait(mut process: std::process::Child) -> ExitStatus {
 
 #[test]
 #[cfg(unix)]
-fn sigterm_leaves_a_checkpoint_and_resume_goes_on() {
+fn sigterm_writes_a_checkpoint_from_which_resume_continues() {
     let folder = TempDir::new().expect("a temporary folder");
     let scenario = prism(folder.path(), 1500);
     let (whole, broken) = (folder.path().join("whole.h5"), folder.path().join("broken.h5"));
     assert_eq!(concordem(["run", "-q", "-o", text(&whole), text(&scenario)]).code, exit::DONE);
     let process = spawn(&["run", "-o", text(&broken), text(&scenario)]);
-    // Wait for the first checkpoint: from then on the handlers are in place.
+    // Wait for the first checkpoint: by then the signal handlers are installed.
     let parts = broken.with_extension("h5.parts");
     let start = Instant::now();
     while !parts.join("checkpoint-0001.h5").exists() {
@@ -504,7 +505,7 @@ fn sigterm_leaves_a_checkpoint_and_resume_goes_on() {
 
 #[test]
 #[cfg(unix)]
-fn killed_runs_give_the_result_of_an_undisturbed_one() {
+fn killed_runs_give_the_result_of_an_uninterrupted_run() {
     let folder = TempDir::new().expect("a temporary folder");
     let scenario = prism(folder.path(), 600);
     let (whole, broken) = (folder.path().join("whole.h5"), folder.path().join("broken.h5"));
@@ -513,7 +514,7 @@ fn killed_runs_give_the_result_of_an_undisturbed_one() {
     assert_eq!(given.code, exit::DONE, "{}", given.err);
     let duration = start.elapsed();
     let expected = contents(&whole);
-    // Kill after growing delays, until a process gets to the end: places in all phases of a run, the last ones too.
+    // Kill after growing delays until a process reaches the end, to hit all phases of a run, including the last ones.
     let mut delay = duration / 40;
     let mut kills = 0;
     let mut command = "run";
@@ -533,7 +534,7 @@ fn killed_runs_give_the_result_of_an_undisturbed_one() {
         process.wait().expect("a child process");
         kills += 1;
         assert!(kills < 400, "the run makes no progress");
-        // A run that was killed before its first checkpoint has to be begun again.
+        // A run that was killed before its first checkpoint must be started again.
         let begun = broken.with_extension("h5.parts").join("checkpoint-0000.h5").exists();
         command = if begun || broken.exists() { "resume" } else { "run" };
         if !begun {
@@ -543,11 +544,11 @@ fn killed_runs_give_the_result_of_an_undisturbed_one() {
     }
     assert!(kills >= 3, "only {kills} kills");
     same(&contents(&broken), &expected, &format!("after {kills} kills"));
-    assert!(!broken.with_extension("h5.parts").exists(), "the working folder is gone");
+    assert!(!broken.with_extension("h5.parts").exists(), "the working folder is removed");
 }
 
-/// A run's samples, and the same operators on its result: equal at the last step, because forces and positions in the
-/// tables are those of the end; the contacts' order differs, hence rounding of sums of some hundred terms.
+/// The samples of a run equal the same operators on its result at the last step, because forces and positions in the tables
+/// are the final ones. The order of contacts differs, so sums of some hundred terms differ by rounding.
 #[test]
 fn operators_are_measured_during_and_after_a_run() {
     let folder = TempDir::new().expect("a temporary folder");
@@ -560,7 +561,7 @@ fn operators_are_measured_during_and_after_a_run() {
     let column = |name: &str| &table.iter().find(|(column, _)| column == name).expect("a column").1;
     assert_eq!(column("stress").components, 9);
     assert_eq!(format!("{:?}", column("step").data), "U64([0, 30, 60, 90])");
-    // A run that ends at step 60 has the state that the longer one has there.
+    // A run that ends at step 60 has the same state there as the longer run.
     let shorter = folder.path().join("shorter.toml");
     std::fs::write(&shorter, PRISM.replace("STEPS", "60")).expect("a scenario");
     assert_eq!(concordem(["run", "-q", text(&shorter)]).code, exit::DONE);
@@ -575,7 +576,7 @@ fn operators_are_measured_during_and_after_a_run() {
     for (measured, sampled) in line.iter().zip(&sampled[18..27]) {
         assert!((measured - sampled).abs() < 1e-12 * size, "{measured} {sampled}");
     }
-    // Any region, and a map.
+    // Any region, and a grid.
     let region =
         "{ kind = \"box\", minimum = [\"-4 mm\", \"-4 mm\", \"-4 mm\"], maximum = [\"4 mm\", \"4 mm\", \"4 mm\"] }";
     let all = [
@@ -597,7 +598,7 @@ fn operators_are_measured_during_and_after_a_run() {
     }
     let given = concordem(["measure", text(&shorter), "--operator", "fabric", "--region", region, "--grid", "2,3,1"]);
     assert_eq!((given.code, given.out.lines().count()), (exit::DONE, 7), "{}{}", given.out, given.err);
-    // Operators that have regions of their own; a run that is pulled at its ends.
+    // Operators that accept only special regions.
     let whole = "{ kind = \"all\", volume = \"1.296 cm^3\" }";
     let sphere = "{ kind = \"sphere\", center = [0, 0, 0], radius = \"5 mm\" }";
     for (operator, region) in [("boundary-stress", whole), ("power", whole), ("coarse-grain", sphere)] {
@@ -611,7 +612,7 @@ fn operators_are_measured_during_and_after_a_run() {
     let particles = ids.len();
     let given = concordem(["measure", text(&shorter), "--operator", "particle-stress", "--region", whole, "--each"]);
     assert_eq!((given.code, given.out.lines().count() - 1), (exit::DONE, particles));
-    // What cannot be.
+    // Arguments that are refused.
     for (arguments, words) in [
         (vec!["--operator", "boundary-stress", "--region", region], "needs the whole body"),
         (vec!["--operator", "wall-traction"], "needs a wall"),
@@ -621,10 +622,10 @@ fn operators_are_measured_during_and_after_a_run() {
         (vec!["--operator", "porosity", "--region", region, "--truncation", "internal-only"], "does not use this key"),
         (vec!["--operator", "stress"], "choose one of"),
         (vec!["--operator", "fabric"], "no periodic cell"),
-        (vec!["--operator", "fabric", "--region", "{ kind = \"ball\" }"], "not a region of a scenario"),
+        (vec!["--operator", "fabric", "--region", "{ kind = \"ball\" }"], "--region is not a valid region"),
         (
             vec!["--operator", "fabric", "--region", "{ kind = \"all\", volume = 1 }", "--grid", "2,2,2"],
-            "divides a box",
+            "only a box can be divided",
         ),
     ] {
         let given = concordem([vec!["measure", text(&shorter)], arguments].concat());
@@ -633,10 +634,11 @@ fn operators_are_measured_during_and_after_a_run() {
     }
 }
 
-/// The inverse of a reported result returns its inputs: constants of a cell with Ē = 25 GPa, Ḡ/Ē = 0.2 lead back to these.
-/// Poisson's ratio is found to 1e-9 and its slope by the ratio is 0.3, so that the ratio is good to 1e-8.
+/// `calibrate elastic` inverts `elastic`: from the constants of a cell with Ē = 25 GPa, Ḡ/Ē = 0.2 it recovers these
+/// parameters. Poisson's ratio is found to 1e-9 and its slope over the stiffness ratio is 0.3, so the ratio is found to
+/// 1e-8.
 #[test]
-fn elastic_constants_are_told_and_lead_back_to_the_links() {
+fn calibrate_elastic_recovers_the_parameters_of_elastic_constants() {
     let folder = TempDir::new().expect("a temporary folder");
     let template = TEMPLATES.iter().find(|t| t.name == "cpm-periodic").expect("the template");
     let scenario = write(folder.path(), "cell.toml", &template.text.replace("count = 1000", "count = 120"));
@@ -650,7 +652,7 @@ fn elastic_constants_are_told_and_lead_back_to_the_links() {
     let (young, poisson) = (&found["static"]["young_pa"], &found["static"]["poisson"]);
     let gap = found["relaxed_dynamics"]["young_pa"].as_f64().expect("E") / young.as_f64().expect("E") - 1.0;
     assert!(gap.abs() < 2e-6, "statics and dynamics differ by {gap:e}");
-    // From other stiffnesses back to the first ones.
+    // Start from other stiffnesses, and recover the first ones.
     let other = template.text.replace("count = 1000", "count = 120").replace("\"25 GPa\"", "\"7 GPa\"");
     let other = write(folder.path(), "other.toml", &other.replace("shear_ratio = 0.2", "shear_ratio = 0.9"));
     let wanted = folder.path().join("wanted.toml");
@@ -670,9 +672,10 @@ fn elastic_constants_are_told_and_lead_back_to_the_links() {
     assert!(far.code == exit::PHYSICS && far.err.contains("out of reach"), "{}", far.err);
 }
 
-/// Parameters of one law lead to E and ν, and these, asked for on the scenario of another law, back to the parameters: for each law
-/// and deformable particles, with the bonds left as they are. Poisson's ratio is found to 1e-9 and its slope by the
-/// stiffnesses is 0.1 or more; 1e-6 leaves room (asked: 1e-3). What is written says the same of itself.
+/// For each law and deformable particles: the constants E and ν of planted parameters are given as targets with the scenario
+/// of another law, on the same bonds, and the calibration recovers the parameters. Poisson's ratio is found to 1e-9 and its
+/// slope over the stiffnesses is at least 0.1; the tolerance is 1e-6 (required: 1e-3). The written scenario has the target
+/// constants.
 #[test]
 fn parameters_of_each_law_are_found_from_a_scenario_of_another() {
     let folder = TempDir::new().expect("a temporary folder");
@@ -722,7 +725,7 @@ fn parameters_of_each_law_are_found_from_a_scenario_of_another() {
                 places.find(|word| word == key).expect("the key");
                 places.nth(1).and_then(|word| word.parse().ok()).expect("a number")
             };
-            // Of the particles' modulus and the beams' alike: the first key of the name is the one in both texts.
+            // The first key of this name is the right one in both texts, for beams and for deformable particles.
             let error = after(&written) / after(&planted) - 1.0;
             println!("{law} {key}: {error:+.1e}");
             assert!(error.abs() < 1e-6, "{law} {key}: {error:e}\n{written}");
@@ -735,7 +738,7 @@ fn parameters_of_each_law_are_found_from_a_scenario_of_another() {
         );
         assert_eq!(concordem(["check", text(&output)]).code, exit::DONE, "{written}");
     }
-    // Without bonds and without a scenario, bonds are made.
+    // Without bonds in the scenario, or without a scenario, bonds are made.
     let bare = CELL.replace("[bonds]\nlaw = \"linear_bond\"\ncoordination = 8\n", "");
     let bare = write(folder.path(), "bare.toml", &bare);
     let output = folder.path().join("made.toml");
@@ -748,7 +751,7 @@ fn parameters_of_each_law_are_found_from_a_scenario_of_another() {
     }
 }
 
-/// What cannot be asked for, each with its remedy.
+/// Requests that do not fit the law are refused with a remedy.
 #[test]
 fn laws_that_do_not_fit_are_refused() {
     let folder = TempDir::new().expect("a temporary folder");
@@ -820,10 +823,10 @@ values = [1, 2, 3, 4]
 average = true
 "#;
 
-/// Killed at growing delays and gone on with, on other numbers of threads: the file has the same bytes.
+/// A sweep killed after growing delays and continued with other numbers of threads gives a file with the same bytes.
 #[test]
 #[cfg(unix)]
-fn killed_sweeps_give_the_file_of_an_undisturbed_one() {
+fn killed_sweeps_give_the_file_of_an_uninterrupted_sweep() {
     let folder = TempDir::new().expect("a temporary folder");
     write(folder.path(), "cell.toml", CELL);
     let sweep = write(folder.path(), "sweep.toml", SWEEP);
@@ -833,7 +836,7 @@ fn killed_sweeps_give_the_file_of_an_undisturbed_one() {
     let duration = start.elapsed();
     assert_eq!(given.code, exit::DONE, "{}", given.err);
     assert!(given.err.contains("192 points; 4 packings"), "{}", given.err);
-    // Sixty bonds are not to be had; the other points have their numbers.
+    // Sixty bonds per particle are impossible; the other points have values.
     assert!(given.err.contains("64 of 192 points failed"), "{}", given.err);
     let table = std::fs::read_to_string(folder.path().join("whole.csv")).expect("the table");
     assert_eq!(table.lines().count(), 193);
@@ -874,15 +877,15 @@ fn killed_sweeps_give_the_file_of_an_undisturbed_one() {
         delay += duration / 8;
     }
     assert!(kills >= 1, "no kill");
-    assert!(std::fs::read(&broken).expect("the result") == expected, "after {kills} kills the file is another one");
+    assert!(std::fs::read(&broken).expect("the result") == expected, "after {kills} kills the file differs");
     assert!(!points.exists(), "the finished points are in the result");
-    // Killed after the result was written and before its points were removed: the same command comes to the same end.
+    // If killed after the result was written and before the journal was removed, the same command completes the sweep.
     let fingerprint = finished.lines().next().expect("points of a killed sweep").to_owned() + "\n";
     std::fs::write(&points, fingerprint).expect("a file");
     let given = concordem(["sweep", "-q", "-o", text(&broken), text(&sweep)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
     assert!(std::fs::read(&broken).expect("the result") == expected && !points.exists());
-    // A finished sweep is kept, points of another one are not taken.
+    // A finished sweep is kept, and points of another sweep are refused.
     assert_eq!(concordem(["sweep", "-q", "-o", text(&broken), text(&sweep)]).code, exit::FILE);
     std::fs::write(&points, "concordem sweep 1 other\n").expect("a file");
     std::fs::remove_file(&broken).expect("the result");
@@ -892,7 +895,7 @@ fn killed_sweeps_give_the_file_of_an_undisturbed_one() {
 }
 
 #[test]
-fn sweeps_are_begun_from_a_template_and_refused_with_place_and_remedy() {
+fn a_sweep_template_runs_and_bad_sweeps_are_refused_with_position_and_remedy() {
     let folder = TempDir::new().expect("a temporary folder");
     let given = concordem(["init", "--template", "elastic-sweep", text(folder.path())]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
@@ -914,11 +917,11 @@ fn sweeps_are_begun_from_a_template_and_refused_with_place_and_remedy() {
         let given = concordem(["sweep", text(&bad)]);
         assert_eq!(given.code, exit::USAGE, "{}", given.err);
         assert!(given.err.contains(words) && given.err.contains("help: "), "{words}: {}", given.err);
-        assert!(!folder.path().join("bad.h5.points").exists(), "a refused sweep leaves nothing behind");
+        assert!(!folder.path().join("bad.h5.points").exists(), "a refused sweep leaves no files");
     }
 }
 
-/// Discs in a plane cell: `pack` and `check` find the same solid fraction, that of the scenario.
+/// For discs in a plane cell, `pack` and `check` report the solid fraction of the scenario.
 #[test]
 fn pack_and_check_agree_on_discs() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -939,18 +942,18 @@ fn pack_and_check_agree_on_discs() {
     assert_eq!(fraction(&concordem(["check", text(&scenario)])), "0.9000");
     let packed = concordem(["pack", text(&scenario)]);
     assert_eq!(fraction(&packed), "0.9000");
-    // Links at the ratio that gives the wanted coordination.
+    // Bonds at the interaction ratio that gives the target coordination number.
     assert!(
-        packed.out.lines().any(|line| line.contains("links per sphere") && line.ends_with("5.000")),
+        packed.out.lines().any(|line| line.contains("bonds per sphere") && line.ends_with("5.000")),
         "{}",
         packed.out
     );
 }
 
-/// A run without loading has no peak stress; its table has the columns of operators and a last row for the final state, and
-/// what nothing is in is not measured.
+/// For a run without loading, `info` reports no peak stress; the CSV table has the columns of operators and a last row for
+/// the final state; and `measure` refuses an empty region.
 #[test]
-fn tables_are_complete_and_say_nothing_that_is_not() {
+fn tables_of_a_run_without_loading_are_complete() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scenario = write(
         folder.path(),
@@ -966,9 +969,9 @@ fn tables_are_complete_and_say_nothing_that_is_not() {
     );
     let given = concordem(["run", text(&scenario)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
-    // Warnings name place, key, and remedy.
+    // Warnings give position, key, and remedy.
     for words in [
-        "rest.toml:9:1: material[0].frictional: neither bonds nor contacts have this law",
+        "rest.toml:9:1: material[0].frictional: neither bonds nor contacts use this law",
         "bonds.interaction_ratio: 1 of the 1 bonds are as long as the longest",
         "help: ",
     ] {
@@ -989,7 +992,7 @@ fn tables_are_complete_and_say_nothing_that_is_not() {
     let given = concordem(["info", text(&result)]);
     assert!(given.code == exit::DONE && !given.out.contains("stress"), "{}", given.out);
     assert!(given.out.contains("last step"), "{}", given.out);
-    // The last row is that of the state in the file.
+    // The last row belongs to the final state in the result.
     let given = concordem([
         "measure",
         text(&result),
@@ -1014,7 +1017,7 @@ fn tables_are_complete_and_say_nothing_that_is_not() {
     }
 }
 
-/// The report of a plane run draws its particles below the broken bonds.
+/// The report of a plane run draws the particles behind the broken bonds.
 #[test]
 fn reports_of_plane_runs_draw_the_particles() {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Results as others read them: a small run's file opened with VTK (geometry, fields, time steps) and h5py.
+# Other readers can open our results: reads the file of a small run with VTK (geometry, fields, time steps) and h5py.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 work=$(mktemp -d)

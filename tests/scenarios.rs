@@ -1,13 +1,13 @@
-//! Are good scenarios accepted, and bad ones refused with a message that names place, key, value, and remedy?
+//! Good scenarios are accepted, and bad ones refused with a message that gives position, key, value, and remedy.
 //!
-//! The messages are stored beside the scenarios; `INSTA_UPDATE=always cargo test -p concordem-tests` renews them.
+//! The messages are stored beside the scenarios; `INSTA_UPDATE=always cargo test -p concordem-tests` updates them.
 
 use std::path::{Path, PathBuf};
 
 use concordem::scenario::{ProblemKind, ReadError, Scenario, TEMPLATES};
 use rstest::rstest;
 
-/// Path relative to this folder, in which the tests run: the messages must not depend on where it is.
+/// Path relative to this folder, in which the tests run, so that messages do not depend on its location.
 fn relative(path: &Path) -> &Path {
     path.strip_prefix(env!("CARGO_MANIFEST_DIR")).expect("a file of this folder")
 }
@@ -24,8 +24,8 @@ fn bad(#[files("scenarios/bad/*.toml")] path: PathBuf) {
         Ok(_) => panic!("{} is accepted", path.display()),
     };
     for problem in &error.problems {
-        assert!(problem.span.end <= error.source_text.text.len(), "the place of `{problem}` is outside of the text");
-        assert!(!problem.help.is_empty(), "`{problem}` comes without a remedy");
+        assert!(problem.span.end <= error.source_text.text.len(), "the position of `{problem}` is outside the text");
+        assert!(!problem.help.is_empty(), "`{problem}` has no remedy");
     }
     let mut settings = insta::Settings::clone_current();
     settings.set_snapshot_path("scenarios/bad");
@@ -42,16 +42,16 @@ fn good(#[files("scenarios/good/*.toml")] path: PathBuf) {
     }
 }
 
-/// Whatever becomes of a text, it is refused with places inside of it, or accepted; the reader never gives up.
+/// A damaged text is accepted, or refused with positions inside the text; the reader never fails otherwise.
 #[test]
-fn damaged_texts_are_read_without_a_fault() {
+fn damaged_texts_are_accepted_or_refused_with_valid_positions() {
     let look = |text: &str| {
         if let Err(error) = Scenario::parse("damaged.toml", text) {
             assert!(!error.problems.is_empty());
             for problem in &error.problems {
                 let (start, end) = (problem.span.start, problem.span.end);
                 let length = error.source_text.text.len();
-                // What the schema lets pass must not fail in the reader, which knows no key path.
+                // A text that passes the schema must not fail in the reader, which cannot name the key.
                 assert!(problem.kind == ProblemKind::Syntax || !problem.key.is_empty(), "`{problem}` names no key");
                 assert!(start <= end && end <= length, "`{problem}` is at {start}..{end} of {length} bytes");
             }
@@ -61,7 +61,7 @@ fn damaged_texts_are_read_without_a_fault() {
     let words = ["nan", "-1", "1e999", "\"\"", "[]", "{}", "[[[]]]", "true", "\"30 mm\"", "1979-05-27", "[{}]", "0"];
     for template in TEMPLATES {
         let text = template.text;
-        // Cut off, anywhere.
+        // Cut off anywhere.
         for end in (0..text.len()).step_by(7).filter(|&end| text.is_char_boundary(end)) {
             look(&text[..end]);
         }
@@ -70,7 +70,7 @@ fn damaged_texts_are_read_without_a_fault() {
             let without: Vec<&str> =
                 lines.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, line)| *line).collect();
             look(&without.join("\n"));
-            // Twice the same line, and a value of another type.
+            // A repeated line, and a value of another type.
             let mut twice = lines.clone();
             twice.insert(at, lines[at]);
             look(&twice.join("\n"));
@@ -86,7 +86,7 @@ fn damaged_texts_are_read_without_a_fault() {
     }
 }
 
-/// What nothing uses is accepted with a warning.
+/// Tables and keys without effect are accepted with a warning.
 #[test]
 fn unused_tables_and_keys_are_reported() {
     let text = "
@@ -134,7 +134,7 @@ fn unused_tables_and_keys_are_reported() {
         "integration.safety",
     ];
     assert_eq!(keys, expected);
-    // Keys of bonds in a table that only contacts use.
+    // Keys of bonds in the table of a law that only contacts use.
     let contacts = text
         .replace(
             "cohesive_beam = { young = 1e9, radius_ratio = 0.5 }",

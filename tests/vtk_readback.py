@@ -1,9 +1,9 @@
-"""Read a result file with VTK and compare everything under /VTKHDF with what the file holds.
+"""Read a result file with VTK and compare everything under /VTKHDF with the contents of the file.
 
 Usage: python3 tests/vtk_readback.py RESULT.h5   (needs the packages vtk >= 9.3, h5py, and numpy)
 
-Exit status 0: geometry, fields, and time steps came back exactly. Anything else: what differs is printed.
-The comparison is for equality: VTK copies the numbers, it computes nothing.
+Exit status 0: VTK reads geometry, fields, and time steps exactly. Otherwise the differences are printed.
+The comparison is exact, because VTK only copies the numbers.
 """
 
 import sys
@@ -20,7 +20,7 @@ def expect(condition, message):
 
 
 def expected_steps(path):
-    """The steps as the file's own arrays say: time, points, and fields."""
+    """The steps according to the arrays in the file: time, points, and fields."""
     with h5py.File(path) as file:
         group = file["VTKHDF"]
         steps = group["Steps"]
@@ -44,7 +44,7 @@ def main(path):
     steps = list(expected_steps(path))
     expect(len(steps) > 0, "the file has no time steps")
     expect(list(times) == [time for time, _, _ in steps], f"times {times} differ")
-    # From the last step to the first: a reader that ignores the wish for a time would show it.
+    # From the last step to the first, to detect a reader that ignores the requested time.
     for time, points, fields in reversed(steps):
         reader.UpdateTimeStep(time)
         grid = reader.GetOutput()
@@ -55,7 +55,7 @@ def main(path):
         expect(read.dtype == points.dtype, f"points are {read.dtype}, not {points.dtype}")
         expect(numpy.array_equal(read, points), f"points differ at t = {time}")
         for cell in (0, len(points) - 1):
-            expect(grid.GetCellType(cell) == vtk.VTK_VERTEX, f"cell {cell} is no vertex")
+            expect(grid.GetCellType(cell) == vtk.VTK_VERTEX, f"cell {cell} is not a vertex")
             expect(grid.GetCell(cell).GetPointId(0) == cell, f"cell {cell} is at another point")
         data = grid.GetPointData()
         names = {data.GetArrayName(k) for k in range(data.GetNumberOfArrays())}

@@ -3,9 +3,9 @@
 
     validation/deformable.py [--full] [--only stability,solid,wave]
 
-Each case is one run of `examples/deformable_study.rs` of the tests' crate. Results go to
-validation/results/deformable.json, case by case, so that an interrupted study goes on where it stopped. Without --full
-the packings are small and the results go to no file.
+Each case is one run of `examples/deformable_study.rs` in the crate of the tests. Results are written to
+validation/results/deformable.json after every case, so that an interrupted study continues where it stopped. Without --full, the
+packings are small and no results are written.
 """
 
 import argparse
@@ -28,13 +28,13 @@ def cases(full):
     discs, seed = ("4979" if full else "300"), "1"
     for poisson in ["0.05", "0.1", "0.15", "0.2", "0.25", "0.3", "0.35", "0.4", "0.45"]:
         yield ["stability", discs, seed, poisson]
-    # How far Poisson's ratio reaches in space.
+    # Range of Poisson's ratio in three dimensions.
     solid = [("0", "0"), *itertools.product(["0.2", "0.5", "1"], ["-0.5", "0", "0.25", "0.49"])]
     packings = ["sc", "fcc", "random"] if full else ["sc", "fcc"]
     for packing, kappa, (softness, poisson) in itertools.product(packings, ["0", "0.5", "1"], solid):
         yield ["solid", packing, seed, kappa, softness, poisson]
-    # The source's bar, and one four times as long and wide: bonds are missing at the free sides of a bar, and ten discs
-    # across are few.
+    # The bar of the source, and one four times as long and wide, because bonds are missing at the free sides and ten discs across
+    # are few.
     for size, kappa, (softness, poisson) in itertools.product(
         ["1", "4"] if full else ["1"], ["0.2", "0.5", "1"], [("0", "0"), ("0.18", "0.45"), ("0.35", "0.45")]
     ):

@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
-"""A cube of concrete pulled and crushed in LIGGGHTS on 1, 2, 4 processors and by ConcorDEM's solver: E, f_t, f_c as peaks.
+"""A cube of concrete in tension and compression, in LIGGGHTS on 1, 2, 4 processors and in ConcorDEM's solver: E, f_t, f_c.
 
     validation/distributed_specimen.py [--full | --print]
 
-The scenarios are the program's templates (specimen 1 of Stránský 2018, section 2.5.3) without local damping, which LIGGGHTS
-has not. In LIGGGHTS our law gives the forces; motion, lists, and processors are the host's. Beyond the onset of cracking
-rounding grows and each run is a sample of one failure: how far samples scatter is measured by runs in which the last bit
-of one coordinate differs at the start. Figures go to validation/results/distributed_specimen.json. Without --full a small
-cube runs through the same code and is held to the same demands.
+The scenarios are the program's templates (specimen 1 of Stránský 2018, section 2.5.3) without local damping, which LIGGGHTS does not
+have. In LIGGGHTS, our law computes the forces; LIGGGHTS does the rest. After cracks start, rounding is amplified and each run is a
+random sample of one failure; runs in which the last bit of one initial coordinate differs measure the scatter. Results are written
+to validation/results/distributed_specimen.json. Without --full, a small cube runs with the same code and the same checks.
 """
 
 import argparse
@@ -31,18 +30,18 @@ from concordem_validate.engines.liggghts import Liggghts
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "validation/results/distributed_specimen.json"
 PROCESSORS = (1, 2, 4)
-# Edge of the cube: 5,865 spheres, or 614.
+# Edge of the cube, for 5,865 or 614 spheres.
 FULL, REDUCED = "34 mm", "16 mm"
-# Particles whose coordinate is changed by a last bit, one for each sample.
+# Particles with a coordinate changed by one bit, one for each sample.
 SAMPLES = (100, 200, 300)
-# Rate (1/s) and steps: well past both peaks.
+# Strain rate (1/s) and number of steps; the runs continue well beyond both peaks.
 LOADINGS = {"tension": ("1 1/s", 2000), "compression": ("-3 1/s", 4200)}
-# Steps before the first link softens: both engines differ by rounding.
+# Steps before the first bond softens, in which both codes differ only by rounding.
 WINDOW = 300
 
 
 def task(direction, edge):
-    """The template with another size, without damping, and with what the peers' translations want written out."""
+    """The template with another size, without damping, and with the explicit keys that the translations to peers need."""
     document = scenario.load(ROOT / f"validation/scenarios/specimen-{direction}.toml")
     rate, steps = LOADINGS[direction]
     area = float(edge.split()[0]) ** 2
@@ -55,7 +54,7 @@ def task(direction, edge):
 
 
 def measures(result):
-    """Modulus: a straight line below 30 % of the strength. The strength is a peak: the curve falls behind it."""
+    """Modulus from a straight line below 30 % of the strength, and the strength, the peak of the curve."""
     strain, stress = result.series["strain"].values, result.series["stress"].values
     peak = int(np.argmax(np.abs(stress)))
     low = (np.arange(len(stress)) < peak) & (np.abs(stress) <= 0.3 * abs(stress[peak]))
@@ -64,7 +63,7 @@ def measures(result):
 
 
 def on(processors, job, strain, limit=3000):
-    """A run in LIGGGHTS; strains are those of the solver's run, since both move the ends at one rate."""
+    """A run in LIGGGHTS; strains are those of the solver's run, because both move the ends at the same rate."""
     with tempfile.TemporaryDirectory() as folder:
         result = Liggghts("liggghts", processors).run(job, Path(folder), limit)
     result.series["strain"] = strain
@@ -75,7 +74,7 @@ def on(processors, job, strain, limit=3000):
 
 
 def parted(a, b, peak):
-    """First step at which two curves differ by a millionth of the peak; −1: never."""
+    """First step at which two curves differ by 1e-6 of the peak; −1 if there is none."""
     apart = np.abs(a.values - b.values) > 1e-6 * abs(peak)
     return int(a.steps[np.argmax(apart)]) if apart.any() else -1
 
@@ -125,7 +124,7 @@ def compare(direction, edge):
 
 
 def failures(direction, found):
-    """What a run must show, as a list of what it does not."""
+    """Acceptance criteria that a run does not meet, as messages."""
     wrong = []
 
     def demand(holds, what):
@@ -137,18 +136,18 @@ def failures(direction, found):
     for processors in PROCESSORS:
         there, name = found[f"liggghts_{processors}"], f"on {processors} processors"
         demand(there["positions_equal_one_processor"], f"{name} positions are not those of one processor, bit by bit")
-        # Reactions are LIGGGHTS' own sum over some hundred atoms on each processor: rounding.
+        # Tolerance: LIGGGHTS sums reactions over some hundred atoms on each processor.
         sums = there["stress_from_one_processor"]
         demand(sums < 1e-12, f"{name} the stress is {sums:.1e} from that of one")
-        # As in the case cpm-uniaxial, with its reasons: rounding, before links soften.
+        # Tolerances as in the case cpm-uniaxial: rounding, before bonds soften.
         stress, positions = there["stress_from_solver_in_window"], there["positions_from_solver_in_window"]
         demand(stress < 1e-9, f"{name} the stress is {stress:.1e} from the solver's")
         demand(positions < 5e-9, f"{name} positions are {positions:.1e} from the solver's")
         demand(there["last_over_peak"] < 0.95, f"{name} the last stress is {there['last_over_peak']:.3f} of the largest: no peak")
         modulus = there["young_pa"] / solver["young_pa"] - 1
-        demand(abs(modulus) < 1e-9, f"{name} the modulus differs by {modulus:.1e}; it is fitted before rounding has grown")
-        # In tension the peak comes before rounding has grown: measured 1.8e-11, last bits spread it by 3e-11. In compression it is
-        # two samples of one failure: last bits spread it by 6e-6 in four samples, measured 9e-7; fifteen times that spread is allowed.
+        demand(abs(modulus) < 1e-9, f"{name} the modulus differs by {modulus:.1e}; it is fitted before rounding is amplified")
+        # In tension, the peak precedes the amplification of rounding: difference 1.8e-11, scatter of last bits 3e-11. In compression, the
+        # runs are two samples of one failure: difference 9e-7, scatter of last bits 6e-6 in four samples; fifteen times that is allowed.
         strength = there["peak_stress_pa"] / solver["peak_stress_pa"] - 1
         allowed = {"tension": 1e-9, "compression": 1e-4}[direction]
         demand(abs(strength) < allowed, f"{name} the strength differs by {strength:.1e}; {allowed:.0e} is allowed")

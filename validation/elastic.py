@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Elastic constants of random packings over their parameters, beside the published figures: sweeps of `concordem sweep`.
+"""Elastic constants of random packings over their parameters, compared with published values: sweeps of `concordem sweep`.
 
     validation/elastic.py [--full] [--only ratios,counts,...] [--jobs N]
 
-Each sweep of validation/sweeps is one run of `concordem sweep`, which goes on where it was stopped. Results go to
-validation/results/elastic.json, sweep by sweep; what is there already is not run again, but judged again. A check that does
-not hold and is not among the KNOWN ones is an error, and so is a known one that holds again. Without --full one small sweep
-runs and is judged, and nothing is written: the tests do that.
+Each file in validation/sweeps is one run of `concordem sweep`, which continues where it stopped. Results are written to
+validation/results/elastic.json after every sweep; finished sweeps are not repeated, only checked again. A statement that does not hold
+and is not in KNOWN is an error, and so is a statement in KNOWN that holds. Without --full, one small sweep is run and checked, and
+nothing is written; the tests do that.
 """
 
 import argparse
@@ -29,7 +29,7 @@ SWEEPS = ROOT / "validation/sweeps"
 FILES = ROOT / "target/sweeps"
 RESULTS = ROOT / "validation/results/elastic.json"
 
-MODULUS = 25e9  # of the links in sweeps/cell.toml
+MODULUS = 25e9  # modulus of the bonds in sweeps/cell.toml, Pa
 LONG = ["ratios", "counts", "dynamics", "beam-radius", "beam-coordination", "beam-material", "solid", "plane"]
 
 # Stránský 2018, section 3.4, N = 1000 (values of the author's files): E/Ē and ν of the static network, of the relaxed DEM, and
@@ -54,13 +54,13 @@ PUBLISHED = {
     (2, 0.1): (5.7630, 0.2212, 5.7611, 0.2212, 5.8405),
     (2, 10): (23.7772, -0.6382, 23.7944, -0.6386, 23.8986),
 }
-# Largest closed form over relaxed E by interaction ratio: the published packings have up to 1.13, 1.03, 1.02, so that one
-# to two hundredths are left for another packing.
+# Upper limit of closed-form E over relaxed E, by interaction ratio. The published packings have up to 1.13, 1.03, 1.02, which leaves
+# 0.01 to 0.02 for other packings.
 GAP = {1.25: 1.15, 1.5: 1.04, 2.0: 1.03}
-# The cell counts as at rest when the net force is 1e-6 of the contact force (`Relaxation::default`): stress, and so E, has an error
-# of that order, and twice it is allowed. The strain of 1e-7 adds an error of its own size. Largest on record: 1.7e-7.
+# Relaxation stops when the net force is 1e-6 of the contact force (`Relaxation::default`), so stress and E have an error of that order;
+# twice that is allowed. The strain of 1e-7 adds an error of its own magnitude. Largest recorded difference: 1.7e-7.
 REST = 2e-6
-# Statements that do not hold on record: the range in which what is found must stay, and why. docs/book/theory/statics.md has the measurements.
+# Statements known not to hold: the range of the recorded value, and the reason. docs/book/theory/statics.md has the measurements.
 KNOWN = {
     ("dynamics", "closed form by relaxed E at 1.5"): (
         1.04, 1.0422, "one packing where the statement is about means: ten have 1.0383 in the mean, and the range ends three "
@@ -73,13 +73,13 @@ MEASURES = ["anisotropy_young", "anisotropy_poisson", "anisotropy_shear", "aniso
 
 
 def run(name, jobs, resume):
-    """The points of a sweep as dictionaries, and the seconds it took; None where it went on with points of an earlier call."""
+    """The points of a sweep as dictionaries, and its duration (s), or None if it continued an earlier call."""
     FILES.mkdir(parents=True, exist_ok=True)
     result = FILES / f"{name}.h5"
-    # The program looks after its journal, whose points belong to one commit, sweep, and scenario.
+    # The program checks its journal, whose points belong to one commit, sweep, and scenario.
     resumed = resume and (FILES / f"{name}.h5.points").exists()
     if not resumed:
-        # Finished files say nothing about the program that is here now.
+        # Finished files may come from another program.
         for old in FILES.glob(f"{name}.*"):
             old.unlink()
     start = time.monotonic()
@@ -112,7 +112,7 @@ def spread(values):
 
 
 def condensed(rows, unit):
-    """Means over seeds by the other axes."""
+    """Means over seeds, by the other axes."""
     first = list(rows[0])
     axes = [key for key in first[: first.index("particles")] if key != "packing.seed"]
     groups = {}
@@ -165,7 +165,7 @@ def condensed(rows, unit):
 
 
 def checks(name, points):
-    """Statements that the source or its derivation makes; each with what was found."""
+    """Statements of the source or its derivation, each with the computed value."""
     found = []
 
     def check(statement, value, limit):
@@ -178,7 +178,7 @@ def checks(name, points):
         dense = [p for p in points if p.get("G/E of links", 1) <= 100 and "young" in p]
         check("relaxed E over affine E", largest(lambda p: p["young_by_affine"], dense), 1.0)
         if name != "counts":
-            # Few particles have few directions: the closed form is the mean over all. 0.025 is for N = 1000.
+            # The closed form assumes all directions; few particles have few directions. 0.025 is for N = 1000.
             limit = 0.025 if name != "small" else 0.04
             check("closed form by affine sum, minus 1", largest(lambda p: abs(p["closed_by_affine"] - 1), dense), limit)
             for ratio, limit in GAP.items():
@@ -196,7 +196,7 @@ def checks(name, points):
 
 
 def failures(name, points, verdicts):
-    """What is not as it must be, as a list of messages."""
+    """Errors as a list of messages."""
     wrong = [f"{name}: {problem}" for point in points for problem in point.get("problems", [])]
     for verdict in verdicts:
         what = f"{name}: {verdict['statement']}: {verdict['found']:g} (limit {verdict['limit']:g})"
@@ -205,11 +205,11 @@ def failures(name, points, verdicts):
             if not verdict["holds"]:
                 wrong.append(f"{what} does not hold")
         elif verdict["holds"]:
-            wrong.append(f"{what} holds again: take it out of KNOWN, and out of docs/book/theory/statics.md")
+            wrong.append(f"{what} holds; remove it from KNOWN and from docs/book/theory/statics.md")
         elif not known[0] <= verdict["found"] <= known[1]:
-            wrong.append(f"{what} is known not to hold, but to lie within {known[0]:g} and {known[1]:g}: {known[2]}")
+            wrong.append(f"{what} must be between {known[0]:g} and {known[1]:g}, although it does not hold: {known[2]}")
     looked_at = {verdict["statement"] for verdict in verdicts}
-    return wrong + [f"{name}: {statement}: known not to hold, and not looked at"
+    return wrong + [f"{name}: {statement}: listed in KNOWN, but not checked"
                     for sweep, statement in KNOWN if sweep == name and statement not in looked_at]
 
 
@@ -229,7 +229,7 @@ def main():
     arguments = parser.parse_args()
     wanted = arguments.only.split(",")
     if unknown := set(wanted) - set(LONG):
-        parser.error(f"--only: no sweep {', '.join(sorted(unknown))}; there are {', '.join(LONG)}")
+        parser.error(f"--only: unknown sweep {', '.join(sorted(unknown))}; valid sweeps are {', '.join(LONG)}")
     if not arguments.full:
         rows, _ = run("small", arguments.jobs, resume=False)
         points = condensed(rows, MODULUS)
@@ -248,7 +248,7 @@ def main():
             if name == "plane":
                 unit = 7e10
             commit = provenance.label(PROGRAM)
-            # Points of another state of changed sources would look the same.
+            # Uncommitted changes have no commit to distinguish points.
             rows, seconds = run(name, arguments.jobs, resume=not commit.endswith("+changes"))
             results[name] = {"unit_of_moduli_pa": unit, "commit": commit, "machine": processor(), "seconds": seconds, "checks": [],
                              "points": condensed(rows, unit)}

@@ -3,8 +3,8 @@
 
     .venv/bin/python validation/indentation.py
 
-The book's test is qualitative (no indenter, size, or rate is given): what can be compared is where bonds break first.
-Runs the template `beam-indentation` and the same with the strength of particles; some two minutes.
+The test in the book is qualitative (it gives no indenter, size, or rate), so only the positions of the first broken bonds can be
+compared. Runs the template `beam-indentation` with both failure criteria; takes about two minutes.
 """
 
 import subprocess

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""The rigid box of ERDC TR-14-6 Report 3, section 5.2: three sphere sizes in two boxes, sampled while its lid comes down.
+"""The rigid box of ERDC TR-14-6 Report 3, section 5.2: three sphere sizes in two boxes, sampled while the lid moves down.
 
     validation/rigid_box_sampling.py [--full] [--built]
 
-Each case is one run of `examples/rigid_box_sampling.rs`; its last state is then given to YADE's own operators
-(`yade_operators.py`), which must find the same (A8). Results go to validation/results/rigid_box_sampling.json, case by case,
-so that an interrupted study goes on where it stopped; what is there already is judged again. Without --full one case with a
-tenth of its spheres runs, and its result goes to no file. Acceptance that fails is an error, but for what is registered as not
-held (`OTHERS`); that is one when it is held again.
+Each case is one run of `examples/rigid_box_sampling.rs`. YADE's operators (`yade_operators.py`) are then applied to its final state
+and must agree with ours (A8). Results are written to validation/results/rigid_box_sampling.json after every case, so that an
+interrupted study continues where it stopped; finished cases are checked again. Without --full, one case with a tenth of the spheres
+runs, and no results are written. A criterion that is not met is an error, unless it is listed in `OTHERS`; a listed one that is met is
+also an error.
 """
 
 import argparse
@@ -28,15 +28,15 @@ ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "target/release/examples/rigid_box_sampling"
 RESULTS = ROOT / "validation/results/rigid_box_sampling.json"
 
-# Sums of some ten thousand contacts, each term rounded to 1.1e-16: 1e-12 when all errors add up, 2e-14 on record.
+# Sums over about ten thousand contacts, each term rounded to 1.1e-16: 1e-12 if all errors add up; recorded: 2e-14.
 ROUNDING = 1e-12
-# YADE's operators on the same state.
+# Command that applies YADE's operators to a state.
 SAME = ["stress", "particle_stress", "fabric", "coordination", "porosity", "cell_volume"]
-# Forces on rigid blocks cancel in pairs: what is left is rounding of the terms, which are divided by the sum of all of them. A
-# hundred times 1.1e-16; 2e-17 on record.
+# Forces on rigid blocks cancel in pairs, which leaves the rounding of the terms, relative to the sum of all terms: a hundred times
+# 1.1e-16; recorded: 2e-17.
 RIGID = 1e-14
-# Cases (size, box) where components of the strain other than the lid's are 7.6 to 17.3 % of it in place of 7 %: these samples
-# have 307 to 672 spheres; the two with more than 950 hold it.
+# Cases (size, box) in which the other strain components are 7.6 to 17.3 % of the lid's instead of at most 7 %. These specimens have 307
+# to 672 spheres; the two with more than 950 meet the criterion.
 OTHERS = {(1, 1), (2, 1), (1, 2), (2, 2)}
 
 
@@ -45,7 +45,7 @@ def flat(value):
 
 
 def in_yade(state, strict):
-    """YADE's operators on the state: largest difference of each from ours, over the largest value."""
+    """Largest difference between YADE's operators and ours on the state, over the largest value, by operator."""
     if not shutil.which("yade"):
         if strict:
             sys.exit("rigid_box_sampling.py: YADE is not installed: apt install yade")
@@ -78,26 +78,26 @@ def run(*arguments, strict):
 
 
 def failures(result, strict):
-    """What a case must show, as a list of what it does not."""
+    """Acceptance criteria that a case does not meet, as messages."""
     wrong = []
 
     def demand(holds, what):
         if not holds:
             wrong.append(f"size {result['case']}, box {result['geometry']}: {what}")
 
-    # The network of a tenth of the spheres is no longer fine against the sampling sphere, which A1 and A2 suppose.
+    # A1 and A2 assume a network that is fine compared with the sampling sphere, which a tenth of the spheres is not.
     if result["scale"] == 1:
         strain, others = result["A1"]["ratio"], result["A1"]["largest_other_over_zz"]
         demand(abs(strain - 1) < 0.1, f"A1: the strain is {strain:.3f} of the lid's; 1 within 0.1 is expected")
         if (result["case"], result["geometry"]) in OTHERS:
-            demand(others >= 0.07, f"A1: other components are {others:.3f} of the lid's, below 0.07 again: take the case out of OTHERS")
+            demand(others >= 0.07, f"A1: other components are {others:.3f} of the lid's, below 0.07 again; remove the case from OTHERS")
         else:
             demand(others < 0.07, f"A1: other components are {others:.3f} of the lid's; below 0.07 is expected")
         ratio = result["A2"]["internal_over_clipped_trace"] / result["A2"]["law_by_branch"]
         demand(abs(ratio - 1) < 0.05, f"A2: internal-only over clipped is {ratio:.3f} of the law; 1 within 0.05 is expected")
     rigid, balance = max(result["A3"].values()), result["A6"]["balance"]
     demand(rigid < RIGID, f"A3: forces and moments of rigid blocks are {rigid:.1e}; below {RIGID:.0e} is expected")
-    demand(balance < ROUNDING, f"A6: the balance of all states is left open by {balance:.1e}; below {ROUNDING:.0e} is expected")
+    demand(balance < ROUNDING, f"A6: the force balance of all states has an error of {balance:.1e}; below {ROUNDING:.0e} is expected")
     first, second = result["A7"]["singular_values"][:2]
     demand(second > 1e-3 * first, f"A7: singular values of the couple stress are {first:.3g}, {second:.3g}: rank 1")
     if strict or "skipped" not in result["A8"]:

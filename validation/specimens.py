@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""The specimens of Stránský 2018, section 2.5.3: made and measured as there, and in two kinematics and two packings.
+"""The specimens of Stránský 2018, section 2.5.3: generated and measured as there, with two kinematics and two packings.
 
     validation/specimens.py [--full | --table]
 
-Each case is a scenario made from the template of the program, run in tension and in compression. What is measured goes
-to validation/results/specimens.json, case by case, so that an interrupted study goes on where it stopped. Without
---full a reduced specimen (16 mm, one case) runs through the same code, and its figures must be those on record.
+Each case is a scenario based on the program's template, run in tension and in compression. Results are written to
+validation/results/specimens.json after every case, so that an interrupted study continues where it stopped. Without --full, a reduced
+specimen (16 mm, one case) runs with the same code and must reproduce the recorded values.
 """
 
 import argparse
@@ -27,7 +27,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "target/release/concordem"
 RESULTS = ROOT / "validation/results/specimens.json"
 
-# Stiffness and strength of links relative to specimen 1; source: table 2.2 and the published scripts.
+# Stiffness and strength of bonds relative to specimen 1, from table 2.2 and the published scripts.
 SPECIMENS = {
     1: {"young": "25 GPa", "crack_onset_strain": "1e-4", "cohesion": "3 MPa"},
     2: {"young": "25 GPa", "crack_onset_strain": "2e-4", "cohesion": "3 MPa"},
@@ -55,7 +55,7 @@ def scenario(direction, specimen, kinematics, friction, layer, size):
 
 
 def as_published(direction, seed, size):
-    """The template of the program, which makes and measures the specimen as the source does, with another seed or size."""
+    """The program's template, which generates and measures the specimen as the source does, with another seed or size."""
     text = (ROOT / f"rust-core/scenario/src/schema/templates/cpm-specimen-{direction}.toml").read_text()
     text, count = re.subn(r"(?m)^seed = \d+", f"seed = {seed}", text)
     if count != 1:
@@ -63,7 +63,7 @@ def as_published(direction, seed, size):
     if size:
         text = text.replace('["50 mm", "50 mm", "50 mm"]', f'["{size}", "{size}", "{size}"]')
         edge = float(size.split()[0])
-        # In proportion to the size, so that the reduced case measures something like the full one.
+        # Proportional to the size, so that the reduced case is similar to the full one.
         text = text.replace("2471 mm^2", f"{2471 * (edge / 50) ** 2} mm^2").replace("47.3 mm", f"{47.3 - 50 + edge} mm")
     return text
 
@@ -106,7 +106,7 @@ def run(program, folder, name, text):
 
 
 def study(cases, size, known, save, label=lambda program: None):
-    """Run the cases not yet known, with a copy of the program, so that one build makes all of them; `label` gives its commit."""
+    """Run the missing cases with a copy of the program, so that one build computes all of them; `label` gives its commit."""
     keep = tempfile.TemporaryDirectory()
     program = shutil.copy(PROGRAM, keep.name)
     for case in cases:
@@ -145,19 +145,19 @@ def study(cases, size, known, save, label=lambda program: None):
         )
 
 
-# Specimen 1 made and measured as the source does, by the seed of its packing.
+# Specimen 1, generated and measured as in the source, by seed of its packing.
 AS_PUBLISHED = [(1, seed) for seed in range(1, 6)]
-# Its published figures: E over the modulus of a bond, f_t over modulus times crack onset strain, f_c over f_t.
+# Published values: E over the modulus of a bond, f_t over modulus times crack onset strain, f_c over f_t.
 PUBLISHED = {"young_over_link_modulus": 1.081, "tensile_strength_over_onset": 1.390, "strength_ratio": 9.35}
 
-# Cases of seconds, of specimens too small to compare with the source.
+# Cases that take seconds, with specimens too small to compare with the source.
 REDUCED = (1, "finite", "dense", "full-reach")
 REDUCED_AS_PUBLISHED = (1, 1)
 REDUCED_SIZE = "16 mm"
 
 
 def check_reduced(found):
-    """What the reduced case of finite increments must show, as a list of what it does not."""
+    """Acceptance criteria that the reduced case with finite increments does not meet, as messages."""
     failures = []
 
     def demand(holds, what):
@@ -165,34 +165,34 @@ def check_reduced(found):
             failures.append(what)
 
     tension, compression = found["tension"], found["compression"]
-    # Below 30 % of each strength few bonds are damaged, and damaged ones carry compression whole: measured 0.1 %.
+    # Below 30 % of the strength, few bonds are damaged, and damaged ones are not weaker in compression; measured 0.1 %.
     ratio = compression["young_pa"] / tension["young_pa"]
     demand(abs(ratio - 1) < 0.01, f"E in compression is {ratio:.4f} of that in tension; 1 within 0.01 is expected")
-    # The smallest sample of the law's purpose: concrete is 7 to 14 times as strong in compression.
+    # Concrete is 7 to 14 times as strong in compression as in tension.
     demand(7 < found["strength_ratio"] < 14, f"f_c/f_t is {found['strength_ratio']:.2f}; 7 to 14 is expected")
     for name, loading in ("tension", tension), ("compression", compression):
-        # Rounding of sums over some 1e4 contacts and 1e3 steps, larger in compression, whose contacts slip.
+        # Rounding of sums over about 1e4 contacts and 1e3 steps; larger in compression, where contacts slip.
         worst = loading["worst_residual_over_boundary_work"]
         demand(worst < 1e-6, f"in {name} the energy residual is {worst:.1e} of the boundary work; below 1e-6 is expected")
     return failures
 
 
 def check_same(found, recorded):
-    """The figures on record, as a list of those that differ."""
+    """Differences from the recorded values, as messages."""
     failures = []
-    # The same bits on all machines and threads; figures on record have 17 digits.
+    # Results are bitwise equal on all machines and for all thread counts; recorded values have 17 digits.
     for path in ("tension", "young_pa"), ("tension", "peak_stress_pa"), ("compression", "peak_stress_pa"), ("tension", "steps"):
         now, then = found[path[0]][path[1]], recorded[path[0]][path[1]]
         if abs(now - then) > 1e-12 * abs(then):
             failures.append(
-                f"{' '.join(path)} is {now!r}, on record is {then!r}: the state after the same steps is another. If that is "
+                f"{' '.join(path)} is {now!r}, but the recorded value is {then!r}, so the state after the same steps differs. If that is "
                 "meant, remove the reduced case from the results and run the full study again"
             )
     return failures
 
 
 def scatter(known):
-    """Mean and standard deviation over the seeds of the figures that the source publishes."""
+    """Mean and standard deviation over the seeds, for the values that the source publishes."""
     cases = [case for key, case in known.items() if re.fullmatch(r"as published, seed \d+", key)]
     found = {}
     for name in PUBLISHED:
@@ -203,10 +203,10 @@ def scatter(known):
 
 
 def check_published(known):
-    """The source's specimen is one more packing of the same kind: its figures lie within what packings scatter."""
+    """Check that the published values are within the scatter of packings, because the source's specimen is one more packing."""
     failures = []
     for name, (mean, deviation) in scatter(known).items():
-        # Student's t for a sixth value beside five, 99 %: 4.604 sqrt(1 + 1/5).
+        # Prediction interval for a sixth value after five, 99 %: Student's t, 4.604 sqrt(1 + 1/5).
         width = 4.604 * (1 + 1 / len(AS_PUBLISHED)) ** 0.5 * deviation
         if abs(PUBLISHED[name] - mean) > width:
             failures.append(
@@ -217,7 +217,7 @@ def check_published(known):
 
 
 def table(known):
-    """The cases on record as the rows of the tables in docs/book/theory/cpm.md."""
+    """The recorded cases as rows of the tables in docs/book/theory/cpm.md."""
     for _, seed in AS_PUBLISHED:
         if case := known.get(f"as published, seed {seed}"):
             print(f"| {seed} | " + " | ".join(f"{case[name]:.3f}" for name in PUBLISHED) + " |")
@@ -265,7 +265,7 @@ def main():
     study([REDUCED, REDUCED_AS_PUBLISHED], REDUCED_SIZE, known, save, provenance.label)
     study(AS_PUBLISHED, None, known, save, provenance.label)
     cases = [(s, k, p, "full-reach") for p in PACKINGS for k in KINEMATICS for s in SPECIMENS]
-    # The source does not say how thick its layers were; YADE's usual choice is 2.2 radii.
+    # The source does not give the thickness of its layers; YADE's usual choice is 2.2 radii.
     cases += [(s, k, "loose", "thin") for k in KINEMATICS for s in (1, 4)]
     cases.sort(key=lambda case: (case[2] == "dense", case[0] in (2, 3), case[1] != "finite", case[3] == "full-reach"))
     study(cases, None, known, save, provenance.label)

@@ -1,9 +1,9 @@
-"""YADE's own operators on a frozen state: particles, contact points, and forces are put into a scene, nothing moves.
+"""Applies YADE's operators to a frozen state: particles, contact points, and forces are put into a scene, and nothing moves.
 
     STATE=<file> yade -n -x -j1 validation/yade_operators.py
 
-The state is what `examples/rigid_box_sampling.rs` writes. Values are turned into our order (tensors position first, forces
-on A). Prints one JSON object.
+`examples/rigid_box_sampling.rs` writes the state. Values are converted to our order (tensors position first, forces on A). Prints one
+JSON object.
 """
 import json
 import os
@@ -26,7 +26,7 @@ for (a, b), point, force in zip(state["pair"], state["point"], state["force"]):
     i = utils.createInteraction(a, b)
     assert (i.id1, i.id2) == (a, b)
     i.geom.contactPoint = point
-    # YADE keeps the force on the second body, in two parts of which only the sum matters here.
+    # YADE stores the force on the second body in two parts; only their sum matters here.
     i.phys.normalForce, i.phys.shearForce = -Vector3(force), Vector3.Zero
 
 

@@ -1,9 +1,9 @@
-"""A concrete specimen in YADE itself, loaded and measured as our scenario does it.
+"""A concrete specimen in YADE, loaded and measured as in our scenario.
 
     YADE_PACKING=<file> [YADE_LAYER=2.2e-3] [YADE_DIRECTION=tension] yade -n -x -j1 validation/yade_specimen.py
 
 The packing is text, `x y z r` per line in m (from `concordem pack`). Material, time step, damping, rates, and stops are
-those of the templates cpm-specimen-tension and cpm-specimen-compression; end layers hold all centres within YADE_LAYER
+those of the templates cpm-specimen-tension and cpm-specimen-compression; end layers contain all centers within YADE_LAYER
 of the outermost surfaces; stress is half the difference of the layers' forces over 50 mm x 50 mm, strain the change of
 the distance of their mean positions. Prints one JSON object.
 """
@@ -65,7 +65,7 @@ bonds = sum(1 for i in O.interactions)
 curve, peak = [], 0.0
 while True:
     O.run(INTERVAL, True)
-    # YADE's forces are those of the step just done; the strain of its positions is one step's motion earlier.
+    # YADE's forces belong to the step just done; the strain of those forces is that before the step's motion.
     strain = (place(ends[1]) - place(ends[0]) - length) / length - RATE * O.dt
     force = [sum(O.forces.f(i)[2] for i in ids) for ids in ends]
     stress = 0.5 * (force[0] - force[1]) / AREA

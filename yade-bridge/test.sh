@@ -1,8 +1,11 @@
 #!/usr/bin/env bash
-# Builds the wheel and tests it as users install it: in a virtual environment, in Debian's own Python, and in YADE.
-#   yade-bridge/test.sh            all
+# Builds the Python package and tests it: in a virtual environment, in Debian's own Python, and in YADE.
+#   yade-bridge/test.sh            all, with the wheel that users install
 #   yade-bridge/test.sh wheel      builds and installs the wheel
-#   yade-bridge/test.sh python     tests the installed wheel, without YADE
+#   yade-bridge/test.sh package    installs the same files without a wheel, from the libraries that `make test-build` has built;
+#                                  maturin would compile them again with other features of dependencies
+#   yade-bridge/test.sh python     tests the installed package, without YADE
+# The installed package also lies in target/python, for the native plugin's tests in Debian 13.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 what=${1:-all}
@@ -13,19 +16,36 @@ target=${CARGO_TARGET_DIR:-$PWD/target}
 build_wheel() {
   # The library that users link the native plugin with; the wheel carries it.
   yade-bridge/native/build
-  # No build isolation: what the build needs is in the environment, so that no network is needed here.
+  # No build isolation: the environment contains the build requirements, so no network is needed.
   PYO3_PYTHON=$bin/python "$bin/maturin" build --quiet --release --manifest-path yade-bridge/Cargo.toml --out "$target/wheels"
   local wheel
   wheel=$(ls -t "$target"/wheels/concordem-*.whl | head -1)
   for python in "${pythons[@]}"; do
     "$python" -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheel"
   done
+  rm -rf "$target/python"
+  python3 -m zipfile -e "$wheel" "$target/python"
+}
+
+install_package() {
+  BUILT=1 yade-bridge/native/build
+  rm -rf "$target/python"
+  mkdir -p "$target/python"
+  cp -r yade-bridge/python/concordem "$target/python/"
+  find "$target/python" -name __pycache__ -prune -exec rm -r {} +
+  cp "$target/release/lib_core.so" "$target/python/concordem/_core.abi3.so"
+  for python in "${pythons[@]}"; do
+    local site
+    site=$("$python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
+    rm -rf "$site/concordem"
+    cp -r "$target/python/concordem" "$site/"
+  done
 }
 
 test_python() {
   for python in "${pythons[@]}"; do
     "$python" -c 'import sys, numpy, concordem; print("Python", sys.version.split()[0], "NumPy", numpy.__version__, concordem.__file__)'
-    # From another folder, so that the wheel is tested and not the sources.
+    # From another folder, so that the installed package is tested and not the sources.
     (cd yade-bridge/tests && "$python" -m pytest -q -rs -p no:cacheprovider --rootdir . --ignore=yade --ignore=native .)
   done
   "$bin/python" -m mypy.stubtest concordem --mypy-config-file yade-bridge/pyproject.toml --allowlist yade-bridge/stubtest-allowlist.txt
@@ -33,6 +53,7 @@ test_python() {
 
 case $what in
   wheel) build_wheel ;;
+  package) install_package ;;
   python) test_python ;;
   all)
     build_wheel
@@ -40,5 +61,5 @@ case $what in
     yade-bridge/tests/yade/run.sh
     yade-bridge/tests/native/run.sh
     ;;
-  *) echo "usage: test.sh [wheel | python]" >&2; exit 2 ;;
+  *) echo "usage: test.sh [wheel | package | python]" >&2; exit 2 ;;
 esac

@@ -471,7 +471,7 @@ def meaning(name):
 
 
 MEANINGS = {
-    "particles/damage": "Mean damage of the particle's bonds, broken ones counted as 1",
+    "particles/damage": "Mean damage of the particle's bonds; broken bonds count as 1",
     "particles/position": "Center",
     "deformation_gradient": "Deformation gradient of the cell since the start",
     "edges": "Matrix of the cell; its columns are the edge vectors",

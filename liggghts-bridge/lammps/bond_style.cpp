@@ -1,4 +1,4 @@
-/* Bond styles, see bond_style.h. The atoms' lists say which bonds there are; a fix of ours keeps what the laws remember of them.
+/* Bond styles, see bond_style.h. The atoms' lists define the bonds; our fix stores their history.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "bond_style.h"
@@ -17,8 +17,7 @@ using namespace LAMMPS_NS;
 
 BondConcordem::BondConcordem(LAMMPS *lmp, const char *law) : Bond(lmp), style_(lmp, "Bond", law, "concordem_bonds", "bond_style")
 {
-  // Bonds can go.
-  partial_flag = 1;
+  partial_flag = 1;   // bonds can break
   writedata = 0;
 }
 
@@ -32,7 +31,7 @@ void BondConcordem::settings(int narg, char **arg)
   style_.settings.assign(arg, arg + narg);
   for (const std::string &word : style_.settings)
     if (word == "bond" || word == "at")
-      error->all(FLERR, "{}: bonds are those of the atoms (create_bonds, read_data); remove `{}`", style_.name, word);
+      error->all(FLERR, "{}: bonds come from the atoms (create_bonds, read_data); remove `{}`", style_.name, word);
 }
 
 void BondConcordem::allocate()
@@ -45,7 +44,7 @@ void BondConcordem::allocate()
 void BondConcordem::coeff(int narg, char **arg)
 {
   if (has_fix())
-    error->all(FLERR, "{}: parameters are given once; to change them, begin again with `bond_style`", style_.name);
+    error->all(FLERR, "{}: bond_coeff can be given only once; to change parameters, repeat `bond_style` first", style_.name);
   if (!allocated) allocate();
   int low, high;
   utils::bounds(FLERR, arg[0], 1, atom->nbondtypes, low, high, error);
@@ -59,19 +58,19 @@ void BondConcordem::coeff(int narg, char **arg)
   add_fix();
 }
 
-// As soon as all is known, so that the script can ask for the fix's output.
+// Called as early as possible, so that the script can use the fix's output.
 void BondConcordem::add_fix()
 {
   contact_words_ = contact_words();
   if (!contact_words_.empty() &&
       std::find(style_.settings.begin(), style_.settings.end(), "contact") != style_.settings.end())
-    error->all(FLERR, "{}: contacts are those of the pair style; remove `contact`", style_.name);
+    error->all(FLERR, "{}: the pair style defines the contacts; remove `contact`", style_.name);
   std::vector<std::string> more = {"bond", "none"};
   more.insert(more.end(), contact_words_.begin(), contact_words_.end());
   style_.add_fix(style_.law, true, more);
 }
 
-// What a pair style of ours adds to the words of the fix.
+// Arguments that our pair style, if there is one, adds to the fix.
 std::vector<std::string> BondConcordem::contact_words() const
 {
   const PairConcordem *contacts = dynamic_cast<PairConcordem *>(force->pair);
@@ -81,17 +80,17 @@ std::vector<std::string> BondConcordem::contact_words() const
 void BondConcordem::init_style()
 {
   if (force->newton_bond)
-    error->all(FLERR, "{} needs bonds with both of their atoms: put `newton on off` or `newton off` before the "
-                      "simulation box is created", style_.name);
+    error->all(FLERR, "{} needs every bond stored with both of its atoms; put `newton on off` or `newton off` before the "
+                      "creation of the simulation box", style_.name);
   if (atom->molecular != Atom::MOLECULAR)
-    error->all(FLERR, "{} needs atoms with bonds of their own: use `atom_style bpm/sphere`", style_.name);
+    error->all(FLERR, "{} needs atoms with bond lists; use `atom_style bpm/sphere`", style_.name);
   if (utils::strmatch(force->bond_style, "^hybrid"))
-    error->all(FLERR, "{} does not work within bond_style hybrid", style_.name);
+    error->all(FLERR, "{} does not support bond_style hybrid; use it alone", style_.name);
   // Parameters may come from a restart file.
   if (has_fix()) style_.find_fix();
   else add_fix();
   if (!has_contacts())
-    error->all(FLERR, "{}: the pair style was changed after bond_coeff; begin again with `bond_style`", style_.name);
+    error->all(FLERR, "{}: the pair style changed after bond_coeff; repeat `bond_style` and `bond_coeff`", style_.name);
 }
 
 void BondConcordem::compute(int eflag, int vflag)
@@ -100,7 +99,7 @@ void BondConcordem::compute(int eflag, int vflag)
   energy = style_.find_forces(eflag_global, eflag_atom, vflag_either, vflag_global, virial, vflag_atom, vatom);
 }
 
-// An estimate for the distance up to which copies of neighbours are known; the fix sets that distance itself.
+// LAMMPS uses this to estimate the ghost cutoff; our fix sets the cutoff itself.
 double BondConcordem::equilibrium_distance(int)
 {
   return 0.0;
@@ -108,12 +107,13 @@ double BondConcordem::equilibrium_distance(int)
 
 double BondConcordem::single(int, double, int, int, double &)
 {
-  error->all(FLERR, "{} has bonds with history; use compute concordem/bond/local {}", style_.name, style_.fix_id);
+  error->all(FLERR, "{} cannot evaluate a single bond, because its bonds have a history; use compute concordem/bond/local {}",
+             style_.name, style_.fix_id);
 }
 
 /* --------------------------------------------------------------------------------------------------------- restart */
 
-// Settings go here, too: LAMMPS asks only some bond styles for theirs.
+// Includes the settings, because LAMMPS calls write_restart_settings for some bond styles only.
 void BondConcordem::write_restart(FILE *fp)
 {
   style_.write_restart(fp);

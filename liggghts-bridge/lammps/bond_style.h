@@ -1,4 +1,4 @@
-/* bond_style concordem/cohesive_beam, concordem/cpm, concordem/linear_bond: the atoms' own bonds by ConcorDEM's laws.
+/* bond_style concordem/cohesive_beam, concordem/cpm, concordem/linear_bond: the atoms' bonds with ConcorDEM laws.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #ifndef CONCORDEM_LAMMPS_BOND_STYLE_H
@@ -26,12 +26,12 @@ class BondConcordem : public Bond {
   void read_restart(FILE *) override;
   double single(int, double, int, int, double &) override;
   bool has_fix() const { return style_.has_fix(); }
-  // Whether the fix has the contacts of the pair style as it is now.
+  // Whether the contacts of the fix match the current pair style.
   bool has_contacts() const { return contact_words_ == contact_words(); }
 
  private:
-  ConcordemStyle style_;                       // its fix keeps the bonds
-  std::vector<std::string> contact_words_;     // of a pair style of ours, when the fix was made
+  ConcordemStyle style_;                       // its fix stores the bonds
+  std::vector<std::string> contact_words_;     // arguments from our pair style when the fix was created
 
   void allocate();
   void add_fix();

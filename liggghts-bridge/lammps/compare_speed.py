@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""Cost of a step in LAMMPS with `bond_style concordem/cohesive_beam` through that with `bpm/rotational`: the same spheres, the same
-bonds, both with a criterion of breakage that is asked at every step (and not met). In the open box on one processor our own solver
-takes part (rust-core/app/examples/speed.rs: whole steps, with neighbours and damping).
+"""Time per step in LAMMPS with the bond styles concordem/..., relative to `bpm/rotational`.
 
-Prints the median of several rounds; rounds alternate, so that a busy machine slows both alike. On one processor the time is that
-of the processor (LAMMPS' "CPU use"), on more the wall's, since MPICH waits busily. With --json the figures.
+Both run the same spheres and bonds and check a breakage criterion at every step, which is never met. In the open box on one
+processor, our own solver is also timed (rust-core/app/examples/speed.rs: whole steps, with neighbor search and damping).
+
+Prints the median of several rounds. Rounds alternate between the styles, so that a busy machine slows them equally. On one
+processor the time is CPU time (LAMMPS' "CPU use"); on several it is wall time, because MPICH waits actively. --json FILE writes the
+figures.
   liggghts-bridge/lammps/compare_speed.py [--rounds 5] [--edge 22] [--processors 1 2] [--json FILE]
 """
 import argparse
@@ -39,12 +41,12 @@ neigh_modify delay 0
 comm_modify cutoff 0.018
 timestep 1e-7
 """
-# Only LAMMPS' own style needs the atoms' quaternions turned.
+# Only LAMMPS' own style needs the integration of the atoms' quaternions.
 INTEGRATORS = {True: "fix integrate all nve/bpm/sphere\n", False: "fix integrate all nve/sphere\n"}
 
 
 def rotational():
-    """Stiffnesses of the same Euler-Bernoulli beam, thresholds never met."""
+    """Commands for bpm/rotational: stiffnesses of the same Euler-Bernoulli beam (N/m, N m), thresholds that are never met."""
     radius = RATIO * RADIUS
     area, bending = math.pi * radius**2, math.pi * radius**4 / 4
     axial = YOUNG * area / SPACING
@@ -65,10 +67,10 @@ STYLES = {
 }
 
 
-def packing(path, edge, neighbours, periodic):
-    """A cubic lattice with bonds to 3 (faces) or 9 (and edges) neighbours per sphere."""
-    steps = [s for s in itertools.product((-1, 0, 1), repeat=3) if s > (0, 0, 0) and sum(map(abs, s)) <= (1 if neighbours == 3 else 2)]
-    assert len(steps) == neighbours
+def packing(path, edge, neighbors, periodic):
+    """Write a cubic lattice with 3 (face) or 9 (face and edge) bonds per sphere to `path`; return the number of bonds."""
+    steps = [s for s in itertools.product((-1, 0, 1), repeat=3) if s > (0, 0, 0) and sum(map(abs, s)) <= (1 if neighbors == 3 else 2)]
+    assert len(steps) == neighbors
     bonds = []
     for x, y, z in itertools.product(range(edge), repeat=3):
         for a, b, c in steps:
@@ -80,7 +82,7 @@ def packing(path, edge, neighbours, periodic):
         out.write(f"packing\n\n{edge**3} atoms\n1 atom types\n{len(bonds)} bonds\n1 bond types\n20 extra bond per atom\n"
                   "30 extra special per atom\n\n")
         for axis in "xyz":
-            # Spheres are where cells are, room around them where the box is not periodic.
+            # A box that is not periodic needs a margin around the spheres.
             margin = 0.0 if periodic else SPACING
             out.write(f"{-margin} {edge * SPACING + margin} {axis}lo {axis}hi\n")
         out.write("\nAtoms\n\n")
@@ -100,15 +102,14 @@ def packing(path, edge, neighbours, periodic):
 OWN = {f"our solver, {law}": law for law in ("cohesive_beam", "cpm", "linear_bond", "deformable")}
 
 
-def own(folder, law, edge, neighbours):
-    """Seconds of a whole step of our solver on one thread. The lattice of [`packing`], whose bonds are all pairs nearer than a ratio
-    of the diameter."""
+def own(folder, law, edge, neighbors):
+    """Time per step (s) of our solver on one thread, and the number of bonds, for the lattice of `packing`."""
     path = os.path.join(folder, "lattice.txt")
     with open(path, "w") as out:
         for k in range(edge**3):
             out.write(" ".join(f"{v * SPACING:.17g}" for v in (k % edge, k // edge % edge, k // edge**2)) + f" {RADIUS}\n")
     command = ["cargo", "run", "--quiet", "--release", "--package", "concordem", "--example", "speed", "--", path,
-               "1.05" if neighbours == 3 else "1.5", str(2 * STEPS), "finite", law]
+               "1.05" if neighbors == 3 else "1.5", str(2 * STEPS), "finite", law]
     found = json.loads(subprocess.run(command, cwd=ROOT, env=dict(os.environ, RAYON_NUM_THREADS="1"), check=True, capture_output=True,
                                       text=True).stdout)
     return found["ns_per_bond_step_median"] * found["bonds"] * 1e-9, found["bonds"]
@@ -143,8 +144,8 @@ def main():
     arguments = parser.parse_args()
     figures = []
     with tempfile.TemporaryDirectory() as folder:
-        for boundary, neighbours in itertools.product(("f f f", "p p p"), (3, 9)):
-            bonds = packing(os.path.join(folder, "data"), arguments.edge, neighbours, boundary[0] == "p")
+        for boundary, neighbors in itertools.product(("f f f", "p p p"), (3, 9)):
+            bonds = packing(os.path.join(folder, "data"), arguments.edge, neighbors, boundary[0] == "p")
             for processors in arguments.processors:
                 ours = OWN if processors == 1 and boundary == "f f f" else {}
                 found = {style: [] for style in (*STYLES, *ours)}
@@ -152,7 +153,7 @@ def main():
                     for style in STYLES:
                         found[style].append(run(folder, style, "data", boundary, processors))
                     for name, law in ours.items():
-                        step, count = own(folder, law, arguments.edge, neighbours)
+                        step, count = own(folder, law, arguments.edge, neighbors)
                         assert count == bonds, f"{count} bonds, LAMMPS has {bonds}"
                         found[name].append((step, 0.0))
                 native = [step for step, _ in found["bpm/rotational"]]

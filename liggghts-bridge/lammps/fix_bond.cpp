@@ -1,5 +1,5 @@
-/* fix concordem/bond for LAMMPS, see fix_bond.h. Differences from the one for LIGGGHTS: it adds forces after those of pair styles (which
-   may take the virial from the sum of forces), tallies virials, and can take bonds from the atoms' own lists.
+/* fix concordem/bond for LAMMPS, see fix_bond.h. Differences from LIGGGHTS: it adds forces after those of pair styles (which may
+   compute the virial from the sum of forces), tallies virials, and can take bonds from the atoms' lists.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "fix_bond.h"
@@ -28,8 +28,8 @@ FixConcordemBond::FixConcordemBond(LAMMPS *lmp, int narg, char **arg) : FixBondB
   maxexchange_dynamic = 1;
 }
 
-// LAMMPS calls the fixes of its last set-up: `run N pre no` would call a deleted one, and so would a style. This makes the next run set
-// up in any case, as before the first run. (When LAMMPS ends, it deletes `update` before the fixes.)
+// LAMMPS keeps calling the fixes of its last setup, so `run N pre no` would call a deleted fix. Resetting first_update forces a setup at
+// the next run. (On exit, LAMMPS deletes `update` before the fixes.)
 FixConcordemBond::~FixConcordemBond()
 {
   if (update) update->first_update = 0;
@@ -44,17 +44,18 @@ void FixConcordemBond::serve(const ConcordemStyle *style, bool lists)
 {
   style_ = style;
   lists_ = lists;
-  // The style tallies.
+  // The style tallies the virial.
   virial_global_flag = virial_peratom_flag = thermo_virial = 0;
 }
 
 void FixConcordemBond::init()
 {
-  if (!comm->ghost_velocity) fail("needs velocities of neighbours on other processors: add `comm_modify vel yes`");
-  if (domain->deform_flag) fail("does not follow boxes that deform: remove `fix deform`");
-  if (utils::strmatch(update->integrate_style, "^respa")) fail("does not work with run_style respa");
+  if (!comm->ghost_velocity) fail("needs the velocities of ghosts; add `comm_modify vel yes`");
+  if (domain->deform_flag) fail("does not support deforming boxes; remove `fix deform`");
+  if (utils::strmatch(update->integrate_style, "^respa"))
+    fail("does not support run_style respa; use run_style verlet");
   if (periodic_ != (domain->xperiodic || domain->yperiodic || domain->zperiodic))
-    fail("must be defined after `boundary` or change_box have set the final boundaries");
+    fail("the boundaries changed after its definition; define it after `boundary` and change_box");
 
   double smallest = 0.0;
   find_reach(!made_ && lists_ ? longest_given() : 0.0, &smallest);
@@ -62,10 +63,10 @@ void FixConcordemBond::init()
   if (made_ && lists_) compare_with_lists();
 }
 
-// Longest bond in the atoms' own lists, from the positions of all their atoms.
+// Longest bond in the atoms' lists.
 double FixConcordemBond::longest_given()
 {
-  // Ghosts may not exist yet: every processor asks for the positions of partners that it does not own.
+  // Ghosts may not exist yet, so gather the positions of partners on other processors.
   std::vector<int> asked;
   for (int i = 0; i < atom->nlocal; i++)
     for (int m = 0; m < atom->num_bond[i]; m++) {
@@ -102,7 +103,8 @@ double FixConcordemBond::longest_given()
         const int k = starts[comm->me] + static_cast<int>(std::lower_bound(asked.begin(), asked.end(), partner) - asked.begin());
         x = &found[4 * k];
         if (found[4 * k + 3] == 0.0)
-          error->one(FLERR, "Fix {} concordem/bond: atom {} is bonded with atom {}, which does not exist", id, atom->tag[i], partner);
+          error->one(FLERR, "Fix {} concordem/bond: atom {} is bonded to atom {}, which does not exist; remove the bond", id,
+                     atom->tag[i], partner);
       }
       double d[3];
       for (int axis = 0; axis < 3; axis++) d[axis] = x[axis] - atom->x[i][axis];
@@ -151,7 +153,7 @@ void FixConcordemBond::post_force(int vflag)
     find_forces(false, vflag_either);
     add_virial(vflag_global, virial, vflag_atom, vatom);
   }
-  // New bonds begin at the end of the step without strain; the next step evaluates them.
+  // New bonds start unstrained at the end of the step; the next step evaluates them.
   if (!setup_ && creation_is_due()) make_bonds();
 }
 
@@ -193,7 +195,7 @@ void FixConcordemBond::unpack_forward_comm(int n, int first_atom, double *buf)
   unpack_ghosts(n, first_atom, buf);
 }
 
-// Remove broken bonds from the atoms' own lists.
+// Remove broken bonds from the atoms' lists.
 void FixConcordemBond::remove_broken_from_lists()
 {
   const int32_t(*pairs)[2];
@@ -211,7 +213,7 @@ void FixConcordemBond::remove_broken_from_lists()
         break;
       }
     }
-  // Type 0 switches them off in LAMMPS' list of bonds until it is rebuilt.
+  // Type 0 disables a bond in LAMMPS' bond list until the list is rebuilt.
   if (count)
     for (int n = 0; n < neighbor->nbondlist; n++) {
       int *bond = neighbor->bondlist[n];
@@ -230,15 +232,15 @@ void FixConcordemBond::compare_with_lists()
     for (int m = 0; m < atom->num_bond[i]; m++)
       if (atom->bond_type[i][m] > 0) mine[2] += 1.0;
   MPI_Allreduce(mine, all, 3, MPI_DOUBLE, MPI_SUM, world);
-  // Right after a restart bonds are not in place yet.
+  // Right after a restart, the network has no bonds yet.
   if (all[0] == 0.0 && all[1] == 0.0) return;
   if (all[0] + all[1] != all[2])
-    fail(fmt::format("the atoms' lists hold {:.0f} ends of bonds, but {:.0f} were left at the end of the last run: bonds cannot be "
-                     "added or removed after the first run",
+    fail(fmt::format("the atoms' lists contain {:.0f} bond ends, but the last run ended with {:.0f}; do not add or remove bonds after "
+                     "the first run",
                      all[2], all[0] + all[1]));
 }
 
-/* -------------------------------------------------------------------------------------- what the common part asks of LAMMPS */
+/* --------------------------------------------------------------------------- functions of the base class specific to LAMMPS */
 
 void FixBondBase::fail(const std::string &text)
 {
@@ -271,6 +273,6 @@ void FixBondBase::print(double bonds)
 
 void FixBondBase::warn_no_bonds()
 {
-  error->warning(FLERR, "Fix {} concordem/bond made no bonds: {}", id,
-                 lists_ ? "the atoms have none" : "is the factor too small, or the group empty?");
+  error->warning(FLERR, "Fix {} concordem/bond created no bonds; {}", id,
+                 lists_ ? "the atoms' bond lists are empty" : "check the distance factor and the group");
 }

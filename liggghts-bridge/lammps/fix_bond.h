@@ -1,5 +1,5 @@
-/* fix concordem/bond for LAMMPS: bonds and contacts of ConcorDEM's laws between the atoms of a group, by its own arguments or on
-   behalf of a bond or pair style (style.h).
+/* fix concordem/bond for LAMMPS: bonds and contacts with ConcorDEM laws between the atoms of a group. It is created by the user's
+   script, or by a bond or pair style (style.h).
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #ifndef CONCORDEM_LAMMPS_FIX_BOND_H
@@ -28,18 +28,18 @@ class FixConcordemBond : public FixBondBase {
   int pack_forward_comm(int, int *, double *, int, int *) override;
   void unpack_forward_comm(int, int, double *) override;
 
-  // For the styles: this one asks for the forces from now on. `lists`: bonds are those of the atoms' own lists.
+  // For bond and pair styles: from now on, `style` calls find_forces. `lists`: bonds come from the atoms' lists.
   void serve(const ConcordemStyle *, bool lists);
   bool serves(const ConcordemStyle *style) const { return style_ == style; }
   void find_forces(bool energies, bool virial);
   double stored_energy() const;
-  double touching();   // contacts without a bond that touch, on all processors
-  // Add the virial of the last forces to the sum and to that of owned atoms, where wanted.
+  double touching();   // number of unbonded contacts that touch, on all processors
+  // Add the virial of the last forces to `virial` if `global`, and to that of owned atoms if `per_atom`.
   void add_virial(int global, double *virial, int per_atom, double **vatom) const;
 
  private:
-  const ConcordemStyle *style_ = nullptr;   // asks for the forces
-  bool setup_ = false;                      // a run is being set up
+  const ConcordemStyle *style_ = nullptr;   // calls find_forces; null if the fix does so itself
+  bool setup_ = false;                      // during the setup of a run
 
   double longest_given();
   void remove_broken_from_lists();

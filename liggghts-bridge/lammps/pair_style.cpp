@@ -1,5 +1,5 @@
-/* Pair styles, see pair_style.h. Contacts are found, kept, and evaluated by the network behind a fix: by the one of our bond style
-   where there is one, so that a bond that breaks goes on as a contact, else by one of our own.
+/* Pair styles, see pair_style.h. A fix finds, stores, and evaluates the contacts: the fix of our bond style if there is one, so that a
+   broken bond continues as a contact, else our own.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "pair_style.h"
@@ -24,7 +24,7 @@ PairConcordem::PairConcordem(LAMMPS *lmp, const char *law) :
   single_enable = 0;
   one_coeff = 1;
   writedata = 0;
-  // Forces on copies are never made: virials are tallied.
+  // Virials are tallied, because there are no forces on ghosts.
   no_virial_fdotr_compute = 1;
   centroidstressflag = CENTROID_NOTAVAIL;
 }
@@ -39,7 +39,7 @@ PairConcordem::~PairConcordem()
 
 void PairConcordem::settings(int narg, char **arg)
 {
-  if (style_.has_fix()) error->all(FLERR, "{}: settings are given once; begin again with `pair_style none`", style_.name);
+  if (style_.has_fix()) error->all(FLERR, "{}: settings can be given only once; to change them, use `pair_style none` first", style_.name);
   const BondConcordem *bonds = dynamic_cast<BondConcordem *>(force->bond);
   if (bonds && bonds->has_fix())
     error->all(FLERR, "{}: put `pair_style` before the `bond_coeff` of a bond style concordem/...", style_.name);
@@ -47,13 +47,13 @@ void PairConcordem::settings(int narg, char **arg)
   take_settings();
 }
 
-// `reach` is the cutoff, too.
+// `reach` is also the cutoff.
 void PairConcordem::take_settings()
 {
   const std::vector<std::string> &words = style_.settings;
   for (size_t k = 0; k < words.size(); k++) {
     if (words[k] == "bond" || words[k] == "at" || words[k] == "contact")
-      error->all(FLERR, "{}: a pair style makes no bonds and is its own law; remove `{}`", style_.name, words[k]);
+      error->all(FLERR, "{}: a pair style creates no bonds and defines its own law; remove `{}`", style_.name, words[k]);
     if (words[k] == "reach" && k + 1 < words.size()) reach_ = utils::numeric(FLERR, words[k + 1], true, lmp);
   }
 }
@@ -71,18 +71,18 @@ void PairConcordem::allocate()
 void PairConcordem::coeff(int narg, char **arg)
 {
   if (style_.has_fix())
-    error->all(FLERR, "{}: parameters are given once; to change them, begin again with `pair_style none`", style_.name);
+    error->all(FLERR, "{}: pair_coeff can be given only once; to change parameters, use `pair_style none` first", style_.name);
   if (!allocated) allocate();
-  // One set for all types, or a file with one for each: LAMMPS wants `* *` (one_coeff).
+  // Parameters hold for all types, or come from a file with one table per type; one_coeff makes LAMMPS require `* *`.
   style_.parameters.assign(arg + 2, arg + narg);
   for (int a = 1; a <= atom->ntypes; a++)
     for (int b = a; b <= atom->ntypes; b++) setflag[a][b] = 1;
   const BondConcordem *bonds = dynamic_cast<BondConcordem *>(force->bond);
   if (bonds && bonds->has_fix() && !bonds->has_contacts())
-    error->all(FLERR, "{}: these parameters come too late; put `pair_coeff` before the `bond_coeff` of a bond style concordem/...",
+    error->all(FLERR, "{}: put `pair_coeff` before the `bond_coeff` of a bond style concordem/...",
                style_.name);
-  // As soon as all is known, so that the script can ask for the fix's output. A bond style, which may come later, asks for our
-  // words itself; contacts without parameters of their own go with one.
+  // As early as possible, so that the script can use the fix's output. A bond style calls words_beside_bonds instead, possibly later;
+  // contacts without parameters of their own imply one.
   const std::vector<std::string> &words = style_.settings;
   const bool alone = !style_.parameters.empty() || std::find(words.begin(), words.end(), "materials") != words.end();
   if (alone && !bonds) add_fix();
@@ -94,7 +94,8 @@ std::vector<std::string> PairConcordem::words_beside_bonds() const
   std::vector<std::string> words = {"contact", style_.law};
   for (size_t k = 0; k < settings.size(); k += 2) {
     if (settings[k] != "reach")
-      error->all(FLERR, "{}: beside a bond style concordem/... give `{}` to `bond_style`, for both", style_.name, settings[k]);
+      error->all(FLERR, "{}: with a bond style concordem/..., move `{}` to `bond_style`, where it applies to both", style_.name,
+                 settings[k]);
     words.insert(words.end(), settings.begin() + k, settings.begin() + std::min(k + 2, settings.size()));
   }
   for (size_t k = 0; k < parameters.size(); k++) words.push_back((k % 2 ? "" : "contact.") + parameters[k]);
@@ -109,9 +110,9 @@ void PairConcordem::add_fix()
 void PairConcordem::init_style()
 {
   if (utils::strmatch(force->pair_style, "^hybrid"))
-    error->all(FLERR, "{} does not work within pair_style hybrid", style_.name);
+    error->all(FLERR, "{} does not support pair_style hybrid; use it alone", style_.name);
   if (dynamic_cast<BondConcordem *>(force->bond)) {
-    // If the bond style came after our coefficients: contacts are its fix's.
+    // The bond style may have been defined after our coefficients; its fix evaluates the contacts.
     hand_over();
   } else if (style_.has_fix()) {
     style_.find_fix();
@@ -120,26 +121,26 @@ void PairConcordem::init_style()
     add_fix();
   }
   std::vector<double> mine(atom->ntypes + 1, 0.0);
-  if (!atom->radius_flag) error->all(FLERR, "{} needs atoms with a radius: use `atom_style sphere`", style_.name);
+  if (!atom->radius_flag) error->all(FLERR, "{} needs atoms with a radius; use `atom_style sphere`", style_.name);
   for (int i = 0; i < atom->nlocal; i++) mine[atom->type[i]] = std::max(mine[atom->type[i]], atom->radius[i]);
   largest_.assign(mine.size(), 0.0);
   MPI_Allreduce(mine.data(), largest_.data(), mine.size(), MPI_DOUBLE, MPI_MAX, world);
-  // No list is asked for: the network finds contacts among the atoms and copies that are here.
+  // No neighbor list is requested: the network searches for contacts among owned atoms and ghosts.
 }
 
-// The bond style's fix finds the contacts itself and knows nothing of what ours remembers.
+// Delete our fix: that of the bond style finds the contacts itself, but without their history.
 void PairConcordem::hand_over()
 {
   if (FixConcordemBond *fix = style_.present_fix()) {
     const double contacts = fix->touching();
     if (contacts > 0.0 && comm->me == 0)
-      error->warning(FLERR, "{}: {:.0f} contacts begin again without their history, since a bond style came after a run; put "
+      error->warning(FLERR, "{}: {:.0f} contacts lose their history, because the bond style was defined after a run; put "
                             "`bond_style` and `bond_coeff` before the first run", style_.name, contacts);
   }
   style_.delete_fix();
 }
 
-// Where atoms can touch; more if the user wants other commands to see farther (create_bonds).
+// Distance at which atoms touch, or `reach` if larger, which other commands such as create_bonds may need.
 double PairConcordem::init_one(int a, int b)
 {
   return std::max(largest_[a] + largest_[b], reach_);
@@ -148,7 +149,7 @@ double PairConcordem::init_one(int a, int b)
 void PairConcordem::compute(int eflag, int vflag)
 {
   ev_init(eflag, vflag);
-  // The bond style asks for the forces of both, and tallies them.
+  // With a bond style there is no fix of our own: the bond style computes and tallies the forces of bonds and contacts.
   if (style_.has_fix())
     eng_vdwl = style_.find_forces(eflag_global, eflag_atom, vflag_either, vflag_global, virial, vflag_atom, vatom);
 }

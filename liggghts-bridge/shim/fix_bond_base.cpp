@@ -1,4 +1,4 @@
-/* The common part of fix concordem/bond, see fix_bond_base.h.
+/* Host-independent part of fix concordem/bond, see fix_bond_base.h.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "fix_bond_base.h"
@@ -40,19 +40,19 @@ FixBondBase::FixBondBase(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg
   message_.text = text_;
   message_.capacity = sizeof(text_);
   text_[0] = 0;
-  if (concordem_header_hash() != CONCORDEM_HEADER_HASH) fail("was compiled with another version of its library; build it again");
+  if (concordem_header_hash() != CONCORDEM_HEADER_HASH) fail("shim and library have different versions; rebuild both");
 #ifndef CONCORDEM_LAMMPS
-  if (!atom->sphere_flag) fail(std::string("needs atoms with radius, mass, spin, and torque: ") + ATOM_STYLES);
+  if (!atom->sphere_flag) fail(std::string("needs atoms with radius, mass, angular velocity, and torque; ") + ATOM_STYLES);
 #endif
   if (!atom->radius_flag || !atom->rmass_flag || !atom->omega_flag || !atom->torque_flag)
-    fail(std::string("needs atoms with radius, mass, spin, and torque: ") + ATOM_STYLES);
-  if (!atom->tag_enable) fail("needs atom ids: remove `atom_modify id no`");
+    fail(std::string("needs atoms with radius, mass, angular velocity, and torque; ") + ATOM_STYLES);
+  if (!atom->tag_enable) fail("needs atom ids; remove `atom_modify id no`");
 #ifndef CONCORDEM_LAMMPS
   if (force->newton_pair || force->newton)
-    fail("needs `newton off`: put that command before the simulation box is created");
+    fail("needs `newton off`; put that command before the creation of the simulation box");
 #endif
-  if (domain->triclinic) fail("needs an orthogonal box, not a triclinic one");
-  if (strcmp(update->unit_style, "si") != 0) fail("takes its parameters in SI units: use `units si`");
+  if (domain->triclinic) fail("does not support triclinic boxes; use an orthogonal box");
+  if (strcmp(update->unit_style, "si") != 0) fail("needs SI units; use `units si`");
 
   network_ = concordem_network_new(arg + 3, narg - 3, atom->ntypes, &facts_, &message_);
   if (!network_) fail(text_);
@@ -72,7 +72,7 @@ FixBondBase::FixBondBase(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg
   comm_forward = facts_.communicated + (periodic_ ? 3 : 0);
 
   FixBondBase::grow_arrays(atom->nmax);
-  atom->add_callback(0);   // new sizes of arrays
+  atom->add_callback(0);   // growing arrays
   atom->add_callback(1);   // restart
   for (int i = 0; i < atom->nlocal; i++) FixBondBase::set_arrays(i);
 }
@@ -88,7 +88,7 @@ FixBondBase::~FixBondBase()
   concordem_network_delete(network_);
 }
 
-// A bond may stretch by 5 % before lists are rebuilt, which checks it.
+// Allows a bond to stretch by 5 % until the next rebuild, which detects longer ones.
 void FixBondBase::find_reach(double given, double *smallest)
 {
   double wanted = made_ ? 0.0 : given;
@@ -103,8 +103,8 @@ int FixBondBase::exchange_size() const
   return facts_.atom_width + 2 + static_cast<int>(concordem_network_largest_pack(network_));
 }
 
-// Send ghosts what the network must know of them. On steps with new lists the host sends positions shifted to the periodic image, which
-// rounds them; bonds need the positions of the owner.
+// Update the data of ghosts. At rebuilds, the host shifts positions of ghosts to their periodic image, which rounds them; bonds need
+// the owner's positions bit for bit.
 void FixBondBase::communicate()
 {
   if (periodic_)
@@ -135,7 +135,7 @@ void FixBondBase::make_bonds()
   made_ = true;
   double total;
   if (!concordem_count(network_, world, &total))
-    fail("neighbours on other processors are not known as far as bonds reach; add `reach LENGTH` with a larger length");
+    fail("a bond is longer than the ghost cutoff; add `reach LENGTH` with a larger length");
   if (!creates || comm->me != 0) return;
   print(total);
   if (total == 0.0) warn_no_bonds();
@@ -162,7 +162,8 @@ double FixBondBase::longest_listed()
   int missing;
   const double longest = concordem_longest_listed(network_, atom, domain, groupbit, world, &missing);
   if (missing)
-    fail("the list of bonds names atom " + std::to_string(missing) + ", which is not in group " + group->names[igroup]);
+    fail("the list of bonds contains atom " + std::to_string(missing) + ", which is not in group " + group->names[igroup] +
+         "; remove the bond, or add the atom to the group");
   return longest;
 }
 
@@ -179,7 +180,7 @@ void FixBondBase::rebuild()
   if (concordem_network_rebuild(network_, &atoms, neighbor->skin, reach_, mean, &message_) < 0) fail_on_this_processor();
 }
 
-/* ------------------------------------------------------------------------------------------------- atoms come and go */
+/* -------------------------------------------------------------------------------------------- data per atom, migration */
 
 void FixBondBase::grow_arrays(int nmax)
 {
@@ -202,7 +203,7 @@ int FixBondBase::pack_exchange(int i, double *buf)
   int m = 0;
   for (int r = 0; r < facts_.atom_width; r++) buf[m++] = memory_[i][r];
   const int64_t count = concordem_network_pack(network_, atom->tag[i], 1, buf + m + 1, maxexchange);
-  if (count > maxexchange) error->one(FLERR, "fix concordem/bond: buffer for migrating atoms too small (internal error)");
+  if (count > maxexchange) error->one(FLERR, "internal error of fix concordem/bond, please report it: the buffer for migrating atoms is too small");
   buf[m++] = static_cast<double>(count);
   return m + static_cast<int>(count);
 }
@@ -231,9 +232,11 @@ void FixBondBase::write_restart(FILE *fp)
 void FixBondBase::restart(char *buf)
 {
   ConcordemRestartHead head;
-  if (!concordem_read_restart_head(buf, &head)) fail("the restart file was written by another version of this library");
-  if (law_ != head.law) fail(std::string("the restart file holds bonds of law ") + head.law + ", not " + law_);
-  if (head.contacts != facts_.contacts) fail("the restart file holds contacts of another law; give the same `contact LAW`");
+  if (!concordem_read_restart_head(buf, &head)) fail("the restart file was written by another version of ConcorDEM; use that one");
+  if (law_ != head.law)
+    fail(std::string("the restart file contains bonds of law ") + head.law + ", not " + law_ + "; give the same law");
+  if (head.contacts != facts_.contacts)
+    fail("the restart file contains contacts of another law; give the same `contact LAW`");
   made_ = head.made;
   const double none[CONCORDEM_TOTALS] = {0.0};
   concordem_network_resume(network_, comm->me == 0 ? head.totals : none, head.found_at);
@@ -290,7 +293,7 @@ double FixBondBase::compute_scalar()
 double FixBondBase::compute_vector(int n)
 {
   if (n >= 3 && n <= 6 && sampled_at_ != update->ntimestep && update->whichflag == 1)
-    fail("sums stored energies when output is due; add `energies every` to have them at every step");
+    fail("stored energies are known only at steps with output; add `energies every` to sum them at every step");
   update_sums();
   return sums_[n];
 }

@@ -1,6 +1,5 @@
-/* The part of fix concordem/bond that does not depend on the host: arguments, data per atom, ghosts, creation of bonds, restart, sums.
-   The fixes for LIGGGHTS (fix_bond.h) and for LAMMPS (../lammps/fix_bond.h) derive from it and add when forces are computed and
-   where they go.
+/* Host-independent part of fix concordem/bond: arguments, data per atom, ghosts, creation of bonds, restart, sums. The derived fixes
+   for LIGGGHTS (fix_bond.h) and LAMMPS (../lammps/fix_bond.h) define when forces are computed and where they are added.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #ifndef CONCORDEM_FIX_BOND_BASE_H
@@ -43,9 +42,9 @@ class FixBondBase : public Fix {
   ConcordemFacts facts_;
   std::string law_;
   bool periodic_ = false;
-  bool lists_ = false;     // bonds are those of the atoms' own lists (LAMMPS)
-  bool made_ = false;      // the bonds of the script exist
-  double reach_ = 0.0;     // distance up to which ghosts must be known
+  bool lists_ = false;     // bonds come from the atoms' bond lists (LAMMPS)
+  bool made_ = false;      // the bonds of the script have been created
+  double reach_ = 0.0;     // distance up to which ghosts are needed, m
   char text_[2048];
   ConcordemMessage message_;
   double sums_[CONCORDEM_SUMS];
@@ -54,16 +53,15 @@ class FixBondBase : public Fix {
   int maxexchange = 0;     // our part of the communication buffer; LAMMPS' class Fix has this member
 #endif
 
-  // The host's own: message with the name of the fix, then stop. The second is for a message in text_ that may exist on one processor
-  // only. The third and the fourth: print a line, and a warning.
-  [[noreturn]] void fail(const std::string &);
-  [[noreturn]] void fail_on_this_processor();
+  // Defined per host, in the file of the derived fix.
+  [[noreturn]] void fail(const std::string &);      // on all processors
+  [[noreturn]] void fail_on_this_processor();       // with the message in text_, which may exist on one processor only
   void print(double bonds);
   void warn_no_bonds();
   void communicate_ghosts();
 
   bool creation_is_due() const;
-  // Distance from the longest bond, and the smallest radius. `given`: longest bond of the host's lists.
+  // Set reach_ from the longest bond, and `smallest` to the smallest radius. `given`: longest bond in the host's lists.
   void find_reach(double given, double *smallest);
   int exchange_size() const;
   void communicate();
@@ -76,11 +74,11 @@ class FixBondBase : public Fix {
   void update_sums();
 
  private:
-  double **memory_ = nullptr;     // what the network stores per atom
-  double **original_ = nullptr;   // positions of ghosts before periodic borders shift them, in periodic boxes
+  double **memory_ = nullptr;     // data that the network stores per atom
+  double **original_ = nullptr;   // unshifted positions of ghosts, in periodic boxes only
 
   double longest_listed();
-  void queue_bonds_of_lists();    // LAMMPS
+  void queue_bonds_of_lists();    // empty for LIGGGHTS
 };
 
 }

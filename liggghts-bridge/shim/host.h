@@ -1,4 +1,4 @@
-/* Functions for both hosts, written against what the classes of LIGGGHTS and LAMMPS have in common.
+/* Functions for both hosts; they use only members that LIGGGHTS and LAMMPS classes have in common.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #ifndef CONCORDEM_HOST_H
@@ -22,10 +22,10 @@
 
 namespace LAMMPS_NS {
 
-// Version of restart files: change it with every change of the head or of the meaning of its numbers.
+// Version of restart files. Increase it whenever the head or the meaning of its numbers changes.
 const int CONCORDEM_RESTART_VERSION = 2;
 
-// What a restart file holds besides atoms. All versions begin with the version; the length of the head differs.
+// Head of a restart file. Every version starts with the version number; the length differs.
 struct ConcordemRestartHead {
   int version;
   int made;
@@ -35,9 +35,9 @@ struct ConcordemRestartHead {
   double totals[CONCORDEM_TOTALS];
 };
 
-static_assert(sizeof(ConcordemRestartHead) == 56 + 8 * CONCORDEM_TOTALS, "the head of restart files has a new length: a new version");
+static_assert(sizeof(ConcordemRestartHead) == 56 + 8 * CONCORDEM_TOTALS, "the length of the restart head changed: increase CONCORDEM_RESTART_VERSION");
 
-// The host's arrays. `original` are positions of ghosts before periodic borders shift them (NULL: the host's positions).
+// The host's arrays. `original`: unshifted positions of ghosts (NULL: use the host's positions).
 inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, const Update *update, int groupbit, int width,
                                        double **memory, double **original)
 {
@@ -64,8 +64,7 @@ inline ConcordemAtoms concordem_arrays(const Atom *atom, const Domain *domain, c
   return atoms;
 }
 
-// Write what ghosts get besides the host's data: memory from `first` on, and positions before periodic borders shift them (`original`,
-// NULL: not needed). Returns the number of reals.
+// Pack our data of ghosts: unshifted positions (unless `original` is NULL) and memory from `first` on. Returns the number of reals.
 inline int concordem_pack_ghosts(int count, const int *list, double *buffer, int first, int width, double **memory,
                                  double **original)
 {
@@ -100,7 +99,7 @@ inline bool concordem_compute_is_due(const Modify *modify, const Update *update)
   return false;
 }
 
-// Longest bond of the list at the current positions. `missing`: a listed atom that is not in the group, or 0.
+// Longest bond of the user's list at the current positions. `missing`: a listed atom that is not in the group, or 0.
 inline double concordem_longest_listed(const ConcordemNetwork *network, const Atom *atom, const Domain *domain, int groupbit,
                                        MPI_Comm world, int *missing)
 {
@@ -109,7 +108,7 @@ inline double concordem_longest_listed(const ConcordemNetwork *network, const At
   if (count == 0) return 0.0;
   std::vector<int32_t> listed(count);
   concordem_network_listed_atoms(network, &listed[0]);
-  // position and how often the atom was found
+  // Position of each listed atom, and the number of processors that own it.
   std::vector<double> mine(4 * count, 0.0), all(4 * count, 0.0);
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & groupbit)) continue;
@@ -128,7 +127,8 @@ inline double concordem_longest_listed(const ConcordemNetwork *network, const At
   return concordem_network_longest_listed(network, &all[0], edge);
 }
 
-// Longest possible bond or contact. `wanted`: the longest one that a list or the host is about to make. `smallest`: the smallest radius.
+// Longest possible bond or contact. `wanted`: longest bond that is about to be created from a list. Sets `smallest` to the smallest
+// radius.
 inline double concordem_longest(const ConcordemNetwork *network, const ConcordemFacts &facts, bool made, double wanted,
                                 const Atom *atom, int groupbit, MPI_Comm world, double *smallest)
 {
@@ -151,8 +151,7 @@ inline double concordem_longest(const ConcordemNetwork *network, const Concordem
   return longest;
 }
 
-// Mean radius of the group. Summed in integers of a unit that is small enough to be exact: the sum must not depend on the distribution of
-// the atoms.
+// Mean radius of the group. Summed exactly in integers, so that it does not depend on the distribution of atoms over processors.
 inline double concordem_mean_radius(const Atom *atom, int groupbit, MPI_Comm world)
 {
   double mine = 0.0, largest = 0.0;
@@ -163,7 +162,7 @@ inline double concordem_mean_radius(const Atom *atom, int groupbit, MPI_Comm wor
   int exponent;
   frexp(largest, &exponent);
   const int shift = 53 - exponent;
-  // upper and lower 26 bits apart: 2^37 atoms fit
+  // Upper and lower 26 bits are summed separately, which allows 2^37 atoms.
   long long parts[3] = {0, 0, 0}, all[3];
   for (int i = 0; i < atom->nlocal; i++) {
     if (!(atom->mask[i] & groupbit)) continue;
@@ -177,7 +176,7 @@ inline double concordem_mean_radius(const Atom *atom, int groupbit, MPI_Comm wor
   return ldexp(static_cast<double>(sum / all[2]), -shift);
 }
 
-// Total number of bonds; returns whether the processors of both ends know every bond.
+// Set `bonds` to the total number of bonds; return whether every bond is known to the processors of both its atoms.
 inline bool concordem_count(const ConcordemNetwork *network, MPI_Comm world, double *bonds)
 {
   double sums[CONCORDEM_SUMS];
@@ -200,7 +199,7 @@ inline bool concordem_read_restart_head(const char *buffer, ConcordemRestartHead
   return true;
 }
 
-// Head of a restart file; all processors take part.
+// Create the head of a restart file. Collective: all processors must call this.
 inline ConcordemRestartHead concordem_restart_head(const ConcordemNetwork *network, const ConcordemFacts &facts, bool made,
                                                    const char *law, MPI_Comm world)
 {

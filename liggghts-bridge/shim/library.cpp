@@ -1,4 +1,4 @@
-/* What programs that drive LIGGGHTS as a library need besides its own interface.
+/* Additions to LIGGGHTS' C library interface, for programs that use LIGGGHTS as a library.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include <mpi.h>
@@ -14,7 +14,7 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// Null if there is no fix concordem/bond of that id.
+// Null if there is no fix concordem/bond with this id.
 FixConcordemBond *find(void *liggghts, const char *fix_id)
 {
   LAMMPS *lmp = static_cast<LAMMPS *>(liggghts);
@@ -26,8 +26,8 @@ FixConcordemBond *find(void *liggghts, const char *fix_id)
 
 extern "C" {
 
-// Rows of the bonds and contacts of a fix (concordem_network_rows), to be given back to concordem_liggghts_rows_delete. Null if
-// there is no fix concordem/bond of that id.
+// Rows of the bonds and contacts of a fix (concordem_network_rows); free them with concordem_liggghts_rows_delete. Null if there is no
+// fix concordem/bond with this id.
 double *concordem_liggghts_rows(void *liggghts, const char *fix_id, int64_t *count)
 {
   *count = 0;
@@ -35,7 +35,7 @@ double *concordem_liggghts_rows(void *liggghts, const char *fix_id, int64_t *cou
   return fix ? concordem_network_rows(fix->network(), count) : NULL;
 }
 
-// The same for what is remembered of them (concordem_network_records), to be given back to concordem_liggghts_records_delete.
+// Their records (concordem_network_records); free them with concordem_liggghts_records_delete.
 double *concordem_liggghts_records(void *liggghts, const char *fix_id, int64_t *count, int64_t *length)
 {
   *count = *length = 0;
@@ -43,8 +43,8 @@ double *concordem_liggghts_records(void *liggghts, const char *fix_id, int64_t *
   return fix ? concordem_network_records(fix->network(), count, length) : NULL;
 }
 
-// Length of the vector that a fix tells of itself (0: none); -1 if there is no fix of that id. LIGGGHTS' own lammps_extract_fix
-// passes any index on to the fix.
+// Length of the output vector of a fix (0: none), or -1 if there is no fix with this id. Needed because lammps_extract_fix does not
+// check the index.
 int concordem_liggghts_fix_size(void *liggghts, const char *fix_id)
 {
   LAMMPS *lmp = static_cast<LAMMPS *>(liggghts);
@@ -53,7 +53,7 @@ int concordem_liggghts_fix_size(void *liggghts, const char *fix_id)
   return lmp->modify->fix[k]->vector_flag ? lmp->modify->fix[k]->size_vector : 0;
 }
 
-// Processes that LIGGGHTS runs on.
+// Number of processes that LIGGGHTS runs on.
 int concordem_liggghts_processes(void *liggghts)
 {
   int count = 1;
@@ -61,13 +61,13 @@ int concordem_liggghts_processes(void *liggghts)
   return count;
 }
 
-// The end of all processes, for one that cannot go on while the others wait for it.
+// Stop all processes when this one cannot continue and the others would wait for it.
 void concordem_liggghts_abort(void *liggghts)
 {
   MPI_Abort(static_cast<LAMMPS *>(liggghts)->world, 1);
 }
 
-// Whether MPI is running; with `finish` it is ended if so. Who starts it (lammps_open_no_mpi does, if nobody has) must end it.
+// Whether MPI is running; if `finish`, finalize it. lammps_open_no_mpi initializes MPI if necessary but never finalizes it.
 int concordem_liggghts_mpi(int finish)
 {
   int started = 0, ended = 0;

@@ -1,5 +1,5 @@
-/* pair_style gran and fix wall/gran, model concordem/...: contacts by the library's laws, or by LIGGGHTS' own formulas, along
-   LIGGGHTS' neighbour lists and with its contact history. Registered in LIGGGHTS' public factories when this library is loaded.
+/* Models concordem/... of pair_style gran and fix wall/gran: contacts with ConcorDEM laws or LIGGGHTS' own formulas. They use
+   LIGGGHTS' neighbor lists and contact history, and are registered in its public factories when this library is loaded.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include <math.h>
@@ -31,7 +31,6 @@ using namespace LIGGGHTS;
 
 namespace {
 
-// The library's models.
 std::vector<ConcordemPairModel> all_models()
 {
   std::vector<ConcordemPairModel> models(concordem_pair_model(-1, NULL));
@@ -45,21 +44,21 @@ const std::vector<ConcordemPairModel> &models()
   return all;
 }
 
-// LIGGGHTS' vectors of all atoms lie one after the other.
+// LIGGGHTS stores the vectors of all atoms contiguously.
 double (*vectors(double *first))[3]
 {
   return reinterpret_cast<double(*)[3]>(first);
 }
 
-// Index of the model in a hash of LIGGGHTS: its lowest six bits are the number of the normal model.
+// Index of the model in LIGGGHTS' model hash; its lowest six bits are the number of the normal model.
 int index_of(int64_t hash)
 {
   for (size_t index = 0; index < models().size(); index++)
     if (models()[index].number == (hash & 63)) return static_cast<int>(index);
-  return -1;   // not reached: the factories ask for registered numbers only
+  return -1;   // unreachable: the factories pass registered numbers only
 }
 
-// LIGGGHTS' own numbers: 0 off, 1 no_history, 2 history.
+// Number of tangential models: 0 off, 1 no_history, 2 history (LIGGGHTS' numbers).
 const int SHEARS = 3;
 
 // A model with its parameters.
@@ -89,11 +88,11 @@ class ConcordemModel : protected Pointers {
   void set(int narg, char **arg, IContactHistorySetup *setup)
   {
     if (narg > 0) {
-      snprintf(text_, sizeof(text_), "model %s knows no setting `%s`; remove it", model_.name, arg[0]);
+      snprintf(text_, sizeof(text_), "model %s has no setting `%s`; remove it", model_.name, arg[0]);
       error->all(FLERR, text_);
     }
     if (model_.is_law && shear_ != 0) {
-      snprintf(text_, sizeof(text_), "model %s has its own shear; remove `tangential ...`", model_.name);
+      snprintf(text_, sizeof(text_), "model %s includes the tangential force; remove `tangential ...`", model_.name);
       error->all(FLERR, text_);
     }
     int32_t odd[64];
@@ -193,7 +192,7 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
     if (comm_rank() != 0) return;
     int64_t selected = -1;
     if (fread(&selected, sizeof(selected), 1, fp) != 1 || (hash != -1 ? hash : selected) != hash_)
-      error->one(FLERR, "the restart file holds contacts of another pair style than the script's; use the same models");
+      error->one(FLERR, "the restart file was written with other models of pair_style gran; use the same models in the script");
   }
 
   void settings(int narg, char **arg, IContactHistorySetup *setup)
@@ -208,8 +207,8 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
 
   void compute_force(PairGran *pair, int eflag, int vflag, int addflag)
   {
-    // compute pair/gran/local asks for the contacts at the end of the step. LIGGGHTS' own forms answer as LIGGGHTS does, with the
-    // velocities of then; the library's laws tell the forces that acted.
+    // compute pair/gran/local calls this at the end of the step. LIGGGHTS' models then recompute the forces with the velocities at that
+    // time, as LIGGGHTS does. ConcorDEM laws return the forces that acted in the step.
     const bool acts = pair->computeflag();
     if (!acts && !(pair->cpl() && addflag)) return;
     if (!acts && model_.is_law) {
@@ -222,7 +221,7 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
       pair->evflag = pair->vflag_fdotr = 0;
     if (pair->storeContactForces() || pair->storeContactForcesStress() || pair->storeSumDelta() || pair->fr_pair())
       error->all(FLERR,
-                 "pair_style gran model concordem/... does not work with fixes that store contact forces or with rigid bodies");
+                 "pair_style gran model concordem/... does not support fixes that store contact forces, or rigid bodies; remove them");
     const int nlocal = atom->nlocal, count = nlocal + atom->nghost;
     recorded_ = 0;
     if (!count) return;
@@ -263,8 +262,8 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
       arrays.force = vectors(&unused_[0]);
       arrays.torque = vectors(&unused_[3 * count]);
     }
-    // Rows of LIGGGHTS' own forms are found when they are asked for; those of the library's laws are kept from the forces that acted,
-    // at every step, since nothing announces the steps that ask.
+    // Rows of LIGGGHTS' models are computed on request. Rows of ConcorDEM laws are recorded at every step, because LIGGGHTS does not
+    // announce the steps that request them.
     const bool record = pair->evflag || !acts || (pair->cpl() && model_.is_law);
     recorded_ = concordem_pair_compute(law_, &arrays, record ? record_ : NULL, &message_);
     if (recorded_ < 0) error->one(FLERR, text_);
@@ -284,7 +283,7 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
  private:
   int64_t hash_;
   ConcordemPairRecord *record_;
-  int64_t recorded_;   // contacts in it
+  int64_t recorded_;   // number of contacts in record_
   std::vector<double *> shifted_;
   std::vector<double> unused_;
 
@@ -302,7 +301,7 @@ class ConcordemPair : public PairStyles::IGranularPairStyle, private ConcordemMo
     pair->cpl_pair_finalize();
   }
 
-  // A row of compute pair/gran/local.
+  // Add a row to compute pair/gran/local.
   void add_local(PairGran *pair, const ConcordemPairForce &f)
   {
     ContactModels::SurfacesIntersectData data;
@@ -366,8 +365,8 @@ class ConcordemWall : public Walls::IGranularWall, private ConcordemModel {
     }
     if (wall->store_force_contact() || wall->store_force_contact_stress() || wall->store_sum_normal_force() ||
         wall->heattransfer_flag())
-      error->all(FLERR, "fix wall/gran model concordem/... does not store forces of single contacts or sums of normal forces, "
-                        "and transfers no heat; remove that setting");
+      error->all(FLERR, "fix wall/gran model concordem/... does not support stored contact forces, sums of normal forces, or heat "
+                        "transfer; remove that setting");
     ConcordemWallContact contact;
     contact.kind = atom->type[i];
     contact.wall_kind = wall->atom_type_wall();

@@ -1,8 +1,8 @@
-/* Makes our styles known to a running LIGGGHTS.
+/* Registers our styles in a running LIGGGHTS.
 
-   LIGGGHTS keeps its styles in maps that every instance fills when it is made (and after the command `clear`). This library
-   is loaded before LIGGGHTS (LD_PRELOAD, or first of all libraries with RTLD_GLOBAL) and stands in for the functions that
-   look styles up: they add ours to the instance's maps and go on as usual.
+   Every LIGGGHTS instance fills maps with its styles when it is created and after the command `clear`. This library is loaded
+   before LIGGGHTS (LD_PRELOAD, or as the first library with RTLD_GLOBAL) and overrides the functions that look up styles: the
+   overrides add our styles to the maps, then call the original functions.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include <dlfcn.h>
@@ -23,15 +23,15 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// What this library was built against; other versions have other class layouts.
+// The version this library was built against; other versions have other class layouts.
 const char *const VERSION = "Version LIGGGHTS-PUBLIC 3.8.0,";
 
 template <typename Style> Fix *new_fix(LAMMPS *lmp, int narg, char **arg)
 {
-  // The layout seen through the headers must be that of the program.
+  // The class layout of the headers must match that of the program.
   if (lammps_extract_atom(lmp, const_cast<char *>("x")) != lmp->atom->x ||
       lammps_extract_atom(lmp, const_cast<char *>("radius")) != lmp->atom->radius) {
-    fprintf(stderr, "ERROR: concordem-liggghts was built against other headers than this LIGGGHTS; build it again\n");
+    fprintf(stderr, "ERROR: concordem-liggghts was built against headers that do not match this LIGGGHTS; rebuild it\n");
     MPI_Abort(lmp->world, 1);
   }
   return new Style(lmp, narg, arg);
@@ -47,8 +47,8 @@ void check_version(LAMMPS *lmp)
   const char *version = lmp->universe->version;
   if (version && strncmp(version, VERSION, strlen(VERSION)) == 0) return;
   fprintf(stderr,
-          "ERROR: concordem-liggghts was built for \"%s\", but this program is \"%s\"; install Debian's packages liggghts "
-          "and libliggghts-dev 3.8.0 and build it again\n",
+          "ERROR: concordem-liggghts was built for \"%s\", but this program is \"%s\"; install the Debian packages "
+          "liggghts and libliggghts-dev 3.8.0 and rebuild it\n",
           VERSION, version ? version : "unknown");
   MPI_Abort(lmp->world, 1);
 }
@@ -58,7 +58,7 @@ template <typename Function> Function original(const char *symbol)
 {
   void *found = dlsym(RTLD_NEXT, symbol);
   if (!found) {
-    fprintf(stderr, "ERROR: concordem-liggghts: this program has no %s; it is not the LIGGGHTS 3.8.0 it was built for\n", symbol);
+    fprintf(stderr, "ERROR: concordem-liggghts: this program has no symbol %s; use LIGGGHTS 3.8.0\n", symbol);
     exit(1);
   }
   return reinterpret_cast<Function>(found);

@@ -1,20 +1,20 @@
-//! The atoms of one processor in the host's arrays: owned ones first, then ghosts.
+//! The atoms of one processor in the host's arrays: owned atoms first, then ghosts.
 
 use concordem_contact::math::Vec3;
 
-/// Atoms as slices; vectors are three reals one after the other.
+/// Atoms as slices; a vector is three consecutive reals.
 pub struct Atoms<'a> {
     /// Number of owned atoms.
     pub owned: usize,
-    /// Id of every atom, ghosts included, as in all slices unless stated otherwise.
+    /// Id. Like all slices unless stated otherwise, it covers owned atoms and ghosts.
     pub tag: &'a [i32],
     /// Type, from 1.
     pub kind: &'a [i32],
-    /// Groups.
+    /// Bit mask of the atom's groups.
     pub mask: &'a [i32],
     /// Bit of the fix's group.
     pub group: i32,
-    /// Position, m; that of a ghost is its owner's, not shifted by periodic borders.
+    /// Position, m. A ghost has the position of its owner, not shifted by periodic borders.
     pub position: &'a [f64],
     /// Velocity, m/s.
     pub velocity: &'a [f64],
@@ -24,17 +24,17 @@ pub struct Atoms<'a> {
     pub radius: &'a [f64],
     /// Mass, kg.
     pub mass: &'a [f64],
-    /// Force, N; the network adds to it.
+    /// Force on owned atoms, N; the network adds to it.
     pub force: &'a mut [f64],
-    /// Torque, N·m; the network adds to it.
+    /// Torque on owned atoms, N·m; the network adds to it.
     pub torque: &'a mut [f64],
-    /// What the network stores per atom ([`Network::atom_width`](crate::network::Network::atom_width) reals each).
+    /// Data that the network stores per atom: [`Network::atom_width`](crate::network::Network::atom_width) reals each.
     pub memory: &'a mut [f64],
     /// Periodic edge lengths of the box, m; 0 where it is not periodic.
     pub edge: [f64; 3],
     /// Time step, s.
     pub dt: f64,
-    /// Number of the step.
+    /// Step number.
     pub step: i64,
 }
 

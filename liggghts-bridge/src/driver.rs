@@ -1,4 +1,4 @@
-//! The stock LIGGGHTS with our styles as a library of this process, through its C library interface, loaded at run time.
+//! The stock LIGGGHTS with our styles, loaded at run time as a library and called through its C interface.
 //!
 //! ```no_run
 //! use concordem_liggghts::driver::Liggghts;
@@ -9,10 +9,10 @@
 //! # Ok::<(), concordem_liggghts::driver::DriverError>(())
 //! ```
 //!
-//! Views are LIGGGHTS' own arrays, borrowed from the instance: no command can run while one is held. LIGGGHTS answers wrong
-//! commands by ending the process with a message; where that must not happen, give it a process of its own. Under MPI every
-//! process opens LIGGGHTS, gives the same commands, and sees its own atoms. One that panics ends them all: the others would
-//! wait for it for ever.
+//! Views are LIGGGHTS' own arrays, borrowed from the instance, so no command can run while a view exists. On an invalid command,
+//! LIGGGHTS prints a message and ends the process; run it in a separate process where that must not happen. Under MPI, every
+//! process opens LIGGGHTS, issues the same commands, and sees its own atoms. A panic in one process ends all of them, because the
+//! others would wait for it forever.
 
 #![allow(unsafe_code)]
 
@@ -27,51 +27,51 @@ use libloading::os::unix::{Library, RTLD_GLOBAL, RTLD_NOW};
 
 use crate::records::{Record, width_of};
 
-/// Why LIGGGHTS cannot do what was asked. The message says what to do.
+/// Why a call failed. The message gives the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DriverError {
-    /// The library is not there or cannot be loaded.
+    /// The library does not exist or cannot be loaded.
     #[error(
-        "cannot load {path}: {message}; build it with `make liggghts`, which needs Debian's packages liggghts and libopenmpi-dev"
+        "cannot load {path}: {message}; build it with `make liggghts`, which needs the Debian packages liggghts and libopenmpi-dev"
     )]
     Load {
         /// The library.
         path: PathBuf,
-        /// Why not.
+        /// Cause.
         message: String,
     },
-    /// There is an instance already.
-    #[error("LIGGGHTS is open already in this process, and MPI serves one instance at a time: drop the first one")]
+    /// An instance exists already.
+    #[error("LIGGGHTS is already open in this process, and MPI allows one instance at a time; drop the first one")]
     Open,
-    /// A word with a zero byte in it.
-    #[error("`{0}` has a zero byte in it, which ends a word in C; remove it")]
+    /// A word contains a zero byte.
+    #[error("`{0}` contains a zero byte, which would end the word in C; remove it")]
     ZeroByte(String),
-    /// A script that ends with `&`.
-    #[error("the script ends in the middle of a line: its last line ends with `&`")]
+    /// The script ends with `&`.
+    #[error("the last line of the script ends with `&`, but no line follows; remove the `&` or add the line")]
     Unfinished,
     /// Atoms have no such property.
-    #[error("atoms have no `{0}`: is there an `atom_style sphere`, and were atoms made?")]
+    #[error("atoms have no property `{0}`; use `atom_style sphere` and create atoms first")]
     NoProperty(&'static str),
-    /// A fix without that output.
-    #[error("there is no fix `{0}` with that output")]
+    /// There is no such fix, or it has no such output.
+    #[error("there is no fix `{0}` with this output; check the id")]
     NoFix(String),
-    /// A place beyond a fix's vector.
-    #[error("the vector of fix `{id}` has {length} numbers, counted from 1: there is no number {index}")]
+    /// Index out of range.
+    #[error("fix `{id}` has no output {index}: its vector has {length} elements, counted from 1")]
     NoNumber {
         /// The fix.
         id: String,
-        /// Numbers in its vector; 0 if it has none.
+        /// Length of its vector; 0 if it has none.
         length: usize,
-        /// What was asked for.
+        /// The index.
         index: usize,
     },
-    /// No bonds under that name.
-    #[error("there is no fix concordem/bond of id `{0}`")]
+    /// There is no such fix concordem/bond.
+    #[error("there is no fix concordem/bond with id `{0}`; check the id")]
     NoBonds(String),
 }
 
-/// A bond or contact of a fix concordem/bond, as it was at the last step with output.
+/// A bond or contact of a fix concordem/bond at the last step with output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bond {
     /// Ids of A and B.
@@ -88,13 +88,12 @@ pub struct Bond {
     pub area: f64,
     /// Damage.
     pub damage: f64,
-    /// Whether it is a bond; else a contact.
+    /// Whether it is a bond or an unbonded contact.
     pub bonded: bool,
 }
 
 type Handle = *mut c_void;
 
-/// The functions of the interface.
 struct Interface {
     open: unsafe extern "C" fn(c_int, *mut *mut c_char, *mut Handle),
     close: unsafe extern "C" fn(Handle),
@@ -114,7 +113,7 @@ struct Interface {
     records_delete: unsafe extern "C" fn(*mut f64, i64, i64),
 }
 
-/// Loaded once and never unloaded: MPI and LIGGGHTS leave things behind that outlive an instance.
+/// Loaded once and never unloaded, because MPI and LIGGGHTS keep global state beyond the life of an instance.
 static INTERFACE: OnceLock<Interface> = OnceLock::new();
 static IS_OPEN: AtomicBool = AtomicBool::new(false);
 
@@ -122,7 +121,7 @@ unsafe extern "C" {
     fn atexit(function: extern "C" fn()) -> c_int;
 }
 
-/// MPI can be started once in a process; LIGGGHTS starts it and leaves it to us to end it.
+/// Runs at exit: MPI can be initialized only once per process; LIGGGHTS initializes it but does not finalize it.
 extern "C" fn end_mpi() {
     if let Some(interface) = INTERFACE.get() {
         // SAFETY: does nothing unless MPI is running.
@@ -136,18 +135,17 @@ impl Interface {
         if !path.is_file() {
             return Err(failed("there is no such file".into()));
         }
-        // Some of LIGGGHTS' libraries use the C library's mathematics without saying so; a program that has not loaded it crashes
-        // while they are bound. It stays loaded.
-        // SAFETY: no code runs by loading it.
+        // Some LIGGGHTS libraries use libm without linking it; a program that has not loaded libm crashes while binding them.
+        // SAFETY: libm has no initialization code.
         let mathematics = unsafe { Library::open(Some("libm.so.6"), RTLD_NOW | RTLD_GLOBAL) };
         let _ = ManuallyDrop::new(mathematics.map_err(|error| failed(error.to_string()))?);
-        // SAFETY: ours comes first of all libraries and stands in for functions of LIGGGHTS, which it loads; its start-up code
-        // fills LIGGGHTS' tables of styles and does nothing else.
+        // SAFETY: our library is loaded first, replaces some LIGGGHTS functions, and then loads LIGGGHTS; its initialization code
+        // only fills LIGGGHTS' tables of styles.
         let library = unsafe { Library::open(Some(path), RTLD_NOW | RTLD_GLOBAL) };
         let library = ManuallyDrop::new(library.map_err(|error| failed(error.to_string()))?);
         macro_rules! symbol {
             ($name:literal) => {
-                // SAFETY: the type is that of LIGGGHTS' `library.h` and of `shim/library.cpp`.
+                // SAFETY: the types match LIGGGHTS' `library.h` and `shim/library.cpp`.
                 *unsafe { library.get($name) }.map_err(|error| failed(error.to_string()))?
             };
         }
@@ -176,7 +174,7 @@ fn word(text: &str) -> Result<CString, DriverError> {
     CString::new(text).map_err(|_| DriverError::ZeroByte(text.replace('\0', "\\0")))
 }
 
-/// A LIGGGHTS of this process. MPI wants one thread: it cannot be sent to another.
+/// The LIGGGHTS instance of this process. It is not `Send`, because MPI must be called from one thread.
 pub struct Liggghts {
     interface: &'static Interface,
     handle: Handle,
@@ -184,8 +182,8 @@ pub struct Liggghts {
 }
 
 impl Liggghts {
-    /// Open LIGGGHTS with the styles of `library` (`libconcordem-liggghts.so`); `arguments` are those of its command line. The
-    /// first call in a process decides about the library.
+    /// Open LIGGGHTS with the styles of `library` (`libconcordem-liggghts.so`) and the given command-line arguments. The library is
+    /// loaded on the first call in a process; later calls ignore `library`.
     pub fn open(library: &Path, arguments: &[&str]) -> Result<Self, DriverError> {
         if IS_OPEN.swap(true, Ordering::SeqCst) {
             return Err(DriverError::Open);
@@ -199,7 +197,7 @@ impl Liggghts {
 
     fn open_first(library: &Path, arguments: &[&str]) -> Result<Self, DriverError> {
         if INTERFACE.get().is_none() {
-            // Only the one who has set IS_OPEN gets here.
+            // No race: IS_OPEN admits one caller at a time.
             let _ = INTERFACE.set(Interface::load(library)?);
         }
         let interface = INTERFACE.get().expect("set above");
@@ -207,7 +205,7 @@ impl Liggghts {
         let words: Vec<CString> = words.map(word).collect::<Result<_, _>>()?;
         let mut pointers: Vec<*mut c_char> = words.iter().map(|word| word.as_ptr().cast_mut()).collect();
         let mut handle = std::ptr::null_mut();
-        // SAFETY: `open` copies the words, which live until it returns. `atexit` gets a function that may run at any time.
+        // SAFETY: `open` copies the words, which live until it returns. `end_mpi` may run at any time.
         unsafe {
             if (interface.mpi)(0) == 0 {
                 atexit(end_mpi);
@@ -217,16 +215,16 @@ impl Liggghts {
         Ok(Self { interface, handle, one_thread: PhantomData })
     }
 
-    /// One command of a script.
+    /// Run one script command.
     pub fn command(&mut self, line: &str) -> Result<(), DriverError> {
         let line = word(line)?;
-        // SAFETY: the instance lives; LIGGGHTS copies the line. No view is held: they borrow `self`.
+        // SAFETY: the instance exists; LIGGGHTS copies the line. No view exists, since views borrow `self`.
         unsafe { (self.interface.command)(self.handle, line.as_ptr()) };
         Ok(())
     }
 
-    /// The lines of a script, as LIGGGHTS reads a file: `&` as the last character of a line, in a comment too, lets the next one
-    /// follow in its place; comments, which begin with `#` outside quotes, are LIGGGHTS' to find.
+    /// Run the lines of a script. As in LIGGGHTS input files, a line that ends with `&` continues on the next line, even if it is a
+    /// comment. LIGGGHTS itself strips the comments.
     pub fn commands(&mut self, script: &str) -> Result<(), DriverError> {
         let mut line = String::new();
         for part in script.lines() {
@@ -244,30 +242,30 @@ impl Liggghts {
         if line.trim().is_empty() { Ok(()) } else { Err(DriverError::Unfinished) }
     }
 
-    /// Compute `steps` steps.
+    /// Run `steps` steps.
     pub fn run(&mut self, steps: u64) -> Result<(), DriverError> {
         self.command(&format!("run {steps}"))
     }
 
-    /// Number of atoms of all processes.
+    /// Number of atoms in all processes.
     pub fn count(&self) -> usize {
-        // SAFETY: the instance lives.
+        // SAFETY: the instance exists.
         unsafe { (self.interface.count)(self.handle) as usize }
     }
 
-    /// Number of atoms of this process.
+    /// Number of atoms owned by this process.
     pub fn owned(&self) -> usize {
-        // SAFETY: LIGGGHTS knows `nlocal`, an int.
+        // SAFETY: `nlocal` is an int.
         unsafe {
             let number = (self.interface.extract_global)(self.handle, c"nlocal".as_ptr());
             number.cast::<c_int>().as_ref().map_or(0, |&number| number as usize)
         }
     }
 
-    /// Where a property of atoms lies.
+    /// Pointer to an atom property.
     fn property(&self, name: &'static str) -> Result<*mut c_void, DriverError> {
         let text = word(name)?;
-        // SAFETY: the instance lives; LIGGGHTS compares the name.
+        // SAFETY: the instance exists; LIGGGHTS only compares the name.
         let found = unsafe { (self.interface.extract_atom)(self.handle, text.as_ptr()) };
         if found.is_null() { Err(DriverError::NoProperty(name)) } else { Ok(found) }
     }
@@ -276,26 +274,26 @@ impl Liggghts {
     fn vectors(&self, name: &'static str) -> Result<(*mut [f64; 3], usize), DriverError> {
         let rows = self.property(name)?.cast::<*mut [f64; 3]>();
         let count = self.owned();
-        // SAFETY: an array of `count` pointers to rows that lie one after the other.
+        // SAFETY: an array of `count` pointers to contiguous rows.
         Ok((if count == 0 { std::ptr::null_mut() } else { unsafe { *rows } }, count))
     }
 
     fn view(&self, name: &'static str) -> Result<&[[f64; 3]], DriverError> {
         let (rows, count) = self.vectors(name)?;
-        // SAFETY: `nlocal` rows of LIGGGHTS' array, which only commands change; those need the instance as a whole.
+        // SAFETY: `nlocal` rows of LIGGGHTS' array. Only commands change it, and they need `&mut self`.
         Ok(if count == 0 { &[] } else { unsafe { std::slice::from_raw_parts(rows, count) } })
     }
 
     fn view_mut(&mut self, name: &'static str) -> Result<&mut [[f64; 3]], DriverError> {
         let (rows, count) = self.vectors(name)?;
-        // SAFETY: as above; the instance is borrowed for writing, so that there is no other view.
+        // SAFETY: as above; `&mut self` excludes other views.
         Ok(if count == 0 { &mut [] } else { unsafe { std::slice::from_raw_parts_mut(rows, count) } })
     }
 
     fn numbers<T>(&self, name: &'static str) -> Result<&[T], DriverError> {
         let numbers = self.property(name)?.cast::<T>();
         let count = self.owned();
-        // SAFETY: `nlocal` numbers of the type that the callers below state.
+        // SAFETY: `nlocal` numbers; the callers below give the right type.
         Ok(if count == 0 { &[] } else { unsafe { std::slice::from_raw_parts(numbers, count) } })
     }
 
@@ -304,7 +302,7 @@ impl Liggghts {
         self.view("x")
     }
 
-    /// Positions, to be changed.
+    /// Mutable positions, m.
     pub fn positions_mut(&mut self) -> Result<&mut [[f64; 3]], DriverError> {
         self.view_mut("x")
     }
@@ -314,7 +312,7 @@ impl Liggghts {
         self.view("v")
     }
 
-    /// Velocities, to be changed.
+    /// Mutable velocities, m/s.
     pub fn velocities_mut(&mut self) -> Result<&mut [[f64; 3]], DriverError> {
         self.view_mut("v")
     }
@@ -324,7 +322,7 @@ impl Liggghts {
         self.view("omega")
     }
 
-    /// Angular velocities, to be changed.
+    /// Mutable angular velocities, rad/s.
     pub fn spins_mut(&mut self) -> Result<&mut [[f64; 3]], DriverError> {
         self.view_mut("omega")
     }
@@ -359,14 +357,15 @@ impl Liggghts {
         self.numbers("type")
     }
 
-    /// What a fix tells of itself: its number, or number `index` (from 1) of its vector, over all processes, all of which ask.
+    /// Output of a fix: its scalar, or element `index` (from 1) of its vector. The value covers all processes, and all of them must
+    /// call this.
     pub fn fix(&self, id: &str, index: Option<usize>) -> Result<f64, DriverError> {
         let text = word(id)?;
         let (kind, place) = match index {
             None => (0, 0),
             Some(index) => {
-                // LIGGGHTS does not check: a place that is not there would be read all the same.
-                // SAFETY: the instance lives; the name is compared.
+                // LIGGGHTS would read out of bounds: it does not check the index.
+                // SAFETY: the instance exists; LIGGGHTS only compares the name.
                 let length = unsafe { (self.interface.fix_size)(self.handle, text.as_ptr()) };
                 let length = usize::try_from(length).map_err(|_| DriverError::NoFix(id.to_owned()))?;
                 if !(1..=length).contains(&index) {
@@ -375,7 +374,7 @@ impl Liggghts {
                 (1, (index - 1) as c_int)
             }
         };
-        // SAFETY: a copy that is ours to free, or null.
+        // SAFETY: the result is null, or a copy that we must free.
         unsafe {
             let found = (self.interface.extract_fix)(self.handle, text.as_ptr(), 0, kind, place, 0);
             let value = found.cast::<f64>().as_ref().copied().ok_or_else(|| DriverError::NoFix(id.to_owned()))?;
@@ -384,12 +383,12 @@ impl Liggghts {
         }
     }
 
-    /// Bonds and contacts of a fix concordem/bond that this process counts, with the forces of the last step with output, as at
-    /// the end of every run.
+    /// Bonds and contacts of a fix concordem/bond that this process counts, with their forces at the last step with output (the end
+    /// of a run is always one).
     pub fn bonds(&self, id: &str) -> Result<Vec<Bond>, DriverError> {
         let text = word(id)?;
         let mut count = 0;
-        // SAFETY: `count` rows that are given back.
+        // SAFETY: `count` rows, freed below.
         let rows: Vec<f64> = unsafe {
             let rows = (self.interface.rows)(self.handle, text.as_ptr(), &raw mut count);
             if rows.is_null() {
@@ -413,12 +412,12 @@ impl Liggghts {
         Ok(rows.chunks_exact(crate::network::Network::ROW).map(bond).collect())
     }
 
-    /// What the laws remember of the bonds and contacts of a fix concordem/bond that this process counts, as they are now: reference,
-    /// frame, history, in the law's own order of reals.
+    /// Current records of the bonds and contacts of a fix concordem/bond that this process counts: reference, previous geometry, and
+    /// the history of the law.
     pub fn histories(&self, id: &str) -> Result<Vec<Record>, DriverError> {
         let text = word(id)?;
         let (mut count, mut length) = (0, 0);
-        // SAFETY: `count` records of `length` reals that are given back.
+        // SAFETY: `count` records of `length` reals, freed below.
         let reals: Vec<f64> = unsafe {
             let reals = (self.interface.records)(self.handle, text.as_ptr(), &raw mut count, &raw mut length);
             if reals.is_null() {
@@ -434,9 +433,9 @@ impl Liggghts {
 }
 
 impl Drop for Liggghts {
-    /// The end of LIGGGHTS; while a panic unwinds, and there are other processes, the end of them all.
+    /// Close LIGGGHTS. During a panic, abort all MPI processes if there are several.
     fn drop(&mut self) {
-        // SAFETY: opened once, closed once; views are gone.
+        // SAFETY: opened once, closed once; no view exists.
         unsafe {
             if std::thread::panicking() && (self.interface.processes)(self.handle) > 1 {
                 (self.interface.abort)(self.handle);

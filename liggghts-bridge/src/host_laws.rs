@@ -1,6 +1,6 @@
-//! LIGGGHTS' own granular contacts, formula by formula, behind the library's trait: to compare engines, and faster.
+//! LIGGGHTS' own granular contact laws, implemented with our [`ContactLaw`] trait: to compare engines, and to run faster.
 //!
-//! Formulas as LIGGGHTS-PUBLIC 3.8.0 computes them (Kloss et al. 2012; Di Renzo & Di Maio 2004), with the overlap `δ`,
+//! The formulas are those of LIGGGHTS-PUBLIC 3.8.0 (Kloss et al. 2012; Di Renzo & Di Maio 2004), with the overlap `δ`,
 //! `1/E* = Σ(1−ν²)/E`, `1/G* = Σ 2(2−ν)(1+ν)/E`, `β = ln e/√(ln²e+π²)`, reduced mass `m`, effective radius `R*`:
 //!
 //! | model | `k_n`, `k_t` | dashpots |
@@ -10,24 +10,24 @@
 //! | hooke | `(16/15)√R* E* (15 m V²/(16 √R* E*))^{1/5}`, the same | `√(4 m k_n ln²e/(ln²e+π²))`, the same |
 //! | hooke/stiffness | `k_n`, `k_t` | `m γ` |
 //!
-//! Normal force `k_n δ − γ_n v_n`, which may pull. With history the shear displacement is projected into the present
-//! tangential plane; beyond `μ|f_n|` it is cut back and the dashpot is off, else the dashpot comes on top. Without, the shear
-//! force is the dashpot's, at most `μ|f_n|`.
+//! The normal force is `k_n δ − γ_n v_n`; it can be tensile. With history, the shear displacement is projected onto the current
+//! tangential plane. If the elastic shear force exceeds `μ|f_n|`, the displacement is scaled back and the dashpot is off; otherwise
+//! the dashpot force is added. Without history, the shear force is the dashpot force, limited to `μ|f_n|`.
 //!
-//! These are the host's forms with the host's quirks (the shear spring makes energy when the overlap shrinks, the dashpot may
-//! pull and may exceed friction). No energies are booked for them. The library's own forms are
+//! These laws keep LIGGGHTS' quirks: the shear spring creates energy when the overlap shrinks, and the dashpot can pull and can
+//! exceed the friction limit. The energy ledger does not cover them. ConcorDEM's own laws are
 //! [`HertzMindlin`](concordem_contact::law::HertzMindlin) and [`Frictional`](concordem_contact::law::Frictional).
 
 use concordem_contact::kinematics::{ContactInput, MotionMeasure, PointKinematics, Transport, WallInput};
 use concordem_contact::law::{ContactGeometry, ContactLaw, EnergySplit, Kinematics, Response, Status, Stiffness};
 use concordem_contact::math::Vec3;
 
-/// A point contact and its velocities at the instant, which LIGGGHTS takes where the library takes mean rates of the step.
+/// A point contact with instantaneous velocities. LIGGGHTS uses these; ConcorDEM uses mean rates over the step.
 #[derive(Debug, Clone, Copy)]
 pub struct InstantKinematics {
     /// Geometry.
     pub point: PointKinematics,
-    /// Velocity with which the particles part, m/s.
+    /// Normal velocity of B relative to A, positive when separating, m/s.
     pub normal_velocity: f64,
     /// Tangential velocity of B relative to A at the contact, m/s.
     pub tangential_velocity: Vec3,
@@ -65,7 +65,7 @@ impl Kinematics for InstantKinematics {
             tangential_velocity,
         }
     }
-    /// The arm ends in the middle of the overlap, as between spheres.
+    /// The contact point is in the middle of the overlap, as between spheres.
     fn measure_wall(_mode: MotionMeasure, input: &WallInput<'_>) -> Option<Self> {
         let WallInput { a, closest_point, wall_velocity, geometry, previous, dt } = *input;
         let normal = closest_point.normal;
@@ -102,7 +102,7 @@ impl Kinematics for InstantKinematics {
     }
 }
 
-/// Where stiffnesses and dashpots come from.
+/// Model of the stiffnesses and dashpots.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum HostModel {
     /// `hertz`
@@ -113,7 +113,7 @@ pub enum HostModel {
         shear: f64,
         /// `−2√(5/6) β`.
         damping: f64,
-        /// `√(4G*/E*)`, the root of the ratio of the stiffnesses' derivatives `S_t/S_n`.
+        /// `√(4G*/E*) = √(S_t/S_n)`.
         ratio: f64,
     },
     /// `hooke`
@@ -127,7 +127,7 @@ pub enum HostModel {
     },
     /// `hertz/stiffness` and `hooke/stiffness`: `k_n`, `k_t` (N/m², or N/m), `γ_n`, `γ_t` (1/(m s), or 1/s).
     Stiffness {
-        /// Whether they are multiplied by `√(R*δ)`.
+        /// Whether all four are multiplied by `√(R*δ)`.
         hertz: bool,
         /// `k_n`.
         normal: f64,
@@ -140,23 +140,23 @@ pub enum HostModel {
     },
 }
 
-/// What resists sliding.
+/// Tangential model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HostShear {
-    /// Nothing (`tangential off`).
+    /// No tangential force (`tangential off`).
     Off,
-    /// A dashpot under the limit of friction (`no_history`).
+    /// Dashpot with friction limit (`no_history`).
     NoHistory,
-    /// A spring with memory under the limit of friction (`history`).
+    /// Spring with friction limit (`history`).
     History,
 }
 
-/// A contact of LIGGGHTS.
+/// A LIGGGHTS contact law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HostContact {
     /// Stiffnesses and dashpots.
     pub model: HostModel,
-    /// Shear.
+    /// Tangential model.
     pub shear: HostShear,
     /// Coefficient of friction.
     pub friction: f64,
@@ -171,7 +171,7 @@ concordem_contact::law_state! {
 }
 
 impl HostModel {
-    /// `hertz` of effective moduli (Pa) and the coefficient of restitution `e`.
+    /// `hertz` with effective moduli `E*`, `G*` (Pa) and the coefficient of restitution `e`.
     pub fn hertz(young: f64, shear: f64, restitution: f64) -> Self {
         let log = restitution.ln();
         let pi = std::f64::consts::PI;
@@ -245,7 +245,7 @@ impl ContactLaw for HostContact {
         }
     }
 
-    /// At an overlap of `R*/20` where the stiffness depends on it.
+    /// Stiffnesses that depend on the overlap are taken at an overlap of `R*/20`.
     fn stiffness(&self, geometry: &ContactGeometry) -> Stiffness {
         let root = geometry.effective_radius() * 0.05_f64.sqrt();
         let (normal, shear) = match self.model {

@@ -1,4 +1,4 @@
-//! Names of laws for the C++ side, which makes a style of each.
+//! Names of laws for C++, which registers one style per law.
 
 #![allow(unsafe_code, clippy::missing_safety_doc)]
 
@@ -6,8 +6,8 @@ use std::ffi::c_char;
 
 use concordem_contact::law::LawName;
 
-/// Write the name of law number `index` to `name` (`capacity` bytes, zero at the end): of the laws of bonds with `bonds`, else of
-/// the laws of contacts. Its length; −1 past the last law, or where the name does not fit.
+/// Write the name of law `index` to `name` (`capacity` bytes, zero-terminated); `bonds` selects the bond laws (1) or the contact laws
+/// (0). Returns the length of the name, or −1 if there is no such law or the name does not fit.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_law_name(bonds: i32, index: i32, name: *mut c_char, capacity: usize) -> i32 {
     let law = usize::try_from(index)

@@ -1,9 +1,14 @@
-//! ConcorDEM's contact laws as styles of the stock LIGGGHTS program.
+//! ConcorDEM contact laws as styles of the stock LIGGGHTS program and of LAMMPS.
 //!
-//! [`network`] holds the bonds and contacts of one processor's atoms and computes their forces with the library's solver. [`pair`]
-//! evaluates contacts along LIGGGHTS' neighbor lists, by the library's laws or by LIGGGHTS' own forms ([`host_laws`]). [`options`]
-//! reads the arguments of the script. The C++ shims call [`abi`]. [`driver`] opens LIGGGHTS as a library of a Rust program. Only
-//! [`abi`] and [`driver`] contain unsafe code.
+//! | module | contains |
+//! |---|---|
+//! | [`network`] | bonds and contacts of one processor's atoms; computes their forces with our solver |
+//! | [`pair`] | contacts of LIGGGHTS' neighbor lists, with our laws or LIGGGHTS' own ([`host_laws`]) |
+//! | [`options`] | arguments of the script command |
+//! | [`abi`] | functions called from the C++ shims |
+//! | [`driver`] | LIGGGHTS as a library of a Rust program |
+//!
+//! Only [`abi`], `law_names`, and [`driver`] contain unsafe code.
 
 pub mod abi;
 pub mod atoms;

@@ -1,4 +1,4 @@
-//! What the arguments of `fix ID group concordem/bond …` say.
+//! Arguments of `fix ID group concordem/bond …`.
 
 use std::path::Path;
 
@@ -10,45 +10,42 @@ use serde::Deserialize;
 use serde::de::value::{Error as ValueError, StrDeserializer};
 use serde::de::{DeserializeOwned, IntoDeserializer};
 
-/// Why arguments make no sense. The message names the argument and what would be right.
+/// Why the arguments are rejected. The message names the argument and the remedy.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OptionError {
-    /// No law, or one that does not exist.
-    #[error(
-        "unknown law `{name}`; laws of bonds are {}; `none` with `contact LAW` is for contacts only",
-        names(LawName::bonds())
-    )]
+    /// Missing or unknown bond law.
+    #[error("unknown bond law `{name}`; choose one of {}, or `none` with `contact LAW`", names(LawName::bonds()))]
     Law {
-        /// What stands where the law is wanted.
+        /// The word in place of the law.
         name: String,
     },
-    /// A word that is no law of contacts.
-    #[error("unknown law of contacts `{name}`; there are none, {}", names(LawName::contacts()))]
+    /// Unknown contact law.
+    #[error("unknown contact law `{name}`; choose one of none, {}", names(LawName::contacts()))]
     ContactLaw {
-        /// The word.
+        /// The word in place of the law.
         name: String,
     },
-    /// An option without its value.
-    #[error("`{key}` needs a value after it: {wanted}")]
+    /// An option without a value.
+    #[error("`{key}` needs a value: {wanted}")]
     Missing {
         /// The option.
         key: String,
-        /// What is wanted.
+        /// Valid values.
         wanted: &'static str,
     },
-    /// A value that cannot be.
-    #[error("`{key} {value}` is not possible: {wanted}")]
+    /// An invalid value.
+    #[error("`{key} {value}` is invalid; give {wanted}")]
     Value {
         /// The option.
         key: String,
         /// The value.
         value: String,
-        /// What is wanted.
+        /// Valid values.
         wanted: &'static str,
     },
     /// An option given twice.
-    #[error("`{key}` is given twice")]
+    #[error("`{key}` is given twice; remove one")]
     Twice {
         /// The option.
         key: String,
@@ -56,31 +53,32 @@ pub enum OptionError {
     /// Parameters that cannot be read.
     #[error("parameters of {place}: {message}")]
     Parameters {
-        /// Law, or file.
+        /// Law or file.
         place: String,
-        /// What is wrong.
+        /// Cause.
         message: String,
     },
-    /// Nothing says where bonds come from.
-    #[error("nothing says which atoms are bonded; add `bond distance FACTOR`, `bond list FILE`, or `bond none`")]
+    /// Option `bond` is missing.
+    #[error("option `bond` is missing; add `bond distance FACTOR`, `bond list FILE`, or `bond none`")]
     NoBonds,
     /// Neither bonds nor contacts.
-    #[error(
-        "law `none` makes no bonds, and there is no `contact LAW`: nothing would act; add `contact LAW`, or choose a law of bonds"
-    )]
+    #[error("law `none` without `contact LAW` computes no forces; add `contact LAW`, or choose a bond law")]
     Nothing,
-    /// Bonds are to be made without a law for them.
-    #[error("`bond` makes bonds, but law `none` has none; remove `bond`, or choose one of {}", names(LawName::bonds()))]
+    /// Option `bond` without a bond law.
+    #[error(
+        "`bond` needs a bond law, but the law is `none`; remove `bond`, or choose one of {}",
+        names(LawName::bonds())
+    )]
     NoBondLaw,
     /// Parameters both inline and from a file.
-    #[error("`{key}` is a parameter, but `materials` names a file of them; give one or the other")]
+    #[error("parameter `{key}` conflicts with `materials FILE`; remove one of them")]
     InlineAndFile {
         /// The parameter.
         key: String,
     },
-    /// A law that particles cannot deform under.
+    /// A law that does not support deformable particles.
     #[error(
-        "`deformable` does not go with law {law}: particles deform under {}; remove `deformable`, or choose one of these",
+        "law {law} does not support `deformable`; remove `deformable`, or choose one of {}",
         names(LawName::ALL.iter().copied().filter(|law| law.facts().deforms))
     )]
     NotDeformable {
@@ -89,7 +87,8 @@ pub enum OptionError {
     },
     /// Deformable particles without elastic constants.
     #[error(
-        "`deformable` needs `deformable.young` and `deformable.poisson`, or [material.deformable] in the file of materials"
+        "`deformable` needs elastic constants; add `deformable.young` and `deformable.poisson`, or [material.deformable] in the \
+         materials file"
     )]
     NoElasticity,
     /// A file that cannot be read.
@@ -97,48 +96,47 @@ pub enum OptionError {
     File {
         /// The file.
         path: String,
-        /// Why not.
+        /// Cause.
         message: String,
     },
 }
 
-/// Names of laws, with commas.
 fn names(laws: impl Iterator<Item = LawName>) -> String {
     laws.map(LawName::key).collect::<Vec<_>>().join(", ")
 }
 
-/// A bond of a list: ids in ascending order, and the rest length (m) if it is given.
+/// A bond of a list: ids in ascending order, and the reference length (m) if given.
 pub type Listed = ([i32; 2], Option<f64>);
 
-/// Where bonds come from.
+/// How bonds are created.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Creation {
-    /// From nowhere (but a restart file).
+    /// Not at all, except from a restart file.
     None,
-    /// Between all atoms of the group whose distance is below this times the sum of their radii.
+    /// Between all atoms of the group closer than this factor times the sum of their radii.
     Distance(f64),
-    /// Between listed atoms: tags, and rest lengths where given (m).
+    /// Between listed atoms.
     List(Vec<Listed>),
 }
 
-/// Arguments of the fix, understood.
+/// Parsed arguments of the fix.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// Law of bonds; `None`: there are only contacts.
+    /// Bond law; `None` if there are only unbonded contacts.
     pub law: Option<LawName>,
-    /// Law of atoms of the group that touch without a bond.
+    /// Law of unbonded contacts between atoms of the group.
     pub contact: ContactLawName,
-    /// How motion is measured.
+    /// Kinematics.
     pub mode: MotionMeasure,
-    /// Where bonds come from.
+    /// How bonds are created.
     pub creation: Creation,
-    /// Step at which they are made; `None`: the first one computed.
+    /// Step at which bonds are created; `None` for the first step of the run.
     pub at: Option<i64>,
-    /// Distance up to which atoms of other processors must be known, m, if the user wants more than is needed at the start.
+    /// Minimum reach given by the user, m; 0 if none.
     pub reach: f64,
-    /// Whether stored energies are summed at every step, not only when output is due.
+    /// Whether stored energies are summed at every step instead of only when output is due.
     pub sample_every_step: bool,
-    /// How particles deform, if they do.
+    /// Condition of deformable particles; `None` if particles are rigid.
     pub deformable: Option<Condition>,
     /// Parameters by atom type.
     pub materials: Vec<Material>,
@@ -146,7 +144,7 @@ pub struct Options {
     pub interfaces: Vec<Interface>,
 }
 
-/// A file of parameters: the tables of a scenario.
+/// A materials file; the tables are those of a scenario.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct MaterialsFile {
@@ -160,9 +158,9 @@ fn named<T: DeserializeOwned>(name: &str) -> Option<T> {
     T::deserialize(deserializer).ok()
 }
 
-/// A word of the script as a TOML value: numbers and truth values as they are, everything else as a string.
+/// A word of the script as a TOML value: number, boolean, or string.
 fn toml_value(word: &str) -> toml::Value {
-    // A number: TOML would take `1e6` and `5`, but not `.5`, which people write.
+    // Not TOML's parser, which rejects `.5`.
     if let Ok(number) = word.parse::<f64>() {
         return toml::Value::Float(number);
     }
@@ -173,7 +171,7 @@ fn toml_value(word: &str) -> toml::Value {
     }
 }
 
-/// Pairs of tags and rest lengths of a list: two integers, and a length (m) if wanted, per line; `#` begins a comment.
+/// Read a list of bonds: per line two atom ids and optionally the reference length (m); `#` begins a comment.
 pub fn read_list(path: &Path) -> Result<Vec<Listed>, OptionError> {
     let file = |message: String| OptionError::File { path: path.display().to_string(), message };
     let text = std::fs::read_to_string(path).map_err(|error| file(error.to_string()))?;
@@ -186,8 +184,8 @@ pub fn read_list(path: &Path) -> Result<Vec<Listed>, OptionError> {
         let words: Vec<&str> = line.split_whitespace().collect();
         let wrong = || {
             file(format!(
-                "line {}: `{line}` is not a bond; wanted are two different atom ids and, if the rest length is not the \
-                 present distance, that length in meters",
+                "line {}: `{line}` is not a bond; write two different atom ids and optionally the reference length in meters \
+                 (default: the current distance)",
                 number + 1
             ))
         };
@@ -201,12 +199,13 @@ pub fn read_list(path: &Path) -> Result<Vec<Listed>, OptionError> {
     }
     bonds.sort_unstable_by_key(|bond| bond.0);
     if let Some(twice) = bonds.windows(2).find(|pair| pair[0].0 == pair[1].0) {
-        return Err(file(format!("the bond of atoms {} and {} is listed twice", twice[0].0[0], twice[0].0[1])));
+        let [a, b] = twice[0].0;
+        return Err(file(format!("the bond of atoms {a} and {b} is listed twice; remove one line")));
     }
     Ok(bonds)
 }
 
-/// Arguments as written, before they are checked against each other.
+/// Arguments before they are checked against each other.
 #[derive(Default)]
 struct Arguments {
     contact: Option<ContactLawName>,
@@ -219,18 +218,17 @@ struct Arguments {
     materials_file: Option<String>,
     /// Parameters of bonds, contacts, and deformation.
     tables: [toml::Table; 3],
-    /// The first parameter of the tables.
+    /// The first parameter that was given inline.
     first_parameter: Option<String>,
 }
 
-/// An option and the words after it.
+/// An option and the words that follow it.
 struct OptionWords<'a, 'b> {
     key: &'a str,
     rest: &'b mut std::slice::Iter<'a, String>,
 }
 
 impl<'a> OptionWords<'a, '_> {
-    /// The next word.
     fn value(&mut self, wanted: &'static str) -> Result<&'a str, OptionError> {
         let missing = OptionError::Missing { key: self.key.to_owned(), wanted };
         self.rest.next().map(String::as_str).ok_or(missing)
@@ -240,7 +238,7 @@ impl<'a> OptionWords<'a, '_> {
         OptionError::Value { key: self.key.to_owned(), value: value.to_owned(), wanted }
     }
 
-    /// Fill `slot` with what `parse` makes of the next word. An option may be given once.
+    /// Parse the next word into `slot`; an error if `slot` is already filled.
     fn fill<T>(
         &mut self,
         slot: &mut Option<T>,
@@ -264,7 +262,7 @@ impl<'a> OptionWords<'a, '_> {
             "none" => Ok(Creation::None),
             "distance" => {
                 let mut factor = None;
-                let wanted = "a factor on the sum of the radii, from 0.1 to 10; 1.5 is usual for concrete";
+                let wanted = "a factor on the sum of the radii, from 0.1 to 10 (1.5 is usual for concrete)";
                 let in_range = |word: &str| word.parse().ok().filter(|f| (0.1..=10.0).contains(f));
                 self.fill(&mut factor, wanted, in_range)?;
                 Ok(Creation::Distance(factor.unwrap_or_default()))
@@ -276,7 +274,7 @@ impl<'a> OptionWords<'a, '_> {
 }
 
 impl Arguments {
-    /// The words after the law.
+    /// Read the words after the law.
     fn read(words: &[String]) -> Result<Self, OptionError> {
         let mut arguments = Self::default();
         let mut rest = words.iter();
@@ -290,7 +288,7 @@ impl Arguments {
         match words.key {
             "contact" => {
                 words.once(self.contact.is_some())?;
-                let word = words.value("a law of contacts, or none")?;
+                let word = words.value("a contact law, or none")?;
                 let unknown = || OptionError::ContactLaw { name: word.to_owned() };
                 self.contact = Some(ContactLawName::of_key(word).ok_or_else(unknown)?);
                 Ok(())
@@ -301,13 +299,15 @@ impl Arguments {
                 self.creation = Some(words.creation()?);
                 Ok(())
             }
-            "at" => words.fill(&mut self.at, "a step, 0 or later", |word| word.parse().ok().filter(|step| *step >= 0)),
-            "reach" => words.fill(&mut self.reach, "a length in meters, positive", |word| {
+            "at" => {
+                words.fill(&mut self.at, "a step number, 0 or more", |word| word.parse().ok().filter(|step| *step >= 0))
+            }
+            "reach" => words.fill(&mut self.reach, "a positive length in meters", |word| {
                 word.parse().ok().filter(|length: &f64| *length > 0.0 && length.is_finite())
             }),
             "energies" => words.fill(
                 &mut self.sample_every_step,
-                "output (sum stored energies when output is due) or every (at every step)",
+                "output (sum stored energies when output is due) or every (sum them at every step)",
                 |word| ["output", "every"].iter().position(|known| *known == word).map(|k| k == 1),
             ),
             "deformable" => words.fill(&mut self.deformable, "solid, plane-strain, or plane-stress", named),
@@ -318,9 +318,9 @@ impl Arguments {
         }
     }
 
-    /// A parameter of the material, written inline.
+    /// Read an inline material parameter.
     fn read_parameter(&mut self, mut words: OptionWords<'_, '_>) -> Result<(), OptionError> {
-        let word = words.value("the value of the parameter")?;
+        let word = words.value("the parameter's value")?;
         let [bond, contact, deformable] = &mut self.tables;
         let (table, name) = if let Some(name) = words.key.strip_prefix("contact.") {
             (contact, name)
@@ -336,7 +336,10 @@ impl Arguments {
 }
 
 impl Options {
-    /// Read the arguments that follow the style; `types` is the number of atom types.
+    /// Parse the arguments after the style name; `types` is the number of atom types.
+    ///
+    /// # Errors
+    /// Invalid or contradictory arguments, or a file that cannot be read.
     pub fn parse(words: &[String], types: usize) -> Result<Self, OptionError> {
         let name = words.first().map(String::as_str).unwrap_or_default();
         let law = match name {
@@ -384,7 +387,7 @@ impl Options {
     }
 }
 
-/// Deformable particles need laws that deform them, and elastic constants.
+/// Deformable particles need laws that support them, and elastic constants.
 fn check_deformable(law: Option<LawName>, contact: ContactLawName, materials: &[Material]) -> Result<(), OptionError> {
     let refused = [law, contact.law()].into_iter().flatten().find(|law| !law.facts().deforms);
     if let Some(law) = refused {
@@ -403,15 +406,15 @@ fn read_materials(path: &str, types: usize) -> Result<(Vec<Material>, Vec<Interf
     let file: MaterialsFile = toml::from_str(&text).map_err(|error| parameters(error.to_string()))?;
     if file.material.len() != types {
         return Err(parameters(format!(
-            "{} [[material]] tables, but the simulation has {types} atom types; one is wanted for each, in order",
+            "{} [[material]] tables for {types} atom types; give one table per atom type, in order",
             file.material.len()
         )));
     }
     Ok((file.material, file.interface))
 }
 
-/// The one material of parameters given in the script: those of bonds, of contacts, and of deformable particles. Without
-/// bonds the first are those of contacts.
+/// The material given inline in the script. `tables`: parameters of bonds (of contacts if there is no bond law), of contacts, and of
+/// deformable particles.
 fn inline_material(
     law: Option<LawName>,
     contact: ContactLawName,
@@ -419,18 +422,17 @@ fn inline_material(
 ) -> Result<Material, OptionError> {
     let mut material = toml::Table::new();
     material.insert("name".into(), toml::Value::String("all types".into()));
-    // Masses are LIGGGHTS' own.
+    // Unused: masses come from the host.
     material.insert("density".into(), toml::Value::Float(1.0));
     let [first, of_contacts, of_particles] = tables;
     if let Some(key) = of_contacts.keys().next()
         && (law.is_none() || contact.law().is_none() || contact.law() == law)
     {
         let message = if law.is_none() {
-            format!("`contact.{key}`: without bonds parameters are those of contacts; write `{key}`")
+            format!("`contact.{key}`: without a bond law, contact parameters have no prefix; write `{key}`")
         } else {
             format!(
-                "`contact.{key}`: contacts of this law have no parameters of their own; remove it, or choose another law of \
-                 contacts: {}",
+                "`contact.{key}`: this contact law has no parameters of its own; remove it, or choose another contact law: {}",
                 names(LawName::contacts().filter(|&other| Some(other) != law))
             )
         };
@@ -460,7 +462,7 @@ mod tests {
     }
 
     #[test]
-    fn inline_parameters_are_those_of_the_scenario() {
+    fn inline_parameters_use_the_keys_of_a_scenario() {
         let options = parse(
             "linear_bond normal_stiffness 1e6 shear_stiffness .5e6 bond distance 1.2 contact frictional \
              contact.normal_stiffness 2e6 contact.friction_coefficient 0.3 kinematics first-order at 10",
@@ -476,33 +478,33 @@ mod tests {
     }
 
     #[test]
-    fn contacts_without_bonds_have_the_parameters() {
+    fn without_a_bond_law_the_parameters_belong_to_contacts() {
         let options = parse("none contact frictional normal_stiffness 2e6 friction_coefficient 0.3").unwrap();
         assert_eq!((options.law, options.creation), (None, Creation::None));
         assert_eq!(options.materials[1].frictional.as_ref().unwrap().friction_coefficient.si(), 0.3);
     }
 
     #[test]
-    fn misuse_is_named_with_its_remedy() {
+    fn errors_name_the_argument_and_the_remedy() {
         for (text, wanted) in [
-            ("", "unknown law ``"),
-            ("hertz_mindlin", "laws of bonds are"),
-            ("none", "nothing would act"),
-            ("none contact frictional bond distance 1.2", "law `none` has none"),
+            ("", "unknown bond law ``"),
+            ("hertz_mindlin", "unknown bond law `hertz_mindlin`; choose one of"),
+            ("none", "computes no forces"),
+            ("none contact frictional bond distance 1.2", "`bond` needs a bond law"),
             ("none contact frictional contact.normal_stiffness 1", "write `normal_stiffness`"),
             ("none contact hertz_mindlin young 1e7", "missing field `poisson`"),
-            ("linear_bond bond distance", "needs a value after it: a factor"),
-            ("linear_bond bond distance 20", "`bond 20` is not possible: a factor"),
+            ("linear_bond bond distance", "needs a value: a factor"),
+            ("linear_bond bond distance 20", "`bond 20` is invalid; give a factor"),
             ("linear_bond normal_stiffness 1 shear_stiffness 1", "add `bond distance FACTOR`"),
             ("linear_bond normal_stiffness 1 bond none", "missing field `shear_stiffness`"),
             ("linear_bond normal_stiffness 1 shear_stiffness 1 colour red bond none", "unknown field `colour`"),
             ("linear_bond normal_stiffness 1 normal_stiffness 1 bond none", "given twice"),
-            ("linear_bond contact glue bond none", "unknown law of contacts `glue`"),
+            ("linear_bond contact glue bond none", "unknown contact law `glue`"),
             ("linear_bond bond list /no/such/file", "cannot read /no/such/file"),
             ("linear_bond deformable much bond none", "solid, plane-strain, or plane-stress"),
             ("linear_bond normal_stiffness 1 shear_stiffness 1 deformable solid bond none", "needs `deformable.young`"),
             ("linear_bond kinematics fast bond none", "finite, first-order, yade, or yade-ratcheting"),
-            ("linear_bond normal_stiffness 1 materials /no/such bond none", "give one or the other"),
+            ("linear_bond normal_stiffness 1 materials /no/such bond none", "conflicts with `materials FILE`"),
             ("linear_bond normal_stiffness 1 shear_stiffness 1 contact.x 1 bond none", "no parameters of their own"),
         ] {
             let message = parse(text).unwrap_err();

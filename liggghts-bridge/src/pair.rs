@@ -1,4 +1,4 @@
-//! Contacts of LIGGGHTS' neighbor lists, with LIGGGHTS' contact history.
+//! Contacts of LIGGGHTS' neighbor lists, stored in LIGGGHTS' contact history.
 
 use concordem_contact::kinematics::{
     ContactInput, ImageShift, Motion, MotionMeasure, PointKinematics, PreviousGeometry, WallInput,
@@ -14,9 +14,9 @@ use concordem_solver::state::walls::ClosestPoint;
 
 use crate::host_laws::{HostContact, HostModel, HostShear};
 
-/// Arrays of a pass over the neighbor lists.
+/// Atom arrays for a pass over the neighbor lists; all cover owned atoms and ghosts.
 pub struct Pass<'a> {
-    /// Position, m, and so on for owned atoms and ghosts.
+    /// Position, m.
     pub position: &'a [[f64; 3]],
     /// Velocity, m/s.
     pub velocity: &'a [[f64; 3]],
@@ -28,32 +28,32 @@ pub struct Pass<'a> {
     pub mass: &'a [f64],
     /// Type, from 1.
     pub kind: &'a [i32],
-    /// Groups.
+    /// Bit mask of the atom's groups.
     pub mask: &'a [i32],
-    /// Bit of the group that does not move; its atoms count as infinitely heavy.
+    /// Bit of the frozen group; its atoms have infinite mass.
     pub frozen: i32,
     /// Number of owned atoms.
     pub owned: usize,
     /// Time step, s.
     pub dt: f64,
-    /// Whether histories advance (not during the set-up of a run).
+    /// Whether histories advance; false during setup.
     pub advance: bool,
 }
 
-/// Force of a contact, for tallies.
+/// Force of a contact, for the host's virial and for `compute pair/gran/local`.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
 #[repr(C)]
 pub struct PairForce {
-    /// Atoms.
+    /// Index of the first atom.
     pub i: i32,
-    /// Atoms.
+    /// Index of the second atom.
     pub j: i32,
     /// Force on `i`, N.
     pub force: [f64; 3],
     /// Torque on `i`, N·m.
     pub torque: [f64; 3],
-    /// Position of `i` less that of `j`, m.
+    /// Position of `i` minus that of `j`, m.
     pub between: [f64; 3],
 }
 
@@ -61,17 +61,17 @@ pub struct PairForce {
 pub struct Neighbors<'a> {
     /// The atom.
     pub i: usize,
-    /// Its neighbors; the two upper bits of each are LIGGGHTS' own.
+    /// Indices of its neighbors; LIGGGHTS uses the two upper bits for its own flags.
     pub list: &'a [i32],
-    /// Whether there is a contact; 0 forgets the history.
+    /// Whether the pair is in contact; 0 marks the history as invalid.
     pub flags: &'a mut [i32],
-    /// Histories one after the other.
+    /// Contact histories, `stride` reals each.
     pub history: &'a mut [f64],
-    /// Reals from one history to the next.
+    /// Reals per history.
     pub stride: usize,
 }
 
-/// A particle and a wall.
+/// A particle in contact with a wall.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
 #[repr(C)]
@@ -88,7 +88,7 @@ pub struct WallContact {
     pub distance: f64,
     /// Unit vector from the center to the wall.
     pub normal: [f64; 3],
-    /// Centre, m.
+    /// Position, m.
     pub position: [f64; 3],
     /// Velocity, m/s.
     pub velocity: [f64; 3],
@@ -96,17 +96,19 @@ pub struct WallContact {
     pub angular_velocity: [f64; 3],
     /// Velocity of the wall at the contact, m/s.
     pub wall_velocity: [f64; 3],
-    /// Time step, s; 0 during the set-up of a run.
+    /// Time step, s; 0 during setup.
     pub dt: f64,
 }
 
+/// Mask for the index in an entry of a neighbor list.
 const NEIGHBOR: i32 = 0x3FFF_FFFF;
 
 /// A contact law for all pairs of types.
 pub trait PairLaw {
-    /// Names of the reals of a history, and whether they change their sign when the atoms of a pair are exchanged.
+    /// Names of the reals of a history, and whether each changes sign when the two atoms are swapped.
     fn fields(&self) -> Vec<(String, bool)>;
-    /// Forces between an atom and its neighbors, added to `force` and `torque` of owned atoms.
+    /// Add the forces (N) and torques (N·m) between an atom and its neighbors to `force` and `torque` of owned atoms. With `record`,
+    /// append the force of each contact to it.
     fn compute(
         &self,
         pass: &Pass<'_>,
@@ -115,11 +117,11 @@ pub trait PairLaw {
         torque: &mut [[f64; 3]],
         record: Option<&mut Vec<PairForce>>,
     );
-    /// Force (N) and torque (N·m) of a wall on a particle that overlaps it; `history` is all zeros if it did not before.
+    /// Force (N) and torque (N·m) of a wall on a particle that overlaps it; `history` is all zeros at the start of the overlap.
     fn wall(&self, contact: &WallContact, history: &mut [f64]) -> [Vec3; 2];
 }
 
-/// A law for all pairs of types. `FRAMED`: its kinematics needs the geometry of the last step.
+/// A law for all pairs of types. `FRAMED`: its kinematics needs the previous geometry.
 pub struct PairLaws<L, const FRAMED: bool> {
     laws: Vec<L>,
     map: PairCoefficients,
@@ -127,12 +129,12 @@ pub struct PairLaws<L, const FRAMED: bool> {
 }
 
 impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
-    /// Reals of a history before the law's own.
+    /// Reals for the previous geometry, before the law's own history.
     const HEAD: usize = if FRAMED { 4 } else { 0 };
-    /// Reals of a history.
+    /// Reals per history.
     const WIDTH: usize = Self::HEAD + size_of::<L::State>() / 8;
 
-    /// The laws with the index of the law of each pair of types.
+    /// `map` gives the index in `laws` for each pair of types.
     pub fn new(laws: Vec<L>, map: PairCoefficients, mode: MotionMeasure) -> Self {
         Self { laws, map, mode }
     }
@@ -143,11 +145,10 @@ fn vec3(v: &[f64; 3]) -> Vec3 {
 }
 
 impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
-    /// Motion of particle `p`.
     #[inline(always)]
     fn motion(pass: &Pass<'_>, p: usize) -> Motion {
         let angular_velocity = vec3(&pass.angular_velocity[p]);
-        // Only laws that need the last geometry read the rotation of the step.
+        // Only laws that need the previous geometry read the rotation increment.
         let rotation_increment = if FRAMED && pass.advance {
             quaternion_of_rotation_vector(&(angular_velocity * pass.dt))
         } else {
@@ -162,7 +163,7 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
         }
     }
 
-    /// Geometry one step ago: from the history, or from the velocities where there is none.
+    /// Previous geometry: from the history, or from the velocities if there is none.
     #[inline(always)]
     fn previous_geometry(pass: &Pass<'_>, known: bool, reals: &[f64], a: &Motion, b: &Motion) -> PreviousGeometry {
         if !FRAMED {
@@ -177,7 +178,7 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
         PreviousGeometry { normal: before / length, length }
     }
 
-    /// Response of law `row` to particles `i` and `j`, and its contact point. `reals` is the history.
+    /// Response of law `row` for particles `i` and `j`, and its kinematics. `reals` is the history.
     #[inline(always)]
     fn respond(
         &self,
@@ -189,7 +190,7 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
     ) -> (Response<L::State>, PointKinematics) {
         let previous = Self::previous_geometry(pass, known, reals, a, b);
         let mut old = L::State::default();
-        // A state is plain reals.
+        // The state is a plain array of reals.
         let state: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut old));
         state.copy_from_slice(&reals[Self::HEAD..Self::WIDTH]);
         let (radius_a, radius_b) = (pass.radius[i], pass.radius[j]);
@@ -203,7 +204,7 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaws<L, FRAMED> {
             mass_a: mass(i),
             mass_b: mass(j),
         };
-        // During the set-up of a run nothing has moved.
+        // During setup nothing has moved.
         let dt = if pass.advance { pass.dt } else { 0.0 };
         let image = ImageShift::default();
         let input = ContactInput { a, b, image: &image, geometry: &geometry, previous: &previous, bonded: false, dt };
@@ -304,7 +305,7 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for PairLaws<L, FRAMED> {
         torque: &mut [[f64; 3]],
         record: Option<&mut Vec<PairForce>>,
     ) {
-        // Two loops: recording costs registers where nothing is recorded.
+        // Compiled twice: the recording code would cost registers in the other loop.
         match record {
             Some(record) => self.evaluate::<true>(pass, neighbors, force, torque, record),
             None => self.evaluate::<false>(pass, neighbors, force, torque, &mut Vec::new()),
@@ -377,19 +378,19 @@ impl<L: ContactLaw, const FRAMED: bool> PairLaw for PairLaws<L, FRAMED> {
     }
 }
 
-/// Properties of types, as `fix property/global` gives them; pair properties row by row.
+/// Properties from `fix property/global`: one value per type, or per pair of types in row-major order.
 pub struct Properties<'a> {
     /// Number of types.
     pub types: usize,
-    /// Young's modulus, Pa.
+    /// Young's modulus per type, Pa.
     pub young: &'a [f64],
-    /// Poisson's ratio.
+    /// Poisson's ratio per type.
     pub poisson: &'a [f64],
-    /// Coefficient of restitution of pairs.
+    /// Coefficient of restitution per pair.
     pub restitution: &'a [f64],
-    /// Coefficient of friction of pairs.
+    /// Coefficient of friction per pair.
     pub friction: &'a [f64],
-    /// `kn`, `kt`, `gamman`, `gammat` of pairs.
+    /// `kn`, `kt`, `gamman`, `gammat` per pair.
     pub stiffness: [&'a [f64]; 4],
     /// Characteristic velocity, m/s.
     pub velocity: f64,
@@ -414,36 +415,35 @@ pub mod property {
 pub struct Model {
     /// Name in the script.
     pub name: &'static std::ffi::CStr,
-    /// Number in LIGGGHTS' hash of models, 13 to 63: below are LIGGGHTS' own. Restart files hold it, so it must not change.
+    /// Number in LIGGGHTS' model hash, 13 to 63 (LIGGGHTS uses the lower numbers). Restart files contain it, so it must not change.
     pub number: i32,
-    /// Bits of [`property`]. Every model reads the coefficient of friction, LIGGGHTS' forms only with a tangential model.
+    /// Bits of [`property`]. Every model also reads the coefficient of friction; LIGGGHTS' models only with a tangential model.
     pub properties: u32,
-    /// Whether the force grows as overlap^1.5, else linearly.
+    /// Whether the force is proportional to overlap^1.5 instead of to the overlap.
     pub hertzian: bool,
-    /// Whether it is a law of the library, which has its own shear, else one of LIGGGHTS' forms.
+    /// Whether it is a ConcorDEM law, which includes the shear force, instead of a LIGGGHTS model.
     pub is_law: bool,
 }
 
-/// The models; [`law`] makes the law of each.
+/// All models; [`law`] creates the law of each.
 pub const MODELS: [Model; 6] = {
     use property::{DAMPING, ELASTIC, RESTITUTION, STIFFNESS, VELOCITY};
-    const fn form(name: &'static std::ffi::CStr, number: i32, properties: u32, hertzian: bool) -> Model {
+    const fn liggghts(name: &'static std::ffi::CStr, number: i32, properties: u32, hertzian: bool) -> Model {
         Model { name, number, properties, hertzian, is_law: false }
     }
-    const fn library(name: &'static std::ffi::CStr, number: i32, properties: u32, hertzian: bool) -> Model {
+    const fn concordem(name: &'static std::ffi::CStr, number: i32, properties: u32, hertzian: bool) -> Model {
         Model { name, number, properties, hertzian, is_law: true }
     }
     [
-        form(c"concordem/hertz", 58, ELASTIC | RESTITUTION, true),
-        form(c"concordem/hertz/stiffness", 59, STIFFNESS | DAMPING, true),
-        form(c"concordem/hooke", 60, ELASTIC | RESTITUTION | VELOCITY, false),
-        form(c"concordem/hooke/stiffness", 61, STIFFNESS | DAMPING, false),
-        library(c"concordem/hertz_mindlin", 62, ELASTIC | RESTITUTION, true),
-        library(c"concordem/frictional", 63, STIFFNESS | RESTITUTION, false),
+        liggghts(c"concordem/hertz", 58, ELASTIC | RESTITUTION, true),
+        liggghts(c"concordem/hertz/stiffness", 59, STIFFNESS | DAMPING, true),
+        liggghts(c"concordem/hooke", 60, ELASTIC | RESTITUTION | VELOCITY, false),
+        liggghts(c"concordem/hooke/stiffness", 61, STIFFNESS | DAMPING, false),
+        concordem(c"concordem/hertz_mindlin", 62, ELASTIC | RESTITUTION, true),
+        concordem(c"concordem/frictional", 63, STIFFNESS | RESTITUTION, false),
     ]
 };
 
-/// A law for all pairs of types.
 fn pair_laws<L: ContactLaw, const FRAMED: bool>(
     types: usize,
     row: impl Fn(usize, usize) -> Result<L, ParameterError>,
@@ -459,10 +459,10 @@ fn pair_laws<L: ContactLaw, const FRAMED: bool>(
     Ok(Box::new(PairLaws::<L, FRAMED>::new(all, map, MotionMeasure::Finite)))
 }
 
-/// The law of model `model` (index in [`MODELS`]). `shear` applies to LIGGGHTS' forms.
+/// The law of model `model` (index in [`MODELS`]). `shear` applies to LIGGGHTS' models.
 ///
 /// # Errors
-/// Parameters that are not valid, or no such model.
+/// Invalid parameters, or no such model.
 pub fn law(model: usize, shear: HostShear, p: &Properties<'_>) -> Result<Box<dyn PairLaw>, ParameterError> {
     let n = p.types;
     let at = |values: &[f64], a: usize, b: usize| values[a * n + b];
@@ -500,7 +500,7 @@ pub fn law(model: usize, shear: HostShear, p: &Properties<'_>) -> Result<Box<dyn
             law: "of pairs",
             parameter: "model",
             value: model as f64,
-            requirement: "one of the models that library and plugin share; build both anew",
+            requirement: "a model known to both library and plugin; rebuild both",
         }),
     }
 }

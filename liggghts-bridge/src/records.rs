@@ -1,14 +1,14 @@
-//! A bond or contact on its way between processors, or in a restart file: all there is to know of it, by atom ids.
+//! Complete data of a bond or contact, by atom ids, for communication between processors and for restart files.
 
 use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::law::{Field, LawName, Reference};
 use concordem_contact::math::Vec3;
 use concordem_solver::state::contacts::ContactFlags;
 
-/// Most reals in the history of a law.
+/// Largest number of reals in the history of any law.
 pub const HISTORY: usize = 12;
 
-/// Reals in a history with these fields.
+/// Number of reals in a history with these fields.
 const fn reals(fields: &[Field]) -> usize {
     let (mut sum, mut i) = (0, 0);
     while i < fields.len() {
@@ -18,7 +18,6 @@ const fn reals(fields: &[Field]) -> usize {
     sum
 }
 
-// Every law's history fits.
 const _: () = {
     let mut i = 0;
     while i < LawName::ALL.len() {
@@ -28,21 +27,21 @@ const _: () = {
     }
 };
 
-/// Fields of a history as text: name, number of reals, unit: `shear_displacement 3 (m), normal_dashpot 1 (N)`.
+/// Fields of a history as text: name, number of reals, and unit, such as `shear_displacement 3 (m), normal_dashpot 1 (N)`.
 pub fn history_fields(fields: &[Field]) -> String {
     let field = |field: &Field| format!("{} {} ({})", field.name, field.components, field.unit);
     fields.iter().map(field).collect::<Vec<_>>().join(", ")
 }
 
-/// Reals that a record takes besides its history.
+/// Reals in a record before its history.
 const HEAD: usize = 9;
 
-/// Which block of the state a contact belongs to.
+/// Block of the state that a contact belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// Bonds.
     Bond,
-    /// Contacts without a bond.
+    /// Unbonded contacts.
     Contact,
 }
 
@@ -53,25 +52,25 @@ pub struct Record {
     pub tags: [i32; 2],
     /// Bond or contact.
     pub kind: Kind,
-    /// Flags of its link, without [`ContactFlags::NOT_OWNED`].
+    /// Contact flags without [`ContactFlags::NOT_OWNED`].
     pub flags: u8,
-    /// Reference; a length of 0 stands for a bond yet to be measured.
+    /// Reference length and area; length 0 means that a new bond takes its current length.
     pub reference: Reference,
-    /// Normal and length of the last step.
+    /// Previous geometry.
     pub frame: PreviousGeometry,
-    /// What the law remembers, that of bonds or that of contacts by [`Self::kind`], field by field as in
-    /// [`LawFacts::history`](concordem_contact::law::LawFacts::history) or `unbonded_history`; vectors by x, y, z, forces on A;
-    /// the rest is zero. [`history_fields`] writes the fields of every law as text.
+    /// History of the law. Depending on [`Self::kind`], the fields are those of
+    /// [`LawFacts::history`](concordem_contact::law::LawFacts::history) or of `unbonded_history`. Vectors are x, y, z; forces act on
+    /// A; the remaining reals are zero. [`history_fields`] lists the fields of a law.
     pub history: [f64; HISTORY],
 }
 
-/// Reals of history in a record of `length` reals.
+/// Number of history reals in a record of `length` reals.
 pub const fn width_of(length: usize) -> usize {
     length - HEAD
 }
 
 impl Record {
-    /// A bond without history, to be measured; `length` is its rest length if not the present distance.
+    /// A new bond, measured at the next rebuild; `length` is its reference length (m), `None` for the current distance.
     pub fn fresh(tags: [i32; 2], length: Option<f64>) -> Self {
         Self {
             tags,
@@ -83,22 +82,22 @@ impl Record {
         }
     }
 
-    /// Whether the bond has never been measured.
+    /// Whether the bond is new and not measured yet.
     pub fn is_fresh(&self) -> bool {
         self.frame.length == 0.0
     }
 
-    /// What decides about identity and order.
+    /// Sort key; it identifies the contact.
     pub fn key(&self) -> (Kind, [i32; 2]) {
         (self.kind, self.tags)
     }
 
-    /// Reals of a record with a history of `width` reals.
+    /// Number of reals in a record with a history of `width` reals.
     pub const fn reals(width: usize) -> usize {
         HEAD + width
     }
 
-    /// Append to `buffer`, with `width` reals of history.
+    /// Append the record, with `width` reals of history, to `buffer`.
     pub fn write(&self, width: usize, buffer: &mut Vec<f64>) {
         let kind = match self.kind {
             Kind::Bond => 0.0,
@@ -118,7 +117,7 @@ impl Record {
         buffer.extend(&self.history[..width]);
     }
 
-    /// Read what [`Self::write`] wrote. `None` if it is too short.
+    /// Read a record that [`Self::write`] wrote; `None` if `reals` is too short.
     pub fn read(reals: &[f64], width: usize) -> Option<Self> {
         if reals.len() < Self::reals(width) {
             return None;
@@ -141,9 +140,8 @@ impl Record {
 mod tests {
     use super::*;
 
-    /// What `docs/liggghts.md` says of records.
     #[test]
-    fn histories_of_all_laws_are_told() {
+    fn history_fields_lists_name_size_and_unit() {
         let of = |law: LawName| history_fields(law.facts().history);
         assert_eq!(of(LawName::CohesiveBeam), "rest_direction 3 (1), rest_rotation 3 (1)");
         assert_eq!(of(LawName::LinearBond), "shear_displacement 3 (m), normal_dashpot 1 (N), shear_dashpot 3 (N)");
@@ -152,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read() {
+    fn a_record_survives_writing_and_reading() {
         let mut record = Record::fresh([3, 2_000_000_011], Some(0.5));
         record.kind = Kind::Contact;
         record.flags = ContactFlags::KEPT_REFERENCE | ContactFlags::ACTIVE;

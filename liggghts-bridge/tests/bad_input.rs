@@ -1,4 +1,4 @@
-//! Misuse is answered by an error as LIGGGHTS' own, with its remedy; all processors stop, none hangs.
+//! Invalid input causes a LIGGGHTS error with a remedy; all processors stop, and none hangs.
 
 mod harness;
 
@@ -14,7 +14,7 @@ fn script(edit: impl FnOnce(String) -> String) -> String {
 
 #[test]
 #[expect(clippy::too_many_lines, reason = "a list of cases")]
-fn misuse_stops_all_processors_with_a_remedy() {
+fn invalid_input_stops_all_processors_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
     let atoms: Vec<Atom> = (0..8).map(|k| Atom::resting(Vec3::new(0.01 * f64::from(k), 0.03, 0.03), 0.005)).collect();
     data_file(&folder.path().join("row.data"), &atoms, Vec3::repeat(-0.01), Vec3::new(0.09, 0.07, 0.07));
@@ -36,38 +36,38 @@ fn misuse_stops_all_processors_with_a_remedy() {
     let good = attempt(folder.path(), &script(|s| s), 2);
     assert!(good.status.success(), "{}", text(&good));
     let cases = [
-        (with("linear_bond", "glue"), "unknown law `glue`; laws of bonds are cpm, linear_bond, cohesive_beam"),
+        (with("linear_bond", "glue"), "unknown bond law `glue`; choose one of cpm, linear_bond, cohesive_beam"),
         (with("shear_stiffness 1e4", ""), "missing field `shear_stiffness`"),
         (with("shear_stiffness 1e4", "shear_stiffness -1"), "shear_stiffness = -1 must be finite and not negative"),
         (with("bond distance 1.2", ""), "add `bond distance FACTOR`"),
-        (with("bond distance 1.2", "bond list list.txt"), "names atom 99, which is not in group all"),
-        (with("bond distance 1.2", "bond list broken.txt"), "wanted are two different atom ids"),
+        (with("bond distance 1.2", "bond list list.txt"), "contains atom 99, which is not in group all"),
+        (with("bond distance 1.2", "bond list broken.txt"), "write two different atom ids"),
         (with("bond distance 1.2", "bond list missing.txt"), "cannot read missing.txt"),
         (with("newton off\n", "newton on\n"), "needs `newton off`"),
         (with("communicate single vel yes\n", ""), "add `communicate single vel yes`"),
         (with("units si", "units cgs"), "use `units si`"),
         (
             with("normal_stiffness 1e5 shear_stiffness 1e4", "materials two.toml"),
-            "2 [[material]] tables, but the simulation has 1 atom types",
+            "2 [[material]] tables for 1 atom types",
         ),
         (
             with(
                 "normal_stiffness 1e5 shear_stiffness 1e4 bond distance 1.2",
                 "materials empty.toml bond list far.txt",
             ),
-            "no parameters of law linear_bond for atom types [1, 1]",
+            "law linear_bond has no parameters for atom types [1, 1]",
         ),
         (
-            // A bonded atom that is taken away.
+            // A bonded atom is deleted.
             with("run 2\n", "run 2\ngroup one id 4\ndelete_atoms group one compress no\nrun 2\n"),
-            "it was deleted or left the simulation box",
+            "deleted or left the simulation box",
         ),
         (
-            // A bond without strength across the border of processors, stretched beyond what copies are known for.
+            // An unbreakable bond across a processor border is stretched beyond the ghost cutoff.
             with("run 2\n", "group left id 1 2 3 4\ngroup right id 5 6 7 8\nfix left left move linear -20 0 0 units box\n\
                  fix right right move linear 20 0 0 units box\nrun 1000\n")
                 .replace("fix integrate all nve/sphere\n", ""),
-            "raise it with the fix's `reach LENGTH`",
+            "raise the cutoff with the fix's `reach LENGTH`",
         ),
         (
             with(
@@ -78,9 +78,9 @@ fn misuse_stops_all_processors_with_a_remedy() {
             ),
             "contacts of another law",
         ),
-        (with("linear_bond normal_stiffness 1e5 shear_stiffness 1e4 bond distance 1.2", "none"), "nothing would act"),
+        (with("linear_bond normal_stiffness 1e5 shear_stiffness 1e4 bond distance 1.2", "none"), "computes no forces"),
         (
-            // Not atoms with a radius.
+            // Atoms without a radius.
             "units si\natom_style atomic\nboundary f f f\nnewton off\nregion b block 0 1 0 1 0 1\ncreate_box 1 b\n"
                 .to_owned()
                 + GOOD,
@@ -88,20 +88,20 @@ fn misuse_stops_all_processors_with_a_remedy() {
         ),
         (
             with("thermo 1\n", "thermo 1\ncompute rows all concordem/bond/local nobody\n"),
-            "there is no fix concordem/bond of id nobody",
+            "there is no fix concordem/bond with id nobody",
         ),
         (
             with("thermo 1\n", "compute rows all concordem/bond/local\n"),
-            "wants the id of a fix concordem/bond first",
+            "the id of a fix concordem/bond is missing",
         ),
-        (with("thermo 1\n", "compute s all concordem/stress/atom bonds volume cube\n"), "sphere, or packing FRACTION is wanted"),
-        (with("thermo 1\n", "compute c all concordem/couple bonds volume 0 centroid 0 0 0\n"), "it must be positive"),
+        (with("thermo 1\n", "compute s all concordem/stress/atom bonds volume cube\n"), "give sphere, or packing FRACTION"),
+        (with("thermo 1\n", "compute c all concordem/couple bonds volume 0 centroid 0 0 0\n"), "`volume` must be positive"),
         (
             with("boundary f f f", "boundary p p p").replace(
                 "thermo 1\n",
                 "compute c all concordem/couple bonds volume 1 centroid 0 0 0\nthermo_style custom step c_c[1]\nthermo 1\n",
             ),
-            "has no meaning in a periodic box",
+            "undefined in a periodic box",
         ),
         (
             with(
@@ -110,7 +110,7 @@ fn misuse_stops_all_processors_with_a_remedy() {
               fix bonds all concordem/bond cpm young 1e9 shear_ratio 0.2 cohesion 1e6 friction_coefficient 1 \
               crack_onset_strain 1e-3 relative_ductility 5 bond none\n",
             ),
-            "the restart file holds bonds of law linear_bond, not cpm",
+            "the restart file contains bonds of law linear_bond, not cpm",
         ),
         (with("boundary f f f", "boundary f p f").replace("1.2", "6"), "less than twice the longest bond or contact"),
     ];
@@ -128,10 +128,10 @@ fn misuse_stops_all_processors_with_a_remedy() {
     }
 }
 
-/// `run N pre no` does not ask a fix that is gone: bonds hold two spheres that fly apart until the fix is taken away, then nothing
-/// does, so that the energy stays that of the moment, to the digits printed.
+/// `run N pre no` does not call a deleted fix. Bonds pull on two spheres that fly apart until the fix is deleted; from then on the
+/// kinetic energy is constant to the digits printed.
 #[test]
-fn a_fix_that_is_gone_is_not_asked() {
+fn a_deleted_fix_is_not_called() {
     let folder = tempfile::tempdir().unwrap();
     let mut atoms = [Atom::resting(Vec3::zeros(), 0.005), Atom::resting(Vec3::new(0.01, 0.0, 0.0), 0.005)];
     atoms[0].velocity.x = -1.0;
@@ -146,7 +146,7 @@ fn a_fix_that_is_gone_is_not_asked() {
     }
 }
 
-/// The stock program without the library knows nothing of our styles and says so, with bonds in a restart file, too.
+/// The stock program without the library rejects our styles, also when it reads a restart file with bonds.
 #[test]
 fn without_the_library_the_style_is_unknown() {
     let folder = tempfile::tempdir().unwrap();
@@ -165,9 +165,9 @@ fn without_the_library_the_style_is_unknown() {
     assert!(text(&output).contains("Invalid fix style: \"concordem/bond\""), "{}", text(&output));
 }
 
-/// Version 1 had a shorter head: nothing but the version may be read of one.
+/// The head of version 1 was shorter, so only the version number may be read.
 #[test]
-fn restart_files_of_other_versions_are_refused() {
+fn restart_files_of_other_versions_are_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let atoms: Vec<Atom> = (0..8).map(|k| Atom::resting(Vec3::new(0.01 * f64::from(k), 0.03, 0.03), 0.005)).collect();
     data_file(&folder.path().join("row.data"), &atoms, Vec3::repeat(-0.01), Vec3::new(0.09, 0.07, 0.07));
@@ -181,5 +181,5 @@ fn restart_files_of_other_versions_are_refused() {
     );
     let output = attempt(folder.path(), &again, 1);
     assert!(!output.status.success());
-    assert!(text(&output).contains("was written by another version of this library"), "{}", text(&output));
+    assert!(text(&output).contains("was written by another version of ConcorDEM"), "{}", text(&output));
 }

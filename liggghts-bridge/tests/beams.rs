@@ -1,4 +1,4 @@
-//! Cohesive beams in LIGGGHTS and LAMMPS against closed forms: a cantilever at rest, and bars pulled until they break.
+//! Cohesive beams in LIGGGHTS and LAMMPS compared with analytical solutions: a cantilever at rest, and bars pulled until they break.
 
 mod harness;
 
@@ -13,12 +13,12 @@ const RUNS: [(Host, usize); 5] =
     [(Host::Liggghts, 1), (Host::Liggghts, 2), (Host::Liggghts, 4), (Host::Lammps, 1), (Host::Lammps, 2)];
 
 #[test]
-fn a_cantilever_comes_to_rest_where_beam_theory_says() {
-    // Ten Euler-Bernoulli beams between sphere centres are exact at the nodes.
+fn the_deflection_of_a_cantilever_follows_beam_theory() {
+    // Ten Euler-Bernoulli beams between sphere centers are exact at the nodes.
     let (young, beam_radius, count) = (1e9, 0.5 * RADIUS, 11_usize);
     let length = 2.0 * RADIUS * (count - 1) as f64;
     let stiffness = young * PI * beam_radius.powi(4) / 4.0;
-    // So small a deflection that finite rotations matter below 1e-7.
+    // Small enough that the effect of finite rotations is below 1e-7.
     let wanted = 1e-4 * length;
     let load = 3.0 * stiffness * wanted / length.powi(3);
     let atoms: Vec<Atom> =
@@ -38,7 +38,7 @@ fn a_cantilever_comes_to_rest_where_beam_theory_says() {
              variable load equal {load:e}*(1-exp(-step*1e-5/0.005))\nfix load tip addforce 0 v_load 0\nthermo 10000"
         )
         .unwrap();
-        // Before the box is made.
+        // `processors` must precede the creation of the box.
         script =
             script.replacen("processors * 1 1\n", "", 1).replacen("newton off\n", "newton off\nprocessors * 1 1\n", 1);
         script.push_str(&dump_for(host, "out.dump", 30000));
@@ -58,7 +58,7 @@ fn a_cantilever_comes_to_rest_where_beam_theory_says() {
         println!("{host:?}, {processors}: tip at {:.9} of the closed form", end[count - 1].position.y / wanted);
         let bytes = std::fs::read(&path).unwrap();
         if let Some((_, one)) = last.as_ref().filter(|(other, _)| *other == host) {
-            assert!(*one == bytes, "{host:?}: processors matter");
+            assert!(*one == bytes, "{host:?}: the result depends on the number of processors");
         }
         last = Some((host, bytes));
     }
@@ -66,7 +66,7 @@ fn a_cantilever_comes_to_rest_where_beam_theory_says() {
 
 #[test]
 fn bars_break_at_their_strength() {
-    // Columns of a cubic lattice, stretched evenly from the start, so that no waves run.
+    // Columns of a cubic lattice, stretched uniformly from the start to avoid waves.
     let (young, strength, rate, dt) = (5e9, 5e6, 1.0, 1e-6);
     let (side, height) = (3_usize, 12_usize);
     let middle = RADIUS * (height - 1) as f64;
@@ -105,11 +105,11 @@ fn bars_break_at_their_strength() {
         let rows = thermo(&run_in(host, folder.path(), &script, processors));
         let peak = rows.iter().map(|row| row[1]).fold(0.0, f64::max);
         let expected = columns * strength * area;
-        // One step adds this much of the strength; the force is the last one below it.
+        // Stress increment of one step over the strength; the last force before failure is at most this far below the strength.
         let increment = rate * dt * young / strength;
         println!("{host:?}, {processors}: peak {:.6} of the strength, a step adds {increment:.6}", peak / expected);
         assert!((1.0 - 1.5 * increment..=1.0 + 1e-9).contains(&(peak / expected)), "{host:?}: {peak} {expected}");
-        // Stored just before: ½σ²/E per volume of beam.
+        // Stored energy just before failure: ½σ²/E per volume of beam.
         let stored = rows.iter().map(|row| row[4]).fold(0.0, f64::max);
         let full = 0.5 * strength * strength / young * area * top * columns;
         assert!((stored / full - 1.0).abs() <= 3.0 * increment, "stored {stored} {full}");
@@ -118,7 +118,7 @@ fn bars_break_at_their_strength() {
         assert!(end[1].abs() < 0.5 * expected, "the bars still pull: {end:?}");
         let bytes = std::fs::read(folder.path().join("out.dump")).unwrap();
         if let Some((_, one)) = first.as_ref().filter(|(other, _)| *other == host) {
-            assert!(*one == bytes, "{host:?}: processors matter");
+            assert!(*one == bytes, "{host:?}: the result depends on the number of processors");
         }
         first = Some((host, bytes));
     }

@@ -1,5 +1,5 @@
-//! Atoms that cross the borders of processors and of periodic boxes with bonds that break: not a bit may depend on the number
-//! of processors, no bond may be lost or doubled, and a restarted run goes on as if nothing had happened.
+//! Atoms with breaking bonds cross the borders of processors and of periodic boxes: results are bitwise equal for any number of
+//! processors and after a restart, and no bond is lost or duplicated.
 
 mod harness;
 
@@ -10,12 +10,12 @@ use concordem_contact::math::Vec3;
 use harness::{Atom, Dice, Host, data_file_for, dump_for, head_for, run, run_in, thermo};
 
 const SEEDS: u64 = 102;
-/// Seeds that LAMMPS runs, too.
+/// Number of seeds for LAMMPS.
 const LAMMPS_SEEDS: u64 = 24;
-/// Seeds on four processes, for each host: on two cores the processes wait for each other at every step.
+/// Number of seeds on four processes, for each host. Few, because they are slow on two cores.
 const FEW_SEEDS: [u64; 2] = [24, 6];
 
-/// What a seed is about.
+/// A random case.
 struct Case {
     boundary: String,
     fix: String,
@@ -23,7 +23,7 @@ struct Case {
     steps: usize,
 }
 
-/// A lump of 64 atoms on a crooked lattice that flies across a small box and falls apart, with a few loose atoms.
+/// A cluster of 64 atoms on a perturbed lattice that flies across a small box and falls apart, with a few loose atoms.
 fn case(host: Host, seed: u64, folder: &Path) -> Case {
     let mut dice = Dice(seed);
     let radius = 0.005;
@@ -37,13 +37,13 @@ fn case(host: Host, seed: u64, folder: &Path) -> Case {
         atom.spin = dice.vector() * 300.0;
         atoms.push(atom);
     }
-    // Ids that do not follow space.
+    // Shuffle ids, so that they are unrelated to positions.
     for k in 0..atoms.len() {
         let other = (dice.roll() * atoms.len() as f64) as usize;
         atoms.swap(k, other);
     }
     let periodic = dice.roll() < 0.6;
-    // Without periodic borders the lump has room to fly.
+    // Leave room to fly if borders are not periodic.
     let (low, high) =
         if periodic { (Vec3::zeros(), Vec3::repeat(0.0605)) } else { (Vec3::repeat(-0.02), Vec3::repeat(0.08)) };
     data_file_for(host, &folder.join(format!("data.{seed}")), &atoms, &[], low, high);
@@ -75,14 +75,14 @@ fn case(host: Host, seed: u64, folder: &Path) -> Case {
     }
 }
 
-/// The part of a script that computes a case from its data file, without the `run`s.
+/// Script of a case without the `run` commands.
 fn script_of(host: Host, seed: u64, case: &Case, out: &str) -> String {
     let (before, after) = if case.settings.starts_with("processors") {
         (case.settings.as_str(), "")
     } else {
         ("", case.settings.as_str())
     };
-    // `p f p` keeps atoms in by plain luck only; loose ends may leave, with their bonds broken.
+    // In a `p f p` box, loose atoms may leave.
     let mut script = head_for(host, &format!("data.{seed}"), &case.boundary, 2e-4, 2e-6);
     script = script.replacen("newton off\n", &format!("newton off\n{before}"), 1);
     writeln!(script, "{after}fix integrate all nve/sphere\nfix bonds all concordem/bond {}", case.fix).unwrap();
@@ -142,8 +142,8 @@ fn compare_processors(host: Host, seeds: u64, numbers: &[usize]) {
             let [first, last] = [&rows[2 * seed], &rows[2 * seed + 1]];
             assert!(first[1] == 64.0 && last[1] == 64.0, "seed {seed}: atoms were lost");
             assert!(first[3] > 60.0, "seed {seed}: {first:?}");
-            assert_eq!(first[3], last[3] + last[4], "seed {seed}, {processors} processors: bonds lost or doubled");
-            // Counts are exact; the kinetic energy is LIGGGHTS' own sum, which rounds.
+            assert_eq!(first[3], last[3] + last[4], "seed {seed}, {processors} processors: bonds lost or duplicated");
+            // Counts are exact, unlike the kinetic energy, which LIGGGHTS sums per processor.
             assert_eq!(last[3], results[0].1[2 * seed + 1][3]);
             broke += last[4];
             held += last[3];
@@ -155,14 +155,14 @@ fn compare_processors(host: Host, seeds: u64, numbers: &[usize]) {
 }
 
 #[test]
-fn a_restarted_run_goes_on_as_if_nothing_had_happened() {
+fn a_restarted_run_equals_an_uninterrupted_one() {
     let folder = tempfile::tempdir().unwrap();
     for seed in [0, 1, 2, 4, 5] {
         let case = case(Host::Liggghts, seed, folder.path());
         let once = script_of(Host::Liggghts, seed, &case, "once.dump") + &format!("run {}\n", case.steps);
         run(folder.path(), &once, 2);
         let half = case.steps / 2;
-        // A run that is continued, and written down on the way.
+        // A continued run that writes a restart file halfway.
         let written = script_of(Host::Liggghts, seed, &case, "twice.dump")
             + &format!("run {half}\nwrite_restart half.restart\nrun {}\n", case.steps - half);
         let printed = run(folder.path(), &written, 1);
@@ -171,7 +171,7 @@ fn a_restarted_run_goes_on_as_if_nothing_had_happened() {
             all[all.rfind("ITEM: TIMESTEP").unwrap()..].to_owned()
         };
         assert_eq!(last("once.dump"), last("twice.dump"), "seed {seed}");
-        // A run that is read back on other numbers of processors.
+        // A run restarted on other numbers of processors.
         let whole = script_of(Host::Liggghts, seed, &case, "restarted.dump");
         let (setup, rest) = whole.split_once(&format!("read_data data.{seed}\n")).unwrap();
         let setup: String = setup
@@ -183,7 +183,7 @@ fn a_restarted_run_goes_on_as_if_nothing_had_happened() {
                 format!("{setup}read_restart half.restart\natom_modify sort 0 0\n{rest}run {}\n", case.steps - half);
             let again = run(folder.path(), &restarted, processors);
             assert_eq!(last("once.dump"), last("restarted.dump"), "seed {seed}, {processors} processors");
-            // Counts go on, too.
+            // Counts continue.
             let (all, part) = (thermo(&printed), thermo(&again));
             assert_eq!(all.last().unwrap()[3..5], part.last().unwrap()[3..5], "seed {seed}");
         }

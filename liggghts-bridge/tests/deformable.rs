@@ -1,4 +1,4 @@
-//! Deformable particles in LIGGGHTS and LAMMPS: the same bits on any number of processors, and the library's own trajectory.
+//! Deformable particles in LIGGGHTS and LAMMPS: bitwise equal results on any number of processors, and the trajectory of our solver.
 
 mod harness;
 
@@ -14,12 +14,12 @@ use concordem_solver::{Model, PairCoefficients, Scheme, Solver};
 use harness::{Atom, Dice, Host, data_file_for, dump_for, frames, head_for, run_in};
 
 #[test]
-fn a_lattice_of_deformable_particles_moves_as_in_the_librarys_own_solver() {
+fn a_lattice_of_deformable_particles_moves_as_in_our_solver() {
     compare(Host::Liggghts, &[1, 2, 4]);
 }
 
 #[test]
-fn a_lattice_of_deformable_particles_moves_so_in_lammps_too() {
+fn a_lattice_of_deformable_particles_moves_as_in_our_solver_in_lammps() {
     compare(Host::Lammps, &[1, 2]);
 }
 
@@ -49,7 +49,7 @@ fn compare(host: Host, numbers: &[usize]) {
         )
         .unwrap();
         script.push_str(&dump_for(host, "out.dump", 50));
-        // In two runs: what strains the particles is remembered between them.
+        // Two runs, to check that the strains carry over.
         script.push_str("run 150\nrun 50\n");
         run_in(host, folder.path(), &script, processors);
         dumps.push(std::fs::read(folder.path().join("out.dump")).unwrap());
@@ -58,7 +58,7 @@ fn compare(host: Host, numbers: &[usize]) {
         }
     }
     let rigid = dumps.pop().unwrap();
-    assert!(dumps.iter().all(|dump| *dump == dumps[0]), "processors matter");
+    assert!(dumps.iter().all(|dump| *dump == dumps[0]), "the result depends on the number of processors");
     assert!(dumps[0] != rigid, "the particles do not deform");
 
     let mut particles = Particles::default();
@@ -92,7 +92,7 @@ fn compare(host: Host, numbers: &[usize]) {
             .map(|(atom, position)| (atom.position - position).norm())
             .fold(0.0, f64::max);
         println!("step {step}: positions differ by {worst:.2e} m");
-        // Coordinates below 0.1 m are rounded to 1.4e-17; the network passes differences on without making more of them.
+        // Coordinates below 0.1 m are rounded to 1.4e-17; the lattice hardly amplifies differences.
         assert!(worst <= 1e-15, "step {step}: {worst:e}");
     }
 }

@@ -1,4 +1,5 @@
-//! LIGGGHTS opened as a library by a Rust program, in processes of its own: LIGGGHTS ends them on errors, and MPI starts once.
+//! LIGGGHTS as a library of a Rust program. Each test runs in separate processes, because LIGGGHTS ends the process on errors and MPI
+//! can be initialized only once.
 
 mod harness;
 
@@ -16,7 +17,7 @@ const SCRIPT: &str = "units si\natom_style sphere\natom_modify map array sort 0 
     cohesion 4.5e6 friction_coefficient 0.8 crack_onset_strain 1e-4 relative_ductility 10 bond distance 1.2\n";
 const LIBRARY: &str = "CONCORDEM_TEST_LIBRARY";
 
-/// This program again, for what [`child`] does under the name `part`, on some processors.
+/// Run part `part` of [`child`] in `processors` new processes of this test program.
 fn start(part: &str, processors: usize) -> Output {
     let library = harness::built("liggghts/libconcordem-liggghts.so", "liggghts-bridge/build");
     Command::new("timeout")
@@ -45,7 +46,7 @@ fn start(part: &str, processors: usize) -> Output {
 }
 
 #[test]
-fn a_scenario_is_run_and_read() {
+fn a_simulation_runs_and_its_results_can_be_read() {
     for processors in [1, 2] {
         let output = start("scenario", processors);
         let printed = harness::text(&output);
@@ -82,17 +83,17 @@ fn a_process_that_panics_ends_the_others() {
 }
 
 #[test]
-fn what_is_missing_is_named() {
+fn a_missing_library_is_named() {
     let error = Liggghts::open("/no/such/library.so".as_ref(), &[]).err().unwrap().to_string();
     assert!(error.contains("/no/such/library.so") && error.contains("make liggghts"), "{error}");
 }
 
 #[test]
-#[ignore = "is what the other tests start in processes of their own"]
+#[ignore = "started by the other tests in separate processes"]
 fn child() {
     let library = std::env::var_os(LIBRARY).expect("started by the other tests only");
     let part = std::env::var("CONCORDEM_TEST_PART").unwrap();
-    // Messages of LIGGGHTS go where its screen is.
+    // LIGGGHTS prints messages to its screen, which the other parts check.
     let arguments: &[&str] =
         if part == "scenario" { &["-screen", "/dev/null", "-log", "none"] } else { &["-log", "none"] };
     let mut host = Liggghts::open(Path::new(&library), arguments).unwrap();
@@ -114,7 +115,7 @@ fn child() {
     } else if part == "panic" {
         host.commands(SCRIPT).unwrap();
         assert!(std::env::var("OMPI_COMM_WORLD_RANK").unwrap() == "0", "a panic on purpose");
-        // Waits for the other process.
+        // Would wait for the other process.
         host.run(10).unwrap();
         println!("went on");
     } else {
@@ -123,7 +124,7 @@ fn child() {
     }
 }
 
-/// Forces in LIGGGHTS' arrays are the sums of those of the bonds; what is written to a view moves atoms.
+/// The forces in LIGGGHTS' arrays are the sums of the bond forces, and writing to a view moves atoms.
 fn scenario(host: &mut Liggghts) {
     host.commands(SCRIPT).unwrap();
     host.run(0).unwrap();
@@ -145,7 +146,7 @@ fn scenario(host: &mut Liggghts) {
     assert_eq!(bonds.len(), histories.len());
     let owned = host.owned();
     if owned == host.count() {
-        // All bonds are here: their forces make up those of the atoms.
+        // On one process: the bond forces add up to those of the atoms.
         assert_eq!(bonds.len(), 144);
         let mut sums = vec![Vec3::zeros(); owned];
         for bond in &bonds {
@@ -156,12 +157,12 @@ fn scenario(host: &mut Liggghts) {
         let largest = sums.iter().map(Vec3::norm).fold(0.0, f64::max);
         assert!(largest > 1.0, "{largest} N");
         for (sum, force) in sums.iter().zip(host.forces().unwrap()) {
-            // Sums of up to six terms in another order.
+            // Tolerance: up to six terms are summed in another order.
             assert!((sum - Vec3::from(*force)).norm() < 1e-13 * largest, "{sum} {force:?}");
         }
     }
     for (bond, record) in bonds.iter().zip(&histories) {
-        // Histories are of the same bonds, and were written at the same positions.
+        // Records belong to the same bonds at the same positions.
         assert_eq!(bond.ids, record.tags);
         assert!(bond.bonded && (bond.length - record.frame.length).abs() < 1e-15, "{bond:?} {record:?}");
         assert!(record.history.iter().any(|real| *real != 0.0), "{record:?}");
@@ -173,7 +174,7 @@ fn scenario(host: &mut Liggghts) {
     assert!(host.fix("bonds", Some(12)).unwrap() > 0.0099);
     for index in [0, 13, usize::MAX] {
         let error = host.fix("bonds", Some(index)).unwrap_err().to_string();
-        assert!(error.contains(&format!("has 12 numbers, counted from 1: there is no number {index}")), "{error}");
+        assert!(error.contains(&format!("has no output {index}: its vector has 12 elements")), "{error}");
     }
     assert!(matches!(host.fix("integrate", Some(1)), Err(DriverError::NoNumber { length: 0, .. })));
     assert!(matches!(host.commands("run 0 &\n"), Err(DriverError::Unfinished)));

@@ -1,4 +1,4 @@
-//! The scripts of the documentation run.
+//! Runs the example scripts of the documentation.
 
 mod harness;
 
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use harness::{Host, run_in, thermo};
 
-/// The output of a script that the book includes, on two processors.
+/// Run an example script that the book includes on two processors and return its output.
 fn printed(host: Host, script: &str, folder: &Path) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(root.join("examples").join(script)).unwrap();
@@ -23,7 +23,7 @@ fn the_script_for_lammps_runs() {
     let (first, last) = (&rows[0], rows.last().unwrap());
     assert!(first[3] > 1000.0 && last[4] > 10.0, "{first:?} {last:?}");
     assert_eq!(first[3], last[3] + last[4]);
-    // Tension is a negative pressure; the energy of broken bonds is booked.
+    // Tension is a negative pressure; breaking bonds dissipate energy.
     assert!(rows.iter().any(|row| row[2] < -1e5) && last[5] > 0.0, "{rows:?}");
     let bonds = std::fs::read_to_string(folder.path().join("bonds.0.txt")).unwrap();
     let rows = bonds.lines().skip_while(|line| !line.starts_with("ITEM: ENTRIES")).skip(1).count();
@@ -38,7 +38,7 @@ fn the_script_of_the_documentation_runs() {
     let (first, last) = (&rows[0], rows.last().unwrap());
     assert!(first[1] > 1000.0 && last[2] > 10.0, "{first:?} {last:?}");
     assert_eq!(first[1], last[1] + last[2]);
-    // Stored energy rises and is released, the energy of broken bonds is booked.
+    // Stored energy rises and is released; breaking bonds dissipate energy.
     let most = rows.iter().map(|row| row[3]).fold(0.0, f64::max);
     assert!(most > 0.0 && last[4] > 0.0 && last[3] < most, "{rows:?}");
     let bonds = std::fs::read_to_string(folder.path().join("bonds.0.txt")).unwrap();
@@ -50,7 +50,7 @@ fn the_script_of_the_documentation_runs() {
 }
 
 #[test]
-fn the_documented_speeds_are_those_of_the_results() {
+fn the_documented_speeds_match_the_results_file() {
     let program = Path::new(env!("CARGO_MANIFEST_DIR")).join("compare_speed.py");
     let output = std::process::Command::new("python3").arg(program).arg("--check").output().expect("python3 is needed");
     assert!(output.status.success(), "{}", harness::text(&output));

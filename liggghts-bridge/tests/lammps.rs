@@ -1,4 +1,4 @@
-//! What LAMMPS adds: bonds of the atoms' own lists, virials, energies, restart.
+//! Features of the LAMMPS plugin only: bonds of the atoms' lists, virials, energies, restart.
 
 mod harness;
 
@@ -22,7 +22,7 @@ const LAW: &str = "cpm young 30e9 shear_ratio 0.2 cohesion 4.5e6 friction_coeffi
                    relative_ductility 4 omega_threshold 0.99";
 const BEAM: &str = "cohesive_beam young 5e9 poisson 0.2 radius_ratio 0.6 tensile_strength 5e6";
 
-/// A crooked bar of 5 × 5 × 16 spheres that is torn apart along z, and its bonds (ids from 1).
+/// A perturbed bar of 5 × 5 × 16 spheres that is torn apart along z, and its bonds (ids from 1).
 fn bar() -> (Vec<Atom>, Vec<[usize; 2]>) {
     let mut dice = Dice(11);
     let mut atoms: Vec<Atom> = (0..5 * 5 * 16_usize)
@@ -34,7 +34,7 @@ fn bar() -> (Vec<Atom>, Vec<[usize; 2]>) {
             atom
         })
         .collect();
-    // Ids that do not follow space.
+    // Shuffle ids, so that they are unrelated to positions.
     for k in 0..atoms.len() {
         let other = (dice.roll() * atoms.len() as f64) as usize;
         atoms.swap(k, other);
@@ -58,20 +58,20 @@ fn write_bar(folder: &Path) -> usize {
     bonds.len()
 }
 
-/// What makes the forces.
+/// The styles that compute the forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum By {
-    /// The fix, which makes its bonds itself.
+    /// A fix that creates its bonds.
     Fix,
-    /// The bond style, with bonds of the atoms' lists.
+    /// A bond style with the bonds of the atoms' lists.
     BondStyle,
-    /// The same, and a pair style for the contacts.
+    /// A bond style, and a pair style for the contacts.
     BondAndPairStyle,
-    /// The pair style alone, without bonds.
+    /// A pair style without bonds.
     PairStyle,
 }
 
-/// Lines of a script, and the name of the fix.
+/// Script lines, and the id of the fix.
 fn bonds_by(by: By, law: &str) -> (String, &'static str) {
     let (name, parameters) = law.split_once(' ').unwrap();
     let (contact, of_contact): (_, &[&str]) = match name {
@@ -104,7 +104,7 @@ fn bonds_by(by: By, law: &str) -> (String, &'static str) {
 }
 
 #[test]
-fn the_styles_and_the_fix_make_the_same_run_on_one_two_and_four_processors() {
+fn the_styles_and_the_fix_give_equal_results_on_one_two_and_four_processors() {
     let folder = tempfile::tempdir().unwrap();
     let count = write_bar(folder.path()) as f64;
     for law in [LAW, BEAM] {
@@ -124,7 +124,7 @@ fn the_styles_and_the_fix_make_the_same_run_on_one_two_and_four_processors() {
             let (bonds, fix) = bonds_by(by, law);
             let mut script = head_for(Host::Lammps, data, "f f f", 5e-4, DT);
             script.push_str(&bonds);
-            // The atoms' own lists lose what breaks.
+            // Broken bonds are removed from the atoms' lists.
             let listed = if style { "c_listed" } else { "c_none" };
             writeln!(
                 script,
@@ -139,7 +139,7 @@ fn the_styles_and_the_fix_make_the_same_run_on_one_two_and_four_processors() {
             let rows = thermo(&printed);
             assert_eq!(rows[0][1], count);
             for row in &rows {
-                assert_eq!(row[1] + row[2], count, "bonds lost or doubled");
+                assert_eq!(row[1] + row[2], count, "bonds lost or duplicated");
                 if style {
                     assert_eq!(row[3], 2.0 * row[1], "the atoms' lists: {row:?}");
                     let stored: f64 = row[5..9].iter().sum();
@@ -160,7 +160,7 @@ fn load_balancing_loses_no_bond() {
     let folder = tempfile::tempdir().unwrap();
     let (atoms, bonds) = bar();
     let count = bonds.len() as f64;
-    // A long box, of which the bar fills one end.
+    // A long box; the bar is at one end.
     let (low, high) = (Vec3::repeat(-0.03), Vec3::new(0.08, 0.08, 0.6));
     data_file_for(Host::Lammps, &folder.path().join("bonded.data"), &atoms, &bonds, low, high);
     let (bonds, _) = bonds_by(By::BondStyle, BEAM);
@@ -174,7 +174,7 @@ fn load_balancing_loses_no_bond() {
         script.push_str(&bonds);
         writeln!(script, "{balance}\nfix integrate all nve/bpm/sphere\nthermo 100").unwrap();
         if !balance.is_empty() {
-            // Largest number of atoms of a processor.
+            // f_balance[1]: largest number of atoms on a processor.
             script.push_str("thermo_style custom step f_balance[1] f_concordem_bonds f_concordem_bonds[2]\n");
         }
         script.push_str(&dump_for(Host::Lammps, "out.dump", 100));
@@ -185,7 +185,7 @@ fn load_balancing_loses_no_bond() {
             assert!(end[1] < 0.6 * atoms.len() as f64, "{balance}: a processor has {} atoms", end[1]);
             assert!(
                 end[3] > 50.0 && rows.iter().all(|row| row[2] + row[3] == count),
-                "bonds lost or doubled: {rows:?}"
+                "bonds lost or duplicated: {rows:?}"
             );
         }
         dumps.push(frames(&folder.path().join("out.dump")));
@@ -193,15 +193,15 @@ fn load_balancing_loses_no_bond() {
     for dump in &dumps[1..] {
         for ((step, atoms), (_, same)) in dump.iter().zip(&dumps[0]) {
             let apart = atoms.iter().zip(same).map(|(a, b)| (a.position - b.position).norm()).fold(0.0, f64::max);
-            // LAMMPS rounds the coordinates (below 0.2 m, to 3e-17) whenever borders move, thirty times here; the network does
-            // not make much more of it (measured 6e-16).
+            // LAMMPS rounds the coordinates (below 0.2 m, to 3e-17) whenever borders move, thirty times here; the difference grows
+            // to 6e-16 (measured).
             assert!(apart < 1e-14, "step {step}: {apart:e} m");
         }
     }
 }
 
 #[test]
-fn virials_are_those_of_the_bond_forces() {
+fn virials_are_sums_over_the_bond_forces() {
     let folder = tempfile::tempdir().unwrap();
     write_bar(folder.path());
     for (by, processors) in [(By::Fix, 1), (By::BondStyle, 1), (By::BondStyle, 2), (By::BondAndPairStyle, 2)] {
@@ -239,7 +239,7 @@ fn virials_are_those_of_the_bond_forces() {
             }
             assert!(size > 0.0);
             for k in 0..6 {
-                // A sum of some thousand terms, in another order.
+                // Tolerance: some thousand terms are summed in another order.
                 assert!(
                     (row[1 + k] * volume - expected[k]).abs() <= 1e-13 * size,
                     "step {step}, {k}: {row:?} {expected:?}"
@@ -252,7 +252,7 @@ fn virials_are_those_of_the_bond_forces() {
 }
 
 #[test]
-fn a_restarted_run_goes_on_as_if_nothing_had_happened() {
+fn a_restarted_run_equals_an_uninterrupted_one() {
     let folder = tempfile::tempdir().unwrap();
     write_bar(folder.path());
     for by in [By::BondStyle, By::BondAndPairStyle, By::PairStyle] {
@@ -269,7 +269,7 @@ fn restart(folder: &Path, by: By) {
         "{head}{bonds}{rest}thermo_style custom step f_{fix} f_{fix}[3]\nrun 100\nwrite_restart half\nrun 100\n"
     );
     let rows = thermo(&run_in(Host::Lammps, folder, &first, 1));
-    // At step 100 there is something to remember.
+    // There must be contacts with history at step 100.
     let half = rows.iter().find(|row| row[0] == 100.0).unwrap();
     assert!(half[1] + half[2] > 100.0, "{by:?}: {half:?}");
     let last = |folder: &Path| {
@@ -278,7 +278,7 @@ fn restart(folder: &Path, by: By) {
     };
     let once = last(folder);
     for processors in [1, 2] {
-        // The bond style comes from the restart file with its parameters; what the fix says is checked against them.
+        // The restart file contains the bond style with its parameters; the data of the fix are checked against them.
         let again = format!(
             "read_restart half\ncomm_modify vel yes\nneighbor 5e-4 bin\nneigh_modify every 1 delay 0\ntimestep {DT:e}\n{rest}run 100\n"
         );
@@ -289,29 +289,25 @@ fn restart(folder: &Path, by: By) {
     set_restart_version(&folder.join("half"), law, 1);
     let again = format!("read_restart half\ncomm_modify vel yes\n{rest}run 1\n");
     let refused = attempt_in(Host::Lammps, folder, &again, 1);
-    assert!(
-        !refused.status.success() && text(&refused).contains("another version of this library"),
-        "{}",
-        text(&refused)
-    );
+    assert!(!refused.status.success() && text(&refused).contains("another version of ConcorDEM"), "{}", text(&refused));
 }
 
-/// A fix of the pair style's own knows its contacts' histories, and goes where a bond style comes later.
+/// The pair style's own fix stores the contact histories; defining a bond style later deletes that fix, with a warning.
 #[test]
-fn contacts_that_begin_again_are_told() {
+fn a_bond_style_after_a_run_warns_about_lost_histories() {
     let folder = tempfile::tempdir().unwrap();
     write_bar(folder.path());
     let head = head_for(Host::Lammps, "bonded.data", "f f f", 5e-4, DT) + "fix integrate all nve/bpm/sphere\n";
     let pair = format!("pair_style concordem/frictional\npair_coeff * * {LINEAR}\n");
     let bonds = format!("bond_style concordem/cohesive_beam\nbond_coeff * {}\n", BEAM.split_once(' ').unwrap().1);
-    let told = "contacts begin again without their history";
+    let warning = "contacts lose their history";
     for processors in [1, 2] {
         let after = run_in(Host::Lammps, folder.path(), &format!("{head}{pair}run 10\n{bonds}run 10\n"), processors);
-        assert_eq!(after.matches(told).count(), 1, "{after}");
-        // The same words again change nothing.
+        assert_eq!(after.matches(warning).count(), 1, "{after}");
+        // Repeating the same parameters changes nothing.
         let again = format!("{head}{pair}{bonds}run 10\npair_coeff * * {LINEAR}\nrun 10\n");
         let before = run_in(Host::Lammps, folder.path(), &again, processors);
-        assert!(!before.contains(told), "{before}");
+        assert!(!before.contains(warning), "{before}");
     }
 }
 
@@ -320,7 +316,7 @@ const LINEAR: &str = "normal_stiffness 2e5 shear_stiffness 1e5 friction_coeffici
 /// Spheres of two types and unequal sizes thrown together, without bonds, by the pair style.
 #[test]
 #[expect(clippy::too_many_lines, reason = "one comparison, step by step")]
-fn contacts_by_the_pair_style_are_those_of_the_librarys_own_solver() {
+fn contacts_of_the_pair_style_equal_those_of_our_solver() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let mut dice = Dice(5);
@@ -388,7 +384,7 @@ fn contacts_by_the_pair_style_are_those_of_the_librarys_own_solver() {
                     }
                 }
                 for k in 0..6 {
-                    // Sums of some hundred terms in another order.
+                    // Tolerance: some hundred terms are summed in another order.
                     let virial = row[5 + k] * 0.12 * 0.12 * 0.12;
                     assert!((virial - expected[k]).abs() <= 1e-13 * size, "{k}: {virial} {expected:?}");
                 }
@@ -397,7 +393,7 @@ fn contacts_by_the_pair_style_are_those_of_the_librarys_own_solver() {
         }
         assert!(dumps[1..].iter().all(|dump| *dump == dumps[0]), "{law}: runs differ");
 
-        // The same by the library's own solver.
+        // The same with our solver.
         let words = ["none", "contact", law, "materials", file.to_str().unwrap()].map(str::to_owned);
         let options = Options::parse(&words, 2).unwrap();
         let (block, rows) = contact_block(options.contact, &options.materials, &options.interfaces).unwrap().unwrap();
@@ -425,7 +421,7 @@ fn contacts_by_the_pair_style_are_those_of_the_librarys_own_solver() {
             let apart =
                 atoms.iter().zip(&state.particles.position).map(|(a, x)| (a.position - x).norm()).fold(0.0, f64::max);
             println!("{law}, step {step}: {apart:.1e} m apart");
-            // Rounding of coordinates below 0.1 m, made larger by collisions (measured 1.4e-17).
+            // Rounding of coordinates below 0.1 m, amplified by collisions (measured 1.4e-17).
             assert!(apart < 1e-15, "{law}, step {step}: {apart:e}");
         }
     }
@@ -433,7 +429,7 @@ fn contacts_by_the_pair_style_are_those_of_the_librarys_own_solver() {
 
 #[test]
 #[expect(clippy::too_many_lines, reason = "a list of cases")]
-fn misuse_is_named_with_its_remedy() {
+fn errors_name_the_remedy() {
     let folder = tempfile::tempdir().unwrap();
     write_bar(folder.path());
     let head = head_for(Host::Lammps, "bonded.data", "f f f", 5e-4, DT);
@@ -442,10 +438,7 @@ fn misuse_is_named_with_its_remedy() {
     let cpm = LAW.split_once(' ').unwrap().1;
     for (script, wanted) in [
         (format!("{head}bond_style concordem/cpm\nbond_coeff 1 young 30e9\nrun 0\n"), "missing field"),
-        (
-            format!("{head}fix b all concordem/bond glue bond none\n"),
-            "laws of bonds are cpm, linear_bond, cohesive_beam",
-        ),
+        (format!("{head}fix b all concordem/bond glue bond none\n"), "choose one of cpm, linear_bond, cohesive_beam"),
         (
             format!("{}bond_style concordem/cohesive_beam\n{coeff}run 0\n", with("newton off", "newton on")),
             "newton on off",
@@ -455,10 +448,10 @@ fn misuse_is_named_with_its_remedy() {
             "comm_modify vel yes",
         ),
         (format!("{head}bond_style concordem/cohesive_beam bond distance 1.5\n"), "remove `bond`"),
-        (format!("{head}bond_style concordem/cohesive_beam\n{coeff}{coeff}"), "parameters are given once"),
+        (format!("{head}bond_style concordem/cohesive_beam\n{coeff}{coeff}"), "bond_coeff can be given only once"),
         (
             format!("{head}bond_style concordem/cohesive_beam\n{coeff}run 0\ndelete_bonds all bond 1 remove\nrun 0\n"),
-            "bonds cannot be added or removed",
+            "do not add or remove bonds",
         ),
         (
             format!("{head}compute c all concordem/bond/local nothing\nbond_style zero\nbond_coeff *\nrun 0\n"),
@@ -469,7 +462,7 @@ fn misuse_is_named_with_its_remedy() {
         (format!("{head}pair_style concordem/hertz_mindlin\npair_coeff * * young 1e7\nrun 0\n"), "missing field"),
         (
             format!("{head}pair_style concordem/frictional bond distance 1.2\n"),
-            "makes no bonds and is its own law; remove `bond`",
+            "creates no bonds and defines its own law; remove `bond`",
         ),
         (
             format!(
@@ -487,29 +480,29 @@ fn misuse_is_named_with_its_remedy() {
         ),
         (
             format!("{head}bond_style concordem/cohesive_beam\n{coeff}run 0\nunfix concordem_bonds\nrun 0\n"),
-            "begin again with `bond_style`",
+            "start over with `bond_style`",
         ),
         (
             format!("{head}bond_style concordem/cohesive_beam\n{coeff}run 2\nunfix concordem_bonds\nrun 2 pre no\n"),
-            "begin again with `bond_style`",
+            "start over with `bond_style`",
         ),
         (
             format!(
                 "{head}pair_style concordem/frictional\npair_coeff * * {LINEAR}\nrun 2\nunfix concordem_contacts\nrun 2 pre no\n"
             ),
-            "begin again with `pair_style none`",
+            "start over with `pair_style none`",
         ),
         (
             format!(
                 "{head}bond_style concordem/cohesive_beam\n{coeff}fix concordem_bonds all concordem/bond {BEAM} bond none\nrun 0\n"
             ),
-            "taken away or replaced",
+            "deleted or replaced",
         ),
         (
             format!(
                 "{head}pair_style concordem/frictional\npair_coeff * * {LINEAR}\nrun 0\nunfix concordem_contacts\nrun 0\n"
             ),
-            "begin again with `pair_style none`",
+            "start over with `pair_style none`",
         ),
         (
             format!("{head}bond_style concordem/cohesive_beam\n{coeff}pair_style concordem/cpm\n"),
@@ -519,13 +512,13 @@ fn misuse_is_named_with_its_remedy() {
             format!(
                 "{head}pair_style concordem/cpm\npair_coeff * *\nbond_style concordem/cohesive_beam contact cpm\n{coeff}"
             ),
-            "contacts are those of the pair style; remove `contact`",
+            "the pair style defines the contacts; remove `contact`",
         ),
         (
             format!(
                 "{head}pair_style concordem/cpm kinematics first-order\npair_coeff * *\nbond_style concordem/cpm\nbond_coeff * {cpm}\n"
             ),
-            "give `kinematics` to `bond_style`, for both",
+            "move `kinematics` to `bond_style`",
         ),
         (
             format!(
@@ -538,7 +531,7 @@ fn misuse_is_named_with_its_remedy() {
             format!(
                 "{head}pair_style hybrid concordem/frictional\npair_coeff * * concordem/frictional {LINEAR}\nrun 0\n"
             ),
-            "does not work within pair_style hybrid",
+            "does not support pair_style hybrid",
         ),
     ] {
         for processors in [1, 2] {

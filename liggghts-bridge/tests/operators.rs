@@ -1,4 +1,4 @@
-//! What LIGGGHTS and LAMMPS compute from the bonds' forces, against the library's operators on the same state.
+//! Results that LIGGGHTS and LAMMPS compute from the bond forces, compared with our operators on the same state.
 
 mod harness;
 
@@ -12,7 +12,7 @@ use harness::{Atom, Dice, Host, data_file_for, dump_for, frames, head_for, run_i
 const VOLUME: f64 = 7e-5;
 const CENTROID: [f64; 3] = [0.02, 0.021, 0.045];
 
-/// A crooked block of 5 × 5 × 10 spheres of different sizes in motion.
+/// A perturbed block of 5 × 5 × 10 moving spheres of different sizes.
 fn block() -> Vec<Atom> {
     let mut dice = Dice(5);
     (0..5 * 5 * 10_usize)
@@ -28,7 +28,7 @@ fn block() -> Vec<Atom> {
 
 #[test]
 #[expect(clippy::too_many_lines, reason = "one comparison, step by step")]
-fn stress_and_couple_stress_are_those_of_the_operators() {
+fn stress_and_couple_stress_match_the_operators() {
     let folder = tempfile::tempdir().unwrap();
     let atoms = block();
     let radius: Vec<f64> = atoms.iter().map(|atom| atom.radius).collect();
@@ -96,7 +96,7 @@ fn stress_and_couple_stress_are_those_of_the_operators() {
             let contacts = ContactSet::new(&position, &pair, &branch, &point, &force, Some(&moment)).unwrap();
             let close = |found: &[f64], expected: &Mat3, size: f64, what: &str| {
                 let worst = (Mat3::from_row_slice(found) - expected).norm() / size;
-                // The same terms added in another order.
+                // Tolerance: the same terms are summed in another order.
                 assert!(worst <= 1e-12, "{host:?}, {processors}, step {step}, {what}: {worst:e}");
             };
             for (first, partition, volume) in [
@@ -123,7 +123,7 @@ fn stress_and_couple_stress_are_those_of_the_operators() {
 }
 
 #[test]
-fn the_virial_of_bonds_is_in_liggghts_pressure() {
+fn liggghts_pressure_includes_the_virial_of_bonds() {
     let folder = tempfile::tempdir().unwrap();
     data_file_for(
         Host::Liggghts,
@@ -155,7 +155,8 @@ fn the_virial_of_bonds_is_in_liggghts_pressure() {
             let size = row[7..13].iter().fold(0.0f64, |size, s| size.max(s.abs()));
             assert!(size > 0.0);
             for k in 0..6 {
-                // Tension is a negative pressure; LIGGGHTS leaves the volume out of stress/atom. Sums of some thousand terms.
+                // Tension is a negative pressure; stress/atom of LIGGGHTS is not divided by the volume. Tolerance: some thousand terms
+                // are summed in another order.
                 assert!((row[1 + k] + row[7 + k]).abs() <= 1e-12 * size, "{k}: {row:?}");
                 assert!((row[13 + k] - row[7 + k] * volume).abs() <= 1e-12 * size * volume, "{k}: {row:?}");
             }

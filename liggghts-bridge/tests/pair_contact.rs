@@ -1,4 +1,4 @@
-//! Contacts along LIGGGHTS' neighbour lists: its own models reproduced, and the library's.
+//! Contacts of LIGGGHTS' neighbor lists: its own models reproduced, and ConcorDEM laws.
 
 mod harness;
 
@@ -14,7 +14,7 @@ use harness::{Atom, Dice, Dumped, data_file, dump, frames, head, run, tables};
 
 const STEPS: usize = 400;
 
-/// Spheres of two types and unequal sizes that are thrown together.
+/// Colliding spheres of two types and different sizes.
 fn cloud(path: &Path) {
     let mut dice = Dice(11);
     let atoms: Vec<Atom> = (0..512)
@@ -57,7 +57,7 @@ fn result(folder: &Path, pair: &str, processors: usize, runs: usize) -> Vec<(u64
     frames(&folder.join("out.dump"))
 }
 
-/// Largest differences between two results: positions, velocities, spins, each by its largest size.
+/// Largest differences between two results in positions, velocities, and angular velocities, each relative to its largest magnitude.
 fn difference(a: &[(u64, Vec<Dumped>)], b: &[(u64, Vec<Dumped>)]) -> [f64; 3] {
     let mut worst = [0.0f64; 3];
     let get = [|d: &Dumped| d.position, |d: &Dumped| d.velocity, |d: &Dumped| d.spin];
@@ -87,16 +87,16 @@ fn liggghts_models_are_reproduced() {
             let ours = result(folder.path(), &pair, 1, 2);
             let apart = difference(&ours, &native);
             println!("{model} {shear}: {apart:?}");
-            // The cloud must have met: collisions change velocities by a good part of their size.
+            // The spheres must have collided, which changes velocities considerably.
             let first = difference(&native[..1], &native[native.len() - 1..]);
             assert!(first[1] > 0.1, "{first:?}");
-            // Rounding, made larger by collisions: the window in which both are the same computation.
+            // Rounding, amplified by collisions; the run is short enough that both trajectories agree.
             assert!(apart.iter().all(|d| *d < 1e-12), "{model} {shear}: {apart:?}");
         }
     }
 }
 
-/// A floor of two triangles in the way of the cloud.
+/// A floor of two triangles in the path of the spheres.
 fn floor(folder: &Path) {
     std::fs::write(
         folder.join("floor.stl"),
@@ -116,7 +116,7 @@ fn liggghts_walls_are_reproduced() {
         for shear in ["history", "no_history", "off"] {
             let with = |prefix: &str| {
                 let model = format!("model {prefix}{model} tangential {shear}");
-                // The native pair style both times: only walls differ.
+                // Both runs use the native pair style; only the walls differ.
                 let native = model.replace("concordem/", "");
                 let pair = format!(
                     "pair_style gran {native}\npair_coeff * *\nfix mesh all mesh/surface file floor.stl type 1\n\
@@ -128,15 +128,15 @@ fn liggghts_walls_are_reproduced() {
             let (native, ours) = (with(""), with("concordem/"));
             let apart = difference(&ours, &native);
             println!("{model} {shear}: {apart:?}");
-            // Rounding, made larger by collisions: the window in which both are the same computation.
+            // Rounding, amplified by collisions; the run is short enough that both trajectories agree.
             assert!(apart.iter().all(|d| *d < 1e-12), "{model} {shear}: {apart:?}");
         }
     }
 }
 
-/// `compute pair/gran/local` and `wall/gran/local`: forces and torques of single contacts, row by row.
+/// `compute pair/gran/local` and `wall/gran/local`: forces and torques per contact.
 #[test]
-fn rows_of_single_contacts_are_liggghts_own() {
+fn rows_of_local_computes_equal_those_of_liggghts() {
     let folder = tempfile::tempdir().unwrap();
     cloud(&folder.path().join("cloud.data"));
     floor(folder.path());
@@ -163,8 +163,7 @@ fn rows_of_single_contacts_are_liggghts_own() {
         })
     };
     for processors in [1, 2] {
-        // Across the border of processors, copies have not got the last half of the step's velocities: LIGGGHTS' rows depend on
-        // processors, and ours in the same way.
+        // Ghosts lack the last half step of the velocities, so LIGGGHTS' rows depend on the number of processors, and ours do too.
         let native = rows("", processors);
         for (ours, native) in rows("concordem/", processors).iter().zip(&native) {
             let mut seen = 0;
@@ -176,7 +175,7 @@ fn rows_of_single_contacts_are_liggghts_own() {
                         native.iter().flat_map(|row| &row[columns.clone()]).fold(0.0f64, |most, x| most.max(x.abs()));
                     for (a, b) in ours.iter().zip(native) {
                         assert_eq!(a[..2], b[..2], "step {step}");
-                        // As the motion: rounding of some hundred steps of collisions.
+                        // Tolerance: rounding, amplified by some hundred steps of collisions.
                         let close = |(x, y): (&f64, &f64)| (x - y).abs() <= 1e-11 * size;
                         assert!(
                             a[columns.clone()].iter().zip(&b[columns.clone()]).all(close),
@@ -191,9 +190,9 @@ fn rows_of_single_contacts_are_liggghts_own() {
     }
 }
 
-/// The rows of the library's laws are the forces that acted: they add up to those of the atoms.
+/// With ConcorDEM laws, the rows are the forces that acted, so they add up to the forces on the atoms.
 #[test]
-fn rows_of_the_librarys_contacts_make_up_the_forces() {
+fn rows_of_concordem_contacts_add_up_to_the_forces() {
     let folder = tempfile::tempdir().unwrap();
     cloud(&folder.path().join("cloud.data"));
     for model in ["hertz_mindlin", "frictional"] {
@@ -213,7 +212,7 @@ fn rows_of_the_librarys_contacts_make_up_the_forces() {
                 for n in rows {
                     let [i, j] = [n[0] as usize - 1, n[1] as usize - 1];
                     let (force, torque) = (Vec3::new(n[2], n[3], n[4]), Vec3::new(n[5], n[6], n[7]));
-                    // What is left of a pair's angular momentum is none: the other torque follows.
+                    // Conservation of angular momentum of the pair gives the torque on the other atom.
                     let between = atoms[i].position - atoms[j].position;
                     sums[i].0 += force;
                     sums[i].1 += torque;
@@ -224,7 +223,8 @@ fn rows_of_the_librarys_contacts_make_up_the_forces() {
                 let largest = |get: fn(&Dumped) -> Vec3| atoms.iter().map(|a| get(a).norm()).fold(0.0, f64::max);
                 let (most_force, most_torque) = (largest(|a| a.force), largest(|a| a.torque));
                 for (k, ((force, torque), atom)) in sums.iter().zip(atoms).enumerate() {
-                    // Sums of some terms in another order; torques by another formula, from positions of 1e-1 m with arms of 5e-3 m.
+                    // Tolerances: terms are summed in another order; torques use another formula, with positions of 1e-1 m and arms of
+                    // 5e-3 m.
                     let apart = ((force - atom.force).norm(), (torque - atom.torque).norm());
                     assert!(
                         apart.0 <= 1e-13 * most_force && apart.1 <= 1e-12 * most_torque,
@@ -239,7 +239,7 @@ fn rows_of_the_librarys_contacts_make_up_the_forces() {
 }
 
 #[test]
-fn the_librarys_law_at_a_wall_is_that_of_its_solver() {
+fn a_concordem_law_at_a_wall_acts_as_in_our_solver() {
     const DT: f64 = 2e-6;
     let folder = tempfile::tempdir().unwrap();
     let mut sphere = Atom::resting(Vec3::new(0.0, 0.0, 0.0052), 0.005);
@@ -304,7 +304,7 @@ fn the_librarys_law_at_a_wall_is_that_of_its_solver() {
 }
 
 #[test]
-fn the_librarys_contacts_are_the_same_by_pair_style_and_by_fix() {
+fn concordem_contacts_are_equal_by_pair_style_and_by_fix() {
     let folder = tempfile::tempdir().unwrap();
     cloud(&folder.path().join("cloud.data"));
     let materials = [(5e6, 0.3, 0.9, 0.4), (2e7, 0.2, 0.5, 0.2)];
@@ -319,7 +319,7 @@ fn the_librarys_contacts_are_the_same_by_pair_style_and_by_fix() {
         .unwrap();
     }
     std::fs::write(folder.path().join("materials.toml"), tables).unwrap();
-    // The mean of the restitutions and the smaller friction are what the properties say of unlike types.
+    // For unlike types, the fix uses the mean restitution and the smaller friction, so the properties are set accordingly.
     let fix = "fix contacts all concordem/bond linear_bond materials materials.toml bond none contact hertz_mindlin";
     let by_fix = result(folder.path(), fix, 1, 1);
     for processors in [1, 2, 4] {
@@ -327,7 +327,7 @@ fn the_librarys_contacts_are_the_same_by_pair_style_and_by_fix() {
             result(folder.path(), "pair_style gran model concordem/hertz_mindlin\npair_coeff * *", processors, 1);
         let apart = difference(&by_pair, &by_fix);
         println!("{processors} processors: {apart:?}");
-        // Pairs are added in the order of LIGGGHTS' lists: rounding, made larger by collisions.
+        // The pair style sums in the order of LIGGGHTS' lists; collisions amplify the rounding differences.
         assert!(apart.iter().all(|d| *d < 1e-12), "{apart:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! A specimen of more than 5,000 particles pulled apart, and crushed, in LIGGGHTS and by the library's own solver.
+//! A specimen of more than 5,000 particles in tension and compression, in LIGGGHTS and in our solver.
 
 mod harness;
 
@@ -13,12 +13,12 @@ use concordem_solver::{Model, PairCoefficients, Scheme, Solver};
 use harness::{Atom, Dice, data_file, dump, frames, head, run, thermo};
 
 const DT: f64 = 8e-7;
-/// Steps from one state that is looked at to the next.
+/// Steps between compared states.
 const EVERY: usize = 100;
-/// Steps for which both must agree to rounding.
+/// Number of steps in which both must agree up to rounding.
 const WINDOW: usize = 200;
 
-/// Ends that part with velocity `pull` each.
+/// Atoms of the specimen; each end moves outward with velocity `pull` (m/s).
 fn atoms(pull: f64) -> Vec<Atom> {
     let mut dice = Dice(7);
     let (nx, ny, nz) = (12_usize, 12, 36_usize);
@@ -26,16 +26,16 @@ fn atoms(pull: f64) -> Vec<Atom> {
     for k in 0..nx * ny * nz {
         let place = Vec3::new((k % nx) as f64, (k / nx % ny) as f64, (k / (nx * ny)) as f64) * 0.0098;
         let mut atom = Atom::resting(place + dice.vector() * 3e-4, 0.005);
-        // Stretching evenly from the start, so that no shock waves run.
+        // Uniform stretching from the start, to avoid shock waves.
         atom.velocity = Vec3::new(0.0, 0.0, pull * (2.0 * place.z / (0.0098 * (nz - 1) as f64) - 1.0));
         atoms.push(atom);
     }
     atoms
 }
 
-/// What a run says of the material, in the host and in the solver.
+/// Macroscopic results, in the host and in our solver.
 struct Macro {
-    /// Modulus at the first state, Pa.
+    /// Modulus at the first compared state, Pa.
     young: [f64; 2],
     /// Largest stress, Pa, and its step.
     strength: [f64; 2],
@@ -45,20 +45,20 @@ struct Macro {
 }
 
 #[test]
-fn a_specimen_breaks_as_in_the_librarys_own_solver() {
+fn a_specimen_in_tension_breaks_as_in_our_solver() {
     let found = compare(0.15, 500, &[1, 2, 4], [4.5e6, 0.8, 1.5e-4]);
     assert!(found.broken[0] > 100.0, "nothing broke");
     assert_eq!(found.at[0], found.at[1]);
     for pair in [found.young, found.strength] {
         assert!((pair[0] / pair[1] - 1.0).abs() < 1e-9, "{pair:?}");
     }
-    // Cracks grow from differences of rounding only late; both break the same bonds but for a few.
+    // Rounding differences affect cracks only late, so both break almost the same bonds.
     assert!((found.broken[0] - found.broken[1]).abs() <= 0.01 * found.broken[1] + 1.0, "{:?}", found.broken);
 }
 
-/// Pressed fast, the lattice is held together by its own inertia and has no peak: what is compared is the stress it bears.
+/// In fast compression, inertia confines the lattice and there is no peak; compare the stress.
 #[test]
-fn a_specimen_is_crushed_as_in_the_librarys_own_solver() {
+fn a_specimen_in_compression_breaks_as_in_our_solver() {
     let found = compare(-0.3, 500, &[2], [1e6, 0.1, 5e-5]);
     assert!(found.broken[0] > 1000.0, "nothing broke");
     assert_eq!(found.at[0], found.at[1]);
@@ -67,8 +67,8 @@ fn a_specimen_is_crushed_as_in_the_librarys_own_solver() {
     }
 }
 
-/// The same specimen in LIGGGHTS on some numbers of processors, which must not matter, and by the solver. `material` is cohesion
-/// (Pa), coefficient of friction, strain at the onset of cracking.
+/// Run the specimen in LIGGGHTS on several numbers of processors, which must give equal results, and in our solver. `material`:
+/// cohesion (Pa), coefficient of friction, crack onset strain.
 #[expect(clippy::too_many_lines, reason = "one comparison, step by step")]
 fn compare(pull: f64, steps: usize, numbers: &[usize], material: [f64; 3]) -> Macro {
     let [cohesion, friction, onset] = material;
@@ -106,8 +106,8 @@ fn compare(pull: f64, steps: usize, numbers: &[usize], material: [f64; 3]) -> Ma
         results.push((thermo(&printed), dumped));
     }
     for (k, (rows, dumped)) in results.iter().enumerate() {
-        assert!(*dumped == results[0].1, "result {k} differs from one processor's");
-        // Sums of energies over processors round differently.
+        assert!(*dumped == results[0].1, "result {k} differs from that on one processor");
+        // Energies are summed over processors, with different rounding.
         for (row, one) in rows.iter().zip(&results[0].0) {
             assert!(row[1..3] == one[1..3]);
             for (a, b) in row.iter().zip(one) {
@@ -116,7 +116,7 @@ fn compare(pull: f64, steps: usize, numbers: &[usize], material: [f64; 3]) -> Ma
         }
     }
 
-    // The same by the library's own solver.
+    // The same with our solver.
     let mut parameters = CpmParameters::new(30e9, 0.2, cohesion, 0.0, onset, 4.0);
     parameters.friction_angle = concordem_contact::math::atan2(friction, 1.0);
     parameters.omega_threshold = 0.99;
@@ -155,7 +155,7 @@ fn compare(pull: f64, steps: usize, numbers: &[usize], material: [f64; 3]) -> Ma
             .zip(&state.particles.position)
             .map(|(atom, position)| (atom.position - position).norm())
             .fold(0.0, f64::max);
-        // Mean stress over the cut through the lower end: what moves it.
+        // Mean stress over the cut through the lower end, from the force that moves it.
         let (mut here, mut there) = (0.0, 0.0);
         let mut ours = Solver::new(solver.model().clone(), &mut state).unwrap();
         let forces = ours.record(&mut state).unwrap();
@@ -171,8 +171,8 @@ fn compare(pull: f64, steps: usize, numbers: &[usize], material: [f64; 3]) -> Ma
         let stress = [here / area, there / area];
         println!("step {step}: positions differ by {worst:.2e} m, stress {:.6e} and {:.6e} Pa", stress[0], stress[1]);
         if *step as usize <= WINDOW {
-            // Coordinates are below 0.4 m, rounded to 6e-17; each of 200 steps adds a few roundings, of which a stiff
-            // network makes no more.
+            // Coordinates are below 0.4 m, rounded to 6e-17; each of 200 steps adds a few rounding errors, which a stiff network does
+            // not amplify.
             assert!(worst <= 1e-15 * (*step as f64 + 1.0), "step {step}: {worst:e}");
         }
         if *step as usize == EVERY {

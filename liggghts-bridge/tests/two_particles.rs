@@ -1,4 +1,4 @@
-//! Two particles led along a path through LIGGGHTS and LAMMPS, against direct calls of the same laws.
+//! Two particles moved along a prescribed path in LIGGGHTS and LAMMPS, compared with direct calls of the same laws.
 
 mod harness;
 
@@ -13,16 +13,16 @@ use concordem_contact::law::{
 use concordem_contact::math::{Quat, Vec3, normalized, quaternion_of_rotation_vector};
 use harness::{Atom, Host, data_file_for, dump_for, frames, head_for, run_in};
 
-/// A leg of the path: steps, and velocities and spins of both particles.
+/// A leg of the path: number of steps, and velocities and angular velocities of both particles.
 type Leg = (usize, [Vec3; 2], [Vec3; 2]);
 
 const RADIUS: [f64; 2] = [0.004, 0.005];
 const DT: f64 = 1e-6;
 
-/// So dense that no force moves the particles: v + (Δt/2m) f is v to the last bit.
+/// So dense that forces do not change the velocities: v + (Δt/2m) f rounds to v.
 const DENSITY: f64 = 1e40;
 
-/// Stretch, shear with spin, turn as a body, twist and bend, push together until the surfaces overlap, pull apart.
+/// Stretch, shear with rotation, rotate rigidly, twist and bend, push together until the surfaces overlap, pull apart.
 fn path(pull: f64) -> Vec<Leg> {
     let v = Vec3::new;
     let o = Vec3::zeros();
@@ -44,8 +44,7 @@ fn start() -> [Vec3; 2] {
     [Vec3::new(0.021, 0.03, 0.028), Vec3::new(0.0303, 0.0302, 0.0275)]
 }
 
-/// Wrench on both particles after every step by direct calls: of `bond` until it breaks, and of `contact` once the
-/// surfaces meet without a bond.
+/// Wrench on both particles after every step from direct calls of `bond` until it breaks, then of `contact` when the surfaces touch.
 #[expect(clippy::too_many_lines, reason = "the solver of two particles, written out as the reference")]
 fn direct<B: ContactLaw, C: ContactLaw>(
     bond: Option<&B>,
@@ -156,17 +155,18 @@ fn direct<B: ContactLaw, C: ContactLaw>(
     out
 }
 
-/// What makes the forces.
+/// The styles that compute the forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum By {
     Fix,
     BondStyle,
-    /// The contact law by a pair style of its own.
+    /// The contact law in a separate pair style.
     BondAndPairStyle,
     PairStyle,
 }
 
-/// The words of a fix as those of a bond style and a pair style: bond law, its keys and values, contact law, its own, those of both.
+/// Split the arguments of a fix for a bond style and a pair style: bond law, its parameters, contact law, its parameters, common
+/// options.
 fn parts(law: &str) -> [String; 5] {
     let mut parts: [String; 5] = Default::default();
     let mut words = law.split_whitespace();
@@ -184,7 +184,7 @@ fn parts(law: &str) -> [String; 5] {
     parts
 }
 
-/// LIGGGHTS and LAMMPS along the same path; compared step by step.
+/// Run LIGGGHTS and LAMMPS along the same path and compare every step.
 fn compare(law: &str, legs: &[Leg], expected: &[([Vec3; 2], [Vec3; 2])], breaks: bool) {
     compare_in(Host::Liggghts, By::Fix, law, legs, expected, breaks);
     let others: &[By] = if law.contains("bond none") {
@@ -214,7 +214,7 @@ fn compare_in(host: Host, by: By, law: &str, legs: &[Leg], expected: &[([Vec3; 2
         Vec3::zeros(),
         Vec3::new(0.06, 0.06, 0.06),
     );
-    // The middle of the box, where processors meet, lies between the particles.
+    // The middle of the box, where processors meet, is between the particles.
     let mut script = head_for(host, "two.data", "f f f", 1e-3, DT);
     writeln!(script, "group a id 1\ngroup b id 2\nfix integrate all nve/sphere").unwrap();
     let [bond, of_bond, contact, of_contact, of_both] = parts(law);
@@ -260,14 +260,14 @@ fn compare_in(host: Host, by: By, law: &str, legs: &[Leg], expected: &[([Vec3; 2
         let printed = run_in(host, folder.path(), &script, processors);
         if breaks {
             let broken = harness::thermo(&printed).last().unwrap()[2];
-            assert_eq!(broken, 1.0, "{host:?} {by:?}, {law}: the bond was meant to break");
+            assert_eq!(broken, 1.0, "{host:?} {by:?}, {law}: the bond should break");
         }
         let found = frames(&folder.path().join("out.dump"));
         assert!(expected.len() > 500);
         for (step, atoms) in &found {
             let (force, torque) = &expected[*step as usize];
             for p in 0..2 {
-                // Same function, same numbers: a last digit is left for printing and for adding to zero.
+                // Same function, same numbers; the tolerance covers the last digit of printing and the addition to zero.
                 let close = |a: &Vec3, b: &Vec3| (a - b).norm() <= 1e-14 * b.norm();
                 assert!(
                     close(&atoms[p].force, &force[p]) && close(&atoms[p].torque, &torque[p]),

@@ -1,4 +1,4 @@
-//! Records the commit and the versions of crates that affect results, for the provenance of every file.
+//! Records the commit and the versions of crates that affect results; they go into the provenance of every file.
 
 use std::path::Path;
 use std::process::Command;
@@ -12,7 +12,7 @@ fn main() {
         let output = Command::new("git").args(arguments).output().ok()?;
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     };
-    // A build without a repository, or one that must not change with every commit, may set the commit.
+    // Builds without a repository, or builds that must not change with every commit, may set the commit.
     println!("cargo::rerun-if-env-changed=CONCORDEM_COMMIT");
     let named = std::env::var("CONCORDEM_COMMIT").ok();
     // In another repository (a vendored copy), the commit would not describe this source.
@@ -25,7 +25,7 @@ fn main() {
         }
         println!("cargo::rustc-env=CONCORDEM_COMMIT={commit}");
         println!("cargo::rerun-if-changed=..");
-        // HEAD changes with a checkout, logs/HEAD with every commit.
+        // HEAD changes on checkout, logs/HEAD on every commit.
         for watched in ["HEAD", "logs/HEAD"] {
             if let Some(path) = git(&["rev-parse", "--git-path", watched]) {
                 println!("cargo::rerun-if-changed={path}");

@@ -5,7 +5,7 @@
 //! deformable_study solid fcc 1 0 0.35 0.25           # packing, seed, k_t/k_n, k_n/(R E_p), ν_p
 //! deformable_study wave 4 1 0.5 0.18 0.45            # size, seed, k_t/k_n, k_n/E_p, ν_p
 //! ```
-//! Prints one JSON object. `k_n/E_p = 0` stands for rigid particles.
+//! Prints one JSON object. `k_n/E_p = 0` means rigid particles.
 
 use concordem::kinematics::deformable::Condition;
 use concordem::packing::lattice::Lattice;
@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 "fcc" => Lattice::FaceCentered.periodic(radius, [2; 3])?,
                 _ => random_dense(&RandomDense::jammed(2000, radius, 0.0, text(2)?.parse()?), &mut |_| ())?.packing,
             };
-            // A frictionless packing has 6 contacts per sphere and hardly resists shear; 8 bonds make a solid of it.
+            // A frictionless packing has 6 contacts per sphere and hardly resists shear; with 8 bonds it is a solid.
             let random = text(1)? == "random";
             let fraction = packing.packing_fraction().unwrap_or(0.0);
             let ratio = if random { ratio_for_coordination(&packing, 8.0) } else { 1.01 };
@@ -106,7 +106,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// The irregular specimen of the source (section 4.5) as far as it is described: 4979 discs of 0.218 to 0.652 mm, mean
-/// 0.370 mm, areas 0.932 of the box, 5.8 bonds per disc; here periodic.
+/// 0.370 mm, area fraction 0.932, 5.8 bonds per disc; periodic here.
 fn plane(count: usize, seed: u64) -> Sample {
     let packing = disc_packing(count, [2.18e-4, 3.6e-4, 6.52e-4], 0.22, 0.932, 1.0, seed);
     let ratio = ratio_for_coordination(&packing, 5.8);

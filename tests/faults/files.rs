@@ -41,9 +41,9 @@ fn force_replaces_regular_files_only() {
     assert!(std::fs::read(&result).expect("bytes") != before, "the target is replaced");
 }
 
-/// The table of an old result does not survive beside the new one.
+/// Overwriting a result removes its old CSV table, but not a CSV file that we did not write.
 #[test]
-fn a_stale_table_goes_with_its_result() {
+fn a_stale_table_is_removed_with_its_result() {
     let folder = TempDir::new().expect("a folder");
     let scenario = write(folder.path(), "run.toml", &BLOCK.replace("[output]", "[output]\ncsv = true"));
     let table = folder.path().join("run.csv");
@@ -51,14 +51,14 @@ fn a_stale_table_goes_with_its_result() {
     assert!(table.exists());
     write(folder.path(), "run.toml", BLOCK);
     assert_eq!(concordem(["run", "-q", "--force", text(&scenario)]).code, exit::DONE);
-    assert!(!table.exists(), "the table belongs to a result that is gone");
-    // A file that no result of ours has written stays.
+    assert!(!table.exists(), "the table belongs to the overwritten result");
+    // A file that was not written with a result stays.
     write(folder.path(), "run.csv", "mine\n");
     assert_eq!(concordem(["run", "-q", "--force", text(&scenario)]).code, exit::DONE);
     assert_eq!(std::fs::read_to_string(&table).expect("the file"), "mine\n");
 }
 
-/// What never ends is not read.
+/// Devices and pipes, which may never end, are not read.
 #[test]
 fn devices_and_pipes_are_not_read() {
     let folder = TempDir::new().expect("a folder");
@@ -72,14 +72,14 @@ fn devices_and_pipes_are_not_read() {
         for command in ["check", "run", "pack"] {
             let given = concordem([command, text(&scenario)]);
             assert_eq!(given.code, exit::USAGE, "{}", given.err);
-            assert!(given.err.contains("packing.path") && given.err.contains("never end"), "{}", given.err);
+            assert!(given.err.contains("packing.path") && given.err.contains("not a regular file"), "{}", given.err);
         }
     }
     let given = concordem(["check", "/dev/zero"]);
     assert!(given.code == exit::FILE && given.err.contains("64 MiB"), "{}", given.err);
 }
 
-/// Groups of a good file: all numbers are readable, and a text is called a text.
+/// All numbers of a good file are readable, and reading a string as a table gives a message that says so.
 #[test]
 fn tables_of_a_good_file_are_not_called_damaged() {
     let folder = TempDir::new().expect("a folder");
@@ -90,5 +90,5 @@ fn tables_of_a_good_file_are_not_called_damaged() {
     assert!(table.iter().any(|(name, _)| name == "NumberOfPoints"), "{table:?}");
     assert!(!result.table("VTKHDF/Steps").expect("the steps").is_empty());
     let error = result.table("provenance").expect_err("a text").to_string();
-    assert!(error.contains("is a text") && !error.contains("damaged"), "{error}");
+    assert!(error.contains("is a string") && !error.contains("damaged"), "{error}");
 }

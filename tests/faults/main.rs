@@ -1,5 +1,5 @@
-//! What may go wrong outside of the physics: changed scenarios, damaged files, places that must not be written to, sizes that
-//! cannot be, kills before the first checkpoint.
+//! Faults outside the physics: changed scenarios, damaged files, paths that must not be written to, impossible sizes, kills
+//! before the first checkpoint.
 
 mod files;
 mod program;

@@ -1,11 +1,11 @@
-//! The program within this process, and a small scenario.
+//! Runs the program within the test process; a small scenario.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use concordem::program::{Console, run};
 
-/// What a command gave.
+/// Output of a command.
 pub struct Given {
     /// Exit code.
     pub code: u8,
@@ -15,7 +15,7 @@ pub struct Given {
     pub err: String,
 }
 
-/// Run a command within this process.
+/// Runs a command within this process.
 pub fn concordem<S: Into<OsString>>(arguments: impl IntoIterator<Item = S>) -> Given {
     let (mut out, mut err) = (Vec::new(), Vec::new());
     let arguments = std::iter::once(OsString::from("concordem")).chain(arguments.into_iter().map(Into::into));
@@ -25,7 +25,7 @@ pub fn concordem<S: Into<OsString>>(arguments: impl IntoIterator<Item = S>) -> G
     Given { code, out: text(out), err: text(err) }
 }
 
-/// Write a file.
+/// Writes a file.
 pub fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
     let path = folder.join(name);
     std::fs::write(&path, text).expect("a temporary folder can be written to");

@@ -1,4 +1,4 @@
-//! A run goes on from a state with another scenario: what may change is applied, what may not is refused by its key.
+//! Continuing a state with a changed scenario: allowed changes are applied, others are refused with their key.
 
 use concordem::output::ResultFile;
 use concordem::program::exit;
@@ -19,7 +19,7 @@ fn fastest(path: &std::path::Path) -> f64 {
     v.chunks_exact(3).map(|v| v[2]).fold(0.0, f64::max)
 }
 
-/// An extended run ends in the same state, bit for bit, as one that was as long from the start.
+/// An extended run ends in the same state, bit for bit, as a run of the same total length.
 #[test]
 fn an_extension_equals_a_longer_run() {
     let folder = TempDir::new().expect("a folder");
@@ -31,7 +31,7 @@ fn an_extension_equals_a_longer_run() {
     let (first, second) = (folder.path().join("short.h5"), folder.path().join("second.h5"));
     let given = concordem(["run", "-q", text(&long), "--from", text(&first), "-o", text(&second)]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
-    // The reason of the end is part of the state; both ended by their steps.
+    // The stop reason is part of the state; both runs ended by `steps`.
     assert_eq!(hash(&second), hash(&whole));
     let result = ResultFile::open(&second).expect("a result");
     assert_eq!(result.samples("step").expect("steps")[0], 100.0);
@@ -39,15 +39,15 @@ fn an_extension_equals_a_longer_run() {
     let provenance: std::collections::BTreeMap<_, _> = result.provenance().expect("provenance").into_iter().collect();
     assert_eq!(provenance["changed_keys"], "stop.steps: 100 -> 250");
     assert_eq!(provenance["continued_state_hash"], hash(&first));
-    // A state beyond the end cannot go on.
+    // A state beyond the end of the scenario cannot be continued.
     let given =
         concordem(["run", "-q", text(&short), "--from", text(&whole), "-o", text(&folder.path().join("no.h5"))]);
-    assert!(given.code == exit::USAGE && given.err.contains("is at step 250 already"), "{}", given.err);
+    assert!(given.code == exit::USAGE && given.err.contains("is already at step 250"), "{}", given.err);
 }
 
-/// Another strain rate moves the ends at that rate; it is not ignored.
+/// A changed strain rate is applied to the ends.
 #[test]
-fn another_rate_is_applied() {
+fn a_changed_strain_rate_is_applied() {
     let folder = TempDir::new().expect("a folder");
     let first = write(folder.path(), "first.toml", BLOCK);
     assert_eq!(concordem(["run", "-q", text(&first)]).code, exit::DONE);
@@ -68,15 +68,15 @@ fn another_rate_is_applied() {
     let (before, after) = (table("first.h5"), table("second.h5"));
     assert!(before.len() > 10 && before.len() == after.len());
     for (before, after) in before.iter().zip(&after) {
-        // Both are half of a rate times the same length.
+        // Both velocities are half of a rate times the same length.
         assert!((after / before + 0.25).abs() < 1e-12, "{before} {after}");
     }
     assert!(fastest(&folder.path().join("first.h5")) > 0.0);
 }
 
-/// Keys that define the specimen are refused, each with its place; nothing is written.
+/// Changes of keys that define the specimen are refused, each with its position, and nothing is written.
 #[test]
-fn another_specimen_is_refused_by_key() {
+fn changes_of_the_specimen_are_refused_with_their_key() {
     let folder = TempDir::new().expect("a folder");
     let first = write(folder.path(), "first.toml", BLOCK);
     assert_eq!(concordem(["run", "-q", text(&first)]).code, exit::DONE);
@@ -96,28 +96,28 @@ fn another_specimen_is_refused_by_key() {
         assert!(!folder.path().join("other.h5").exists() && !folder.path().join("other.h5.parts").exists());
         all.push_str(&given.err);
     }
-    assert!(all.contains("a restart cannot change it"), "{all}");
+    assert!(all.contains("a restart cannot change this key"), "{all}");
     // Parameters of laws may change.
     let softer =
         write(folder.path(), "softer.toml", &longer.replace("normal_stiffness = 1e6", "normal_stiffness = 5e5"));
     let given = concordem(["run", "-q", text(&softer), "--from", text(&folder.path().join("first.h5"))]);
     assert_eq!(given.code, exit::DONE, "{}", given.err);
-    // The stored energy has halved without work: the balance starts anew. It closes as well as that of a run without restart,
-    // 3.5e-9: ends move 1e-9 m in a step, and coordinates of 1e-2 m are rounded to 2e-18 m.
+    // The stored energy has halved without work, so the energy balance starts again. It closes as well as in a run without
+    // restart, 3.5e-9: the ends move 1e-9 m in a step, and coordinates of 1e-2 m are rounded to 2e-18 m.
     let result = ResultFile::open(&folder.path().join("softer.h5")).expect("a result");
     let last = |name: &str| *result.samples(name).expect("a column").last().expect("a row");
     let (residual, work) = (last("residual"), last("boundary_work"));
     assert!(residual.abs() < 1e-8 * work.abs(), "{residual} {work}");
-    // Stiffer ones make the time step unstable, which stays.
+    // Stiffer bonds make the time step unstable, because it cannot change.
     let stiffer =
         write(folder.path(), "stiffer.toml", &longer.replace("normal_stiffness = 1e6", "normal_stiffness = 5e7"));
     let given = concordem(["run", "-q", text(&stiffer), "--from", text(&folder.path().join("first.h5"))]);
     assert_eq!(given.code, exit::PHYSICS, "{}", given.err);
 }
 
-/// `resume` with an edited scenario uses the edit while the run is unfinished, and says where a finished one goes on.
+/// `resume` applies an edited scenario to an unfinished run, and says how to continue a finished one.
 #[test]
-fn resumption_sees_the_edited_scenario() {
+fn resume_applies_an_edited_scenario() {
     let folder = TempDir::new().expect("a folder");
     let scenario = write(folder.path(), "run.toml", BLOCK);
     assert_eq!(concordem(["run", "-q", text(&scenario)]).code, exit::DONE);
@@ -126,7 +126,7 @@ fn resumption_sees_the_edited_scenario() {
     let given = concordem(["resume", "-q", text(&scenario)]);
     assert_eq!(given.code, exit::USAGE, "{}", given.err);
     assert!(given.err.contains("stop.steps: 100 -> 250") && given.err.contains("--from"), "{}", given.err);
-    // The working folder of an unfinished run: header, and no checkpoint yet.
+    // The working folder of an unfinished run with a header but no checkpoint.
     let whole = folder.path().join("whole.h5");
     assert_eq!(concordem(["run", "-q", text(&scenario), "-o", text(&whole)]).code, exit::DONE);
     std::fs::remove_file(&result).expect("the result");
@@ -135,7 +135,7 @@ fn resumption_sees_the_edited_scenario() {
     assert_eq!(given.code, exit::DONE, "{}", given.err);
     assert!(given.err.contains("stop.steps: 100 -> 250"), "{}", given.err);
     assert_eq!(hash(&result), hash(&whole), "250 steps");
-    // Samples are columns of the result; they cannot change within it.
+    // Samples are columns of the result, so they cannot change within it.
     std::fs::remove_file(&result).expect("the result");
     begun(&scenario, &result, BLOCK);
     let sampled = "[[sample]]\noperator = \"fabric\"\nregion = { kind = \"all\", volume = 1 }\n";
@@ -144,7 +144,7 @@ fn resumption_sees_the_edited_scenario() {
     assert!(given.code == exit::USAGE && given.err.contains("sample"), "{}", given.err);
 }
 
-/// A run of the scenario `text` that was killed before its first checkpoint.
+/// Creates the files of a run that was killed before its first checkpoint.
 fn begun(scenario: &std::path::Path, result: &std::path::Path, source: &str) {
     use concordem::output::{RunFiles, RunHeader, SeriesColumn};
     use concordem::sampling::Record;
@@ -158,7 +158,7 @@ fn begun(scenario: &std::path::Path, result: &std::path::Path, source: &str) {
     drop(RunFiles::create(result, header, false).expect("the files of a run"));
 }
 
-/// Killed before the first checkpoint: the run starts again from its header, also after the scenario file is gone.
+/// A run killed before its first checkpoint starts again from its header, even if the scenario file no longer exists.
 #[test]
 fn a_run_killed_before_its_first_checkpoint_starts_again() {
     let folder = TempDir::new().expect("a folder");
@@ -174,9 +174,9 @@ fn a_run_killed_before_its_first_checkpoint_starts_again() {
     assert_eq!(a.samples("stress").expect("stress"), b.samples("stress").expect("stress"));
 }
 
-/// A second stage in a periodic cell: the cell takes the new velocity gradient, and the particles follow its change.
+/// In a second stage of loading, a periodic cell takes the new velocity gradient, and the particles follow the change.
 #[test]
-fn a_cell_takes_its_new_velocity_gradient() {
+fn a_cell_takes_the_new_velocity_gradient() {
     let folder = TempDir::new().expect("a folder");
     let cell = BLOCK.replace("repeats = [5, 3, 5]", "repeats = [5, 3, 5]\nshape = { kind = \"periodic\" }").replace(
         "kind = \"uniaxial\"\nstrain_rate = \"1 1/s\"",
@@ -204,6 +204,6 @@ fn a_cell_takes_its_new_velocity_gradient() {
     let residual = result.samples("residual").expect("residual");
     let work = result.samples("boundary_work").expect("work");
     let size = work.iter().fold(0.0_f64, |size, w| size.max(w.abs()));
-    // The ledger's residual is of third order in the step; 1e-6 of the work is far above that.
+    // The residual of the ledger is of third order in the step; 1e-6 of the work is far above that.
     assert!(residual.iter().all(|r| r.abs() < 1e-6 * size), "{residual:?} of {size}");
 }

@@ -1,4 +1,4 @@
-//! Sizes that cannot be are refused with a figure, before memory or time is spent.
+//! Impossible sizes are refused with a number in the message, before memory or time is spent.
 
 use std::time::{Duration, Instant};
 
@@ -20,7 +20,7 @@ time_step = "1 us"
 steps = 20
 "#;
 
-/// `concordem check` of a packing, which must be quick.
+/// Runs `concordem check` on a packing; it must be quick.
 fn check(packing: &str, more: &str) -> Given {
     let folder = TempDir::new().expect("a folder");
     write(folder.path(), "one.txt", "0 0 0 0.001\n");
@@ -42,7 +42,7 @@ fn stl(far: f64) -> String {
 }
 
 #[test]
-fn impossible_sizes_are_refused_with_their_figure() {
+fn impossible_sizes_are_refused_with_a_number() {
     const CELL: &str = "cell = [\"10 mm\", \"10 mm\", \"10 mm\"]";
     for (packing, words) in [
         // 3.4e9 copies of one sphere: 160 GB.
@@ -90,7 +90,7 @@ fn impossible_grids_walls_and_time_steps_are_refused() {
         given.err
     );
     let wall = "[[wall]]\nmaterial = \"grain\"\nshape = { kind = \"facets\", path = \"far.stl\" }\n";
-    // A wall far away touches nothing; it costs no time.
+    // A wall far away touches nothing and must not cost time.
     let given = check(TWO, wall);
     assert_eq!(given.code, exit::DONE, "{}{}", given.out, given.err);
     for step in ["0", "\"0 s\"", "1e-320"] {
@@ -102,16 +102,16 @@ fn impossible_grids_walls_and_time_steps_are_refused() {
     }
 }
 
-/// Variable by which the test below tells a copy of itself what to run.
+/// Environment variable with which the test below tells a child process what to run.
 const CHILD: &str = "CONCORDEM_TEST_RUN_FOR_MEMORY";
 
-/// Not a test: the run whose memory is measured.
+/// Not a test: the child process whose memory is measured.
 #[test]
-#[ignore = "run by another test in a process of its own"]
+#[ignore = "run by another test in a separate process"]
 fn child() {
     let Ok(scenario) = std::env::var(CHILD) else { return };
     assert_eq!(concordem(["run", "-q", &scenario]).code, exit::DONE);
-    let status = std::fs::read_to_string("/proc/self/status").expect("the system tells");
+    let status = std::fs::read_to_string("/proc/self/status").expect("the system reports memory");
     let line = status.lines().find(|line| line.starts_with("VmHWM:")).expect("the peak");
     let kilobytes = line.split_whitespace().nth(1).expect("a number");
     std::fs::write(format!("{scenario}.peak"), kilobytes).expect("a file");
@@ -120,7 +120,7 @@ fn child() {
 /// `check` predicts the peak memory of the run within 15 %, from the assembly to the result.
 #[test]
 #[cfg(target_os = "linux")]
-fn predicted_memory_is_the_measured_peak() {
+fn predicted_memory_agrees_with_the_measured_peak() {
     const CPM: &str = "cpm = { young = \"25 GPa\", shear_ratio = 0.2, crack_onset_strain = 1e-4, relative_ductility = 5, \
                        cohesion = \"3 MPa\", friction_coefficient = 0.8 }";
     const LINEAR: &str = "linear_bond = { normal_stiffness = 1e6, shear_stiffness = 2e5 }";

@@ -1,9 +1,9 @@
-//! Do the readers survive damaged and forged input? Every reader gets good inputs with random mutations; it must return, with
-//! a value or an error, within a time limit: no panic, no crash, no endless loop. Seals of HDF5 files are computed again after
-//! the mutation, so that their content reaches the readers.
+//! The readers survive damaged and forged input. Every reader gets good inputs with random mutations and must return a value
+//! or an error within a time limit: no panic, no crash, no endless loop. Seals of HDF5 files are recomputed after the
+//! mutation, so that the content reaches the readers.
 //!
-//! `CONCORDEM_FUZZ_INPUTS` is the number of inputs (default 2,000; a night: 1,000,000), `CONCORDEM_FUZZ_SEED` that of the
-//! random numbers (default 1). The same seed gives the same inputs. Inputs that fail are kept in `target/fuzz`.
+//! `CONCORDEM_FUZZ_INPUTS` is the number of inputs (default 2,000; overnight: 1,000,000), `CONCORDEM_FUZZ_SEED` the seed of
+//! the random numbers (default 1). The same seed gives the same inputs. Failing inputs are kept in `target/fuzz`.
 
 mod mutate;
 mod readers;
@@ -16,16 +16,17 @@ use readers::{READERS, Samples};
 
 /// Longest time for one input.
 const LIMIT: Duration = Duration::from_secs(20);
-/// Variables by which the test tells a copy of itself what to do.
+/// Environment variable with which the test tells a child process what to do.
 const WORK: &str = "CONCORDEM_FUZZ_WORK";
 
 fn number(name: &str, default: u64) -> u64 {
-    std::env::var(name).map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name} is no number: {text}")))
+    std::env::var(name)
+        .map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name} is not a number: {text}")))
 }
 
-/// Not a test: reads the inputs from a number on, and notes each number before it begins.
+/// Not a test: the child process that reads inputs from a given number on, and records each number before reading.
 #[test]
-#[ignore = "run by another test in a process of its own, which may crash"]
+#[ignore = "run by another test in a separate process, because it may crash"]
 fn worker() {
     let Ok(work) = std::env::var(WORK) else { return };
     let parts: Vec<&str> = work.split('|').collect();
@@ -59,7 +60,7 @@ fn spawn(reader: usize, seed: u64, first: u64, end: u64, note: &Path, kept: Opti
     command.spawn().expect("the test can start itself")
 }
 
-/// Wait for a worker; the reason if it does not end well.
+/// Waits for a worker; returns the reason if it fails.
 fn wait(mut child: Child, note: &Path) -> Option<String> {
     let (mut last, mut since) = (String::new(), Instant::now());
     loop {

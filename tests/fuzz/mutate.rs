@@ -4,7 +4,7 @@
 pub struct Random(u64);
 
 impl Random {
-    /// A sequence of its own for every seed and input.
+    /// A separate sequence for every seed and input.
     pub fn new(seed: u64, input: u64) -> Self {
         let mut random = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ input);
         random.next();
@@ -26,11 +26,11 @@ impl Random {
     }
 }
 
-/// Numbers at the borders of types and sizes.
+/// Numbers at the limits of types and sizes.
 const BORDERS: [u64; 10] =
     [0, 1, 0x7f, 0xff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 1 << 40, u64::MAX, 0x7ff8_0000_0000_0000];
 
-/// Words that readers of text may trip over.
+/// Words that may confuse readers of text.
 const WORDS: [&str; 16] = [
     "nan",
     "-inf",
@@ -50,7 +50,7 @@ const WORDS: [&str; 16] = [
     "true",
 ];
 
-/// Changes `bytes` in one to four places; `text`: also with words.
+/// Changes `bytes` in one to four places; `text`: also insert words.
 pub fn mutate(bytes: &mut Vec<u8>, random: &mut Random, text: bool) {
     for _ in 0..=random.below(4) {
         if bytes.is_empty() {
@@ -66,7 +66,7 @@ pub fn mutate(bytes: &mut Vec<u8>, random: &mut Random, text: bool) {
                 bytes[at..at + length].copy_from_slice(&border[..length]);
             }
             3 => {
-                // A piece from elsewhere in the same input.
+                // Copy a piece from elsewhere in the same input.
                 let from = random.below(bytes.len());
                 let length = random.below(64).min(bytes.len() - at).min(bytes.len() - from);
                 bytes.copy_within(from..from + length, at);
@@ -82,7 +82,7 @@ pub fn mutate(bytes: &mut Vec<u8>, random: &mut Random, text: bool) {
                 bytes.splice(at..at, word.bytes());
             }
             _ => {
-                // A value of a TOML line, or a number of a text, becomes another word.
+                // Replace a value of a TOML line, or a number of a text, by another word.
                 let end = bytes[at..].iter().position(|b| b" ,]}\n".contains(b)).map_or(bytes.len(), |n| at + n);
                 let word = WORDS[random.below(WORDS.len())];
                 bytes.splice(at..end, word.bytes());

@@ -1,4 +1,4 @@
-//! The readers, and good inputs for them.
+//! The readers under test, and good inputs for them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -25,9 +25,9 @@ pub struct Reader {
     pub name: &'static str,
     /// Whether inputs are text.
     text: bool,
-    /// Whether inputs end with a seal, which is computed again.
+    /// Whether inputs end with a seal, which must be recomputed.
     sealed: bool,
-    /// Reads an input, and uses what it gets.
+    /// Reads an input and uses the result.
     pub read: fn(&Samples, &[u8]),
 }
 
@@ -50,7 +50,7 @@ pub const READERS: [Reader; 11] = [
     reader("state", false, false, state),
 ];
 
-/// A scenario that is quick to build, with samples.
+/// A small scenario with samples.
 const SCENARIO: &str = r#"
 version = 1
 [packing]
@@ -97,7 +97,7 @@ key = "packing.repeats"
 values = [[3, 2, 3], [2, 2, 2]]
 "#;
 
-/// What a journal belongs to.
+/// Fingerprint of the sweep that the journal belongs to.
 const FINGERPRINT: &str = "0123456789abcdef";
 
 const SURFACE: &str = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n\
@@ -156,7 +156,7 @@ impl Samples {
         Self { folder: folder.to_owned(), inputs, columns, scenario }
     }
 
-    /// An input: a good one with mutations.
+    /// A good input with mutations.
     pub fn input(&self, reader: &Reader, seed: u64, input: u64) -> Vec<u8> {
         let mut random = Random::new(seed, input);
         let good = &self.inputs[reader.name];
@@ -264,7 +264,7 @@ fn segment(samples: &Samples, bytes: &[u8]) {
     let _ = RunFiles::resume(&samples.folder.join("run.h5"));
 }
 
-/// A state with one changed column, as a forged checkpoint may hold it; if it is taken, the run takes two steps.
+/// Restores a state with one changed column, as in a forged checkpoint; if it is accepted, the run takes two steps.
 fn state(samples: &Samples, bytes: &[u8]) {
     let mut random = Random::new(u64::from_le_bytes(bytes[..8].try_into().expect("eight bytes")), 1);
     let paths: Vec<&str> = samples.columns.iter().map(|(path, _)| path).collect();
@@ -289,7 +289,7 @@ fn state(samples: &Samples, bytes: &[u8]) {
     }
 }
 
-/// A column with a changed number, a changed length, or none.
+/// A column with a changed number or a changed length; `None` removes the column.
 fn forged(column: &StoredColumn, random: &mut Random) -> Option<StoredColumn> {
     fn change<T: Copy>(data: &mut Vec<T>, random: &mut Random, new: impl Fn(u64) -> T) {
         let border = [0, 1, 0xffff, u64::from(u32::MAX), u64::MAX, 0x7ff8_0000_0000_0000, 0x7fe0_0000_0000_0000];

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Our speed beside that of Debian's YADE: the same packing, the same links, the same steps, one after the other in one
-# run, one thread each, then two. Prints one JSON object per run and the ratios.
+# Compares our speed with that of Debian's YADE: the same packing, bonds, and steps, one program after the other,
+# each with one thread, then with two. Prints one JSON object per run and the ratios.
 #   tests/peers/compare_speed.sh [packing.txt] [steps]
 set -euo pipefail
 cd "$(dirname "$0")/../.."

@@ -4,8 +4,8 @@
 
 The packing is text, one sphere `x y z r` a line (m), `#` starts a comment. Spheres closer than ratio*(r1+r2) are bonded
 in the first step. The two ends along the longest axis move apart at a constant speed, the rest starts with the linear
-velocity field. Printed is one JSON object: nanoseconds per bond and step, of whole steps and of the InteractionLoop
-alone (geometry functor, law and force sums), from YADE's own timers; best and median of ten parts of the run.
+velocity field. Prints one JSON object: nanoseconds per bond and step, of whole steps and of the InteractionLoop
+alone (geometry functor, law, and force sums), from YADE's timers; best and median of ten parts of the run.
 """
 import json
 import math
@@ -66,7 +66,7 @@ for _ in range(PARTS):
         engine.execTime = 0
     start = time.perf_counter()
     O.run(share, True)
-    # O.run waits by polling every 40 ms or so; the engines' own timers do not have that error
+    # O.run polls about every 40 ms while it waits; the timers of the engines do not have that error
     parts["wall"].append((time.perf_counter() - start) * 1e9 / share)
     parts["engines"].append(sum(engine.execTime for engine in O.engines) / share)
     parts["loop"].append(loop.execTime / share)

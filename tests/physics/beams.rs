@@ -1,4 +1,4 @@
-//! Beams: chains against their closed forms, cantilevers, damping by the integrator, energy and determinism through
+//! Beams: chains agree with their closed forms; cantilevers, damping by the integrator, and energy and determinism through
 //! fracture.
 
 use std::f64::consts::{PI, TAU};
@@ -25,7 +25,7 @@ use concordem_tests::{
 };
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// A chain of `count` touching spheres along x, the first one clamped, under `beam`.
+/// A chain of `count` touching spheres along x, the first one clamped, bonded by `beam`.
 fn chain(count: usize, radius: f64, density: f64, beam: CohesiveBeam) -> State {
     let mut particles = Particles::default();
     for p in 0..count {
@@ -40,8 +40,8 @@ fn chain(count: usize, radius: f64, density: f64, beam: CohesiveBeam) -> State {
 // -------------------------------------------------------------------------------------------------------------------
 // First periods of clamped-free chains (Jebahi et al. 2015, [2.27]-[2.32])
 
-/// Lowest circular frequency and its mode of a clamped-free chain of `n` spheres of radius 1, mass `m`, and the beam's
-/// stiffness: in tension, bending (displacement, rotation of each sphere), and torsion.
+/// Lowest circular frequency, and its mode, of a clamped-free chain of `n` spheres of radius 1, mass `mass`, and the
+/// stiffness of `beam`: in tension, bending (displacement and rotation of each sphere), and torsion.
 fn first_modes(n: usize, mass: f64, beam: &CohesiveBeam) -> [(f64, Vec<f64>); 3] {
     let geometry = ContactGeometry {
         reference_length: 2.0,
@@ -72,7 +72,7 @@ fn first_modes(n: usize, mass: f64, beam: &CohesiveBeam) -> [(f64, Vec<f64>); 3]
         }))
     };
     let mut bending = DMatrix::zeros(2 * free, 2 * free);
-    // Each bond: slide = v_B − v_A − (θ_A+θ_B)l/2 (l/2 = 1) with k_s, turn = θ_B − θ_A with k_b.
+    // Each bond: slip v_B − v_A − (θ_A+θ_B)l/2 (l/2 = 1) with k_s, relative rotation θ_B − θ_A with k_b.
     for bond in 0..free {
         let rows = [([-1.0, -1.0, 1.0, -1.0], k.shear), ([0.0, -1.0, 0.0, 1.0], k.bending)];
         for (row, stiffness) in rows {
@@ -93,12 +93,11 @@ fn first_modes(n: usize, mass: f64, beam: &CohesiveBeam) -> [(f64, Vec<f64>); 3]
     [line(k.normal, mass), (omega, unscaled.collect()), line(k.twist, inertia)]
 }
 
-/// Ratios of first periods to those of the continuous bar, clamped-free, length `2R(N−1)`, mass shared by the spheres:
-/// equal to those found before this code from the beam matrices of Jebahi et al. 2015, section 2.1 (corrected), in their
-/// last digit (half a unit of the fourth decimal). Torsion
-/// tends to √(12/15) = 0.8944, since spheres have less inertia than the cylinder.
+/// Ratios of first periods to those of a continuous bar, clamped-free, length `2R(N−1)`, mass shared by the spheres, agree
+/// with values computed independently from the beam matrices of Jebahi et al. 2015, section 2.1 (corrected), within half a
+/// unit of the fourth decimal. Torsion tends to √(12/15) = 0.8944, because spheres have less inertia than the cylinder.
 #[test]
-fn first_periods_of_chains_meet_the_table() {
+fn first_periods_of_chains_agree_with_the_table() {
     let young = 3.0;
     let poisson = 0.3;
     let beam = CohesiveBeam::new(young, poisson, Section::Ratio(1.0)).unwrap();
@@ -128,11 +127,11 @@ fn first_periods_of_chains_meet_the_table() {
     }
 }
 
-/// The solver swings a chain with the period of its matrices: a chain of ten spheres started in each first mode with a
-/// small velocity crosses rest after half a period. Leapfrog shortens it by `(ωΔt)²/24`, which is taken into account; what
-/// is left is the curvature of the curve between steps: 1e-7.
+/// A chain vibrates with the period of its matrices: ten spheres started in each first mode with a small velocity pass the
+/// rest position after half a period. Leapfrog shortens the period by `(ωΔt)²/24`, which is taken into account; the
+/// remaining error, from the curvature of the motion between steps, is 1e-7.
 #[test]
-fn chain_swings_with_its_period() {
+fn a_chain_vibrates_with_the_period_of_its_matrices() {
     on_threads(1, || {
         let (n, density) = (10, 1.0);
         let beam = CohesiveBeam::new(3.0, 0.3, Section::Ratio(1.0)).unwrap();
@@ -181,13 +180,13 @@ fn chain_swings_with_its_period() {
 // -------------------------------------------------------------------------------------------------------------------
 // Waves
 
-/// A pulse through a slender cylinder of a thousand spheres runs with `√(E/ρ)`, `E` and `ρ` those of the cylinder: the case
-/// "impact" of `examples/beam_study.rs` for one seed. Longer pulses come nearer to it, as those of a bar do, and they
-/// need not meet it: the middle half is 500 spheres, whose mass and stiffness scatter by some percent, which moves the four
-/// seeds of the study by 2 % about 0.98; 5 % is what tells the bar's celerity from that of an unbounded body with this
-/// sample's ν of 0.18 (4 % more) and that of shear waves (35 % less) in most, and a factor in mass or stiffness in all cases.
+/// A pulse through a slender cylinder of a thousand spheres travels at `√(E/ρ)` with `E` and `ρ` of the cylinder: the case
+/// "impact" of `examples/beam_study.rs` for one seed. Longer pulses come closer to this speed, as in a bar, but need not
+/// reach it: the middle half has 500 spheres, whose mass and stiffness scatter by some percent, so the four seeds of the
+/// study lie within 2 % of 0.98. The tolerance of 5 % detects a wrong factor in mass or stiffness, the speed of shear waves
+/// (35 % less), and in most cases the speed in an unbounded body with the ν of 0.18 of this specimen (4 % more).
 #[test]
-fn pulse_runs_with_the_celerity_of_a_bar() {
+fn a_pulse_travels_at_the_wave_speed_of_a_bar() {
     let density = 2200.0;
     let sample =
         CylinderSpecimen::new(&CylinderRecipe { slenderness: 10.0, ..CylinderRecipe::book(1000, 1) }, &mut |_| {})
@@ -208,8 +207,8 @@ fn pulse_runs_with_the_celerity_of_a_bar() {
 // -------------------------------------------------------------------------------------------------------------------
 // Cantilevers
 
-/// Deflection of the tip of a cantilever of ten spheres (R 1 mm) under its own weight, after it came to rest.
-fn drooping(model: BeamModel) -> f64 {
+/// Deflection of the tip of a cantilever of ten spheres (R = 1 mm) under its own weight, at rest.
+fn deflection_under_weight(model: BeamModel) -> f64 {
     let beam = CohesiveBeam { model, ..CohesiveBeam::new(1e9, 0.25, Section::Radius(1e-3)).unwrap() };
     let mut state = chain(10, 1e-3, 2500.0, beam);
     state.clock.dt = 0.8 * time_step::bounds(&state).spectral;
@@ -228,10 +227,10 @@ fn drooping(model: BeamModel) -> f64 {
     }
 }
 
-/// Against the chain's own closed form, forces at the nodes: `Σ P x²(3L−x)/6EI`, with shear `+ Σ P x/κGS`. 1e-6 is the
-/// demand; finite rotations (1e-4 rad) change the deflection by their square.
+/// Deflections of cantilevers agree with the closed form of a chain with forces at the nodes: `Σ P x²(3L−x)/6EI`, with shear
+/// `+ Σ P x/κGS`. Tolerance 1e-6: finite rotations (1e-4 rad) change the deflection by their square.
 #[test]
-fn cantilevers_meet_the_chain_solution() {
+fn cantilevers_agree_with_the_closed_form_of_a_chain() {
     on_threads(1, || {
         let (radius, young, density): (f64, f64, f64) = (1e-3, 1e9, 2500.0);
         let weight = density * 4.0 / 3.0 * PI * radius.powi(3) * 9.81;
@@ -245,26 +244,26 @@ fn cantilevers_meet_the_chain_solution() {
             ("κ = 1", BeamModel::Timoshenko { shear_coefficient: 1.0 }, bending + shear, 9.9621e-7),
             ("κ = 0.9", BeamModel::Timoshenko { shear_coefficient: 0.9 }, bending + shear / 0.9, 9.9702e-7),
         ] {
-            // The figures of the list of external tests, in their last digit.
+            // Published values, to their last digit.
             assert!((exact - digits).abs() < 0.5001e-11, "{name}: {exact:e} {digits:e}");
-            let deflection = drooping(model);
+            let deflection = deflection_under_weight(model);
             println!("{name}: {deflection:.9e} m, exact {exact:.9e} m, relative {:.1e}", deflection / exact - 1.0);
             assert!((deflection / exact - 1.0).abs() < 1e-6, "{name}: {deflection:e} {exact:e}");
         }
     });
 }
 
-/// A chain bent by an end moment to a full circle and back to its start: finite rotations by 2π along the chain. The
-/// curvature of every bond is the same, `M/EI`, so that the bonds are chords of a circle: the tip comes back to the
-/// first sphere. Tolerance: what the damping leaves, 1e-6 of the length.
+/// An end moment bends a chain to a full circle, with finite rotations up to 2π along the chain. Every bond has the same
+/// curvature, `M/EI`, so the bonds are chords of a circle and the tip returns to the first sphere. Tolerance: the motion
+/// that damping leaves, 1e-6 of the length.
 #[test]
-fn end_moment_rolls_a_chain_up() {
+fn an_end_moment_bends_a_chain_to_a_full_circle() {
     on_threads(1, || {
         let n = 13;
         let beam = CohesiveBeam::new(1e6, 0.25, Section::Ratio(0.2)).unwrap();
         let mut state = chain(n, 1.0, 1000.0, beam);
         state.clock.dt = 0.5 * time_step::bounds(&state).spectral;
-        // Angles: the first and the last bond are between spheres turned by 0 and 2π: M = k_b·2π/(n−1).
+        // The first and the last sphere are rotated by 0 and 2π: M = k_b·2π/(n−1).
         let area = PI * 0.04;
         let bending = 1e6 * area * area / (4.0 * PI) / 2.0;
         let moment = bending * TAU / (n - 1) as f64;
@@ -280,7 +279,7 @@ fn end_moment_rolls_a_chain_up() {
             if (tip - last).norm() < 1e-10 {
                 break;
             }
-            assert!(round < 2000, "comes to rest: {tip}");
+            assert!(round < 2000, "does not come to rest: {tip}");
             last = tip;
         }
         let tip = state.particles.position[n - 1];
@@ -292,7 +291,7 @@ fn end_moment_rolls_a_chain_up() {
 // -------------------------------------------------------------------------------------------------------------------
 // Damping by the integrator
 
-/// One mass on a spring with `ωΔt = 1`: size of its motion after `steps` steps over that at the start, per step.
+/// One mass on a spring: decay of its amplitude per step, from `steps` steps with `ωΔt = omega_dt`.
 fn decay(damping: Damping, omega_dt: f64, steps: u32) -> f64 {
     let mut particles = Particles::default();
     for x in [0.0, 2.0] {
@@ -304,7 +303,7 @@ fn decay(damping: Damping, omega_dt: f64, steps: u32) -> f64 {
         bonded(particles, None, LinearBond::new(1.0, 0.0, 0.0, f64::INFINITY, f64::INFINITY).unwrap(), 1.01);
     state.clock.dt = omega_dt;
     let mut solver = solver(Model { damping, ..Model::default() }, &mut state);
-    // The envelope: two successive states span the ellipse of the recursion.
+    // The envelope follows from two successive states, which determine the ellipse of the recursion.
     let envelope = |s: &State| {
         let (x, v) = (s.particles.position[1].x - 2.0, s.particles.velocity[1].x * omega_dt);
         let y = x - v;
@@ -323,8 +322,9 @@ fn decay(damping: Damping, omega_dt: f64, steps: u32) -> f64 {
     (quadratic(envelope(&state), trace, det) / first).powf(0.5 / f64::from(steps))
 }
 
-/// Spectral radii at ωΔt = 1, φ = 1.3 (0.837, 0.922): the quadratic form `x² − T x y + D y²` of two successive
-/// displacements shrinks by the determinant in every step, exactly; rounding of lengths of 2 against 1e-5 at the end: 1e-10.
+/// Damping by the integrator has its theoretical spectral radius at ωΔt = 1, φ = 1.3 (0.837, 0.922): the quadratic form
+/// `x² − T x y + D y²` of two successive displacements shrinks by exactly the determinant in every step. Rounding of lengths
+/// of 2 against displacements of 1e-5 at the end: 1e-10.
 #[test]
 fn damping_has_its_spectral_radius() {
     on_threads(1, || {
@@ -340,8 +340,8 @@ fn damping_has_its_spectral_radius() {
     });
 }
 
-/// Both forms against their printed recursions, and the one printed in the book, with φ on the velocity, which must
-/// grow (1.072 per step). Scalar oscillator, ωΔt = 1, φ = 1.3.
+/// The recursion printed in the book, with φ on the velocity, diverges (1.072 per step), whereas both implemented forms
+/// decay. Scalar oscillator, ωΔt = 1, φ = 1.3.
 #[test]
 fn printed_damping_diverges() {
     let phi = 1.3;
@@ -364,13 +364,13 @@ fn printed_damping_diverges() {
     });
     let tchamwa = run(&|x, v| (x + v - phi * x, v - x));
     println!("printed {printed:.4}, position term {position_term:.4}, Tchamwa-Wielgosz {tchamwa:.4}");
-    // The phase at the end changes the 200th root by a percent at most.
+    // The phase at the end changes the 200th root by at most a percent.
     assert!(printed > 1.06 && (position_term - 0.922).abs() < 0.01 && (tchamwa - 0.837).abs() < 0.01);
 }
 
-/// Stable to 0.99 of `2/√(2φ−1)`, growing beyond 1.01.
+/// With damping by the integrator, motion is stable at 0.99 of `2/√(2φ−1)` and grows at 1.01.
 #[test]
-fn damping_shortens_the_stable_step() {
+fn damping_by_the_integrator_lowers_the_stability_bound() {
     on_threads(1, || {
         let damping = Damping::TchamwaWielgosz { phi: 1.3 };
         let limit = 2.0 * damping.stability();
@@ -402,7 +402,7 @@ fn damping_shortens_the_stable_step() {
 // -------------------------------------------------------------------------------------------------------------------
 // Energy, determinism, fracture
 
-/// A brittle specimen of beams that is torn fast, with friction between what broke.
+/// A brittle specimen of beams pulled apart fast, with friction between fragments.
 fn specimen(copies: usize, damping: Damping, hydrostatic: f64) -> (State, Model) {
     let beam = CohesiveBeam {
         strength: if hydrostatic.is_finite() { f64::INFINITY } else { 5e6 },
@@ -425,9 +425,9 @@ fn specimen(copies: usize, damping: Damping, hydrostatic: f64) -> (State, Model)
 
 const DAMPING: Damping = Damping::TchamwaWielgosz { phi: 1.3 };
 
-/// The ledger closes through fracture, by either criterion, with damping by the integrator and with contacts between what
-/// broke. What is left is of third order per step, most of it from bonds that turn while their force falls: 1e-7 of the
-/// boundary's work is three times what was measured (at half the step it is a tenth).
+/// The ledger closes through fracture, with either criterion, damping by the integrator, and contacts between fragments. The
+/// residual is of third order per step, mostly from bonds that rotate while their force drops. The tolerance of 1e-7 of the
+/// boundary work is three times the measured residual (at half the step, a tenth of it remains).
 #[test]
 fn ledger_closes_through_beam_fracture() {
     on_threads(2, || {
@@ -442,7 +442,10 @@ fn ledger_closes_through_beam_fracture() {
                 broken += report.bond_events.iter().filter(|(_, bond_event)| bond_event.broke).count();
                 for (_, bond_event) in &report.bond_events {
                     let total: f64 = bond_event.stored.iter().sum();
-                    assert_eq!(bond_event.energy, total, "released energy is what was stored, by modes");
+                    assert_eq!(
+                        bond_event.energy, total,
+                        "the released energy equals the stored energy, summed over modes"
+                    );
                 }
                 if step % 20 == 0 && step > 0 {
                     worst = worst.max((state.ledger.residual() / state.ledger.boundary_work.get()).abs());
@@ -463,7 +466,7 @@ fn ledger_closes_through_beam_fracture() {
     });
 }
 
-/// Same bits on any number of threads, and from any checkpoint, through fracture by either criterion.
+/// Runs give the same bits on any number of threads and from any checkpoint, through fracture by either criterion.
 #[test]
 fn beams_give_the_same_bits_on_any_thread_and_restart() {
     let run = |threads: usize, interval: u64, hydrostatic: f64| {
@@ -491,10 +494,10 @@ fn beams_give_the_same_bits_on_any_thread_and_restart() {
     }
 }
 
-/// A bonded pair that turns by 2π about any axis while it vibrates keeps its energy; nothing depends on where it turned.
-/// `½m v⁻·v⁺ + U` is kept by leapfrog to third order of the rotation per step.
+/// A bonded pair that rotates by 2π about any axis while it vibrates keeps its energy, whatever its orientation. Leapfrog
+/// keeps `½m v⁻·v⁺ + U` to third order in the rotation per step.
 #[test]
-fn turning_pair_keeps_its_energy() {
+fn a_rotating_pair_keeps_its_energy() {
     on_threads(1, || {
         let beam = CohesiveBeam::new(1e6, 0.3, Section::Ratio(0.5)).unwrap();
         let run = |dt: f64| {
@@ -517,15 +520,15 @@ fn turning_pair_keeps_its_energy() {
         };
         let (coarse, fine) = (run(2e-4), run(1e-4));
         println!("residual of 6 turns: {coarse:.2e}, at half the step {fine:.2e}");
-        // Second order over a fixed time, or rounding.
+        // Second order over a fixed time, down to rounding.
         assert!(fine < 1e-6 && coarse / fine > 3.0, "{coarse:e} {fine:e}");
     });
 }
 
-/// Mean stress of a particle in a simple cubic block under equal strain in all directions: `σ = EA ε/(l₀·…)`: six bonds of
-/// axial force `N`, `p = 6·½·N l/(3V)`; and the criterion lets go of exactly the bonds of the particle above it.
+/// Mean stress of a particle in a simple cubic block under equal strain in all directions: with six bonds of axial force
+/// `N`, `p = 6·½·N l/(3V)`. Particle-level failure breaks exactly the bonds of the particle above the threshold.
 #[test]
-fn particle_lets_go_of_its_bonds() {
+fn particle_level_failure_breaks_all_bonds_of_the_particle() {
     on_threads(1, || {
         let mut particles = Particles::default();
         let place = |x: f64, y: f64, z: f64| Sphere { position: Vec3::new(x, y, z) * 2.0, radius: 1.0 };
@@ -564,13 +567,13 @@ fn particle_lets_go_of_its_bonds() {
         two.step(&mut state).unwrap();
         let report = two.step(&mut state).unwrap();
         assert_eq!(report.bond_events.len(), 6);
-        assert_eq!(state.bond_count(), 1, "the bond between its neighbours stays");
+        assert_eq!(state.bond_count(), 1, "the bond between its neighbors stays");
         assert_eq!(count(&fragments(&state)), 7);
     });
 }
 
 // -------------------------------------------------------------------------------------------------------------------
-// Bending and torsion by turning ends
+// Bending and torsion by rotating ends
 
 fn assembled(text: &str) -> Assembly {
     let scenario = Scenario::parse("beams.toml", text).unwrap_or_else(|error| panic!("{error}"));
@@ -588,7 +591,7 @@ fn lattice(shape: &str, loading: &str, strength: &str) -> String {
     )
 }
 
-/// Last sample of a run, and the simulation.
+/// The last record of a run, and the simulation.
 fn run_out(assembly: Assembly) -> (Record, Simulation) {
     let mut simulation = Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap();
     let mut last = Record::default();
@@ -601,10 +604,10 @@ fn run_out(assembly: Assembly) -> (Record, Simulation) {
     }
 }
 
-/// Pure bending of a prism of 3×3 columns: all sections stay plane, so `M = κ(EA Σy² + 9 EI)` of the columns. The
-/// initial field is that of even curvature, hence no vibration: 1e-4 is left by the start of the damping.
+/// In pure bending of a prism of 3×3 columns all sections stay plane, so `M = κ(EA Σy² + 9 EI)` of the columns. The initial
+/// velocity field is that of uniform curvature, so there is no vibration; the onset of damping leaves 1e-4.
 #[test]
-fn bent_lattice_has_the_stiffness_of_its_columns() {
+fn a_bent_lattice_has_the_stiffness_of_its_columns() {
     on_threads(1, || {
         let shape = "{ kind = \"box\", size = [0.024, 0.0085, 0.0085] }";
         let loading = "kind = \"bending\"\naxis = \"x\"\nabout = \"z\"\nrate = 0.5";
@@ -633,9 +636,9 @@ fn bent_lattice_has_the_stiffness_of_its_columns() {
     });
 }
 
-/// Torsion of a single column: `T = G I_O θ'` of its beams. Same tolerance.
+/// Torsion of a single column: `T = G I_O θ'` of its beams. The tolerance is the same as in bending.
 #[test]
-fn twisted_column_has_the_stiffness_of_its_beams() {
+fn a_twisted_column_has_the_stiffness_of_its_beams() {
     on_threads(1, || {
         let shape = "{ kind = \"cylinder\", radius = 0.0011, height = 0.024, axis = \"x\" }";
         let loading = "kind = \"torsion\"\naxis = \"x\"\nrate = 2.0";
@@ -653,10 +656,10 @@ fn twisted_column_has_the_stiffness_of_its_beams() {
     });
 }
 
-/// A bent, breaking prism that goes through a checkpoint ends with the same bits: the ends' free motion along the axis
-/// remembers its force.
+/// A bent, breaking prism restarted from checkpoints ends with the same bits: the checkpoint contains the force that drives
+/// the free axial motion of the ends.
 #[test]
-fn bending_restarts_anywhere() {
+fn bending_restarts_bit_for_bit_from_any_step() {
     on_threads(2, || {
         let shape = "{ kind = \"box\", size = [0.024, 0.0085, 0.0085] }";
         let loading = "kind = \"bending\"\naxis = \"x\"\nabout = \"z\"\nrate = 50.0";
@@ -687,9 +690,9 @@ fn bending_restarts_anywhere() {
     });
 }
 
-/// A beam that never breaks, twisted or bent by a prescribed rotation of one end, holds up to 3 rad and then breaks with an
-/// event: beyond π the moment would change its sign and the stored energy vanish without a trace. What it stored,
-/// `½ k_t τ²` or that of bending, is released.
+/// A beam of unlimited strength, twisted or bent by a prescribed rotation of one end, holds up to 3 rad and then breaks with
+/// an event: beyond π the moment would change its sign and the stored energy would be lost. The event releases the stored
+/// energy, `½ k_t τ²` or that of bending.
 #[test]
 fn beams_break_before_half_a_turn() {
     on_threads(1, || {

@@ -1,4 +1,4 @@
-//! Do bodies move as mechanics says: oscillators, clumps, walls, periodic cells?
+//! Bodies move according to mechanics: oscillators, clumps, walls, periodic cells.
 
 use concordem::law::hertz_mindlin::Elastic;
 use concordem::law::{HertzMindlin, LinearBond};
@@ -10,11 +10,11 @@ use concordem::state::contacts::ContactBlock;
 use concordem::state::{Clump, Constraint, Particles, Sphere, State, Wall, WallShape};
 use concordem_tests::{bonded, noise_vector, on_threads, one_material, solver};
 
-/// A mass on a spring, released at rest from the elongation u₀: velocity Verlet gives `u_n = u₀ cos(nθ)` with
-/// `cos θ = 1 − ½(ωΔt)²` exactly. Rounding: lengths of 2 against u₀ = 1e-3 make 2e-13 per evaluation, which 1000 steps
-/// add up like a random walk.
+/// A mass on a spring, released at rest from the elongation u₀: velocity Verlet gives exactly `u_n = u₀ cos(nθ)` with
+/// `cos θ = 1 − ½(ωΔt)²`. Rounding: lengths of 2 against u₀ = 1e-3 give errors of 2e-13 per evaluation, which accumulate
+/// over 1000 steps like a random walk.
 #[test]
-fn velocity_verlet_meets_its_closed_form() {
+fn velocity_verlet_agrees_with_its_closed_form() {
     let mut particles = Particles::default();
     for x in [0.0, 2.0] {
         particles.push(Sphere { position: Vec3::new(x, 0.0, 0.0), radius: 1.0 }, 0, 1.0, 0.4);
@@ -37,7 +37,7 @@ fn velocity_verlet_meets_its_closed_form() {
     assert!(worst < 1e-10, "{worst:e}");
 }
 
-/// Three overlapping spheres of different size as one body, which turn freely about no principal axis.
+/// A body of three overlapping spheres of different size, which rotates freely about an axis that is not a principal axis.
 fn tumbling() -> State {
     let mut particles = Particles::default();
     for (x, y, z, r) in [(0.0, 0.0, 0.0, 1.0), (1.5, 0.2, 0.0, 0.8), (0.3, 1.1, 0.9, 0.5)] {
@@ -51,7 +51,7 @@ fn tumbling() -> State {
     let spin = clump.angular_velocity(&clump.angular_momentum, &clump.orientation);
     clump.place_members(&mut particles, &spin, &Quat::identity());
     let contact = HertzMindlin::new(ELASTIC, ELASTIC, 0.5, 1.0).unwrap();
-    // Members overlap: if they interacted, the body would burst.
+    // Members overlap, so the body would burst if they interacted.
     State {
         particles,
         clumps: vec![clump],
@@ -62,13 +62,13 @@ fn tumbling() -> State {
 
 const ELASTIC: Elastic = Elastic { young: 1e4, poisson: 0.25 };
 
-/// What a free body does in the time 20.
+/// Errors in the motion of a free body during the time 20.
 struct Tumble {
     /// Largest change of the angular momentum.
     momentum: f64,
     /// Largest change of the rotational energy.
     energy: f64,
-    /// Largest difference of the members' angular momentum to the body's.
+    /// Largest difference between the angular momenta of the members and of the body.
     members: f64,
     orientation: Quat,
 }
@@ -83,7 +83,7 @@ fn tumble(dt: f64) -> Tumble {
         solver.step(&mut state).unwrap();
         let clump = &state.clumps[0];
         worst.energy = worst.energy.max((clump.rotational_energy() / energy - 1.0).abs());
-        // Of the members about the centre, with the arms of the middle of the step, to which their spin belongs.
+        // Angular momentum of the members about the center, with the arms at midstep, where their angular velocities belong.
         let p = &state.particles;
         let mut moving = Vec3::zeros();
         for m in 0..3 {
@@ -101,11 +101,11 @@ fn tumble(dt: f64) -> Tumble {
     worst
 }
 
-/// A free body keeps its angular momentum to rounding (it is what is integrated) and its energy to second order in the
-/// step, as is its orientation. The midpoint rule makes the members' angular momentum that of the body but for what its
-/// three sweeps leave, which is of fourth order.
+/// A free body keeps its angular momentum to rounding (it is the integrated quantity) and its energy to second order in the
+/// step; its orientation is of second order, too. With the midpoint rule, the angular momentum of the members equals that of
+/// the body up to the error that three iterations leave, which is of fourth order.
 #[test]
-fn free_clump_keeps_momentum_and_energy() {
+fn a_free_clump_keeps_momentum_and_energy() {
     on_threads(1, || {
         let (coarse, fine, reference) = (tumble(0.02), tumble(0.01), tumble(0.001));
         let angle = |run: &Tumble| {
@@ -118,20 +118,21 @@ fn free_clump_keeps_momentum_and_energy() {
             coarse.momentum, coarse.energy, fine.energy, coarse.members, fine.members
         );
         assert!(coarse.momentum < 1e-12, "{:e}", coarse.momentum);
-        // 4 for second order; higher orders and the reference's own error of 1 % leave 10 %.
+        // 4 for second order, within 10 % for higher orders and the error of 1 % of the reference.
         let ratio = coarse.energy / fine.energy;
         assert!(coarse.energy < 1e-13 || (3.6..4.5).contains(&ratio), "{ratio}");
         assert!((3.6..4.4).contains(&(e1 / e2)), "{e1:e} {e2:e}");
-        // 16 for fourth order, with the same 10 %; (½ωΔt)⁴ = 1e-8 at a spin of 1 and the coarse step is their size.
+        // 16 for fourth order, within the same 10 %; their size is (½ωΔt)⁴ = 1e-8 at an angular velocity of 1 and the
+        // coarse step.
         let ratio = coarse.members / fine.members;
         assert!((14.4..17.6).contains(&ratio) && coarse.members < 2e-8, "{ratio} {:e}", coarse.members);
     });
 }
 
-/// Loads beside the centre, moments, and gravity do work on a tumbling body, and damping takes some: the ledger closes to
-/// second order in the step, 4 times less at half the step. The moments' work is most of it all.
+/// Eccentric forces, moments, and gravity do work on a tumbling body, and damping dissipates some of it: the ledger closes
+/// to second order in the step, 4 times better at half the step. Most of the work is that of the moments.
 #[test]
-fn ledger_of_a_loaded_clump_closes() {
+fn the_ledger_of_a_loaded_clump_closes() {
     on_threads(1, || {
         let run = |dt: f64, damping: Damping| {
             let mut state = tumbling();
@@ -155,23 +156,24 @@ fn ledger_of_a_loaded_clump_closes() {
             let ((coarse, turned), (fine, _)) = (run(0.01, damping), run(0.005, damping));
             println!("loaded clump, {damping:?}: residual {coarse:.2e}, at half the step {fine:.2e}, of {turned:.2}");
             assert!((3.5..4.5).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
-            // An arc for its chord, (ωΔt)²/12 of the work: 4e-4 at the last spin of about 7 (measured 2e-4 and 8e-5).
+            // The difference between arc and chord, (ωΔt)²/12 of the work: 4e-4 at the final angular velocity of about
+            // 7 (measured 2e-4 and 8e-5).
             assert!(coarse < 4e-4 * turned, "{coarse:e} of {turned}");
         }
     });
 }
 
-/// What is out of balance counts clumps as bodies: one that falls beside a particle has a net force of its weight, but for
-/// the components in which it is held.
+/// The unbalanced force counts a clump as one body: a falling clump beside a particle has its weight as net force, without
+/// the components that are prescribed.
 #[test]
-fn clumps_count_as_out_of_balance() {
+fn the_unbalanced_force_counts_clumps_as_bodies() {
     let mut state = tumbling();
     state.particles.push(Sphere { position: Vec3::new(20.0, 0.0, 0.0), radius: 1.0 }, 0, 3.0, 1.2);
     state.clock.dt = 1e-3;
     let mass = state.clumps[0].mass;
     let model = Model { contact_rows: one_material(), gravity: Vec3::new(3.0, 0.0, -4.0), ..Model::default() };
     let mut solver = solver(model, &mut state);
-    // Rounding of a few products.
+    // Tolerance: rounding of a few products.
     let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-14;
     let kick = solver.step(&mut state).unwrap().kick;
     assert!(kick.free_particles == 2 && near(kick.net_force_squared, 25.0 * (9.0 + mass * mass)), "{kick:?}");
@@ -199,7 +201,7 @@ fn floor() -> WallShape {
     WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() }
 }
 
-/// The same floor of triangles of unequal shape.
+/// The same floor, made of triangles of different shapes.
 fn mesh() -> WallShape {
     let corner = |i: i32, j: i32| {
         Vec3::new(0.7 * f64::from(i) + 0.11 * f64::from(j), 0.9 * f64::from(j) - 0.07 * f64::from(i), 0.0)
@@ -230,10 +232,10 @@ fn sphere_on(shape: WallShape, height: f64, friction: f64, restitution: f64) -> 
     (state, Model { wall_rows, ..Model::default() })
 }
 
-/// A sphere that hits the floor leaves it with the restitution of the law. The contact lasts some 5000 steps; the dashpot's
-/// force lags by half a step, which makes an error of 1/5000 of the lost speed at most (measured 2e-5).
+/// A sphere rebounds from the floor with the restitution of the law. The contact lasts some 5000 steps; the dashpot force
+/// lags by half a step, which causes an error of at most 1/5000 of the lost speed (measured 2e-5).
 #[test]
-fn sphere_bounces_with_its_restitution() {
+fn a_sphere_rebounds_with_the_restitution_of_the_law() {
     on_threads(1, || {
         for restitution in [1.0, 0.7, 0.3] {
             for shape in [floor(), mesh()] {
@@ -254,17 +256,18 @@ fn sphere_bounces_with_its_restitution() {
                 let out = state.particles.velocity[0].z;
                 println!("restitution {restitution}: {out:.7}, residual {worst:.1e} of 0.5");
                 assert!(touched && (out - restitution).abs() < 1e-4, "{out} instead of {restitution}");
-                // The dashpot's work is exact for the rule but for the turning points: third order.
+                // The work of the dashpot is exact by the trapezoidal rule except at turning points, where the error is
+                // of third order.
                 assert!(worst < 1e-6, "{worst:e}");
             }
         }
     });
 }
 
-/// A sphere thrown flat onto a floor slides, then rolls. A floor of triangles must act as the plane does, step by step:
-/// the nearest points differ by rounding only, 1e-16 of 1, which 25 000 steps add up to (measured) 4e-14.
+/// A sphere thrown at a shallow angle onto a floor slides, then rolls. A floor of triangles acts like a plane in every step:
+/// the closest points differ only by rounding, 1e-16 of 1, which 25,000 steps accumulate to 4e-14 (measured).
 #[test]
-fn mesh_acts_as_a_plane() {
+fn a_mesh_acts_like_a_plane() {
     on_threads(1, || {
         let run = |shape: WallShape| {
             let (mut state, mut model) = sphere_on(shape, 0.9995, 0.3, 0.8);
@@ -295,17 +298,17 @@ fn mesh_acts_as_a_plane() {
             state.particles.position[0].x
         );
         assert!(worst < 1e-12, "{worst:e}");
-        // Rolling: no slip beyond the tremor of the shear spring, and friction has no moment about the point of contact,
-        // whose height changes by the overlap of 1e-2 while the sphere bounces.
+        // Rolling: no slip beyond the vibration of the shear spring, and friction has no moment about the contact
+        // point, whose height changes by the overlap of 1e-2 while the sphere bounces.
         assert!(slip.abs() < 5e-3 && moment.abs() < 5e-3, "{slip:e} {moment:e}");
     });
 }
 
-/// A periodic packing whose contacts cross the border conserves momentum to rounding (108 particles, 4000 steps, forces
-/// that cancel in pairs) and closes its ledger as a free block does: geometric error of the trapezoidal rule, measured
-/// 1e-10.
+/// A periodic packing with contacts across the border conserves momentum to rounding (108 particles, 4000 steps, forces that
+/// cancel in pairs), and its ledger closes like that of a free block: the geometric error of the trapezoidal rule is 1e-10
+/// (measured).
 #[test]
-fn periodic_cell_conserves_momentum() {
+fn a_periodic_cell_conserves_momentum() {
     on_threads(1, || {
         let packing = Lattice::FaceCentered.periodic(1.0, [3; 3]).unwrap();
         let mut particles = Particles::default();
@@ -341,9 +344,9 @@ fn periodic_cell_conserves_momentum() {
     });
 }
 
-/// The ledger of a sphere that bounces, slides and comes to roll on a floor closes to second order in the step: 4 times
-/// less at half the step (measured 2.2e-9 and 5.5e-10 with restitution 0.8; the rest is the sine of a rotation for its
-/// angle, and steps in which sliding begins).
+/// The ledger of a sphere that bounces, slides, and finally rolls on a floor closes to second order in the step: 4 times
+/// better at half the step (measured 2.2e-9 and 5.5e-10 with restitution 0.8; the residual comes from using the sine of a
+/// rotation instead of its angle, and from steps in which sliding begins).
 #[test]
 fn wall_ledger_closes_to_second_order() {
     on_threads(1, || {

@@ -1,10 +1,11 @@
-//! Benchmark tests 6 and 8 of Chung & Ooi 2011 (Granular Matter 13:643) as scenarios, and an impact without restitution.
+//! Benchmark tests 6 and 8 of Chung & Ooi 2011 (Granular Matter 13:643) as scenarios, and an impact with zero restitution.
 //!
 //! A sphere of aluminum alloy hits a rigid plane (6), or a far larger, heavier, and stiffer sphere (8), at 0.2 m/s with
 //! different spins; e = 0.5, μ = 0.4. Published curves, digitized in Kratos Multiphysics (`benchmark6_graph1.dat`,
-//! `benchmark6_graph2.dat`, `benchmark8_graph1.dat`, `benchmark8_graph2.dat`): the tangential restitution
-//! `β = −v_s'/v_s` of the contact patch over `3.5 μ(1+e) v_n/v_s`, and the tangent of its recoil angle over that of incidence.
-//! Measure `Σ|Δ|/Σ|reference|`, points (where the contact slides), and tolerance 3 % are those of Kratos' own tests.
+//! `benchmark6_graph2.dat`, `benchmark8_graph1.dat`, `benchmark8_graph2.dat`): the tangential restitution `β =
+//! −v_s'/v_s` of the contact patch over `3.5 μ(1+e) v_n/v_s`, and the tangent of its recoil angle over that of
+//! incidence. The measure `Σ|Δ|/Σ|reference|`, the points (where the contact slides), and the tolerance of 3 % are
+//! those of the Kratos tests.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -56,8 +57,8 @@ fn run(text: &str) -> Simulation {
     })
 }
 
-/// Velocity of the contact patch along x divided by that before, and velocity along z, after the impacts of spheres with these
-/// tangents of the angle of incidence.
+/// Velocity of the contact patch along x divided by that before the impact, and velocity along z after the impact, of
+/// spheres with these tangents of the angle of incidence.
 fn impacts(test: usize, tangents: &[f64], shear_damping_ratio: f64) -> Vec<(f64, f64)> {
     let parameters = format!(
         "restitution = {RESTITUTION}, friction_coefficient = {FRICTION}, poisson = 0.33, \
@@ -73,7 +74,7 @@ fn impacts(test: usize, tangents: &[f64], shear_damping_ratio: f64) -> Vec<(f64,
     let mut spheres: Vec<[f64; 4]> =
         (0..tangents.len()).map(|k| [2.0 * k as f64, 0.0, RADIUS + 1e-6, RADIUS]).collect();
     for (k, tangent) in tangents.iter().enumerate() {
-        // The patch is at −R z from the center: ω × r = −ω R x for a spin about y.
+        // The patch is at −R z from the center: ω × r = −ω R x for a rotation about y.
         let _ = write!(
             text,
             "[[set]]\nname = \"s{k}\"\nselection = {{ kind = \"ids\", ids = [{k}] }}\n\
@@ -113,9 +114,10 @@ fn deviation<'a>(pairs: impl Iterator<Item = (f64, &'a [f64; 2])>) -> f64 {
     error / size
 }
 
-/// With the shear dashpot as strong as the normal one the curves are met within 3 %; without it β is off by 4.9 % (test 6).
+/// With equal shear and normal dashpots the results agree with the curves within 3 %; without shear dashpot β differs
+/// by 4.9 % (test 6).
 #[test]
-fn tangential_restitution_of_a_spinning_sphere() {
+fn tangential_restitution_of_a_spinning_sphere_agrees_with_the_benchmark() {
     let damping = damping_of_restitution(RESTITUTION, End::ForceSpent);
     for (at, test) in [6, 8].into_iter().enumerate() {
         let (beta, recoil) = (&BETA[at], &RECOIL[at]);
@@ -136,10 +138,10 @@ fn tangential_restitution_of_a_spinning_sphere() {
     }
 }
 
-/// Restitution 0: the sphere stays on the plane. A contact that may not pull would rebound with `exp(−2)` of its speed at
-/// critical damping; here the speed decays below 1 % within ten durations of an elastic impact (0.73 ms).
+/// With restitution 0 the sphere stays on the plane. Without tensile forces, a critically damped contact would rebound with
+/// `exp(−2)` of the speed; here the speed decays below 1 % within ten durations of an elastic impact (0.73 ms).
 #[test]
-fn restitution_of_zero() {
+fn a_sphere_with_zero_restitution_stays_on_the_plane() {
     let simulation = run("version = 1\n[contacts]\nlaw = \"hertz_mindlin\"\n[stop]\ntime = 8e-3\n\
          [packing]\nkind = \"spheres\"\nspheres = [[0, 0, 0.1000001, 0.1]]\n\
          [[material]]\nname = \"alloy\"\ndensity = 2700\nhertz_mindlin = { young = 70e9, poisson = 0.3, restitution = 0 }\n\

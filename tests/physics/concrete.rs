@@ -1,4 +1,4 @@
-//! Strengths of concrete, inverted.
+//! Calibration of concrete: parameters from strengths.
 
 use std::path::Path;
 
@@ -33,12 +33,13 @@ fn specimen(seed: u64, rate: &str) -> (ConcreteSpecimen, CpmParameters) {
     (ConcreteSpecimen { state: built.state, model: built.model, schedule: built.schedule, area }, parameters)
 }
 
-/// The strengths that planted parameters give lead back to them, from other parameters: the strengths and the energy to
-/// 1 % (0.2 % where the search of the cohesion stops, the rest inertia and the roughness of failure), ε₀ likewise, since T
-/// hardly depends on the cohesion; the cohesion itself within three of its own standard deviations, which are large: a
-/// ratio of strengths says little about it. Values once measured are not measured again, and a ratio out of reach is refused.
+/// The calibration recovers planted parameters from their strengths, starting from other parameters: strengths and energy to
+/// 1 % (the search for the cohesion stops at 0.2 %; the rest is due to inertia and the roughness of failure), ε₀ likewise,
+/// because T hardly depends on the cohesion. The cohesion is recovered within three of its standard deviations, which are
+/// large because the ratio of strengths depends little on it. Measured values are reused, and a ratio out of reach is
+/// refused.
 #[test]
-fn planted_strengths_come_back() {
+fn the_calibration_recovers_planted_parameters() {
     let mut pairs = Vec::new();
     let mut base = None;
     for seed in 1..=2 {
@@ -69,7 +70,7 @@ fn planted_strengths_come_back() {
     let found = fit.parameters;
     let cohesion = found.cohesion / (young * found.limit_strain);
     println!(
-        "planted χ 1.2, ε₀ 1e-4; found {cohesion:.4} (deviation {:.0} %), {:.4e}; f_t {:.5}, f_c {:.5} of the wanted; {} runs",
+        "planted χ 1.2, ε₀ 1e-4; found {cohesion:.4} (deviation {:.0} %), {:.4e}; f_t {:.5}, f_c {:.5} of the targets; {} runs",
         100.0 * deviation,
         found.limit_strain,
         fit.tensile_strength.mean / wanted.tensile_strength,
@@ -80,10 +81,10 @@ fn planted_strengths_come_back() {
     assert!((fit.compressive_strength.mean / wanted.compressive_strength - 1.0).abs() < 0.01);
     assert!((cohesion / 1.2).ln().abs() < 3.0 * deviation, "{cohesion}");
     assert!((found.limit_strain / onset - 1.0).abs() < 0.05);
-    // What is known is used again: only the last pair of runs with the found parameters is new.
+    // Known values are reused: only the final pair of runs with the found parameters is new.
     let mut third = laboratory(base, second.table.clone());
     assert_eq!(third.fit(&wanted).expect("the same").runs, 2);
     let far = StrengthTargets { compressive_strength: 40.0 * tensile_strength, ..wanted };
-    let refused = third.fit(&far).expect_err("nothing is 40 times as strong in compression");
+    let refused = third.fit(&far).expect_err("a strength ratio of 40 is out of reach");
     assert!(matches!(refused, ConcreteError::StrengthRatio { .. }), "{refused}");
 }

@@ -1,5 +1,5 @@
-//! Do packings of deformable particles have the elastic constants, the limits of stability, and the waves that they
-//! should? Small packings; `examples/deformable_study.rs` runs the same on those of the source.
+//! Packings of deformable particles have the expected elastic constants and stability limits. Small packings;
+//! `examples/deformable_study.rs` runs the same with the packings of the source.
 
 use std::f64::consts::PI;
 
@@ -15,11 +15,12 @@ fn discs(count: usize) -> Sample {
     Sample { packing, planar: true, ratio, normal: NORMAL }
 }
 
-/// Cubic lattices of spheres without shear springs deform uniformly: simple cubic `E = 1/(2R(1/k_n + 3/(πRE_p)))`,
-/// `ν = 3ν_p k_n/(πRE_p + 3k_n)`; of any packing with uniform deformation `K = φZk_n/(6πR(1+a))`,
-/// `a = Zk_n(1−2ν_p)/(2πRE_p)`. 1e-5: strains of 1e-6 make a difference of 1e-6 of lengths and directions.
+/// Cubic lattices of spheres without shear springs deform uniformly and agree with closed forms: simple cubic
+/// `E = 1/(2R(1/k_n + 3/(πRE_p)))`, `ν = 3ν_p k_n/(πRE_p + 3k_n)`; any packing with uniform deformation
+/// `K = φZk_n/(6πR(1+a))`, `a = Zk_n(1−2ν_p)/(2πRE_p)`. Tolerance 1e-5: strains of 1e-6 change lengths and directions by
+/// 1e-6.
 #[test]
-fn cubic_lattices_of_spheres() {
+fn cubic_lattices_of_spheres_agree_with_closed_forms() {
     let (normal, radius, young, poisson) = (1e7, 1e-3, 5e10, 0.3);
     let deformable = elastic(young, poisson, Condition::Solid);
     on_threads(1, || {
@@ -41,8 +42,8 @@ fn cubic_lattices_of_spheres() {
     });
 }
 
-/// An irregular packing of discs (Madan 2019, section 4.5): ν is neutral at ν_p = 0.25 (0.01), grows with ν_p, and the
-/// ratio of moduli is that of the mean field within 3 %.
+/// An irregular packing of discs (Madan 2019, section 4.5): ν does not change at ν_p = 0.25 (within 0.01), grows with ν_p,
+/// and the ratio of moduli agrees with the mean field within 3 %.
 #[test]
 fn poisson_range_of_an_irregular_packing() {
     let sample = discs(400);
@@ -72,8 +73,8 @@ fn poisson_range_of_an_irregular_packing() {
     }
 }
 
-/// The lagged scheme loses its stability where the spectral radius of the packing passes 1 (no. 9): runs 1 % below the
-/// limit of k_n/E_p stay, runs 1 % above grow without bound; the sufficient bound lies below the limit.
+/// The lagged scheme becomes unstable when the spectral radius of the packing exceeds 1: runs 1 % below the limit of k_n/E_p
+/// stay bounded, runs 1 % above grow without bound; the sufficient bound is below the limit.
 #[test]
 fn stability_limit_of_an_irregular_packing() {
     let sample = discs(400);

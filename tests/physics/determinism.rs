@@ -1,4 +1,4 @@
-//! Does a run give the same bits on any number of threads, twice, and from any checkpoint?
+//! A run gives the same bits on any number of threads, when repeated, and from any checkpoint.
 
 use concordem::law::hertz_mindlin::Elastic;
 use concordem::law::{CpmParameters, HertzMindlin};
@@ -18,14 +18,14 @@ const STEPS: u64 = 300;
 
 const REFERENCE: &str = "16ab57de35479e59a10a681c3cc7f23b0d0e54e5afd66849ed8983cb3cc187a9";
 
-/// A specimen that is torn fast: damage, broken bonds, unbonded contacts.
+/// A specimen pulled apart fast: damage, broken bonds, unbonded contacts.
 fn specimen(copies: usize, height: f64) -> (State, Model) {
     let parameters = CpmParameters { omega_threshold: 0.9, ..concrete() };
     let mut state = bonded(particles(&random_packing(copies, height), DENSITY), None, law(&parameters), 1.5);
     state.contacts = Some(Box::new(ContactBlock::new(vec![law(&parameters)])));
     state.clock.dt = TIME_STEP;
     pull(&mut state, 20.0);
-    // Something to close gaps, so that contacts begin.
+    // Random velocities close gaps, so that contacts form.
     for p in 0..state.particles.len() {
         state.particles.velocity[p] += noise_vector(p, 1) * 0.3;
     }
@@ -38,13 +38,13 @@ fn active(state: &State) -> usize {
     (0..block.len()).filter(|&k| block.view(k).flags.has(ContactFlags::ACTIVE)).count()
 }
 
-/// Hash at the end; at each of the steps in `restarts` the state goes through columns into a new solver.
+/// Hash of the final state; at each step in `restarts` the state is written, read, and passed to a new solver.
 fn run(copies: usize, height: f64, restarts: &[u64]) -> String {
     let (mut state, model) = specimen(copies, height);
     let bonds = state.bond_count();
     let mut solver_now = solver(model.clone(), &mut state);
     while state.clock.step < STEPS {
-        // Samples at some steps only: they must leave no trace.
+        // Record only some steps, because recording must not change the state.
         let sample = state.clock.step % 7 == 0 || state.clock.step + 1 == STEPS;
         solver_now.step_with(&mut state, sample).unwrap();
         if restarts.contains(&state.clock.step) {
@@ -68,7 +68,7 @@ fn run(copies: usize, height: f64, restarts: &[u64]) -> String {
 }
 
 #[test]
-fn threads_and_restarts_leave_no_trace() {
+fn threads_and_restarts_do_not_change_any_bit() {
     let reference = on_threads(1, || run(3, 1.0, &[]));
     for threads in [1, 2, 3, 8] {
         assert_eq!(reference, on_threads(threads, || run(3, 1.0, &[])), "{threads} threads");
@@ -76,16 +76,16 @@ fn threads_and_restarts_leave_no_trace() {
     assert_eq!(reference, on_threads(2, || run(3, 1.0, &[1, 37, 120, 121, 211])), "restarts");
 }
 
-/// The hash of a small run, so that no change of the numbers goes unseen. All arithmetic is IEEE 754 and elementary
-/// functions are the library's own, so that it is the same on every machine. A change of it must be deliberate and
-/// explained in the change log.
+/// The hash of a small run is fixed, so that no change of the numbers goes unnoticed. All arithmetic is IEEE 754, and
+/// elementary functions come from our libraries, so the hash is the same on every machine. A change of the hash must be
+/// deliberate and explained in the change log.
 #[test]
-fn reference_run_keeps_its_hash() {
+fn the_reference_run_keeps_its_hash() {
     assert_eq!(on_threads(2, || run(1, 16e-3, &[])), REFERENCE);
 }
 
-/// Bouncing elastic spheres with dashpots and friction, one body of two of them, over a floor and beside a wall of two
-/// triangles: everything that begins and ends contacts all the time.
+/// Bouncing elastic spheres with dashpots and friction, two of them joined in a clump, on a floor and beside a wall of two
+/// triangles: contacts form and open all the time.
 fn bouncing() -> (State, Model) {
     let mut particles = Particles::default();
     for p in 0..60_usize {
@@ -136,10 +136,10 @@ fn bouncing() -> (State, Model) {
     (state, model)
 }
 
-/// A checkpoint holds all that contacts remember: a run that goes through columns into a new solver every few steps ends
-/// with the same bits, however contacts begin, end, and pass from triangle to triangle.
+/// A checkpoint contains the complete history of contacts: a run that is restarted every few steps ends with the same bits,
+/// although contacts form, open, and pass from triangle to triangle.
 #[test]
-fn bouncing_spheres_restart_anywhere() {
+fn bouncing_spheres_restart_bit_for_bit_from_any_step() {
     let run = |interval: u64| {
         let (mut state, model) = bouncing();
         let mut solver_now = solver(model.clone(), &mut state);
@@ -161,7 +161,7 @@ fn bouncing_spheres_restart_anywhere() {
             "{began} steps with new contacts, {} searches, residual {residual:.1e}",
             solver_now.neighbor_rebuilds()
         );
-        assert!(began > 50, "the test must see contacts begin");
+        assert!(began > 50, "contacts must form in this test");
         (state_hash(&state).unwrap(), state)
     };
     on_threads(1, || {

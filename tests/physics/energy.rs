@@ -1,4 +1,4 @@
-//! Is energy conserved where it must be, and does the ledger account for all of it where it is not?
+//! Energy is conserved in conservative systems, and otherwise the ledger accounts for all of it.
 
 use concordem::kinematics::MotionMeasure;
 use concordem::law::LinearBond;
@@ -28,8 +28,8 @@ fn frequency() -> f64 {
     2.0 * (std::f64::consts::FRAC_PI_2 / COUNT as f64).sin()
 }
 
-/// Range of the total energy `½m|½(v⁻+v⁺)|² + stored` relative to its mean, and relative change between the means of
-/// the first and of the last tenth of the run, in the first longitudinal mode with the time step `dt` for `steps`.
+/// Range of the total energy `½m|½(v⁻+v⁺)|² + stored` relative to its mean, and relative change between the means over the
+/// first and the last tenth of the run, for `steps` steps of the size `dt` in the first longitudinal mode.
 fn first_mode(dt: f64, steps: usize) -> (f64, f64) {
     let mut state = bar();
     state.clock.dt = dt;
@@ -46,7 +46,7 @@ fn first_mode(dt: f64, steps: usize) -> (f64, f64) {
             before.iter().zip(&state.particles.velocity).map(|(a, b)| 0.125 * (a + b).norm_squared()).sum();
         energies.push(kinetic + state.ledger.stored_total());
     }
-    // A smooth window, so that the oscillation leaves nothing in the mean.
+    // A smooth window, so that the oscillation does not affect the mean.
     let mean = |part: &[f64]| {
         let weight = |k: usize| 1.0 - (std::f64::consts::TAU * (k as f64 + 0.5) / part.len() as f64).cos();
         part.iter().enumerate().map(|(k, e)| weight(k) * e).sum::<f64>() / part.len() as f64
@@ -57,12 +57,12 @@ fn first_mode(dt: f64, steps: usize) -> (f64, f64) {
     (range / all, (mean(&energies[steps - tenth..]) - mean(&energies[..tenth])) / all)
 }
 
-/// The leapfrog conserves `½m v⁻·v⁺ + stored` of a linear system exactly; the total energy taken with the mean velocity
-/// differs from it by `⅛ Δt² F²/m`, so it oscillates by up to `¼(ωΔt)²` = 2.5e-7 at ωΔt = 1e-3, and by a quarter of that
-/// at half the step (10 %: the rounding of lengths of 2 against elongations of 1e-5 adds 1e-10 of noise). The bound 1e-6
-/// is the demand.
+/// Leapfrog conserves `½m v⁻·v⁺ + stored` of a linear system exactly. The total energy with the mean velocity differs
+/// from it by `⅛ Δt² F²/m`, so it oscillates by up to `¼(ωΔt)²` = 2.5e-7 at ωΔt = 1e-3, and by a quarter of that at
+/// half the step (within 10 %: rounding of lengths of 2 against elongations of 1e-5 adds noise of 1e-10). The required
+/// bound is 1e-6.
 #[test]
-fn vibrating_bar_keeps_its_energy() {
+fn a_vibrating_bar_keeps_its_energy() {
     on_threads(1, || {
         let (range, drift) = first_mode(1e-3 / frequency(), 100_000);
         println!("ωΔt = 1e-3, 1e5 steps: energy within {range:.3e}, drift {drift:.1e}");
@@ -74,10 +74,10 @@ fn vibrating_bar_keeps_its_energy() {
     });
 }
 
-/// At 0.8 of the largest stable step nothing drifts either: 1e5 steps of rounding at 1e-16 of lengths up to 30 against
-/// elongations of 1e-5 make a random walk of 1e-11·√1e5 = 3e-9 or so; 1e-8 leaves room.
+/// At 0.8 of the largest stable step the energy does not drift either: rounding errors of 1e-16 in lengths up to 30, against
+/// elongations of 1e-5, accumulate over 1e5 steps to a random walk of about 1e-11·√1e5 = 3e-9; the tolerance is 1e-8.
 #[test]
-fn no_drift_near_the_stability_limit() {
+fn energy_does_not_drift_near_the_stability_limit() {
     on_threads(1, || {
         let dt = 0.8 * time_step::bounds(&bar()).spectral;
         let (range, drift) = first_mode(dt, 100_000);
@@ -86,10 +86,10 @@ fn no_drift_near_the_stability_limit() {
     });
 }
 
-/// A bar that turns and vibrates keeps its angular momentum (particles' spin included): 1e5 steps, each with roundings of
-/// 1e-16, make a random walk of 3e-14; 1e-12 leaves room for their sum over the particles.
+/// A rotating and vibrating bar keeps its angular momentum (including the rotation of particles): rounding errors of
+/// 1e-16 in each of 1e5 steps give a random walk of 3e-14; the tolerance of 1e-12 allows for the sum over particles.
 #[test]
-fn turning_bar_keeps_its_angular_momentum() {
+fn a_rotating_bar_keeps_its_angular_momentum() {
     on_threads(1, || {
         let mut state = bar();
         state.clock.dt = 0.1 * time_step::bounds(&state).spectral;
@@ -105,7 +105,8 @@ fn turning_bar_keeps_its_angular_momentum() {
             let p = &s.particles;
             (0..COUNT)
                 .map(|i| {
-                    // Positions at the time of the velocities; the drift is along the velocity anyway.
+                    // Positions at the time of the velocities; the displacement is along the velocity, so its error has
+                    // no moment.
                     let x = p.position[i] - p.velocity[i] * (0.5 * dt) - centre;
                     x.cross(&p.velocity[i]) + p.angular_velocity[i] * 0.4
                 })
@@ -122,9 +123,9 @@ fn turning_bar_keeps_its_angular_momentum() {
     });
 }
 
-/// A damped concrete specimen pulled through failure at the strain rate `rate` (1/s) up to the strain 1.2e-3 with the time
-/// step `dt`, with bonds breaking at the damage `threshold`: state at the end, number of broken bonds, and largest residual
-/// of the ledger relative to the work of the boundary.
+/// Pulls a damped concrete specimen through failure at the strain rate `rate` (1/s) up to the strain 1.2e-3 with the time
+/// step `dt`; bonds break at the damage `threshold`. Returns the final state, the number of broken bonds, and the largest
+/// residual of the ledger relative to the boundary work.
 fn tear(rate: f64, dt: f64, threshold: f64) -> (State, usize, f64) {
     let parameters = CpmParameters { omega_threshold: threshold, ..concrete() };
     let mut state = bonded(particles(&random_packing(1, 23e-3), DENSITY), None, law(&parameters), 1.5);
@@ -153,15 +154,16 @@ fn tear(rate: f64, dt: f64, threshold: f64) -> (State, usize, f64) {
     (state, broken, worst)
 }
 
-/// The ledger closes through failure within 1e-9 of the work of the boundary at a quarter of the reference time step, and
-/// would not without any single one of its terms.
+/// The ledger closes through failure within 1e-9 of the boundary work at a quarter of the reference time step, and would not
+/// close without any one of its terms.
 ///
 /// At the reference time step the residual is 4.2e-9 (1.3e-9 if no bond breaks): the measured normal and shear displacements
-/// are work-conjugate to a force that keeps its size in a step; a force that falls from N_o to N while the bond turns by θ
-/// in the step leaves `¼θ²d(N_o − N)`, all of one sign. It is of second order in the step (measured 4.2e-9, 1.4e-9, 5.4e-10
-/// at Δt, Δt/2, Δt/4), until rounding takes over: particles move 1e-9 m per step at 2e-2 m, known to 3e-18 m.
+/// are work-conjugate to a force of constant magnitude in a step. A force that drops from N_o to N while the bond rotates by
+/// θ in the step leaves `¼θ²d(N_o − N)`, always of the same sign. The residual is of second order in the step (measured
+/// 4.2e-9, 1.4e-9, 5.4e-10 at Δt, Δt/2, Δt/4), until rounding dominates: particles move 1e-9 m per step at positions of
+/// 2e-2 m, known to 3e-18 m.
 #[test]
-fn ledger_closes_through_failure() {
+fn the_ledger_closes_through_failure() {
     on_threads(2, || {
         let (_, _, coarse) = tear(2.0, TIME_STEP, 0.97);
         let (state, broken, fine) = tear(2.0, 0.25 * TIME_STEP, 0.97);
@@ -181,16 +183,16 @@ fn ledger_closes_through_failure() {
             ("integration", l.integration.get()),
             ("numerical damping", l.numerical_damping.get()),
         ] {
-            // A ledger without the term would miss it by its value, above the bound.
+            // Without this term, the residual would change by its value, which exceeds the bound.
             println!("without {term}: residual {:.1e} of the work", (value.abs() - l.residual().abs()) / work);
-            assert!(value.abs() - l.residual().abs() > 1e-8 * work, "{term} = {value:e} plays no part");
+            assert!(value.abs() - l.residual().abs() > 1e-8 * work, "{term} = {value:e} is too small to matter");
         }
     });
 }
 
-/// A periodic lattice of 64 unit spheres of mass 1 with bonds to the nearest 18, two of which are prescribed: one is held, one moves
-/// along x. Ids are those of the lattice, since nothing sorts the particles.
-fn held_in_a_cell() -> (State, [usize; 2]) {
+/// A periodic lattice of 64 unit spheres of mass 1, each bonded to the nearest 18. The motion of two is prescribed: one is
+/// fixed, one moves along x. Ids are indices of the lattice, because the particles are not sorted.
+fn prescribed_in_a_cell() -> (State, [usize; 2]) {
     let mut particles = Particles::default();
     for k in 0..64 {
         let position = Vec3::new(f64::from(k % 4), f64::from(k / 4 % 4), f64::from(k / 16)) * 2.0;
@@ -204,20 +206,21 @@ fn held_in_a_cell() -> (State, [usize; 2]) {
     (bonded(particles, Some(Cell::new_box(Vec3::repeat(8.0))), bond, 1.45), [held, moved])
 }
 
-/// The velocity gradient (1/s) of a cell that is driven to and fro.
+/// The velocity gradient (1/s) of a cell that is driven back and forth.
 fn driven(time: f64) -> Mat3 {
     Mat3::new(1.0, 0.3, 0.0, 0.0, -0.5, 0.2, 0.1, 0.0, 0.4) * (2e-4 * (0.2 * time).sin())
 }
 
-/// Prescribed velocities are velocities in space, whatever the cell does: the held particle keeps its place and the moved one
-/// its velocity to the last bit; its place is the sum of up to 8000 steps of 2e-6 m at 4 m, each rounded to 4e-16 m. Reactions
-/// are booked: the residual of the ledger is the error of the trapezoidal rule, of second order in the step at least (measured
-/// 2.5e-10 of the work at Δt = 0.02 s, 4.1e-11 at half of it). What the cell gave, booked twice, leaves far more.
+/// Prescribed velocities are velocities in space, however the cell moves: the fixed particle keeps its position and the
+/// moving one its velocity to the last bit; the position of the latter is the sum of up to 8000 steps of 2e-6 m at 4 m,
+/// each rounded to 4e-16 m. The ledger includes the reactions: its residual is the error of the trapezoidal rule, of at
+/// least second order in the step (measured 2.5e-10 of the work at Δt = 0.02 s, 4.1e-11 at half of it). Counting the
+/// work of the cell twice would leave a far larger residual.
 #[test]
 fn prescribed_motion_in_a_driven_cell_is_motion_in_space() {
     on_threads(1, || {
         let run = |dt: f64| {
-            let (mut state, [held, moved]) = held_in_a_cell();
+            let (mut state, [held, moved]) = prescribed_in_a_cell();
             let before = state.particles.position.clone();
             state.clock.dt = dt;
             let mut solver = solver(Model::default(), &mut state);
@@ -230,7 +233,7 @@ fn prescribed_motion_in_a_driven_cell_is_motion_in_space() {
             assert_eq!(state.particles.position[held], before[held]);
             let way = state.particles.position[moved].x - before[moved].x;
             assert!((way - 2e-4 * steps as f64 * dt).abs() < 4e-16 * steps as f64, "{way}");
-            // The others went with the cell.
+            // The other particles followed the cell.
             assert!((state.particles.position[63] - before[63]).norm() > 1e-3);
             let (residual, work) = (state.ledger.residual(), state.ledger.boundary_work.get());
             println!("Δt = {dt}: residual {residual:.3e} J of the work {work:.3e} J");
@@ -241,11 +244,11 @@ fn prescribed_motion_in_a_driven_cell_is_motion_in_space() {
     });
 }
 
-/// YADE's kinematics has YADE's cell, which carries blocked bodies along: `v' = v + L v Δt + ΔL x`, to rounding.
+/// With YADE's kinematics the cell carries prescribed particles along, as in YADE: `v' = v + L v Δt + ΔL x`, to rounding.
 #[test]
 fn the_cell_of_yade_carries_prescribed_motion() {
     on_threads(1, || {
-        let (mut state, [held, _]) = held_in_a_cell();
+        let (mut state, [held, _]) = prescribed_in_a_cell();
         state.clock.dt = 0.02;
         let mut solver = solver(Model { mode: MotionMeasure::Yade, ..Model::default() }, &mut state);
         let mut expected = Vec3::zeros();

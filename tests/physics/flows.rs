@@ -1,4 +1,4 @@
-//! Does a periodic flow go on for ever, whatever has drifted or sheared?
+//! Periodic flows can run indefinitely, however far particles drift or the cell is sheared.
 
 use std::path::Path;
 
@@ -29,11 +29,12 @@ frictional = { young = 1e7, stiffness_ratio = 0.3, friction_coefficient = 0.5, d
 law = \"frictional\"
 ";
 
-/// 27 grains sheared to γ = 1000: the cell would be a thousand times as long as thick, and grains of neighboring layers up to
-/// 3000 cells apart. The run ends by its strain with edges like those of the start, and the ledger closes: work of the boundary
-/// against what is dissipated, up to the error of the trapezoidal rule where bodies turn by up to 0.01 rad per step (1e-4).
+/// 27 particles sheared to γ = 1000: without wrapping, the cell would be a thousand times as long as thick, and particles of
+/// neighboring layers up to 3000 cells apart. The run ends by its strain with edges like those at the start, and the ledger
+/// closes: boundary work equals dissipation, up to the error of the trapezoidal rule with rotations up to 0.01 rad per step
+/// (1e-4).
 #[test]
-fn shear_to_a_thousand() {
+fn a_cell_can_be_sheared_to_a_thousand() {
     let text = format!(
         "version = 1
         [packing]
@@ -53,7 +54,7 @@ fn shear_to_a_thousand() {
     );
     on_threads(1, || {
         let mut simulation = simulation(&text);
-        // Disorder, without which layers slide past each other in silence.
+        // Random velocities, without which layers would slide past each other undisturbed.
         for (p, v) in simulation.state.particles.velocity.iter_mut().enumerate() {
             *v += concordem_tests::noise_vector(p, 1) * 0.1;
         }
@@ -72,13 +73,13 @@ fn shear_to_a_thousand() {
         assert!(strain >= 1000.0 && edges.abs().max() < 7.0, "{edges}");
         assert!((cell.volume() / 216e-9 - 1.0).abs() < 1e-9, "{}", cell.volume());
         assert!((ledger.residual() / ledger.boundary_work.get()).abs() < 1e-4, "{ledger:?}");
-        // Grains have gone as far as their layers: a few hundred cells, of which the way since the start tells.
+        // Particles have moved as far as their layers, a few hundred cells, which unwrapped positions show.
         let way = state.unwrapped_positions().iter().map(|x| x.x.abs()).fold(0.0, f64::max);
         assert!(state.particles.position.iter().all(|x| x.amax() < 33.0 * 7e-3) && way > 1.0, "{way}");
     });
 }
 
-/// Grains in two rows that pass each other at 50 m/s, 1 cell of 10 mm in 200 µs.
+/// Scenario of particles in two rows that pass each other at 50 m/s, one cell of 10 mm in 200 µs.
 fn passing(more: &str) -> String {
     format!(
         "version = 1
@@ -99,10 +100,10 @@ fn passing(more: &str) -> String {
     )
 }
 
-/// Touching grains drift 450 cells apart; before, the run died at 127. Momentum stays to rounding, and the way of every grain
-/// since the start is that of its velocity: their sum is the time integral of the momentum.
+/// Touching particles drift 450 cells apart (runs used to fail at 127). Momentum is conserved to rounding, and the sum
+/// of the displacements since the start, weighted by mass, is the time integral of the momentum.
 #[test]
-fn grains_that_drift_apart_go_on() {
+fn particles_can_drift_apart_by_hundreds_of_cells() {
     on_threads(1, || {
         let mut simulation = simulation(&passing("[stop]\ntime = 0.2"));
         let start = simulation.state.unwrapped_positions();
@@ -123,14 +124,14 @@ fn grains_that_drift_apart_go_on() {
         let expected = before * state.clock.time();
         println!("cells passed: {:?}", state.particles.image);
         assert!(state.particles.image.iter().flatten().any(|cells| cells.abs() > 127));
-        // 1e5 steps of roundings of numbers of the size of the result.
+        // Tolerance: rounding errors in 1e5 steps of numbers of the size of the result.
         assert!((momentum(&simulation) - before).norm() < 1e-10 * before.norm());
         assert!((way - expected).norm() < 1e-10 * expected.norm(), "{way} {expected}");
         assert!(state.particles.position.iter().all(|x| x.amax() < 0.4));
     });
 }
 
-/// A run that was interrupted between two times of wrapping and resumed has the same bits.
+/// A run that is interrupted between two wrappings and resumed gives the same bits.
 #[test]
 fn a_resumed_flow_has_the_same_bits() {
     on_threads(1, || {
@@ -144,16 +145,16 @@ fn a_resumed_flow_has_the_same_bits() {
         }
         let Assembly { mut state, model, schedule, .. } = built(&text);
         state.read(&mut saved.unwrap()).unwrap();
-        assert!(state.particles.image.iter().flatten().any(|cells| *cells != 0), "nothing was wrapped before");
+        assert!(state.particles.image.iter().flatten().any(|cells| *cells != 0), "no particle was wrapped before");
         let mut resumed = Simulation::new(state, model, schedule).unwrap();
         while resumed.advance().unwrap().stopped.is_none() {}
         assert_eq!(state_hash(&whole.state).unwrap(), state_hash(&resumed.state).unwrap());
     });
 }
 
-/// Grains that start two hundred cells away touch as if they were at home.
+/// Particles that start two hundred cells away interact as if they started inside the cell.
 #[test]
-fn grains_that_start_far_away_are_moved_back() {
+fn particles_that_start_far_away_are_wrapped_into_the_cell() {
     on_threads(1, || {
         let text = |x: f64| {
             format!(
@@ -169,7 +170,7 @@ fn grains_that_start_far_away_are_moved_back() {
             simulation.state.particles.velocity[1].x
         };
         let (home, far) = (speed(2.002e-3), speed(2.002002));
-        // The distance of the far ones is known to 4e-16 m of an overlap of 1e-5 m.
+        // The distance of the far particles is known to 4e-16 m, at an overlap of 1e-5 m.
         assert!(home > -0.99 && (far - home).abs() < 1e-9, "{home} {far}");
     });
 }

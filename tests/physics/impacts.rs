@@ -1,4 +1,4 @@
-//! Does a run keep its energy through impacts with the time step "auto", and does it stop where it would not?
+//! With the time step "auto" a run keeps its energy through impacts; otherwise it ends with an error.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -25,7 +25,7 @@ fn run(text: &str) -> Result<Simulation, RunError> {
     })
 }
 
-/// Spheres with radius and velocity along x and y, materials in their order, and what `more` adds.
+/// Scenario of spheres (position and radius, velocity along x and y, material), the text `materials`, and the text `more`.
 fn scene(spheres: &[([f64; 4], [f64; 2], &str)], materials: &str, more: &str) -> String {
     let mut text = format!(
         "version = 1\n[packing]\nkind = \"spheres\"\nspheres = {:?}\n",
@@ -58,18 +58,19 @@ fn frictional(name: &str, stiffness: f64, friction: f64) -> String {
     )
 }
 
-/// `[integration]`, and the end of the run after `time` (s).
+/// The table `[integration]`, and the end of the run after `time` (s).
 fn until(integration: &str, time: f64) -> String {
     format!("[integration]\n{integration}\n[stop]\ntime = {time:e}\n[output]\nsample_interval = 1\n")
 }
 
-/// Kinetic energy at the end over that at the start.
+/// Final kinetic energy over initial kinetic energy.
 fn kept(simulation: &Simulation) -> f64 {
     simulation.state.ledger.kinetic / simulation.state.ledger.initial
 }
 
-/// Hertzian spheres so soft, or so fast, that they overlap by up to 1.5 R*: the stiffness is far above that at R*/20, with
-/// which the bound used to be taken (at 10 m/s the energy grew by 88 %). Within 1 %, the error of an impact in 16 steps.
+/// Hertzian spheres so soft, or so fast, that they overlap by up to 1.5 R* keep their energy within 1 %, the error of an
+/// impact in 16 steps. The stiffness is far above that at an overlap of R*/20, with which the bound used to be computed (at
+/// 10 m/s the energy grew by 88 %).
 #[test]
 fn deep_hertzian_impacts_keep_their_energy() {
     for speed in [1.0, 2.0, 5.0, 10.0, 20.0] {
@@ -80,9 +81,10 @@ fn deep_hertzian_impacts_keep_their_energy() {
     }
 }
 
-/// Two stiff spheres that meet late, while a soft contact is there from the start: the stiff pair counts, far away as it is.
+/// Two stiff spheres meet late, while a soft contact exists from the start: the stiff pair bounds the time step
+/// although it is far apart.
 #[test]
-fn stiff_contacts_that_come_later_bound_the_step() {
+fn stiff_contacts_that_form_later_bound_the_step() {
     let spheres = [
         ([0.0, 0.0, 0.0, 0.01], [0.0, 0.0], "soft"),
         ([0.0201, 0.0, 0.0, 0.01], [0.0, 0.0], "stiff"),
@@ -93,7 +95,7 @@ fn stiff_contacts_that_come_later_bound_the_step() {
     let simulation = run(&scene(&spheres, &materials, &until("", 9e-3))).unwrap();
     println!("kinetic energy {:.5} of that before", kept(&simulation));
     assert!((kept(&simulation) - 1.0).abs() < 0.01, "{}", kept(&simulation));
-    // A given step that only the contact present at the start allows is refused by name.
+    // A given step that is stable only for the initial contact is refused, naming the stiff pair.
     let Err(AssemblyError::UnstableContact { a, b, wall, .. }) =
         built(&scene(&spheres, &materials, &until("time_step = 5e-6", 9e-3)))
     else {
@@ -102,10 +104,10 @@ fn stiff_contacts_that_come_later_bound_the_step() {
     assert_eq!((a.as_str(), b.as_str(), wall), ("stiff", "stiff", None));
 }
 
-/// A soft bonded bar that hits a stiff wall below it later. The step is 0.5 of the bound of that contact: energy within the 5 %
-/// of the guard; with `contact_safety = 0.1` within 1 %.
+/// A soft bonded bar hits a stiff wall below it later. The step is 0.5 of the bound of that contact: the energy stays within
+/// the 5 % of the guard, and within 1 % with `contact_safety = 0.1`.
 #[test]
-fn walls_met_later_bound_the_step() {
+fn walls_that_are_hit_later_bound_the_step() {
     let spheres: Vec<_> = (0..4).map(|k| ([0.02 * f64::from(k), 0.0, 0.0, 0.01], [-2.0, 0.0], "m")).collect();
     let more = "[[material]]\nname = \"m\"\ndensity = 2500\n\
          frictional = { normal_stiffness = 1e9, shear_stiffness = 5e8, friction_coefficient = 0 }\n\
@@ -128,8 +130,8 @@ fn walls_met_later_bound_the_step() {
     }
 }
 
-/// Oblique impacts of frictional spheres with the step "auto", at many instants within the step: energy within 1 %. At 0.71 of
-/// the bound, where the step was, it changed by −7 to +8 %.
+/// Oblique impacts of frictional spheres with the step "auto", at many instants within the step, keep the energy within 1 %.
+/// At the former step, 0.71 of the bound, it changed by −7 to +8 %.
 #[test]
 fn frictional_impacts_keep_their_energy() {
     let materials = frictional("m", 1e6, 0.3) + "[contacts]\nlaw = \"frictional\"\n";
@@ -147,8 +149,8 @@ fn frictional_impacts_keep_their_energy() {
     assert!(worst < 0.01, "{worst}");
 }
 
-/// With a given step of 0.4 of the bound elastic impacts gain or lose up to 11 %. Every run either keeps its energy within 5 %
-/// or ends with an error that names the ledger's terms; some of both kinds are among these.
+/// With a given step of 0.4 of the bound, elastic impacts gain or lose up to 11 %. Every run either keeps its energy within
+/// 5 % or ends with an error that names the terms of the ledger; both cases occur here.
 #[test]
 fn energy_without_a_source_ends_the_run() {
     let materials = frictional("m", 1e6, 0.0) + "[contacts]\nlaw = \"frictional\"\n";
@@ -181,8 +183,8 @@ fn energy_without_a_source_ends_the_run() {
     assert!(ended >= 4 && kept_energy >= 4, "{ended} {kept_energy}");
 }
 
-/// A bonded chain at 1.05 of its bound, which a scenario must allow by name: the guard, switched on again, sees that stored
-/// energy grows while the sum with the kinetic energy does not.
+/// A bonded chain runs at 1.05 of its bound, which a scenario must allow explicitly. With the guard enabled again, the run
+/// ends, because the stored energy grows while its sum with the kinetic energy does not.
 #[test]
 fn unstable_motion_ends_the_run() {
     let spheres: Vec<_> =
@@ -197,7 +199,7 @@ fn unstable_motion_ends_the_run() {
     let mut simulation = Simulation::new(state, model, schedule).unwrap();
     let error = loop {
         match simulation.advance() {
-            Ok(advance) => assert!(advance.stopped.is_none(), "not noticed"),
+            Ok(advance) => assert!(advance.stopped.is_none(), "the guard does not detect the instability"),
             Err(error) => break error,
         }
     };
@@ -205,20 +207,21 @@ fn unstable_motion_ends_the_run() {
     assert!(fault.unstable, "{fault:?}");
 }
 
-/// Hertzian spheres that forces press together from rest: the start shows neither a deep overlap nor a speed, and at 0.8 of the
-/// bound at R*/20 the contact becomes unstable at an overlap of R*/20/0.8⁴ = 0.12 R*. The run ends there, and names the contact.
+/// Forces press Hertzian spheres together from rest: at the start there is neither a deep overlap nor a speed, and at 0.8 of
+/// the bound at R*/20 the contact becomes unstable at an overlap of R*/20/0.8⁴ = 0.12 R*. There the run ends with an error
+/// that names the contact.
 #[test]
 fn a_contact_that_outgrows_its_step_ends_the_run() {
     let spheres = [([0.0, 0.0, 0.0, 0.01], [0.0, 0.0], "m"), ([0.0200001, 0.0, 0.0, 0.01], [0.0, 0.0], "m")];
     let forces = "[[force]]\nset = \"p0\"\nforce = [60, 0, 0]\n[[force]]\nset = \"p1\"\nforce = [-60, 0, 0]\n";
     let text = scene(&spheres, &(hertz(1e7) + forces), &until("contact_safety = 0.8", 0.1));
     let Err(RunError::Solver(SolverError::ContactOutgrown { id, other, overlap, bound, dt, .. })) = run(&text) else {
-        panic!("the run goes on")
+        panic!("the run does not end")
     };
     println!("overlap {overlap:.3e} m, bound {bound:.3e} s, step {dt:.3e} s");
     assert!((id, other) == (0, Err(1)) && dt > bound);
-    // R* = 5 mm. By energy, (2/5)kδ^{5/2} = Fδ, the spheres would overlap by 4.4 mm; the estimate from their motion in some ten
-    // steps is within a quarter of it.
+    // R* = 5 mm. From the energy, (2/5)kδ^{5/2} = Fδ, the spheres would overlap by 4.4 mm; the estimate from their
+    // motion over some ten steps is within a quarter of that.
     assert!(overlap > 0.12 * 5e-3 && overlap < 1.25 * 4.4e-3, "{overlap}");
     assert!(run(&scene(&spheres, &(hertz(1e7) + forces), &until("safety = 0.1", 0.02))).is_ok());
 }

@@ -1,10 +1,10 @@
-//! Do periodic lattices have the elastic constants that follow from their geometry?
+//! Periodic lattices have the elastic constants that follow from their geometry.
 //!
 //! In a lattice with one particle per primitive cell the uniform deformation is the relaxed one, and the stiffness is
 //! `D = (1/V) Σ L A (Ē n⊗n⊗n⊗n + Ḡ T)` exactly (Stránský 2018, (3.31)). With A = πr² and links between touching
 //! spheres:
 //! * simple cubic: `D11 = πĒ/4`, `D12 = 0`, `D44 = πḠ/8`;
-//! * face-centred cubic: `q = 3π/√2`, `D11 = q(Ē+Ḡ)/6`, `D12 = q(Ē−Ḡ)/12`, `D44 = q(Ē+Ḡ)/12`.
+//! * face-centered cubic: `q = 3π/√2`, `D11 = q(Ē+Ḡ)/6`, `D12 = q(Ē−Ḡ)/12`, `D44 = q(Ē+Ḡ)/12`.
 
 use concordem::math::Mat3;
 use concordem::packing::lattice::Lattice;
@@ -15,15 +15,15 @@ use concordem_tests::{DENSITY, bonded, concrete, law, on_threads, particles, sol
 /// Order 11, 22, 33, 23, 31, 12; engineering shear strains.
 const VOIGT: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1)];
 
-/// Stress per strain of a unit cell for a strain of 1e-7 in each of the six modes, relaxed by damping. In shear, the
-/// cell turns as well (only one component of the velocity gradient is there), and the spheres must follow.
+/// Stress per strain of a unit cell for a strain of 1e-7 in each of the six modes, relaxed by damping. In shear the
+/// cell also rotates (only one component of the velocity gradient is not zero), and the spheres must follow.
 fn stiffness(lattice: Lattice) -> [[f64; 6]; 6] {
     const STRAIN: f64 = 1e-7;
     const LOADING: u32 = 100;
     let mut columns = [[0.0; 6]; 6];
     for (mode, &(i, j)) in VOIGT.iter().enumerate() {
         let packing = lattice.periodic(1e-3, [1; 3]).unwrap();
-        // Touching spheres only, whatever the last digit says; the next neighbours are 15 % away at least.
+        // Bond touching spheres only, in spite of rounding; the second neighbors are at least 15 % farther away.
         let mut state = bonded(particles(&packing, DENSITY), packing.cell, law(&concrete()), 1.0 + 1e-9);
         state.clock.dt = 0.2 * time_step::bounds(&state).spectral;
         let damping = Damping::Local { translation: 0.5, rotation: 0.5 };
@@ -46,13 +46,13 @@ fn stiffness(lattice: Lattice) -> [[f64; 6]; 6] {
         for (row, &(k, l)) in VOIGT.iter().enumerate() {
             columns[row][mode] = 0.5 * (stress[(k, l)] + stress[(l, k)]) / strain;
         }
-        assert!((stress - stress.transpose()).abs().max() < 1e-6 * stress.abs().max(), "moments are in balance");
+        assert!((stress - stress.transpose()).abs().max() < 1e-6 * stress.abs().max(), "moments must balance");
     }
     columns
 }
 
-/// All 36 constants within 1e-6 of D11: lengths of 2e-3 m are known to 4e-19, elongations are 2e-10 and less, so that
-/// a dozen roundings are 1e-8; the change of geometry is 1e-7; what oscillation is left is below both.
+/// Asserts all 36 constants within 1e-6 of D11: lengths of 2e-3 m are known to 4e-19 m and elongations are at most 2e-10 m,
+/// so a dozen rounding errors are 1e-8; the change of geometry is 1e-7; the remaining oscillation is below both.
 fn compare(lattice: Lattice, d11: f64, d12: f64, d44: f64) {
     let found = on_threads(1, || stiffness(lattice));
     let mut worst = 0.0_f64;
@@ -75,14 +75,14 @@ fn compare(lattice: Lattice, d11: f64, d12: f64, d44: f64) {
 }
 
 #[test]
-fn simple_cubic() {
+fn a_simple_cubic_lattice_has_its_elastic_constants() {
     let (normal, shear) = (concrete().normal_modulus, concrete().shear_modulus());
     let pi = std::f64::consts::PI;
     compare(Lattice::SimpleCubic, pi * normal / 4.0, 0.0, pi * shear / 8.0);
 }
 
 #[test]
-fn face_centered_cubic() {
+fn a_face_centered_cubic_lattice_has_its_elastic_constants() {
     let (normal, shear) = (concrete().normal_modulus, concrete().shear_modulus());
     let q = 3.0 * std::f64::consts::PI / 2.0_f64.sqrt();
     compare(

@@ -1,4 +1,4 @@
-//! The solver's physics, one file per question.
+//! Physics of the solver, one file per topic.
 
 mod beams;
 mod bodies;

@@ -1,4 +1,4 @@
-//! Do walls repeat with a periodic cell?
+//! Walls repeat with the periodic cell.
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ endfacet
 endsolid f
 ";
 
-/// A sphere at `position` with this velocity in a cell of 1 m, and a wall.
+/// Scenario of a sphere at `position` with this velocity in a cell of 1 m, and a wall.
 fn scene(position: [f64; 3], velocity: [f64; 3], shape: &str, more: &str) -> String {
     let [x, y, z] = position;
     format!(
@@ -72,9 +72,9 @@ fn run(text: &str) -> Simulation {
     })
 }
 
-/// A sphere that bounces on a floor of triangles and drifts over the border of the cell, forty cells far, moves up and down as
-/// one that does not drift; before, it fell through at the border. 20,000 steps round coordinates of up to 40 m to 7e-15 m;
-/// where the sphere passes the edges of the triangles its normal is that of the floor to 1e-9.
+/// A sphere that bounces on a floor of triangles and drifts over the border of the cell, by forty cells, moves up and down
+/// like one that does not drift (it used to fall through at the border). 20,000 steps round coordinates of up to 40 m to
+/// 7e-15 m; where the sphere passes edges of triangles, its normal is that of the floor to 1e-9.
 #[test]
 fn a_drifting_sphere_stays_on_its_floor() {
     let floor = "{ kind = \"facets\", path = \"floor.stl\" }";
@@ -89,7 +89,7 @@ fn a_drifting_sphere_stays_on_its_floor() {
     assert!((v.x - 100.0).abs() < 1e-6 && w.iter().all(|m| m.is_finite()), "{v}");
 }
 
-/// A plane across the cell is met from the front, and through the border from behind.
+/// A plane across the cell acts on particles in front of it, and through the border on particles behind it.
 #[test]
 fn a_plane_in_a_cell_has_two_sides() {
     let plane = "{ kind = \"plane\", point = [0.5, 0, 0], normal = [-1, 0, 0] }";
@@ -98,13 +98,13 @@ fn a_plane_in_a_cell_has_two_sides() {
         let state = run(&scene([0.2, 0.5, 0.5], [v, 0.0, 0.0], plane, more)).state;
         let found = state.particles.velocity[0].x;
         println!("{v} m/s before, {found:.4} m/s after");
-        // An elastic impact in some 50 steps: 0.1 %.
+        // Tolerance: 0.1 % for an elastic impact in some 50 steps.
         assert!((found / v + 1.0).abs() < 1e-3, "{v}: {found}");
     }
 }
 
-/// A rod along an edge of the cell, met through the border, turns a sphere back; a sphere stays inside a vessel however far it
-/// goes along the axis.
+/// A rod along an edge of the cell repels a sphere that reaches it through the border, and a sphere stays inside a vessel
+/// however far it moves along the axis.
 #[test]
 fn cylinders_in_a_cell_repeat() {
     let more = "[integration]\ntime_step = 1e-5\n[stop]\ntime = 0.1";
@@ -117,7 +117,7 @@ fn cylinders_in_a_cell_repeat() {
     assert!((x.x - 0.5).hypot(x.y - 0.5) < 0.381 && state.unwrapped_positions()[0].z > 40.0, "{x}");
 }
 
-/// Walls whose images would cut each other are refused.
+/// Walls whose periodic images would intersect are refused.
 #[test]
 fn walls_that_do_not_repeat_are_refused() {
     for (shape, word) in [

@@ -1,4 +1,4 @@
-//! Is a body at rest only when forces and moments balance?
+//! A system counts as at rest only if forces and moments balance.
 
 use std::path::Path;
 
@@ -23,9 +23,9 @@ fn run(text: &str) -> Simulation {
     })
 }
 
-/// A chain of ten spheres, pulled and twisted at its tip. Tension settles first; forces alone ended the run at 65 % of the twist
-/// `9 M l₀/(G I_O)`. At a net moment of 1e-6 of 2 N·mm, carried by modes of which the softest takes a share of the tip's
-/// rotation 6 times its share of the load, the twist is within 1e-5.
+/// A chain of ten spheres is pulled and twisted at its tip. Tension settles first; a criterion of forces alone ended
+/// the run at 65 % of the twist `9 M l₀/(G I_O)`. With a remaining net moment of 1e-6 of 2 N·mm, and a softest mode
+/// whose share of the rotation of the tip is 6 times its share of the load, the twist is within 1e-5.
 #[test]
 fn a_twisted_chain_is_not_at_rest_before_it_has_twisted() {
     let spheres: Vec<[f64; 4]> = (0..10).map(|k| [2e-3 * f64::from(k), 0.0, 0.0, 1e-3]).collect();
@@ -74,8 +74,8 @@ fn a_twisted_chain_is_not_at_rest_before_it_has_twisted() {
     assert!((twist / exact - 1.0).abs() < 1e-5, "{twist} {exact}");
 }
 
-/// A kagome lattice of discs relaxes by rotations alone: net forces vanish by symmetry from the first step. Forces alone
-/// accepted ν = 0.383 at step 51; statics has 1/3.
+/// A kagome lattice of discs relaxes by rotations only: net forces vanish by symmetry from the first step. A criterion of
+/// forces alone accepted ν = 0.383 at step 51; statics gives 1/3.
 #[test]
 fn rotations_of_a_kagome_lattice_relax() {
     let radius = 0.05;
@@ -103,14 +103,14 @@ fn rotations_of_a_kagome_lattice_relax() {
     let found = ElasticConstants::of_plane(&found).unwrap();
     println!("ν {:.6} dynamic after {steps} steps, {:.6} static", found.mean_poisson, exact.mean_poisson);
     assert!((exact.mean_poisson - 1.0 / 3.0).abs() < 1e-6, "{}", exact.mean_poisson);
-    // As between statics and dynamics of other packings: strain 1e-7, what is left at 1e-6.
+    // Tolerance as for other packings: strains of 1e-7, and net forces of 1e-6.
     assert!((found.mean_poisson - exact.mean_poisson).abs() < 2e-6, "{} {}", found.mean_poisson, exact.mean_poisson);
 }
 
-/// A servo with zero target ends: at once where there is no stress, and where spheres overlap when the cell has grown until
-/// they hardly do.
+/// A servo with target stress zero ends: at once if there is no stress, and with overlapping spheres when the cell has
+/// expanded until they hardly overlap.
 #[test]
-fn zero_stress_is_reached() {
+fn a_servo_reaches_zero_stress() {
     let text = |spheres: &str, law: &str| {
         format!(
             "version = 1
@@ -136,7 +136,8 @@ fn zero_stress_is_reached() {
     let free = run(&text(lattice, bonds));
     assert_eq!(free.stopped(), Some(StopReason::Equilibrium));
     assert!(free.state.clock.step < 100, "{}", free.state.clock.step);
-    // Eight spheres on a lattice 0.2 % too small: 0.4 % of the radius overlap, at k/2R = 5e7 Pa a pressure of some 2e5 Pa.
+    // Eight spheres on a lattice that is 0.2 % too small overlap by 0.4 % of the radius: at k/2R = 5e7 Pa a pressure of
+    // about 2e5 Pa.
     let places = (0..8).map(|k| [k % 2, k / 2 % 2, k / 4].map(|i| 1.996e-3 * f64::from(i)));
     let spheres: Vec<[f64; 4]> = places.map(|[x, y, z]| [x, y, z, 1e-3]).collect();
     let pressed =
@@ -146,8 +147,8 @@ fn zero_stress_is_reached() {
     let grown = run(&text(&pressed, contacts));
     assert_eq!(grown.stopped(), Some(StopReason::Equilibrium));
     let edge = grown.state.cell.unwrap().matrix[(0, 0)];
-    // Stress within 0.5 % of that of the strain 1e-4 under the bound of the stiffness, which is three times that along x: Σkl²/V
-    // counts the contacts along all axes.
+    // The remaining stress is within 0.5 % of the stress at the strain 1e-4 with the upper bound on the stiffness,
+    // which is three times the stiffness along x, because Σkl²/V counts the contacts along all axes.
     println!("edge {edge:.9e} m after {} steps", grown.state.clock.step);
     assert!((edge / 4e-3 - 1.0).abs() < 1.5e-6 || edge > 4e-3, "{edge}");
     assert!(edge < 4.01e-3, "{edge}");

@@ -1,8 +1,8 @@
-//! Does twice the stiffness, cohesion and density give twice the force?
+//! Doubling stiffness, cohesion, and density doubles all forces.
 //!
-//! With Ē, c₀ and ρ doubled at the same ε₀, ε_f, time step and rates, all accelerations and hence all motions are the
-//! same, and every force, energy and mass doubles. The factor 2 is exact in binary, so the solver must give the same
-//! bits: any number with a unit that hides in the program would show.
+//! With Ē, c₀, and ρ doubled at the same ε₀, ε_f, time step, and rates, all accelerations and motions are the same, and
+//! every force, energy, and mass doubles. The factor 2 is exact in binary, so the solver must give the same bits. The
+//! test would detect any dimensional constant hidden in the program.
 
 use concordem::law::Cpm;
 use concordem::law::cpm::CpmParameters;
@@ -32,7 +32,7 @@ fn specimen(factor: f64, density: f64) -> (State, Model) {
 }
 
 #[test]
-fn doubled_specimen_gives_doubled_forces_bit_for_bit() {
+fn a_doubled_specimen_gives_doubled_forces_bit_for_bit() {
     let (mut one, model) = specimen(1.0, DENSITY);
     let (mut two, _) = specimen(2.0, 2.0 * DENSITY);
     let before = one.bond_count();
@@ -58,9 +58,9 @@ fn doubled_specimen_gives_doubled_forces_bit_for_bit() {
     assert!(slipped(&one) > 0, "the test must reach slip");
 }
 
-/// Without the density inertia enters, and the test above would see it.
+/// If the density is not doubled, inertia changes the motion, and the test above would fail.
 #[test]
-fn density_matters() {
+fn without_doubled_density_forces_do_not_double() {
     let (mut one, model) = specimen(1.0, DENSITY);
     let (mut two, _) = specimen(2.0, DENSITY);
     let mut solvers = (solver(model.clone(), &mut one), solver(model, &mut two));

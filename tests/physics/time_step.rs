@@ -1,8 +1,8 @@
-//! Is the bound of the time step sharp?
+//! The time step bound is tight.
 //!
 //! A system started with small random velocities must keep them small at 0.99 of the bound and must blow up at 1.01. At
 //! 1.01 of the limit 2/ω the amplitude of the fastest mode grows by a third in every step; at 0.99 it never exceeds
-//! 1/√(1−0.99²) ≈ 7 times what it is at small steps.
+//! 1/√(1−0.99²) ≈ 7 times the amplitude at small steps.
 
 use concordem::law::LinearBond;
 use concordem::math::Vec3;
@@ -13,18 +13,18 @@ use concordem::solver::{Model, time_step};
 use concordem::state::{Clump, Constraint, Particles, Sphere, State};
 use concordem_tests::{DENSITY, bonded, concrete, law, noise_vector, on_threads, particles, random_packing, solver};
 
-/// Largest speed (m/s; spin times radius counts as speed) after `steps` at `share` of the spectral bound, divided by the
-/// largest at the start; the run ends when it exceeds 1e5.
+/// Largest speed (m/s; angular velocity times radius counts as speed) after `steps` at the fraction `share` of the spectral
+/// bound, divided by the largest initial speed; the run ends when this ratio exceeds 1e5.
 fn growth(state: &State, share: f64, steps: usize) -> f64 {
     growth_under(Damping::None, state, share, steps)
 }
 
-/// The same under artificial damping, whose bound counts.
+/// The same with numerical damping, at a fraction of the damped bound.
 fn growth_under(damping: Damping, state: &State, share: f64, steps: usize) -> f64 {
     let mut state = state.clone();
     state.clock.dt = share * time_step::bounds(&state).limit(&damping);
     let radius = state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
-    // So small that positions change by 1e-9 of a radius per step and the system stays linear.
+    // The speed is so small that positions change by 1e-9 of a radius per step and the system stays linear.
     let speed = 1e-9 * radius / state.clock.dt;
     for p in 0..state.particles.len() {
         let free = |axis: usize, rotation: bool| {
@@ -67,20 +67,20 @@ fn brackets(name: &str, state: &State, steps: usize) {
             bounds.iterations,
             bounds.per_particle / bounds.spectral
         );
-        // 7 for the fastest mode, and a random sum of all others.
+        // 7 for the fastest mode, plus a random sum of all others.
         assert!(stable < 50.0, "{name} grows by {stable} at 0.99 of the bound");
         assert!(unstable > 1e5, "{name} only grows by {unstable} at 1.01 of the bound");
-        // Rigorous, up to rounding and the interval of the spectral bound.
+        // Holds rigorously, up to rounding and the uncertainty of the spectral bound.
         assert!(bounds.per_particle <= bounds.spectral * (1.0 + bounds.uncertainty + 1e-12), "{name}: {bounds:?}");
         assert!(bounds.uncertainty <= 1e-4, "{name}: {bounds:?}");
     });
 }
 
-/// The bound holds for clumps, also for bodies much lighter than their spheres (a hundredth of their mass and moments), for
-/// which that of the spheres is ten times too large. It is conservative there, as the members count as free of each other:
-/// only a body of one sphere has the bound of that sphere.
+/// The bound holds for clumps, also for clumps with a hundredth of the mass and moments of their spheres, for which the
+/// bound of the spheres would be ten times too large. For clumps the bound is conservative, because it treats members
+/// as independent: only a clump of one sphere has the bound of that sphere.
 #[test]
-fn clumps_keep_within_the_bound() {
+fn clumps_are_stable_below_the_bound() {
     let clumped = |members: &[u32], body: Option<(f64, Vec3)>| {
         let mut state = chain(0.0);
         let clump = Clump::new(members.to_vec(), &state.particles, body.map(|b| b.0), body.map(|b| b.1));
@@ -91,9 +91,9 @@ fn clumps_keep_within_the_bound() {
         state
     };
     let (alone, free) = (time_step::bounds(&clumped(&[20], None)), time_step::bounds(&chain(0.0)));
-    // Rounding of a quotient.
+    // Tolerance: rounding of a quotient.
     assert!((alone.spectral / free.spectral - 1.0).abs() < 1e-12, "{alone:?} {free:?}");
-    // Of three spheres of mass 1 and inertia 0.4 with distances of 2: mass 3, moments 1.2, 9.2, 9.2.
+    // A hundredth of the values of three spheres of mass 1 and inertia 0.4 at distances of 2: mass 3, moments 1.2, 9.2, 9.2.
     let light = Some((0.03, Vec3::new(0.012, 0.092, 0.092)));
     on_threads(1, || {
         for (name, state) in
@@ -124,7 +124,7 @@ fn chain(damping_ratio: f64) -> State {
 
 fn block<L: LawLoops>(lattice: Lattice, repeats: [u32; 3], law: L) -> State {
     let packing = lattice.periodic(1.0, repeats).unwrap();
-    // Finite: without the cell.
+    // A finite block, without the cell.
     let mut particles = Particles::default();
     for sphere in packing.spheres {
         particles.push(sphere, 0, 1.0, 0.4);
@@ -132,31 +132,31 @@ fn block<L: LawLoops>(lattice: Lattice, repeats: [u32; 3], law: L) -> State {
     bonded(particles, None, law, 1.01)
 }
 
-/// The largest frequency of a chain of n free masses, one end fixed, is `2√(k/m) sin((2n−1)π/(2(2n+1)))`.
+/// The largest frequency of a chain of n free masses with one end fixed is `2√(k/m) sin((2n−1)π/(2(2n+1)))`.
 #[test]
-fn chain_meets_its_closed_form() {
+fn the_frequency_of_a_chain_agrees_with_its_closed_form() {
     let bounds = time_step::bounds(&chain(0.0));
     let n = 39.0;
     let exact = 2.0 * ((2.0 * n - 1.0) * std::f64::consts::PI / (2.0 * (2.0 * n + 1.0))).sin();
     println!("chain: {:.9} {exact:.9}", bounds.frequency);
-    // The upper end of an interval whose half width is the residual.
+    // The bound is the upper end of an interval whose half width is the residual.
     assert!(bounds.frequency >= exact * (1.0 - 1e-12), "{} {exact}", bounds.frequency);
     assert!(bounds.frequency <= exact * (1.0 + 2.0 * bounds.uncertainty + 1e-12), "{} {exact}", bounds.frequency);
 }
 
 #[test]
-fn chain_is_bracketed() {
+fn the_bound_of_a_chain_is_tight() {
     brackets("chain", &chain(0.0), 300);
 }
 
-/// With dashpots `C = βK` the bound is exact; the growth beyond it is slower.
+/// With dashpots `C = βK` the bound is exact; beyond it, growth is slower.
 #[test]
-fn damped_chain_is_bracketed() {
+fn the_bound_of_a_damped_chain_is_tight() {
     brackets("damped chain", &chain(0.3), 3000);
 }
 
-/// Dashpots and φ together: `(2φ−1)(Ω² + 2D) < 4` is exact where `C = βK`. The bounds of each alone, multiplied, are too large
-/// by up to `√(2φ−1)`, 1.41 for φ = 1.5 and 1.73 for φ = 2: at 0.8 of the product the motion grows.
+/// Dashpots together with φ: `(2φ−1)(Ω² + 2D) < 4` is exact for `C = βK`. The product of the separate bounds is too large by
+/// up to `√(2φ−1)`, 1.41 for φ = 1.5 and 1.73 for φ = 2: at 0.8 of the product the motion grows.
 #[test]
 fn dashpots_and_damping_by_the_integrator_share_a_bound() {
     on_threads(1, || {
@@ -174,10 +174,10 @@ fn dashpots_and_damping_by_the_integrator_share_a_bound() {
     });
 }
 
-/// Local damping raises a force against the motion by the factor 1 + λ: a strong one makes the motion grow at 0.8 of the
-/// undamped bound (by more than 1e5), and stays bounded below its own.
+/// Local damping increases a force against the motion by the factor 1 + λ: with strong damping, the motion grows by
+/// more than 1e5 near 0.8 of the undamped bound, and stays bounded below the damped bound.
 #[test]
-fn strong_local_damping_has_a_smaller_bound() {
+fn strong_local_damping_lowers_the_bound() {
     on_threads(1, || {
         for damping in [
             Damping::Local { translation: 0.8, rotation: 0.8 },
@@ -194,27 +194,27 @@ fn strong_local_damping_has_a_smaller_bound() {
 }
 
 #[test]
-fn simple_cubic_block_is_bracketed() {
+fn the_bound_of_a_simple_cubic_block_is_tight() {
     let law = LinearBond::new(1.0, 0.4, 0.0, f64::INFINITY, f64::INFINITY).unwrap();
     brackets("simple cubic", &block(Lattice::SimpleCubic, [5, 5, 5], law), 300);
 }
 
 #[test]
-fn hexagonal_block_is_bracketed() {
+fn the_bound_of_a_hexagonal_block_is_tight() {
     let law = LinearBond::new(1.0, 0.4, 0.0, f64::INFINITY, f64::INFINITY).unwrap();
     brackets("hexagonal", &block(Lattice::HexagonalClosePacked, [5, 3, 3], law), 300);
 }
 
-/// Equal stiffnesses make equal β in both directions, for which the bound is exact.
+/// Equal stiffnesses give equal β in both directions, for which the bound is exact.
 #[test]
-fn damped_hexagonal_block_is_bracketed() {
+fn the_bound_of_a_damped_hexagonal_block_is_tight() {
     let law = LinearBond::new(1.0, 1.0, 0.2, f64::INFINITY, f64::INFINITY).unwrap();
     brackets("damped hexagonal", &block(Lattice::HexagonalClosePacked, [5, 3, 3], law), 3000);
 }
 
-/// The concrete law on a random packing, and what the customary rule min r√(ρ/E) says of it: it is no bound.
+/// The bound is tight for concrete on a random packing, whereas the customary rule min r√(ρ/E) is not a bound.
 #[test]
-fn concrete_is_bracketed() {
+fn the_bound_of_concrete_is_tight_and_the_customary_rule_is_not_a_bound() {
     let packing = random_packing(1, 12e-3);
     let state = bonded(particles(&packing, DENSITY), None, law(&concrete()), 1.5);
     brackets("concrete", &state, 300);
@@ -222,5 +222,8 @@ fn concrete_is_bracketed() {
     println!("customary rule: {:.3} of the spectral bound", customary / time_step::bounds(&state).spectral);
     let single = block(Lattice::SimpleCubic, [2, 1, 1], LinearBond::new(1.0, 0.4, 0.0, 1.0, 1.0).unwrap());
     let soft = time_step::p_wave(&single.particles, 1e-6);
-    assert!(soft > time_step::bounds(&single).spectral, "a modulus that is not that of the bonds misleads the rule");
+    assert!(
+        soft > time_step::bounds(&single).spectral,
+        "with a modulus that is not that of the bonds, the rule exceeds the bound"
+    );
 }

@@ -1,9 +1,9 @@
-//! Does the solver follow YADE's trajectory?
+//! The solver follows YADE's trajectory until softening amplifies rounding errors.
 //!
-//! The specimen of `golden/yade` (1 000 spheres, uniaxial tension) is run with the law and the kinematics in YADE's form,
-//! YADE's damping and YADE's start. Sums over the contacts of a particle are taken in another order, so that the runs
-//! part by rounding, and the specimen amplifies differences once bonds soften. Until then, beyond the peak, forces agree
-//! within 1e-10; later the two runs are two samples of the same chaotic failure.
+//! The specimen of `golden/yade` (1,000 spheres, uniaxial tension) runs with the law and the kinematics in YADE's form,
+//! and with YADE's damping and initial state. Sums over the contacts of a particle are taken in another order, so the
+//! runs differ by rounding, and the specimen amplifies differences once bonds soften. Until then, which is beyond the
+//! peak, forces agree within 1e-10; later the two runs are two realizations of the same chaotic failure.
 
 use concordem::kinematics::{MotionMeasure, PreviousGeometry};
 use concordem::law::Reference;
@@ -47,7 +47,7 @@ struct Ends {
     high: Vec<usize>,
 }
 
-/// The specimen at YADE's start, with YADE's bonds.
+/// The specimen in YADE's initial state, with YADE's bonds.
 fn specimen(gold: &Gold, run: &str, parameters: &CpmParameters, mode: MotionMeasure) -> (State, Model, Ends) {
     let setup = gold.trajectory[&format!("{run}.setup")].row(0);
     let mut particles = Particles::default();
@@ -86,7 +86,7 @@ fn specimen(gold: &Gold, run: &str, parameters: &CpmParameters, mode: MotionMeas
 /// One point of a curve: step, force on the lower and on the upper end, N.
 type Point = (u64, f64, f64);
 
-/// Run to the end; `snapshot` is called after every step with the count of steps done.
+/// Runs to the end; calls `snapshot` after every step with the number of steps done.
 fn follow(
     state: &mut State,
     model: Model,
@@ -107,10 +107,10 @@ fn follow(
     curve
 }
 
-/// Tension. Until step 300 (the peak is near step 200) the forces on the ends agree within 1e-10 of the largest force so
-/// far (measured 2e-11), and at step 100 positions and velocities within 1e-12 of the largest displacement and speed
-/// (measured: positions equal, 2e-14). Bounds are some ten times what was measured, since the growth of rounding errors
-/// depends on the elementary functions of the C library, which YADE's form uses. What follows is printed.
+/// In tension, until step 300 (the peak is near step 200) the forces on the ends agree within 1e-10 of the largest force so
+/// far (measured 2e-11), and at step 100 positions and velocities agree within 1e-12 of the largest displacement and speed
+/// (measured: positions equal, 2e-14). The bounds are about ten times the measured values, because the growth of rounding
+/// errors depends on the elementary functions of the C library, which YADE's form uses. Later steps are only printed.
 #[test]
 fn tension_follows_yade() {
     let gold = gold("tension");

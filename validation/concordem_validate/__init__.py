@@ -1,1 +1,1 @@
-"""One scenario, every code, one verdict: ConcorDEM against YADE, LIGGGHTS, and closed forms."""
+"""Runs one scenario in several codes and compares ConcorDEM with YADE, LIGGGHTS, LAMMPS, ESyS-Particle, and analytical solutions."""

@@ -1,4 +1,4 @@
-"""Cases: folders with a physical question, a scenario, engines, and checks with tolerances and their reasons."""
+"""Cases: folders with a physical question, a scenario, engines, and checks. Every tolerance has a reason."""
 import fnmatch
 import importlib.util
 import tomllib
@@ -37,7 +37,7 @@ class Check:
 
 @dataclass
 class Task:
-    """One variant of a case, as an engine gets it."""
+    """One variant of a case, as passed to an engine."""
 
     case: str
     variant: str
@@ -45,9 +45,9 @@ class Task:
     scenario: dict
     module: object
     start: object = None
-    peer_scenario: dict = None  # what peers run in its place, where that is a limit of ours
-    peer: str = None  # of the command `operators`: whose state ours are applied to
-    frozen: object = None  # that state
+    peer_scenario: dict = None  # scenario of the peers, where ConcorDEM has a limit
+    peer: str = None  # for the command `operators`: the peer whose state our operators are applied to
+    frozen: object = None  # state of that peer
     command: str = "run"
     about: str = ""
     check_threads: bool = False
@@ -70,7 +70,7 @@ class Case:
     module: object
 
     def only(self, variants, peers):
-        """The same case with some variants and peers."""
+        """The same case with only some variants and peers."""
         tasks = [t for t in self.tasks if t.variant in variants]
         engines_of = {v: [e for e in self.engines_of[v] if e in peers] for v in variants}
         few = replace(self, tasks=tasks, engines_of=engines_of)
@@ -89,13 +89,13 @@ def names(root=ROOT):
 def _refuse(place, table, allowed):
     unknown = set(table) - allowed
     if unknown:
-        raise HarnessError(f"{place}: unknown key {', '.join(sorted(unknown))}; there are {', '.join(sorted(allowed))}")
+        raise HarnessError(f"{place}: unknown key {', '.join(sorted(unknown))}; valid keys are {', '.join(sorted(allowed))}")
 
 
 def _engines(place, wanted):
     for name in wanted:
         if name not in ENGINES:
-            raise HarnessError(f"{place}: no engine `{name}`; there are {', '.join(ENGINES)}")
+            raise HarnessError(f"{place}: unknown engine `{name}`; valid engines are {', '.join(ENGINES)}")
     return list(wanted)
 
 
@@ -103,15 +103,15 @@ def load(name, root=ROOT):
     folder = root / name
     path = folder / "case.toml"
     if not path.exists():
-        raise HarnessError(f"no case `{name}`; there are {', '.join(names(root))}")
+        raise HarnessError(f"unknown case `{name}`; the cases are {', '.join(names(root))}")
     with open(path, "rb") as file:
         data = tomllib.load(file)
     _refuse(path, data, _CASE)
     for key in ("title", "question", "source", "engines", "check"):
         if not data.get(key):
-            raise HarnessError(f"{path}: `{key}` is missing")
+            raise HarnessError(f"{path}: `{key}` is missing; add it")
     if data.get("tier", "fast") not in TIERS:
-        raise HarnessError(f"{path}: `tier` is fast or full")
+        raise HarnessError(f"{path}: `tier` must be fast or full")
     module = None
     if (folder / "case.py").exists():
         spec = importlib.util.spec_from_file_location(f"concordem_case_{name.replace('-', '_')}", folder / "case.py")
@@ -124,14 +124,14 @@ def load(name, root=ROOT):
         document = scenario.load(folder / variant.get("scenario", data.get("scenario", "scenario.toml")))
         document = scenario.changed(document, variant.get("changes", {}))
         if hasattr(module, "scenario"):
-            # what is too long to be written down: clouds of spheres from a seed
+            # scenarios that are too long for a file, such as random clouds of spheres
             document = module.scenario(document)
         command = variant.get("command", "run")
         if command not in ("run", "elastic", "operators"):
-            raise HarnessError(f"{path}: `command` is run, elastic, or operators")
+            raise HarnessError(f"{path}: `command` must be run, elastic, or operators")
         peers = _engines(path, variant.get("engines", engines))
         if command == "operators" and len(peers) != 1:
-            raise HarnessError(f"{path}: variant {variant['name']}: `operators` are applied to the state of one engine")
+            raise HarnessError(f"{path}: variant {variant['name']}: command `operators` needs exactly one peer")
         tasks.append(Task(
             name, variant["name"], folder, document, module, command=command, check_threads=k == 0 and command == "run",
             peer_scenario=scenario.changed(document, variant["peer_changes"]) if "peer_changes" in variant else None,
@@ -144,15 +144,15 @@ def load(name, root=ROOT):
         if check.get("kind") not in KINDS or check.get("peer") not in engines:
             raise HarnessError(f"{place}: needs `kind` ({', '.join(sorted(KINDS))}) and `peer`, one of the case's engines")
         if not check.get("reason", "").strip():
-            raise HarnessError(f"{place}: every tolerance has a `reason`")
+            raise HarnessError(f"{place}: `reason` is missing; give the reason of the tolerance")
         if ("quirk" in check) != ("known" in check) or ("tolerance" in check) == ("known" in check):
-            raise HarnessError(f"{place}: give either `tolerance`, or `quirk` and `known = [least, most]`")
+            raise HarnessError(f"{place}: give either `tolerance`, or both `quirk` and `known = [least, most]`")
         if "quirk" in check and check["quirk"] not in known:
-            raise HarnessError(f"{place}: quirks.toml has no `{check['quirk']}`")
+            raise HarnessError(f"{place}: quirks.toml has no quirk `{check['quirk']}`; add it")
         checks.append(Check(**{"variants": ["*"], **check}))
     case = Case(name, folder, data["title"], data["question"], data["source"], data.get("tier", "fast"),
                 float(data.get("time_limit_s", 120)), engines, tasks, engines_of, checks, module)
     for check in checks:
         if not case.variants_of(check):
-            raise HarnessError(f"{path}: check `{check.name}` meets no variant that `{check.peer}` runs")
+            raise HarnessError(f"{path}: check `{check.name}` applies to no variant that `{check.peer}` runs")
     return case

@@ -1,4 +1,4 @@
-"""The command line."""
+"""Command line of the harness."""
 import argparse
 import sys
 from pathlib import Path
@@ -14,28 +14,28 @@ _OUT = Path(__file__).parents[2] / "target" / "validate"
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(
-        prog="concordem-validate", description="One scenario, every code, one verdict.",
-        epilog="Exit codes: 0 all within tolerance, 1 a check failed or could not be made (with CI or --strict also: a peer is missing), "
-               "2 wrong arguments or a case that cannot be read.")
+        prog="concordem-validate", description="Run the same scenarios in several codes and compare the results.",
+        epilog="Exit codes: 0: all checks are within tolerance; 1: a check failed or could not be made (with CI or --strict also: a peer "
+               "is missing); 2: wrong arguments or an unreadable case.")
     commands = parser.add_subparsers(dest="command", required=True)
     one = commands.add_parser("list", help="list cases and engines")
-    one.add_argument("--checks", action="store_true", help="with every check, its tolerance and reason")
-    one = commands.add_parser("run", help="run cases, judge them, and write the report")
-    one.add_argument("cases", nargs="*", help="names of cases; all fast ones when left out")
-    one.add_argument("--full", action="store_true", help="all cases, the long ones too")
-    one.add_argument("--strict", action="store_true", help="a missing peer is a failure (always so where CI is set)")
-    one.add_argument("--fresh", action="store_true", help="run again what is there already")
-    one.add_argument("--verbose", action="store_true", help="print every check, the good ones too")
-    one.add_argument("--jobs", type=int, help="engines at a time; by default one per processor")
+    one.add_argument("--checks", action="store_true", help="also list every check with its tolerance and reason")
+    one = commands.add_parser("run", help="run cases, compare the results, and write the report")
+    one.add_argument("cases", nargs="*", help="names of cases; default: all fast ones")
+    one.add_argument("--full", action="store_true", help="run all cases, including the long ones")
+    one.add_argument("--strict", action="store_true", help="a missing peer is a failure (default if CI is set)")
+    one.add_argument("--fresh", action="store_true", help="repeat runs that are finished already")
+    one.add_argument("--verbose", action="store_true", help="print every check, including those that pass")
+    one.add_argument("--jobs", type=int, help="number of engines at a time; default: one per processor")
     one.add_argument("--time-factor", type=float, default=1.0, help="multiplies all time limits, for slow machines")
-    one.add_argument("--output", type=Path, default=_OUT, help="folder of results and report (%(default)s)")
+    one.add_argument("--output", type=Path, default=_OUT, help="folder of results and report (default: %(default)s)")
     one = commands.add_parser(
         "compare", help="compare the series of two result files, or ConcorDEM's results of two rounds bit by bit (two folders of "
                         "`run --output`)")
     one.add_argument("a", type=Path)
     one.add_argument("b", type=Path)
-    one.add_argument("--tolerance", type=float, default=0.0, help="largest relative difference (%(default)g)")
-    one = commands.add_parser("report", help="write the report of what has been run, running nothing that is there")
+    one.add_argument("--tolerance", type=float, default=0.0, help="largest allowed relative difference (default: %(default)g)")
+    one = commands.add_parser("report", help="write the report from finished runs; run only what is missing")
     one.add_argument("cases", nargs="*")
     one.add_argument("--full", action="store_true")
     one.add_argument("--output", type=Path, default=_OUT)
@@ -46,7 +46,7 @@ def main(arguments=None):
         print(f"concordem-validate: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print("interrupted; finished runs are kept, the same command goes on", file=sys.stderr)
+        print("interrupted; finished runs are kept, repeat the command to continue", file=sys.stderr)
         return 130
 
 
@@ -91,7 +91,7 @@ def _report(options):
 def _compare(options):
     for path in (options.a, options.b):
         if not path.exists():
-            raise HarnessError(f"{path} does not exist")
+            raise HarnessError(f"{path} does not exist; check the path")
     if options.a.is_dir() or options.b.is_dir():
         lines, good = compare.rounds(options.a, options.b)
         print("\n".join(lines))

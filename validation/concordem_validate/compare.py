@@ -1,4 +1,4 @@
-"""Verdicts: how far ConcorDEM and a peer are apart, and whether that is within a tolerance that has a reason."""
+"""Verdicts: the difference between ConcorDEM and a peer, and whether it is within the tolerance."""
 import json
 import math
 from dataclasses import dataclass, field
@@ -31,22 +31,22 @@ class Verdict:
 
 
 def measures(case, task, result):
-    """The numbers of a result: a table's own, or what `measures` of the case makes of it."""
+    """The numbers of a result: those of a table, or those that `measures` in the case's case.py computes from it."""
     if "measures" in result.numbers:
         return result.numbers["measures"]
     function = getattr(case.module, "measures", None)
     if function is None:
-        raise HarnessError(f"case {case.name} has no `measures` in case.py")
+        raise HarnessError(f"case {case.name} has no function `measures` in case.py; add it")
     return function(task, result)
 
 
 def _norms(values):
-    """Lengths of vectors, sizes of numbers: one per step and particle."""
+    """Norms of vectors or absolute values, one per step and particle."""
     return np.linalg.norm(values.reshape(len(values), -1, _width(values)), axis=2)
 
 
 def _scale(scale, reference):
-    """What a difference is measured by: the largest value, the largest way from the first step, or a given quantity."""
+    """Scale of a difference: the largest value, the largest displacement since the first step, or a given quantity."""
     if scale == "maximum":
         size = float(_norms(reference).max(initial=0.0))
     elif scale == "displacement":
@@ -54,7 +54,7 @@ def _scale(scale, reference):
     else:
         size = si(scale)
     if not size > 0:
-        raise HarnessError(f"the scale of the comparison ({scale}) is {size}")
+        raise HarnessError(f"the scale of the comparison ({scale}) is {size}, but must be positive; give another scale")
     return size
 
 
@@ -63,23 +63,23 @@ def _width(values):
 
 
 def series(check, ours, theirs):
-    """Largest difference at each common step of the window, through the scale."""
+    """Largest difference at each common step of the window, over the scale."""
     for result, who in ((ours, "concordem"), (theirs, check.peer)):
         if check.of not in result.series:
-            raise HarnessError(f"{who} has no series `{check.of}`; it has {', '.join(sorted(result.series))}")
+            raise HarnessError(f"{who} has no series `{check.of}`; use one of {', '.join(sorted(result.series))}")
     a, b = ours.series[check.of], theirs.series[check.of]
     if a.unit != b.unit:
-        raise HarnessError(f"`{check.of}` is in {a.unit} here, in {b.unit} there")
+        raise HarnessError(f"`{check.of}` has unit {a.unit} in ConcorDEM and {b.unit} in the peer")
     if not math.isclose(ours.dt, theirs.dt, rel_tol=1e-14):
-        raise HarnessError(f"time steps differ: {ours.dt!r} s here, {theirs.dt!r} s there")
+        raise HarnessError(f"time steps differ: {ours.dt!r} s in ConcorDEM, {theirs.dt!r} s in the peer")
     steps, at_a, at_b = np.intersect1d(a.steps, b.steps, return_indices=True)
     inside = (steps >= check.from_step) & (steps <= (steps.max(initial=0) if check.to_step is None else check.to_step))
     if inside.sum() < 2:
-        raise HarnessError(f"fewer than two common steps of `{check.of}` in the window")
+        raise HarnessError(f"`{check.of}` has fewer than two common steps in the window")
     if check.to_step is not None and steps.max() < check.to_step:
-        raise HarnessError(f"the window ends at step {check.to_step}, the common steps at {steps.max()}")
+        raise HarnessError(f"the window ends at step {check.to_step}, but the common steps end at {steps.max()}")
     if a.values.shape[1:] != b.values.shape[1:]:
-        raise HarnessError(f"`{check.of}` has shapes {a.values.shape[1:]} here and {b.values.shape[1:]} there")
+        raise HarnessError(f"`{check.of}` has shape {a.values.shape[1:]} in ConcorDEM and {b.values.shape[1:]} in the peer")
     x, y = a.values[at_a][inside], b.values[at_b][inside]
     size = _scale(check.scale, y)
     return steps[inside], _norms(x - y).max(axis=1) / size, (x, y)
@@ -88,12 +88,12 @@ def series(check, ours, theirs):
 def scalar(check, ours, theirs):
     for values, who in ((ours, "concordem"), (theirs, check.peer)):
         if check.of not in values:
-            raise HarnessError(f"{who} gives no `{check.of}`; it gives {', '.join(sorted(values))}")
+            raise HarnessError(f"{who} has no number `{check.of}`; use one of {', '.join(sorted(values))}")
     x, y = np.atleast_1d(np.asarray(ours[check.of], float)), np.atleast_1d(np.asarray(theirs[check.of], float))
     if x.shape != y.shape:
-        raise HarnessError(f"`{check.of}` has {x.shape} numbers here and {y.shape} there")
+        raise HarnessError(f"`{check.of}` has shape {x.shape} in ConcorDEM and {y.shape} in the peer")
     if check.scale == "sum":
-        # mean error through mean size, as in Kratos' tests
+        # mean error over mean magnitude, as in the tests of Kratos
         return float(np.sum(np.abs(x - y)) / np.sum(np.abs(y))), (x, y)
     size = float(np.max(np.abs(y))) if check.scale == "maximum" else si(check.scale)
     if not size > 0:
@@ -106,10 +106,10 @@ _T = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228]
 
 
 def band(differences):
-    """Mean and half width of its 95 % confidence band."""
+    """Mean and half width of its 95 % confidence interval."""
     d = np.asarray(differences)
     if len(d) < 3:
-        raise HarnessError("an ensemble needs three members or more")
+        raise HarnessError("an ensemble needs at least three members")
     t = _T[min(len(d) - 2, len(_T) - 1)]
     return float(d.mean()), float(t * d.std(ddof=1) / math.sqrt(len(d)))
 
@@ -118,12 +118,12 @@ def _settle(verdict, difference):
     check = verdict.check
     verdict.difference = difference
     if math.isnan(difference):
-        verdict.status, verdict.message = "fail", "the difference is not a number"
+        verdict.status, verdict.message = "fail", "the difference is NaN"
     elif check.known is not None:
         low, high = check.known
         verdict.status = "known" if low <= difference <= high else "fail"
         if verdict.status == "fail":
-            verdict.message = f"the known difference is {low:g} … {high:g}; quirk {check.quirk} has changed"
+            verdict.message = f"the known difference is {low:g} … {high:g}, so quirk {check.quirk} has changed"
     else:
         verdict.status = "pass" if difference <= check.tolerance else "fail"
     return verdict
@@ -200,7 +200,7 @@ def _ensemble(case, check, variants, outcomes, result, tasks):
         return verdict
     verdict.band = mean, half
     verdict.values = (np.array(differences), np.zeros(len(differences)))
-    # the whole confidence band of the mean difference must lie within the tolerance: an equivalence test
+    # equivalence test: the whole confidence interval of the mean difference must be within the tolerance
     verdict.message = f"mean difference {mean:+.2e} ± {half:.1e} (95 %)"
     message = verdict.message
     _settle(verdict, abs(mean) + half)
@@ -210,14 +210,14 @@ def _ensemble(case, check, variants, outcomes, result, tasks):
 
 
 def _timeless(value):
-    """Numbers without what a clock says."""
+    """Numbers without timings."""
     if isinstance(value, dict):
         return {k: _timeless(v) for k, v in value.items() if not (k in ("wall_s", "particle_steps_per_s") or k.endswith("_seconds"))}
     return [_timeless(v) for v in value] if isinstance(value, list) else value
 
 
 def same_bits(a, b):
-    """What differs in any bit between two results of ConcorDEM, times of the clock and of the run aside; nothing if they are equal."""
+    """Bitwise differences between two results of ConcorDEM, without timings; empty if there are none."""
     found = []
     for kind in ("series", "fields"):
         x, y = getattr(a, kind), getattr(b, kind)
@@ -226,28 +226,28 @@ def same_bits(a, b):
             pairs = [(x[name].steps, y[name].steps), (x[name].values, y[name].values)] if kind == "series" else [(x[name][0], y[name][0])]
             if any(u.dtype != v.dtype or u.shape != v.shape or u.tobytes() != v.tobytes() for u, v in pairs):
                 found.append(f"{kind}/{name} differs")
-    # JSON has every digit of a number
+    # JSON contains all digits
     if len({json.dumps(_timeless(r.numbers), sort_keys=True) for r in (a, b)}) > 1:
         found.append("numbers differ")
     if a.dt != b.dt or a.provenance.get("state_hash") != b.provenance.get("state_hash"):
-        found.append("the time step or the hash of the last state differs")
+        found.append("the time step or the final state hash differs")
     return found
 
 
 def rounds(a, b, engine="concordem"):
-    """Lines about all results of an engine in two folders of results, and whether all have the same bits."""
+    """Lines about all results of an engine in two folders, and whether all are bitwise equal."""
     names = [{path.name for path in folder.glob(f"runs/*.{engine}.*.h5")} for folder in (a, b)]
     if not names[0] & names[1]:
-        raise HarnessError(f"{a} and {b} have no results of {engine} in common: two rounds of one build, into two folders, are compared")
+        raise HarnessError(f"{a} and {b} have no common results of {engine}; run two rounds with `run --output`")
     lines = [f"{name} is in one round only" for name in sorted(names[0] ^ names[1])]
     for name in sorted(names[0] & names[1]):
         lines += [f"{name}: {what}" for what in same_bits(Result.read(a / "runs" / name), Result.read(b / "runs" / name))]
     good = not lines
-    return lines + [f"{len(names[0] & names[1])} results of {engine} compared" + (", all with the same bits" if good else "")], good
+    return lines + [f"{len(names[0] & names[1])} results of {engine} compared" + (", all bitwise equal" if good else "")], good
 
 
 def files(a, b, tolerance):
-    """Lines about all series of two results, and whether all are in both, comparable, and within the tolerance."""
+    """Lines about all series of two results, and whether both have all series and all are within the tolerance."""
     lines, good = [], bool(a.series.keys() & b.series.keys())
     if not good:
         lines.append("no common series")
@@ -274,7 +274,7 @@ def files(a, b, tolerance):
         relative = difference / size if size > 0 else difference
         within = relative <= tolerance
         good &= within
-        # results may be sampled at different steps; what is left out is said
+        # results may have different steps; report how many are common
         part = "" if len(steps) == len(x.steps) == len(y.steps) else f", at {len(steps)} common steps of {len(x.steps)} and {len(y.steps)}"
         lines.append(f"{name:24} {difference:.3e} {x.unit} of {size:.3e} {x.unit}: {relative:.2e}{part}"
                      f"{'' if within else '  beyond ' + format(tolerance, 'g')}")

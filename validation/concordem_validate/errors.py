@@ -1,21 +1,21 @@
-"""What can go wrong with an engine, each kind with its own place in the verdict."""
+"""Errors of the harness; each class has its own status in the verdict."""
 
 
 class HarnessError(Exception):
-    """A case, a file, or an argument is not as it must be."""
+    """An invalid case, file, or argument."""
 
 
 class Unsupported(HarnessError):
-    """A scenario says something that an engine's translation does not carry over. Never passed over in silence."""
+    """A scenario contains something that the translation to an engine does not support. It is never ignored silently."""
 
 
 class NotInstalled(HarnessError):
-    """The peer is not on this machine; the message says how to get it."""
+    """The peer is not installed; the message gives the command to install it."""
 
 
 class TimedOut(HarnessError):
-    """The engine did not end in the time the case allows; its processes have been stopped."""
+    """The engine exceeded the time limit of the case; its processes have been stopped."""
 
 
 class Crashed(HarnessError):
-    """The engine ended with an error; the message ends with the last lines it wrote."""
+    """The engine failed; the message ends with the last lines of its output."""

@@ -1,4 +1,4 @@
-"""Runs an engine in a process of its own, which is stopped with all its children when its time is up."""
+"""Runs an engine in a separate process, which is stopped with all its children at the time limit."""
 import os
 import signal
 import subprocess
@@ -6,12 +6,12 @@ import time
 
 from .errors import Crashed, TimedOut
 
-# Peers must not share out their work over threads: their sums would depend on it (YADE), or they would fight for cores.
+# One thread per peer: sums must not depend on threads (YADE), and peers must not compete for cores.
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
 def run(command, folder, limit, environment=None, accept=(0,)):
-    """The output and the wall time of a command; raises [`TimedOut`] or [`Crashed`]."""
+    """Output and wall time (s) of a command; raises TimedOut or Crashed."""
     log = folder / "log.txt"
     start = time.perf_counter()
     with open(log, "w") as file:
@@ -24,10 +24,10 @@ def run(command, folder, limit, environment=None, accept=(0,)):
             os.killpg(child.pid, signal.SIGKILL)
             child.wait()
             if isinstance(error, subprocess.TimeoutExpired):
-                raise TimedOut(f"not done after {limit:g} s; stopped. {_tail(log)}") from None
+                raise TimedOut(f"stopped after the time limit of {limit:g} s. {_tail(log)}") from None
             raise
     if code not in accept:
-        raise Crashed(f"ended with code {code}. {_tail(log)}")
+        raise Crashed(f"exited with code {code}. {_tail(log)}")
     return log.read_text(errors="replace"), time.perf_counter() - start
 
 

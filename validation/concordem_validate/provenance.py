@@ -1,4 +1,4 @@
-"""Which commit a figure on record belongs to: that of the program that made it, not that of the tree it was found in."""
+"""Commit of recorded results: that of the program that computed them, not that of the source tree."""
 import re
 import subprocess
 import sys
@@ -9,14 +9,14 @@ ROOT = Path(__file__).parents[2]
 
 
 def of_tree():
-    """Commit of the sources, with `+changes` if they are not as committed; results that a study writes are not sources."""
+    """Commit of the sources, with `+changes` if they differ from it. Results that a study writes do not count."""
     git = lambda *words: subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
     changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", ":!validation/results")
     return git("rev-parse", "HEAD") + ("+changes" if changed else "")
 
 
 def of_program(program):
-    """Commit that the program writes into its results; it takes a run of two spheres to know."""
+    """Commit that the program writes to its results, found by a run of two spheres."""
     with tempfile.TemporaryDirectory() as folder:
         scenario = Path(folder) / "two.toml"
         said = ""
@@ -27,9 +27,9 @@ def of_program(program):
 
 
 def label(program):
-    """Commit for figures that the program makes; ends with a message where the program is not of this tree."""
+    """Commit of the program; exits with a message if the program was not built from this tree."""
     commit, tree = of_program(program), of_tree()
     if commit.removesuffix("+changes") != tree.removesuffix("+changes"):
-        sys.exit(f"{program} was built as commit {commit}, the tree is at {tree}: figures on record would bear a wrong label. "
-                 "Build it anew, without the variable CONCORDEM_COMMIT: cargo build --release -p concordem")
+        sys.exit(f"{program} was built as commit {commit}, but the tree is at {tree}, so recorded results would have a wrong commit; rebuild "
+                 "it without the variable CONCORDEM_COMMIT: cargo build --release -p concordem")
     return commit

@@ -15,7 +15,7 @@ _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 
 
 def _unit(symbol):
-    """Factor and power of ten of one unit with its prefix."""
+    """Factor and power of ten of a unit with its prefix."""
     if symbol in _UNITS:
         return _UNITS[symbol], 0
     if symbol[:1] in _PREFIXES and symbol[1:] in _UNITS:
@@ -26,15 +26,15 @@ def _unit(symbol):
 def si(value):
     """A number, or a string with a unit, as a real in SI units.
 
-    Powers of ten go to the exponent before the number is read, as the program does it, so that both get the same bits.
+    Powers of ten are added to the exponent before the number is parsed, as in the program, so that both are bitwise equal.
     """
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return float(value)
     if not isinstance(value, str):
-        raise HarnessError(f"`{value}` is no quantity")
+        raise HarnessError(f"`{value}` is not a quantity; give a number, or a string such as \"30 GPa\"")
     number, unit = _NUMBER.match(value).groups()
     if not number.strip("+-."):
-        raise HarnessError(f"`{value}` does not begin with a number")
+        raise HarnessError(f"`{value}` does not begin with a number; give a number and a unit")
     number = number.replace("_", "")
     factor, ten = 1.0, 0
     over = False

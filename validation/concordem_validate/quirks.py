@@ -1,4 +1,4 @@
-"""The registry of quirks: where a code is known to differ from the equations, by how much, and which cases see it."""
+"""Registry of quirks: documented differences between codes and equations, their size, and the cases that check them."""
 import tomllib
 from pathlib import Path
 
@@ -14,5 +14,5 @@ def load(path=PATH):
     for name, quirk in quirks.items():
         missing = _KEYS - quirk.keys()
         if missing:
-            raise HarnessError(f"{path.name}: quirk `{name}` lacks {', '.join(sorted(missing))}")
+            raise HarnessError(f"{path.name}: quirk `{name}` lacks {', '.join(sorted(missing))}; add them")
     return quirks

@@ -1,4 +1,4 @@
-"""The report: one page without anything from outside, and its short form for the terminal."""
+"""The report: a self-contained HTML page, and a short version for the terminal."""
 import base64
 import io
 import json
@@ -29,7 +29,7 @@ _MOST_PLOTTED = 8
 
 
 def _code(text):
-    """Text for the page, what stands between backticks as code."""
+    """HTML of a text; words in backticks become code."""
     return markupsafe.Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(markupsafe.escape(text))))
 
 
@@ -51,12 +51,12 @@ def _number(value):
 
 
 def difference_plot(verdicts):
-    """Growth of the difference over the steps on a logarithmic axis, with the band of each check."""
+    """Plot of the difference over the steps, on a logarithmic axis, with the limits of each check."""
     figure, axes = plt.subplots(figsize=(6.2, 2.9))
     for k, verdict in enumerate(verdicts[:_MOST_PLOTTED]):
         colour = f"C{k}"
-        # a difference of zero has no place on a logarithmic axis: drawn at the last bit
-        # equal curves lie on each other: dashes let the lower one be seen
+        # draw zero differences at the last bit, because the axis is logarithmic
+        # dashes show curves that coincide
         axes.plot(verdict.steps, np.maximum(verdict.growth, 1e-17), color=colour, lw=1.2, ls=("-", (0, (4, 2)), (0, (2, 2)), "-.")[k % 4],
                   label=f"{verdict.variant} · {verdict.peer}")
         check = verdict.check
@@ -72,7 +72,7 @@ def difference_plot(verdicts):
 
 
 def curves_plot(verdict, ours, theirs):
-    """Both curves, and below their difference with the tolerance band."""
+    """Plot of both curves, and below it of their difference with the tolerance band."""
     check = verdict.check
     x, y = verdict.values
     x, y = (v.reshape(len(v), -1) for v in (x, y))
@@ -101,9 +101,9 @@ def curves_plot(verdict, ours, theirs):
 
 
 def picture(results, task):
-    """Specimens side by side at the last common picture, seen from the side, coloured by damage or by displacement."""
+    """Specimens side by side at the last common snapshot, in side view, colored by damage or displacement."""
     shown = [(name, r) for name, r in results if "position" in r.series and r.series["position"].values.shape[1] >= 20]
-    # a row of particles shows nothing
+    # skip single rows of particles
     if len(shown) < 2 or np.ptp(shown[0][1].series["position"].values[0][:, 2]) == 0:
         return None
     figure, all_axes = plt.subplots(1, len(shown), figsize=(2.6 * len(shown) + 1, 3.6), sharey=True)
@@ -140,7 +140,7 @@ def _versions():
 
 
 def _flat(value, prefix=""):
-    """Numbers of a study, one per row, without its long lists."""
+    """Numbers of a study, one per row; long lists are skipped."""
     if isinstance(value, dict):
         for key, item in value.items():
             yield from _flat(item, f"{prefix}{' · ' if prefix else ''}{key}")
@@ -205,7 +205,7 @@ def _case(case, round_):
 
 
 def matrix(cases, round_):
-    """Worst verdict of each case and peer; in ConcorDEM's own column whether it ran, with equal bits on two threads."""
+    """Worst verdict of each case and peer. The column of ConcorDEM shows whether it ran, bitwise equal on two threads."""
     rows = []
     for case in cases:
         cells = {}
@@ -215,7 +215,7 @@ def matrix(cases, round_):
             cells["concordem"] = ("missing" if bad[0] == "missing" else "fail", _WORDS.get(bad[0], bad[0]))
         else:
             equal = sum("state_hash_2_threads" in o.result().provenance for o in own)
-            cells["concordem"] = ("pass", f"ran {len(own)}" + (", same bits on 2 threads" if equal else ""))
+            cells["concordem"] = ("pass", f"ran {len(own)}" + (", bitwise equal on 2 threads" if equal else ""))
         for engine in ENGINES:
             mine = [v for v in round_.verdicts if v.case == case.name and v.peer == engine]
             if mine:
@@ -253,7 +253,7 @@ def write(path, cases, round_):
 
 
 def text(cases, round_, strict, verbose=False):
-    """What a terminal shows: what is not simply good, and the counts."""
+    """Text for the terminal: everything that does not simply pass, and the counts."""
     lines = []
     for verdict in round_.verdicts:
         if verbose or verdict.status != "pass":

@@ -1,12 +1,11 @@
-"""What an engine has computed, in one form for all: HDF5 with units.
+"""Result of an engine, in one format for all engines: HDF5 with units.
 
 A result has series, each on a grid of steps (`samples`: forces and curves, `snapshots`: all particles), fields of the
 particles that do not change, plain numbers, and its provenance.
 
-Conventions, whatever the engine's own are: SI; tension positive; `position` of step k belongs to time k·dt; `velocity`
-of step k is the one that the scheme holds then (leapfrog: that of step k − ½, see the attribute `velocity_at`); forces of
-a sample of step k are those at the positions of step k; the force of a contact is the one on the particle with the lower
-id.
+Conventions for all engines: SI; tension positive; `position` of step k belongs to time k·dt; `velocity` of step k is the one that the
+scheme has at that time (leapfrog: that of step k − ½, see the attribute `velocity_at`); forces of a record of step k belong to the
+positions of step k; the force of a contact is the one on the particle with the lower id.
 """
 import json
 from dataclasses import dataclass, field
@@ -17,7 +16,7 @@ import numpy as np
 
 @dataclass
 class Series:
-    """Values of one quantity over the steps of its grid."""
+    """Values of one quantity at its steps."""
 
     steps: np.ndarray
     values: np.ndarray

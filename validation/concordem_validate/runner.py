@@ -1,4 +1,4 @@
-"""Runs engines on cases. What is done is kept by the hash of its inputs, so that an interrupted round goes on."""
+"""Runs engines on cases. Finished runs are stored under the hash of their inputs, so that an interrupted round can continue."""
 import copy
 import functools
 import hashlib
@@ -24,13 +24,13 @@ from .errors import Crashed, HarnessError, NotInstalled, TimedOut, Unsupported
 from .result import Result
 
 _PACKAGE = Path(__file__).parent
-# closed forms of elastic constants need no state
+# analytical elastic constants need no state
 _NEEDS_START = {"yade", "liggghts", "liggghts-np2", "lammps", "esys", "analytic"}
 
 
 @dataclass
 class Outcome:
-    """What came of one engine on one variant."""
+    """Outcome of one engine on one variant."""
 
     case: str
     variant: str
@@ -46,7 +46,7 @@ class Outcome:
 
 @dataclass
 class Round:
-    """All outcomes and verdicts of one call."""
+    """All outcomes and verdicts of a round."""
 
     outcomes: dict = field(default_factory=dict)
     verdicts: list = field(default_factory=list)
@@ -63,7 +63,7 @@ def strict_by_default():
 
 
 def _sources():
-    """Hash of the translations: a changed harness does not take up old runs."""
+    """Hash of the translations, so that a changed harness does not reuse old runs."""
     digest = hashlib.sha256()
     for path in sorted(_PACKAGE.rglob("*.py")):
         if path.name not in ("cli.py", "report.py", "compare.py", "runner.py", "quirks.py", "case.py"):
@@ -72,7 +72,7 @@ def _sources():
 
 
 def _inputs(task):
-    """Everything a case's folder adds: packings, tables, closed forms."""
+    """Hash of the files of a case that affect its runs: packings, tables, case.py."""
     digest = hashlib.sha256(json.dumps(task.scenario, sort_keys=True, default=str).encode())
     for path in sorted(task.folder.rglob("*")):
         if path.is_file() and path.suffix in (".txt", ".py") or path.name == "table.toml":
@@ -81,7 +81,7 @@ def _inputs(task):
 
 
 def fingerprint(what, seen=()):
-    """Text that says what a planted change does: its instructions, constants, and arguments, and the same of what it calls.
+    """Text that identifies a planted defect: its instructions, constants, and arguments, and those of the functions it calls.
 
     A name would not do: a run made with another factor under the same name would be taken up.
     """
@@ -92,7 +92,7 @@ def fingerprint(what, seen=()):
             return what.__qualname__
         seen = (*seen, id(what))
         cells = [cell.cell_contents for cell in what.__closure__ or ()]
-        # what it calls of its own file: of other files, those of the harness are in `_sources`
+        # functions that it calls in its own file; those of the harness are in `_sources`
         names = sorted(_names(what.__code__) & what.__globals__.keys())
         called = [what.__globals__[name] for name in names]
         called = [f for f in called if isinstance(f, types.FunctionType) and f.__module__ == what.__module__]
@@ -107,7 +107,7 @@ def fingerprint(what, seen=()):
 
 
 def _names(code):
-    """Names that a function and the functions in it ask for."""
+    """Names that a function and its inner functions use."""
     return set(code.co_names).union(*(_names(part) for part in code.co_consts if isinstance(part, types.CodeType)))
 
 
@@ -151,13 +151,13 @@ class Runner:
             return start
 
     def one(self, task, engine, limit, quiet=False):
-        """Run one engine on one variant, or take what is there."""
+        """Run one engine on one variant, or reuse a finished run."""
         out = Outcome(task.case, task.variant, engine, "done")
         try:
             key = self.key(task, engine)
             with self.lock:
                 lock = self.running.setdefault(key, threading.Lock())
-            # a state for operators may be wanted while its own run is on
+            # operators may need a state while its run is still in progress
             with lock:
                 self._run(out, key, task, limit)
         except NotInstalled as error:
@@ -171,7 +171,7 @@ class Runner:
         except HarnessError as error:
             out.status, out.message, out.path = "crashed", str(error), None
         except Exception:
-            out.status, out.message, out.path = "crashed", "fault of the harness: " + traceback.format_exc(), None
+            out.status, out.message, out.path = "crashed", "internal error of the harness: " + traceback.format_exc(), None
         return out if quiet else self._say(out, task)
 
     def _run(self, out, key, task, limit):
@@ -194,7 +194,7 @@ class Runner:
         try:
             result = ENGINES[engine].run(task, scratch, limit * self.time_factor)
         except BaseException:
-            # what it wrote helps to see why
+            # its output helps to find the cause
             keep = self.folder / "failed" / f"{task.case}.{task.variant}.{engine}"
             shutil.rmtree(keep, ignore_errors=True)
             shutil.copytree(scratch, keep, dirs_exist_ok=True)
@@ -227,7 +227,7 @@ class Runner:
                 for engine in dict.fromkeys(["concordem", *case.engines_of[task.variant]]):
                     jobs.append((case, task, engine))
         self.done, self.total = 0, len(jobs)
-        # long ones first fill the processors best, but the order of cases reads better and costs little
+        # in the order of cases: readable, and hardly slower than starting with the longest
         with ThreadPoolExecutor(self.jobs) as pool:
             outcomes = pool.map(lambda job: self.one(copy.copy(job[1]), job[2], job[0].time_limit), jobs)
             for outcome in outcomes:
@@ -238,7 +238,7 @@ class Runner:
 
 
 def _jobs():
-    """One engine per processor, and none without a gigabyte of memory."""
+    """Number of parallel engines: one per processor, and at least one gigabyte of memory each."""
     try:
         with open("/proc/meminfo") as file:
             free = next(int(line.split()[1]) for line in file if line.startswith("MemAvailable")) / 2**20

@@ -1,4 +1,4 @@
-"""Scenario files: read, changed by a variant, written again. The language is ConcorDEM's own."""
+"""Reads scenario files, applies the changes of a variant, and writes them."""
 import copy
 import json
 import tomllib
@@ -12,8 +12,8 @@ def load(path):
 
 
 def changed(document, changes):
-    """A copy with the values at dotted paths replaced: `material.0.cpm.damage_law`. Lists may be extended by one, and
-    `None`, in a case file the word `__remove__`, removes a key."""
+    """A copy with the values at dotted paths such as `material.0.cpm.damage_law` replaced. An index one past the end appends to a list;
+    `None` (in a case file the string `__remove__`) removes a key."""
     document = copy.deepcopy(document)
     for path, value in changes.items():
         place = document
@@ -27,7 +27,7 @@ def changed(document, changes):
                 place.append({})
                 place = place[key]
             else:
-                raise HarnessError(f"no place `{path}` in the scenario")
+                raise HarnessError(f"the scenario has no key `{path}`; check the path")
         if value is None or value == "__remove__":
             place.pop(last, None)
         elif isinstance(place, list) and last == len(place):
@@ -50,11 +50,11 @@ def _inline(value):
         return "[" + ", ".join(_inline(item) for item in value) + "]"
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{key} = {_inline(item)}" for key, item in value.items()) + " }"
-    raise HarnessError(f"cannot write {value!r} into a scenario")
+    raise HarnessError(f"cannot write {value!r} to a scenario; use a number, string, boolean, list, or table")
 
 
 def dumps(document):
-    """TOML text. Tables of the first level get headers, what is deeper stands inline."""
+    """TOML text. Top-level tables have headers, deeper ones are inline."""
     lines = [f"{key} = {_inline(value)}" for key, value in document.items() if not _is_table(value)]
     for key, value in document.items():
         if isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""Tests of the harness. Those that need the program or a peer are skipped where it is missing, but fail where CI is set."""
+"""Tests of the harness. Tests that need the program or a peer are skipped if it is missing, or fail if CI is set."""
 import sys
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from concordem_validate.errors import NotInstalled  # noqa: E402
 
 
 def need(*engines):
-    """Engines by name, or `operators`: the Python package whose operators are applied to states of peers."""
+    """Skip or fail unless these engines exist; `operators` is our Python package."""
     for name in engines:
         try:
             concordem.package() if name == "operators" else ENGINES[name].version()

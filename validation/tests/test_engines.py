@@ -1,4 +1,4 @@
-"""How engines are run: missing, hanging, and crashing peers, kept runs, equal bits."""
+"""Running engines: missing, hanging, and crashing peers, stored runs, bitwise equal results."""
 import time
 
 import pytest
@@ -73,7 +73,7 @@ def test_operators_of_a_missing_peer_are_missing(tmp_path, monkeypatch):
     assert round_.failed(strict=True) and not round_.failed(strict=False)
 
 
-# every law, walls, deformable particles, a peer's state; one of them per line of work of the solver
+# every law, walls, deformable particles, a peer's state: one variant per code path of the solver
 ROUND = [("cpm-bond", ["mixed"], []), ("slip-to-roll", ["finite", "yade-spinning"], []), ("hertz-oblique", ["main"], []),
          ("ddem-peers", ["block"], []), ("beam-cantilever", ["kick"], []), ("bar-fracture", ["main"], []), ("cpm-cell", ["plain"], []),
          ("granular-settling", ["seed-1"], []), ("operators", ["cloud"], ["yade"]), ("lattice-elasticity", ["fcc-0-4"], [])]
@@ -88,7 +88,7 @@ def test_two_rounds_from_nothing_give_the_same_bits(tmp_path, capsys):
         assert all(o.status == "done" and not o.kept for o in round_.outcomes.values()), [o.message for o in round_.outcomes.values()]
     assert cli.main(["compare", *map(str, folders)]) == 0
     assert "11 results of concordem compared, all with the same bits" in capsys.readouterr().out
-    # one bit of one value is seen, and a result that is missing
+    # one changed bit is detected, and so is a missing result
     path = next((folders[1] / "runs").glob("slip-to-roll.finite.concordem.*.h5"))
     result = compare.Result.read(path)
     result.series["velocity"].values.reshape(-1).view("u8")[-3] ^= 1
@@ -100,7 +100,7 @@ def test_two_rounds_from_nothing_give_the_same_bits(tmp_path, capsys):
     assert cli.main(["compare", str(tmp_path / "a"), str(tmp_path)]) == 2
 
 
-def test_what_the_peers_of_beams_cannot_do_is_refused(tmp_path):
+def test_unsupported_scenarios_of_beams_are_rejected(tmp_path):
     need("concordem")
     task = next(t for t in cases.load("beam-cantilever").tasks if t.variant == "pull")
     start = concordem.export_start(task, tmp_path)
@@ -108,7 +108,7 @@ def test_what_the_peers_of_beams_cannot_do_is_refused(tmp_path):
         for changes, message in (
             ({"integration.gravity": [0, 0, "-9.81 m/s^2"]}, "loads and walls"),
             ({"integration.damping": {"kind": "local", "coefficient": 0.1}}, "local damping"),
-            ({"prescribe.0.velocity": ["free", 0, 0]}, "held altogether"),
+            ({"prescribe.0.velocity": ["free", 0, 0]}, "fully fixed at rest"),
             ({"material.0.cohesive_beam.model": "spring"}, "euler-bernoulli or timoshenko"),
             ({"material.0.cohesive_beam.tensile_strength": "1 MPa"}, "tensile_strength"),
             ({"bonds.law": "linear_bond"}, "only cohesive beams"), ({"deformable": {}}, "deformable"),
@@ -127,7 +127,7 @@ def test_strains_of_particles_are_translated_or_refused(tmp_path):
     start = concordem.export_start(task, tmp_path)
     how = yade.translation(cases.Task("a", "b", task.folder, task.scenario, None, start=start))["deformable"]
     assert how["condition"] == "solid" and how["constants"] == [[100e6, 0.3]]
-    # a push acts on the near side: its dyad is that of compression
+    # the force pushes on the near side, so its virial is compressive
     assert how["load"][0][0][0] == pytest.approx(-1e-3 * 0.02**2 / (0.02**2 + 0.005**2 + 0.003**2) ** 0.5, rel=1e-12)
     for changes, message in (({"deformable.update": "iterated"}, "step before"), ({"deformable.dashpots": True}, "dashpots"),
                              ({"prescribe": [{"set": "face", "velocity": [0, 0, 0]}]}, "prescribed motion")):
@@ -191,7 +191,7 @@ def test_what_cannot_be_translated_is_refused(tmp_path):
     files, steps = liggghts.deck(cases.Task("a", "b", task.folder, task.scenario, None, start=start), 1)
     assert files["bonds.txt"] == "1 2 2.0\n" and steps == task.scenario["stop"]["steps"]
     deck = files["in.txt"]
-    # reactions are summed after our fix has added its forces, and spins are held by an integrator without them
+    # reactions are summed after our fix has added its forces; an integrator without rotations fixes rotations
     assert deck.index("concordem/bond cpm") < deck.index("fix held0 held0 setforce 0.0 0.0 0.0") < deck.index("nve/sphere")
     assert "fix integrate_still still nve\n" in deck and "pair_style" not in deck
     assert translate.steps_of({"stop": {"time": "1 ms"}}, 1e-5) == 100

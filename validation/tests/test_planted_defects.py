@@ -1,4 +1,4 @@
-"""Defects planted into law parameters, translations, and results: each must be caught, and it is written down by which case.
+"""Defects planted in law parameters, translations, and results: the listed case must detect each of them.
 
 Laws cannot be rebuilt here, so a defect of a law is planted where it has the same effect: in the scenario ConcorDEM alone gets, in
 the closed form written independently, or in ConcorDEM's result. Every test first needs the sound case to pass.
@@ -40,7 +40,7 @@ def shear_reversed(values):
 
 
 def exchange(a, b):
-    """Exchange two properties in LIGGGHTS' deck."""
+    """Swap two properties in LIGGGHTS' input script."""
     return lambda deck: deck.replace(f" {a} ", " \0 ").replace(f" {b} ", f" {a} ").replace(" \0 ", f" {b} ")
 
 
@@ -53,12 +53,12 @@ def times(name, factor):
 
 
 def without(word):
-    """Leave out the lines of LIGGGHTS' deck that begin with these words."""
+    """Remove the lines of LIGGGHTS' input script that begin with these words."""
     return lambda deck: "\n".join(line for line in deck.splitlines() if not line.startswith(word)) + "\n"
 
 
 def other(a, b):
-    """Another word in LIGGGHTS' deck."""
+    """Replace a word in LIGGGHTS' input script."""
     def change(deck):
         assert a in deck, a
         return deck.replace(a, b)
@@ -87,7 +87,7 @@ def friction_not_its_angle(data):
 
 
 def operator(name, change, width=9):
-    """Change a tensor that an operator found."""
+    """Change a tensor computed by an operator."""
     def apply(one):
         values = np.array(one.numbers["measures"][name]).reshape(-1, width)
         one.numbers["measures"][name] = change(values).ravel().tolist()
@@ -122,7 +122,7 @@ def no_rotary_inertia(module):
     module._springs = changed
 
 
-# what is wrong | case, variant, peer | where it is planted
+# defect | case, variant, peer | where it is planted
 DEFECTS = {
     "sign of the spins, hence of moments": ("pair-kinematics", "moving", "yade", dict(yade=[times("spin", -1)])),
     "sign of the shear force": ("cpm-bond", "shear-confined", "yade",
@@ -194,7 +194,7 @@ DEFECTS = {
 
 
 def is_measured(verdict):
-    """Whether a check has seen a difference that it does not allow. One that could not compare has seen nothing."""
+    """Whether a check found a difference beyond its tolerance. A check that could not compare did not."""
     low, high = verdict.check.known or (0.0, verdict.check.tolerance)
     return math.isfinite(verdict.difference) and not low <= verdict.difference <= high
 
@@ -206,18 +206,18 @@ def test_planted_defect_is_caught(defect):
     sound = cases.load(name).only([variant], [peer])
     made = runner.Runner(FOLDER, quiet=True)
     round_ = made.run([sound])
-    assert not round_.failed(True), f"the sound case fails: {[v for v in round_.verdicts if v.status == 'fail']}"
+    assert not round_.failed(True), f"the case fails without a defect: {[v for v in round_.verdicts if v.status == 'fail']}"
     planted = cases.load(name).only([variant], [peer])
     plant = dict(plant)
     if changes := plant.pop("module", []):
         for change in changes:
             change(planted.module)
-        plant["analytic"] = changes  # another hash: nothing is taken from the sound run
+        plant["analytic"] = changes  # changes the hash, so that no stored run is reused
     round_ = made.run([planted], plant=plant)
     assert all(o.status == "done" for o in round_.outcomes.values()), [o.message for o in round_.outcomes.values()]
     failed = [v for v in round_.verdicts if v.status == "fail"]
     caught = [v for v in failed if is_measured(v)]
-    assert caught, f"{name} · {variant} · {peer} does not see it" + "".join(f"; {v.check.name}: {v.message}" for v in failed)
+    assert caught, f"{name} · {variant} · {peer} does not detect it" + "".join(f"; {v.check.name}: {v.message}" for v in failed)
     print(f"{defect}: caught by {name} · {variant} · {peer}: " + "; ".join(
         f"{v.check.name} {v.difference:.1e}" for v in caught))
 

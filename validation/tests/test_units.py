@@ -1,4 +1,4 @@
-"""Units, scenarios, results, comparisons: no engine is needed."""
+"""Units, scenarios, results, and comparisons, without engines."""
 import math
 import tomllib
 
@@ -17,14 +17,14 @@ from concordem_validate.result import Result
     ("2 nN*m", 2e-9), ("180 deg", math.pi), ("30 rpm", math.pi), ("16 cm^3", 16e-6), (3, 3.0), ("225 mm^2", 225e-6),
 ])
 def test_quantities(text, value):
-    # derived units take one more rounding than the program's reader
+    # derived units have one more rounding than in the program
     assert si(text) == pytest.approx(value, rel=4e-16)
 
 
 @pytest.mark.parametrize("text", ["30 GPas", "GPa", "30 GPa/", True, [1], "x", "3 m^"])
 def test_bad_quantities(text):
     if text == "30 GPa/":
-        assert si(text) == 30e9  # the program itself refuses it before a peer is asked
+        assert si(text) == 30e9  # the program rejects it before a peer runs
     else:
         with pytest.raises(HarnessError):
             si(text)
@@ -106,7 +106,7 @@ def test_files_that_cannot_be_compared_are_not_equal():
     ):
         good, text = compared(other, 1e-3)
         assert not good and said in text, text
-    # sampled more seldom is no fault, but it is said
+    # a larger interval is not an error, but is reported
     good, text = compared(result([0.0, 2.0], steps=[0, 2]))
     assert good and "at 2 common steps of 3 and 2" in text
 
@@ -138,7 +138,7 @@ def test_every_case_and_quirk_is_whole():
         one = cases.load(name)
         used |= {c.quirk for c in one.checks} - {None}
         for c in one.checks:
-            assert len(c.reason) > 20, f"{name}: {c.name} has no real reason"
+            assert len(c.reason) > 20, f"{name}: the reason of {c.name} is too short"
         assert (one.folder / "README.md").exists(), f"{name} has no README.md"
     for quirk in known.values():
         assert set(quirk["cases"]) <= set(cases.names())
@@ -150,7 +150,7 @@ def test_every_case_and_quirk_is_whole():
      "reason"),
     ('title="t"\nquestion="q"\nsource="s"\nengines=["yade"]\n[[check]]\nname="c"\nkind="series"\npeer="yade"\nof="x"\nreason="r"\n',
      "tolerance"),
-    ('title="t"\nquestion="q"\nsource="s"\nengines=["pfc"]\n[[check]]\nname="c"\n', "no engine"),
+    ('title="t"\nquestion="q"\nsource="s"\nengines=["pfc"]\n[[check]]\nname="c"\n', "unknown engine"),
     ('title="t"\nquestion="q"\nsource="s"\nengine=["yade"]\n', "unknown key"),
     ('title="t"\nquestion="q"\nsource="s"\nengines=["yade"]\n[[check]]\nname="c"\nkind="series"\npeer="yade"\nof="x"\nreason="r"\n'
      'quirk="none"\nknown=[0,1]\n', "quirks.toml"),

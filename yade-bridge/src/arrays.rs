@@ -1,4 +1,4 @@
-//! NumPy arrays in and out.
+//! Conversion from and to NumPy arrays.
 
 use bytemuck::Pod;
 use concordem::math::{Mat3, Vec3};
@@ -10,7 +10,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// What Python hands over, as a contiguous array of `dtype`; no copy where it is one already.
+/// The Python object as a contiguous array of `dtype`; not copied if it already is one.
 fn contiguous<'py>(object: &Bound<'py, PyAny>, dtype: &str) -> PyResult<Bound<'py, PyAny>> {
     let numpy = object.py().import("numpy")?;
     let array = numpy.call_method1("asarray", (object,))?;
@@ -20,17 +20,17 @@ fn contiguous<'py>(object: &Bound<'py, PyAny>, dtype: &str) -> PyResult<Bound<'p
         "bool" => "b",
         _ => "iu",
     };
-    // An empty list has the kind of reals, whatever it is meant for.
+    // NumPy converts an empty list to reals, whatever it is meant for.
     if !wanted.contains(&kind) && array.getattr("size")?.extract::<usize>()? > 0 {
         return Err(PyTypeError::new_err(format!(
-            "an array that converts to {dtype} is wanted, not one of type {}",
+            "the array has type {}, which does not convert to {dtype}",
             array.getattr("dtype")?
         )));
     }
     if dtype == "uint32" && kind == "i" && array.getattr("size")?.extract::<usize>()? > 0 {
         let least: i64 = array.call_method0("min")?.extract()?;
         if least < 0 {
-            return Err(PyValueError::new_err(format!("the indices go down to {least}; they start at 0")));
+            return Err(PyValueError::new_err(format!("the smallest index is {least}; indices start at 0")));
         }
     }
     let options = PyDict::new(object.py());
@@ -40,7 +40,7 @@ fn contiguous<'py>(object: &Bound<'py, PyAny>, dtype: &str) -> PyResult<Bound<'p
 
 fn shape_error(object: &Bound<'_, PyAny>, wanted: &str) -> PyErr {
     let shape = object.getattr("shape").map_or_else(|_| "?".to_owned(), |shape| shape.to_string());
-    PyValueError::new_err(format!("an array of shape {wanted} is wanted, not {shape}"))
+    PyValueError::new_err(format!("the array has shape {shape}; give shape {wanted}"))
 }
 
 macro_rules! input {
@@ -92,7 +92,7 @@ input!(
     Images, PyReadonlyArray2<i8>, "int8", "(n, 3)", Some(3)
 );
 input!(
-    /// Yes or no for each.
+    /// Booleans.
     Flags, PyReadonlyArray1<bool>, "bool", "(n,)", None
 );
 
@@ -133,11 +133,11 @@ impl Flags<'_> {
     }
 }
 impl Rows<'_> {
-    /// The numbers, row by row.
+    /// The numbers in row-major order.
     pub fn get(&self) -> PyResult<&[f64]> {
         self.raw()
     }
-    /// Count of rows and of columns.
+    /// Number of rows and of columns.
     pub fn shape(&self) -> (usize, usize) {
         (self.0.shape()[0], self.0.shape()[1])
     }
@@ -152,7 +152,7 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Vector {
         let array: Scalars<'py> = object.extract()?;
         match array.get()? {
             &[x, y, z] => Ok(Self(Vec3::new(x, y, z))),
-            other => Err(PyValueError::new_err(format!("three numbers are wanted, not {}", other.len()))),
+            other => Err(PyValueError::new_err(format!("the vector has {} numbers; give three", other.len()))),
         }
     }
 }
@@ -165,38 +165,38 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Tensor {
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
         let array: Rows<'py> = object.extract()?;
         if array.shape() != (3, 3) {
-            return Err(PyValueError::new_err(format!("an array of shape (3, 3) is wanted, not {:?}", array.shape())));
+            return Err(PyValueError::new_err(format!("the array has shape {:?}; give shape (3, 3)", array.shape())));
         }
         Ok(Self(Mat3::from_row_slice(array.get()?)))
     }
 }
 
-/// Rows of three.
+/// An array of shape (n, 3).
 pub fn vectors<'py>(py: Python<'py>, data: &[Vec3]) -> PyResult<Bound<'py, PyArray2<f64>>> {
     PyArray1::from_slice(py, bytemuck::cast_slice(data)).reshape([data.len(), 3])
 }
 
-/// One vector.
+/// An array of shape (3,).
 pub fn vector<'py>(py: Python<'py>, data: &Vec3) -> Bound<'py, PyArray1<f64>> {
     PyArray1::from_slice(py, data.as_slice())
 }
 
-/// Numbers.
+/// An array of shape (n,).
 pub fn scalars<'py, T: Element + Copy>(py: Python<'py>, data: &[T]) -> Bound<'py, PyArray1<T>> {
     PyArray1::from_slice(py, data)
 }
 
-/// One tensor, rows first index.
+/// An array of shape (3, 3); the row is the first index of the tensor.
 pub fn tensor<'py>(py: Python<'py>, data: &Mat3) -> PyResult<Bound<'py, PyArray2<f64>>> {
     PyArray1::from_slice(py, data.transpose().as_slice()).reshape([3, 3])
 }
 
-/// One 6×6 matrix.
+/// An array of shape (6, 6).
 pub fn matrix6<'py>(py: Python<'py>, data: &Matrix6<f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
     PyArray1::from_slice(py, data.transpose().as_slice()).reshape([6, 6])
 }
 
-/// Tensors, shape (n, 3, 3).
+/// An array of shape (n, 3, 3).
 pub fn tensors<'py>(py: Python<'py>, data: Vec<Mat3>) -> PyResult<Bound<'py, PyArray3<f64>>> {
     let mut reals = Vec::with_capacity(9 * data.len());
     for tensor in &data {
@@ -205,7 +205,7 @@ pub fn tensors<'py>(py: Python<'py>, data: Vec<Mat3>) -> PyResult<Bound<'py, PyA
     PyArray1::from_vec(py, reals).reshape([data.len(), 3, 3])
 }
 
-/// Rows of plain numbers as a two-dimensional array.
+/// Rows of plain numbers as an array of shape (n, components).
 pub fn rows<'py, T: Pod, E: Element + Pod>(
     py: Python<'py>,
     data: &[T],
@@ -214,7 +214,7 @@ pub fn rows<'py, T: Pod, E: Element + Pod>(
     PyArray1::from_slice(py, bytemuck::cast_slice::<T, E>(data)).reshape([data.len(), columns])
 }
 
-/// An object of one of the package's result types.
+/// An instance of result type `name` of the package.
 pub fn result<'py, A>(py: Python<'py>, name: &str, fields: A) -> PyResult<Bound<'py, PyAny>>
 where
     A: pyo3::call::PyCallArgs<'py>,
@@ -228,11 +228,11 @@ pub struct TableColumn<'py> {
     pub name: String,
     /// SI unit.
     pub unit: String,
-    /// Numbers, one row each.
+    /// Numbers, one per row of the table.
     pub values: Bound<'py, PyAny>,
 }
 
-/// A structured array whose fields carry their units.
+/// A structured array whose fields have their unit as metadata.
 pub fn table<'py>(py: Python<'py>, columns: Vec<TableColumn<'py>>) -> PyResult<Bound<'py, PyAny>> {
     let list: Vec<_> = columns.into_iter().map(|c| (c.name, c.unit, c.values)).collect();
     py.import("concordem._types")?.getattr("_table")?.call1((list,))

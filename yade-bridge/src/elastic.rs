@@ -34,7 +34,11 @@ fn constants_of<'py>(py: Python<'py>, c: &ElasticConstants) -> Any<'py> {
     result(py, "ElasticConstants", fields)
 }
 
-/// Elastic constants of a scenario's periodic packing and bonds, up to four ways.
+/// Elastic constants of a scenario's periodic packing and bonds by up to four methods: closed form, affine sum, static equilibrium, and
+/// (with `dynamics`) dynamic relaxation.
+///
+/// `residual`: relative residual of the static equilibrium, between 0 and 1e-3. Returns ElasticAnswers. Raises StaticsError or
+/// AssemblyError if the packing cannot be solved or built.
 #[pyfunction]
 #[pyo3(signature = (scenario, dynamics=false, residual=None, threads=None, progress=None))]
 fn elastic_constants<'py>(
@@ -47,7 +51,7 @@ fn elastic_constants<'py>(
 ) -> Any<'py> {
     let accuracy = Accuracy { residual: residual.unwrap_or(Accuracy::default().residual), ..Accuracy::default() };
     if !(accuracy.residual > 0.0 && accuracy.residual < 1e-3) {
-        let message = format!("residual is {:e}; a share between 0 and 1e-3 is wanted, say 1e-11", accuracy.residual);
+        let message = format!("residual is {:e}; give a number between 0 and 1e-3, such as 1e-11", accuracy.residual);
         return Err(PyValueError::new_err(message));
     }
     let Scenario { inner, folder } = scenario.get();
@@ -76,7 +80,10 @@ fn elastic_constants<'py>(
     result(py, "ElasticAnswers", fields)
 }
 
-/// Parameters of bonds for wanted elastic constants, on a scenario's packing.
+/// Parameters of bonds with which a scenario's packing has the elastic constants `young` (Pa) and `poisson`.
+///
+/// `deformable`: also find the elasticity of deformable particles. Returns ElasticFit. Raises CalibrationError if the packing cannot
+/// have these constants.
 #[pyfunction]
 #[pyo3(signature = (
     scenario, young, poisson, law=None, deformable=false, particle_poisson=None, particle_softness=None, threads=None,
@@ -122,7 +129,10 @@ fn calibrate_elastic<'py>(
     result(py, "ElasticFit", fields)
 }
 
-/// Parameters of cohesive beams for wanted properties of a material.
+/// Parameters of cohesive beams with which a random packing has the properties of a material.
+///
+/// `young`, `tensile_strength` (Pa); `density` (kg/m³) of the material; `coordination`: bonds per particle; `dispersion`: (largest −
+/// smallest)/mean radius; `count`: number of particles. Returns BeamFit. Raises CalibrationError if no parameters fit.
 #[pyfunction]
 #[pyo3(signature = (
     young, poisson, density, tensile_strength=None, beam_poisson=0.3, coordination=6.2, dispersion=0.25, count=5000,
@@ -161,7 +171,7 @@ fn calibrate_cohesive_beam<'py>(
         let mut achieved = None;
         let mut beams = None;
         if let Some(wanted) = tensile_strength {
-            // Strength is in proportion to that of the beams: one trial, and one look at the result.
+            // The strength is proportional to that of the beams: one trial gives the factor, a second one checks it.
             let criterion = |value| FractureCriterion::Beam(value, BendingTerm::MidSection);
             let trial = 6.0 * wanted;
             progress("strength", 0.3);

@@ -1,4 +1,4 @@
-//! Errors of the solver as exceptions of `concordem`.
+//! Converts errors of the solver to exceptions of `concordem`.
 
 use std::any::Any;
 use std::io;
@@ -20,37 +20,37 @@ use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// Work without the interpreter's lock. A panic in it becomes `concordem.InternalError`: pyo3's own `PanicException` would pass
-/// by every `except Exception`.
+/// Run `work` without the interpreter's lock. A panic becomes `concordem.InternalError`, because `except Exception` does not catch
+/// pyo3's `PanicException`.
 pub fn detach<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     py.detach(|| catch_unwind(AssertUnwindSafe(work))).map_err(|payload| internal(&*payload))
 }
 
-/// Work with the interpreter's lock; a panic in it becomes `concordem.InternalError`.
+/// Run `work` with the interpreter's lock. A panic becomes `concordem.InternalError`.
 pub fn caught<T>(work: impl FnOnce() -> T) -> PyResult<T> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|payload| internal(&*payload))
 }
 
-/// The exception of a panic.
+/// The exception for a panic.
 pub fn internal(payload: &(dyn Any + Send)) -> PyErr {
     let message = payload
         .downcast_ref::<&str>()
         .map(ToString::to_string)
         .or_else(|| payload.downcast_ref::<String>().cloned())
         .unwrap_or_default();
-    let message = format!("{message} (a fault of the program; please report it with the scenario)");
+    let message = format!("{message} (internal error; please report it with the scenario)");
     exception("InternalError", &message, "Panic")
 }
 
-/// What becomes an exception.
+/// An error that converts to an exception.
 pub trait Raise {
     /// The exception.
     fn raise(self) -> PyErr;
 }
 
-/// Shorthand for results.
+/// Converts the error of a result to an exception.
 pub trait OrRaise<T> {
-    /// The value, or the exception.
+    /// The result with its error as an exception.
     fn or_raise(self) -> PyResult<T>;
 }
 
@@ -70,7 +70,7 @@ fn exception(class: &str, message: &str, debug: &str) -> PyErr {
             let object = py.import("concordem._errors")?.getattr(class)?.call((message,), Some(&options))?;
             Ok(PyErr::from_value(object))
         };
-        // Without its class the message must not be lost.
+        // If the class is missing, keep the message.
         make().unwrap_or_else(|_| PyRuntimeError::new_err(message.to_owned()))
     })
 }
@@ -127,7 +127,7 @@ impl Raise for ReadError {
     fn raise(self) -> PyErr {
         match self {
             Self::Scenario(error) => error.raise(),
-            // The class that Python itself would raise: FileNotFoundError and the like.
+            // The class that Python itself would raise, such as FileNotFoundError.
             Self::Io { error, path } => Python::attach(|py| {
                 let make = || -> PyResult<PyErr> {
                     let Some(number) = error.raw_os_error() else {
@@ -163,12 +163,12 @@ impl Raise for Failure {
     }
 }
 
-/// Why a scenario could not be built, at its place in the scenario where that is known.
+/// The exception for a scenario that cannot be built, with its position in the scenario if known.
 pub fn of_assembly(scenario: &Scenario, error: AssemblyError) -> PyErr {
     Failure::of_assembly(scenario, error).raise()
 }
 
-/// Why a state cannot be continued by a scenario.
+/// The exception for a state that a scenario cannot continue.
 pub fn of_restart(scenario: &Scenario, error: RestartError) -> PyErr {
     match error {
         RestartError::Scenario(error) => error.raise(),

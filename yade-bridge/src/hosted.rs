@@ -1,7 +1,7 @@
-//! Bonds and contacts between particles of a host program.
+//! Bonds and contacts between particles of a host.
 //!
-//! Two uses. `advance` performs whole steps in place of the host's loop. `contact_step` computes the forces of one step at the
-//! positions of the host's bodies and adds them to the host's forces; everything else stays with the host.
+//! `advance` computes whole steps instead of the host (hand-over). `contact_step` computes the forces of one step at the positions of
+//! the host's bodies and adds them to the host's forces; the host does the rest (bonded engine).
 
 use std::ffi::{CStr, c_void};
 use std::path::PathBuf;
@@ -32,20 +32,23 @@ use crate::scenario::{Scenario, table_of};
 use crate::simulation::{guarded, inside, pool};
 use crate::state::contact_table;
 
-/// A function that adds a vector to a body's force or torque: `this`, id, vector.
+/// A host function that adds a vector to the force or torque of a body. Arguments: `this`, id, vector.
 type AddVector = unsafe extern "C" fn(*mut c_void, i32, *const f64);
 
-/// The address of a function of the host.
+/// Address of a function of the host.
 fn symbol(name: &CStr) -> PyResult<*mut c_void> {
     // Safety: the name ends with a zero byte.
     let address = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr()) };
     if address.is_null() {
-        return Err(PyRuntimeError::new_err(format!("the host does not export {}", name.to_string_lossy())));
+        return Err(PyRuntimeError::new_err(format!(
+            "YADE does not export {}; use a tested version",
+            name.to_string_lossy()
+        )));
     }
     Ok(address)
 }
 
-/// Where the host keeps its bodies and forces.
+/// Memory layout of the host's bodies and forces.
 struct Host {
     /// Vector of shared pointers to bodies.
     bodies: usize,
@@ -57,11 +60,11 @@ struct Host {
     forces: usize,
     add_force: AddVector,
     add_torque: AddVector,
-    /// OpenMP's function that stops waiting threads, if the host uses OpenMP.
+    /// OpenMP function that stops waiting threads; `None` if the host does not use OpenMP.
     pause: Option<PauseThreads>,
-    /// Body and state behind every id when the host was attached.
+    /// Body and state of every id when the host was attached.
     seen: Vec<(u64, u64)>,
-    /// Particles in the order of their ids, as the host stores its forces.
+    /// Particles in the order of their ids, which is the order of the host's forces in memory.
     by_id: Vec<u32>,
 }
 
@@ -70,14 +73,14 @@ struct Inner {
     host: Option<Host>,
 }
 
-/// An assembly under a host.
+/// An assembly that a host drives.
 #[pyclass(frozen, weakref, module = "concordem._core")]
 pub struct Hosted {
     inner: Mutex<Inner>,
     pool: Option<rayon::ThreadPool>,
 }
 
-/// `None` where the dictionary has no such entry.
+/// An entry of a dictionary; an error if it is missing.
 fn get<'py, T: FromPyObjectOwned<'py, Error = PyErr>>(dict: &Bound<'py, PyDict>, name: &str) -> PyResult<T> {
     let value = dict.get_item(name)?.ok_or_else(|| PyValueError::new_err(format!("`{name}` is missing")))?;
     value.extract().map_err(|error: PyErr| {
@@ -92,11 +95,11 @@ fn same_length(name: &str, found: usize, wanted: usize) -> PyResult<()> {
     if found == wanted {
         Ok(())
     } else {
-        Err(PyValueError::new_err(format!("`{name}` has {found} entries where {wanted} are needed")))
+        Err(PyValueError::new_err(format!("`{name}` has {found} entries, but must have {wanted}")))
     }
 }
 
-/// The parameters of the concrete law, one for each pair of materials `(a, b)` with `a ≤ b`.
+/// Parameters of the concrete law, one entry per pair of materials `(a, b)` with `a ≤ b`.
 fn pair_parameters(list: &Bound<'_, PyAny>) -> PyResult<Vec<PairParameters>> {
     let mut pairs = Vec::new();
     for item in list.try_iter()? {
@@ -108,20 +111,20 @@ fn pair_parameters(list: &Bound<'_, PyAny>) -> PyResult<Vec<PairParameters>> {
     Ok(pairs)
 }
 
-/// The cell of (edges, deformation gradient, velocity gradient).
+/// The cell from (edges, deformation gradient, velocity gradient).
 fn cell_from((edges, gradient, rate): (Tensor, Tensor, Tensor), dt: f64) -> Cell {
     cell_of(edges.0, gradient.0, rate.0, dt)
 }
 
 impl Hosted {
     fn lock(&self) -> PyResult<MutexGuard<'_, Inner>> {
-        self.inner.try_lock().map_err(|_| PyRuntimeError::new_err("the assembly is at work in another thread"))
+        self.inner.try_lock().map_err(|_| PyRuntimeError::new_err("another thread is using the assembly; wait for it"))
     }
 }
 
 #[pymethods]
 impl Hosted {
-    /// Spheres with bonds and contacts of the concrete law and their histories.
+    /// Spheres with bonds and contacts of the concrete law, with their histories.
     ///
     /// `bodies`: arrays id, position, velocity, orientation (x, y, z, w), angular_velocity, radius, mass, inertia, material,
     /// constraint. `contacts`: pair (rows of bodies), image, bonded, length (reference), area, normal, distance, history.
@@ -167,7 +170,10 @@ impl Hosted {
         let history: Rows<'_> = get(contacts, "history")?;
         let (rows, width) = history.shape();
         if rows > 0 && width != size_of::<CpmState>() / 8 {
-            return Err(PyValueError::new_err(format!("`history` has {width} columns")));
+            return Err(PyValueError::new_err(format!(
+                "`history` has {width} columns, but must have {}",
+                size_of::<CpmState>() / 8
+            )));
         }
         let given = Contacts {
             pair: pair.get()?,
@@ -191,8 +197,8 @@ impl Hosted {
         Self::new(made, threads)
     }
 
-    /// The spheres of a scenario, with its bonds and contacts, as they would be built for a run. `bodies` says which body
-    /// of the host each sphere of the scenario is, and gives its mass and inertia.
+    /// The spheres of a scenario with its bonds and contacts, built as for a run. `bodies`: the host's body id of each sphere of the
+    /// scenario; `mass` (kg) and `inertia` (kg m²) are those of the bodies.
     #[staticmethod]
     #[pyo3(signature = (scenario, bodies, mass, inertia, dt, threads=None))]
     fn of_scenario(
@@ -214,7 +220,7 @@ impl Hosted {
         Self::new(made.map_err(PyValueError::new_err)?, threads)
     }
 
-    /// Take whole steps on our own; the number of bonds that broke.
+    /// Compute `steps` whole steps with our solver; returns the number of bonds that broke.
     fn advance(&self, py: Python<'_>, steps: u64) -> PyResult<u64> {
         let mut left = steps;
         while left > 0 {
@@ -238,7 +244,7 @@ impl Hosted {
         Ok(self.lock()?.assembly.broken)
     }
 
-    /// Attach the host's memory. Addresses and offsets must have been compared with what the host itself says.
+    /// Attach the host's memory. The caller must have checked addresses and offsets against the host's Python values.
     ///
     /// `container`: the vector of bodies; `forces`: the object of the forces; `offsets`: of the state in a body, and of
     /// position, velocity, angular velocity, orientation, and prescribed degrees of freedom in a state.
@@ -278,17 +284,18 @@ impl Hosted {
         Ok(())
     }
 
-    /// Forces of this step at the host's places, added to the host's forces; how many bonds broke.
+    /// Compute the forces at the positions of the host's bodies and add them to the host's forces; returns the number of bonds that
+    /// broke.
     #[pyo3(signature = (dt, cell=None))]
     fn contact_step(&self, py: Python<'_>, dt: f64, cell: Option<(Tensor, Tensor, Tensor)>) -> PyResult<usize> {
         let mut inner = self.lock()?;
         let Inner { assembly, host } = &mut *inner;
-        let host = host.as_ref().ok_or_else(|| PyRuntimeError::new_err("no host is attached"))?;
+        let host = host.as_ref().ok_or_else(|| PyRuntimeError::new_err("no host is attached; call attach() first"))?;
         let cell = cell.map(|cell| cell_from(cell, dt));
         let pool = self.pool.as_ref();
         let threads = pool.map_or_else(rayon::current_num_threads, rayon::ThreadPool::current_num_threads);
         if let Some(pause) = host.pause.filter(|_| assembly.wants_host_threads_paused(threads)) {
-            // Safety: OpenMP's own function, called by the thread that begins the host's loops.
+            // Safety: OpenMP's function, called by the thread that starts the host's parallel loops.
             unsafe { pause(PAUSE_SOFT) };
         }
         let broken = detach(py, || {
@@ -312,7 +319,7 @@ impl Hosted {
         Ok(broken)
     }
 
-    /// Places and motion of the particles by body.
+    /// Positions, motion, and body ids of the particles.
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let inner = self.lock()?;
         let p = &inner.assembly.state.particles;
@@ -326,7 +333,7 @@ impl Hosted {
         Ok(dict)
     }
 
-    /// Tables of all contacts that carry something, `a` and `b` being the host's bodies: bonds by law, and `unbonded`.
+    /// Tables of all active contacts: bonds by law, and `unbonded`. `a` and `b` are the host's body ids.
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let inner = self.lock()?;
         let dict = PyDict::new(py);
@@ -340,7 +347,7 @@ impl Hosted {
         Ok(dict)
     }
 
-    /// Contact forces at the present places as operators read them: pair (rows of `bodies`), branch, point, force, moment.
+    /// Contact forces at the current positions, for operators: pair (rows of `bodies`), branch, point, force, moment.
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let mut inner = self.lock()?;
         let Assembly { state, solver, .. } = &mut inner.assembly;
@@ -356,7 +363,7 @@ impl Hosted {
         crate::arrays::result(py, "Contacts", fields)
     }
 
-    /// Net forces and torques of the last step by particle.
+    /// Net forces (N) and torques (N·m) of the last step per particle, (n, 3) each.
     fn net_forces<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let inner = self.lock()?;
         Ok((
@@ -365,7 +372,7 @@ impl Hosted {
         ))
     }
 
-    /// Edges of the periodic cell and its deformation gradient; None without one.
+    /// Edges (m, as columns) and deformation gradient of the periodic cell; None without a cell.
     #[getter]
     fn cell<'py>(&self, py: Python<'py>) -> PyResult<Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>> {
         let both =
@@ -373,24 +380,24 @@ impl Hosted {
         self.lock()?.assembly.state.cell.map(both).transpose()
     }
 
-    /// Bonds that have not broken.
+    /// Number of intact bonds.
     #[getter]
     fn bond_count(&self) -> PyResult<usize> {
         Ok(self.lock()?.assembly.state.bond_count())
     }
 
-    /// Bonds that broke so far.
+    /// Number of bonds broken so far.
     #[getter]
     fn broken(&self) -> PyResult<u64> {
         Ok(self.lock()?.assembly.broken)
     }
 
-    /// Bonds that each particle has lost so far, in the order of `bodies`.
+    /// Number of bonds that each particle has lost so far, in the order of `bodies`.
     fn losses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         Ok(scalars(py, &self.lock()?.assembly.losses).into_any())
     }
 
-    /// Steps taken.
+    /// Number of steps so far.
     #[getter]
     fn steps(&self) -> PyResult<u64> {
         Ok(self.lock()?.assembly.state.clock.step)
@@ -402,33 +409,35 @@ impl Hosted {
         Ok(self.lock()?.assembly.solver.neighbor_rebuilds())
     }
 
-    /// Hash of the state.
+    /// Hash of the complete state.
     fn state_hash(&self) -> PyResult<String> {
         hash::state_hash(&self.lock()?.assembly.state).or_raise()
     }
 
-    /// Write the state and a text of the caller to a file.
+    /// Write the state and a text of the caller to a file; returns the state hash.
     fn save(&self, path: PathBuf, text: &str) -> PyResult<String> {
         checkpoint::write(&path, &self.lock()?.assembly.state, text).or_raise()
     }
 
-    /// Replace the state by the one that `save` wrote.
+    /// Replace the state by one that `save` wrote. `losses`: number of bonds that each particle has lost.
     fn restore(&self, path: PathBuf, losses: Indices<'_>) -> PyResult<()> {
         let mut checkpoint = checkpoint::read(&path).or_raise()?;
         let mut inner = self.lock()?;
         let Assembly { state, solver, broken, losses: lost, .. } = &mut inner.assembly;
         let count = state.particles.len();
         same_length("losses", losses.get()?.len(), count)?;
-        // Into a copy: a file of other bodies must leave the state as it is.
+        // Read into a copy, so that a file of other bodies does not change the state.
         let mut stored = state.clone();
         caught(|| stored.read(&mut checkpoint.columns).and_then(|()| stored.check_indices()))?.or_raise()?;
-        // The order of particles follows the positions at which the assembly was first made, so it may differ.
+        // The order of particles follows the positions at creation, so it may differ.
         let sorted = |mut ids: Vec<u32>| {
             ids.sort_unstable();
             ids
         };
         if sorted(stored.particles.id.clone()) != sorted(state.particles.id.clone()) {
-            return Err(PyRuntimeError::new_err("the file belongs to other bodies"));
+            return Err(PyRuntimeError::new_err(
+                "the file contains other bodies than the scene; load the file that was saved with this scene",
+            ));
         }
         *state = stored;
         lost.copy_from_slice(losses.get()?);
@@ -450,32 +459,32 @@ impl Hosted {
     }
 }
 
-/// Read positions and motion of the host's bodies, which must be those that were attached.
+/// Read positions and motion of the host's bodies; an error if a body was deleted or replaced since `attach`.
 fn gather(assembly: &mut Assembly, host: &Host, dt: f64) -> Result<(), String> {
-    // Safety: the container belongs to the scene, which the caller compared before.
+    // Safety: the container belongs to the scene, which the caller has checked.
     let (begin, end): (usize, usize) = unsafe { (peek(host.bodies), peek(host.bodies + 8)) };
     let count = (end - begin) / 16;
     let (rotation, constraint) = (assembly.needs_rotation, assembly.needs_constraint);
     let fields = if rotation { 4 } else { 3 };
     assembly.take_motions(dt, |k, id| {
         let (id, (body, object)) = (id as usize, host.seen[k]);
-        // Bodies are scattered in memory.
+        // Prefetch, because bodies are scattered in memory.
         if let Some(&(body, object)) = host.seen.get(k + AHEAD) {
             prefetch(body as usize + host.state);
             for field in &host.fields[..fields] {
                 prefetch(object as usize + field);
             }
         }
-        // Safety: within the vector; the body is looked into only if it is the one that was seen at first. (One erased
-        // and another one made at the same address has another state at the same address at most: then it is a body.)
+        // Safety: within the vector; the body is read only if it has the address seen at first. (If a body was erased and
+        // another created at the same address, reading it is still valid.)
         let now = if id < count { unsafe { peek::<u64>(begin + 16 * id) } } else { 0 };
         if now != body || unsafe { peek::<u64>(body as usize + host.state) } != object {
             return Err(format!(
-                "body {id} is gone or was replaced; its bonds cannot go on. Take it out of the engine first"
+                "body {id} was deleted or replaced, but has bonds; call remove() of the engine before"
             ));
         }
         let at = |field: usize| object as usize + host.fields[field];
-        // Safety: fields of the state of a body of the host.
+        // Safety: fields of the state of an existing body.
         let three = |field: usize| unsafe { Vec3::from(peek::<[f64; 3]>(at(field))) };
         Ok(BodyState {
             position: three(0),

@@ -1,13 +1,13 @@
-//! `concordem._core`: the solver for Python, and what `concordem.yade` needs of it.
+//! `concordem._core`: the solver for Python, and functions for `concordem.yade`.
 //!
-//! The Python package around it lies in `python/concordem/`; `_core.pyi` there describes this module for type checkers.
-//! What is built from this folder is under the GNU General Public License, version 3 or later.
+//! The Python package is in `python/concordem/`; its `_core.pyi` describes this module for type checkers. Everything built from this
+//! folder is under the GNU General Public License, version 3 or later.
 
-// Views on the solver's memory and the bridge into a running YADE need raw pointers; each use says why it is sound.
+// Views of the solver's memory and the bridge to a running YADE need raw pointers; each use states why it is sound.
 #![allow(unsafe_code)]
-// Arguments of Python functions are taken by value, all functions of a module return alike, and 'py is written out.
+// pyo3 requires arguments by value and equal return types, and 'py is written out.
 #![allow(clippy::needless_pass_by_value, clippy::unnecessary_wraps, clippy::elidable_lifetime_names)]
-// Keyword arguments of a Python function are arguments here.
+// Every keyword argument of a Python function is an argument of the Rust function.
 #![allow(clippy::too_many_arguments)]
 
 mod arrays;
@@ -29,7 +29,7 @@ use std::io::IsTerminal;
 use concordem::program::Console;
 use pyo3::prelude::*;
 
-/// Run the command line program with these arguments (without the program's name); its exit code.
+/// Run the command-line program with these arguments (without the program name); returns its exit code.
 #[pyfunction]
 fn run_program(py: Python<'_>, arguments: Vec<String>) -> PyResult<u8> {
     errors::detach(py, || {
@@ -40,10 +40,10 @@ fn run_program(py: Python<'_>, arguments: Vec<String>) -> PyResult<u8> {
     })
 }
 
-/// A panic, as any fault of the program is one; for the test of what becomes of it.
+/// Panic, to test the conversion of panics to exceptions.
 #[pyfunction]
 fn _panic(py: Python<'_>) -> PyResult<()> {
-    errors::detach(py, || panic!("as asked"))
+    errors::detach(py, || panic!("intended panic"))
 }
 
 #[pymodule]

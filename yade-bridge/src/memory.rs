@@ -1,7 +1,7 @@
-//! Fields of many C++ objects at once, by their addresses.
+//! Reads and writes fields of many C++ objects at once, by address.
 //!
-//! This is the whole of what touches foreign memory in bulk. Callers (`concordem.yade`) hand over addresses they took from
-//! the host's own containers a moment ago, and offsets that were found and compared; see `_layout.py` there.
+//! Only this module accesses foreign memory in bulk. The caller (`concordem.yade`) passes addresses that it has just read from the
+//! host's containers, and offsets that were found and checked by its `_layout.py`.
 
 use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -11,9 +11,9 @@ use concordem::prefetch::{AHEAD, prefetch};
 
 use crate::arrays::scalars;
 
-/// The number at an address.
+/// Read a number at an address.
 ///
-/// Safety: the address lies in mapped memory that holds a `T`.
+/// Safety: the address must point to mapped memory with a `T`.
 #[inline(always)]
 pub unsafe fn peek<T: Copy>(address: usize) -> T {
     unsafe { std::ptr::read_unaligned(address as *const T) }
@@ -21,19 +21,19 @@ pub unsafe fn peek<T: Copy>(address: usize) -> T {
 
 /// Write a number to an address.
 ///
-/// Safety: as [`peek`], and the memory may be written.
+/// Safety: as [`peek`], and the memory must be writable.
 #[inline(always)]
 pub unsafe fn poke<T: Copy>(address: usize, value: T) {
     unsafe { std::ptr::write_unaligned(address as *mut T, value) }
 }
 
-/// Fields of `N` numbers; objects that come soon are fetched ahead, since they lie anywhere in memory.
+/// Read fields of `N` numbers. Prefetches, because objects are scattered in memory.
 fn collect<T: Copy, const N: usize>(addresses: &[u64], offset: usize, none: T) -> Vec<[T; N]> {
     let field = |(k, &address): (usize, &u64)| {
         if let Some(&next) = addresses.get(k + AHEAD) {
             prefetch((next as usize).wrapping_add(offset));
         }
-        // Safety: see the module; null stands for nothing.
+        // Safety: see the module; a null address means no object.
         if address == 0 { [none; N] } else { unsafe { peek(address as usize + offset) } }
     };
     addresses.iter().enumerate().map(field).collect()
@@ -69,11 +69,11 @@ fn array<'py, T: numpy::Element + bytemuck::Pod>(
         9 => Ok(of::<T, 9>(py, addresses, offset, none)),
         10 => Ok(of::<T, 10>(py, addresses, offset, none)),
         11 => Ok(of::<T, 11>(py, addresses, offset, none)),
-        other => Err(PyValueError::new_err(format!("{other} numbers of an object; 1 to 11 can be read at once"))),
+        other => Err(PyValueError::new_err(format!("components is {other}; give 1 to 11"))),
     }
 }
 
-/// Fields at `offset` of the objects at `addresses`: an array of shape (n,), or (n, components). Where there is no object,
+/// Read the field at `offset` of all objects at `addresses`. Returns an array of shape (n,) or (n, components). For a null address,
 /// reals are NaN and other numbers 0.
 #[pyfunction]
 #[pyo3(signature = (addresses, offset, kind="f64", components=1))]
@@ -90,12 +90,12 @@ fn memory_gather<'py>(
         "i32" => array(py, list, offset, components, 0_i32)?,
         "u64" => array(py, list, offset, components, 0_u64)?,
         "u8" => array(py, list, offset, components, 0_u8)?,
-        other => return Err(PyValueError::new_err(format!("kind \"{other}\"; it may be f64, i32, u64, u8"))),
+        other => return Err(PyValueError::new_err(format!("kind is \"{other}\"; give f64, i32, u64, or u8"))),
     };
     if components == 1 { Ok(flat) } else { flat.call_method1("reshape", (list.len(), components)) }
 }
 
-/// Write rows of reals to fields of the objects at `addresses`.
+/// Write rows of reals to the field at `offset` of all objects at `addresses`.
 #[pyfunction]
 fn memory_scatter(
     addresses: PyReadonlyArray1<'_, u64>,
@@ -105,7 +105,7 @@ fn memory_scatter(
     let (list, values) = (addresses.as_slice()?, values.as_slice()?);
     let components = if list.is_empty() { 0 } else { values.len() / list.len() };
     if components * list.len() != values.len() {
-        let message = format!("{} numbers do not go evenly to {} objects", values.len(), addresses.len());
+        let message = format!("{} numbers cannot be distributed evenly to {} objects", values.len(), addresses.len());
         return Err(PyValueError::new_err(message));
     }
     for (&address, row) in list.iter().zip(values.chunks_exact(components.max(1))) {
@@ -117,7 +117,7 @@ fn memory_scatter(
     Ok(())
 }
 
-/// Write ints to fields of the objects at `addresses`.
+/// Write ints to the field at `offset` of all objects at `addresses`.
 #[pyfunction]
 fn memory_scatter_i32(
     addresses: PyReadonlyArray1<'_, u64>,
@@ -126,7 +126,11 @@ fn memory_scatter_i32(
 ) -> PyResult<()> {
     let (list, values) = (addresses.as_slice()?, values.as_slice()?);
     if list.len() != values.len() {
-        return Err(PyValueError::new_err(format!("{} numbers for {} objects", values.len(), list.len())));
+        return Err(PyValueError::new_err(format!(
+            "{} numbers for {} objects; give one per object",
+            values.len(),
+            list.len()
+        )));
     }
     for (&address, &value) in list.iter().zip(values) {
         // Safety: see the module.
@@ -135,9 +139,9 @@ fn memory_scatter_i32(
     Ok(())
 }
 
-/// Targets of a `std::vector<boost::shared_ptr<T>>` at `address`; 0 for empty ones.
+/// Targets of a `std::vector<boost::shared_ptr<T>>` at `address`; 0 for empty pointers.
 pub unsafe fn targets(address: usize) -> Vec<u64> {
-    // Safety: the caller's.
+    // Safety: guaranteed by the caller.
     let (begin, end): (usize, usize) = unsafe { (peek(address), peek(address + 8)) };
     (begin..end).step_by(16).map(|at| unsafe { peek::<u64>(at) }).collect()
 }

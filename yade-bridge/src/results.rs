@@ -1,4 +1,4 @@
-//! Finished results.
+//! Result files of finished runs.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use crate::arrays::{TableColumn, scalars, table};
 use crate::errors::{OrRaise, caught};
 use crate::simulation::events;
 
-/// A finished result, verified and opened.
+/// A result file of a finished run. Opening it verifies the file.
 #[pyclass(frozen, name = "Result", module = "concordem")]
 pub struct PyResultFile(ResultFile);
 
@@ -33,12 +33,12 @@ impl PyResultFile {
     fn new(path: PathBuf) -> PyResult<Self> {
         caught(|| ResultFile::open(&path))?.or_raise().map(Self)
     }
-    /// The file.
+    /// Path of the file.
     #[getter]
     fn path(&self) -> PathBuf {
         self.0.path().to_owned()
     }
-    /// The time series.
+    /// The time series, a structured array; `concordem.units` gives the units.
     #[getter]
     fn samples<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let columns: PyResult<Vec<_>> = self
@@ -53,17 +53,17 @@ impl PyResultFile {
             .collect();
         table(py, columns?)
     }
-    /// The event log.
+    /// The event log, a structured array.
     #[getter]
     fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         events(py, &caught(|| self.0.events())?.or_raise()?)
     }
-    /// Names of the operators that were sampled; their columns are in `table("samples/NAME")`.
+    /// Names of the recorded operators; `table("samples/NAME")` returns their columns.
     #[getter]
     fn operators(&self) -> PyResult<Vec<String>> {
         caught(|| self.0.operators())?.or_raise()
     }
-    /// Names of the laws that have contacts.
+    /// Names of the laws with contacts.
     #[getter]
     fn laws(&self) -> PyResult<Vec<String>> {
         caught(|| self.0.laws())?.or_raise()
@@ -91,7 +91,7 @@ impl PyResultFile {
     fn state_hash(&self) -> PyResult<String> {
         caught(|| self.0.state_hash())?.or_raise()
     }
-    /// Where the result comes from.
+    /// Provenance of the result: names and values.
     #[getter]
     fn provenance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);

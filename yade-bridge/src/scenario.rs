@@ -1,4 +1,4 @@
-//! Scenarios: from text, files, dictionaries, keyword arguments.
+//! Scenarios from text, files, dictionaries, and keyword arguments.
 
 use std::path::PathBuf;
 
@@ -12,12 +12,12 @@ use crate::errors::{OrRaise, caught, of_assembly};
 use crate::packing::packing_of;
 use crate::simulation::{Simulation, guarded};
 
-/// What is to be computed.
+/// A scenario: the input of a run.
 #[pyclass(frozen, module = "concordem")]
 pub struct Scenario {
     /// The scenario.
     pub inner: scenario::Scenario,
-    /// Folder that files named in it are relative to.
+    /// Folder of relative paths in the scenario.
     pub folder: PathBuf,
 }
 
@@ -38,7 +38,7 @@ fn toml_of(object: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<toml::Value>
     if object.hasattr("__fspath__")? {
         return Ok(Some(toml::Value::String(object.call_method0("__fspath__")?.extract()?)));
     }
-    // Numbers of NumPy are scalars too; arrays go on as lists.
+    // NumPy scalars become numbers, arrays become lists.
     let scalar = !object.hasattr("__len__")?;
     if scalar && !object.is_instance_of::<PyFloat>() && object.hasattr("__index__")? {
         return Ok(Some(toml::Value::Integer(object.extract()?)));
@@ -53,16 +53,18 @@ fn toml_of(object: &Bound<'_, PyAny>, key: &str) -> PyResult<Option<toml::Value>
         }
         return Ok(Some(toml::Value::Array(list)));
     }
-    Err(PyTypeError::new_err(format!("{key}: a scenario has no values of type {}", object.get_type().name()?)))
+    Err(PyTypeError::new_err(format!(
+        "{key} has type {}; give a number, string, boolean, list, or dictionary",
+        object.get_type().name()?
+    )))
 }
 
 pub fn table_of(mapping: &Bound<'_, PyAny>, path: &str) -> PyResult<toml::Table> {
     let mut table = toml::Table::new();
     for item in mapping.call_method0("items")?.try_iter()? {
         let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item?.extract()?;
-        let name: String = key
-            .extract()
-            .map_err(|_| PyTypeError::new_err(format!("{path}: keys of a scenario are strings, not {key}")))?;
+        let name: String =
+            key.extract().map_err(|_| PyTypeError::new_err(format!("{path}: the key {key} is not a string")))?;
         let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
         if let Some(value) = toml_of(&value, &path)? {
             table.insert(name, value);
@@ -79,7 +81,7 @@ impl Scenario {
     fn of_mapping(mapping: &Bound<'_, PyAny>, folder: PathBuf) -> PyResult<Self> {
         let mut table = table_of(mapping, "")?;
         table.entry("version").or_insert(toml::Value::Integer(1));
-        // One table where a list of them is meant.
+        // Allow a single table instead of a list of tables.
         for key in ["material", "interface", "wall", "set", "prescribe", "clump", "force", "initial", "sample"] {
             if let Some(value) = table.get_mut(key)
                 && value.is_table()
@@ -94,7 +96,7 @@ impl Scenario {
 
 #[pymethods]
 impl Scenario {
-    /// A scenario from its tables as keyword arguments.
+    /// A scenario from its tables as keyword arguments. Raises ScenarioError if it is invalid.
     #[new]
     #[pyo3(signature = (**tables))]
     fn new(py: Python<'_>, tables: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
@@ -102,24 +104,24 @@ impl Scenario {
         Self::of_mapping(tables.unwrap_or(&empty).as_any(), PathBuf::new())
     }
 
-    /// A scenario from a mapping.
+    /// A scenario from a mapping; paths in it are relative to `folder`. Raises ScenarioError if it is invalid.
     #[staticmethod]
     #[pyo3(signature = (mapping, folder=None))]
     fn from_dict(mapping: &Bound<'_, PyAny>, folder: Option<PathBuf>) -> PyResult<Self> {
         if !mapping.hasattr("items")? {
-            return Err(PyTypeError::new_err("a mapping is wanted"));
+            return Err(PyTypeError::new_err("the scenario is not a mapping; give a dictionary of tables"));
         }
         Self::of_mapping(mapping, folder.unwrap_or_default())
     }
 
-    /// A scenario from TOML text.
+    /// A scenario from TOML text; `name` appears in messages. Raises ScenarioError if it is invalid.
     #[staticmethod]
     #[pyo3(signature = (text, name="<text>", folder=None))]
     fn from_text(text: &str, name: &str, folder: Option<PathBuf>) -> PyResult<Self> {
         Self::parse(name, text, folder.unwrap_or_default())
     }
 
-    /// A scenario from a TOML file; the files it names are looked for beside it.
+    /// A scenario from a TOML file; paths in it are relative to its folder. Raises ScenarioError if it is invalid.
     #[staticmethod]
     fn from_file(path: PathBuf) -> PyResult<Self> {
         let inner = caught(|| scenario::Scenario::read(&path))?.or_raise()?;
@@ -127,12 +129,12 @@ impl Scenario {
         Ok(Self { inner, folder })
     }
 
-    /// One of the scenarios that come with the program.
+    /// A scenario that is included in the program; see `templates`.
     #[staticmethod]
     fn template(name: &str) -> PyResult<Self> {
         let template = scenario::template(name).ok_or_else(|| {
             let names: Vec<_> = TEMPLATES.iter().map(|template| template.name).collect();
-            PyValueError::new_err(format!("there is no template \"{name}\"; there are {}", names.join(", ")))
+            PyValueError::new_err(format!("there is no template \"{name}\"; choose one of {}", names.join(", ")))
         })?;
         Self::parse(template.name, template.text, PathBuf::new())
     }
@@ -149,7 +151,7 @@ impl Scenario {
         &self.inner.source.text
     }
 
-    /// Name of the file, or what stands for it in messages.
+    /// Name of the file, or its substitute in messages.
     #[getter]
     fn name(&self) -> &str {
         &self.inner.source.name
@@ -166,7 +168,7 @@ impl Scenario {
         py.import("tomllib")?.call_method1("loads", (self.text(),))
     }
 
-    /// Build particles and bonds, ready to step.
+    /// Create particles and bonds. Returns a Simulation. Raises AssemblyError if this is not possible.
     #[pyo3(signature = (threads=None, progress=None))]
     fn simulation(
         slf: &Bound<'_, Self>,
@@ -176,7 +178,7 @@ impl Scenario {
         Simulation::build(slf, threads, progress.as_ref(), None)
     }
 
-    /// Make the packing alone.
+    /// Create only the packing. Returns Packing.
     #[pyo3(signature = (threads=None, progress=None))]
     fn pack<'py>(
         &self,
@@ -210,7 +212,7 @@ fn schema(kind: &str) -> PyResult<String> {
     match kind {
         "scenario" => Ok(scenario::schema().to_string()),
         "sweep" => Ok(concordem::sweep::schema().to_string()),
-        _ => Err(PyValueError::new_err(format!("kind is \"{kind}\"; it may be \"scenario\" or \"sweep\""))),
+        _ => Err(PyValueError::new_err(format!("kind is \"{kind}\"; give \"scenario\" or \"sweep\""))),
     }
 }
 

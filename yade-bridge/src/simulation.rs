@@ -1,7 +1,7 @@
 //! A running simulation.
 //!
-//! The interpreter's lock is released while steps are made. Every 50 ms the work comes back to Python, which may raise
-//! KeyboardInterrupt; the simulation then stands between two steps and can be continued.
+//! The interpreter's lock is released during steps. Every 50 ms, control returns to Python between two steps; Python may raise
+//! KeyboardInterrupt, after which the simulation can continue.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -24,24 +24,24 @@ use crate::errors::{OrRaise, caught, detach, internal, of_assembly, of_restart};
 use crate::scenario::Scenario;
 use crate::state::{Addresses, State};
 
-/// Between two looks at signals.
+/// Interval between checks for signals.
 const SLICE: Duration = Duration::from_millis(50);
-/// Between two calls of the progress function.
+/// Interval between calls of the progress function.
 const REPORT: Duration = Duration::from_millis(200);
 
-/// What steps change.
+/// The data that steps change.
 pub struct Inner {
-    /// State, solver, plan.
+    /// State, solver, and schedule.
     pub run: Run,
     samples: Vec<Record>,
     operators: Vec<Vec<OperatorRow>>,
     events: Vec<Event>,
     addresses: Addresses,
-    /// A panic in a step has left the state somewhere within the step.
+    /// Whether a panic has left the state in the middle of a step.
     fault: bool,
 }
 
-/// A simulation.
+/// A simulation of a scenario.
 #[pyclass(frozen, weakref, module = "concordem")]
 pub struct Simulation {
     inner: Mutex<Inner>,
@@ -50,20 +50,20 @@ pub struct Simulation {
     summary: Summary,
 }
 
-/// Interpreted on the way back to Python: what a signal handler or a progress function raised.
+/// Payload that carries an exception of a signal handler or progress function back to Python.
 struct Interrupted(PyErr);
 
-/// A pool of that many threads; `None`: the one of the process, of all processors.
+/// A pool with this number of threads; `None`: the global pool, with all processors.
 pub fn pool(threads: Option<usize>) -> PyResult<Option<rayon::ThreadPool>> {
     let Some(threads) = threads else { return Ok(None) };
     if threads == 0 {
-        return Err(PyValueError::new_err("threads is 0; at least one is needed"));
+        return Err(PyValueError::new_err("threads is 0; give at least 1"));
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map(Some).map_err(|error| PyRuntimeError::new_err(format!("cannot start {threads} threads: {error}")))
 }
 
-/// Work inside a pool: parallel loops then need not enter it one by one.
+/// Run `work` inside a pool, so that parallel loops do not enter it individually.
 pub fn inside<T: Send>(pool: Option<&rayon::ThreadPool>, work: impl FnOnce() -> T + Send) -> T {
     match pool {
         Some(pool) => pool.install(work),
@@ -71,7 +71,7 @@ pub fn inside<T: Send>(pool: Option<&rayon::ThreadPool>, work: impl FnOnce() -> 
     }
 }
 
-/// The progress function that `progress` stands for: a callable, True for a bar, nothing otherwise.
+/// The progress function for the argument `progress`: a callable, or a bar for True, or none.
 fn reporter<'py>(py: Python<'py>, progress: Option<&Bound<'py, PyAny>>) -> PyResult<Option<Py<PyAny>>> {
     match progress {
         None => Ok(None),
@@ -80,13 +80,13 @@ fn reporter<'py>(py: Python<'py>, progress: Option<&Bound<'py, PyAny>>) -> PyRes
         Some(object) => match object.extract::<bool>() {
             Ok(true) => Ok(Some(py.import("concordem._progress")?.getattr("bar")?.call0()?.unbind())),
             Ok(false) => Ok(None),
-            Err(_) => Err(PyTypeError::new_err("progress is True, False, or a function")),
+            Err(_) => Err(PyTypeError::new_err("progress must be True, False, or a function")),
         },
     }
 }
 
-/// Long work without the interpreter's lock. Its progress goes to `progress` (stage, share), and signals are looked at
-/// when it reports; both may end it by an exception.
+/// Run long work without the interpreter's lock. When it reports, `progress` (stage, fraction) is called and signals are checked;
+/// both may stop it with an exception.
 pub fn guarded<T: Send>(
     py: Python<'_>,
     threads: Option<usize>,
@@ -114,7 +114,7 @@ pub fn guarded<T: Send>(
                     });
                     last = Some(Instant::now());
                     if let Err(error) = told {
-                        // The work has no way to be told; nothing of it is kept, so it can be unwound.
+                        // Unwind to cancel the work, which has no other way to stop; none of its data is kept.
                         resume_unwind(Box::new(Interrupted(error)));
                     }
                 };
@@ -129,7 +129,7 @@ pub fn guarded<T: Send>(
     })
 }
 
-/// Let a bar end its line.
+/// End the line of a progress bar.
 fn close(py: Python<'_>, report: Option<&Py<PyAny>>) -> PyResult<()> {
     match report {
         Some(report) if report.bind(py).hasattr("close")? => report.call_method0(py, "close").map(drop),
@@ -138,7 +138,7 @@ fn close(py: Python<'_>, report: Option<&Py<PyAny>>) -> PyResult<()> {
 }
 
 impl Inner {
-    /// Advance until time, steps, or the run are over.
+    /// Advance until the interval ends, `steps` steps are done, or the run ends.
     fn advance(&mut self, steps: &mut u64) -> Result<Option<StopReason>, concordem::schedule::simulation::RunError> {
         let start = Instant::now();
         while *steps > 0 {
@@ -161,7 +161,7 @@ impl Inner {
 }
 
 impl Simulation {
-    /// Build a scenario, from its start or from a checkpoint.
+    /// Build a scenario, from the start or from a checkpoint.
     pub fn build(
         scenario: &Bound<'_, Scenario>,
         threads: Option<usize>,
@@ -188,19 +188,19 @@ impl Simulation {
         Ok(Self { inner: Mutex::new(inner), pool: pool(threads)?, scenario: scenario.clone().unbind(), summary })
     }
 
-    /// The inside, unless another thread is stepping.
+    /// Lock the data; an error if another thread is stepping.
     pub fn lock(&self) -> PyResult<MutexGuard<'_, Inner>> {
         match self.inner.try_lock() {
             Ok(inner) if inner.fault => Err(faulty()),
             Ok(inner) => Ok(inner),
             Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
-                "the simulation is running in another thread; look at it from its progress function, or wait",
+                "the simulation is running in another thread; access it from its progress function, or wait",
             )),
             Err(TryLockError::Poisoned(_)) => Err(faulty()),
         }
     }
 
-    /// Take up to `steps` steps, with looks at signals and reports in between.
+    /// Compute up to `steps` steps, with checks for signals and progress reports.
     fn go(&self, py: Python<'_>, steps: u64, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Option<&'static str>> {
         let report = reporter(py, progress)?;
         let mut left = steps;
@@ -212,10 +212,8 @@ impl Simulation {
             inner.fault = stopped.is_err();
             let stopped = stopped?;
             if Addresses::of(&inner.run.state.particles) != inner.addresses {
-                // The core promises not to move the arrays of the particles; views would dangle.
-                eprintln!(
-                    "concordem: the particles' arrays have moved: this is a fault of the program, please report it"
-                );
+                // The core guarantees not to move the particle arrays; otherwise views would dangle.
+                eprintln!("internal error of concordem, please report it: the particle arrays have moved");
                 std::process::abort();
             }
             let stopped = stopped.or_raise()?;
@@ -245,7 +243,9 @@ impl Simulation {
 }
 
 fn faulty() -> PyErr {
-    PyRuntimeError::new_err("the simulation had a fault while it ran; its state cannot be relied on")
+    PyRuntimeError::new_err(
+        "the simulation failed in the middle of a step, so its state is invalid; load a checkpoint, or start again",
+    )
 }
 
 fn name_of(reason: StopReason) -> &'static str {
@@ -260,7 +260,7 @@ fn name_of(reason: StopReason) -> &'static str {
 
 #[pymethods]
 impl Simulation {
-    /// Go on with a checkpoint that `save` has written.
+    /// Continue from a checkpoint that `save` wrote. `scenario`: continue with this scenario instead of the stored one.
     #[staticmethod]
     #[pyo3(signature = (path, scenario=None, threads=None))]
     fn load(
@@ -280,29 +280,29 @@ impl Simulation {
         Self::build(&scenario, threads, None, Some(checkpoint))
     }
 
-    /// Write the complete state to a file.
+    /// Write the complete state to a checkpoint; returns the state hash.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<String> {
         let inner = self.lock()?;
         let text = self.scenario.get().inner.source.text.clone();
         detach(py, || checkpoint::write(&path, &inner.run.state, &text))?.or_raise()
     }
 
-    /// Run until a condition of the scenario's `[stop]` holds.
+    /// Run until a condition of the scenario's `[stop]` is met; returns its name.
     #[pyo3(signature = (progress=None))]
     fn run(&self, py: Python<'_>, progress: Option<Bound<'_, PyAny>>) -> PyResult<Option<&'static str>> {
         self.go(py, u64::MAX, progress.as_ref())
     }
 
-    /// Take `count` steps, or fewer if the run ends.
+    /// Compute `count` steps, or fewer if the run ends. Returns the reason for the end, or None.
     #[pyo3(signature = (count=1, progress=None))]
     fn step(&self, py: Python<'_>, count: u64, progress: Option<Bound<'_, PyAny>>) -> PyResult<Option<&'static str>> {
         if count == u64::MAX {
-            return Err(PyValueError::new_err("count is out of range"));
+            return Err(PyValueError::new_err("count is out of range; give 0 or more"));
         }
         self.go(py, count, progress.as_ref())
     }
 
-    /// Particles, contacts, cell, clock.
+    /// Particles, contacts, cell, and clock.
     #[getter]
     fn state(slf: &Bound<'_, Self>) -> State {
         State::new(slf.clone().unbind())
@@ -314,19 +314,19 @@ impl Simulation {
         self.scenario.clone_ref(py)
     }
 
-    /// Why the run has ended; None if it has not.
+    /// Reason for the end of the run; None if it has not ended.
     #[getter]
     fn stopped(&self) -> PyResult<Option<&'static str>> {
         Ok(self.lock()?.run.stopped().map(name_of))
     }
 
-    /// How far the run is, 0 to 1.
+    /// Progress of the run, 0 to 1.
     #[getter]
     fn progress(&self) -> PyResult<f64> {
         Ok(self.lock()?.run.progress())
     }
 
-    /// Facts about what was built.
+    /// Numbers of particles and bonds, time step bound, and the like; see Summary.
     #[getter]
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let s = &self.summary;
@@ -346,7 +346,7 @@ impl Simulation {
         result(py, "Summary", fields)
     }
 
-    /// The time series so far.
+    /// The time series so far, a structured array; `concordem.units` gives the units.
     #[getter]
     fn samples<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let inner = self.lock()?;
@@ -366,7 +366,7 @@ impl Simulation {
         table(py, columns)
     }
 
-    /// What the operators of the scenario's `[[sample]]` gave so far.
+    /// Records of the operators in the scenario's `[[sample]]` so far, by name.
     #[getter]
     fn operator_samples<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let inner = self.lock()?;
@@ -400,13 +400,13 @@ impl Simulation {
         Ok(dict)
     }
 
-    /// What broke so far.
+    /// The event log so far, a structured array.
     #[getter]
     fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         events(py, &self.lock()?.events)
     }
 
-    /// Forces of all contacts at the present positions, for operators.
+    /// Forces of all contacts at the current positions, for operators. Returns Forces.
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let mut inner = self.lock()?;
         let Inner { run, .. } = &mut *inner;
@@ -425,14 +425,14 @@ impl Simulation {
         result(py, "Forces", (contacts, loads))
     }
 
-    /// Net contact force and torque of the last step on every particle.
+    /// Net contact force (N) and torque (N·m) of the last step on every particle, (n, 3) each.
     fn net_forces<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let inner = self.lock()?;
         let solver = &inner.run.solver;
         Ok((vectors(py, solver.forces())?.into_any(), vectors(py, solver.torques())?.into_any()))
     }
 
-    /// Sum of branch times force of the last step over the volume of the periodic cell.
+    /// Stress `(1/V) Σ l⊗f` of the periodic cell in the last step, Pa, (3, 3); None without a cell.
     #[getter]
     fn cell_stress<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let inner = self.lock()?;

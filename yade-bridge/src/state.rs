@@ -1,8 +1,8 @@
-//! The state as arrays.
+//! The state as NumPy arrays.
 //!
-//! What belongs to particles is viewed without a copy. That is sound because the solver never moves, grows, or replaces
-//! these arrays (a promise of the core, which its test and the comparison of [`Addresses`] after every run keep), and
-//! because a view keeps the simulation alive. Contacts are found anew during a run, so tables of them are copies.
+//! Particle arrays are views without copies. This is sound because the core guarantees never to move, grow, or replace these arrays (a
+//! test of the core and the comparison of [`Addresses`] after every run check it), and because a view keeps the simulation alive.
+//! Contacts change at every neighbor-list rebuild, so their tables are copies.
 
 use concordem::state::Particles;
 use concordem::state::contacts::{ContactFlags, Contacts};
@@ -15,12 +15,12 @@ use pyo3::types::PyDict;
 use crate::arrays::{TableColumn, rows, scalars, table, tensor};
 use crate::simulation::Simulation;
 
-/// Where the arrays of the particles lie that have views.
+/// Addresses and lengths of the particle arrays that have views.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Addresses([(usize, usize); 11]);
 
 impl Addresses {
-    /// Those of `particles`.
+    /// The addresses for `particles`.
     pub fn of(particles: &Particles) -> Self {
         fn of<T>(data: &[T]) -> (usize, usize) {
             (data.as_ptr() as usize, data.len())
@@ -48,9 +48,9 @@ pub struct State {
     simulation: Py<Simulation>,
 }
 
-/// A view of `components` numbers per row on memory that `owner` keeps.
+/// A view with `components` numbers per row of memory that `owner` keeps alive.
 ///
-/// Safety: `data` points to `rows·components` numbers that stay where they are as long as `owner` lives.
+/// Safety: `data` must point to `rows·components` numbers that do not move while `owner` exists.
 unsafe fn view<'py, T: Element>(
     owner: Bound<'py, PyAny>,
     data: *const T,
@@ -58,7 +58,7 @@ unsafe fn view<'py, T: Element>(
     components: usize,
     writable: bool,
 ) -> PyResult<Bound<'py, PyAny>> {
-    // An empty vector has a dangling pointer, which NumPy only keeps.
+    // An empty vector has a dangling pointer; NumPy stores it but does not read from it.
     let array = if components == 1 {
         let view = unsafe { ArrayView1::from_shape_ptr(rows, data) };
         unsafe { PyArray1::borrow_from_array(&view, owner) }.into_any()
@@ -77,7 +77,7 @@ impl State {
         Self { simulation }
     }
 
-    /// View on one array of the particles.
+    /// A view of a particle array.
     fn particles<'py, S, T: Element>(
         &self,
         py: Python<'py>,
@@ -88,34 +88,34 @@ impl State {
         let inner = owner.get().lock()?;
         let data = of(&inner.run.state.particles);
         let components = size_of::<S>() / size_of::<T>();
-        // Sound: S is made of `components` numbers T; see the module for the rest.
+        // Sound: S consists of `components` numbers T; see also the module.
         unsafe { view(owner.clone().into_any(), data.as_ptr().cast::<T>(), data.len(), components, writable) }
     }
 }
 
 #[pymethods]
 impl State {
-    /// Ids of the particles: their places in the user's packing.
+    /// Ids of the particles: their indices in the user's packing, (n,).
     #[getter]
     fn ids<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.particles::<_, u32>(py, |p| &p.id, false)
     }
-    /// Centres, m.
+    /// Positions, m, (n, 3).
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.particles::<_, f64>(py, |p| &p.position, false)
     }
-    /// Velocities at the half step before, m/s.
+    /// Velocities at the half step before the positions, m/s, (n, 3).
     #[getter]
     fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.particles::<_, f64>(py, |p| &p.velocity, false)
     }
-    /// Angular velocities at the half step before, rad/s.
+    /// Angular velocities at the half step before the positions, rad/s, (n, 3).
     #[getter]
     fn angular_velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.particles::<_, f64>(py, |p| &p.angular_velocity, false)
     }
-    /// Unit quaternions x, y, z, w, body to world.
+    /// Orientations: unit quaternions (x, y, z, w), body to world, (n, 4).
     #[getter]
     fn orientations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.particles::<_, f64>(py, |p| &p.orientation, false)
@@ -135,30 +135,30 @@ impl State {
     fn inertias<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.particles::<_, f64>(py, |p| &p.inertia, false)
     }
-    /// Numbers of the materials in the scenario.
+    /// Indices of the materials in the scenario, (n,).
     #[getter]
     fn materials<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.particles::<_, u16>(py, |p| &p.material, false)
     }
-    /// Numbers of the clumps; 2³²−1 for none.
+    /// Indices of the clumps, (n,); 2³²−1 for none.
     #[getter]
     fn clumps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.particles::<_, u32>(py, |p| &p.clump, false)
     }
-    /// One bit for each named set of the scenario.
+    /// Bit masks of the scenario's named sets, (n,).
     #[getter]
     fn tags<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.particles::<_, u64>(py, |p| &p.tags, false)
     }
 
-    /// A view that may be written to.
+    /// A writable view of `positions`, `velocities`, or `angular_velocities`.
     fn writable<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         match name {
             "positions" => self.particles::<_, f64>(py, |p| &p.position, true),
             "velocities" => self.particles::<_, f64>(py, |p| &p.velocity, true),
             "angular_velocities" => self.particles::<_, f64>(py, |p| &p.angular_velocity, true),
             _ => Err(PyValueError::new_err(format!(
-                "\"{name}\" cannot be written to; positions, velocities, and angular_velocities can"
+                "\"{name}\" is not writable; positions, velocities, and angular_velocities are"
             ))),
         }
     }
@@ -170,7 +170,7 @@ impl State {
         inner.run.state.cell.map(|cell| Ok(tensor(py, &cell.matrix)?.into_any())).transpose()
     }
 
-    /// Steps done.
+    /// Number of steps so far.
     #[getter]
     fn step(&self) -> PyResult<u64> {
         Ok(self.simulation.get().lock()?.run.state.clock.step)
@@ -188,13 +188,13 @@ impl State {
         Ok(self.simulation.get().lock()?.run.state.clock.dt)
     }
 
-    /// Bonds that have not broken.
+    /// Number of intact bonds.
     #[getter]
     fn bond_count(&self) -> PyResult<usize> {
         Ok(self.simulation.get().lock()?.run.state.bond_count())
     }
 
-    /// Tables of all contacts that carry something, by kind: bonds by law, `unbonded`, `walls`.
+    /// Tables of all active contacts: bonds by law, `unbonded`, and `walls`.
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let inner = self.simulation.get().lock()?;
         let state = &inner.run.state;
@@ -217,7 +217,7 @@ impl State {
     }
 }
 
-/// All contacts of a block that carry something, with their histories.
+/// All active contacts of a block, with their histories.
 pub fn contact_table<'py>(
     py: Python<'py>,
     block: &dyn Contacts,

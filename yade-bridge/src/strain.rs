@@ -14,83 +14,83 @@ use crate::regions::{PyPeriod, PyRegion, dimension, period};
 
 type Any<'py> = PyResult<Bound<'py, PyAny>>;
 
-/// Affine part of the motion of particles.
+/// Best affine fit of the motion of particles; values are rates if velocities were fitted.
 #[pyclass(frozen, name = "AffineFit", module = "concordem.operators")]
 pub struct PyAffineFit(pub AffineFit);
 
 #[pymethods]
 impl PyAffineFit {
-    /// Mean position, m.
+    /// Mean position of the particles, m, (3,).
     #[getter]
     fn centre<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         vector(py, &self.0.center).into_any()
     }
-    /// Displacement or velocity at the centre.
+    /// Displacement (m) or velocity (m/s) at the center, (3,).
     #[getter]
     fn translation<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         vector(py, &self.0.translation).into_any()
     }
-    /// `G_ij = ∂u_i/∂x_j`.
+    /// Displacement gradient `G_ij = ∂u_i/∂x_j`, (3, 3).
     #[getter]
     fn gradient<'py>(&self, py: Python<'py>) -> Any<'py> {
         Ok(tensor(py, &self.0.gradient)?.into_any())
     }
-    /// Rotation or spin at the centre.
+    /// Rotation (rad) or angular velocity (rad/s) at the center, (3,).
     #[getter]
     fn rotation<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         vector(py, &self.0.rotation).into_any()
     }
-    /// `κ_ij = ∂_i φ_j`.
+    /// Curvature `κ_ij = ∂_i φ_j`, 1/m, (3, 3).
     #[getter]
     fn curvature<'py>(&self, py: Python<'py>) -> Any<'py> {
         Ok(tensor(py, &self.0.curvature)?.into_any())
     }
-    /// Symmetric strain.
+    /// Strain `½(G + Gᵀ)`, (3, 3).
     #[getter]
     fn strain<'py>(&self, py: Python<'py>) -> Any<'py> {
         Ok(tensor(py, &self.0.strain())?.into_any())
     }
-    /// `γ_ij = ∂_i u_j − e_ijk φ_k`.
+    /// Cosserat strain `γ_ij = ∂_i u_j − e_ijk φ_k`, (3, 3).
     #[getter]
     fn cosserat_strain<'py>(&self, py: Python<'py>) -> Any<'py> {
         Ok(tensor(py, &self.0.cosserat_strain())?.into_any())
     }
-    /// `½ curl u`.
+    /// Macro-rotation `½ curl u`, (3,).
     #[getter]
     fn macro_rotation<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         vector(py, &self.0.macro_rotation()).into_any()
     }
-    /// What particles turn beyond the body.
+    /// Micro-rotation: rotation of the particles minus the macro-rotation, (3,).
     #[getter]
     fn micro_rotation<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         vector(py, &self.0.micro_rotation()).into_any()
     }
-    /// Squares of displacement that is not affine, and of all of it.
+    /// Sums of squares: of the non-affine displacement, and of the whole displacement, m².
     #[getter]
     fn residual(&self) -> (f64, f64) {
         self.0.residual.into()
     }
-    /// The same for rotation.
+    /// Sums of squares: of the non-affine rotation, and of the whole rotation.
     #[getter]
     fn rotation_residual(&self) -> (f64, f64) {
         self.0.rotation_residual.into()
     }
-    /// Particles in the fit.
+    /// Number of particles in the fit.
     #[getter]
     fn particles(&self) -> usize {
         self.0.particles
     }
-    /// How well they span space.
+    /// Smallest over largest principal second moment of the positions: how well they span space.
     #[getter]
     fn spread(&self) -> f64 {
         self.0.spread
     }
-    /// Displacement that the fit gives at points.
+    /// Displacement of the fit at points (k, 3), m, (k, 3).
     fn displacement<'py>(&self, py: Python<'py>, points: Vectors<'py>) -> Any<'py> {
         let found: Vec<_> = points.get()?.iter().map(|x| self.0.displacement(x)).collect();
         Ok(vectors(py, &found)?.into_any())
     }
-    /// Rotation that the fit gives at points.
+    /// Rotation of the fit at points (k, 3), (k, 3).
     fn rotation_at<'py>(&self, py: Python<'py>, points: Vectors<'py>) -> Any<'py> {
         let found: Vec<_> = points.get()?.iter().map(|x| self.0.rotation_at(x)).collect();
         Ok(vectors(py, &found)?.into_any())
@@ -124,14 +124,14 @@ pub struct PyMesh(Mesh);
 
 #[pymethods]
 impl PyMesh {
-    /// Corners of the cells: indices of points.
+    /// Corners of the cells: indices of points, (cells, 3 or 4).
     #[getter]
     fn cells<'py>(&self, py: Python<'py>) -> Any<'py> {
         let corners: Vec<u32> = (0..self.0.len()).flat_map(|k| self.0.cell(k).iter().map(|c| c.point)).collect();
         let each = corners.len() / self.0.len().max(1);
         scalars(py, &corners).into_any().call_method1("reshape", (self.0.len(), each))
     }
-    /// Images of the corners, in numbers of cell edges.
+    /// Periodic images of the corners, in numbers of cell edges.
     #[getter]
     fn images<'py>(&self, py: Python<'py>) -> Any<'py> {
         let images: Vec<i32> = (0..self.0.len()).flat_map(|k| self.0.cell(k).iter().flat_map(|c| c.image)).collect();
@@ -152,7 +152,9 @@ fn triangulate(py: Python<'_>, position: Vectors<'_>, dimension: u8, edges: Opti
     detach(py, || delaunay(x, dimension, edges.as_ref()))?.or_raise().map(PyMesh)
 }
 
-/// Strain of the cells of a triangulation.
+/// Displacement gradient of a triangulated body from the linear field in each cell. Returns MeshStrain.
+///
+/// Args: `mesh` of `delaunay`; `position`, `displacement` (n, 3), m.
 #[pyfunction]
 #[pyo3(name = "cell_strain", signature = (mesh, position, displacement, period=None))]
 fn strain_of_cells<'py>(
@@ -170,7 +172,9 @@ fn strain_of_cells<'py>(
     result(py, "MeshStrain", fields)
 }
 
-/// Strain by edges and their dual area vectors.
+/// Displacement gradient from the edges of a triangulation and their dual area vectors (Bagi). Returns DualStrain.
+///
+/// Args: `mesh` of `delaunay`; `position`, `displacement` (n, 3), m.
 #[pyfunction]
 #[pyo3(name = "bagi_strain", signature = (mesh, position, displacement, period=None))]
 fn strain_of_edges<'py>(
@@ -185,7 +189,7 @@ fn strain_of_edges<'py>(
     result(py, "DualStrain", (tensor(py, &found.gradient)?, found.volume, tensor(py, &found.unity)?))
 }
 
-/// Displacement gradient from the motion of a body's hull.
+/// Displacement gradient from the motion of the hull of a triangulated body, (3, 3).
 #[pyfunction]
 #[pyo3(name = "boundary_strain")]
 fn strain_of_hull<'py>(
@@ -198,43 +202,43 @@ fn strain_of_hull<'py>(
     Ok(tensor(py, &found)?.into_any())
 }
 
-/// Displacement gradient of a periodic cell from its edges.
+/// Displacement gradient of a periodic cell from the change of its edges, (3, 3).
 #[pyfunction]
 #[pyo3(name = "cell_gradient")]
 fn gradient_of_cell<'py>(py: Python<'py>, period: &Bound<'py, PyPeriod>) -> Any<'py> {
     Ok(tensor(py, &cell_gradient(&period.get().0).or_raise()?)?.into_any())
 }
 
-/// A division of space into the cells of particles.
+/// A partition of space into one cell per particle.
 #[pyclass(frozen, name = "PowerDiagram", module = "concordem.operators")]
 pub struct PyPowerDiagram(PowerDiagram);
 
 #[pymethods]
 impl PyPowerDiagram {
-    /// Volume of each particle's cell, m³.
+    /// Volume of each particle's cell, m³, (n,).
     #[getter]
     fn volumes<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         scalars(py, &self.0.volumes).into_any()
     }
-    /// Area vectors of the faces, m².
+    /// Area vectors of the faces, m², (faces, 3).
     #[getter]
     fn face_areas<'py>(&self, py: Python<'py>) -> Any<'py> {
         let areas: Vec<_> = self.0.faces.iter().map(|face| face.area).collect();
         Ok(vectors(py, &areas)?.into_any())
     }
-    /// Centroids of the faces on the border from the centres of their particles, m.
+    /// Vectors from the particle centers to the centroids of the border faces, m.
     #[getter]
     fn border_centroids<'py>(&self, py: Python<'py>) -> Any<'py> {
         let centroids: Vec<_> = self.0.border().map(|face| face.centroid).collect();
         Ok(vectors(py, &centroids)?.into_any())
     }
-    /// Particles of the faces on the border.
+    /// Particles of the border faces.
     #[getter]
     fn border_particles<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         let particles: Vec<u32> = self.0.border().map(|face| face.point).collect();
         scalars(py, &particles).into_any()
     }
-    /// Strain of contact cells with spins.
+    /// Strain by the contact cells of Satake, with rotations of the particles. Returns DualStrain.
     #[pyo3(signature = (displacement, rotation=None, border_displacement=None, period=None))]
     fn satake_strain<'py>(
         &self,
@@ -253,7 +257,7 @@ impl PyPowerDiagram {
     }
 }
 
-/// Power diagram of particles in a box or a periodic cell.
+/// Power diagram of particles in a box (`low`, `high`) or a periodic cell (`edges` as columns), m. Returns PowerDiagram.
 #[pyfunction]
 #[pyo3(name = "power_diagram", signature = (position, radius, low=None, high=None, edges=None, dimension=3))]
 fn divide(
@@ -268,25 +272,29 @@ fn divide(
     let domain = match (low, high, edges) {
         (Some(low), Some(high), None) => Domain::Box { low: low.0, high: high.0 },
         (None, None, Some(edges)) => Domain::Periodic(edges.0),
-        _ => return Err(PyValueError::new_err("give either low and high of a box, or the edges of a periodic cell")),
+        _ => {
+            return Err(PyValueError::new_err(
+                "low, high, and edges conflict; give low and high of a box, or the edges of a periodic cell",
+            ));
+        }
     };
     let (x, r, dimension) = (position.get()?, radius.get()?, self::dimension(dimension)?);
     detach(py, || power_diagram(x, r, &domain, dimension))?.or_raise().map(PyPowerDiagram)
 }
 
-/// Cosserat strain from a displacement gradient and a rotation.
+/// Cosserat strain `γ_ij = G_ji − e_ijk φ_k` from a displacement gradient G (3, 3) and a rotation φ (3,).
 #[pyfunction]
 fn cosserat_strain<'py>(py: Python<'py>, gradient: Tensor, rotation: Vector) -> Any<'py> {
     Ok(tensor(py, &cosserat::strain(&gradient.0, &rotation.0))?.into_any())
 }
 
-/// Macro-rotation of a displacement gradient.
+/// Macro-rotation `½ curl u` of a displacement gradient (3, 3). Returns (3,).
 #[pyfunction]
 fn macro_rotation<'py>(py: Python<'py>, gradient: Tensor) -> Any<'py> {
     Ok(vector(py, &cosserat::macro_rotation(&gradient.0)).into_any())
 }
 
-/// Elastic strain of particles under their stresses.
+/// Elastic strain (3, 3) of a particle under a stress (3, 3), Pa; `young` in Pa.
 #[pyfunction]
 #[pyo3(signature = (stress, young, poisson, state="solid"))]
 fn particle_strain<'py>(py: Python<'py>, stress: Tensor, young: f64, poisson: f64, state: &str) -> Any<'py> {
@@ -295,7 +303,7 @@ fn particle_strain<'py>(py: Python<'py>, stress: Tensor, young: f64, poisson: f6
         "plane-strain" => ElasticState::PlaneStrain,
         "plane-stress" => ElasticState::PlaneStress,
         other => {
-            let message = format!("state is \"{other}\"; it may be \"solid\", \"plane-strain\", \"plane-stress\"");
+            let message = format!("state is \"{other}\"; give \"solid\", \"plane-strain\", or \"plane-stress\"");
             return Err(PyValueError::new_err(message));
         }
     };
@@ -303,7 +311,7 @@ fn particle_strain<'py>(py: Python<'py>, stress: Tensor, young: f64, poisson: f6
     Ok(tensor(py, &constants.strain(&stress.0))?.into_any())
 }
 
-/// Strain between two platens.
+/// Strain `(upper − lower)/length` from the displacements of two platens and their distance, m.
 #[pyfunction]
 #[pyo3(name = "platen_strain")]
 fn strain_between_platens(lower: f64, upper: f64, length: f64) -> PyResult<f64> {

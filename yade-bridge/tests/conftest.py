@@ -32,7 +32,7 @@ def concrete() -> concordem.Scenario:
 
 @pytest.fixture(autouse=True)
 def interruptible():
-    """Ctrl-C as a terminal gives it; processes in the background are started with SIGINT ignored."""
+    """Enable Ctrl-C as in a terminal, because background processes ignore SIGINT."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)

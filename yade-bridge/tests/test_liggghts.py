@@ -1,4 +1,4 @@
-"""LIGGGHTS driven from Python, in processes of its own, since it ends them on errors."""
+"""LIGGGHTS driven from Python, in separate processes, because it ends the process on errors."""
 
 import os
 import re
@@ -21,7 +21,7 @@ units si
 atom_style sphere
 atom_modify map array sort 0 0
 boundary f f f
-newton off   # bonds are known at both ends
+newton off   # both atoms store a bond
 communicate single vel yes
 region box block -0.02 0.06 -0.02 0.06 -0.02 0.06 units box
 create_box 1 box
@@ -48,7 +48,7 @@ def run(script, processes=1):
 
 
 def test_views_and_forces_of_bonds():
-    """The forces in LIGGGHTS' arrays are the sums of those of the bonds; what is written to a view moves atoms."""
+    """The forces in LIGGGHTS' arrays are the sums of the bond forces, and writing to a view moves atoms."""
     done = run("""
 host.run(0)
 assert len(host) == host.owned == 64 and host.fix("bonds") == 144
@@ -102,7 +102,7 @@ sys.stdout.flush()
 host.close()
 """, processes=2)
     assert done.returncode == 0, done.stdout + done.stderr
-    # Both write to one stream, so that their lines may follow each other without a break.
+    # Both write to one stream, so a line break between their outputs may be missing.
     ranks = [[int(word) for word in words] for words in re.findall(r"rank (\d+) (\d+) (\d+) (\d+);", done.stdout)]
     assert [rank[0::2] for rank in ranks] == [[64, 144]] * 2, done.stdout
     assert sum(rank[1] for rank in ranks) == 64 and sum(rank[3] for rank in ranks) == 144
@@ -125,18 +125,18 @@ print("done")
     assert "left # right" in printed and "joined here" in printed, printed
 
 
-def test_numbers_that_a_fix_has_not_are_refused():
+def test_invalid_indices_of_a_fix_are_errors():
     done = run("""
 host.run(0)
-for name, index, message in [("bonds", 0, "has 12 numbers, counted from 1: there is no number 0"),
-                             ("bonds", 13, "there is no number 13"), ("integrate", 1, "has 0 numbers"),
+for name, index, message in [("bonds", 0, "has no output 0: its vector has 12 elements, counted from 1"),
+                             ("bonds", 13, "has no output 13"), ("integrate", 1, "has 0 elements"),
                              ("nobody", 1, "there is no fix `nobody`")]:
     try:
         host.fix(name, index)
     except LiggghtsError as error:
         assert message in str(error), error
     else:
-        raise AssertionError(f"not refused: {name} {index}")
+        raise AssertionError(f"no error: {name} {index}")
 assert host.fix("bonds", 12) > 0.0099
 print("done")
 """)
@@ -164,7 +164,7 @@ def test_a_missing_library_is_named():
 
 
 def test_rows_match_the_library():
-    """Sixteen reals a row, as the library writes them."""
+    """A row has sixteen reals, as in the library."""
     from concordem import liggghts
 
     assert liggghts._ROW.itemsize == 16 * np.dtype(float).itemsize

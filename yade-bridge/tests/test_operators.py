@@ -1,4 +1,4 @@
-"""Operators on arrays: identities, zero copies, refusals."""
+"""Operators on arrays: identities, zero copies, errors."""
 
 import concordem
 import numpy as np
@@ -10,7 +10,7 @@ RANDOM = np.random.default_rng(7)
 
 @pytest.fixture(scope="module")
 def cloud():
-    """Particles with contacts between near ones, and forces out of nothing."""
+    """Random particles, with contacts between close ones and random forces."""
     x = RANDOM.random((200, 3))
     a, b = np.triu_indices(200, 1)
     near = np.linalg.norm(x[b] - x[a], axis=1) < 0.25

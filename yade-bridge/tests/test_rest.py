@@ -1,4 +1,4 @@
-"""Packings, elastic constants, calibration, reading, documentation examples, other libraries in the process."""
+"""Packings, elastic constants, calibration, result files, documentation examples, other libraries in the process."""
 
 import doctest
 import subprocess
@@ -22,7 +22,7 @@ def test_documentation_examples():
 
 def test_lattices_and_files(tmp_path):
     face = packing.lattice("face-centered", 0.5, (3, 3, 3))
-    # Touching spheres are neighbours up to rounding.
+    # Touching spheres are neighbors up to rounding.
     summary = packing.summary(*face, interaction_ratio=1.001)
     assert summary.coordination == 12 and summary.packing_fraction == pytest.approx(np.pi / np.sqrt(18), abs=1e-12)
     packing.write(tmp_path / "p.txt", *face)
@@ -59,7 +59,7 @@ def test_elastic_constants_and_calibration():
     data["material"][0]["cpm"]["young"] = fit.normal
     data["material"][0]["cpm"]["shear_ratio"] = fit.shear_ratio
     again = concordem.elastic_constants(concordem.Scenario.from_dict(data)).static
-    # Of the static solution's residual, 1e-11, the constants have the square; the search for Poisson's ratio ends at 1e-9.
+    # The error of the constants is quadratic in the residual of the static solution, 1e-11; the search for Poisson's ratio stops at 1e-9.
     assert again.young == pytest.approx(30e9, rel=1e-7) and again.poisson == pytest.approx(0.2, abs=1e-7)
     with pytest.raises(concordem.CalibrationError, match="out of reach"):
         concordem.calibrate_elastic(scenario, 30e9, 0.45)
@@ -88,7 +88,7 @@ def cell():
     ],
 )
 def test_every_law_is_calibrated_as_by_the_program(tmp_path, law, options, found):
-    """The scenario found gives the wanted constants, and is that of the program, letter by letter."""
+    """The calibrated scenario has the requested constants and equals that of the program."""
     source, written = tmp_path / "cell.toml", tmp_path / "found.toml"
     source.write_text(cell().text)
     fit = concordem.calibrate_elastic(concordem.Scenario.from_file(source), 30e9, 0.19, law=law, **options)
@@ -97,7 +97,7 @@ def test_every_law_is_calibrated_as_by_the_program(tmp_path, law, options, found
     assert again.young == pytest.approx(30e9, rel=1e-7) and again.poisson == pytest.approx(0.19, abs=1e-7)
     assert (fit.spectral_radius is None) == (not options)
     if options:
-        # Within (0, 1) strains and forces settle.
+        # In (0, 1), the strain-force iteration converges.
         assert 0 < fit.spectral_radius < 1 and fit.scenario.to_dict()["material"][0]["deformable"]["poisson"] == 0.3
     words = ["calibrate", "elastic", str(source), "--young", "30e9", "--poisson", "0.19", "--law", law, "-o", str(written)]
     for key, value in options.items():
@@ -110,7 +110,7 @@ def test_every_law_is_calibrated_as_by_the_program(tmp_path, law, options, found
 def test_calibrations_that_cannot_be():
     scenario = cell()
     for options, message in [
-        ({"law": "glue"}, 'law is "glue"; wanted is "cpm", "linear_bond", or "cohesive_beam"'),
+        ({"law": "glue"}, 'law is "glue"; choose "cpm", "linear_bond", or "cohesive_beam"'),
         ({"deformable": True}, 'deformable: the law "cpm" .* use law="linear_bond"'),
         ({"particle_poisson": 0.3}, "particle_poisson is for deformable particles; add deformable"),
         ({"law": "linear_bond", "deformable": True, "particle_poisson": 0.7}, "particle_poisson is 0.7; it must be more than -1"),
@@ -125,7 +125,7 @@ def test_calibrations_that_cannot_be():
 
 
 def test_results_beside_h5py_and_vtk(tmp_path):
-    """Each of the three brings or loads an HDF5 of its own; in one process they must not meet."""
+    """Each of the three libraries has its own HDF5; in one process they must not conflict."""
     h5py = pytest.importorskip("h5py")
     vtk = pytest.importorskip("vtk")
     assert vtk.vtkVersion.GetVTKVersion()

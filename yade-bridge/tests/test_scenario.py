@@ -1,4 +1,4 @@
-"""Scenarios: four ways to write one, and what happens when it is wrong."""
+"""Scenarios: four ways to write one, and errors."""
 
 import json
 import pickle

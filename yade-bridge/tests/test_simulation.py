@@ -1,4 +1,4 @@
-"""Simulations: the same bits however they are driven, views that stay valid, interruption."""
+"""Simulations: bitwise equal results however they are driven, valid views, interruption."""
 
 import _thread
 import gc
@@ -81,7 +81,7 @@ def test_another_scenario_is_applied_or_refused_by_key(tmp_path):
     prescribed = np.abs(other.state.velocities[:, 2])
     assert other.run() == "steps" and other.state.step == 51
     assert 0 < prescribed.max() and fastest > 0
-    # Another packing is refused by its key, and does not panic.
+    # Another packing is an error that names the key, not a panic.
     data["packing"]["repeats"] = [5, 3, 6]
     with pytest.raises(concordem.ScenarioError, match="restart cannot change") as caught:
         concordem.Simulation.load(tmp_path / "end.h5", concordem.Scenario.from_dict(data))
@@ -89,13 +89,13 @@ def test_another_scenario_is_applied_or_refused_by_key(tmp_path):
 
 
 def test_a_panic_is_an_error_of_the_package():
-    with pytest.raises(concordem.InternalError, match="as asked") as caught:
+    with pytest.raises(concordem.InternalError, match="intended panic") as caught:
         concordem._core._panic()
     assert isinstance(caught.value, concordem.ConcordemError) and isinstance(caught.value, Exception)
 
 
 def test_views_show_what_happens_and_outlive_the_simulation():
-    # A velocity written by hand is energy without a source, and 20 m/s is too fast for the time step.
+    # A written velocity adds energy without a source, and 20 m/s is too fast for the time step.
     two = concordem.Scenario(**{**TWO, "integration": {**TWO.get("integration", {}), "allow_energy_error": True}})
     simulation = two.simulation()
     positions, velocities = simulation.state.positions, simulation.state.velocities
@@ -103,7 +103,7 @@ def test_views_show_what_happens_and_outlive_the_simulation():
     before = positions.copy()
     simulation.state.writable("velocities")[1] = [20.0, 0, 0]
     assert velocities[1, 0] == 20.0
-    # The bond breaks on the way, contacts are found anew, and the arrays stay where they are.
+    # The bond breaks and neighbor lists are rebuilt, but the arrays do not move.
     simulation.step(300)
     assert simulation.state.bond_count == 0 and len(simulation.events) >= 1
     assert simulation.state.positions.ctypes.data == address
@@ -146,7 +146,7 @@ def test_tables_of_contacts_are_copies_with_units(concrete):
     assert np.array_equal(table, kept), "what was read does not change"
     x, ids = simulation.state.positions, simulation.state.ids
     assert np.array_equal(ids[table["index_a"]], table["a"])
-    # The strain of the table is that of the step; one step later lengths have changed by 1e-6 of themselves at most.
+    # The table has the strain of the step; one step later, lengths have changed by at most 1e-6.
     table = simulation.state.contacts()["cpm"]
     length = np.linalg.norm(x[table["index_b"]] - x[table["index_a"]], axis=1)
     assert np.allclose(length, table["length"], rtol=1e-5)
@@ -160,7 +160,7 @@ def test_forces_balance_what_the_solver_found(concrete):
     force, moment = concordem.operators.resultants(simulation.state.positions, contacts)
     simulation.step(1)
     net, torque = simulation.net_forces()
-    # The same contact forces, added in another order: rounding of some twelve terms of the largest size.
+    # Tolerance: about twelve terms are summed in another order.
     scale = np.abs(contacts.force).max()
     assert np.abs(net - force).max() < 1e-14 * scale * 12
     assert np.abs(torque - moment).max() < 1e-14 * scale * 12 * simulation.state.radii.max()

@@ -1,22 +1,22 @@
-//! Errors and panics become a status and a text for C++; the stack never unwinds into it.
+//! Converts errors and panics to a status code and a message, so that no panic unwinds into C++.
 #![allow(unsafe_code)] // the message buffer of a C caller
 
 use std::ffi::c_char;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Buffer of the caller that receives an error message, ended by a zero byte.
+/// Caller's buffer for an error message, zero-terminated.
 #[repr(C)]
 #[derive(Debug)]
 #[cfg_attr(feature = "header", derive(type_layout::TypeLayout))]
 pub struct Message {
-    /// First byte of the buffer; null: the message is dropped.
+    /// First byte of the buffer; if null, the message is dropped.
     text: *mut c_char,
     /// Size of the buffer, bytes.
     capacity: usize,
 }
 
 impl Message {
-    /// Write `text` and a zero byte, cut to the buffer at a character boundary.
+    /// Write `text` and a zero byte; text that does not fit is truncated at a character boundary.
     ///
     /// # Safety
     /// The buffer must have the stated capacity.
@@ -36,7 +36,6 @@ impl Message {
     }
 }
 
-/// Text of a panic.
 fn text_of(panic: &(dyn std::any::Any + Send)) -> String {
     let what = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
     format!("internal error of concordem, please report it: {}", what.unwrap_or("unknown"))
@@ -68,7 +67,7 @@ mod tests {
         let message = Message { text: buffer.as_mut_ptr().cast(), capacity };
         // SAFETY: the buffer is longer than the capacity.
         let status = unsafe { guarded(&raw const message, body) };
-        assert!(buffer[capacity..].iter().all(|&byte| byte == 0x55), "written behind the buffer");
+        assert!(buffer[capacity..].iter().all(|&byte| byte == 0x55), "wrote past the end of the buffer");
         let end = buffer.iter().position(|&byte| byte == 0 || byte == 0x55).unwrap_or(0);
         (status, String::from_utf8(buffer[..end].to_vec()).expect("whole characters"))
     }

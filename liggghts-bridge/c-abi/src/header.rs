@@ -1,20 +1,20 @@
-//! The C header of a bridge, generated from its Rust sources by cbindgen and completed by assertions about every field.
+//! The C header of a bridge: generated from its Rust sources by cbindgen, plus a `static_assert` for every field.
 //!
-//! The header is committed, so that compiling a shim needs no generator; a test of each bridge calls [`check`], which fails when the
-//! header is not what the sources say.
+//! The header is committed, so compiling a shim does not need cbindgen. A test in each bridge calls [`Header::check`], which fails
+//! if the header is out of date.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 pub use type_layout::{Field, TypeLayout, TypeLayoutInfo};
 
-/// Environment variable that makes [`check`] write the header instead of comparing it.
+/// Environment variable that makes [`Header::check`] write the header instead of comparing it.
 pub const WRITE: &str = "CONCORDEM_WRITE_HEADER";
 
-/// How field names of Rust are written in C++.
+/// Spelling of Rust field names in C++.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FieldNames {
-    /// As in Rust.
+    /// Unchanged.
     Snake,
     /// `shear_modulus` becomes `shearModulus`.
     Camel,
@@ -23,13 +23,13 @@ pub enum FieldNames {
 /// A header to generate.
 #[derive(Debug)]
 pub struct Header<'a> {
-    /// Where it is committed.
+    /// Path of the committed header.
     pub path: &'a Path,
     /// Rust sources whose `extern "C"` functions and `repr(C)` types it declares.
     pub sources: &'a [PathBuf],
-    /// Comment at its beginning.
+    /// Comment at the top.
     pub comment: &'a str,
-    /// How fields are written.
+    /// Spelling of field names.
     pub fields: FieldNames,
     /// C names of types and constants that do not get the prefix `Concordem`.
     pub names: &'a [(&'a str, &'a str)],
@@ -50,7 +50,6 @@ fn camel(name: &str) -> String {
 }
 
 impl Header<'_> {
-    /// Text of the header.
     fn text(&self) -> String {
         let mut config = cbindgen::Config {
             language: cbindgen::Language::Cxx,
@@ -76,18 +75,23 @@ impl Header<'_> {
             builder = builder.with_src(source);
         }
         let mut made = Vec::new();
-        builder.generate().expect("the sources make a header").write(&mut made);
-        let mut text = String::from_utf8(made).expect("a header is text");
+        builder.generate().expect("cbindgen generates a header").write(&mut made);
+        let mut text = String::from_utf8(made).expect("the header is UTF-8");
         text.push_str("\n// Layout of the structures in Rust.\n");
         for layout in self.layouts {
             self.assert_layout(layout, &mut text);
         }
         let defined = text.lines().filter(|line| line.starts_with("struct ") && line.ends_with('{')).count();
-        assert!(defined == self.layouts.len(), "the header defines {defined} structures: give the layouts of all");
+        assert!(
+            defined == self.layouts.len(),
+            "the header defines {defined} structures, but `layouts` has {}; list the layouts of all",
+            self.layouts.len()
+        );
         text.push('\n');
         let hash = crate::header_hash(text.as_bytes());
-        writeln!(text, "#define CONCORDEM_HEADER_HASH UINT64_C({hash:#018x})").expect("text grows");
-        assert!(crate::header_hash(text.as_bytes()) == hash, "the library computes the same hash");
+        writeln!(text, "#define CONCORDEM_HEADER_HASH UINT64_C({hash:#018x})")
+            .expect("writing to a string cannot fail");
+        assert!(crate::header_hash(text.as_bytes()) == hash, "the hash must not depend on the line that defines it");
         text
     }
 
@@ -104,7 +108,7 @@ impl Header<'_> {
                         text,
                         "static_assert(offsetof({name}, {field}) == {offset} && sizeof({name}::{field}) == {size}, \"{name}::{field}\");"
                     )
-                    .expect("text grows");
+                    .expect("writing to a string cannot fail");
                     size
                 }
             };
@@ -112,20 +116,23 @@ impl Header<'_> {
         }
         let TypeLayoutInfo { size, alignment, .. } = layout;
         writeln!(text, "static_assert(sizeof({name}) == {size} && alignof({name}) == {alignment}, \"{name}\");")
-            .expect("text grows");
+            .expect("writing to a string cannot fail");
     }
 
-    /// Compare the committed header with the sources; with [`WRITE`] in the environment, write it.
+    /// Compare the committed header with the sources, or write it if [`WRITE`] is set.
+    ///
+    /// # Panics
+    /// If the header is out of date or cannot be read or written.
     pub fn check(&self) {
         let wanted = self.text();
         if std::env::var_os(WRITE).is_some() {
-            std::fs::write(self.path, wanted).expect("the header is written");
+            std::fs::write(self.path, wanted).expect("the header can be written");
             return;
         }
-        let found = std::fs::read_to_string(self.path).expect("the header is there");
+        let found = std::fs::read_to_string(self.path).expect("the header can be read");
         assert!(
             found == wanted,
-            "{} is not what the Rust sources say; write it again: {WRITE}=1 cargo test -p <this crate> c_header",
+            "{} is out of date; regenerate it with {WRITE}=1 cargo test -p <this crate> c_header",
             self.path.display()
         );
     }

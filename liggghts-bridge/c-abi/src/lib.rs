@@ -1,5 +1,5 @@
-//! What the C interfaces of both bridges share: errors on their way to C++, slices of the host's arrays, and (feature `header`)
-//! the test that keeps the committed C header equal to the Rust declarations.
+//! Shared by the C interfaces of both bridges: error messages for C++, slices of the host's arrays, and (feature `header`) the test
+//! that keeps the committed C header equal to the Rust declarations.
 
 mod guard;
 #[cfg(feature = "header")]
@@ -9,10 +9,10 @@ mod slices;
 pub use guard::{Message, guarded};
 pub use slices::{slice, slice_mut};
 
-/// FNV-1a hash of a C header, which the shim was compiled with and the library was built beside.
+/// FNV-1a hash of a C header, without the last line, which defines the hash itself.
 ///
-/// The header ends with a line that defines its own hash; that line does not count. The shim compares this definition with the
-/// hash that the library answers: any difference in a field, type, or signature changes it.
+/// The shim compares the hash of the header it was compiled with to the one that the library returns. Any difference in a field,
+/// type, or signature changes it.
 pub const fn header_hash(header: &[u8]) -> u64 {
     const MARK: &[u8] = b"#define CONCORDEM_HEADER_HASH";
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;

@@ -1,1 +1,1 @@
-/* Not in libliggghts-dev; LIGGGHTS generates it. No style of ours needs what it lists. */
+/* Replaces a generated LIGGGHTS header that libliggghts-dev lacks. Our styles need nothing from it. */

@@ -1,4 +1,4 @@
-/* Not in libliggghts-dev; LIGGGHTS generates it. The default surface is all that our styles use. */
+/* Replaces a generated LIGGGHTS header that libliggghts-dev lacks. Our styles need only the default surface model. */
 #ifdef SURFACE_MODEL
 SURFACE_MODEL(SURFACE_DEFAULT, default, 0)
 #endif

@@ -1,21 +1,21 @@
-//! The arrays of atoms as the shim passes them.
+//! Atom arrays as passed by the shim.
 
-// C functions: the pointers are the shim's, as its header documents.
+// Called from C++ with the shim's pointers; `abi.h` documents their lengths.
 #![allow(unsafe_code, clippy::missing_safety_doc)]
 
 use concordem_c_abi::{slice, slice_mut};
 
 use crate::atoms::Atoms;
 
-/// Atoms of the host: `owned` ones of this processor, `count` with the ghosts; see `Atoms` in `src/atoms.rs`. Vectors are three
-/// reals.
+/// Atom arrays of the host: `owned` atoms of this processor, `count` with ghosts. Vectors are three reals. See `Atoms` in
+/// `src/atoms.rs`.
 #[repr(C)]
 #[derive(Debug)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
 pub struct AtomArrays {
     owned: i32,
     count: i32,
-    /// Bit of the group.
+    /// Bit of the fix's group.
     group: i32,
     /// Reals of `memory` per atom.
     memory_width: i32,
@@ -30,7 +30,7 @@ pub struct AtomArrays {
     force: *mut f64,
     torque: *mut f64,
     memory: *mut f64,
-    /// Periodic edges of the box, m; 0: not periodic.
+    /// Periodic edge lengths of the box, m; 0 where it is not periodic.
     edge: [f64; 3],
     dt: f64,
     step: i64,
@@ -39,7 +39,7 @@ pub struct AtomArrays {
 impl AtomArrays {
     pub(super) unsafe fn view<'a>(&self) -> Atoms<'a> {
         let (owned, count) = (self.owned as usize, self.count as usize);
-        // SAFETY: lengths of the host's arrays; forces exist for owned atoms and ghosts, only those of owned atoms are used.
+        // SAFETY: lengths of the host's arrays. They include forces on ghosts, which we do not use.
         unsafe {
             Atoms {
                 owned,

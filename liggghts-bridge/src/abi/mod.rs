@@ -1,7 +1,7 @@
-//! The functions that the C++ shims call; the test `c_header` generates their header `shim/abi.h`.
+//! Functions called from the C++ shims; the test `c_header` generates their header `shim/abi.h`.
 //!
-//! A function that can fail returns −1 or a null pointer and writes a message; none unwinds into C++. Pointers lead into the arrays
-//! of the host; the shim states their lengths.
+//! A function that can fail returns −1 or a null pointer and writes a message. No panic unwinds into C++. Pointers point into the
+//! host's arrays; the shim passes their lengths.
 
 pub mod atoms;
 #[cfg(test)]

@@ -1,6 +1,6 @@
-//! The network of a fix: made, stepped, moved between processors.
+//! The network of a fix: creation, steps, and exchange between processors.
 
-// C functions: the pointers are the shim's, as its header documents.
+// Called from C++ with the shim's pointers; `abi.h` documents their lengths.
 #![allow(unsafe_code, clippy::missing_safety_doc)]
 
 use std::ffi::{CStr, c_char};
@@ -11,30 +11,30 @@ use super::atoms::AtomArrays;
 use crate::network::Network;
 use crate::options::{Creation, Options};
 
-/// What the shim needs to know of the arguments.
+/// Settings and sizes that the shim needs.
 #[repr(C)]
 #[derive(Debug)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
 pub struct Facts {
     /// Reals stored per atom.
     atom_width: i32,
-    /// How many of them, the last ones, ghosts need.
+    /// How many of these reals ghosts need; they come last.
     communicated: i32,
-    /// 0: no bonds are made, 1: by distance, 2: from a list.
+    /// How bonds are created. 0: not at all, 1: by distance, 2: from a list.
     creation: i32,
     /// Whether to sum stored energies at every step.
     sample_every_step: i32,
-    /// Index of the law of contacts without a bond; 0: none.
+    /// Number of the contact law; 0: none.
     contacts: i32,
-    /// Step at which bonds are made; negative: the first one.
+    /// Step at which bonds are created; negative: the first step.
     at: i64,
-    /// Factor on the sum of radii.
+    /// Bonds join atoms closer than this factor times the sum of their radii.
     factor: f64,
-    /// Reach given by the user, m.
+    /// Reach given by the user, m; 0: none.
     reach: f64,
 }
 
-/// A network from the `count` arguments of the script after the style; null and a message if they are not valid.
+/// Create a network from the `count` script arguments after the style name. Returns null and a message if they are invalid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_new(
     words: *const *const c_char,
@@ -46,7 +46,7 @@ pub unsafe extern "C" fn concordem_network_new(
     // MPI provides the parallelism: one thread per processor.
     let _ = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global();
     let mut made = std::ptr::null_mut();
-    // SAFETY: `count` strings that end in zero; `facts` and `message` are the shim's.
+    // SAFETY: `count` zero-terminated strings; `facts` and `message` belong to the shim.
     unsafe {
         let words: Vec<String> = slice(words, count as usize)
             .iter()
@@ -82,19 +82,20 @@ pub unsafe extern "C" fn concordem_network_new(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_delete(network: *mut Network) {
     if !network.is_null() {
-        // SAFETY: made by `concordem_network_new`, deleted once.
+        // SAFETY: created by `concordem_network_new`, deleted once.
         drop(unsafe { Box::from_raw(network) });
     }
 }
 
-/// Fill the memory of a new atom, `ConcordemFacts::atom_width` reals.
+/// Initialize the data of a new atom, `ConcordemFacts::atom_width` reals.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_initial_memory(network: *const Network, memory: *mut f64) {
     // SAFETY: `atom_width` reals.
     unsafe { (*network).initial_memory(slice_mut(memory, (*network).atom_width())) }
 }
 
-/// Rebuild the lists of bonds and contacts after atoms have moved to other processors; lengths in m.
+/// Rebuild the lists of bonds and contacts after atoms have migrated. `skin`, `cutoff`, `mean_radius` in m. Returns 0, or −1 and a
+/// message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_rebuild(
     network: *mut Network,
@@ -104,28 +105,28 @@ pub unsafe extern "C" fn concordem_network_rebuild(
     mean_radius: f64,
     message: *const Message,
 ) -> i64 {
-    // SAFETY: the shim's own structures.
+    // SAFETY: valid pointers from the shim.
     unsafe { guarded(message, || (*network).rebuild(&(*atoms).view(), skin, cutoff, mean_radius).map(|()| 0)) }
 }
 
-/// Queue the bonds of the list for the next rebuild.
+/// Queue the bonds of the user's list for the next rebuild.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_make_listed(network: *mut Network) {
-    // SAFETY: the shim's own.
+    // SAFETY: valid pointers from the shim.
     unsafe { (*network).make_listed() }
 }
 
 /// Queue bonds between `count` pairs of ids for the next rebuild.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_make_given(network: *mut Network, pairs: *const [i32; 2], count: i64) {
-    // SAFETY: the shim's own, `count` pairs.
+    // SAFETY: `count` pairs.
     unsafe { (*network).make_given(slice(pairs, count as usize)) }
 }
 
-/// Number of bonds that broke in the last force computation; `pairs` is set to their ids, valid until the next one.
+/// Number of bonds that broke in the last force computation. Sets `pairs` to their atom ids, valid until the next computation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_broken_now(network: *const Network, pairs: *mut *const [i32; 2]) -> i64 {
-    // SAFETY: the shim's own.
+    // SAFETY: valid pointers from the shim.
     unsafe {
         let broken = (*network).broken_now();
         *pairs = broken.as_ptr();
@@ -133,10 +134,10 @@ pub unsafe extern "C" fn concordem_network_broken_now(network: *const Network, p
     }
 }
 
-/// Number of atoms in the list of bonds; writes their ids, ascending, to `ids` unless this is null.
+/// Number of atoms in the user's list of bonds. Writes their ids in ascending order to `ids` unless it is null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_listed_atoms(network: *const Network, ids: *mut i32) -> i64 {
-    // SAFETY: the shim's own; `ids` holds as many as an earlier call told.
+    // SAFETY: `ids` has the size that an earlier call returned.
     unsafe {
         let Creation::List(bonds) = &(*network).options().creation else { return 0 };
         let mut listed: Vec<i32> = bonds.iter().flat_map(|bond| bond.0).collect();
@@ -149,8 +150,8 @@ pub unsafe extern "C" fn concordem_network_listed_atoms(network: *const Network,
     }
 }
 
-/// Length of the longest listed bond, m (current or rest length). `positions`: of the listed atoms in the order of
-/// [`concordem_network_listed_atoms`]; `edges`: of the periodic box, 0 where it is not periodic.
+/// Longest current or reference length of the listed bonds, m. `positions`: three reals per listed atom, in the order of
+/// [`concordem_network_listed_atoms`]. `edges`: three edge lengths of the box, 0 where it is not periodic.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_longest_listed(
     network: *const Network,
@@ -181,22 +182,22 @@ pub unsafe extern "C" fn concordem_network_longest_listed(
     }
 }
 
-/// Queue bonds between atoms closer than the factor of the script; their number, as this processor counts, or −1 and a message.
+/// Queue bonds by distance (`bond distance FACTOR`). Returns the number of bonds that this processor counts, or −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_make_near(network: *mut Network, message: *const Message) -> i64 {
-    // SAFETY: the shim's own.
+    // SAFETY: valid pointers from the shim.
     unsafe { guarded(message, || (*network).make_near().map(|made| made as i64)) }
 }
 
 /// Rotate owned atoms by the angular velocity of the step.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_turn(network: *const Network, atoms: *const AtomArrays) {
-    // SAFETY: the shim's own.
+    // SAFETY: valid pointers from the shim.
     unsafe { (*network).rotate(&mut (*atoms).view()) }
 }
 
-/// Add the forces at the current positions to the atoms'. `setup`: nothing moves; `sample`: sum stored energies; `record`: keep the
-/// forces of contacts. 0, or −1 and a message.
+/// Compute forces at the current positions and add them to the atoms' forces. `setup`: nothing moves. `sample`: sum stored energies.
+/// `record`: keep the force of every contact. Returns 0, or −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_forces(
     network: *mut Network,
@@ -206,7 +207,7 @@ pub unsafe extern "C" fn concordem_network_forces(
     record: i32,
     message: *const Message,
 ) -> i64 {
-    // SAFETY: the shim's own.
+    // SAFETY: valid pointers from the shim.
     unsafe {
         guarded(message, || (*network).forces(&mut (*atoms).view(), setup != 0, sample != 0, record != 0).map(|()| 0))
     }
@@ -215,12 +216,12 @@ pub unsafe extern "C" fn concordem_network_forces(
 /// Largest number of reals that [`concordem_network_pack`] writes for an atom.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_largest_pack(network: *mut Network) -> i64 {
-    // SAFETY: the shim's own.
+    // SAFETY: valid pointers from the shim.
     unsafe { (*network).largest_pack() as i64 }
 }
 
-/// Number of reals in the records of atom `tag`; writes them to `buffer` if they fit into `capacity` reals and `buffer` is not
-/// null. `leaves`: the atom leaves this processor.
+/// Number of reals in the records of atom `tag`. Writes them to `buffer` if it is not null and `capacity` is large enough. `leaves`:
+/// the atom leaves this processor.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_pack(
     network: *mut Network,
@@ -230,7 +231,7 @@ pub unsafe extern "C" fn concordem_network_pack(
     capacity: i64,
 ) -> i64 {
     let mut reals = Vec::new();
-    // SAFETY: the shim's own.
+    // SAFETY: valid pointers from the shim.
     unsafe {
         (*network).pack(tag, leaves != 0, &mut reals);
         if !buffer.is_null() && reals.len() as i64 <= capacity {
@@ -240,7 +241,7 @@ pub unsafe extern "C" fn concordem_network_pack(
     reals.len() as i64
 }
 
-/// Read the records of an atom that [`concordem_network_pack`] wrote. 0, or −1 and a message.
+/// Read the records that [`concordem_network_pack`] wrote. Returns 0, or −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_unpack(
     network: *mut Network,

@@ -1,6 +1,6 @@
-//! Contact laws along LIGGGHTS' neighbor lists.
+//! Contact laws for LIGGGHTS' neighbor lists.
 
-// C functions: the pointers are the shim's, as its header documents.
+// Called from C++ with the shim's pointers; `abi.h` documents their lengths.
 #![allow(unsafe_code, clippy::missing_safety_doc)]
 
 use std::ffi::c_char;
@@ -10,8 +10,8 @@ use concordem_c_abi::{Message, guarded, slice, slice_mut};
 use crate::host_laws::HostShear;
 use crate::pair::{self, MODELS, Neighbors, PairForce, PairLaw, Pass, Properties, WallContact};
 
-/// Properties of `types` atom types for [`concordem_pair_new`]: one real per type or per pair of types; null where the model does
-/// not need them.
+/// Properties of `types` atom types for [`concordem_pair_new`]: one real per type (`young`, `poisson`) or per pair of types; null if
+/// the model does not need them.
 #[repr(C)]
 #[derive(Debug)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
@@ -27,10 +27,10 @@ pub struct PairProperties {
     velocity: f64,
 }
 
-/// Forces of recorded contacts.
+/// Recorded contact forces.
 pub struct PairRecord(Vec<PairForce>);
 
-/// A law of pairs.
+/// A contact law for all pairs of types.
 pub struct PairLawHandle(Box<dyn PairLaw>);
 
 /// A normal model of `pair_style gran`, see `Model` in `src/pair.rs`.
@@ -39,9 +39,9 @@ pub struct PairLawHandle(Box<dyn PairLaw>);
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
 pub struct PairModel {
     name: *const c_char,
-    /// Number in LIGGGHTS' hash of models.
+    /// Number in LIGGGHTS' model hash.
     number: i32,
-    /// Bits of `CONCORDEM_ELASTIC` and so on.
+    /// Properties that the model reads: bits `CONCORDEM_ELASTIC` to `CONCORDEM_VELOCITY`.
     properties: u32,
     hertzian: i32,
     is_law: i32,
@@ -51,33 +51,33 @@ pub struct PairModel {
 pub const ELASTIC: u32 = 1;
 /// Property: coefficient of restitution.
 pub const RESTITUTION: u32 = 2;
-/// Property: stiffnesses.
+/// Property: stiffnesses `kn`, `kt`.
 pub const STIFFNESS: u32 = 4;
-/// Property: damping.
+/// Property: damping `gamman`, `gammat`.
 pub const DAMPING: u32 = 8;
 /// Property: characteristic velocity.
 pub const VELOCITY: u32 = 16;
 
-// The header needs literal numbers.
+// cbindgen needs literal numbers.
 const _: () = {
     use pair::property as p;
     assert!(ELASTIC == p::ELASTIC && RESTITUTION == p::RESTITUTION && STIFFNESS == p::STIFFNESS);
     assert!(DAMPING == p::DAMPING && VELOCITY == p::VELOCITY);
 };
 
-/// Number of models; writes model `index` to `model` unless `index` is past the last one.
+/// Returns the number of models. Writes model `index` to `model` if it exists.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_pair_model(index: i32, model: *mut PairModel) -> i32 {
     if let Some(found) = usize::try_from(index).ok().and_then(|index| MODELS.get(index)) {
         let pair::Model { name, number, properties, hertzian, is_law } = *found;
         let (hertzian, is_law) = (i32::from(hertzian), i32::from(is_law));
-        // SAFETY: the shim's own.
+        // SAFETY: valid pointer from the shim.
         unsafe { *model = PairModel { name: name.as_ptr(), number, properties, hertzian, is_law } };
     }
     MODELS.len() as i32
 }
 
-/// The law of model `model`; null and a message if its parameters are not valid.
+/// Create the law of model `model`. Returns null and a message if the parameters are invalid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_pair_new(
     model: i32,
@@ -115,16 +115,16 @@ pub unsafe extern "C" fn concordem_pair_new(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_pair_delete(law: *mut PairLawHandle) {
     if !law.is_null() {
-        // SAFETY: made by `concordem_pair_new`, deleted once.
+        // SAFETY: created by `concordem_pair_new`, deleted once.
         drop(unsafe { Box::from_raw(law) });
     }
 }
 
-/// Number of reals in the history of model `model`; writes for each whether it changes sign when the atoms are exchanged. −1: no
-/// such model.
+/// Returns the number of reals in the history of model `model`, or −1 if there is no such model. Writes 1 to `odd` for every real
+/// that changes sign when the two atoms are swapped, else 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_pair_history(model: i32, odd: *mut i32, capacity: i32) -> i32 {
-    // The history does not depend on the parameters.
+    // Any valid parameters: the history does not depend on them.
     let one = [1.0];
     let half = [0.5];
     let properties = Properties {
@@ -146,7 +146,7 @@ pub unsafe extern "C" fn concordem_pair_history(model: i32, odd: *mut i32, capac
     fields.len() as i32
 }
 
-/// Neighbor lists and atoms of a pass: `count` atoms with ghosts, lists of the first `atoms` of `list`.
+/// Neighbor lists and atoms: `count` atoms with ghosts; `list` holds the indices of the `atoms` atoms that have neighbor lists.
 #[repr(C)]
 #[derive(Debug)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
@@ -174,8 +174,8 @@ pub struct PairArrays {
     dt: f64,
 }
 
-/// Add the forces of all pairs. With `record`: returns the number of contacts, and [`concordem_pair_recorded`] returns their forces.
-/// Without (null): 0. −1 and a message on an error.
+/// Add the forces of all pairs. Returns the number of contacts in `record`, 0 if `record` is null, or −1 and a message.
+/// [`concordem_pair_recorded`] returns the recorded forces.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_pair_compute(
     law: *const PairLawHandle,
@@ -225,7 +225,8 @@ pub unsafe extern "C" fn concordem_pair_compute(
     }
 }
 
-/// Force (N) and torque (N·m) of a wall on a particle: six reals in `wrench`. `history` holds `width` reals.
+/// Write the force (N) and torque (N·m) of a wall on a particle to `wrench` (six reals). `history` has `width` reals. Returns 0, or
+/// −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_pair_wall(
     law: *const PairLawHandle,
@@ -235,7 +236,7 @@ pub unsafe extern "C" fn concordem_pair_wall(
     wrench: *mut f64,
     message: *const Message,
 ) -> i64 {
-    // SAFETY: the shim's own, lengths as stated.
+    // SAFETY: lengths as documented.
     unsafe {
         guarded(message, || {
             let [force, torque] = (*law).0.wall(&*contact, slice_mut(history, width as usize));
@@ -247,16 +248,16 @@ pub unsafe extern "C" fn concordem_pair_wall(
     }
 }
 
-/// A new record for [`concordem_pair_compute`].
+/// Create a record for [`concordem_pair_compute`].
 #[unsafe(no_mangle)]
 pub extern "C" fn concordem_pair_record_new() -> *mut PairRecord {
     Box::into_raw(Box::new(PairRecord(Vec::new())))
 }
 
-/// Forces in the record.
+/// The forces in the record, valid until the next computation.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_pair_recorded(record: *const PairRecord) -> *const PairForce {
-    // SAFETY: made by `concordem_pair_record_new`.
+    // SAFETY: created by `concordem_pair_record_new`.
     unsafe { (*record).0.as_ptr() }
 }
 
@@ -264,7 +265,7 @@ pub unsafe extern "C" fn concordem_pair_recorded(record: *const PairRecord) -> *
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_pair_record_delete(record: *mut PairRecord) {
     if !record.is_null() {
-        // SAFETY: made by `concordem_pair_record_new`, deleted once.
+        // SAFETY: created by `concordem_pair_record_new`, deleted once.
         drop(unsafe { Box::from_raw(record) });
     }
 }

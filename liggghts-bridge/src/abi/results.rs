@@ -1,6 +1,6 @@
-//! What a network reports: sums, virial, stress, rows, records.
+//! Results of a network: sums, virial, stress, rows, records.
 
-// C functions: the pointers are the shim's, as its header documents.
+// Called from C++ with the shim's pointers; `abi.h` documents their lengths.
 #![allow(unsafe_code, clippy::missing_safety_doc)]
 
 use concordem_c_abi::{Message, guarded, slice, slice_mut};
@@ -9,17 +9,17 @@ use concordem_operator::stress::{ParticleVolume, Partition, axial};
 
 use crate::network::{self, Network};
 
-/// Reals of [`concordem_network_sums`].
+/// Number of reals in [`concordem_network_sums`].
 pub const SUMS: usize = 12;
-/// Reals of [`concordem_network_totals`].
+/// Number of reals in [`concordem_network_totals`].
 pub const TOTALS: usize = 9;
-/// Reals of a row of [`concordem_network_rows`].
+/// Number of reals per row of [`concordem_network_rows`].
 pub const ROW: usize = 16;
 
-// The header needs literal numbers.
+// cbindgen needs literal numbers.
 const _: () = assert!(TOTALS == network::TOTALS && ROW == Network::ROW);
 
-/// Add the virial (J: xx, yy, zz, xy, xz, yz) to `total` and to `per_atom`, six reals for each of `count` atoms (null: none).
+/// Add the virial (J; xx, yy, zz, xy, xz, yz) to `total`, and the share of each of `count` atoms to `per_atom` unless it is null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_virial(
     network: *const Network,
@@ -27,7 +27,7 @@ pub unsafe extern "C" fn concordem_network_virial(
     per_atom: *mut f64,
     count: i64,
 ) {
-    // SAFETY: the shim's own, lengths as stated.
+    // SAFETY: lengths as documented.
     unsafe {
         let virial = (*network).virial(slice_mut(per_atom, 6 * count as usize));
         for (sum, more) in slice_mut(total, 6).iter_mut().zip(virial) {
@@ -36,9 +36,9 @@ pub unsafe extern "C" fn concordem_network_virial(
     }
 }
 
-/// Stress (Pa, nine reals) of each of `count` atoms at `step`, with half of each branch per atom (`half_branch`) or the part up to
-/// the contact point. The volume is that of the sphere, divided by the packing fraction `fraction` unless this is 0. 0, or −1 and
-/// a message.
+/// Write the stress (Pa, nine reals) of each of `count` atoms at `step` to `per_atom`. Each atom gets half of every branch vector
+/// (`half_branch`) or the part up to the contact point. Its volume is that of the sphere, divided by the solid fraction `fraction`
+/// unless that is 0. Returns 0, or −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_stress(
     network: *const Network,
@@ -59,7 +59,7 @@ pub unsafe extern "C" fn concordem_network_stress(
     }
 }
 
-/// Sums for [`concordem_couple_of_sums`] at `step`: 18 reals, to be summed over processors. 0, or −1 and a message.
+/// Write the sums for [`concordem_couple_of_sums`] at `step`: 18 reals, to be summed over processors. Returns 0, or −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_couple_sums(
     network: *const Network,
@@ -78,8 +78,8 @@ pub unsafe extern "C" fn concordem_network_couple_sums(
     }
 }
 
-/// Couple stress (N/m) about `centroid` (m), then stress (Pa), nine reals each, from the sums of all processors
-/// ([`concordem_network_couple_sums`]): `μ = M/V + x⁰⊗(1×σ)` (Stránský 2018, (4.57)).
+/// Couple stress about `centroid` (m), then stress, from the sums over all processors ([`concordem_network_couple_sums`]):
+/// `μ = M/V + x⁰⊗(1×σ)` (Stránský 2018, (4.57)). `result`: nine reals in N/m, then nine in Pa. `volume` in m³.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_couple_of_sums(
     sums: *const f64,
@@ -99,7 +99,7 @@ pub unsafe extern "C" fn concordem_couple_of_sums(
     }
 }
 
-/// Sums over the contacts that this processor counts, [`SUMS`] reals; the last one is the length of the longest bond.
+/// Write sums over the contacts that this processor counts, [`SUMS`] reals; the last one is the length of the longest bond, m.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_sums(network: *const Network, sums: *mut f64) {
     // SAFETY: `SUMS` reals.
@@ -123,14 +123,14 @@ pub unsafe extern "C" fn concordem_network_sums(network: *const Network, sums: *
     }
 }
 
-/// Number of bonds whose first, and whose second, atom this processor owns: 2 reals.
+/// Write the number of bonds whose first atom, and the number of those whose second atom, this processor owns: 2 reals.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_ends(network: *const Network, ends: *mut f64) {
     // SAFETY: 2 reals.
     unsafe { slice_mut(ends, 2).copy_from_slice(&(*network).ends()) }
 }
 
-/// Totals for a restart file, [`TOTALS`] reals; returns the step whose forces are stored, −1 for none.
+/// Write totals for a restart file, [`TOTALS`] reals. Returns the step whose forces are stored, −1 if there is none.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_totals(network: *const Network, totals: *mut f64) -> i64 {
     // SAFETY: `TOTALS` reals.
@@ -140,7 +140,7 @@ pub unsafe extern "C" fn concordem_network_totals(network: *const Network, total
     }
 }
 
-/// Continue from a restart file with these [`TOTALS`] reals and the step whose forces it contains (−1: none).
+/// Continue from a restart file. `totals`: [`TOTALS`] reals. `found_at`: the step whose forces the file contains, −1 if there is none.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_resume(network: *mut Network, totals: *const f64, found_at: i64) {
     let mut all = [0.0; TOTALS];
@@ -151,10 +151,10 @@ pub unsafe extern "C" fn concordem_network_resume(network: *mut Network, totals:
     }
 }
 
-/// Rows of the recorded contacts, [`ROW`] reals each; the caller frees them with [`concordem_rows_delete`].
+/// Rows of the recorded contacts, [`ROW`] reals each. Free them with [`concordem_rows_delete`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_rows(network: *const Network, count: *mut i64) -> *mut f64 {
-    // SAFETY: the shim's own.
+    // SAFETY: valid pointers from the shim.
     unsafe {
         let rows = (*network).rows().into_boxed_slice();
         *count = (rows.len() / ROW) as i64;
@@ -167,19 +167,19 @@ pub unsafe extern "C" fn concordem_network_rows(network: *const Network, count: 
 pub unsafe extern "C" fn concordem_rows_delete(rows: *mut f64, count: i64) {
     if !rows.is_null() {
         let length = count as usize * ROW;
-        // SAFETY: made by `concordem_network_rows` with this count.
+        // SAFETY: allocated by `concordem_network_rows` with this count.
         drop(unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(rows, length)) });
     }
 }
 
-/// Records of all contacts, `length` reals each; the caller frees them with [`concordem_records_delete`].
+/// Records of all contacts, `length` reals each. Free them with [`concordem_records_delete`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_network_records(
     network: *const Network,
     count: *mut i64,
     length: *mut i64,
 ) -> *mut f64 {
-    // SAFETY: the shim's own.
+    // SAFETY: valid pointers from the shim.
     unsafe {
         let reals = (*network).histories().into_boxed_slice();
         *length = (*network).record_reals() as i64;
@@ -193,12 +193,12 @@ pub unsafe extern "C" fn concordem_network_records(
 pub unsafe extern "C" fn concordem_records_delete(reals: *mut f64, count: i64, length: i64) {
     if !reals.is_null() {
         let all = (count * length) as usize;
-        // SAFETY: made by `concordem_network_records` with these numbers.
+        // SAFETY: allocated by `concordem_network_records` with these numbers.
         drop(unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(reals, all)) });
     }
 }
 
-/// Hash of the C header that this library was built with; a shim compares it with its own.
+/// Hash of the C header that this library was built with. The shim compares it to the hash of its own header.
 #[unsafe(no_mangle)]
 pub extern "C" fn concordem_header_hash() -> u64 {
     concordem_c_abi::header_hash(include_bytes!("../../shim/abi.h"))

@@ -1,15 +1,15 @@
-//! Why the network cannot go on.
+//! Errors of the network.
 
 use concordem_operator::OperatorError;
 use concordem_solver::SolverError;
 use concordem_solver::laws::LawError;
 use concordem_solver::neighbor::NeighborError;
 
-/// An error of the network. The message says what to do.
+/// An error of the network. The message gives the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum NetworkError {
-    /// The parameters are not valid for the law.
+    /// Invalid parameters for the law.
     #[error("{0}")]
     Parameters(#[from] LawError),
     /// The neighbor search failed.
@@ -21,22 +21,22 @@ pub enum NetworkError {
     /// An operator failed.
     #[error("{0}")]
     Operator(#[from] OperatorError),
-    /// The forces of the contacts were not recorded.
+    /// The contact forces of this step were not recorded.
     #[error(
-        "the forces of bonds at step {step} were not kept: nothing had asked for them beforehand; ask by `thermo_style`, `dump`, \
-         or `fix ave/...`, which announce the steps they need"
+        "the bond forces of step {step} were not recorded; request the compute in `thermo_style`, `dump`, or `fix ave/...`, which \
+         announce the steps they need"
     )]
     NotRecorded {
         /// Step.
         step: i64,
     },
-    /// Couple stress depends on positions: not possible in a periodic box.
-    #[error("couple stress depends on positions and has no meaning in a periodic box; use `boundary f f f`")]
+    /// Couple stress in a periodic box.
+    #[error("couple stress depends on absolute positions and is undefined in a periodic box; use `boundary f f f`")]
     Periodic,
     /// An atom has a type without parameters.
     #[error(
-        "bond of atoms {a} and {b}: no parameters of law {law} for atom types {types:?}; add them to the materials, or leave \
-         the atoms out of the fix's group"
+        "bond of atoms {a} and {b}: law {law} has no parameters for atom types {types:?}; add them to the materials, or remove the \
+         atoms from the fix's group"
     )]
     NoRow {
         /// Atom.
@@ -50,22 +50,21 @@ pub enum NetworkError {
     },
     /// The other end of a bond is not among the ghosts.
     #[error(
-        "bond of atoms {tag} and {partner}: atom {partner} is not known to the processor that owns atom {tag}. Either it is \
-         farther away than atoms are communicated ({cutoff} m): raise it with the fix's `reach LENGTH`; or it was deleted or \
-         left the simulation box: bonded atoms cannot be"
+        "bond of atoms {tag} and {partner}: atom {partner} is neither an owned atom nor a ghost on the processor that owns atom \
+         {tag}. If it is farther away than the ghost cutoff ({cutoff} m), raise the cutoff with the fix's `reach LENGTH`. If it was \
+         deleted or left the simulation box, prevent that: bonded atoms must stay"
     )]
     OutOfSight {
-        /// The atom that is here.
+        /// The atom on this processor.
         tag: i32,
-        /// The one that is not.
+        /// The missing atom.
         partner: i32,
         /// Distance up to which ghosts are communicated, m.
         cutoff: f64,
     },
     /// The box is too small for unique periodic images.
     #[error(
-        "the periodic box is {edge} m long in {axis}, less than twice the longest bond or contact ({longest} m): make it \
-         larger"
+        "the periodic box is {edge} m long in {axis}, less than twice the longest bond or contact ({longest} m); enlarge it"
     )]
     BoxTooSmall {
         /// Axis.
@@ -77,8 +76,8 @@ pub enum NetworkError {
     },
     /// Two processors hold different records of the same bond.
     #[error(
-        "the copies of the bond of atoms {a} and {b} differ between processors: something moves atoms on one processor alone, \
-         or changes copies of atoms; such a fix cannot be used with bonds"
+        "the records of the bond of atoms {a} and {b} differ between processors; remove the fix that moves atoms on one processor \
+         only or that changes ghosts"
     )]
     CopiesDiffer {
         /// Atom.
@@ -86,10 +85,9 @@ pub enum NetworkError {
         /// Atom.
         b: i32,
     },
-    /// A force is not a number.
+    /// A force is not finite.
     #[error(
-        "at step {step} the force on atom {tag} is not a number; the time step may be too large, or atoms lie on top of each \
-         other"
+        "at step {step} the force on atom {tag} is not finite; reduce the time step, and check that no two atoms coincide"
     )]
     NotFinite {
         /// Step.
@@ -97,14 +95,18 @@ pub enum NetworkError {
         /// Atom.
         tag: i32,
     },
-    /// An id that is not positive or not unique.
-    #[error("atom ids must be positive and unique; {tag} is not (use `atom_modify` defaults, or `reset_ids`)")]
+    /// An atom id is not positive or not unique.
+    #[error(
+        "atom ids must be positive and unique, but {tag} is not; use the defaults of `atom_modify`, or `reset_ids`"
+    )]
     BadTag {
         /// The id.
         tag: i32,
     },
-    /// Numbers from another processor or a restart file are no record.
-    #[error("bonds of atom {tag} cannot be read: the restart file belongs to another law or version")]
+    /// Invalid record from another processor or a restart file.
+    #[error(
+        "cannot read the bonds of atom {tag}: the restart file was written with another law or version; use the same ones"
+    )]
     BadRecord {
         /// The atom.
         tag: i32,

@@ -1,4 +1,4 @@
-//! Bonds and contacts as records that move with an atom to another processor, to a restart file, or over a rebuild.
+//! Bonds and contacts as records: for migration to another processor, for restart files, and across rebuilds.
 
 use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::math::Vec3;
@@ -8,14 +8,14 @@ use concordem_solver::state::contacts::{ContactFlags, Pair};
 use super::{Network, NetworkError, blocks};
 use crate::records::{HISTORY, Kind, Record};
 
-/// Contacts of the particles: for each particle the start of its contacts in the list, then the list.
+/// Contacts per particle in compressed rows: the start of each particle's contacts, then the contacts.
 pub(super) type Adjacency = (Vec<u32>, Vec<(Kind, u32)>);
 
 impl Network {
-    /// Read what [`Self::pack`] wrote for atom `tag` on another processor or in a restart file.
+    /// Read the records of atom `tag` that [`Self::pack`] wrote on another processor or to a restart file.
     ///
     /// # Errors
-    /// Numbers that are no record of this atom.
+    /// The reals are not records of this atom.
     pub fn unpack(&mut self, tag: i32, reals: &[f64]) -> Result<(), NetworkError> {
         let length = Record::reals(self.width);
         let mut records = Vec::with_capacity(reals.len() / length);
@@ -57,16 +57,16 @@ impl Network {
         let (start, _) = self.adjacency.get_or_insert_with(|| adjacency(&self.state));
         let most = start.windows(2).map(|w| (w[1] - w[0]) as usize).max().unwrap_or(0);
         let arriving = self.incoming.values().map(Vec::len).max().unwrap_or(0);
-        // All dormant contacts, which are few, may belong to this atom.
+        // Upper bound: all dormant contacts, which are few, belong to this atom.
         (most.max(arriving) + self.dormant.len()) * Record::reals(self.width)
     }
 
-    /// All records of this processor with those of arriving atoms, each once, sorted by atoms.
+    /// All records of this processor and of arriving atoms, without duplicates, sorted by [`Record::key`].
     ///
     /// # Errors
     /// Different records of the same bond.
     pub(super) fn records(&mut self) -> Result<Vec<Record>, NetworkError> {
-        // Of the exact size, and deduplicated in place: the records of all bonds are the peak of memory.
+        // Exact capacity and deduplication in place, because the records of all bonds determine the peak memory.
         let held: usize = blocks(&self.state).map(|(_, block)| block.len()).sum();
         let arriving: usize = self.incoming.values().map(Vec::len).sum();
         let mut all = Vec::with_capacity(self.dormant.len() + self.fresh.len() + held + arriving);
@@ -76,7 +76,7 @@ impl Network {
             all.extend((0..block.len()).filter_map(|k| record_of(&self.state, &self.tags, kind, k)));
         }
         all.extend(self.incoming.drain().flat_map(|(_, records)| records));
-        // Unstable sorting is enough: records with the same key must be equal.
+        // Unstable sorting suffices: records with the same key must be equal.
         all.sort_unstable_by_key(Record::key);
         let differ = |pair: &&[Record]| pair[0].key() == pair[1].key() && pair[0] != pair[1];
         if let Some(pair) = all.windows(2).find(differ) {
@@ -88,7 +88,7 @@ impl Network {
     }
 }
 
-/// Contact `k` of a block as a record; `None` if it has nothing to remember.
+/// Contact `k` of a block as a record; `None` if it has no history to keep.
 pub(super) fn record_of(state: &State, tags: &[i32], kind: Kind, k: usize) -> Option<Record> {
     let block = match kind {
         Kind::Bond => state.bonds[0].contacts(),
@@ -119,7 +119,7 @@ pub(super) fn record_of(state: &State, tags: &[i32], kind: Kind, k: usize) -> Op
     })
 }
 
-/// For each particle its contacts that have something to remember.
+/// The contacts of each particle that have a history to keep.
 fn adjacency(state: &State) -> Adjacency {
     let mut start = vec![0u32; state.particles.len() + 1];
     let each = |visit: &mut dyn FnMut(Pair, Kind, u32)| {

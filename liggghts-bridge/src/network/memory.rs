@@ -1,4 +1,4 @@
-//! What the network stores per atom in the host's arrays, and its exchange with the state of the solver.
+//! Data that the network stores per atom in the host's arrays, and its transfer to and from the solver's state.
 
 use concordem_contact::math::{Quat, Symmetric, Vec3, normalized, quaternion_of_rotation_vector};
 use concordem_solver::state::Deformation;
@@ -6,19 +6,19 @@ use concordem_solver::state::Deformation;
 use super::{Network, NetworkError};
 use crate::atoms::{Atoms, add, vector};
 
-/// Reals per atom for the net force and torque of the last step.
+/// Number of reals for the net force and torque of the last step.
 const NET: usize = 6;
 
-/// Offsets in the memory of an atom: first what only its owner needs, then what its ghosts need as well.
+/// Offsets in the data of an atom. Data for the owner only come first, then data that ghosts also need.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Layout {
-    /// Virials of a deformable particle by forces that do not depend on its strain, and by reactions (six reals each).
+    /// Virials of a deformable particle: from forces that do not depend on its strain, and from reactions (six reals each).
     others: usize,
     /// Orientation (x, y, z, w).
     orientation: usize,
-    /// Virials that strain the particle in the next step and strained it in the last one (six reals each).
+    /// Virials that determine the strain of the next step, and of the last step (six reals each).
     virials: usize,
-    /// Number of reals.
+    /// Reals per atom.
     pub(super) width: usize,
 }
 
@@ -37,18 +37,18 @@ impl Layout {
 }
 
 impl Network {
-    /// Reals stored per atom: net force and torque of the last step, the orientation (x, y, z, w) if the law reads it, and the
-    /// virials of a deformable particle.
+    /// Reals stored per atom: net force and torque of the last step, the orientation (x, y, z, w) if the law reads it, and four
+    /// virials if the particle is deformable.
     pub fn atom_width(&self) -> usize {
         self.layout.width
     }
 
-    /// How many of these reals, the last ones, ghosts need at every step.
+    /// How many of these reals ghosts need at every step; they come last.
     pub fn communicated(&self) -> usize {
         self.layout.width - self.layout.orientation
     }
 
-    /// Fill the memory of a new atom.
+    /// Initialize the data of a new atom.
     pub fn initial_memory(&self, memory: &mut [f64]) {
         memory.fill(0.0);
         if self.needs_orientation() {
@@ -56,7 +56,7 @@ impl Network {
         }
     }
 
-    /// Rotate owned atoms by the angular velocity of the step. Communicate ghosts afterwards.
+    /// Rotate owned atoms by the angular velocity of the step. The caller must then update the ghosts.
     pub fn rotate(&self, atoms: &mut Atoms<'_>) {
         if !self.needs_orientation() {
             return;
@@ -71,7 +71,7 @@ impl Network {
         }
     }
 
-    /// Positions, motion, and virials of all particles from the host's arrays. `still`: nothing moves (set-up of a run).
+    /// Read positions, motion, and virials of all particles from the host's arrays. `still`: nothing moves (setup of a run).
     pub(super) fn read_atoms(&mut self, atoms: &Atoms<'_>, still: bool) {
         let Layout { others, orientation: oriented, virials, width } = self.layout;
         let particles = &mut self.state.particles;
@@ -100,7 +100,7 @@ impl Network {
             };
             particles.deformation.clear();
             particles.deformation.extend(self.atom.iter().map(|&i| Deformation {
-                dyad: virial(i, virials),
+                virial: virial(i, virials),
                 used: virial(i, virials + 6),
                 other: virial(i, others),
                 reaction: virial(i, others + 6),
@@ -108,7 +108,7 @@ impl Network {
         }
     }
 
-    /// Add the net forces and torques of the last step, which the memory of owned atoms holds, again.
+    /// Add the stored net forces and torques of the last step to owned atoms.
     pub(super) fn add_stored_forces(&self, atoms: &mut Atoms<'_>) {
         let width = self.layout.width;
         for &i in self.atom.iter().filter(|&&i| (i as usize) < atoms.owned) {
@@ -119,7 +119,7 @@ impl Network {
         }
     }
 
-    /// Add net forces and torques to owned atoms and store them, with the virials, in their memory.
+    /// Add net forces and torques to owned atoms, and store them and the virials.
     pub(super) fn write_atoms(&self, atoms: &mut Atoms<'_>) -> Result<(), NetworkError> {
         let Some(solver) = &self.solver else { return Ok(()) };
         let Layout { others, virials, width, .. } = self.layout;
@@ -137,8 +137,9 @@ impl Network {
             memory[..3].copy_from_slice(force.as_slice());
             memory[3..NET].copy_from_slice(torque.as_slice());
             if deforms {
-                let Deformation { dyad, used, other, reaction } = self.state.particles.deformation[p];
-                for (place, virial) in [(virials, dyad), (virials + 6, used), (others, other), (others + 6, reaction)] {
+                let Deformation { virial, used, other, reaction } = self.state.particles.deformation[p];
+                for (place, virial) in [(virials, virial), (virials + 6, used), (others, other), (others + 6, reaction)]
+                {
                     memory[place..place + 6].copy_from_slice(&virial.0);
                 }
             }

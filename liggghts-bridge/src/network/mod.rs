@@ -1,12 +1,16 @@
 //! The bonds and contacts of one processor's atoms.
 //!
-//! A processor holds and evaluates every bond and contact that has an end among its owned atoms, so no forces are communicated. Two
-//! processors hold a bond between their atoms and evaluate it from the same numbers by the same function: with the same bits. An
-//! atom that migrates takes its bonds along. Within a processor atoms are ordered by id, and forces are summed in that order
-//! ([`Solver::for_subdomain`]): the net force of an atom does not depend on the number of processors.
+//! A processor stores and evaluates every bond and contact with at least one owned atom, so forces need not be communicated. A bond
+//! between atoms of two processors is evaluated on both, from the same numbers by the same function, with bitwise equal results. An
+//! atom that migrates takes its bonds along. Within a processor, atoms are ordered by id and forces are summed in that order
+//! ([`Solver::for_subdomain`]), so the net force on an atom does not depend on the number of processors.
 //!
-//! `memory` holds what the network stores per atom, `exchange` the records of migrating atoms, `rebuild` the state after
-//! migration, `results` what is reported.
+//! | module | contains |
+//! |---|---|
+//! | `memory` | data stored per atom in the host's arrays |
+//! | `exchange` | records of bonds and contacts for migration and restart |
+//! | `rebuild` | the state after migration |
+//! | `results` | counts, energies, virial, stress |
 
 mod error;
 mod exchange;
@@ -52,13 +56,13 @@ pub struct Network {
     atom: Vec<u32>,
     /// Whether this processor owns it.
     owned: Vec<bool>,
-    /// Records that arrived with an atom since the last rebuild, by its id.
+    /// Records that arrived with atoms since the last rebuild, by atom id.
     incoming: HashMap<i32, Vec<Record>>,
-    /// Bonds that the next rebuild makes; it drops those without an owned atom.
+    /// Bonds to create at the next rebuild, which drops those without an owned atom.
     fresh: Vec<Record>,
-    /// Contacts that remember a broken bond and whose other atom is out of range.
+    /// Contacts with the history of a broken bond whose other atom is out of range.
     dormant: Vec<Record>,
-    /// Contacts of each particle; `None` until they are needed.
+    /// Contacts of each particle, computed on demand.
     adjacency: Option<Adjacency>,
     /// Forces of all contacts at the step `recorded_at`.
     recorded: ContactForces,
@@ -67,9 +71,9 @@ pub struct Network {
     broken: f64,
     dissipated: EnergySplit,
     stored: EnergySplit,
-    /// Step whose net forces the memory of the atoms holds.
+    /// Step of the net forces stored with the atoms.
     found_at: Option<i64>,
-    /// Ids of the bonds that broke in the last force computation, whichever processor counts them.
+    /// Atom ids of the bonds that broke in the last force computation, including bonds that another processor counts.
     broken_now: Vec<[i32; 2]>,
 }
 
@@ -77,9 +81,9 @@ impl Network {
     /// A network without bonds.
     ///
     /// # Errors
-    /// Parameters that are not valid for the law.
+    /// Invalid parameters for the law.
     pub fn new(options: Options) -> Result<Self, NetworkError> {
-        // Without bonds the block stays empty; its law sets the width of records in restart files.
+        // Without bonds the block stays empty, but its law still determines the record size in restart files.
         let law = options.law.unwrap_or(LawName::LinearBond);
         let (block, bond_coefficients) = laws::block(law, &options.materials, &options.interfaces)?;
         let contacts = laws::contact_block(options.contact, &options.materials, &options.interfaces)?;
@@ -87,7 +91,7 @@ impl Network {
             block.contacts().history_reals().0.iter().map(|field| field.components).sum::<usize>()
         };
         let reals = width(&*block).max(contacts.as_ref().map_or(0, |(block, _)| width(&**block)));
-        assert!(reals <= HISTORY, "a law remembers {reals} reals");
+        assert!(reals <= HISTORY, "the history of a law has {reals} reals, more than {HISTORY}");
         let mut model = Model { mode: options.mode, skin: 0.0, ..Model::default() };
         model.deformable = options.deformable.map(|condition| Deformable {
             elasticity: options.materials.iter().map(Material::elasticity).collect(),
@@ -128,7 +132,7 @@ impl Network {
         })
     }
 
-    /// The arguments it was made from.
+    /// The parsed arguments.
     pub fn options(&self) -> &Options {
         &self.options
     }
@@ -138,12 +142,12 @@ impl Network {
         self.layout.has_orientation()
     }
 
-    /// Compute the forces at the current positions and add them to the atoms'. `setup`: the host sets a run up, nothing moves; forces
-    /// of this step that are known already are added again. `sample`: sum stored energies. `record`: keep the forces of all
-    /// contacts.
+    /// Compute forces at the current positions and add them to the atoms' forces. `setup`: the host sets up a run and nothing moves;
+    /// if the forces of this step are stored, add those instead. `sample`: sum stored energies. `record`: keep the force of every
+    /// contact.
     ///
     /// # Errors
-    /// An error of the solver, or a force that is not a number.
+    /// An error of the solver, or a force that is not finite.
     pub fn forces(
         &mut self,
         atoms: &mut Atoms<'_>,
@@ -183,7 +187,7 @@ impl Network {
     }
 }
 
-/// The blocks of a state with their kinds: bonds first.
+/// The contact blocks of a state with their kinds; bonds come first.
 fn blocks(state: &State) -> impl Iterator<Item = (Kind, &dyn Contacts)> {
     let bonds = state.bonds.iter().map(|block| (Kind::Bond, block.contacts()));
     bonds.chain(state.contacts.iter().map(|block| (Kind::Contact, block.contacts())))

@@ -1,4 +1,4 @@
-//! The state of the solver from the atoms and records that a processor holds after atoms have migrated.
+//! Builds the solver's state from the atoms and records of a processor after migration.
 
 use concordem_contact::kinematics::sphere_sphere::initial_geometry;
 use concordem_contact::law::{LawName, Reference};
@@ -14,7 +14,7 @@ use crate::options::Creation;
 use crate::records::{Kind, Record};
 
 impl Network {
-    /// Queue the bonds of the list for the next rebuild, on every processor.
+    /// Queue the bonds of the user's list for the next rebuild. Every processor must call this.
     pub fn make_listed(&mut self) {
         if let Creation::List(bonds) = &self.options.creation {
             for &(tags, length) in bonds {
@@ -23,23 +23,23 @@ impl Network {
         }
     }
 
-    /// Queue bonds of the host's own lists for the next rebuild, on any processor.
+    /// Queue bonds from the host's lists for the next rebuild. A bond may be given on any processor, also on several.
     pub fn make_given(&mut self, bonds: &[[i32; 2]]) {
         self.fresh.extend(bonds.iter().map(|&[a, b]| Record::fresh([a.min(b), a.max(b)], None)));
     }
 
-    /// Start anew with the current distribution of atoms. `skin` (m): that of the host's neighbor lists; `cutoff` (m): distance up
-    /// to which ghosts are known; `mean_radius` (m): that of all atoms of the group.
+    /// Rebuild the state for the current distribution of atoms. `skin` (m): skin of the host's neighbor lists. `cutoff` (m): distance
+    /// up to which ghosts exist. `mean_radius` (m): mean radius of all atoms in the group.
     ///
     /// # Errors
-    /// An atom without parameters, a bond whose other end is not known, a periodic box that is too small, invalid ids.
+    /// An atom without parameters, a bond to an atom that does not exist here, a periodic box that is too small, or invalid ids.
     pub fn rebuild(&mut self, atoms: &Atoms<'_>, skin: f64, cutoff: f64, mean_radius: f64) -> Result<(), NetworkError> {
         let records = self.records()?;
         self.place_particles(atoms)?;
         self.adjacency = None;
         let largest = self.state.particles.radius.iter().copied().fold(0.0, f64::max);
         let smallest = self.state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
-        // The range of the host's lists.
+        // Same range as the host's lists.
         self.model.skin = if smallest.is_finite() { skin / smallest } else { 0.0 };
         let mut longest = if self.state.contacts.is_some() { 2.0 * largest + skin } else { 0.0 };
         for block in self.state.bonds.iter_mut().chain(&mut self.state.contacts) {
@@ -72,7 +72,8 @@ impl Network {
         Ok(())
     }
 
-    /// Append the bond or contact of `record` between particles `a` and `b` to its block; returns its length (m).
+    /// Append the bond or contact of `record` between particles `a` and `b` to its block; returns the larger of its reference and
+    /// current length (m).
     fn place_record(
         &mut self,
         mut record: Record,
@@ -119,7 +120,7 @@ impl Network {
         Ok(length)
     }
 
-    /// Make the particles of the state from the atoms of the group, in the order of their ids, each once.
+    /// Create one particle per atom of the group, ordered by id. An owned atom has priority over its ghosts.
     fn place_particles(&mut self, atoms: &Atoms<'_>) -> Result<(), NetworkError> {
         let mut order: Vec<(i32, u32)> = Vec::with_capacity(atoms.tag.len());
         order.extend(
@@ -131,7 +132,6 @@ impl Network {
                 .filter(|(_, (_, mask))| *mask & atoms.group != 0)
                 .map(|(i, (&tag, _))| (tag, i as u32)),
         );
-        // Owned atoms come before their ghosts.
         order.sort_unstable();
         if let Some(&(tag, _)) = order.first().filter(|first| first.0 <= 0) {
             return Err(NetworkError::BadTag { tag });
@@ -153,7 +153,7 @@ impl Network {
             particles.push(sphere, (atoms.kind[i] - 1) as u16, mass, 0.4 * mass * (radius * radius));
         }
         self.state.cell = (atoms.edge != [0.0; 3]).then(|| {
-            // Other axes have no periodic images: any edge longer than the extent of the atoms is right.
+            // The other axes have no periodic images, so any edge longer than the extent of the atoms works.
             let extent = |axis: usize| {
                 let of = |fold: fn(f64, f64) -> f64, start: f64| {
                     particles.position.iter().map(|x| x[axis]).fold(start, fold)
@@ -167,15 +167,15 @@ impl Network {
         Ok(())
     }
 
-    /// Queue bonds between all unbonded pairs of the group that are closer than the factor of the script times the sum of their
-    /// radii; [`Self::rebuild`] must follow. Returns the number of bonds that this processor counts.
+    /// Queue bonds between all unbonded pairs of the group that are closer than the user's factor times the sum of their radii. Call
+    /// [`Self::rebuild`] afterwards. Returns the number of bonds that this processor counts.
     ///
     /// # Errors
     /// The neighbor search fails.
     pub fn make_near(&mut self) -> Result<usize, NetworkError> {
         let Creation::Distance(factor) = self.options.creation else { return Ok(0) };
         let particles = &self.state.particles;
-        // Slightly more: the rounding of the search, which depends on the other atoms of this processor, must not decide.
+        // Search slightly farther: rounding in the search depends on the other atoms of this processor and must not affect the result.
         let reach: Vec<f64> = particles.radius.iter().map(|r| r * factor * (1.0 + 1e-9)).collect();
         let present: std::collections::HashSet<[i32; 2]> = {
             let bonds = self.state.bonds[0].contacts();
@@ -204,7 +204,7 @@ impl Network {
     }
 }
 
-/// Periodic image of B that is closest to A, from the difference of their positions; 0 along axes that are not periodic.
+/// Periodic image of B closest to A; `between` is the position of B minus that of A. 0 along axes that are not periodic.
 fn image_of(between: &Vec3, edge: &[f64; 3]) -> [i8; 3] {
     [0, 1, 2].map(|axis| if edge[axis] > 0.0 { -(between[axis] / edge[axis]).round() as i8 } else { 0 })
 }

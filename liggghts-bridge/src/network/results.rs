@@ -1,4 +1,4 @@
-//! What the network reports: counts, energies, virial, stress, couple stress, rows of contacts.
+//! Results of the network: counts, energies, virial, stress, couple stress, rows of contacts.
 
 use concordem_contact::law::EnergySplit;
 use concordem_contact::math::Vec3;
@@ -14,23 +14,23 @@ use crate::records::{Kind, Record};
 /// Sums over the bonds and contacts that a processor counts.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Sums {
-    /// Bonds that hold.
+    /// Intact bonds.
     pub bonds: f64,
-    /// Bonds that broke so far.
+    /// Bonds broken so far.
     pub broken: f64,
-    /// Contacts without a bond that touch.
+    /// Unbonded contacts that touch.
     pub contacts: f64,
-    /// Energy stored by normal deformation, shear, bending, and twist at the last sampled step, J.
+    /// Energy stored in normal deformation, shear, bending, and twist at the last sampled step, J.
     pub stored: [f64; 4],
     /// Energy dissipated so far by damage and breaking, by friction, and by dashpots, J.
     pub dissipated: [f64; 3],
     /// Error of the trapezoidal work rule so far, J.
     pub integration: f64,
-    /// Longest bond, m (reference or present length).
+    /// Largest reference or current length of a bond, m.
     pub longest: f64,
 }
 
-/// Reals in [`Network::totals`].
+/// Number of reals in [`Network::totals`].
 pub const TOTALS: usize = 9;
 
 impl Network {
@@ -52,8 +52,8 @@ impl Network {
         let touching = self.state.contacts.as_ref().map_or(0, |block| {
             let block = block.contacts();
             let counts = |k: &usize| {
-                let link = block.view(*k).flags;
-                link.carries() && !link.has(ContactFlags::NOT_OWNED)
+                let flags = block.view(*k).flags;
+                flags.carries() && !flags.has(ContactFlags::NOT_OWNED)
             };
             (0..block.len()).filter(counts).count()
         });
@@ -72,8 +72,8 @@ impl Network {
         }
     }
 
-    /// Number of bonds whose A this processor owns, and number of those whose B it owns. Each, summed over processors, is the number
-    /// of bonds, provided that every processor knows the bonds of its atoms.
+    /// Number of bonds whose A this processor owns, and number of bonds whose B it owns. Summed over processors, both equal the total
+    /// number of bonds if every processor knows all bonds of its atoms.
     pub fn ends(&self) -> [f64; 2] {
         let bonds = self.state.bonds[0].contacts();
         let mut ends = [0.0; 2];
@@ -85,8 +85,8 @@ impl Network {
         ends
     }
 
-    /// Totals for a restart file, to be summed over processors: broken bonds, dissipated energies, stored energies of the last
-    /// sample.
+    /// Totals for a restart file, to be summed over processors: number of broken bonds, dissipated energies, and stored energies of the
+    /// last sampled step (J).
     pub fn totals(&self) -> [f64; TOTALS] {
         let (d, s) = (&self.dissipated, &self.stored);
         [
@@ -102,12 +102,12 @@ impl Network {
         ]
     }
 
-    /// Step whose net forces the memory of the atoms holds, if any.
+    /// Step of the net forces stored with the atoms, if any.
     pub fn found_at(&self) -> Option<i64> {
         self.found_at
     }
 
-    /// Continue from a restart file: totals of this processor, and the step whose forces the file contains.
+    /// Continue from a restart file with the totals of this processor and the step whose forces the file contains.
     pub fn resume(&mut self, totals: &[f64; TOTALS], found_at: Option<i64>) {
         let [broken, damage, friction, viscous, integration, normal, shear, bending, twist] = *totals;
         self.found_at = found_at;
@@ -122,18 +122,19 @@ impl Network {
         };
     }
 
-    /// Forces of all contacts at the last step for which they were recorded.
+    /// Contact forces of the last recorded step.
     pub fn recorded(&self) -> &ContactForces {
         &self.recorded
     }
 
-    /// Ids of the bonds with an end on this processor that broke when forces were last found.
+    /// Atom ids of the bonds with an atom on this processor that broke in the last force computation.
     pub fn broken_now(&self) -> &[[i32; 2]] {
         &self.broken_now
     }
 
-    /// Virial `−Σ l⊗f^A` (J) of the recorded contacts: xx, yy, zz, xy, xz, yz, branch first. Each end gets half of a contact, so
-    /// sums over processors are complete. The halves of owned atoms are added to `per_atom` (six reals per atom of the host).
+    /// Virial `−Σ l⊗f^A` (J) of the recorded contacts: xx, yy, zz, xy, xz, yz, branch vector first. Each atom gets half of a contact,
+    /// so the sum over processors is complete. The halves of owned atoms are also added to `per_atom` (six reals per atom of the
+    /// host), unless it is empty.
     pub fn virial(&self, per_atom: &mut [f64]) -> [f64; 6] {
         let mut total = [0.0; 6];
         let r = &self.recorded;
@@ -165,11 +166,12 @@ impl Network {
         }
     }
 
-    /// Stress (Pa) of owned atoms from the contacts recorded at `step`, by [`particle_moments`] and the volumes: nine reals per atom
-    /// of the host, xx, xy, xz, yx, …, position first. This processor knows every contact of its owned atoms.
+    /// Write the stress (Pa) of owned atoms at `step`: [`particle_moments`] of the recorded contacts divided by the volumes. Nine reals
+    /// per atom of the host: xx, xy, xz, yx, …, position first. No communication is needed, because this processor knows every
+    /// contact of its owned atoms.
     ///
     /// # Errors
-    /// No forces of this step, or an error of the operator.
+    /// No recorded forces at this step, or an error of the operator.
     pub fn stress(
         &self,
         step: i64,
@@ -188,12 +190,12 @@ impl Network {
         Ok(())
     }
 
-    /// Sums over the contacts recorded at `step` that this processor counts: `Σ l⊗f^A` (J), and the couple stress about the origin
-    /// times the volume without its axial part (N·m²), nine reals each in the order of [`Self::stress`]; to be summed over
-    /// processors.
+    /// Sums over the contacts recorded at `step` that this processor counts, to be summed over processors: `Σ l⊗f^A` (J), and the
+    /// couple stress about the origin times the volume, without its axial part (N·m²). Nine reals each, in the order of
+    /// [`Self::stress`].
     ///
     /// # Errors
-    /// A periodic box, no forces of this step, or an error of the operator.
+    /// A periodic box, no recorded forces at this step, or an error of the operator.
     pub fn couple_sums(&self, step: i64) -> Result<[f64; 18], NetworkError> {
         if self.state.cell.is_some() {
             return Err(NetworkError::Periodic);
@@ -217,12 +219,12 @@ impl Network {
         Ok(sums)
     }
 
-    /// Reals of a record of [`Self::histories`].
+    /// Reals per record of [`Self::histories`].
     pub fn record_reals(&self) -> usize {
         Record::reals(self.width)
     }
 
-    /// Records of the bonds and contacts that this processor counts, one after the other ([`Record::write`]).
+    /// Records of the bonds and contacts that this processor counts, as written by [`Record::write`].
     pub fn histories(&self) -> Vec<f64> {
         let mut reals = Vec::new();
         for (kind, block) in blocks(&self.state) {
@@ -235,7 +237,7 @@ impl Network {
         reals
     }
 
-    /// Reals in a row of [`Self::rows`].
+    /// Reals per row of [`Self::rows`].
     pub const ROW: usize = 16;
 
     /// Rows of the recorded contacts that this processor counts: ids of A and B, force on A (N), moment on A about the contact point
@@ -248,7 +250,7 @@ impl Network {
             while row < end {
                 let [a, b] = r.pair[row];
                 let pair = Pair { a, b };
-                // A contact may be gone (its bond broke): then another one is in its place.
+                // A contact may be gone because its bond broke; its index then belongs to another contact.
                 let k = r.place[row] as usize;
                 let exists = k < block.len() && block.view(k).pair == pair;
                 let [a, b] = [a as usize, b as usize];

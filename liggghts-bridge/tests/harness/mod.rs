@@ -1,4 +1,4 @@
-//! Runs the stock LIGGGHTS, and LAMMPS, with our libraries and reads what they write.
+//! Runs the stock LIGGGHTS and LAMMPS with our libraries and reads their output.
 #![allow(dead_code)] // each test uses a part
 
 use std::fmt::Write as _;
@@ -7,19 +7,19 @@ use std::process::{Command, Output};
 
 use concordem_contact::math::Vec3;
 
-/// Seconds after which a run counts as hanging: ten times what four processors on two busy cores take.
+/// Seconds after which a run counts as hanging: ten times the duration on four processors on two busy cores.
 const LIMIT: &str = "900";
 
-/// The program that moves the atoms.
+/// The host program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Host {
-    /// Debian's, through the launcher.
+    /// The Debian program, through our launcher.
     Liggghts,
-    /// The one of `.venv-lammps`, with our plugin and its own MPI.
+    /// The program in `.venv-lammps`, with our plugin and its own MPI.
     Lammps,
 }
 
-/// A file made by a build script; tests fail, not skip, without it.
+/// Path of a file that build script `script` creates. Panics if it is missing.
 pub fn built(name: &str, script: &str) -> PathBuf {
     let target = std::env::var_os("CARGO_TARGET_DIR")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target"), PathBuf::from);
@@ -28,12 +28,12 @@ pub fn built(name: &str, script: &str) -> PathBuf {
     file.canonicalize().unwrap()
 }
 
-/// Run a script for LIGGGHTS in `folder` on `processors`; the output whatever the outcome. Fails on a hang.
+/// Run a LIGGGHTS script in `folder` on `processors` processors; it may fail. Panics if it hangs.
 pub fn attempt(folder: &Path, script: &str, processors: usize) -> Output {
     attempt_in(Host::Liggghts, folder, script, processors)
 }
 
-/// Run a script for `host` in `folder` on `processors`; the output whatever the outcome. Fails on a hang.
+/// Run a script in `folder` on `processors` processors; it may fail. Panics if it hangs.
 pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) -> Output {
     let path = folder.join(format!("script.{processors}.in"));
     std::fs::write(&path, script).unwrap();
@@ -71,30 +71,30 @@ pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) ->
     output
 }
 
-/// Make the head of our fix in a restart file one of another version: version, whether bonds were made, law of contacts (an `int`
-/// each), law of bonds (32 bytes).
+/// Change the version in the head of our fix in a restart file. The head starts with the version, whether bonds were created, the
+/// contact law (an `int` each), and the bond law (32 bytes).
 pub fn set_restart_version(file: &Path, law: &str, version: i32) {
     let mut bytes = std::fs::read(file).unwrap();
     let mut name = [0; 32];
     name[..law.len()].copy_from_slice(law.as_bytes());
     let places: Vec<usize> = (12..bytes.len() - name.len()).filter(|&at| bytes[at..].starts_with(&name)).collect();
-    let [at] = places[..] else { panic!("{places:?} look like heads") };
-    assert_eq!(bytes[at - 12..at - 8], 2_i32.to_le_bytes(), "the present version");
+    let [at] = places[..] else { panic!("expected one head, found {places:?}") };
+    assert_eq!(bytes[at - 12..at - 8], 2_i32.to_le_bytes(), "the current version");
     bytes[at - 12..at - 8].copy_from_slice(&version.to_le_bytes());
     std::fs::write(file, bytes).unwrap();
 }
 
-/// What a run printed.
+/// Standard output and standard error of a run.
 pub fn text(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
 }
 
-/// Run a script for LIGGGHTS that must succeed; what it printed.
+/// Run a LIGGGHTS script that must succeed, and return its output.
 pub fn run(folder: &Path, script: &str, processors: usize) -> String {
     run_in(Host::Liggghts, folder, script, processors)
 }
 
-/// Run a script for `host` that must succeed; what it printed.
+/// Run a script that must succeed, and return its output.
 pub fn run_in(host: Host, folder: &Path, script: &str, processors: usize) -> String {
     let output = attempt_in(host, folder, script, processors);
     let printed = text(&output);
@@ -119,12 +119,12 @@ impl Atom {
     }
 }
 
-/// A LIGGGHTS data file; ids are 1, 2, … in order.
+/// Write a LIGGGHTS data file; ids are 1, 2, … in order.
 pub fn data_file(path: &Path, atoms: &[Atom], low: Vec3, high: Vec3) {
     data_file_for(Host::Liggghts, path, atoms, &[], low, high);
 }
 
-/// A data file for `host`; ids are 1, 2, … in order. With LAMMPS atoms are of style bpm/sphere and may have `bonds`.
+/// Write a data file for `host`; ids are 1, 2, … in order. LAMMPS atoms have style bpm/sphere and may have `bonds`.
 pub fn data_file_for(host: Host, path: &Path, atoms: &[Atom], bonds: &[[usize; 2]], low: Vec3, high: Vec3) {
     let kinds = atoms.iter().map(|a| a.kind).max().unwrap_or(1);
     let mut out = format!("atoms\n\n{} atoms\n{kinds} atom types\n", atoms.len());
@@ -169,7 +169,7 @@ pub fn head_for(host: Host, data: &str, boundary: &str, skin: f64, dt: f64) -> S
     }
 }
 
-/// The beginning of a script that reads `data`, up to the neighbour lists; `skin` in m.
+/// First part of a script, up to the neighbor lists; it reads `data`. `skin` in m, `dt` in s.
 pub fn head(data: &str, boundary: &str, skin: f64, dt: f64) -> String {
     format!(
         "units si\natom_style sphere\natom_modify map array sort 0 0\nboundary {boundary}\nnewton off\n\
@@ -177,7 +177,7 @@ pub fn head(data: &str, boundary: &str, skin: f64, dt: f64) -> String {
     )
 }
 
-/// A dump of positions, velocities, spins, forces, and torques with all digits, sorted by id, every `every` steps.
+/// Dump positions, velocities, angular velocities, forces, and torques with all digits, sorted by id, every `every` steps.
 pub fn dump(file: &str, every: usize) -> String {
     dump_for(Host::Liggghts, file, every)
 }
@@ -204,7 +204,7 @@ pub struct Dumped {
     pub torque: Vec3,
 }
 
-/// The frames of a dump: step and atoms by id.
+/// The frames of a dump: step, and atoms sorted by id.
 pub fn frames(path: &Path) -> Vec<(u64, Vec<Dumped>)> {
     let content = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let mut frames: Vec<(u64, Vec<Dumped>)> = Vec::new();
@@ -227,7 +227,7 @@ pub fn frames(path: &Path) -> Vec<(u64, Vec<Dumped>)> {
     frames
 }
 
-/// The rows of any dump with all digits, step by step.
+/// The rows of any dump: step, and numbers.
 pub fn tables(path: &Path) -> Vec<(u64, Vec<Vec<f64>>)> {
     let content = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let is_header = |line: &&str| line.starts_with("ITEM: ATOMS") || line.starts_with("ITEM: ENTRIES");
@@ -239,7 +239,7 @@ pub fn tables(path: &Path) -> Vec<(u64, Vec<Vec<f64>>)> {
     content.split("ITEM: TIMESTEP\n").skip(1).map(part).collect()
 }
 
-/// Rows of thermo output: numbers of all lines that begin with a step, in order.
+/// Rows of thermo output: the numbers of all lines that begin with a step.
 pub fn thermo(printed: &str) -> Vec<Vec<f64>> {
     let mut rows = Vec::new();
     let mut columns = 0;
@@ -257,7 +257,7 @@ pub fn thermo(printed: &str) -> Vec<Vec<f64>> {
     rows
 }
 
-/// Numbers in [0, 1) that are the same everywhere.
+/// Reproducible random numbers in [0, 1).
 pub struct Dice(pub u64);
 
 impl Dice {

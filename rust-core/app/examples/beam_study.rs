@@ -1,4 +1,4 @@
-//! Silica of cohesive beams, compared with the tables of Jebahi, André, Terreros, Iordanoff 2015.
+//! Silica modeled with cohesive beams, compared with the tables of Jebahi, André, Terreros, Iordanoff 2015.
 //!
 //! ```text
 //! cargo run --release --example beam_study                         one small case of each kind
@@ -7,7 +7,7 @@
 //!
 //! Elastic constants for several sizes (tension, bending, torsion: tables 2.3 and 2.5), periods and the speed of a pulse
 //! (table 2.6), and strength under the three loads with either criterion (tables 4.1 and 4.2). The file receives each case
-//! when it is finished.
+//! as soon as it is finished.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -44,7 +44,7 @@ impl Study {
         Ok(Self { path, cases, sample: None })
     }
 
-    /// Keeps one specimen, since they are large.
+    /// Keeps only one specimen, because specimens are large.
     fn sample(&mut self, recipe: CylinderRecipe) -> Outcome<CylinderSpecimen> {
         if let Some(sample) = self.sample.as_ref().filter(|sample| sample.recipe == recipe) {
             return Ok(sample.clone());
@@ -53,7 +53,7 @@ impl Study {
         Ok(self.sample.insert(CylinderSpecimen::new(&recipe, &mut |_| {})?).clone())
     }
 
-    /// Compute a case that the file does not have.
+    /// Computes a case unless it is already in the file.
     fn case(&mut self, name: &str, work: impl FnOnce(&mut Self) -> Outcome<Value>) -> Outcome<()> {
         if self.cases.contains_key(name) {
             return Ok(());
@@ -105,7 +105,7 @@ fn elasticity(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
     Ok(value)
 }
 
-/// Scatter of the mean stresses by which particles fail, in the elastic specimen under each load.
+/// Scatter of the mean stresses that decide on the failure of particles, in the elastic specimen under each load.
 fn pressures(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
     let sample = study.sample(CylinderRecipe::book(size, seed))?;
     let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
@@ -124,7 +124,7 @@ fn pressures(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
     Ok(value)
 }
 
-/// First periods beside the formulas of a clamped-free bar with the constants of the specimen (table 2.6).
+/// First periods, compared with the formulas for a clamped-free bar with the constants of the specimen (table 2.6).
 fn vibrations(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
     use std::f64::consts::PI;
     let sample = study.sample(CylinderRecipe::book(size, seed))?;
@@ -154,8 +154,8 @@ fn vibrations(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
 }
 
 /// Speed of a pulse compared with `√(E/ρ)` with the modulus of the specimen (table 2.6), by the struck length. The cylinders
-/// have a slenderness of ten, so that the pulse is long against the radius and short against the length; longer ones show the
-/// speed of longer pulses.
+/// have a slenderness of ten, so that the pulse is long compared to the radius and short compared to the length; longer
+/// ones show the speed of longer pulses.
 fn impacts(study: &mut Study, count: usize, slenderness: f64, radii: &[f64], seed: u64) -> Outcome<Value> {
     let sample = study.sample(CylinderRecipe { slenderness, ..CylinderRecipe::book(count, seed) })?;
     let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
@@ -203,7 +203,7 @@ fn broken(study: &mut Study, size: usize, seed: u64, criterion: &str, load: &str
     };
     let found = strength(&sample, &beam, kind, sample.sphere_density(DENSITY), loading)?;
     let events = &found.events;
-    // The direction with the least scatter of broken bonds is the normal of the crack.
+    // The direction in which broken bonds scatter least is the normal of the crack.
     let mean = events.iter().map(|e| e.position).sum::<Vec3>() / events.len().max(1) as f64;
     let scatter: Mat3 = events.iter().map(|e| (e.position - mean) * (e.position - mean).transpose()).sum();
     let eigen = nalgebra::SymmetricEigen::new(scatter);
@@ -250,7 +250,7 @@ fn main() -> Outcome<()> {
             }
         }
     }
-    // As thick as cylinders of a thousand spheres, and four times as long.
+    // As thick as a cylinder of a thousand spheres, and four times as long.
     for seed in 1..=if full { seeds } else { 0 } {
         let radii = [1.0, 2.0, 4.0, 8.0, 16.0];
         study.case(&format!("impact on a long bar, 4000, seed {seed}"), |s| impacts(s, 4000, 40.0, &radii, seed))?;

@@ -1,4 +1,4 @@
-//! A contact law of your own, outside the library: a linear spring that pulls until it snaps off.
+//! A user-defined contact law, outside the library: a linear spring that pulls until it snaps off.
 //!
 //! ```text
 //! f_n = k u                 while the particles hold each other: from the first touch (u = 0) until u = F_c/k
@@ -8,9 +8,10 @@
 //! `u` is the elongation (m, negative while the particles overlap), `k` the stiffness (N/m), `F_c` the pull-off force (N);
 //! there is no friction. A pull-off force of `F_c` is the simplest form of adhesion, as in wet or sintered powders.
 //!
-//! The example checks the law with the conformance suite, then lets two spheres collide and pull each other, and compares the
-//! largest tension with `F_c`, and the speed after the collision with the energy that snapping off takes,
-//! `½ m v² = ½ m v₀² − F_c²/2k` (m: reduced mass). The tutorial "Write your own law" makes it a law of the library.
+//! The example checks the law with the conformance suite, then lets two spheres collide and pull each other, and
+//! compares the largest tension with `F_c` and the speed after the collision with the value that follows from the
+//! energy lost at pull-off, `½ m v² = ½ m v₀² − F_c²/2k` (m: reduced mass). The tutorial "Write your own law" makes it
+//! a law of the library.
 //!
 //! Run: `cargo run --release -p concordem --example custom_law`
 
@@ -51,7 +52,7 @@ impl ContactLaw for Adhesive {
         let mut energy = EnergySplit::default();
         if !holds {
             if held && before > 0.0 {
-                // What was stored is lost; the trapezoidal rule adds half of the work of the last step.
+                // The stored energy is lost, plus half of the work of the last step by the trapezoidal rule.
                 energy.damage = 0.5 * k * before * before;
                 energy.integration = 0.5 * k * before * (now - before);
             } else if held {
@@ -62,11 +63,11 @@ impl ContactLaw for Adhesive {
         }
         energy.stored_normal = 0.5 * k * now * now;
         if !held {
-            // The spring acts from the touch on, which lies within this step.
+            // The spring acts from the first touch on, which occurred within this step.
             energy.integration = -0.5 * k * now * before;
         }
         Response {
-            // Tension is positive: the force on A points to B.
+            // Tension is positive: the force on A points toward B.
             force: normal * (k * now),
             moment: Vec3::zeros(),
             state: AdhesiveState { holding: 1.0 },
@@ -75,13 +76,13 @@ impl ContactLaw for Adhesive {
         }
     }
 
-    /// For the bound of the time step.
+    /// Stiffness for the time step bound.
     fn stiffness(&self, _geometry: &ContactGeometry) -> Stiffness {
         Stiffness { normal: self.stiffness, ..Stiffness::default() }
     }
 }
 
-/// The library's suite: action and reaction, objectivity, energy balance, extremes, and what the law promises.
+/// Runs the conformance suite: action and reaction, objectivity, energy balance, extremes, and the claims of the law.
 fn conformance(law: Adhesive) {
     let report = check(&Subject {
         name: "adhesive contact",
@@ -99,13 +100,13 @@ fn conformance(law: Adhesive) {
             conservative_normal: true,
             conservative_shear: true,
             dissipation_nonnegative: true,
-            // The force jumps from F_c to 0; the suite measures that it does.
+            // The force jumps from F_c to 0; the suite checks that it does.
             continuous_failure: false,
             brittle: false,
         },
         elastic: Window { elongation: [-0.4, 0.0], shear: 0.5 },
         inelastic: Window { elongation: [-0.4, 0.4], shear: 0.5 },
-        // No shear: the law has no force in that direction to hold.
+        // No shear offset, because the law has no shear force.
         held: Station { elongation: -0.3, ..Station::default() },
         failure: 0.4,
         dt: 1e-3,
@@ -114,15 +115,15 @@ fn conformance(law: Adhesive) {
     assert!(report.passed(), "the law does not conform");
 }
 
-/// Two spheres of mass 1 and radius 1 that approach at the speed `speed`; the largest tension between them (N), and the speed
-/// at which they part (m/s).
+/// Lets two spheres of mass 1 and radius 1 collide at the speed `speed`; returns the largest tension between them (N)
+/// and the speed at which they separate (m/s).
 fn collide(law: Adhesive, speed: f64, dt: f64) -> (f64, f64) {
     let mut particles = Particles::default();
     for x in [-1.001, 1.001] {
         particles.push(Sphere { position: Vec3::new(x, 0.0, 0.0), radius: 1.0 }, 0, 1.0, 0.4);
     }
     particles.velocity = vec![Vec3::x() * (0.5 * speed), Vec3::x() * (-0.5 * speed)];
-    // Row 0 of the law serves material 0 with material 0.
+    // Row 0 of the coefficients is for material 0 with material 0.
     let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
     let mut state = State { particles, contacts: Some(Box::new(ContactBlock::new(vec![law]))), ..State::default() };
@@ -131,7 +132,7 @@ fn collide(law: Adhesive, speed: f64, dt: f64) -> (f64, f64) {
     let (mut tension, mut touched): (f64, bool) = (0.0, false);
     for _ in 0..10_000_000 {
         solver.step(&mut state).expect("a sound step");
-        // The force on the left sphere points to the right one where they pull each other.
+        // The force on the left sphere points toward the right one when they pull each other.
         let force = solver.forces()[0].x;
         tension = tension.max(force);
         let apart = state.particles.position[1].x - state.particles.position[0].x - 2.0;
@@ -143,7 +144,7 @@ fn collide(law: Adhesive, speed: f64, dt: f64) -> (f64, f64) {
     (tension, state.particles.velocity[1].x - state.particles.velocity[0].x)
 }
 
-// Compiles the solver's loops over contacts for this law. The list of registered laws does it for those.
+// Compiles the solver's loops over contacts for this law. For registered laws, the registry does this.
 concordem::solver::compile_loops!(Adhesive);
 
 fn main() {
@@ -157,9 +158,9 @@ fn main() {
     let expected = (speed * speed - law.pull_off * law.pull_off / law.stiffness / 0.5).sqrt();
     println!("largest tension {tension:.4} N, pull-off force {} N", law.pull_off);
     println!("speed after the collision {parting:.6} m/s, closed form {expected:.6} m/s");
-    // The contact snaps off in the step in which the tension would pass F_c. In a step of 1 µs the spheres part by at most
-    // 0.5 µm, the tension grows by at most 0.005 N.
+    // The contact snaps off in the step in which the tension would exceed F_c. In a step of 1 µs the spheres separate by
+    // at most 0.5 µm, so the tension grows by at most 0.005 N.
     assert!(tension <= law.pull_off && tension > law.pull_off - 5e-3, "{tension}");
-    // The same step: an energy of F_c times 0.5 µm.
+    // Error of one step: an energy of F_c times 0.5 µm.
     assert!((parting - expected).abs() < 1e-4, "{parting} {expected}");
 }

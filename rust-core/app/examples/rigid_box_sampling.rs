@@ -1,15 +1,16 @@
-//! Test case of ERDC TR-14-6 Report 3, §5.2: grown spheres in a rigid cube, compressed by its lid, and sampled by a sphere in
-//! the middle. Prints one JSON object.
+//! Test case of ERDC TR-14-6 Report 3, §5.2: spheres are grown in a rigid cube, compressed by its lid, and sampled in a
+//! sphere in the middle. Prints one JSON object.
 //!
 //! `cargo run --release --example rigid_box_sampling -- CASE GEOMETRY [SCALE [STATE]]`: case 1 to 3; geometry 1: the printed
 //! cube of 6 in with as many spheres of the printed sizes as fit; 2: a cube of 10.2 in with the printed number. `SCALE`
 //! divides the number of spheres (radii grow with it), for a quick test. The file `STATE` (JSON)
-//! receives the last state, its forces, and the results of the operators, to compare with another program
+//! receives the final state, its forces, and the results of the operators, for comparison with another program
 //! (`validation/yade_operators.py`).
 //!
-//! Not given in the report, chosen here: Hertz-Mindlin spheres of E = 200 MPa, ν = 0.25, ρ = 2650 kg/m³, friction 0.5, at
-//! the walls 0.51 (from its wall stresses), no gravity, local damping 0.3; radii between the printed bounds with the printed
-//! mean (density ∝ exp(b r)); grown to 69 kPa; lid at 0.4/s, an inertial number of 1e-3 or less.
+//! The report does not give these values, chosen here: Hertz-Mindlin spheres of E = 200 MPa, ν = 0.25, ρ = 2650 kg/m³,
+//! friction 0.5, at the walls 0.51 (from its wall stresses), no gravity, local damping 0.3; radii between the printed
+//! bounds with the printed mean (density ∝ exp(b r)); grown to 69 kPa; lid at 0.4/s, an inertial number of 1e-3 or
+//! less.
 
 use concordem::law::Elastic;
 use concordem::math::{Mat3, Vec3};
@@ -53,8 +54,8 @@ fn list(vectors: &[Vec3]) -> Vec<[f64; 3]> {
     vectors.iter().map(|v| [v.x, v.y, v.z]).collect()
 }
 
-/// Particles, contacts, and those results of operators that another program can compute. Cells of the power diagram at the
-/// border depend on how a program closes its diagram and are left out.
+/// Particles, contacts, and the operator results that another program can compute, too. Cells of the power diagram at the
+/// border are omitted, because they depend on how a program closes its diagram.
 fn frozen_state(particles: &Particles, forces: &Forces, edge: f64, lid: &Vec3) -> serde_json::Value {
     let set = forces.contacts.set(particles).expect("contacts");
     let (low, high) = (Vec3::zeros(), Vec3::repeat(edge) + lid);
@@ -64,7 +65,7 @@ fn frozen_state(particles: &Particles, forces: &Forces, edge: f64, lid: &Vec3) -
     let of_particles =
         particle_stress(&set, &LoadSet::none(), Partition::ContactPoint, &volumes).expect("volumes above 0");
     let fabric = fabric::fabric(&set, &whole, Truncation::BranchClipped, None).expect("contacts");
-    // YADE closes its diagram at the box around the spheres; cells well inside the box are not cut.
+    // YADE closes its diagram at the bounding box of the spheres; cells well inside the box are not cut.
     let mut domain = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
     for (x, r) in particles.position.iter().zip(&particles.radius) {
         domain = [domain[0].inf(&x.add_scalar(-0.9 * r)), domain[1].sup(&x.add_scalar(0.9 * r))];

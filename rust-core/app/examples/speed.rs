@@ -34,7 +34,7 @@ const SAMPLED_EVERY: usize = 100;
 type Outcome = Result<(), Box<dyn std::error::Error + Send + Sync>>;
 
 fn main() -> Outcome {
-    // As in the program: a thread outside the pool would wait for the pool several times per step.
+    // As in the program: run inside the pool, because a thread outside would wait for the pool several times per step.
     rayon::ThreadPoolBuilder::new().build()?.install(measure)
 }
 
@@ -54,7 +54,7 @@ fn measure() -> Outcome {
             run(path, ratio, steps, law, law, model)
         }
         "cohesive_beam" => {
-            // With a strength that is never reached.
+            // With a strength that the stresses never reach.
             let beam = CohesiveBeam::new(25e9, 0.2, Section::Ratio(0.5))?;
             run(path, ratio, steps, CohesiveBeam { strength: 1e12, ..beam }, touching()?, model)
         }
@@ -68,7 +68,7 @@ fn measure() -> Outcome {
             });
             run(path, ratio, steps, linear()?, touching()?, model)
         }
-        other => Err(format!("{other} is no law of this program; its head names them").into()),
+        other => Err(format!("{other} is not one of the laws listed at the top of this example").into()),
     }
 }
 

@@ -1,10 +1,10 @@
-//! Speed of the operators compared with one pass over the same data, and of the triangulated strain.
+//! Speed of operators, compared with one pass over the same data, and speed of strain from tessellations.
 //!
-//! The first two operators should cost at most twice a pass (memory-bound work); compare times of one run. There are three
-//! passes. The pass over pairs, branches, points, and forces (80 bytes per contact) omits the results of the stress per
-//! particle and the positions that both operators read, and includes points that a region does not need. The second pass
-//! covers exactly what a region stress reads; the third what the stress per particle reads and writes. Times are processor
-//! times summed over threads, which other work on the machine hardly disturbs; run with `RAYON_NUM_THREADS=1`.
+//! The two stress operators are limited by memory and should cost at most twice a pass; compare times of the same run. There
+//! are three passes. The first reads pairs, branches, points, and forces (80 bytes per contact); it omits the results of the
+//! stress per particle and the positions that both operators read, and includes points that a region does not need. The
+//! second reads exactly what a region stress reads; the third reads and writes what the stress per particle does. Times are
+//! processor times summed over threads, which other work on the machine hardly disturbs; run with `RAYON_NUM_THREADS=1`.
 
 mod measurement;
 
@@ -58,7 +58,7 @@ fn contacts(n: usize, most: usize) -> Data {
     Data { position, pair, branch, point, force }
 }
 
-/// Sum of all numbers, so that the compiler keeps all reads; eight partial sums make memory, not the addition, the limit.
+/// Sums all numbers, so that the compiler keeps all reads. With eight partial sums, memory limits the speed, not addition.
 fn pass(list: &[Vec3]) -> f64 {
     let reals: &[f64] = bytemuck::cast_slice(list);
     reals

@@ -1,4 +1,4 @@
-//! Speed of the parts: the concrete law, its kinematics, the neighbor search, and a whole step. Times of whole steps are
+//! Speed of single parts: the concrete law, its kinematics, the neighbor search, and a whole step. Times of whole steps are
 //! processor times summed over threads; run with `RAYON_NUM_THREADS=1`.
 
 mod measurement;
@@ -27,7 +27,7 @@ fn law() -> Cpm {
     Cpm::new(&CpmParameters::new(25e9, 0.2, 3e6, libm::atan(0.8), 1e-4, 30.0)).expect("valid parameters")
 }
 
-/// A jittered cubic block of `n³` spheres of radius 1 mm along the space-filling curve.
+/// A jittered cubic block of `n³` spheres of radius 1 mm, ordered along a space-filling curve.
 fn block(n: usize) -> Particles {
     let radius = 1e-3;
     let (mass, inertia) = mass_of(radius, 4800.0, false);
@@ -74,7 +74,7 @@ fn single_contact(c: &mut Criterion) {
 }
 
 fn neighbor_search(c: &mut Criterion) {
-    let mut group = c.benchmark_group("neighbour search");
+    let mut group = c.benchmark_group("neighbor search");
     group.sample_size(10);
     for n in [22, 47] {
         let particles = block(n);
@@ -87,7 +87,7 @@ fn neighbor_search(c: &mut Criterion) {
     group.finish();
 }
 
-/// Time of one step per bond, of particles bonded by one law within 1.5 times their touching distance.
+/// Measures the time per bond and step of particles that one law bonds at an interaction ratio of 1.5.
 fn bonded_step<L: LawLoops>(
     group: &mut BenchmarkGroup<'_, ProcessorTime>,
     name: &str,
@@ -107,7 +107,7 @@ fn bonded_step<L: LawLoops>(
             || {
                 let mut state = state.clone();
                 let mut solver = Solver::new(model.clone(), &mut state).expect("a sound state");
-                // The first step of a bond differs from the others.
+                // The first step of bonds differs from later ones.
                 solver.step_with(&mut state, false).expect("stable");
                 (state, solver)
             },
@@ -122,7 +122,7 @@ fn bonded_step<L: LawLoops>(
 }
 
 /// Ten steps of bonded particles; the throughput is in bond-steps. The pass over deformable particles must cost at most
-/// half as much as the step of the same bonds without it.
+/// half as much as a step of the same bonds without it.
 fn whole_step(c: &mut Criterion<ProcessorTime>) {
     let mut group = c.benchmark_group("ten steps");
     group.sample_size(10);

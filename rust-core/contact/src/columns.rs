@@ -58,7 +58,7 @@ pub trait Item: Copy {
 
 /// The arrays of [`BATCH`] items. They contain only `f64`.
 pub trait Arrays: bytemuck::Pod {
-    /// What is stored.
+    /// Type of the items.
     type Item: Copy;
 
     /// Item `i`.
@@ -208,9 +208,9 @@ impl Arrays for SymmetricArrays {
 
 /// A function of one item. Without branches it runs in vector registers.
 pub trait Formula {
-    /// What it reads.
+    /// Type of the argument.
     type Input: Item;
-    /// What it returns.
+    /// Type of the result.
     type Output: Item;
 
     /// The result for one item.
@@ -243,7 +243,7 @@ impl Columns {
         arrays::<O>(&self.output)
     }
 
-    /// Apply a formula to all [`BATCH`] items. Unused items are computed too, from whatever their memory contains.
+    /// Apply a formula to all [`BATCH`] items. Unused items are computed too, from whatever the memory contains.
     #[inline(always)]
     pub fn apply<F: Formula>(&mut self, formula: &F) {
         let (input, output) = (arrays::<F::Input>(&self.input), arrays_mut::<F::Output>(&mut self.output));
@@ -289,7 +289,7 @@ mod tests {
         }
     }
 
-    /// Swaps fields, so that a mistaken offset shows.
+    /// Reorders the components, so that a wrong offset shows.
     struct Negate;
 
     impl Formula for Negate {

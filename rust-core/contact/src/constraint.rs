@@ -39,7 +39,7 @@ impl Constraint {
         self.0 >> (3 + axis) & 1 == 1
     }
 
-    /// Both sets of constraints.
+    /// Union of both constraints.
     #[must_use]
     pub fn with(self, other: Self) -> Self {
         Self(self.0 | other.0)

@@ -69,7 +69,7 @@ pub fn initial_geometry(a: &Vec3, b: &Vec3, shift: &Vec3) -> PreviousGeometry {
     PreviousGeometry { normal: l / length, length }
 }
 
-/// Area `π min(R_A, R_B)²` of a contact, m² (Stránský 2018, (2.14); YADE). A radius of 0 m stands for a wall or facet.
+/// Area `π min(R_A, R_B)²` of a contact, m² (Stránský 2018, (2.14); YADE). Pass the radius 0 for a wall or facet.
 pub fn contact_area(radius_a: f64, radius_b: f64) -> f64 {
     let radius = if radius_a <= 0.0 {
         radius_b

@@ -1,7 +1,7 @@
 //! Contact mechanics: how two particles move relative to each other, and the laws that return their contact force.
 //!
-//! This is the lowest crate of ConcorDEM. It handles one pair of particles at a time and knows no neighbor lists, no time
-//! stepping, and no files. Modules depend on those above them in this list only:
+//! This is the lowest crate of ConcorDEM. It handles one pair of particles at a time, without neighbor lists, time
+//! stepping, or files. Modules depend only on those above them in this list:
 //!
 //! | module | contents |
 //! |---|---|

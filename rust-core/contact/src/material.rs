@@ -29,7 +29,8 @@ macro_rules! with_tables {
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct Material {
-            /// Name, by which sets and walls refer to it. The first material is that of all particles in no other's set.
+            /// Name, by which sets and walls refer to it. Particles that no set assigns to another material have the
+            /// first one.
             pub name: String,
             /// Mass density of the particles themselves (not of the packing), kg/m³.
             #[schemars(extend("exclusiveMinimum" = 0))]
@@ -39,11 +40,11 @@ macro_rules! with_tables {
                 #[schemars(extend("description" = about::<law::$key::$Law>()))]
                 pub $key: Option<<law::$key::$Law as RegisteredLaw>::Table>,
             )*
-            /// Elastic constants of the particles themselves, which deform under their contacts; rigid when left out.
+            /// Elastic constants of the particles themselves, which deform under their contacts; rigid if left out.
             pub deformable: Option<ParticleElasticity>,
         }
 
-        /// Parameters between two materials, in place of the average of theirs.
+        /// Parameters between two materials, instead of the mean of both.
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct Interface {
@@ -57,7 +58,7 @@ macro_rules! with_tables {
         }
 
         impl Material {
-            /// The tables that are there, by law.
+            /// The tables present, by law.
             pub fn tables(&self) -> Vec<(LawName, &dyn LawTable)> {
                 let mut tables: Vec<(LawName, &dyn LawTable)> = Vec::new();
                 $(tables.extend(self.$key.as_ref().map(|table| (LawName::$Law, table as &dyn LawTable)));)*
@@ -66,7 +67,7 @@ macro_rules! with_tables {
         }
 
         impl Interface {
-            /// The tables that are there, by law.
+            /// The tables present, by law.
             pub fn tables(&self) -> Vec<(LawName, &dyn LawTable)> {
                 let mut tables: Vec<(LawName, &dyn LawTable)> = Vec::new();
                 $(tables.extend(self.$key.as_ref().map(|table| (LawName::$Law, table as &dyn LawTable)));)*
@@ -91,7 +92,7 @@ macro_rules! with_tables {
 crate::for_each_law!(with_tables);
 
 impl Material {
-    /// The table of a law, if it is there.
+    /// The table of a law, if present.
     pub fn table_of(&self, law: LawName) -> Option<&dyn LawTable> {
         self.tables().into_iter().find(|(name, _)| *name == law).map(|(_, table)| table)
     }
@@ -108,7 +109,7 @@ impl Material {
 }
 
 impl Interface {
-    /// Whether it is between these two materials, in either order.
+    /// Whether the interface is between these two materials, in either order.
     pub fn joins(&self, a: &str, b: &str) -> bool {
         let [x, y] = &self.between;
         (x == a && y == b) || (x == b && y == a)

@@ -1,7 +1,7 @@
 //! Memory prefetch for particles and host objects, which lie anywhere in memory.
 //!
-//! This module contains the only unsafe code of the crate: an instruction that reads nothing and cannot fail, whatever
-//! the address.
+//! This module contains the only unsafe code of the crate: a prefetch instruction, which reads nothing and cannot fail
+//! at any address.
 
 #![allow(unsafe_code)]
 
@@ -11,7 +11,7 @@ pub const AHEAD: usize = 24;
 /// Prefetch the cache line at an address that the program reads soon.
 #[inline(always)]
 pub fn prefetch(address: usize) {
-    // Safety: a prefetch reads nothing, whatever the address.
+    // Safety: a prefetch reads nothing, at any address.
     #[cfg(target_arch = "x86_64")]
     unsafe {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};

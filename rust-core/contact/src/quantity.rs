@@ -1,10 +1,10 @@
 //! Quantities with units: `young = 30e9`, `young = "30 GPa"`.
 //!
-//! A plain number is in SI units. A string carries a unit, which must be of the declared dimension. Powers of ten of
-//! the unit are added to the exponent of the number before it is read, so `"50 mm"` is the same real as `0.05`.
+//! A plain number is in SI units. A string carries a unit, which must have the declared dimension. Powers of ten of the
+//! unit are added to the exponent of the number before parsing, so `"50 mm"` is the same real as `0.05`.
 //!
-//! The kept unit crates either check dimensions at compile time only, or bring a desk calculator; what a scenario
-//! needs is the table below.
+//! Existing unit crates either check dimensions only at compile time or include a whole expression parser. A scenario
+//! needs only the table below.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -18,7 +18,7 @@ use crate::math::Vec3;
 pub trait Dimension: Copy + Default + fmt::Debug + PartialEq + Send + Sync + 'static {
     /// Name, as in messages: "stress".
     const NAME: &'static str;
-    /// Units to suggest, the SI unit first; its powers of meter, kilogram, second, and radian are the dimension.
+    /// Units to suggest, the SI unit first; its powers of meter, kilogram, second, and radian define the dimension.
     const UNITS: &'static [&'static str];
 }
 
@@ -128,7 +128,7 @@ pub fn vector<D: Dimension>(components: &[Quantity<D>; 3]) -> Vec3 {
     Vec3::new(components[0].si, components[1].si, components[2].si)
 }
 
-/// Why a string is not a quantity of the wanted dimension.
+/// Why a string is not a quantity of the expected dimension.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum QuantityError {
@@ -138,7 +138,7 @@ pub enum QuantityError {
         /// The string.
         text: String,
     },
-    /// The number is beyond what a double precision real can hold.
+    /// The number exceeds the range of double precision.
     #[error("`{text}` is beyond the range of double precision numbers")]
     Overflow {
         /// The string.
@@ -151,11 +151,11 @@ pub enum QuantityError {
         text: String,
     },
     /// A number alone, as a string.
-    #[error("`{text}` has no unit, but a {dimension} is wanted")]
+    #[error("`{text}` has no unit, but a {dimension} is expected")]
     NoUnit {
         /// The string.
         text: String,
-        /// Wanted dimension.
+        /// Expected dimension.
         dimension: &'static str,
     },
     /// A unit that is not in the table.
@@ -165,13 +165,13 @@ pub enum QuantityError {
         unit: String,
     },
     /// A unit of another dimension.
-    #[error("`{unit}` is a unit of {found}, but a {dimension} is wanted")]
+    #[error("`{unit}` is a unit of {found}, but a {dimension} is expected")]
     WrongDimension {
         /// The unit.
         unit: String,
-        /// Dimension of that unit, by name where it has one.
+        /// Dimension of that unit, by name if it has one.
         found: String,
-        /// Wanted dimension.
+        /// Expected dimension.
         dimension: &'static str,
     },
 }
@@ -424,7 +424,7 @@ mod tests {
 
     #[test]
     fn powers_of_ten_are_exact() {
-        // The same real as the plain number, to the last bit, since the exponent is added before the text is read.
+        // The same bits as the plain number, because the exponent is added before parsing.
         assert_eq!(Length::parse("50 mm").unwrap().si(), 0.05);
         assert_eq!(Stress::parse("30 GPa").unwrap().si(), 30e9);
         assert_eq!(Time::parse("0.2 us").unwrap().si(), 2e-7);
@@ -448,7 +448,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_ones_are_refused() {
+    fn invalid_quantities_are_refused() {
         assert_eq!(
             Stress::parse("30 mm"),
             Err(QuantityError::WrongDimension { unit: "mm".into(), found: "length".into(), dimension: "stress" })
@@ -463,7 +463,7 @@ mod tests {
         assert!(matches!(Stress::parse("1,5 GPa"), Err(QuantityError::Comma { .. })));
         assert!(matches!(Stress::parse("1e308 GPa"), Err(QuantityError::Overflow { .. })));
         assert!(matches!(Stress::parse("1e99999999999999999999 Pa"), Err(QuantityError::NoNumber { .. })));
-        // An angle is not a pure number: "30 deg" for a friction coefficient is a mistake worth catching.
+        // An angle is not a pure number: "30 deg" for a friction coefficient is an error.
         assert!(matches!(Number::parse("30 deg"), Err(QuantityError::WrongDimension { .. })));
         assert!(matches!(AngularVelocity::parse("3 1/s"), Err(QuantityError::WrongDimension { .. })));
     }

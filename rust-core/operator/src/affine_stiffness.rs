@@ -33,7 +33,7 @@ pub fn affine_stiffness(links: &[AffineLink], volume: f64) -> Result<Matrix6<f64
         let mut sum = Total::default();
         for link in &links[range] {
             let n = &link.normal;
-            // Normal strain: nᵀεn; shear strain vectors: εn − n(nᵀεn); both as rows against (ε11, …, γ12).
+            // Normal strain: nᵀεn; shear strain vector: εn − n(nᵀεn); both as rows that multiply (ε11, …, γ12).
             let along = Vector6::new(n.x * n.x, n.y * n.y, n.z * n.z, n.y * n.z, n.z * n.x, n.x * n.y);
             let rows = [
                 Vector6::new(n.x, 0.0, 0.0, 0.0, 0.5 * n.z, 0.5 * n.y),
@@ -52,7 +52,7 @@ pub fn affine_stiffness(links: &[AffineLink], volume: f64) -> Result<Matrix6<f64
     Ok(total.stiffness / volume)
 }
 
-/// Young's modulus (Pa) and Poisson's ratio of links with all directions alike (Stránský 2018, (3.38)):
+/// Young's modulus (Pa) and Poisson's ratio of links with uniformly distributed directions (Stránský 2018, (3.38)):
 /// `E = S Ē(2Ē+3Ḡ)/(4Ē+Ḡ)`, `ν = (Ē−Ḡ)/(4Ē+Ḡ)`, `S = Σ LA/3V`.
 pub fn isotropic_moduli(
     link_volume: f64,
@@ -82,8 +82,9 @@ pub fn voigt_plane(
     Ok((c * normal, 0.5 * c * (normal + tangential)))
 }
 
-/// Contact forces (N) on A of linear springs with normal stiffness `k_n` and tangential `k_t` (N/m) under an affine
-/// displacement without spins: `f = (k_n n⊗n + k_t (1 − n⊗n)) G l`, whose branch sum is `D : ε` for symmetric `G` (P19).
+/// Contact forces (N) on A of linear springs with normal stiffness `k_n` and tangential stiffness `k_t` (N/m) under an
+/// affine displacement without particle rotation: `f = (k_n n⊗n + k_t (1 − n⊗n)) G l`. Their branch sum is `D : ε` for
+/// symmetric `G` (P19).
 pub fn affine_forces(branch: &[Vec3], stiffness: &[(f64, f64)], gradient: &Mat3) -> Result<Vec<Vec3>, OperatorError> {
     check_length("stiffness", stiffness.len(), branch.len(), "contact")?;
     let force = |l: &Vec3, &(normal, tangential): &(f64, f64)| {

@@ -8,7 +8,7 @@ use super::region::Period;
 use super::strain::Dimension;
 use concordem_contact::math::{Mat3, Vec3};
 
-/// Nodes and weights of Gauss' rule with four points, one half.
+/// Nodes and weights of Gauss' rule with four points; the other two nodes are symmetric.
 const NODES: [(f64, f64); 2] =
     [(0.339_981_043_584_856_3, 0.652_145_154_862_546_1), (0.861_136_311_594_052_6, 0.347_854_845_137_453_85)];
 
@@ -40,8 +40,8 @@ impl Kernel {
         if q > 0.0 { self.factor * (q * q * q) } else { 0.0 }
     }
 
-    /// `∫₀¹ φ(x + s l) ds`: weight of a branch at a point. Exact by Gauss' rule with four points: on the part where the kernel
-    /// is not zero, it is a polynomial of degree six in s.
+    /// `∫₀¹ φ(x + s l) ds`: weight of a branch vector at a point. Exact by Gauss' rule with four points, because the
+    /// kernel is a polynomial of degree six in s where it is not zero.
     pub fn along(&self, x: &Vec3, l: &Vec3) -> f64 {
         let ball = super::Region::Sphere { center: Vec3::zeros(), radius: self.support };
         let Some([from, to]) = ball.part_of_segment(x, l) else { return 0.0 };

@@ -1,12 +1,12 @@
-//! Contacts and loads as operators see them: borrowed slices, whoever owns them.
+//! Contacts and loads as operator input: borrowed slices from any owner.
 
 use super::error::{OperatorError, check_length};
 use concordem_contact::math::Vec3;
 
-/// Contacts between particles, one row each, seen from A (conventions of `operator`).
+/// Contacts between particles, one row each, seen from A (conventions in the [crate documentation](crate)).
 ///
-/// Nothing is copied: the solver, a host program, and arrays of Python can all lend their memory. A flat slice of reals
-/// becomes one of vectors by [`vectors`].
+/// Nothing is copied: the solver, a host program, and Python arrays can all lend their memory. [`vectors`] turns a flat
+/// slice of reals into one of vectors.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactSet<'a> {
     position: &'a [Vec3],
@@ -26,7 +26,7 @@ pub struct Contact {
     pub b: usize,
     /// Center of A, m.
     pub position_a: Vec3,
-    /// Branch `l = x_B − x_A`, image of B included, m.
+    /// Branch vector `l = x_B − x_A`, image of B included, m.
     pub branch: Vec3,
     /// From the center of A to the contact point, m.
     pub arm_a: Vec3,
@@ -39,9 +39,9 @@ pub struct Contact {
 }
 
 impl<'a> ContactSet<'a> {
-    /// Contacts of the particles at `position` (m): `pair` names A and B, `branch` is `l` (m), `point` the contact point
-    /// next to A (m), `force` the force on A (N), `moment` the moment on A about the contact point (N·m; `None`: none is
-    /// transmitted).
+    /// Contacts of the particles at `position` (m): `pair` names A and B; `branch` is the branch vector `l` (m),
+    /// `point` the contact point next to A (m), `force` the force on A (N), `moment` the moment on A about the contact
+    /// point (N·m; `None` if contacts transmit none).
     pub fn new(
         position: &'a [Vec3],
         pair: &'a [[u32; 2]],
@@ -70,7 +70,7 @@ impl<'a> ContactSet<'a> {
         self.pair.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no contacts.
     pub fn is_empty(&self) -> bool {
         self.pair.is_empty()
     }
@@ -85,7 +85,7 @@ impl<'a> ContactSet<'a> {
         self.pair
     }
 
-    /// Branch of each contact, m.
+    /// Branch vector of each contact, m.
     pub fn branch(&self) -> &'a [Vec3] {
         self.branch
     }
@@ -133,7 +133,7 @@ impl<'a> ContactSet<'a> {
     }
 }
 
-/// Loads on particles from outside: walls, supports, gravity. Force and moment act on the particle.
+/// External loads on particles: walls, supports, gravity. Force and moment act on the particle.
 #[derive(Debug, Clone, Copy)]
 pub struct LoadSet<'a> {
     particle: &'a [u32],
@@ -143,7 +143,7 @@ pub struct LoadSet<'a> {
 }
 
 impl<'a> LoadSet<'a> {
-    /// Loads on `count` particles: `point` where the force acts (m), `force` (N), `moment` about the point (N·m).
+    /// Loads on `count` particles: `point` of action (m), `force` (N), `moment` about the point (N·m).
     pub fn new(
         count: usize,
         particle: &'a [u32],
@@ -172,7 +172,7 @@ impl<'a> LoadSet<'a> {
         self.particle.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no loads.
     pub fn is_empty(&self) -> bool {
         self.particle.is_empty()
     }
@@ -201,11 +201,12 @@ pub fn pairs<'a>(name: &'static str, indices: &'a [u32]) -> Result<&'a [[u32; 2]
     Ok(bytemuck::cast_slice(indices))
 }
 
-/// Transport of a beam's end loads to one contact point, after which the beam is a contact like any other.
+/// Moment of a beam about a contact point, so that the beam becomes a contact like any other.
 ///
 /// Given force `F_A` (N) and moment `M_A` (N·m) on the end at the center of A, the moment on A about `c` is
-/// `m_A = M_A − (c − x_A)×F_A`; the beam's equilibrium makes that of B `−m_A`. Region operators do not depend on the
-/// choice of `c`, those of single particles do; mid-beam is the usual one. (ERDC TR-14-6 Report 3, (45) with true arms.)
+/// `m_A = M_A − (c − x_A)×F_A`; equilibrium of the beam makes that of B `−m_A`. Region operators do not depend on the
+/// choice of `c`, those of single particles do; the middle of the beam is usual. (ERDC TR-14-6 Report 3, (45) with true
+/// arms.)
 #[inline]
 pub fn moment_about_contact_point(arm_a: &Vec3, force_a: &Vec3, moment_at_center: &Vec3) -> Vec3 {
     moment_at_center - arm_a.cross(force_a)

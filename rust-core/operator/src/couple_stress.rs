@@ -1,4 +1,4 @@
-//! Couple stress from contacts, from external loads, and of a sampled region.
+//! Couple stress: from contacts, from external loads, and of a sampled region.
 
 use super::contact_set::{ContactSet, LoadSet};
 use super::error::{OperatorError, check_length, check_volume};
@@ -32,7 +32,7 @@ pub fn external(position: &[Vec3], loads: &LoadSet<'_>, volume: f64, centroid: &
 /// Couple stress from contacts about a body's centroid `x⁰`, N/m (operator O10; Stránský 2018, (4.51), (4.57)):
 /// `Vμ = V x⁰⊗(1×σ̄) + Σ_c l⊗m^A + Σ_c [x_B⊗((c−x_B)×f^A) − x_A⊗((c−x_A)×f^A)]`.
 ///
-/// Not for periodic contacts: positions enter. Equal to [`external`] if every particle is in equilibrium (P7).
+/// Not for periodic contacts, because positions enter. Equal to [`external`] if every particle is in equilibrium (P7).
 pub fn internal(contacts: &ContactSet<'_>, volume: f64, centroid: &Vec3) -> Result<Mat3, OperatorError> {
     let stress = region_stress(contacts, &Region::All { volume }, Truncation::BranchClipped, None)?.stress;
     let sum: Mat3 = sum_tiles(contacts.len(), |range| {
@@ -76,18 +76,18 @@ impl std::ops::AddAssign for Resultant {
 }
 
 /// Stress and couple stress of a sampled region conjugate to the affine modes of motion of its particles (operators O6,
-/// O11; ERDC 2019, (33), (44), (45) in house form): with the net wrenches `F`, `M` of the contacts that are internal to
-/// the region, `σ = −(1/V) Σ_p x⊗F = (1/V) Σ_c l⊗f^A`, `μ = −(1/V) Σ_p (x−x⁰)⊗M`.
+/// O11; ERDC 2019, (33), (44), (45) in our conventions): with the net wrenches `F`, `M` of the contacts internal to the
+/// region, `σ = −(1/V) Σ_p x⊗F = (1/V) Σ_c l⊗f^A`, `μ = −(1/V) Σ_p (x−x⁰)⊗M`.
 ///
-/// In equilibrium only particles at the region's border have a net wrench. A contact across the border of a periodic cell
-/// counts with the image of B that it reaches; in equilibrium the choice of image does not matter.
+/// In equilibrium only particles at the region's border have a net wrench. A contact across the border of a periodic
+/// cell belongs to the image of B that it reaches; in equilibrium the choice of image does not matter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conjugate {
     /// Stress, Pa.
     pub stress: Mat3,
     /// Couple stress about the reference point, N/m.
     pub couple_stress: Mat3,
-    /// `ΣF/V`, N/m³: zero for pairs of opposite forces, whatever they are.
+    /// `ΣF/V`, N/m³: zero for any pairs of opposite forces.
     pub rigid_force: Vec3,
     /// `Σ(x×F + M)/V`, N/m²: zero if both particles of every contact use the same contact point.
     pub rigid_moment: Vec3,
@@ -100,7 +100,7 @@ pub struct Conjugate {
 }
 
 /// See [`Conjugate`]. `reference` is the region's reference point, usually its center (m). With `period`, all periodic
-/// images that lie in the region count.
+/// images in the region are included.
 pub fn conjugate(
     contacts: &ContactSet<'_>,
     region: &Region,

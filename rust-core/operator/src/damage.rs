@@ -5,10 +5,10 @@ use super::sum::{sum_tiles, sums};
 use concordem_contact::math::{Mat3, Vec3, exp};
 use nalgebra::{Matrix6, Vector6};
 
-/// Damage of strength `ω̂ = 1 − (1−ω)κ/ε₀` from that of stiffness `ω` at the largest strain `κ` so far, with the crack onset
-/// strain `ε₀` (Stránský 2018, (6.5)–(6.6)): the fraction of the strength that is lost.
+/// Damage of strength `ω̂ = 1 − (1−ω)κ/ε₀` from the damage of stiffness `ω` at the largest strain `κ` so far, with the
+/// crack onset strain `ε₀` (Stránský 2018, (6.5)–(6.6)): the fraction of the strength that is lost.
 ///
-/// Zero as long as `κ < ε₀`, where the bare formula would give `1 − κ/ε₀` for an undamaged contact.
+/// Zero for `κ < ε₀`, where the formula alone would give `1 − κ/ε₀` for an undamaged contact.
 pub fn strength_damage(stiffness_damage: f64, largest_strain: f64, onset_strain: f64) -> Result<f64, OperatorError> {
     check_onset(onset_strain)?;
     if largest_strain <= onset_strain {
@@ -17,7 +17,7 @@ pub fn strength_damage(stiffness_damage: f64, largest_strain: f64, onset_strain:
     Ok((1.0 - (1.0 - stiffness_damage) * largest_strain / onset_strain).clamp(0.0, 1.0))
 }
 
-/// The same for exponential softening, where it is a function of `κ` alone: `1 − exp(−(κ−ε₀)/ε_f)`.
+/// [`strength_damage`] for exponential softening, where it depends only on `κ`: `1 − exp(−(κ−ε₀)/ε_f)`.
 pub fn strength_damage_exponential(
     largest_strain: f64,
     onset_strain: f64,
@@ -43,11 +43,11 @@ fn check_onset(onset: f64) -> Result<(), OperatorError> {
     }
 }
 
-/// Damage tensor from the damages `ω̂` of links with directions `n`, by least squares for uniformly distributed directions
-/// (Stránský 2018, (6.13) with the identity that is missing in print): `Ω = −(3/2N)(Σω̂) 1 + (15/2N) Σ ω̂ n⊗n`.
+/// Damage tensor from the damages `ω̂` of links with directions `n`, by least squares for uniformly distributed
+/// directions (Stránský 2018, (6.13) with the identity that the print lacks): `Ω = −(3/2N)(Σω̂) 1 + (15/2N) Σ ω̂ n⊗n`.
 ///
-/// `nᵀΩn` then is the damage in direction n. Its trace is three times the mean damage if directions are uniformly distributed. Principal
-/// values may leave [0, 1]. (The version stored in YADE's repository adds the matrix nine times.)
+/// Then `nᵀΩn` is the damage in direction n. For uniformly distributed directions its trace is three times the mean
+/// damage. Principal values may leave [0, 1]. (The version in YADE's repository adds the matrix nine times.)
 pub fn damage_tensor(normal: &[Vec3], damage: &[f64]) -> Result<Mat3, OperatorError> {
     let sums = moments(normal, damage)?;
     let n = normal.len() as f64;
@@ -61,11 +61,11 @@ pub fn damage_tensor(normal: &[Vec3], damage: &[f64]) -> Result<Mat3, OperatorEr
 /// Directions that do not determine all six components.
 pub fn damage_tensor_exact(normal: &[Vec3], damage: &[f64]) -> Result<Mat3, OperatorError> {
     let sums = moments(normal, damage)?;
-    // Components 11, 22, 33, √2·23, √2·31, √2·12: in these a symmetric tensor is a vector of the same norm.
+    // In the components 11, 22, 33, √2·23, √2·31, √2·12 a symmetric tensor is a vector of the same norm.
     let right = mandel(&sums.tensor);
     let scale = sums.fourth.trace();
     let eigen = nalgebra::SymmetricEigen::new(sums.fourth);
-    // Directions known to 1e-16 determine a component whose weight is above that; 1e-12 leaves four digits.
+    // Directions known to 1e-16 determine a component if its weight exceeds that; 1e-12 leaves four digits.
     if !(scale > 0.0 && eigen.eigenvalues.min() > 1e-12 * scale) {
         return Err(OperatorError::Singular {
             what: "the damage tensor",

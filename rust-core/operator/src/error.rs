@@ -1,64 +1,64 @@
-//! What an operator may refuse.
+//! Errors of operators.
 
 /// Bad input to an operator.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OperatorError {
-    /// Two slices that must have the same length do not.
+    /// Two slices do not have the same length.
     #[error("`{name}` has {found} entries where {expected} are needed, one for each {each}")]
     Length {
-        /// The slice.
+        /// Name of the slice.
         name: &'static str,
         /// Entries needed.
         expected: usize,
         /// Entries found.
         found: usize,
-        /// What there must be one entry for.
+        /// What each entry belongs to.
         each: &'static str,
     },
     /// A flat slice is not a whole number of rows.
-    #[error("`{name}` has {found} numbers, which is no multiple of the {components} of a row")]
+    #[error("`{name}` has {found} numbers, which is not a multiple of the {components} of a row")]
     Ragged {
-        /// The slice.
+        /// Name of the slice.
         name: &'static str,
         /// Numbers found.
         found: usize,
-        /// Numbers of a row.
+        /// Numbers per row.
         components: usize,
     },
     /// A contact or load names a particle that does not exist.
     #[error("entry {entry} of `{name}` names the particle {index}, but there are {count}")]
     Index {
-        /// The slice.
+        /// Name of the slice.
         name: &'static str,
-        /// Which entry.
+        /// Index of the entry.
         entry: usize,
-        /// The index it holds.
+        /// Particle index in the entry.
         index: u32,
         /// Number of particles.
         count: usize,
     },
-    /// The volume to divide by is not a positive number.
+    /// The volume to divide by is not positive and finite.
     #[error("the volume of {of} is {volume} m³; it must be positive and finite")]
     Volume {
-        /// Of what.
+        /// Name of the region or body.
         of: &'static str,
-        /// What was found.
+        /// Its volume, m³.
         volume: f64,
     },
-    /// A region is not what its kind demands.
+    /// A region has an invalid parameter.
     #[error("a {kind} has {name} = {value}; {demand}")]
     Region {
         /// Kind of region.
         kind: &'static str,
-        /// What is wrong.
+        /// Name of the parameter.
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// Requirement on the value.
         demand: &'static str,
     },
-    /// Half-spaces that reach infinitely many periodic images.
+    /// Half-spaces that contain infinitely many periodic images.
     #[error(
         "the half-spaces are unbounded along edge {axis} of the periodic cell, where infinitely many images lie in them; add \
          planes, or align those there are with the edges"
@@ -67,10 +67,10 @@ pub enum OperatorError {
         /// Edge of the cell: 0, 1, 2.
         axis: usize,
     },
-    /// Nothing lies in the region.
+    /// The region contains no entries.
     #[error("no {what} lies in the region; move or enlarge it")]
     EmptyRegion {
-        /// Of what there is none.
+        /// What the region should contain.
         what: &'static str,
     },
     /// The truncation needs a region with a shape.
@@ -90,31 +90,31 @@ pub enum OperatorError {
         dimension: usize,
         /// Smallest over largest principal second moment.
         ratio: f64,
-        /// How many are needed at least.
+        /// Smallest number of points needed.
         needed: usize,
-        /// plane or line.
+        /// "plane" or "line", in which the points lie.
         flat: &'static str,
     },
-    /// Two points are at the same place.
+    /// Two points coincide.
     #[error("the points {first} and {second} are at the same place")]
     Coincident {
-        /// One.
+        /// First point.
         first: usize,
-        /// The other.
+        /// Second point.
         second: usize,
     },
-    /// Something is not a finite number.
+    /// A value is NaN or infinite.
     #[error("entry {entry} of `{name}` is not a finite number")]
     NotFinite {
-        /// The slice.
+        /// Name of the slice.
         name: &'static str,
-        /// Which entry.
+        /// Index of the entry.
         entry: usize,
     },
     /// A triangulation is not closed.
     #[error("{what}: the triangulation has an open or doubled face at the points {points:?}")]
     OpenFaces {
-        /// Which triangulation.
+        /// Name of the triangulation.
         what: &'static str,
         /// Corners of the face.
         points: Vec<u32>,
@@ -124,7 +124,7 @@ pub enum OperatorError {
         "the cell of point {point} reaches beyond the domain; give a domain that encloses all points, or a periodic cell"
     )]
     OpenCell {
-        /// Which point.
+        /// Index of the point.
         point: usize,
     },
     /// The triangulation of a periodic cell does not fill it.
@@ -141,25 +141,25 @@ pub enum OperatorError {
     /// A constant is out of its range.
     #[error("{name} = {value}; {demand}")]
     Constant {
-        /// Which.
+        /// Name of the constant.
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// Requirement on the value.
         demand: &'static str,
     },
     /// A system of equations has no unique solution.
     #[error("{what} cannot be solved: {reason}")]
     Singular {
-        /// Which system.
+        /// Name of the system.
         what: &'static str,
-        /// Why.
+        /// Why it has no unique solution.
         reason: &'static str,
     },
     /// The triangulation library failed.
     #[error("the triangulation failed: {reason}")]
     Triangulation {
-        /// What it says.
+        /// Message of the library.
         reason: String,
     },
 }
@@ -173,12 +173,12 @@ pub(super) fn check_length(
     if found == expected { Ok(()) } else { Err(OperatorError::Length { name, expected, found, each }) }
 }
 
-/// The volume, or an error when one cannot divide by it.
+/// The volume, or an error if it is not positive and finite.
 pub(super) fn check_volume(of: &'static str, volume: f64) -> Result<f64, OperatorError> {
     if volume > 0.0 && volume.is_finite() { Ok(volume) } else { Err(OperatorError::Volume { of, volume }) }
 }
 
-/// All vectors finite?
+/// An error if a vector is not finite.
 pub(super) fn check_finite(name: &'static str, values: &[concordem_contact::math::Vec3]) -> Result<(), OperatorError> {
     match values.iter().position(|v| !(v.x + v.y + v.z).is_finite()) {
         Some(entry) => Err(OperatorError::NotFinite { name, entry }),

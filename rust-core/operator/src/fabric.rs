@@ -16,13 +16,13 @@ pub struct Fabric {
     pub contacts: f64,
     /// Particles whose centers lie inside.
     pub particles: usize,
-    /// Mean number of contacts per particle, `2 N_c/N_p`.
+    /// Coordination number: mean number of contacts per particle, `2 N_c/N_p`.
     pub coordination: f64,
-    /// Mean branch length, m.
+    /// Mean length of the branch vectors, m.
     pub branch_length: f64,
 }
 
-/// Fabric tensor and coordination number of a region. Directions are those of the branches.
+/// Fabric tensor and coordination number of a region. Directions are those of the branch vectors.
 pub fn fabric(
     contacts: &ContactSet<'_>,
     region: &Region,

@@ -1,4 +1,4 @@
-//! Power of the contacts, and its part due to the affine motion (operator O21).
+//! Power of the contacts, and the part of the affine motion (operator O21).
 
 use super::contact_set::ContactSet;
 use super::couple_stress::resultants;
@@ -9,12 +9,12 @@ use super::sum::{sum_tiles, sums};
 use super::{Region, Truncation};
 use concordem_contact::math::{Mat3, Vec3};
 
-/// Power of the internal contacts of a body, all in W. The signs are those of power put into the contacts.
+/// Power of the internal contacts of a body, all in W; positive if it is put into the contacts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PowerReport {
     /// `−Σ_c (Δv·f^A + Δω·m^A)` with the relative motion `Δv = v_A + ω_A×r^A − v_B − ω_B×r^B`, `Δω = ω_A − ω_B`.
     pub contacts: f64,
-    /// `−Σ_p (F_p·v_p + M_p·ω_p)` with the net contact wrenches: the same power, summed over particles.
+    /// `−Σ_p (F_p·v_p + M_p·ω_p)` with the net wrenches of the contacts: the same power, summed over particles.
     pub particles: f64,
     /// `V σ:γ̇`.
     pub stress: f64,
@@ -28,12 +28,12 @@ pub struct PowerReport {
     pub couple_stress: Mat3,
 }
 
-/// Power report of a body with its particles' `velocity` (m/s) and `spin` (rad/s), against the affine part `fit` of the
-/// same motion (operators P13, P14): `contacts = stress + couple + gap`, whatever the motion.
+/// Power report of a body with the `velocity` (m/s) and angular velocity `spin` (rad/s) of its particles, against the
+/// affine part `fit` of the same motion (operators P13, P14): `contacts = stress + couple + gap` for any motion.
 ///
-/// `image_velocity` (m/s) is the velocity by which the image of B in each contact differs from B itself (periodic:
-/// `Ḣ·image`; empty: none). The balance holds in a periodic cell, too; only `particles` then leaves out the
-/// cell's motion, which the net wrenches of the particles do not include.
+/// `image_velocity` (m/s) is the velocity of the image of B in each contact relative to B itself (periodic: `Ḣ·image`;
+/// empty: none). The balance also holds in a periodic cell; only `particles` then omits the cell's motion, which the
+/// net wrenches of the particles do not include.
 pub fn power(
     contacts: &ContactSet<'_>,
     velocity: &[Vec3],

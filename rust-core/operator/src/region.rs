@@ -15,7 +15,8 @@ pub struct HalfSpace {
     pub normal: Vec3,
 }
 
-/// A region of space. A region that is infinite in one direction has the volume of unit depth: it is a region of the plane.
+/// A region of space. A region that is infinite in one direction is a region of the plane, with the volume for unit
+/// depth.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Region {
     /// All particles, with a reference volume: a specimen, or a periodic cell.
@@ -23,7 +24,7 @@ pub enum Region {
         /// Volume, m³.
         volume: f64,
     },
-    /// `low ≤ x < high`; an infinite side counts as unit depth.
+    /// `low ≤ x < high`; an infinite side has unit depth.
     Box {
         /// Lower corner, m.
         low: Vec3,
@@ -37,7 +38,7 @@ pub enum Region {
         /// Radius, m.
         radius: f64,
     },
-    /// Circular cylinder with flat ends; infinite `half_length` counts as unit depth.
+    /// Circular cylinder with flat ends; an infinite `half_length` means unit depth.
     Cylinder {
         /// Center, m.
         center: Vec3,
@@ -82,11 +83,11 @@ pub enum Region {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Truncation {
-    /// Zero: both centers must lie inside (ERDC 2019, §5.1). Biased low by about `¾ l/R` in a sphere.
+    /// Zero: both centers must lie inside (ERDC 2019, §5.1). Too low by about `¾ l/R` in a sphere.
     InternalOnly,
     /// One half: unbiased on average.
     HalfCrossing,
-    /// The fraction of its branch vector inside: unbiased, and exactly additive over a partition of space.
+    /// The fraction of the branch vector inside: unbiased, and exactly additive over a partition of space.
     #[default]
     BranchClipped,
 }
@@ -133,7 +134,7 @@ impl Region {
         }
     }
 
-    /// Those of `count` particles whose index meets a condition, which represent the volume `volume` (m³).
+    /// The particles among `count` whose index meets a condition; they represent the volume `volume` (m³).
     pub fn of_particles(count: usize, condition: impl FnMut(usize) -> bool, volume: f64) -> Self {
         Self::Particles { member: (0..count).map(condition).collect(), volume }
     }
@@ -146,8 +147,8 @@ impl Region {
     /// Boxes that fill `low … high` in `count` steps along each axis: the cells of a field map, x fastest.
     pub fn grid(low: Vec3, high: Vec3, count: [usize; 3]) -> Vec<Self> {
         let corner = |i: [usize; 3]| {
-            // Both neighbors of a border compute it from the same numbers, so that they agree to the last bit. An infinite
-            // side, as across a plane, keeps its ends.
+            // Both neighbors compute their common border from the same numbers, so that they agree to the last bit. An
+            // infinite side, as across a plane, keeps its ends.
             Vec3::from_fn(|k, _| match i[k] {
                 0 => low[k],
                 step if step == count[k] => high[k],
@@ -185,8 +186,8 @@ impl Region {
                 Self::Parallelepiped { corner: image(corner), edges: deformation * edges }
             }
             Self::Cylinder { center, axis, radius, half_length } => {
-                // A cylinder remains one only under rotation and stretch along and across its axis. Other deformations are
-                // approximated: the axis follows, and the section gives the right volume.
+                // A cylinder stays a cylinder only under rotation, and stretch along and across its axis. For other
+                // deformations this is an approximation: the axis follows, and the radius gives the right volume.
                 let along = deformation * axis;
                 let stretch = along.norm();
                 Self::Cylinder {
@@ -227,7 +228,7 @@ impl Region {
         moved
     }
 
-    /// Volume, m³ (of unit depth for regions that are infinite in one direction).
+    /// Volume, m³ (per unit depth for regions that are infinite in one direction).
     ///
     /// # Errors
     /// A region without a valid shape or volume.
@@ -263,7 +264,7 @@ impl Region {
             Self::Cylinder { axis, radius, half_length, .. } => {
                 let r = positive("cylinder", "radius", *radius)?;
                 let h = positive("cylinder", "half length", *half_length)?;
-                // The tolerance accepts a unit vector with components rounded to 1e-6.
+                // The tolerance accepts a unit vector whose components are rounded to 1e-6.
                 if (axis.norm() - 1.0).abs() > 1e-6 {
                     let (name, value) = ("length of its axis", axis.norm());
                     return Err(OperatorError::Region { kind: "cylinder", name, value, demand: "it must be 1" });
@@ -309,8 +310,8 @@ impl Region {
         self.part_of_segment(x, l).map_or(0.0, |[from, to]| to - from)
     }
 
-    /// The part of the segment from `x` to `x + l` inside the region, from and to a fraction of its length. There is one part:
-    /// all regions with a shape are convex.
+    /// The part of the segment from `x` to `x + l` inside the region, as an interval of fractions of its length. There
+    /// is one part, because all regions with a shape are convex.
     pub(super) fn part_of_segment(&self, x: &Vec3, l: &Vec3) -> Option<[f64; 2]> {
         let mut range = [0.0_f64, 1.0];
         match self {
@@ -358,7 +359,7 @@ impl Region {
         match self {
             Self::All { .. } | Self::Particles { .. } | Self::HalfSpaces { .. } => None,
             Self::Box { low, high } => {
-                // The center of an infinite side is the plane.
+                // The center of an infinite side is the plane z = 0.
                 let middle = (low + high) * 0.5;
                 Some(middle.map(|m| if m.is_nan() { 0.0 } else { m }))
             }
@@ -369,7 +370,7 @@ impl Region {
         }
     }
 
-    /// A box around the region; `None` if it is infinite or has no shape.
+    /// Bounding box of the region; `None` if it is infinite or has no shape.
     pub(super) fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let around = |center: &Vec3, half: Vec3| Some((center - half, center + half));
         match self {
@@ -407,7 +408,7 @@ impl Region {
                 (radius - (r - axis * along).norm()).min(half_length - along.abs())
             }
             Self::Ellipsoid { center, axes } => {
-                // The inverse shrinks lengths by its norm at most.
+                // The inverse shrinks lengths at most by its norm.
                 let inverse = axes.try_inverse().unwrap_or_else(Mat3::zeros);
                 (1.0 - (inverse * (x - center)).norm()) / inverse.norm()
             }
@@ -438,8 +439,8 @@ impl Region {
         search
     }
 
-    /// Refuses half-spaces that reach infinitely many periodic images: in every direction of the cell they must be bounded,
-    /// or go on unchanged from cell to cell.
+    /// Reject half-spaces that contain infinitely many periodic images. In every direction of the cell they must be
+    /// bounded, or continue unchanged from cell to cell.
     ///
     /// # Errors
     /// [`OperatorError::Unbounded`].
@@ -456,9 +457,9 @@ impl Region {
 /// Extent of a region along an edge of the periodic cell, in numbers of edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Extent {
-    /// From and to.
+    /// From and to, in numbers of edges.
     Bounded([f64; 2]),
-    /// The region does not change if it moves along the edge: one image stands for all.
+    /// The region does not change if it moves along the edge: one image represents all.
     Invariant,
     /// Infinite.
     Unbounded,
@@ -470,8 +471,8 @@ impl Extent {
     }
 }
 
-/// A box in reduced coordinates: from and to along each edge of the cell; `None` where the box is infinite, across a plane
-/// problem, whose cell does not repeat in that direction.
+/// A box in reduced coordinates: from and to along each edge of the cell; `None` if the box is infinite, as across a
+/// plane problem, whose cell does not repeat in that direction.
 fn reduced_box(inverse: &Mat3, low: &Vec3, high: &Vec3) -> [Option<[f64; 2]>; 3] {
     std::array::from_fn(|k| {
         let row = inverse.row(k);
@@ -490,7 +491,8 @@ pub struct ImageSearch<'a> {
     region: &'a Region,
     period: Option<&'a Period>,
     inverse: Mat3,
-    /// Extent of the region along each edge of the cell, in numbers of edges; `None`: only the particle itself counts.
+    /// Extent of the region along each edge of the cell, in numbers of edges; `None`: only the particle itself is
+    /// considered.
     range: [Option<[f64; 2]>; 3],
 }
 
@@ -542,7 +544,7 @@ fn cut_ball(range: &mut [f64; 2], x: &Vec3, l: &Vec3, radius: f64) {
     } else if discriminant <= 0.0 {
         range[1] = range[0];
     } else {
-        // The root without cancellation first, the other from the product of the two.
+        // Compute the root without cancellation first, and the other from the product of both.
         let q = -(b + discriminant.sqrt().copysign(b));
         let (first, second) = (q / a, c / q);
         range[0] = range[0].max(first.min(second));
@@ -558,7 +560,7 @@ pub(super) struct Images {
 }
 
 impl Images {
-    /// The particle itself only.
+    /// Only the particle itself.
     const NONE: Self = Self { range: [[0, 0]; 3], next: [0; 3], done: false };
 }
 

@@ -1,4 +1,4 @@
-//! Stress from contacts: of single particles, of regions, from boundary forces and from walls.
+//! Stress from contacts: of single particles, of regions, from boundary forces, and from walls.
 
 use std::ops::Range;
 
@@ -10,26 +10,26 @@ use super::region::{self, Period, Region, Truncation};
 use super::sum::{sum_tiles, sums};
 use concordem_contact::math::{Mat3, Vec3};
 
-/// How the branch of a contact is divided between its two particles.
+/// Division of the branch vector of a contact between its two particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Partition {
     /// At the contact point: arms `c − x_p` (ERDC 2019, (8); Stránský 2018, (4.58)).
     #[default]
     ContactPoint,
-    /// In the middle, whatever the radii (Jebahi et al. 2015, (1.13)). Equal to the division at the contact point if that is
-    /// in the middle; the total over internal contacts is always the same.
+    /// In the middle, whatever the radii (Jebahi et al. 2015, (1.13)). Equal to the division at the contact point if
+    /// that is in the middle; the total over internal contacts is always the same.
     HalfBranch,
 }
 
 /// Volume that a particle's stress refers to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ParticleVolume {
-    /// Its own: `4πR³/3`.
+    /// Volume of the sphere: `4πR³/3`.
     Sphere,
-    /// Its own as a disc of unit depth: `πR²`.
+    /// Volume of a disc of unit depth: `πR²`.
     Disc,
-    /// Of the sphere over a packing fraction (YADE's concrete model: 0.62).
+    /// Volume of the sphere over a solid fraction (YADE's concrete model: 0.62).
     Packing(f64),
 }
 
@@ -88,15 +88,15 @@ pub fn particle_stress(
     Ok(stress)
 }
 
-/// Number of pieces into which a list of contacts is cut for sums by particle. Fixed, so that the order of additions does
-/// not depend on the number of threads.
+/// Number of pieces into which a list of contacts is cut for sums by particle. Fixed, so that the order of additions
+/// does not depend on the number of threads.
 const PIECES: usize = 16;
 
-/// Sums by particle of the values that `of` assigns to A and B of every contact, in an order that depends on the contacts
-/// alone.
+/// Sums by particle of the values that `of` assigns to A and B of every contact, in an order that depends only on the
+/// contacts.
 ///
-/// Each piece of the list adds to its own particles in place, and to those that a later piece owns in a halo, as the
-/// solver's tiles do. That needs contacts that are sorted by particle, at least roughly; others are added in one piece.
+/// Each piece of the list adds to its own particles in place, and to particles of a later piece in a halo, like the
+/// solver's tiles. That requires contacts at least roughly sorted by particle; others are added in one piece.
 pub(super) fn particle_sums<T, F>(contacts: &ContactSet<'_>, of: F) -> Vec<T>
 where
     T: Default + Clone + Send + Sync + std::ops::AddAssign,
@@ -106,7 +106,7 @@ where
     let count = contacts.len();
     let pair = contacts.pair();
     let bounds = |k: usize| k * count / PIECES..(k + 1) * count / PIECES;
-    // Sums of the contacts of a piece: those of particles from `low` on, split where the next piece's begin.
+    // Sums of the contacts of a piece, for particles from `low` on, split where the next piece's particles begin.
     let add = |piece: Range<usize>, low: usize, own: &mut [T], halo: &mut [T]| {
         pulp::Arch::new().dispatch(
             #[inline(always)]
@@ -115,7 +115,7 @@ where
                 let mut put = |p: usize, value: T| {
                     *(if p < split { &mut own[p - low] } else { &mut halo[p - split] }) += value;
                 };
-                // Contacts that follow each other with the same A add to a local sum, in the same order.
+                // Consecutive contacts with the same A add to a local sum, in the same order.
                 let part = contacts.part(piece);
                 let mut k = 0;
                 while k < part.len() {
@@ -174,11 +174,11 @@ pub struct RegionStress {
     pub stress: Mat3,
     /// Volume of the region, m³.
     pub volume: f64,
-    /// How contacts at the border counted.
+    /// Weight of contacts at the border.
     pub truncation: Truncation,
-    /// Contacts that counted in full.
+    /// Number of contacts with full weight.
     pub full: f64,
-    /// Contacts that counted in part.
+    /// Number of contacts with partial weight.
     pub partial: f64,
 }
 
@@ -186,8 +186,9 @@ sums!(BranchSums { moment: Mat3, full: f64, partial: f64 });
 
 /// Stress of a region by the branch sum `σ = (1/V) Σ_c w_c l⊗f^A` (operator O3; Stránský 2018, (4.56)).
 ///
-/// `w_c` is the contact's weight by [`Truncation`]. With `period`, all periodic images that reach into the region count.
-/// Does not depend on the contact points, and on the particles' reference points only if they are in equilibrium.
+/// `w_c` is the contact's weight by [`Truncation`]. With `period`, all periodic images that reach into the region are
+/// included. The result does not depend on the contact points, and on the particles' reference points only if the
+/// particles are not in equilibrium.
 pub fn region_stress(
     contacts: &ContactSet<'_>,
     region: &Region,
@@ -235,8 +236,9 @@ pub fn region_stress(
     Ok(RegionStress { stress: sums.moment / volume, volume, truncation, full: sums.full, partial: sums.partial })
 }
 
-/// Sum over the contacts `range`. If the distance of A to the region's border shows that a contact lies inside or outside,
-/// it is handled here, with few operations and without reading B; `count` handles the others, given the position of A.
+/// Sum over the contacts `range`. If the distance of A to the region's border shows that a contact lies inside or
+/// outside, this function handles it with few operations and without reading B; `count` handles the others, given the
+/// position of A.
 #[inline(always)]
 fn away_from_border(
     contacts: &ContactSet<'_>,
@@ -251,11 +253,11 @@ fn away_from_border(
     let mut others = BranchSums::default();
     let mut k = 0;
     while k < pair.len() {
-        // Contacts that follow each other often have the same A.
+        // Consecutive contacts often have the same A.
         let a = pair[k][0];
         let x = contacts.position()[a as usize];
         let depth = region.depth(&x);
-        // A branch shorter than the distance to the border does not reach it; the margin covers rounding.
+        // A branch vector shorter than the distance to the border does not reach it; the margin covers rounding.
         let (is_inside, safe) = (depth > 0.0, depth * depth * (1.0 - 1e-12));
         while k < pair.len() && pair[k][0] == a {
             if safe > branch[k].norm_squared() {
@@ -273,9 +275,9 @@ fn away_from_border(
     others
 }
 
-/// Stress of a region as volume average over the particles whose centers lie inside: `σ = (1/V) Σ_p V_p σ_p`
-/// (operator O4; ERDC 2019, (9)). `moments` (J) are those of [`particle_moments`]. With `period`, images that lie inside
-/// count.
+/// Stress of a region as volume average over the particles whose centers lie inside: `σ = (1/V) Σ_p V_p σ_p` (operator
+/// O4; ERDC 2019, (9)). `moments` (J) are those of [`particle_moments`]. With `period`, images that lie inside are
+/// included.
 ///
 /// Equal to the branch sum over the same contacts if all of them are internal (P3). The second form of (9), solid
 /// fraction times mean particle stress, is [`solid_fraction`] times the volume-weighted mean.
@@ -300,8 +302,8 @@ pub fn region_stress_from_particles(
 
 /// Stress from the forces on a body's boundary, `σ = (1/V) Σ_e x^e⊗f^e` (operator O5; Stránský 2018, (4.54)).
 ///
-/// Independent of the origin only if the forces are in equilibrium; then it equals the internal form (test P17 shows the
-/// difference if forces act away from the particles' centers).
+/// Independent of the origin only if the forces are in equilibrium. Then it equals the internal form (test P17 shows
+/// the difference for forces that act away from the particles' centers).
 pub fn boundary_stress(loads: &LoadSet<'_>, volume: f64) -> Result<Mat3, OperatorError> {
     let volume = check_volume("the body", volume)?;
     let mut moment = Mat3::zeros();
@@ -324,9 +326,9 @@ pub fn wall_traction(force: &Vec3, area: f64) -> Result<Vec3, OperatorError> {
 /// Kinetic part of the stress, `−(1/V) Σ_p m_p (v_p − v̄)⊗(v_p − v̄)` over the particles in a region, Pa (operator O8;
 /// Jebahi et al. 2015, (1.6) with the mean velocity taken out).
 ///
-/// Add it to the contact stress where motion carries momentum (granular flow). In a solid it is small, and its use is
-/// disputed, so no operator includes it by default. With `period`, images inside the region count, with the velocities of
-/// its rate.
+/// Add it to the contact stress where motion transfers momentum (granular flow). In a solid it is small, and its use is
+/// disputed, so no operator includes it by default. With `period`, images inside the region are included, with
+/// velocities that follow its rate.
 pub fn kinetic_stress(
     position: &[Vec3],
     mass: &[f64],
@@ -366,8 +368,8 @@ pub fn kinetic_stress(
     Ok(-flow / volume)
 }
 
-/// Solid fraction `n_s = (1/V) Σ V_p` of the particles whose centers lie in a region (ERDC 2019, (9)); porosity is
-/// `1 − n_s`. With `period`, images that lie inside count.
+/// Solid fraction `n_s = (1/V) Σ V_p` of the particles whose centers lie in a region (ERDC 2019, (9)); the porosity is
+/// `1 − n_s`. With `period`, images that lie inside are included.
 pub fn solid_fraction(
     position: &[Vec3],
     volumes: &[f64],

@@ -15,17 +15,17 @@ pub struct BondCount {
     /// All bonds.
     pub bonds: usize,
     /// Bonds whose length equals the largest one up to the relative tolerance [`TIE`]. Without the tolerance, rounding
-    /// would decide about them.
+    /// would decide which of them exist.
     pub ties: usize,
 }
 
 /// Bond all pairs whose center distance is at most `interaction_ratio` times the sum of their radii (Stránský 2018,
-/// §2.1), up to the relative tolerance [`TIE`], except within a clump and between materials without a common row. Bonds
-/// take the present length and normal, and the cross-section of their law
+/// §2.1), up to the relative tolerance [`TIE`], except within a clump and between materials without pair coefficients.
+/// Bonds have the present length and normal, and the cross-section of their law
 /// ([`ContactLaw::bonded_area`](concordem_contact::law::ContactLaw::bonded_area)).
 ///
 /// # Errors
-/// Input that the neighbor search refuses.
+/// Input that the neighbor search rejects.
 pub fn bond(
     block: &mut dyn Contacts,
     rows: &PairCoefficients,
@@ -60,11 +60,11 @@ pub fn bond(
     Ok(BondCount { bonds: block.len(), ties })
 }
 
-/// Interaction ratio at which a packing has `coordination` bonds per particle, and the coordination reached: the network
-/// correction of Jebahi et al. 2015, section 2.3.1.3 (radii enlarged for the search alone), solved by sorting the pairs by
-/// center distance through sum of radii instead of bisection. Pairs that are equally far apart, up to the relative tolerance
-/// [`TIE`], are bonded together, so that the coordination reached may exceed the wanted one. `None` when there are too few
-/// pairs within twice the radii.
+/// Interaction ratio at which a packing has `coordination` bonds per particle, and the coordination number reached: the
+/// network correction of Jebahi et al. 2015, section 2.3.1.3 (larger radii for the search alone). Instead of bisection,
+/// this sorts the pairs by center distance over sum of radii. Pairs with equal ratios, up to the relative tolerance
+/// [`TIE`], are bonded together, so the coordination number reached may exceed the requested one. `None` if there are
+/// too few pairs within twice the radii.
 pub fn ratio_for_coordination(
     spheres: &[concordem_solver::state::Sphere],
     cell: Option<&Cell>,
@@ -117,8 +117,8 @@ mod tests {
         bond(&mut block, &rows, &particles, packing.cell.as_ref(), 1.0).unwrap()
     }
 
-    /// Nearest neighbors of a lattice touch: all are bonded, whatever the last digits of the radius. Each particle has half
-    /// of its 6, 8, 12, 12, 4, and 6 neighbors.
+    /// Nearest neighbors of a lattice touch: all are bonded, whatever the last digits of the radius. Each particle owns
+    /// half of its 6, 8, 12, 12, 4, and 6 bonds.
     #[test]
     fn rounding_does_not_lose_bonds_of_touching_spheres() {
         for radius in [1.0, 1e-3, 0.7e-3, 1.3e-3, 0.123_456_789e-3] {
@@ -139,8 +139,8 @@ mod tests {
         }
     }
 
-    /// A simple cubic lattice has 6 touching neighbors, and 18 up to √2 of the distance: any coordination between them
-    /// is reached at a ratio between 1 and √2, or at √2 itself when it cuts through a shell.
+    /// A simple cubic lattice has 6 touching neighbors, and 18 up to √2 of that distance. Any coordination number
+    /// between them is reached at a ratio between 1 and √2, or at √2 itself if it would cut through a shell.
     #[test]
     fn coordination_is_reached() {
         let packing = Lattice::SimpleCubic.periodic(1.0, [4, 4, 4]).unwrap();
@@ -148,7 +148,7 @@ mod tests {
         let (between, reached) = ratio(6.0).unwrap();
         // Half way from 1 to √2.
         assert!((between - 0.5 * (1.0 + 2f64.sqrt())).abs() < 1e-12 && reached == 6.0, "{between} {reached}");
-        // All twelve second neighbors of a particle are bonded, not those that rounding puts first.
+        // All twelve second neighbors of a particle are bonded, not only those that rounding puts first.
         let (within, reached) = ratio(10.0).unwrap();
         assert!((within - 2f64.sqrt()).abs() < 1e-12 && reached == 18.0, "{within} {reached}");
         assert_eq!(ratio(1000.0), None);

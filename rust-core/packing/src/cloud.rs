@@ -17,8 +17,8 @@ const ATTEMPTS: usize = 10_000;
 pub(super) fn random_cloud(mut radii: Vec<f64>, edge: f64, random: &mut Random) -> Result<Vec<Sphere>, PackingError> {
     radii.sort_by(|a, b| b.total_cmp(a));
     let mut spheres: Vec<Sphere> = Vec::with_capacity(radii.len());
-    // Each size class is half as large as the one before. The boxes of its grid are as wide as twice its largest radius, so
-    // a sphere searches only its own box and the adjacent ones in the grids of larger spheres.
+    // Each size class is half as large as the one before. The boxes of its grid are as wide as twice its largest
+    // radius, so a sphere searches only its own box and the adjacent ones in the grids of larger spheres.
     let mut levels: Vec<Level> = Vec::new();
     for radius in radii {
         if levels.last().is_none_or(|level| radius < 0.5 * level.largest) {

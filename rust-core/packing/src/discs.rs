@@ -1,8 +1,8 @@
 //! Random packings of discs in the plane, compressed beyond touching.
 //!
-//! Frictionless discs jam at a solid fraction of 0.84; specimens of plane models are denser (0.93 in Madan 2019, section
-//! 4.5), so that discs overlap and bonds start at these lengths. The cell has the area that the wanted solid fraction
-//! requires. Discs start at random positions and push each other apart until they are at rest.
+//! Frictionless discs jam at a solid fraction of 0.84. Specimens of plane models are denser (0.93 in Madan 2019,
+//! section 4.5), so their discs overlap and bonds start at these lengths. The solid fraction fixes the area of the
+//! cell. Discs start at random positions and push each other apart until they are at rest.
 
 use std::f64::consts::PI;
 
@@ -26,8 +26,7 @@ const INTERVAL: u64 = 100;
 const LONGEST: u64 = 100_000;
 
 /// A periodic packing of discs of the given `radii` (m) with the given solid fraction, in the plane z = 0. The cell is
-/// `aspect` times as long along x as along y, and 1 m along z. `progress` is called with the number of steps over their
-/// limit.
+/// `aspect` times as long along x as along y, and 1 m along z. `progress` gets the number of steps over their limit.
 ///
 /// # Errors
 /// Radii that are not positive, a solid fraction outside 0.1 to 1.1, or discs that do not come to rest.
@@ -61,7 +60,7 @@ pub fn random_discs(
         particles.push(*sphere, 0, mass, inertia);
         particles.constraint[p] = Constraint::OUT_OF_PLANE;
     }
-    // Equal masses settle fastest.
+    // Equal masses come to rest fastest.
     let mean = particles.mass.iter().sum::<f64>() / particles.len() as f64;
     particles.mass.fill(mean);
     let law = Frictional::new(ContactStiffness::Given { normal: STIFFNESS, shear: 0.0 }, 0.0, 0.0)?;
@@ -86,7 +85,7 @@ pub fn random_discs(
         let contacts: u64 = report.active.iter().sum();
         let contact = report.force_squared / contacts.max(1) as f64;
         let net = report.kick.net_force_squared / report.kick.free_particles.max(1) as f64;
-        // Discs without any contact are at rest, too.
+        // Discs without any contact are also at rest.
         let unbalanced = if contact > 0.0 { (net / contact).sqrt() } else { 0.0 };
         if unbalanced < UNBALANCED {
             for (sphere, position) in packing.spheres.iter_mut().zip(&state.particles.position) {
@@ -103,9 +102,9 @@ mod tests {
     use super::*;
     use crate::{PackingSummary, SizeDistribution};
 
-    /// Coordination grows above jamming (0.841, 4 contacts) with the root of the distance: `4 + 3.6 √(φ − 0.841)` in two
-    /// dimensions (O'Hern, Silbert, Liu, Nagel 2003, Phys. Rev. E 68:011306), 5.09 here. Measured 5.07, 5.15, 5.11 with seeds 1
-    /// to 3. Bits depend on the seed alone.
+    /// Above jamming (0.841, 4 contacts) the coordination number grows with the root of the distance:
+    /// `4 + 3.6 √(φ − 0.841)` in two dimensions (O'Hern, Silbert, Liu, Nagel 2003, Phys. Rev. E 68:011306), 5.09 here.
+    /// Measured: 5.07, 5.15, 5.11 with seeds 1 to 3. The bits depend only on the seed.
     #[test]
     fn discs_overlap_at_the_solid_fraction_of_the_source() {
         let sizes = SizeDistribution::Uniform { low: 0.8e-3, high: 1.2e-3 };
@@ -125,8 +124,8 @@ mod tests {
         assert!((solid / cell.volume() / 0.932 - 1.0).abs() < 1e-13);
     }
 
-    /// Below the density of jamming discs part. Damping takes the speed from the last ones before they do: measured with seeds
-    /// 1 to 3 none to two pairs, that overlap by 2e-4 of their radii at most.
+    /// Below the density of jamming discs separate. Damping stops the last ones before they do: with seeds 1 to 3 at
+    /// most two pairs overlap, by at most 2e-4 of their radii.
     #[test]
     fn loose_discs_do_not_touch() {
         let radii = vec![1e-3; 100];
@@ -136,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_refused() {
+    fn invalid_parameters_are_refused() {
         let make = |radii: &[f64], fraction| random_discs(radii, fraction, 1.0, &mut Random::new(0), &mut |_| ());
         assert!(matches!(make(&[], 0.9), Err(PackingError::NotPositive { .. })));
         assert!(matches!(make(&[1.0, -1.0], 0.9), Err(PackingError::NotPositive { .. })));

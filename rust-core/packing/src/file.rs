@@ -1,7 +1,7 @@
-//! Sphere packings as text: one line `x y z r` (m) per sphere; what follows `#` is a comment.
+//! Sphere packings as text: one line `x y z r` (m) per sphere; text after `#` is a comment.
 //!
-//! A periodic packing carries its cell in a comment: `# cell` with the nine components of the three edge vectors one
-//! after the other. YADE's `##PERIODIC:: x y z` (edges of a box) is understood too.
+//! A periodic packing stores its cell in a comment: `# cell` with the nine components of the three edge vectors, one
+//! vector after the other. The reader also accepts YADE's `##PERIODIC:: x y z` (edges of a box).
 
 use std::io::{BufRead, Write};
 
@@ -13,7 +13,7 @@ use concordem_solver::state::particles::Sphere;
 /// Read spheres from text.
 ///
 /// # Errors
-/// Lines that are not four finite numbers with a positive radius, each with its number; and what the reader says.
+/// Lines that are not four finite numbers with a positive radius, each with its number; errors of the reader.
 pub fn import_text(reader: impl BufRead) -> Result<Packing, PackingError> {
     let mut packing = Packing::default();
     for (index, line) in reader.lines().enumerate() {
@@ -67,7 +67,7 @@ pub fn import_text(reader: impl BufRead) -> Result<Packing, PackingError> {
 /// Write spheres as text that [`import_text`] reads back bit for bit.
 ///
 /// # Errors
-/// What the writer says.
+/// Errors of the writer.
 pub fn export_text(packing: &Packing, mut writer: impl Write) -> Result<(), PackingError> {
     let mut write = || -> std::io::Result<()> {
         if let Some(cell) = &packing.cell {

@@ -1,10 +1,10 @@
 //! Packings between rigid walls by growing spheres (the generator of the test case of ERDC TR-14-6 Report 3,
 //! §5.2; Lubachevsky and Stillinger 1990 grow spheres without elasticity).
 //!
-//! Small spheres without contact start at random positions in a cube with six rigid walls. All radii grow by the same factor
-//! while the spheres move under Hertz-Mindlin contacts with friction, until they reach the given pressure on
-//! the walls; then growth only keeps the pressure until the packing is at rest. The packings are looser than those of
-//! [`mod@super::random_dense`], because of friction, and layered along the walls.
+//! Small spheres without contact start at random positions in a cube with six rigid walls. All radii grow by the same
+//! factor while the spheres move under Hertz-Mindlin contacts with friction, until they reach the given pressure on the
+//! walls. Then growth only maintains the pressure until the packing is at rest. Because of friction the packings are
+//! looser than those of [`mod@super::random_dense`], and they are layered along the walls.
 
 use std::f64::consts::PI;
 
@@ -21,7 +21,7 @@ use concordem_solver::{Model, PairCoefficients, Solver, StepReport, time_step};
 /// Parameters of a grown packing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GrownBox {
-    /// Radii; only their ratios matter, since growth ends at the given pressure.
+    /// Radii; only their ratios matter, because growth ends at the given pressure.
     pub sizes: SizeDistribution,
     /// Number of spheres.
     pub count: usize,
@@ -53,7 +53,7 @@ pub struct Grown {
     pub model: Model,
     /// Mean pressure on the walls, Pa.
     pub pressure: f64,
-    /// Final radii over the given ones.
+    /// Final radii over the initial ones.
     pub growth: f64,
     /// Steps done.
     pub steps: u64,
@@ -61,18 +61,18 @@ pub struct Grown {
 
 /// Solid fraction at which growth begins; random positions without contact are easy to find there.
 const START: f64 = 0.15;
-/// Growth per step before the spheres press: four hundred thousandths, so that a sphere of the size of its spacing is
-/// pushed by less than a thousandth of its radius in the time in which it settles (some ten steps).
+/// Growth per step before the spheres press on each other: a sphere as large as its spacing is pushed by less than a
+/// thousandth of its radius while it settles (some ten steps).
 const FREE_GROWTH: f64 = 4e-5;
-/// Growth per step under pressure: Hertzian contacts at a pressure of 1e-4 of the modulus are pressed in by some thousandths.
+/// Growth per step under pressure: Hertzian contacts at a pressure of 1e-4 of the modulus overlap by some thousandths.
 const PRESSED_GROWTH: f64 = 4e-6;
 /// Fraction of the pressure from which the slower growth applies.
 const PRESSED: f64 = 1e-3;
 /// Tolerance of the pressure, relative.
 const PRESSURE_TOLERANCE: f64 = 0.02;
-/// Steps between rebuilds of the neighbor list: growth by 2e-3 of a radius at most. A contact found that late begins with an
-/// overlap of that size, which only matters while all is moving.
-const SEARCH: u64 = 50;
+/// Steps between rebuilds of the neighbor list, in which radii grow by at most 2e-3. A contact detected late begins
+/// with an overlap of that size, which only matters while all spheres move.
+const REBUILD_INTERVAL: u64 = 50;
 /// Local damping.
 const DAMPING: f64 = 0.3;
 
@@ -98,7 +98,7 @@ pub fn grown_box(recipe: &GrownBox, progress: &mut dyn FnMut(u64, f64, f64, f64)
     loop {
         let step = state.clock.step;
         let error = 1.0 - pressure / recipe.pressure;
-        // Within the tolerance the radii stay, otherwise the spheres would never be at rest.
+        // Within the tolerance the radii stay constant, otherwise the spheres would never be at rest.
         let growth = if pressure < PRESSED * recipe.pressure {
             FREE_GROWTH
         } else if error.abs() < 0.5 * PRESSURE_TOLERANCE {
@@ -109,7 +109,7 @@ pub fn grown_box(recipe: &GrownBox, progress: &mut dyn FnMut(u64, f64, f64, f64)
         if growth != 0.0 {
             grow(&mut state, 1.0 + growth);
         }
-        if step.is_multiple_of(SEARCH) {
+        if step.is_multiple_of(REBUILD_INTERVAL) {
             state.clock.dt = stable_step(&state, recipe);
             solver = Solver::new(model.clone(), &mut state)?;
         }
@@ -190,7 +190,7 @@ fn small_spheres(recipe: &GrownBox) -> Result<State, PackingError> {
     })
 }
 
-/// Multiply all radii by a factor, and scale masses and touching distances of contacts accordingly.
+/// Multiply all radii by a factor, and scale masses and reference lengths of contacts accordingly.
 fn grow(state: &mut State, factor: f64) {
     let cube = factor * factor * factor;
     let particles = &mut state.particles;
@@ -209,8 +209,8 @@ fn grow(state: &mut State, factor: f64) {
     }
 }
 
-/// A stable time step, s: that of the present contacts, and at most that of two smallest spheres at the largest overlap of
-/// the law.
+/// A stable time step, s: that of the present contacts, and at most that of two smallest spheres at the largest overlap
+/// of the law.
 fn stable_step(state: &State, recipe: &GrownBox) -> f64 {
     let smallest = state.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
     let bounds = time_step::bounds(state);
@@ -230,7 +230,7 @@ fn solid(state: &State) -> f64 {
     state.particles.radius.iter().map(|r| 4.0 / 3.0 * PI * (r * r * r)).sum()
 }
 
-/// Root mean square net force through root mean square contact force; 1 without contacts.
+/// Root mean square net force over root mean square contact force; 1 without contacts.
 fn unbalanced(report: &StepReport) -> f64 {
     let contacts: u64 = report.active.iter().sum();
     if contacts == 0 || report.force_squared == 0.0 {
@@ -244,10 +244,10 @@ fn unbalanced(report: &StepReport) -> f64 {
 mod tests {
     use super::*;
 
-    /// Grown spheres rest under the pressure asked for, on all walls alike (a wall carries some 15 spheres, whose forces
-    /// scatter by as much as their mean: 26 % of scatter, three times that allowed), and densely: random loose packing
-    /// has 0.55, of which six walls with a void of up to 0.2 diameters each, in a box of 4.5 diameters, leave three
-    /// quarters; random close packing has 0.64.
+    /// Grown spheres rest under the requested pressure, equal on all walls, and are dense. A wall touches some 15
+    /// spheres, whose forces scatter by as much as their mean: 26 % of scatter, three times that allowed. Random loose
+    /// packing has a solid fraction of 0.55; six walls with a void of up to 0.2 diameters each, in a box of 4.5
+    /// diameters, leave three quarters of it; random close packing has 0.64.
     #[test]
     fn grown_spheres_press_on_all_walls() {
         let recipe = GrownBox {

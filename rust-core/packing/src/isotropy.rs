@@ -1,11 +1,12 @@
-//! Whether the links of a packing favour a direction.
+//! Whether the links of a packing favor a direction.
 
 use super::{Packing, PackingError, TIE, positive};
 use concordem_contact::math::{Vec3, atan2};
 use concordem_solver::neighbor::candidate_pairs;
 
 /// Branch vectors `x_B − x_A` (m, periodic images included) of all pairs with center distance up to
-/// `interaction_ratio · (R_A + R_B)`, within the relative tolerance [`TIE`]: the links a cohesive material would get (Stránský 2018, section 2.1).
+/// `interaction_ratio · (R_A + R_B)`, within the relative tolerance [`TIE`]: the links of a cohesive material (Stránský
+/// 2018, section 2.1).
 ///
 /// # Errors
 /// A ratio that is not positive; positions or radii that are not finite.
@@ -33,12 +34,12 @@ pub struct DirectionHistogram {
 }
 
 impl DirectionHistogram {
-    /// Steepest link that counts, `|n_z|`.
+    /// Largest `|n_z|` of links in the histogram.
     pub const STEEPEST: f64 = 0.7;
-    /// Customary number of bins.
+    /// Usual number of bins.
     pub const BINS: usize = 32;
 
-    /// The histogram of branch vectors of any length; zero vectors are left out. `bins` is at least 1.
+    /// The histogram of branch vectors of any length, without zero vectors. `bins` is at least 1.
     pub fn new(links: &[Vec3], bins: usize) -> Self {
         let mut counts = vec![0; bins.max(1)];
         let bins = counts.len();
@@ -55,24 +56,24 @@ impl DirectionHistogram {
         Self { counts }
     }
 
-    /// Links counted.
+    /// Number of links in the histogram.
     pub fn total(&self) -> u64 {
         self.counts.iter().sum()
     }
 
-    /// Links per bin on average.
+    /// Mean number of links per bin.
     pub fn mean(&self) -> f64 {
         self.total() as f64 / self.counts.len() as f64
     }
 
-    /// Standard deviation of the bins through their mean. Independent random directions give `1/√mean` on average.
+    /// Standard deviation of the bins over their mean. Independent random directions give `1/√mean` on average.
     pub fn relative_deviation(&self) -> f64 {
         let mean = self.mean();
         let squares: f64 = self.counts.iter().map(|c| (*c as f64 - mean) * (*c as f64 - mean)).sum();
         (squares / self.counts.len() as f64).sqrt() / mean
     }
 
-    /// Smallest and largest bin through the mean.
+    /// Smallest and largest bin over the mean.
     pub fn extremes(&self) -> (f64, f64) {
         let mean = self.mean();
         let low = self.counts.iter().copied().min().unwrap_or(0) as f64;
@@ -111,9 +112,9 @@ mod tests {
             }
         }
         let histogram = DirectionHistogram::new(&links, DirectionHistogram::BINS);
-        // |n_z| ≤ 0.7 holds for 70 % of isotropic directions: sd √(0.21/30000) = 0.0026, four of them.
+        // |n_z| ≤ 0.7 holds for 70 % of isotropic directions: four times the standard deviation √(0.21/30000) = 0.0026.
         approx::assert_abs_diff_eq!(histogram.total() as f64 / 30_000.0, 0.7, epsilon = 0.0106);
-        // 32 bins know their deviation to 1/√64 = 12 %; three of those.
+        // The deviation of 32 bins is known to 1/√64 = 12 %; three times that.
         let expected = 1.0 / histogram.mean().sqrt();
         approx::assert_relative_eq!(histogram.relative_deviation(), expected, max_relative = 0.37);
     }

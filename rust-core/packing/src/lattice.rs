@@ -5,12 +5,12 @@ use concordem_contact::math::Vec3;
 use concordem_solver::state::Cell;
 use concordem_solver::state::particles::Sphere;
 
-/// A regular arrangement of equal touching spheres; the two plane ones are discs of unit depth in a plane of constant
-/// z.
+/// A regular arrangement of equal touching spheres; the two plane ones consist of discs of unit depth in a plane of
+/// constant z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Lattice {
-    /// Simple cubic: 6 neighbors, packing fraction π/6.
+    /// Simple cubic: 6 neighbors, solid fraction π/6.
     SimpleCubic,
     /// Body-centered cubic: 8 neighbors, π√3/8.
     BodyCentered,
@@ -44,7 +44,7 @@ impl Lattice {
         }
     }
 
-    /// Places of the spheres in the unit cell, as fractions of its edges.
+    /// Positions of the spheres in the unit cell, as fractions of its edges.
     fn basis(self) -> &'static [[f64; 3]] {
         match self {
             Self::SimpleCubic | Self::Square => &[[0.0, 0.0, 0.0]],
@@ -57,12 +57,12 @@ impl Lattice {
         }
     }
 
-    /// A periodic packing of `repeats` unit cells along each axis; the plane lattices have one layer whatever the
+    /// A periodic packing of `repeats` unit cells along each axis. The plane lattices have one layer; they ignore the
     /// third number.
     ///
     /// # Errors
-    /// A radius that is not positive, no repeats, too many spheres, and a plane lattice of spheres so large that they
-    /// would touch their own images one unit depth away.
+    /// A radius that is not positive, no repeats, too many spheres, or a plane lattice of spheres so large that they
+    /// would touch their own images at the distance of unit depth.
     pub fn periodic(self, radius: f64, mut repeats: [u32; 3]) -> Result<Packing, PackingError> {
         positive("the radius of the lattice's spheres", radius)?;
         if self.is_plane() {
@@ -94,11 +94,11 @@ impl Lattice {
         Ok(Packing { spheres, cell: Some(Cell::new_box(size)) })
     }
 
-    /// All spheres of the lattice through `origin` (m) that lie inside `shape` as a whole. Plane lattices lie in the
-    /// plane z = `origin.z`.
+    /// All spheres of the lattice through `origin` (m) that `crop` keeps in `shape`. Plane lattices lie in the plane
+    /// `z = origin.z`.
     ///
     /// # Errors
-    /// A radius that is not positive, and shapes with room for too many spheres.
+    /// A radius that is not positive, or a shape with room for too many spheres.
     pub fn fill(self, radius: f64, shape: &Shape, crop: Crop, origin: Vec3) -> Result<Packing, PackingError> {
         positive("the radius of the lattice's spheres", radius)?;
         let edges = self.unit_cell(radius);
@@ -151,7 +151,7 @@ mod tests {
             for repeats in [[1, 1, 1], [3, 2, 4]] {
                 let packing = lattice.periodic(0.1, repeats).unwrap();
                 let count = packing.spheres.len();
-                // 1e-9 of the radius: touching to rounding; the second neighbors are further by 15 % at least.
+                // 1e-9 of the radius: touching up to rounding; second neighbors are at least 15 % further away.
                 let reach = vec![0.1 * (1.0 + 1.0e-9); count];
                 let pairs = candidate_pairs(&packing.positions(), &reach, packing.cell.as_ref()).unwrap();
                 assert_eq!(2 * pairs.len(), neighbors * count, "{lattice:?} {repeats:?}");

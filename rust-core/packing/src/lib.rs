@@ -38,11 +38,11 @@ use concordem_solver::neighbor::NeighborError;
 use concordem_solver::state::Cell;
 use concordem_solver::state::particles::Sphere;
 
-/// Relative difference up to which a distance counts as equal to a limit: of bonds, layers, and selections.
+/// Relative difference up to which a distance equals a limit: for bonds, layers, and selections.
 ///
-/// Distances of lattices and of files with 15 digits carry rounding errors of some 1e-16 times coordinate through distance,
-/// 1e-12 in a body of ten thousand particles across. The tolerance exceeds that by three orders of magnitude. It is small
-/// against any difference that a model means.
+/// Distances of lattices and of files with 15 digits have rounding errors of some 1e-16 times coordinate over distance:
+/// 1e-12 in a body ten thousand particles across. The tolerance exceeds that by three orders of magnitude and is small
+/// compared with any difference that a model intends.
 pub const TIE: f64 = 1e-9;
 
 /// Spheres in space, periodic if there is a cell.
@@ -84,7 +84,7 @@ pub enum PackingError {
         /// What is wrong with it.
         reason: String,
     },
-    /// A shape without an inside.
+    /// A shape without interior.
     #[error("shape: {reason}")]
     BadShape {
         /// What is wrong with it.
@@ -135,15 +135,15 @@ pub enum PackingError {
         line: usize,
         /// What is wrong with it.
         reason: String,
-        /// The line's beginning.
+        /// Beginning of the line.
         text: String,
     },
     /// Reading or writing failed.
     #[error("{action}: {source}")]
     Io {
-        /// What was tried.
+        /// Failed action, with its object.
         action: String,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// Too many spheres for random positions without contact.
@@ -152,7 +152,7 @@ pub enum PackingError {
          {attempts} attempts"
     )]
     NoRoom {
-        /// Spheres placed before.
+        /// Number of spheres placed before.
         placed: usize,
         /// Radius of the sphere that does not fit, m.
         radius: f64,
@@ -161,7 +161,7 @@ pub enum PackingError {
         /// Number of positions tried.
         attempts: usize,
     },
-    /// A compaction that did not come to its end.
+    /// A compaction that did not finish.
     #[error(
         "the compaction has not settled after {steps} steps: in the {stage} the pressure is {pressure} of the modulus \
          (wanted {goal}) and the unbalanced force {unbalanced}"
@@ -171,9 +171,9 @@ pub enum PackingError {
         steps: u64,
         /// `"compression"` or `"release"`.
         stage: &'static str,
-        /// Pressure through modulus.
+        /// Pressure over modulus.
         pressure: f64,
-        /// Wanted pressure through modulus.
+        /// Target pressure over modulus.
         goal: f64,
         /// Unbalanced force.
         unbalanced: f64,
@@ -190,7 +190,7 @@ pub enum PackingError {
     /// The solver failed during compaction.
     #[error("compaction: {0}")]
     Solver(#[from] concordem_solver::SolverError),
-    /// The neighbor search refused the packing.
+    /// The neighbor search rejected the packing.
     #[error(transparent)]
     Neighbor(#[from] NeighborError),
 }
@@ -201,12 +201,12 @@ impl Packing {
         self.spheres.iter().map(|s| 4.0 / 3.0 * std::f64::consts::PI * s.radius * s.radius * s.radius).sum()
     }
 
-    /// Solid volume through cell volume; `None` without a cell.
+    /// Solid fraction: solid volume over cell volume; `None` without a cell.
     pub fn packing_fraction(&self) -> Option<f64> {
         self.cell.map(|cell| self.solid_volume() / cell.volume())
     }
 
-    /// Area of all discs through the area of the plane cell, whose third edge is along z; `None` without a cell.
+    /// Area of all discs over the area of the plane cell, whose third edge is along z; `None` without a cell.
     pub fn area_fraction(&self) -> Option<f64> {
         let discs: f64 = self.spheres.iter().map(|s| std::f64::consts::PI * s.radius * s.radius).sum();
         self.cell.map(|cell| discs * cell.matrix[(2, 2)].abs() / cell.volume())
@@ -217,7 +217,7 @@ impl Packing {
         self.spheres.iter().map(|s| s.position).collect()
     }
 
-    /// Move all positions into the cell, so that they are `H s` with `0 ≤ s < 1`; without a cell nothing happens.
+    /// Wrap all positions into the cell, so that they are `H s` with `0 ≤ s < 1`. No effect without a cell.
     pub fn wrap(&mut self) {
         let Some(cell) = self.cell else { return };
         let Some(inverse) = cell.matrix.try_inverse() else { return };
@@ -236,17 +236,17 @@ impl Packing {
     }
 }
 
-/// Refuses numbers that are not positive and finite.
+/// An error if the number is not positive and finite.
 pub(crate) fn positive(name: &'static str, value: f64) -> Result<f64, PackingError> {
     if value > 0.0 && value.is_finite() { Ok(value) } else { Err(PackingError::NotPositive { name, value }) }
 }
 
-/// Refuses numbers outside `low..=high`.
+/// An error if the number is outside `low..=high`.
 pub(crate) fn within(name: &'static str, value: f64, low: f64, high: f64) -> Result<f64, PackingError> {
     if value >= low && value <= high { Ok(value) } else { Err(PackingError::OutOfRange { name, value, low, high }) }
 }
 
-/// Refuses numbers of spheres that cannot be numbered, or whose list does not fit into memory.
+/// An error if so many spheres cannot be numbered, or if their list does not fit into memory.
 pub(crate) fn affordable(count: f64) -> Result<(), PackingError> {
     const LIMIT: f64 = 4.0e9;
     if count.is_nan() || count > LIMIT {
@@ -255,7 +255,7 @@ pub(crate) fn affordable(count: f64) -> Result<(), PackingError> {
     memory::affordable_bytes(&format!("{count:.4e} spheres"), count * memory::SPHERE)
 }
 
-/// Refuses numbers of spheres whose compaction does not fit into memory.
+/// An error if the compaction of so many spheres does not fit into memory.
 pub(crate) fn compactable(count: f64) -> Result<(), PackingError> {
     affordable(count)?;
     memory::affordable_bytes(&format!("the compaction of {count:.4e} spheres"), count * memory::COMPACTED)

@@ -1,4 +1,4 @@
-//! Guard against packings that cannot fit into memory: the need is estimated before anything is allocated.
+//! Check that a packing fits into memory: estimates the need before anything is allocated.
 
 use super::PackingError;
 use concordem_solver::state::particles::Sphere;
@@ -8,15 +8,15 @@ pub(crate) const SPHERE: f64 = 1.5 * size_of::<Sphere>() as f64;
 /// Bytes per sphere of a compaction: particles, contacts, and the neighbor search. Measured: 3 kB at 10,000 spheres.
 pub(crate) const COMPACTED: f64 = 3e3;
 
-/// Memory of this machine, bytes: the physical memory, or the limit of the control group if that is less. `None` where the
-/// system does not tell.
+/// Memory of this machine, bytes: the physical memory, or the limit of the control group if that is less. `None` if the
+/// system does not report it.
 pub fn total() -> Option<f64> {
     let read = |path: &str| std::fs::read_to_string(path).ok();
     let physical = read("/proc/meminfo").and_then(|text| {
         let line = text.lines().find(|line| line.starts_with("MemTotal:"))?;
         Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? * 1024.0)
     });
-    // Without a limit the file holds the word "max".
+    // Without a limit the file contains the word "max".
     let group = read("/sys/fs/cgroup/memory.max").and_then(|text| text.trim().parse::<f64>().ok());
     match (physical, group) {
         (Some(physical), Some(group)) => Some(physical.min(group)),
@@ -24,12 +24,12 @@ pub fn total() -> Option<f64> {
     }
 }
 
-/// Refuses what needs more memory than the machine has. `what` completes "this needs about 5 GB of memory for".
+/// An error if this needs more memory than the machine has. `what` completes "this needs about 5 GB of memory for".
 ///
 /// # Errors
 /// [`PackingError::Memory`] with both figures.
 pub fn affordable_bytes(what: &str, bytes: f64) -> Result<(), PackingError> {
     let Some(total) = total() else { return Ok(()) };
-    // NaN is refused, too.
+    // NaN is an error too.
     if bytes <= total { Ok(()) } else { Err(PackingError::Memory { what: what.to_owned(), bytes, total }) }
 }

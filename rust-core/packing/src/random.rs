@@ -5,8 +5,8 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use concordem_contact::math::Vec3;
 
-/// Random numbers that depend on the seed alone: ChaCha with 8 rounds, turned into reals here, so that no version of a
-/// random number library can change a packing.
+/// Random numbers that depend only on the seed: ChaCha with 8 rounds. The conversion to reals is here, so that no
+/// version of a random number library can change a packing.
 #[derive(Debug, Clone)]
 pub struct Random(ChaCha8Rng);
 
@@ -33,7 +33,7 @@ impl Random {
         Vec3::new(x, y, z)
     }
 
-    /// Put `values` into a random order, each equally likely (Fisher & Yates).
+    /// Shuffle `values`; all orders are equally likely (Fisher & Yates).
     pub fn shuffle<T>(&mut self, values: &mut [T]) {
         for last in (1..values.len()).rev() {
             values.swap(last, self.index(last + 1));
@@ -53,6 +53,6 @@ mod tests {
         assert!((0..1000).all(|_| random.index(7) < 7));
     }
 
-    // The generator's answer when this was written: packings of old seeds must not change with a dependency.
+    // Output of the generator when this was written: packings of old seeds must not change with a dependency.
     const PINNED: [u64; 3] = [6_141_974_875_155_371, 8_559_319_943_786_290, 3_850_725_425_198_794];
 }

@@ -3,17 +3,16 @@
 //! A loose cloud of spheres is compressed by shrinking its periodic cell until the pressure reaches a first target, and
 //! then released to a small residual pressure (Stránský 2018, section 2.4). Two protocols:
 //!
-//! * [`Protocol::Jammed`] waits at both targets until the packing rests. Its pressure is that of the virial,
-//!   `p = −tr(Σ l⊗f)/3V`, and all its targets and rates are free of the number of spheres. The result is jammed: the
-//!   backbone has the coordination of a stable packing, and the density is that of random close packing for the given
-//!   friction.
-//! * [`Protocol::Yade`] does what YADE's `PeriIsoCompressor` does (Šmilauer et al. 2010), with which the packings of
-//!   Stránský 2018 were made. Its measure of stress is `Σ|f_i|/L²` over all contacts, where L is the edge of the cell:
-//!   about `3L/2l` times the stress with branches of length l, so that the true targets fall with the number of
-//!   spheres. And it stops at the first moment of the release at which its measure passes the residual target, because
-//!   it compares the unbalanced force *of the first target* with the tolerance. At damping 0.1 the packing is then
-//!   still flying apart: hardly any spheres touch, and the density depends on damping, time step, and number of
-//!   spheres.
+//! * [`Protocol::Jammed`] waits at both targets until the packing is at rest. Its pressure is that of the virial,
+//!   `p = −tr(Σ l⊗f)/3V`, and its targets and rates do not depend on the number of spheres. The result is jammed: the
+//!   backbone has the coordination number of a stable packing, and the density is that of random close packing for the
+//!   given friction.
+//! * [`Protocol::Yade`] follows YADE's `PeriIsoCompressor` (Šmilauer et al. 2010), which made the packings of Stránský
+//!   2018. Its measure of stress is `Σ|f_i|/L²` over all contacts, where L is the edge of the cell: about `3L/2l` times
+//!   the stress for branch vectors of length l, so the true targets fall with the number of spheres. It stops as soon
+//!   as its measure passes the residual target during the release, because it compares the unbalanced force *of the
+//!   first target* with the tolerance. At damping 0.1 the packing is then still flying apart: few spheres touch, and
+//!   the density depends on damping, time step, and number of spheres.
 
 use super::cloud::random_cloud;
 use super::{Packing, PackingError, PackingSummary, Random, SizeDistribution, positive, within};
@@ -27,35 +26,36 @@ use concordem_solver::{Model, PairCoefficients, Solver};
 
 /// Modulus of the spheres, Pa. Only its ratio to the stresses matters.
 const MODULUS: f64 = 30.0e9;
-/// Shear stiffness through normal stiffness.
+/// Shear over normal stiffness.
 const STIFFNESS_RATIO: f64 = 0.3;
-/// Density of the spheres, kg/m³. It sets the unit of time and nothing else.
+/// Density of the spheres, kg/m³. It only sets the unit of time.
 const DENSITY: f64 = 1000.0;
-/// Relative error at which a stress counts as reached.
+/// Relative error at which a stress is reached.
 const STRESS_TOLERANCE: f64 = 5.0e-3;
-/// Steps between looks at the balance of forces, and between reports of progress.
+/// Steps between checks of equilibrium, and between reports of progress.
 const INTERVAL: u64 = 20;
-/// Jammed protocol: shortening of the cell's edge per step in the compression, in smallest diameters.
+/// Jammed protocol: shortening of the cell's edge per step during compression, in smallest diameters.
 const COMPRESSION_PER_STEP: f64 = 3.0e-3;
-/// Jammed protocol: the same while a packing that fell apart in the release (pressure below half of its target) is
-/// brought together again.
+/// Jammed protocol: the same while a packing that fell apart during release (pressure below half of its target) is
+/// compressed again.
 const RECOVERY_PER_STEP: f64 = 3.0e-4;
-/// Jammed protocol: by how much the unbalanced force may be larger at the first target than at the end.
+/// Jammed protocol: unbalanced force allowed at the first target, over that at the end.
 const FIRST_UNBALANCED: f64 = 5.0;
-/// Jammed protocol: time constant of the servo, in time steps per smallest diameter of the cell's edge. Sound passes it
-/// in 6 steps of half `r √(ρ/E)` (at 0.7 of the spheres' own speed): the cell is always slower than the packing in it.
+/// Jammed protocol: time constant of the servo, in time steps per smallest diameter of the cell's edge. Sound crosses a
+/// diameter in 6 steps of half `r √(ρ/E)` (at 0.7 of the spheres' own wave speed), so the cell is always slower than
+/// the packing in it.
 const STEPS_PER_DIAMETER: f64 = 15.0;
-/// Bulk modulus of a packing through the modulus of its spheres: `φ Z/6π` with φ = 0.62, Z = 6 (affine estimate).
+/// Bulk modulus of a packing over the modulus of its spheres: `φ Z/6π` with φ = 0.62, Z = 6 (affine estimate).
 const BULK_MODULUS: f64 = 0.2;
 
-/// How the servo measures pressure, and when it is content.
+/// Measure of pressure, and end of the compaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Protocol {
-    /// Pressure from the virial; ends when pressure and balance of forces are reached together.
+    /// Pressure from the virial; ends when the packing is in equilibrium at the target pressure.
     #[default]
     Jammed,
-    /// Pressure from the sum of forces; ends when it is first reached.
+    /// Pressure from the sum of forces; ends when the target is first reached.
     Yade,
 }
 
@@ -64,27 +64,27 @@ pub enum Protocol {
 pub struct RandomDense {
     /// Number of spheres in the periodic cell.
     pub count: usize,
-    /// Their radii.
+    /// Radii of the spheres.
     pub sizes: SizeDistribution,
     /// Seed of radii and initial positions. The same seed gives the same packing on any number of threads.
     pub seed: u64,
-    /// Coefficient of friction, tan φ, while compacting.
+    /// Coefficient of friction, tan φ, during compaction.
     pub friction: f64,
-    /// Servo.
+    /// Protocol of the servo.
     pub protocol: Protocol,
     /// Local damping, 0 to 1.
     pub damping: f64,
-    /// Time step through `min r √(ρ/E)`.
+    /// Time step over `min r √(ρ/E)`.
     pub time_step: f64,
-    /// Packing fraction of the cloud at the start.
+    /// Solid fraction of the cloud at the start.
     pub start: f64,
-    /// First target pressure, in the protocol's measure, through the modulus.
+    /// First target pressure, in the protocol's measure, over the modulus.
     pub compression: f64,
-    /// Residual pressure, in the protocol's measure, through the modulus.
+    /// Residual pressure, in the protocol's measure, over the modulus.
     pub residual: f64,
-    /// Largest unbalanced force: root mean square net force through root mean square contact force.
+    /// Largest unbalanced force: root mean square net force over root mean square contact force.
     pub unbalanced: f64,
-    /// Steps after which to give up.
+    /// Largest number of steps.
     pub step_limit: u64,
 }
 
@@ -126,7 +126,7 @@ impl RandomDense {
         super::compactable(self.count as f64)?;
         within("the coefficient of friction", self.friction, 0.0, 1.0e3)?;
         within("the damping", self.damping, 0.0, 1.0)?;
-        // Above, heavily compressed packings are unstable.
+        // Above this limit heavily compressed packings are unstable.
         within("the time step", self.time_step, 1.0e-3, 0.7)?;
         // Above this, random positions without contact are hard to find (0.38 is the limit).
         within("the packing fraction at the start", self.start, 1.0e-3, 0.32)?;
@@ -138,27 +138,27 @@ impl RandomDense {
     }
 }
 
-/// What the compaction is doing.
+/// Stage of a compaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
     /// Shrinking towards the first target.
     Compression,
-    /// Letting go towards the residual stress.
+    /// Relaxing towards the residual stress.
     Release,
 }
 
-/// How far a compaction is.
+/// Progress of a compaction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// Steps done.
     pub step: u64,
-    /// What it is doing.
+    /// Present stage.
     pub stage: Stage,
-    /// Solid volume through cell volume.
+    /// Solid fraction: solid volume over cell volume.
     pub packing_fraction: f64,
-    /// Pressure from the virial, through the modulus.
+    /// Pressure from the virial, over the modulus.
     pub pressure: f64,
-    /// Root mean square net force through root mean square contact force; 1 before there are contacts.
+    /// Root mean square net force over root mean square contact force; 1 before there are contacts.
     pub unbalanced: f64,
 }
 
@@ -169,20 +169,20 @@ pub struct Compaction {
     pub packing: Packing,
     /// Its density and coordination.
     pub summary: PackingSummary,
-    /// The state it stopped in.
+    /// Progress at the end.
     pub last: Progress,
 }
 
 /// Make a random dense packing; `progress` is called every 20 steps.
 ///
 /// # Errors
-/// Parameters out of their range; a compaction that does not come to its end within the step limit.
+/// Parameters out of their range; a compaction that does not finish within the step limit.
 pub fn random_dense(recipe: &RandomDense, progress: &mut dyn FnMut(Progress)) -> Result<Compaction, PackingError> {
     recipe.check()?;
     let radii = recipe.sizes.radii(recipe.count, recipe.seed)?;
     let mean_radius = radii.iter().sum::<f64>() / recipe.count as f64;
     let smallest_radius = radii.iter().copied().fold(f64::INFINITY, f64::min);
-    // Another stream than that of the radii.
+    // A different stream than that of the radii.
     let mut random = Random::new(recipe.seed ^ 0x9e37_79b9_7f4a_7c15);
     let solid = radii.iter().map(|r| 4.0 / 3.0 * std::f64::consts::PI * r * r * r).sum::<f64>();
     let edge = cbrt(solid / recipe.start);
@@ -248,7 +248,7 @@ pub fn random_dense(recipe: &RandomDense, progress: &mut dyn FnMut(Progress)) ->
     Ok(Compaction { packing, summary, last: now })
 }
 
-/// The control of the cell. Pressures through the modulus.
+/// Control of the cell. Pressures are divided by the modulus.
 struct Servo {
     stage: Stage,
     /// Pressure in the protocol's measure.
@@ -291,7 +291,7 @@ impl Servo {
         }
     }
 
-    /// Take the pressure of the step just done, in which the cell's edge was `length`.
+    /// Measure the pressure of the last step, in which the cell's edge was `length` (m).
     fn measure(&mut self, recipe: &RandomDense, state: &State, now: &Progress, length: f64) {
         self.measured = now.pressure;
         if recipe.protocol == Protocol::Jammed {
@@ -318,7 +318,7 @@ impl Servo {
         }
     }
 
-    /// Go to the next stage if this one is done; whether it was the last.
+    /// Go to the next stage if this one is done; returns whether it was the last one.
     fn finished(&mut self, recipe: &RandomDense, now: &Progress, look: bool) -> bool {
         let goal = self.goal(recipe);
         let reached = (self.measured - goal).abs() <= STRESS_TOLERANCE * goal;
@@ -335,7 +335,7 @@ impl Servo {
                 }
                 false
             }
-            // YADE asks for the stress within its tolerance, in steps that may jump over it; here passing is enough.
+            // YADE requires the stress within its tolerance, although a step may jump over it; here passing is enough.
             Stage::Release if yade => self.measured <= (1.0 + STRESS_TOLERANCE) * goal,
             Stage::Release => reached && balanced,
         }
@@ -372,7 +372,7 @@ fn loose_state(
     Ok(state)
 }
 
-/// Root mean square net force through root mean square contact force; 1 without contacts.
+/// Root mean square net force over root mean square contact force; 1 without contacts.
 fn unbalanced(report: &concordem_solver::StepReport) -> f64 {
     let contacts = report.active[1];
     if contacts == 0 || report.force_squared == 0.0 || report.kick.free_particles == 0 {
@@ -390,9 +390,9 @@ mod tests {
         random_dense(recipe, &mut |_| {}).unwrap()
     }
 
-    /// Frictionless jammed spheres: at least isostatic (six contacts per sphere, less 6/N, plus what the residual
-    /// pressure closes: `√(p/E)` of order 0.2) and at random close packing, 0.64 less the finite-size effect of
-    /// 0.1·N^−0.5 or so (O'Hern et al. 2003, Phys. Rev. E 68, 011306).
+    /// Frictionless jammed spheres are at least isostatic (six contacts per sphere, less 6/N, plus those that the
+    /// residual pressure closes: `√(p/E)` of order 0.2) and at random close packing, 0.64 less the finite-size effect
+    /// of about 0.1·N^−0.5 (O'Hern et al. 2003, Phys. Rev. E 68, 011306).
     #[test]
     fn frictionless_spheres_jam_at_random_close_packing() {
         let result = make(&RandomDense::jammed(150, 1.0e-3, 0.0, 1));
@@ -417,9 +417,10 @@ mod tests {
         assert!((4.0..5.0).contains(&summary.coordination_of_backbone), "{summary:?}");
     }
 
-    /// YADE 2023.02a on the same recipe (N = 300, friction angle 0.5 rad) stopped at a packing fraction of 0.564 with
-    /// 2.4 contacts per sphere: not jammed. Here seeds 1 to 3 gave 0.564, 0.558, 0.556, and they scatter by 0.004: three
-    /// times that around their mean. (For N = 1000: here 0.550, 0.553, 0.552; YADE 0.548, 0.552; source 0.552.)
+    /// YADE 2023.02a with the same recipe (N = 300, friction angle 0.5 rad) stopped at a solid fraction of 0.564 with
+    /// 2.4 contacts per sphere: not jammed. Here seeds 1 to 3 gave 0.564, 0.558, 0.556, with a scatter of 0.004; the
+    /// tolerance is three times that around their mean. (For N = 1000: here 0.550, 0.553, 0.552; YADE 0.548, 0.552;
+    /// source 0.552.)
     #[test]
     fn thesis_recipe_gives_yade_packings() {
         let summary = make(&RandomDense::thesis(300, 1.0e-3, 0.5_f64.tan(), 1)).summary;
@@ -427,7 +428,8 @@ mod tests {
         assert!((1.5..3.5).contains(&summary.coordination), "{summary:?}");
     }
 
-    /// The same bits for one, two, three and eight threads; another seed gives another packing. More than 1024 spheres, so that the solver has several tiles.
+    /// The same bits for one, two, three, and eight threads; another seed gives another packing. More than 1024
+    /// spheres, so that the solver has several tiles.
     #[test]
     fn threads_do_not_matter_and_seeds_do() {
         let run = |threads: usize, seed: u64| {
@@ -451,7 +453,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_refused() {
+    fn invalid_parameters_are_refused() {
         let good = RandomDense::jammed(10, 1.0, 0.0, 1);
         let bad = [
             RandomDense { count: 0, ..good.clone() },

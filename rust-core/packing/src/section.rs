@@ -4,15 +4,15 @@ use super::TIE;
 use concordem_contact::math::{Vec3, sin_cos};
 use concordem_solver::state::particles::Sphere;
 
-/// Points on the circumference of a projected sphere. The hull of a body many spheres wide is too small by 1.2e-3 radii per
-/// side.
+/// Points on the circumference of a projected sphere. The hull of a body many spheres wide is too small by 1.2e-3 radii
+/// per side.
 const POINTS: usize = 64;
 
 /// Smallest cross-section of a body of spheres perpendicular to `axis` (0 to 2), m²: of `sections` planes, evenly spaced
 /// between the outermost centers, the smallest area of the convex hull of the spheres that a plane cuts, projected onto it.
 ///
-/// The definition follows `approxSectionArea` of YADE, whose hexagons for the projected spheres are regular here, and finer.
-/// Zero without spheres.
+/// The definition follows `approxSectionArea` of YADE, but with finer and regular polygons instead of hexagons for the
+/// projected spheres. Zero without spheres.
 ///
 /// ```
 /// use concordem_packing::{Crop, Lattice, Shape, smallest_section};

@@ -1,4 +1,4 @@
-//! Bodies that packings are cut to.
+//! Bodies to which packings are cropped.
 
 mod mesh;
 
@@ -7,7 +7,7 @@ pub use mesh::Mesh;
 use super::{PackingError, positive};
 use concordem_contact::math::Vec3;
 
-/// A body with an inside.
+/// A body with an interior.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Shape {
@@ -45,7 +45,7 @@ pub enum Shape {
         /// Radius, m.
         radius: f64,
     },
-    /// Inside of a closed triangle mesh.
+    /// Interior of a closed triangle mesh.
     Mesh(Mesh),
 }
 
@@ -58,8 +58,8 @@ fn finite(name: &str, values: &Vec3) -> Result<(), PackingError> {
 }
 
 fn apart(base: &Vec3, top: &Vec3) -> Result<(), PackingError> {
-    finite("the centre of an end", base)?;
-    finite("the centre of an end", top)?;
+    finite("the center of an end", base)?;
+    finite("the center of an end", top)?;
     positive("the distance between the ends of the shape", (top - base).norm()).map(|_| ())
 }
 
@@ -104,13 +104,13 @@ impl Shape {
     /// # Errors
     /// A center that is not finite, or a radius that is not positive.
     pub fn new_sphere(center: Vec3, radius: f64) -> Result<Self, PackingError> {
-        finite("the centre of the sphere", &center)?;
+        finite("the center of the sphere", &center)?;
         positive("the radius of the sphere", radius)?;
         Ok(Self::Sphere { center, radius })
     }
 
-    /// Whether a point (m) lies inside, and at least `margin` (m) away from the surface. A negative margin counts as
-    /// 0. With the radius of a sphere as margin: whether the whole sphere lies inside.
+    /// Whether a point (m) lies inside, at least `margin` (m) away from the surface. A negative margin means 0. With
+    /// the radius of a sphere as margin: whether the whole sphere lies inside.
     pub fn contains(&self, point: &Vec3, margin: f64) -> bool {
         let margin = margin.max(0.0);
         match self {
@@ -136,7 +136,7 @@ impl Shape {
         }
     }
 
-    /// Corners of a box with edges along the axes that holds the shape, m.
+    /// Corners of the bounding box of the shape, m.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         match self {
             Self::Box { low, high } => (*low, *high),
@@ -152,7 +152,7 @@ impl Shape {
     }
 }
 
-/// Distance of the ends, and place of a point along and away from the axis, m.
+/// Distance of the ends, and position of a point along and away from the axis, m.
 fn meridian(base: &Vec3, top: &Vec3, point: &Vec3) -> (f64, f64, f64) {
     let height = (top - base).norm();
     let axis = (top - base) / height;
@@ -164,9 +164,9 @@ fn meridian(base: &Vec3, top: &Vec3, point: &Vec3) -> (f64, f64, f64) {
 /// Whether the point at radius `rho` and height `z ≥ 0` above the waist lies within the hyperbola
 /// `x(ζ) = a √(1 + ζ²/c²)`, through `(a, 0)` and `(end, half_height)`, by `margin` or more.
 ///
-/// The outside of the hyperboloid, `x ≥ x(ζ)`, is convex in the meridian plane, so that the nearest point of it is
-/// unique. It is where `(x(ζ) − ρ) x'(ζ) + ζ − z`, half the derivative of the squared distance, changes sign in
-/// [0, z], found by bisection to the last digit.
+/// The outside of the hyperboloid, `x ≥ x(ζ)`, is convex in the meridian plane, so its nearest point is unique. It is
+/// where `(x(ζ) − ρ) x'(ζ) + ζ − z`, half the derivative of the squared distance, changes sign in [0, z]; bisection
+/// locates it to the last digit.
 fn inside_hyperbola(a: f64, end: f64, half_height: f64, rho: f64, z: f64, margin: f64) -> bool {
     // 1/c², from x(half_height) = end; zero for a cylinder.
     let inverse_c2 = (end / a - 1.0) * (end / a + 1.0) / (half_height * half_height);
@@ -198,8 +198,8 @@ mod tests {
 
     #[test]
     fn spheres_inside_do_not_stick_out() {
-        // Every accepted sphere, sampled on its surface, lies inside; some rejected ones with the center inside do
-        // stick out, so that the margin is not simply too large.
+        // Every accepted sphere, sampled on its surface, lies inside. Some rejected spheres with the center inside do
+        // stick out, so the margin is not simply too large.
         let shapes = [
             Shape::new_box(Vec3::new(-1.0, -0.5, 0.0), Vec3::new(1.0, 0.5, 2.0)).unwrap(),
             Shape::new_cylinder(Vec3::new(-0.5, 0.2, 0.1), Vec3::new(0.6, 0.7, 1.9), 0.6).unwrap(),
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_refused() {
+    fn invalid_parameters_are_refused() {
         let o = Vec3::zeros();
         assert!(Shape::new_box(Vec3::repeat(1.0), o).is_err());
         assert!(Shape::new_box(o, Vec3::repeat(f64::NAN)).is_err());

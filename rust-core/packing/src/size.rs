@@ -8,7 +8,7 @@ use concordem_contact::math::{cbrt, ln};
 pub enum SizeDistribution {
     /// All equal, m.
     Single(f64),
-    /// By number uniform between two radii, m.
+    /// Uniform by number between two radii, m.
     Uniform {
         /// Smallest radius, m.
         low: f64,
@@ -33,7 +33,7 @@ struct Class {
 }
 
 impl SizeDistribution {
-    /// `count` radii (m) in random order, by seed.
+    /// `count` radii (m) in random order.
     ///
     /// The quantiles are stratified: one in each of `count` equal slices of the distribution, so that even small
     /// packings follow it closely.
@@ -108,7 +108,7 @@ impl SizeDistribution {
                     }
                 }
                 if classes.is_empty() {
-                    return bad("no radius has a share".into());
+                    return bad("no radius has a positive share".into());
                 }
                 Ok(classes)
             }
@@ -156,8 +156,8 @@ mod tests {
         let total: f64 = radii.iter().map(mass).sum();
         for (diameter, passing) in points {
             let below: f64 = radii.iter().filter(|r| 2.0 * **r < diameter).map(mass).sum();
-            // Stratified: the count below any size is exact to one particle, and no mass exceeds 512/2e5 of the mean's
-            // order; 1e-3 is far above that and far below the steps of the curve.
+            // Stratified: the number below any size is exact to one particle, and its mass is a small part of the total.
+            // 1e-3 is far above that and far below the steps of the curve.
             approx::assert_abs_diff_eq!(below / total, passing, epsilon = 1.0e-3);
         }
         // Half-way in the logarithm between two sieves, half the mass.
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_refused() {
+    fn invalid_parameters_are_refused() {
         let bad = [
             SizeDistribution::Single(0.0),
             SizeDistribution::Single(f64::NAN),

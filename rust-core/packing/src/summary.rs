@@ -1,4 +1,4 @@
-//! What a packing is like, in a few numbers.
+//! Density and contacts of a packing.
 
 use super::{Packing, PackingError, TIE, positive};
 use concordem_contact::math::Vec3;
@@ -9,25 +9,25 @@ use concordem_solver::neighbor::candidate_pairs;
 pub struct PackingSummary {
     /// Number of spheres.
     pub count: usize,
-    /// Volume of the spheres through the volume of the cell; `None` without a cell.
+    /// Solid fraction: volume of the spheres over volume of the cell; `None` without a cell.
     pub packing_fraction: Option<f64>,
-    /// `1 −` packing fraction.
+    /// `1 −` solid fraction.
     pub porosity: Option<f64>,
-    /// Contacts per sphere, `2 C / N`, counting pairs with center distance up to `interaction_ratio·(R_A + R_B)`,
+    /// Coordination number `2 C / N`: contacts are pairs with center distance up to `interaction_ratio·(R_A + R_B)`,
     /// within the relative tolerance [`TIE`].
     pub coordination: f64,
-    /// The same without the rattlers and their contacts.
+    /// Coordination number without the rattlers and their contacts.
     pub coordination_of_backbone: f64,
-    /// Spheres with a single contact or none, which carry no force; removed until none is left.
+    /// Rattlers: spheres with a single contact or none, which carry no force; removed until none is left.
     pub rattlers: usize,
-    /// Mean overlap of touching pairs through `R_A + R_B`.
+    /// Mean overlap of touching pairs over `R_A + R_B`.
     pub mean_overlap: f64,
-    /// Largest overlap of touching pairs through `R_A + R_B`.
+    /// Largest overlap of touching pairs over `R_A + R_B`.
     pub largest_overlap: f64,
 }
 
 impl PackingSummary {
-    /// Measure a packing; 1 as `interaction_ratio` counts touching pairs, 1.5 the usual cohesive links.
+    /// Measure a packing. With `interaction_ratio` 1, contacts are touching pairs; 1.5 gives the usual cohesive links.
     ///
     /// # Errors
     /// A ratio that is not positive; positions or radii that are not finite.

@@ -5,14 +5,14 @@ use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::state::Cell;
 use concordem_solver::state::particles::Sphere;
 
-/// Copies of a cell that are looked at for one body.
-const MOST_COPIES: f64 = 4.0e9;
+/// Largest number of copies of a cell considered for one body.
+const MAX_COPIES: f64 = 4.0e9;
 
 /// Which spheres belong to a cropped body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Crop {
-    /// Those that lie inside the shape as a whole: nothing sticks out.
+    /// Those that lie entirely inside the shape: no sphere sticks out.
     #[default]
     WholeSpheres,
     /// Those whose centers lie inside: the density near the surface is that of the bulk.
@@ -20,7 +20,7 @@ pub enum Crop {
 }
 
 impl Crop {
-    /// Whether a sphere stays. One that touches the surface from inside lies inside, whatever the last digit says.
+    /// Whether a sphere stays. A sphere that touches the surface from inside lies inside, whatever the last digit says.
     pub fn keeps(self, sphere: &Sphere, shape: &Shape) -> bool {
         let margin = match self {
             Self::WholeSpheres => sphere.radius * (1.0 - 1.0e-9),
@@ -54,10 +54,11 @@ pub fn tile(packing: &Packing, repeats: [u32; 3]) -> Result<Packing, PackingErro
     Ok(Packing { spheres, cell: Some(Cell::new(matrix)) })
 }
 
-/// A body cut from a periodic packing: copies of the cell cover `shape`, and the spheres that belong to it stay.
+/// A body cropped from a periodic packing: copies of the cell cover `shape`, and the spheres that belong to it stay.
 ///
-/// The corner of one copy of the cell lies at `anchor` (m). The spheres come copy by copy, x fastest, each copy in the
-/// packing's order. No new overlaps arise: any two spheres of the body are two of the infinite periodic packing.
+/// The corner of one copy of the cell lies at `anchor` (m). The spheres are ordered copy by copy, x fastest, each copy
+/// in the packing's order. No new overlaps arise, because any two spheres of the body are two of the infinite periodic
+/// packing.
 ///
 /// # Errors
 /// No cell, or too many spheres.
@@ -85,7 +86,7 @@ pub fn tile_and_crop(packing: &Packing, shape: &Shape, crop: Crop, anchor: Vec3)
         return Err(PackingError::Empty);
     }
     let copies = (last - first).add_scalar(1.0).product();
-    within("the number of copies of the packing that cover the shape", copies, 1.0, MOST_COPIES)?;
+    within("the number of copies of the packing that cover the shape", copies, 1.0, MAX_COPIES)?;
     // Spheres inside the box around the shape, at the density of the packing.
     affordable((high - low).product() / cell.volume() * unit.spheres.len() as f64)?;
     let mut spheres = Vec::new();
@@ -106,7 +107,7 @@ mod tests {
     use super::*;
     use crate::{PackingSummary, Random};
 
-    /// Spheres placed at random without overlap in a skewed cell; positions also outside of it.
+    /// Spheres placed at random without overlap in a skewed cell; some positions lie outside the cell.
     fn loose_packing() -> Packing {
         let cell = Cell::new(Mat3::new(1.0, 0.3, 0.1, 0.0, 0.9, -0.2, 0.0, 0.0, 1.1));
         let mut random = Random::new(5);

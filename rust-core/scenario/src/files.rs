@@ -1,20 +1,20 @@
-//! Files that a scenario reads, and places that results are written to.
+//! Reading the files of a scenario, and checking the paths that results are written to.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-/// Largest text that is read as a scenario or a sweep, bytes. A device such as `/dev/zero` never ends.
+/// Size limit of a scenario or sweep file, bytes. Without it, reading a device such as `/dev/zero` would never end.
 pub const LONGEST_TEXT: u64 = 64 << 20;
-/// Symbolic links that [`target`] follows, as many as Linux does.
+/// Number of symbolic links that [`target`] follows; the limit of Linux.
 const MOST_LINKS: usize = 40;
 
 /// Opens a regular file, or a symbolic link to one, for reading.
 ///
 /// # Errors
-/// The file cannot be opened, or is a folder, a device, or a pipe: reading these may never end.
+/// The file cannot be opened, or is a folder, a device, or a pipe, which may never end.
 pub fn open_regular(path: &Path) -> io::Result<File> {
-    // Look before opening: opening a pipe waits for its writer.
+    // Check before opening: opening a pipe blocks until it has a writer.
     if !fs::metadata(path)?.is_file() {
         return Err(not_regular());
     }
@@ -24,7 +24,7 @@ pub fn open_regular(path: &Path) -> io::Result<File> {
 /// Reads a short text file: at most [`LONGEST_TEXT`] bytes.
 ///
 /// # Errors
-/// The file cannot be read, or is longer.
+/// The file cannot be read or exceeds the limit.
 pub fn read_short(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     File::open(path)?.take(LONGEST_TEXT + 1).read_to_end(&mut bytes)?;
@@ -35,10 +35,10 @@ pub fn read_short(path: &Path) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The file that writing to `path` replaces: symbolic links are followed, so that the link stays and its target changes.
+/// The file to replace when writing to `path`. Follows symbolic links, so that a link stays and its target changes.
 ///
 /// # Errors
-/// Something that is not a regular file: a folder, a device, a pipe, a socket.
+/// The path leads to a folder, a device, a pipe, or a socket, or its symbolic links form a loop.
 pub fn target(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_owned();
     for _ in 0..MOST_LINKS {
@@ -49,7 +49,7 @@ pub fn target(path: &Path) -> io::Result<PathBuf> {
             }
             Ok(data) if data.is_file() => return Ok(path),
             Ok(_) => return Err(not_regular()),
-            // A new file, or a path that cannot be; creating it says what is wrong.
+            // A new file, or an invalid path; creating the file will report the error.
             Err(_) => return Ok(path),
         }
     }

@@ -1,6 +1,6 @@
 //! From a scenario file to a run.
 //!
-//! A scenario passes through these modules; each one uses only those above it:
+//! A scenario passes through these modules; each module uses only the ones above it:
 //!
 //! ```text
 //! scenario.toml
@@ -50,7 +50,7 @@
 //!     }
 //! };
 //! assert_eq!(reason, StopReason::Time);
-//! // The relative velocity after the impact is the restitution times that before.
+//! // The rebound speed is the impact speed times the restitution.
 //! let velocity = &simulation.state.particles.velocity;
 //! assert!((velocity[1].x - velocity[0].x - 0.9).abs() < 0.01);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

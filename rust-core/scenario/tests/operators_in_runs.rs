@@ -1,4 +1,4 @@
-//! Operators on running simulations: the identity between particle and boundary stress, and the power balance.
+//! Operators on running simulations: particle stress equals boundary stress, and power is balanced.
 
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_operator::couple_stress::conjugate;
@@ -14,7 +14,7 @@ use concordem_solver::state::contacts::ContactFlags;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Reproducible random numbers for clusters of any size from one seed.
+/// Reproducible random numbers.
 struct Random(u64);
 
 impl Random {
@@ -42,8 +42,8 @@ fn built(text: &str) -> Assembly {
     assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap()
 }
 
-/// Grains with initial velocities in a box: they fall, slide, and roll without damping.
-fn grains() -> Assembly {
+/// Spheres with initial velocities in a box: they fall, slide, and roll without damping.
+fn spheres_in_a_box() -> Assembly {
     let mut r = Random::new(21);
     let mut spheres = String::new();
     let mut sets = String::new();
@@ -81,13 +81,13 @@ fn grains() -> Assembly {
     ))
 }
 
-/// `Σ V_pσ_p = Σ x_w⊗f_w + Σ x_p⊗(b − m a)` at every sample of a run with impacts, friction, walls, and gravity; the
-/// accelerations are those that the run's velocities show. These are differences of velocities of 1 m/s, each known to
-/// 1e-16, over steps of 1e-7 s or so: 1e-9 m/s², against 1e5 m/s² in impacts; summed over particles 1e-12 of the moments
-/// would be the best; 1e-10 is demanded.
+/// `Σ V_pσ_p = Σ x_w⊗f_w + Σ x_p⊗(b − m a)` at every sample of a run with impacts, friction, walls, and gravity. The
+/// accelerations are computed from the velocities of the run. They are differences of velocities of 1 m/s, each known to
+/// 1e-16, over steps of about 1e-7 s: an error of 1e-9 m/s², against 1e5 m/s² in impacts. Summed over particles, errors of
+/// at least 1e-12 of the moments are expected; the tolerance is 1e-10.
 #[test]
 fn all_state_identity_on_a_running_simulation() {
-    let Assembly { mut state, model, .. } = grains();
+    let Assembly { mut state, model, .. } = spheres_in_a_box();
     let gravity = model.gravity;
     let mut solver = Solver::new(model, &mut state).unwrap();
     let mut worst = 0.0_f64;
@@ -100,7 +100,7 @@ fn all_state_identity_on_a_running_simulation() {
         let forces = solver.record(&mut state).unwrap();
         let before = state.particles.clone();
         solver.step_with(&mut state, false).unwrap();
-        // The recorded forces are those of the step, up to the order of the additions.
+        // The recorded forces are those of the step, up to the order of additions.
         let set = forces.contacts.set(&before).unwrap();
         let walls = forces.walls.set(&before).unwrap();
         let mut net: Vec<Vec3> = couple_stress::resultants(&set).iter().map(|w| w.force).collect();
@@ -115,14 +115,14 @@ fn all_state_identity_on_a_running_simulation() {
         for p in 0..before.len() {
             let a = (state.particles.velocity[p] - before.velocity[p]) / state.clock.dt;
             let term = before.position[p] * ((gravity - a) * before.mass[p]).transpose();
-            // Magnitude of the terms without cancellation.
+            // Scale: the sum of the magnitudes of all terms.
             scale += before.position[p].norm() * before.mass[p] * (gravity.norm() + a.norm());
             right += term;
         }
         worst = worst.max((left - right).abs().max() / scale);
         contacts += set.len();
         at_walls += walls.len();
-        // Internal contacts alone: rigid blocks are rounding, whatever the state (A3 of the test case).
+        // With internal contacts only, rigid force and moment are rounding errors in any state (A3 of the test case).
         if set.len() > 3 {
             let t = conjugate(&set, &Region::All { volume: 1.0 }, &Vec3::zeros(), None).unwrap();
             let all: f64 = forces.contacts.force.iter().map(Vec3::norm).sum();
@@ -173,7 +173,7 @@ bending_term = "mid-section"
 law = "cohesive_beam"
 interaction_ratio = 1.5"#;
 
-/// The prism with a random arrangement of spheres: without symmetry couple stresses do work, too.
+/// The prism with randomly placed spheres: without symmetry, couple stresses do work, too.
 fn random_prism(law: &str, damping: &str) -> Assembly {
     let mut r = Random::new(22);
     let mut spheres = String::new();
@@ -188,9 +188,9 @@ fn random_prism(law: &str, damping: &str) -> Assembly {
     built(&text.replace("LAW", law).replace(LOCAL, damping))
 }
 
-/// Boundary power = V(σ:γ̇ + μ:κ̇) + power gap + kinetic rate + numerical damping − body-force power, each from its own
-/// formula at velocities of the instant `½(v⁻+v⁺)`: the leapfrog satisfies it exactly. Rounding: forces of 1e2 N on
-/// velocities of 1e-1 m/s, some thousand terms; 1e-9 of the boundary's power is the demand.
+/// Boundary power = V(σ:γ̇ + μ:κ̇) + power gap + kinetic rate + numerical damping − body-force power. Each term is computed
+/// from its own formula with the velocities `½(v⁻+v⁺)`, for which leapfrog satisfies the balance exactly. The tolerance of
+/// 1e-9 of the boundary power allows for rounding in some thousand terms of 1e2 N times 1e-1 m/s.
 fn power_is_balanced(name: &str, Assembly { mut state, model, .. }: Assembly) -> State {
     let mut solver = Solver::new(model, &mut state).unwrap();
     let volume = 9e-3 * 9e-3 * 16e-3;
@@ -233,7 +233,7 @@ fn power_is_balanced(name: &str, Assembly { mut state, model, .. }: Assembly) ->
         "{name}: power balance {worst:.1e} of the boundary's; parts of stress, couple, gap, motion, damping, gravity: \
          {largest:?}"
     );
-    // Every term matters: without it the balance would fail.
+    // Every term is large enough that the balance would fail without it.
     assert!(largest.iter().all(|part| *part > 1e-6), "{largest:?}");
     assert!(worst < 1e-9, "{worst:e}");
     state
@@ -246,8 +246,8 @@ fn power_is_balanced_on_a_loaded_concrete_specimen() {
     assert!(damage > 0.1, "the specimen softens: {damage}");
 }
 
-/// Beams transmit moments, which contribute to the work of the couple stress. With local damping, and with the damping by the
-/// integrator of Jebahi et al. 2015.
+/// Beams transmit moments, so the couple stress does work. The balance holds with local damping and with the damping
+/// by the integrator of Jebahi et al. 2015.
 #[test]
 fn power_is_balanced_on_a_loaded_beam_specimen() {
     for damping in [LOCAL, "{ kind = \"tchamwa-wielgosz\", phi = 1.3 }"] {
@@ -256,12 +256,12 @@ fn power_is_balanced_on_a_loaded_beam_specimen() {
         let links =
             (0..state.bonds[0].len()).filter(|&k| !state.bonds[0].view(k).flags.has(ContactFlags::BROKEN)).count();
         let all = random_prism(BEAM, damping).state.bonds[0].len();
-        assert!(links < all && links > all / 4, "{links} of {all} beams are left: some break, the specimen holds");
+        assert!(links < all && links > all / 4, "{links} of {all} beams are left; some should break, but not most");
     }
 }
 
-/// Stress of a pulled specimen in two independent ways: end force divided by area, and branch sum in the middle. They agree
-/// in a static state; at this rate, waves leave a difference of a few percent.
+/// The stress of a pulled specimen, measured in two independent ways, agrees: end force divided by area, and branch sum in
+/// the middle. In equilibrium both are equal; at this rate, waves cause a difference of a few percent.
 #[test]
 fn stress_of_a_loaded_specimen() {
     let slow = PRISM.replace("LAW", CPM).replace("20 1/s", "1 1/s").replace("gravity = [0, 0, -9.81]", "");
@@ -277,7 +277,7 @@ fn stress_of_a_loaded_specimen() {
     let force = |layer: &[u32]| layer.iter().map(|&p| solver.forces()[p as usize].z).sum::<f64>();
     let ends = 0.5 * (force(&layers[0]) - force(&layers[1])) / area;
     let set = forces.contacts.set(&state.particles).unwrap();
-    // A slab across the whole specimen, so that the area is the same.
+    // A slab across the whole specimen, so that the cross-section is the same.
     let half = 2e-3;
     let slab = Region::Box { low: Vec3::new(-1.0, -1.0, -half), high: Vec3::new(1.0, 1.0, half) };
     let mean = region_stress(&set, &slab, Truncation::BranchClipped, None).unwrap();

@@ -27,7 +27,7 @@ struct Rows {
 }
 
 impl Rows {
-    /// Take `steps` steps; the rows are those of the last one, for which the operators' interval must be right.
+    /// Takes `steps` steps and returns the rows of the last one; the intervals of the operators must match this step.
     fn of(simulation: &mut Simulation, steps: u64) -> Self {
         let mut values = Vec::new();
         for _ in 0..steps {
@@ -70,8 +70,8 @@ fn near(a: &Mat3, b: &Mat3, error: f64) {
     assert!((a - b).abs().max() <= error, "{a}{b} differ by {:e}, allowed {error:e}", (a - b).abs().max());
 }
 
-/// A periodic cell under shear and stretch: Delaunay cells give the strain of the periodic cell for any motion of the
-/// particles, contact cells add the rotations, and three definitions of stress agree. Tolerance: rounding of sums of a
+/// In a periodic cell under shear and stretch, Delaunay cells give the strain of the periodic cell for any motion of the
+/// particles, contact cells add the rotations, and three definitions of stress agree. Tolerance: rounding in sums of a
 /// thousand terms, 1e-12 of the largest.
 #[test]
 fn all_operators_of_a_periodic_cell() {
@@ -100,8 +100,8 @@ fn all_operators_of_a_periodic_cell() {
     near(&rows.tensor("cell-strain", "gradient"), &gradient, 1e-9 * strain);
     near(&rows.tensor("cell-rate", "gradient"), &l, 1e-12 * l.abs().max());
     let contact_cells = rows.tensor("contact-cell-strain", "gradient");
-    // Contact cells add the rotations, averaged by cell volume. Contacts lie on the lines of centers, not in the middle of the
-    // faces, and the rotations are one step later: the tolerance is a few percent of the strain.
+    // Contact cells add the rotations, averaged by cell volume. Contacts lie on the lines of centers, not in the middle
+    // of the faces, and the rotations are one step later, so the tolerance is a few percent of the strain.
     let diagram =
         power_diagram(&places, &simulation.state.particles.radius, &Domain::Periodic(first), Dimension::Three);
     let volumes = diagram.unwrap().volumes;
@@ -124,19 +124,19 @@ fn all_operators_of_a_periodic_cell() {
     let solid = rows.reals("particle-stress", "solid_fraction")[0];
     near(&(rows.tensor("particle-stress", "mean_particle_stress") * solid), &stress, 1e-12 * size);
     assert_eq!(rows.reals("porosity", "solid_fraction")[0], solid);
-    // The power put into contacts is that of stress on strain rate plus that of the non-affine motion.
+    // The power put into contacts is the power of stress and strain rate plus that of the non-affine motion.
     let power = |name: &str| rows.reals("power", name)[0];
     let all = power("contacts");
     assert!(all > 0.0 && power("gap").abs() > 1e-6 * all, "{all} {}", power("gap"));
     assert!((all - power("stress") - power("couple") - power("gap")).abs() < 1e-9 * all);
-    // A kernel that contains about seventy particles gives their density.
+    // A kernel that contains about seventy particles gives the mean density.
     let mass: f64 = simulation.state.particles.mass.iter().sum();
     let density = mass / cell.volume();
     assert!((rows.reals("coarse-grain", "density")[0] / density - 1.0).abs() < 0.05);
 }
 
-/// Grains compressed in a box: the forces on the walls are those of the boundary, and the boundary stress equals that of the
-/// particles up to weight and inertia.
+/// Spheres compressed in a box: the forces on the walls are those at the boundary, and the boundary stress equals
+/// the particle stress up to weight and inertia.
 #[test]
 fn walls_and_boundary() {
     let mut samples = String::new();
@@ -179,13 +179,13 @@ fn walls_and_boundary() {
     assert!((total + forces.iter().sum::<Vec3>()).norm() < 1e-13 * size);
     let (outer, inner) = (rows.tensor("boundary-stress", "stress"), rows.tensor("particle-stress", "stress"));
     assert!(inner.trace() < -100.0, "{inner}");
-    // The difference is the weight and the remaining inertia of 64 grains, 1e-4 N each; walls push each of them with about
-    // 1e-1 N (8 um · 1e4 N/m).
+    // The difference is the weight and the remaining inertia of 64 spheres, 1e-4 N each; the walls push each of them with
+    // about 1e-1 N (8 um · 1e4 N/m).
     near(&outer, &inner, 0.01 * inner.abs().max());
 }
 
-/// A prism pulled by its end layers: the boundary stress from the reactions of the layers equals the stress of the body up to
-/// inertia; the cells of a grid add up to the box; regions move and deform.
+/// A prism pulled by its end layers: the boundary stress from the reactions of the layers equals the stress of the body up
+/// to inertia, the cells of a grid add up to the box, and regions move and deform.
 #[test]
 fn supports_grids_and_moving_regions() {
     let region =

@@ -1,4 +1,4 @@
-//! Operators where features meet: given loads, rigid bodies, periodic images, damage, and the last state of a run.
+//! Operators combined with other features: given loads, rigid bodies, periodic images, damage, and the final state.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -15,7 +15,7 @@ fn simulation(text: &str) -> Simulation {
     Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap()
 }
 
-/// Values of a quantity of the operator `name` in the last of its rows.
+/// Values of a quantity in the last row of the operator `name`.
 fn reals(simulation: &Simulation, advance: &Advance, name: &str, quantity: &str) -> Vec<f64> {
     let operators = &simulation.schedule.operators;
     let k = operators.iter().position(|sample| sample.name == name).unwrap();
@@ -39,7 +39,7 @@ fn vector(simulation: &Simulation, advance: &Advance, name: &str, quantity: &str
     Vec3::from_column_slice(&reals(simulation, advance, name, quantity))
 }
 
-/// Advance until the run ends; the last step, which gives the final rows.
+/// Advances until the run ends; returns the last step, which has the final rows.
 fn to_the_end(simulation: &mut Simulation) -> Advance {
     loop {
         let advance = simulation.advance().unwrap();
@@ -49,7 +49,7 @@ fn to_the_end(simulation: &mut Simulation) -> Advance {
     }
 }
 
-/// Two spheres 20 mm apart along x, the first at `x`, and what `more` adds; the volume of the body is 1e-5 m³.
+/// Two spheres 20 mm apart along x, the first at `x`, and the text `more`; the volume of the body is 1e-5 m³.
 fn pair(x: f64, law: &str, table: &str, more: &str) -> String {
     format!(
         "version = 1
@@ -86,8 +86,8 @@ fn pair(x: f64, law: &str, table: &str, more: &str) -> String {
 
 const SPRING: &str = "{ normal_stiffness = 1e6, shear_stiffness = 5e5 }";
 
-/// A pair under a pull of 1 kN at both ends: 20 mm · 1 kN / 1e-5 m³ = 2 MPa from the start, wherever the body is.
-/// Tolerance: the roundings of positions of 0.1 m over 0.02 m.
+/// Boundary stress of a pair pulled by 1 kN at both ends: 20 mm · 1 kN / 1e-5 m³ = 2 MPa from the start, wherever the body
+/// is. Tolerance: rounding of positions of 0.1 m over 0.02 m.
 #[test]
 fn boundary_stress_counts_given_forces() {
     let forces = "[[force]]\nset = \"right\"\nforce = [1000, 0, 0]\n[[force]]\nset = \"left\"\nforce = [-1000, 0, 0]";
@@ -98,8 +98,8 @@ fn boundary_stress_counts_given_forces() {
         assert!((row.values[0] / 2e6 - 1.0).abs() < 1e-14, "{}", row.values[0]);
         assert_eq!(reals(&run, &first, "boundary-stress", "loads"), [2.0]);
     }
-    // One end held: its support carries the load of the other only in equilibrium, but the own load of a held particle at
-    // once.
+    // One end is fixed: its support carries the load of the other end only in equilibrium, but carries a load on the fixed
+    // particle itself at once.
     let held = "[[prescribe]]\nset = \"left\"\nvelocity = [0, 0, 0]\n[[force]]\nset = \"left\"\nforce = [0, 500, 0]";
     let mut run = simulation(&pair(0.1, "linear_bond", SPRING, held));
     let first = run.advance().unwrap();
@@ -107,8 +107,8 @@ fn boundary_stress_counts_given_forces() {
     assert!(row.values[..9].iter().all(|component| *component == 0.0), "{:?}", row.values);
 }
 
-/// Moments of ±1e-3 N·m at the ends of a beam of 20 mm: the couple stress 20 mm · 1e-3 N·m / 1e-5 m³ = 2 N/m, from the loads
-/// at once, and from the contacts once the beam is in equilibrium.
+/// Moments of ±1e-3 N·m at the ends of a beam of 20 mm give the couple stress 20 mm · 1e-3 N·m / 1e-5 m³ = 2 N/m: from the
+/// loads immediately, from the contacts once the beam is in equilibrium.
 #[test]
 fn couple_stress_counts_given_moments() {
     let moments = "[[force]]\nset = \"right\"\nmoment = [0, 0, 1e-3]\n[[force]]\nset = \"left\"\nmoment = [0, 0, -1e-3]
@@ -118,7 +118,7 @@ fn couple_stress_counts_given_moments() {
     let last = to_the_end(&mut run);
     let from_loads = tensor(&run, &last, "boundary-stress", "couple_stress");
     let from_contacts = tensor(&run, &last, "couple-stress", "couple_stress");
-    // Damping leaves 1e-9 of the moment; ends of the beam have moved by 1e-4 of its length.
+    // Damping leaves 1e-9 of the moment; the ends of the beam have moved by 1e-4 of its length.
     assert!((from_loads[(0, 2)] / 2.0 - 1.0).abs() < 1e-3, "{from_loads}");
     assert!((from_contacts - from_loads).norm() < 1e-6 * from_loads.norm(), "{from_contacts} {from_loads}");
 }
@@ -175,16 +175,16 @@ const DUMBBELLS: &str = "
     region = { kind = \"all\", volume = 2.8e-5 }
 ";
 
-/// Rigid bodies carry stress, too: every section of a column of dumbbells carries the traction of its plates. Tolerance 1e-3:
-/// the plates approach by 0.2 mm of 70 mm, so that volumes of the regions are wrong by 3e-3 at most where the column shortens
-/// inside of them; sections of fixed boxes are not. The rest is the force out of balance at 1 mm/s, below 1e-4.
+/// Rigid bodies carry stress, too: every section of a column of dumbbells carries the traction of the plates. Tolerance
+/// 1e-3: the plates approach by 0.2 mm of 70 mm, so the volumes of regions in which the column shortens are wrong by at
+/// most 3e-3; the sections of fixed boxes are exact. The unbalanced force at 1 mm/s is below 1e-4.
 #[test]
 fn rigid_bodies_carry_stress() {
     let mut run = simulation(DUMBBELLS);
     let last = to_the_end(&mut run);
     let traction = vector(&run, &last, "wall-traction", "traction").z;
     assert!(traction.abs() > 1e4, "{traction}");
-    // The traction is the force on the wall below: downwards in compression, as the stress.
+    // The traction is the force on the lower wall, downward in compression; its sign is that of the stress.
     for name in ["between centers", "inside a body"] {
         let stress = tensor(&run, &last, name, "stress")[(2, 2)];
         assert!((stress / traction - 1.0).abs() < 1e-3, "{name}: {stress} {traction}");
@@ -192,7 +192,7 @@ fn rigid_bodies_carry_stress() {
     let particles = tensor(&run, &last, "particle-stress", "stress")[(2, 2)];
     let boundary = tensor(&run, &last, "boundary-stress", "stress")[(2, 2)];
     assert!((particles / boundary - 1.0).abs() < 1e-3, "{particles} {boundary}");
-    // No contact lies in the second box: the forces inside bodies are none.
+    // No contact lies in the second box: forces inside bodies do not count as contacts.
     assert_eq!(reals(&run, &last, "inside a body", "contacts"), [0.0]);
     assert_eq!(reals(&run, &last, "between centers", "contacts"), [1.0]);
 }
@@ -244,7 +244,7 @@ fn halves() -> String {
     text
 }
 
-/// Each half of a periodic cell has half of its bonds, contacts, and particles, wherever it lies, as a box and as a slab.
+/// Each half of a periodic cell has half of the bonds, contacts, and particles, wherever it lies, as a box and as a slab.
 #[test]
 fn regions_see_periodic_images() {
     let mut run = simulation(&halves());
@@ -257,14 +257,14 @@ fn regions_see_periodic_images() {
             assert_eq!(count("fabric", "particles"), 32.0, "{kind} {k}");
             // Clipped bonds add up: 4 slabs of 16 bonds along x, 4 layers of 32 across it. Tolerance: sums of 96 fractions.
             assert!((count("fabric", "contacts") - 96.0).abs() < 1e-9, "{kind} {k}");
-            // Spheres of π/6 of their cube.
+            // Each sphere fills π/6 of its cube.
             let solid = count("porosity", "solid_fraction");
             assert!((solid / std::f64::consts::PI * 6.0 - 1.0).abs() < 1e-12, "{kind} {k}: {solid}");
         }
     }
 }
 
-/// A half-space that no other plane closes holds infinitely many images.
+/// A half-space that no other plane closes contains infinitely many images and is refused.
 #[test]
 fn unbounded_half_spaces_are_refused_in_a_periodic_cell() {
     let text = halves().replace(", { point = [-0.0015, 0, 0], normal = [-2, 0, 0] }", "");
@@ -331,10 +331,10 @@ const CHAIN: &str = "
     interval = 1
 ";
 
-/// Damage and stress of a row are those of the same positions: `ω = 1 − ε₀/ε exp(−(ε−ε₀)/ε_f)` and `σ = (1−ω) Ē ε`, with the
-/// strain of the bond at the row's time. Only the first bond stretches; a list of particles has it whole, and half of the
-/// second. Tolerance: positions of 2e-3 m are known to 4e-19 m, elongations are 1e-7 m: 1e-11 of the strain, through the slope
-/// of the damage.
+/// Damage and stress of a row belong to the same positions: `ω = 1 − ε₀/ε exp(−(ε−ε₀)/ε_f)` and `σ = (1−ω) Ē ε`, with the
+/// strain of the bond at the time of the row. Only the first bond stretches; the list of particles contains it entirely, and
+/// half of the second. Tolerance: positions of 2e-3 m are known to 4e-19 m, elongations are 1e-7 m, so the strain is known
+/// to 1e-11, amplified by the slope of the damage.
 #[test]
 fn damage_belongs_to_the_positions_of_its_row() {
     let mut run = simulation(CHAIN);
@@ -362,8 +362,8 @@ fn damage_belongs_to_the_positions_of_its_row() {
     assert!(seen > 10, "{seen}");
 }
 
-/// Every run ends with a record and rows of its final state, whatever the intervals. They are those of a longer run, bit for
-/// bit, and the state is the same as without them.
+/// Every run ends with a record and rows of its final state, for any intervals. They equal those of a longer run bit for
+/// bit, and writing them does not change the state.
 #[test]
 fn the_final_state_has_a_record() {
     let run_to = |steps: u64| {
@@ -397,9 +397,9 @@ fn the_final_state_has_a_record() {
     }
 }
 
-/// An empty region has no stress: its rows are not-a-number, not zero.
+/// The stress of an empty region is not-a-number, not zero.
 #[test]
-fn empty_regions_have_no_stress() {
+fn the_stress_of_an_empty_region_is_not_a_number() {
     let text = CHAIN.replace(
         "[[sample]]\n    operator = \"region-stress\"\n    region = { kind = \"all\", volume = 1e-8 }",
         "[[sample]]\n    operator = \"particle-stress\"\n    region = { kind = \"sphere\", center = [1, 0, 0], radius = 1e-3 }

@@ -1,4 +1,4 @@
-//! What a specimen consists of and what its stress and strain refer to: shape, place, cross-section, gauge length.
+//! Specimens: shape and position, and the cross-section and gauge length that stress and strain refer to.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use concordem_scenario::assembly::{Assembly, assemble};
 use concordem_scenario::schedule::Loading;
 use concordem_scenario::schema::Scenario;
 
-/// A block of spheres of 1 mm on a simple cubic lattice with points at multiples of 2 mm.
+/// A block of spheres of radius 1 mm on a simple cubic lattice with points at multiples of 2 mm.
 fn lattice(shape: &str, loading: &str) -> Result<Assembly, String> {
     let text = format!(
         "version = 1\n[packing]\nkind = \"lattice\"\nlattice = \"sc\"\nradius = \"1 mm\"\nshape = {shape}\n\
@@ -23,7 +23,8 @@ const PULL: &str = "kind = \"uniaxial\"\naxis = \"x\"\nstrain_rate = \"2 1/s\"\n
 
 #[test]
 fn a_shape_may_lie_anywhere_and_keep_centers_or_whole_spheres() {
-    // Points at 0, 2, ... 8 mm along x lie within 8 mm around x = 4 mm; those at 2, 4, 6 mm are whole inside.
+    // The points at x = 0, 2, ... 8 mm lie in the box of 8.1 mm around x = 4 mm; the spheres at 2, 4, 6 mm lie entirely
+    // inside.
     let shape =
         |keep: &str| format!("{{ kind = \"box\", size = [8.1e-3, 4.1e-3, 4.1e-3], center = [\"4 mm\", 0, 0]{keep} }}");
     for (keep, count, low, high) in
@@ -37,7 +38,7 @@ fn a_shape_may_lie_anywhere_and_keep_centers_or_whole_spheres() {
     }
     let cylinder = "{ kind = \"cylinder\", radius = 2.5e-3, height = 8.1e-3, axis = \"x\", center = [0, \"20 mm\", 0], keep = \"centers\" }";
     let state = lattice(cylinder, PULL).unwrap().state;
-    // Five sections of the point on the axis and its four neighbors 2 mm away.
+    // Five layers, each with the point on the axis and its four neighbors 2 mm away.
     assert_eq!(state.particles.len(), 5 * 5);
     let mean = state.particles.position.iter().sum::<Vec3>() / 25.0;
     assert!((mean - Vec3::new(0.0, 0.02, 0.0)).norm() < 1e-12);
@@ -48,16 +49,16 @@ fn stress_refers_to_the_hull_and_strain_to_the_gauge_length() {
     let shape = "{ kind = \"box\", size = [10.1e-3, 4.1e-3, 4.1e-3], keep = \"centers\" }";
     let dimensions =
         |more: &str| lattice(shape, &format!("{PULL}\n{more}")).unwrap().schedule.loading.dimensions().unwrap();
-    // Centers fill 8 mm by 4 mm by 4 mm; the shape is wider.
+    // The centers span 8 mm by 4 mm by 4 mm; the shape is wider.
     let (area, length) = dimensions("");
     assert!((area - 4.1e-3 * 4.1e-3).abs() < 1e-18 && (length - 8e-3).abs() < 1e-15);
     let (area, length) = dimensions("area = \"hull\"\ngauge_length = \"5 mm\"");
-    // A square of 4 mm, widened by 1 mm with round corners; polygons of 64 corners lie 1.2e-3 mm inside the circles.
+    // A square of 4 mm, offset by 1 mm with round corners; polygons with 64 corners are up to 1.2e-3 mm inside the circles.
     let expected = 16e-6 + 4.0 * 4e-6 + std::f64::consts::PI * 1e-6;
     assert!(area < expected && expected - area < 1.3e-3 * 24e-6, "{area}");
     assert!((length - 5e-3).abs() < 1e-18);
 
-    // The ends part at strain rate times gauge length.
+    // The ends separate at the strain rate times the gauge length.
     let Assembly { state, schedule, .. } = lattice(shape, &format!("{PULL}\ngauge_length = \"5 mm\"")).unwrap();
     let Loading::Uniaxial { layers, distance, .. } = &schedule.loading else { panic!("uniaxial") };
     let speed = |layer: &[u32]| state.particles.velocity[layer[0] as usize].x;

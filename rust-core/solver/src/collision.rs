@@ -1,4 +1,4 @@
-//! Frequencies of contacts that do not exist yet: pairs of particles, and of particles and walls, that may meet during a run.
+//! Frequencies of possible contacts: pairs of particles, and of particles and walls, that may meet during a run.
 //!
 //! A contact is stable for `Δt < 2/ω`, and an impact is resolved only at a fraction of that: the half period of a linear
 //! contact has `π/(ωΔt)` steps. The frequencies are those of one contact between two free bodies,
@@ -18,10 +18,10 @@ use crate::state::{Particles, State, WallShape};
 use crate::time_step::{damping_ratio, limit};
 use crate::walls::element_table;
 
-/// Most particles of one material that stand for all, from the smallest to the largest.
+/// Largest number of particles that represent one material, from the smallest to the largest.
 const REPRESENTATIVES: usize = 16;
 
-/// Most of all materials together, as far as two of each allow.
+/// Largest number of representatives of all materials together, unless two of each are more.
 const ALL_REPRESENTATIVES: usize = 512;
 
 /// The contact of the highest frequency that may form.
@@ -35,9 +35,9 @@ pub struct Collision {
     pub materials: [u16; 2],
     /// Index of the wall, if B is one.
     pub wall: Option<usize>,
-    /// Largest relative speed that is expected, m/s.
+    /// Largest relative speed expected, m/s.
     pub speed: f64,
-    /// Overlap of the impact, m; 0 where the stiffness does not depend on it.
+    /// Overlap of the impact, m; 0 if the stiffness does not depend on it.
     pub overlap: f64,
 }
 
@@ -54,7 +54,7 @@ struct Body {
     material: u16,
     radius: f64,
     mass: f64,
-    /// Inverse mass, 1/kg, and inverse moment of inertia, 1/(kg·m²); zero where prescribed.
+    /// Inverse mass, 1/kg, and inverse moment of inertia, 1/(kg·m²); zero if prescribed.
     inverse: [f64; 2],
 }
 
@@ -74,10 +74,11 @@ impl Body {
     }
 }
 
-/// The stiffest contact that may form in a run from this state, with the law of contacts of `model`; `None` if no contact can.
+/// The stiffest contact that may form in a run from this state under the law of unbonded contacts of `model`; `None` if
+/// no contact can form.
 ///
-/// Every pair of materials counts, and every wall. Of each material up to 16 particles of different size stand for all, the smallest
-/// and the largest among them: for stiffnesses that are powers of the radii the frequency is largest at these.
+/// Considers every pair of materials and every wall. Up to 16 particles represent each material, the smallest and the
+/// largest among them: for stiffnesses that are powers of the radii the frequency is largest at these.
 pub fn stiffest(state: &State, model: &Model) -> Option<Collision> {
     let bodies = representatives(state);
     let speeds = Speeds::of(state, model);
@@ -124,14 +125,15 @@ pub struct Outgrown {
     pub b: usize,
     /// Whether B is a wall.
     pub with_wall: bool,
-    /// Overlap that is reached or expected from the present speed, m.
+    /// Overlap that the contact has, or will reach at its present speed, m.
     pub overlap: f64,
     /// Largest stable time step of the contact alone, s.
     pub bound: f64,
 }
 
-/// The first contact or candidate that is unstable at the time step of `state`, at the overlap that it will reach at its present
-/// speed. Laws whose stiffness does not grow with the overlap have none: [`stiffest`] knows their contacts from the start.
+/// The first contact or candidate whose time step bound is below the time step of `state`, at the overlap that it will
+/// reach at its present speed. `None` for laws whose stiffness does not grow with the overlap: [`stiffest`] covers them
+/// from the start.
 pub fn outgrown(state: &State, model: &Model) -> Option<Outgrown> {
     let particles = &state.particles;
     let fractions: Vec<f64> = state.clumps.iter().map(|clump| clump.mass_fraction(particles)).collect();
@@ -208,7 +210,7 @@ fn collision([a, b]: [&Body; 2], k: &Stiffness, arms: [f64; 2], speed: f64, over
     }
 }
 
-/// Particles of each material at even places of the order by radius, then by mass.
+/// Particles of each material, evenly spaced in the order by radius, then mass.
 fn representatives(state: &State) -> Vec<Body> {
     let particles = &state.particles;
     let fractions: Vec<f64> = state.clumps.iter().map(|clump| clump.mass_fraction(particles)).collect();
@@ -225,7 +227,7 @@ fn representatives(state: &State) -> Vec<Body> {
     let most = (ALL_REPRESENTATIVES / materials.max(1)).clamp(2, REPRESENTATIVES);
     let mut bodies = Vec::new();
     for group in order.chunk_by(|&p, &q| particles.material[p as usize] == particles.material[q as usize]) {
-        // Free particles and members of bodies apart: prescribed ones must not hide them.
+        // Select free particles and members of clumps separately, so that prescribed particles do not hide them.
         let free = |p: &&u32| {
             let c = particles.constraint[**p as usize];
             !(0..3).all(|i| c.translation(i))
@@ -245,7 +247,7 @@ fn representatives(state: &State) -> Vec<Body> {
     bodies
 }
 
-/// Largest relative speeds that are expected, m/s.
+/// Largest relative speeds expected, m/s.
 struct Speeds {
     /// Between particles.
     particles: f64,
@@ -254,8 +256,8 @@ struct Speeds {
 }
 
 impl Speeds {
-    /// From the present velocities (in a periodic cell without its affine motion), and the fall through the height of the
-    /// scene.
+    /// From the present velocities (in a periodic cell without its affine motion), and free fall through the height of
+    /// the scene.
     fn of(state: &State, model: &Model) -> Self {
         let particles = &state.particles;
         let gradient = state.cell.map(|cell| cell.velocity_gradient).unwrap_or_default();

@@ -2,38 +2,40 @@
 //! 2019, (3.5)–(3.16)), and how it changes the highest frequency.
 //!
 //! At fixed positions a change of the forces of normal springs causes the next change through the strains: `f ← B f`,
-//! `B = −k Nᵀ C N`, where `N` collects forces to dyads (`T_p = Σ_c (n⊗n)_c f_c` over both particles of each contact), `C` is
-//! the compliance of the particles ([`Compliance`]) and `k` the stiffnesses. `B` is similar to the symmetric
-//! `−P`, `P = C^½ N k Nᵀ C^½ ≥ 0`, in the space of particles' dyads. The iteration and, with it, the lagged scheme
-//! converge for `ρ(B) = λ_max(P) < 1`. Shear forces `g = k_t H x` do not enter: they add their dyads `S g` to the source of the
-//! iteration, `f = k G x − k Nᵀ C (N f + S g)`, which is constant at fixed positions.
+//! `B = −k Nᵀ C N`, where `N` maps forces to particle virials (`T_p = Σ_c (n⊗n)_c f_c` over both particles of each
+//! contact), `C` is the compliance of the particles ([`Compliance`]) and `k` the stiffnesses. `B` is similar to the
+//! symmetric `−P`, `P = C^½ N k Nᵀ C^½ ≥ 0`, in the space of particle virials. The iteration and, with it, the lagged
+//! scheme converge for `ρ(B) = λ_max(P) < 1`. Shear forces `g = k_t H x` do not enter: they add their virials `S g` to
+//! the source of the iteration, `f = k G x − k Nᵀ C (N f + S g)`, which is constant at fixed positions.
 //! * Spectral: `λ_max(P)` by Lanczos iteration, matrix-free.
 //! * Sufficient: `max_p λ_max(2 C^½ Σ_c k (n⊗n)(n⊗n) C^½)`, because every contact satisfies
 //!   `½k(a + b)² ≤ k a² + k b²`.
 //!
-//! Reactions of prescribed translations strain the particles, too, and make `P` unsymmetric. If there are any, the spectral
-//! radius is also computed by power iteration, and the larger value counts.
+//! Reactions of prescribed translations strain the particles too, and make `P` unsymmetric. If there are any, the
+//! spectral radius is also computed by power iteration, and the larger value is used.
 //!
-//! **Time step.** In the highest mode of the lagged scheme the sign alternates from step to step, `T` lagging by one: the
-//! central differences then have the effective stiffness (`R = (1−P)⁻¹`; `G`, `H` from displacements to elongations and slides)
+//! **Time step.** In the highest mode of the lagged scheme the sign alternates from step to step, and `T` lags by one
+//! step. The central differences then have the effective stiffness (`R = (1−P)⁻¹`; `G`, `H` map displacements to
+//! elongations and shear displacements)
 //!
 //! `A = K + Yᵀ(Y + Z)`, `Y = R^½ C^½ N k G`, `Z = R^½ C^½ S k_t H`.
 //!
-//! With iterated strains it is `A = K − Yᵀ(Y + Z)` with `R = (1+P)⁻¹`. Shear forces strain particles but do not depend on the
-//! strain (`Z` without `Zᵀ`), so `A` is not symmetric. No real part of its eigenvalues is larger than the largest eigenvalue of
-//! its symmetric part (Bendixson 1902, Acta Math. 25:359). That bound is sharp, since the antisymmetric part enters by its
-//! square (2e-5 to 6e-4 of the time step, by the eigenvalues of packings); so the symmetric part is used. From
-//! `YᵀY ≤ ρ/(1−ρ) Gᵀ k G`, `ZᵀZ ≤ ρ_s/(1−ρ) Hᵀ k_t H` with `ρ_s = λ_max(C^½ S k_t Sᵀ C^½)`, and
-//! `YᵀZ + ZᵀY ≤ η YᵀY + ZᵀZ/η` with the best `η`, it is at most `K·(1 + (ρ + √(ρ² + ρ ρ_s))/(2(1−ρ)))`; iterated, a complete
-//! square leaves `K·(1 + ρ_s/4)`.
+//! With iterated strains it is `A = K − Yᵀ(Y + Z)` with `R = (1+P)⁻¹`. Shear forces strain particles but do not depend
+//! on the strain (`Z` without `Zᵀ`), so `A` is not symmetric. The real parts of its eigenvalues are at most the largest
+//! eigenvalue of its symmetric part (Bendixson 1902, Acta Math. 25:359). That bound is sharp, because the antisymmetric
+//! part contributes only its square (2e-5 to 6e-4 of the time step, from the eigenvalues of packings), so the symmetric
+//! part is used. From `YᵀY ≤ ρ/(1−ρ) Gᵀ k G`, `ZᵀZ ≤ ρ_s/(1−ρ) Hᵀ k_t H` with `ρ_s = λ_max(C^½ S k_t Sᵀ C^½)`, and
+//! `YᵀZ + ZᵀY ≤ η YᵀY + ZᵀZ/η` with the best `η`, it is at most `K·(1 + (ρ + √(ρ² + ρ ρ_s))/(2(1−ρ)))`; iterated, a
+//! complete square leaves `K·(1 + ρ_s/4)`.
 //!
-//! `A` leaves out the reactions of prescribed translations: they change it only next to held particles, by less than 2e-4 of
-//! the time step in rows and in square, triangular, and disturbed lattices with `ρ` up to 0.85.
+//! `A` omits the reactions of prescribed translations: they change it only next to particles with prescribed
+//! translation, by less than 2e-4 of the time step in rows and in square, triangular, and disturbed lattices with `ρ`
+//! up to 0.85.
 
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use rayon::prelude::*;
 
-use crate::deformation::reaction_lever;
+use crate::deformation::reaction_arm;
 use crate::lanczos::{self, Interval};
 use crate::state::State;
 use crate::state::contacts::{ContactFlags, Contacts};
@@ -106,14 +108,15 @@ fn root_of(compliance: &Compliance) -> (f64, f64) {
     (direct.sqrt(), isotropic.max(0.0).sqrt())
 }
 
-/// The springs of a state that carry forces at its positions, and the compliances of its particles.
+/// The springs of a state that have forces at its positions, and the compliances of its particles.
 pub struct Coupling {
     springs: Vec<Spring>,
     /// Square roots of the compliances: of the trace-free and of the isotropic part.
     roots: Vec<(f64, f64)>,
     planar: bool,
-    /// Held particles: index, constrained translations (in the plane, for discs), and lever of their reaction.
-    held: Vec<(usize, u8, Vec3)>,
+    /// Particles with prescribed translation: index, constrained translations (in the plane, for discs), and arm of the
+    /// reaction over the radius.
+    prescribed: Vec<(usize, u8, Vec3)>,
 }
 
 impl Coupling {
@@ -184,7 +187,7 @@ impl Coupling {
             .zip(&particles.radius)
             .map(|(&material, &radius)| root_of(&deformable.compliance(material, radius)))
             .collect();
-        let held_by = |p: usize| particles.constraint[p].0 & deformable.reacting().0;
+        let prescribed_by = |p: usize| particles.constraint[p].0 & deformable.reacting().0;
         let mut normals = vec![Vec3::zeros(); particles.len()];
         for spring in &springs {
             normals[spring.a as usize] += spring.normal;
@@ -192,15 +195,15 @@ impl Coupling {
                 normals[spring.b as usize] -= spring.normal;
             }
         }
-        let held = (0..particles.len())
-            .filter(|&p| held_by(p) != 0)
-            .map(|p| (p, held_by(p), reaction_lever(&normals[p])))
+        let prescribed = (0..particles.len())
+            .filter(|&p| prescribed_by(p) != 0)
+            .map(|p| (p, prescribed_by(p), reaction_arm(&normals[p])))
             .collect();
-        Self { springs, roots, planar, held }
+        Self { springs, roots, planar, prescribed }
     }
 
-    /// Coupling by normal springs between free particles with these compliances. A spring is given by particles A and B,
-    /// direction from A to B, and stiffness (N/m).
+    /// Coupling by normal springs between free particles with these compliances. A spring is given as particles A and
+    /// B, direction from A to B, and stiffness (N/m).
     pub fn between(springs: impl Iterator<Item = (u32, u32, Vec3, f64)>, compliances: &[Compliance]) -> Self {
         Self {
             springs: springs
@@ -208,14 +211,14 @@ impl Coupling {
                 .collect(),
             roots: compliances.iter().map(root_of).collect(),
             planar: compliances.first().is_some_and(Compliance::is_planar),
-            held: Vec::new(),
+            prescribed: Vec::new(),
         }
     }
 
-    /// Surface displacements `Rε` (m) in equilibrium, `C^½ (1+P)⁻¹ C^½ T`, where `rigid` are the dyads `T` (N) of the forces
-    /// between rigid particles. The map is symmetric.
+    /// Surface displacements `Rε` (m) in equilibrium, `C^½ (1+P)⁻¹ C^½ T`, where `rigid` are the particle virials `T`
+    /// (N) of the forces between rigid particles. The map is symmetric.
     pub fn surface_displacement(&self, rigid: &[Symmetric]) -> Vec<Symmetric> {
-        let right = rigid.iter().enumerate().map(|(p, dyad)| self.root(p, &vector(dyad))).collect();
+        let right = rigid.iter().enumerate().map(|(p, virial)| self.root(p, &vector(virial))).collect();
         let solution = self.solve(right, 1.0, 1e-15);
         solution.iter().enumerate().map(|(p, solution)| matrix(&self.root(p, solution))).collect()
     }
@@ -265,9 +268,9 @@ impl Coupling {
                 net[p] += spring.normal * if end == 0 { force } else { -force };
             }
         }
-        for (p, held, lever) in &self.held {
-            let reaction = Vec3::from_fn(|i, _| if held >> i & 1 == 1 { -net[*p][i] } else { 0.0 });
-            y[*p] += vector(&Symmetric::product(lever, &reaction));
+        for (p, constrained, arm) in &self.prescribed {
+            let reaction = Vec3::from_fn(|i, _| if constrained >> i & 1 == 1 { -net[*p][i] } else { 0.0 });
+            y[*p] += vector(&Symmetric::product(arm, &reaction));
         }
         for (p, y) in y.iter_mut().enumerate() {
             *y = self.root(p, y);
@@ -281,10 +284,10 @@ impl Coupling {
             let dyad = spring.dyad();
             dyad * dyad.transpose() * spring.stiffness
         });
-        // The interval includes the residual, so a small residual is worth its iterations.
+        // The interval includes the residual, so a small residual is worth more iterations.
         let found = lanczos::largest_eigenvalue(n, |_, _| true, bound, 1e-6, |x, y| self.apply(x, y));
         let Interval { mut upper, mut width, mut iterations } = found;
-        if !self.held.is_empty() && upper > 0.0 {
+        if !self.prescribed.is_empty() && upper > 0.0 {
             let (value, change, steps) = self.power_iteration();
             if value > upper {
                 (upper, width) = (value, change);
@@ -294,8 +297,8 @@ impl Coupling {
         Convergence { spectral_radius: upper, uncertainty: width, bound, iterations }
     }
 
-    /// `max_p λ_max(2 C^½ Σ_c block_c C^½)` over the springs of a particle (without the 2 for walls); an upper bound of the
-    /// largest eigenvalue of the whole.
+    /// `max_p λ_max(2 C^½ Σ_c block_c C^½)` over the springs of a particle (without the 2 for walls): an upper bound of
+    /// the largest eigenvalue of the whole.
     fn largest_of_blocks(&self, block: impl Fn(&Spring) -> Matrix6<f64>) -> f64 {
         let mut blocks = vec![Matrix6::<f64>::zeros(); self.roots.len()];
         for spring in &self.springs {
@@ -375,10 +378,10 @@ impl Coupling {
                 by_shear[p] += shear;
             }
         }
-        // C^½ (1 ± P)⁻¹ C^½ of either. A relative error of 1e-10 in the added force is far below the tolerance of the Lanczos
-        // iteration.
-        let displacement_of = |dyads: Vec<Vector6<f64>>| {
-            let right = dyads.iter().enumerate().map(|(p, dyad)| self.root(p, dyad)).collect();
+        // C^½ (1 ± P)⁻¹ C^½ for either sign. A relative error of 1e-10 in the added force is far below the tolerance of
+        // the Lanczos iteration.
+        let displacement_of = |virials: Vec<Vector6<f64>>| {
+            let right = virials.iter().enumerate().map(|(p, virial)| self.root(p, virial)).collect();
             let mut solution = self.solve(right, sign, 1e-10);
             for (p, solution) in solution.iter_mut().enumerate() {
                 *solution = self.root(p, solution);

@@ -1,13 +1,14 @@
 //! Strains of deformable particles from the forces on them
 //! ([`kinematics::deformable`](concordem_contact::kinematics::deformable)), and their energies.
 //!
-//! **Ledger.** In a step the centers approach by the deformation of the contacts and of the particles. Of the trapezoidal
-//! work of a contact's normal force, `½(f_o+f)Δu_c` belongs to the contact. The rest, summed over the contacts of a
-//! particle, is `½(N_o+N):ΔW` with the dyads `N` of elastic normal forces and `W = Rε`. Let `T` be the sum of all dyads on
-//! the particle, `S` the dyad from which `W` was computed, `X` the dyads of given loads and reactions, and
-//! `O = T − N − X` those of forces that strain the particle but do not depend on its strain (shear forces). Then
+//! **Ledger.** In a step the centers approach by the deformation of the contacts and of the particles. Of the
+//! trapezoidal work of a contact's normal force, `½(f_o+f)Δu_c` belongs to the contact. The rest, summed over the
+//! contacts of a particle, is `½(N_o+N):ΔW` with the particle virial `N` of elastic normal forces and `W = Rε`. Let `T`
+//! be the whole particle virial, `S` the virial from which `W` was computed, `X` the part of external loads and
+//! reactions, and `O = T − N − X` the part of forces that strain the particle but do not depend on its strain (shear
+//! forces). Then
 //!
-//! `½(N_o+N):ΔW = ½Δ(S:W) + ½[(T_o+T) − (S_o+S)]:ΔW − ½(O_o+O):ΔW − ½(X_o+X):ΔW`,
+//! `½(N_o+N):ΔW = ½Δ(S:W) + ½[(T_o+T) − (S_o+S)]:ΔW − ½(O_o+O):ΔW − ½(X_o+X):ΔW`.
 //!
 //! The terms are the change of the energy stored in particles, the dissipation by the lag of the strains behind the forces,
 //! the energy gained or lost by shear forces, and the work of loads and reactions on the outer half of the particle. Exact
@@ -16,9 +17,9 @@
 use rayon::prelude::*;
 
 use crate::forces::{TILE, TileMap};
-use crate::state::particles::load_dyad;
+use crate::state::particles::load_virial;
 use crate::state::{Constraint, Deformation, Particles};
-use concordem_contact::kinematics::deformable::{Deformable, Dyads, Held, SurfaceDisplacement, Update};
+use concordem_contact::kinematics::deformable::{Deformable, ReactionSums, SurfaceDisplacement, Update, VirialParts};
 use concordem_contact::math::{Symmetric, Vec3};
 
 /// Sums over the particles of one step, J; see the [module](self).
@@ -30,27 +31,27 @@ pub struct DeformationSums {
     pub lag: f64,
     /// Lost in the step to forces that strain particles but do not depend on their strain, J.
     pub other: f64,
-    /// Work of given loads in the step, J.
+    /// Work of external loads in the step, J.
     pub loads: f64,
     /// Work of reactions in the step, J.
     pub reactions: f64,
 }
 
-/// Computes the strains of deformable particles; scratch.
+/// Computes the strains of deformable particles. Holds scratch data only.
 #[derive(Default)]
 pub struct DeformationPass {
     /// Surface displacement of each particle, m; empty if particles are rigid.
     pub surface_displacement: Vec<SurfaceDisplacement>,
     /// Surface displacements one step ago, m. Stored only if most contacts need them, otherwise empty.
     pub surface_displacement_before: Vec<Symmetric>,
-    /// Sums of the particle virials of the contacts, by particle.
-    pub dyads: Vec<Dyads>,
-    /// Sums for the reactions of held particles, by particle.
-    pub held: Vec<Held>,
-    /// Whether `dyads` and `held` are zero.
+    /// Particle virials over the contacts, by particle.
+    pub virials: Vec<VirialParts>,
+    /// Sums for the reactions of prescribed translations, by particle.
+    pub reaction_sums: Vec<ReactionSums>,
+    /// Whether `virials` and `reaction_sums` are zero.
     clean: bool,
-    /// Dyads from which the present strains were computed, if strains are iterated; otherwise empty: the dyads of the last
-    /// step.
+    /// Particle virials from which the present strains were computed, if strains are iterated; otherwise empty, and
+    /// those of the last step apply.
     guess: Vec<Symmetric>,
     /// Forces that keep their values from the first iteration of a step.
     kept: Vec<Kept>,
@@ -59,9 +60,9 @@ pub struct DeformationPass {
 /// Forces on a particle besides elastic normal forces.
 #[derive(Debug, Clone, Copy, Default)]
 struct Kept {
-    /// Dyad of the other forces that strain the particle, N.
+    /// Virial of the other forces that strain the particle, N.
     other: Symmetric,
-    /// Sum of the directions of its contacts, if it is held (1).
+    /// Sum of the directions of its contacts, if its translation is prescribed (1).
     side: Vec3,
     /// Sum of the other contact forces, N.
     rest: Vec3,
@@ -78,13 +79,13 @@ impl DeformationPass {
         particles.deformation.resize(n, Deformation::default());
         self.guess.clear();
         if deformable.update != Update::Lagged {
-            self.guess.extend(particles.deformation.iter().map(|d| d.dyad));
+            self.guess.extend(particles.deformation.iter().map(|d| d.virial));
         }
-        self.dyads.resize(n, Dyads::default());
-        self.held.resize(n, Held::default());
+        self.virials.resize(n, VirialParts::default());
+        self.reaction_sums.resize(n, ReactionSums::default());
         self.surface_displacement.resize(n, SurfaceDisplacement::default());
-        let of = |p: usize, dyad: &Symmetric| {
-            deformable.compliance(particles.material[p], particles.radius[p]).surface_displacement(dyad)
+        let of = |p: usize, virial: &Symmetric| {
+            deformable.compliance(particles.material[p], particles.radius[p]).surface_displacement(virial)
         };
         self.surface_displacement_before.clear();
         if before {
@@ -101,7 +102,7 @@ impl DeformationPass {
                         let mut largest = 0.0;
                         for (i, (now, d)) in surface_displacement.iter_mut().zip(deformation).enumerate() {
                             let p = chunk * TILE + i;
-                            now.0 = of(p, &d.dyad);
+                            now.0 = of(p, &d.virial);
                             largest = larger(largest, strain_squared(&now.0, particles.radius[p]));
                         }
                         largest
@@ -132,38 +133,44 @@ impl DeformationPass {
     /// Reset the sums over contacts before an evaluation.
     pub fn clear(&mut self) {
         if !self.clean {
-            self.dyads.par_chunks_mut(TILE).for_each(|dyads| dyads.fill(Dyads::default()));
-            self.held.par_chunks_mut(TILE).for_each(|held| held.fill(Held::default()));
+            self.virials.par_chunks_mut(TILE).for_each(|virials| virials.fill(VirialParts::default()));
+            self.reaction_sums
+                .par_chunks_mut(TILE)
+                .for_each(|reaction_sums| reaction_sums.fill(ReactionSums::default()));
         }
         self.clean = false;
     }
 
     /// Add the particle virials in the halos, in fixed order.
     pub fn gather(&mut self, maps: &[&TileMap], particles: &Particles, reacting: Constraint) {
-        let rows = self.dyads.par_iter_mut().zip(&mut self.held).enumerate().with_min_len(TILE);
-        rows.for_each(|(p, (dyads, held))| {
-            add_incoming(maps, p, dyads, particles.constraint[p].any(reacting).then_some(held));
+        let rows = self.virials.par_iter_mut().zip(&mut self.reaction_sums).enumerate().with_min_len(TILE);
+        rows.for_each(|(p, (virials, reaction_sums))| {
+            add_incoming(maps, p, virials, particles.constraint[p].any(reacting).then_some(reaction_sums));
         });
     }
 
-    /// Freeze all forces but the elastic normal ones for the iterations that follow. The other forces depend on the strains
-    /// only through the friction limit, which jumps when a contact closes against its dashpot; the lever of a reaction jumps
-    /// with every contact that opens or closes. If they were iterated, they would not converge.
+    /// Freeze all forces except the elastic normal ones for the iterations that follow. The other forces depend on the
+    /// strains only through the friction limit, which jumps when a contact closes against its dashpot, and the arm of a
+    /// reaction jumps with every contact that opens or closes. Iterated, they would not converge.
     pub fn keep_others(&mut self, force: &[Vec3]) {
         let mut kept = std::mem::take(&mut self.kept);
         kept.clear();
-        kept.extend((0..self.dyads.len()).map(|p| others(&self.dyads[p].other, &self.held[p], &force[p])));
+        kept.extend((0..self.virials.len()).map(|p| others(&self.virials[p].other, &self.reaction_sums[p], &force[p])));
         self.kept = kept;
     }
 
-    /// Relative difference between the dyads of the last evaluation and those from which its strains were computed (root of
-    /// sums of squares).
+    /// Relative difference between the particle virials of the last evaluation and those from which its strains were
+    /// computed (root of sums of squares).
     pub fn disagreement(&self, particles: &Particles) -> f64 {
         let (mut change, mut size) = (0.0, 0.0);
         for (p, guess) in self.guess.iter().enumerate() {
-            let reaction = reaction_of(p, &self.held[p], &self.kept[p], particles);
-            let result =
-                total(&self.dyads[p].normal, &self.kept[p].other, &load_dyad(&particles.loads, p as u32), &reaction);
+            let reaction = reaction_of(p, &self.reaction_sums[p], &self.kept[p], particles);
+            let result = total(
+                &self.virials[p].normal,
+                &self.kept[p].other,
+                &load_virial(&particles.loads, p as u32),
+                &reaction,
+            );
             let difference = result - *guess;
             change += difference.contract(&difference);
             size += result.contract(&result);
@@ -176,17 +183,21 @@ impl DeformationPass {
     pub fn relax(&mut self, deformable: &Deformable, relaxation: f64, particles: &Particles) -> f64 {
         let mut relaxed = std::mem::take(&mut self.guess);
         for (p, guess) in relaxed.iter_mut().enumerate() {
-            let reaction = reaction_of(p, &self.held[p], &self.kept[p], particles);
-            let result =
-                total(&self.dyads[p].normal, &self.kept[p].other, &load_dyad(&particles.loads, p as u32), &reaction);
+            let reaction = reaction_of(p, &self.reaction_sums[p], &self.kept[p], particles);
+            let result = total(
+                &self.virials[p].normal,
+                &self.kept[p].other,
+                &load_virial(&particles.loads, p as u32),
+                &reaction,
+            );
             *guess += (result - *guess) * relaxation;
         }
         self.guess = relaxed;
         self.update_surface_displacement(deformable, particles)
     }
 
-    /// Store the dyads of the step for the next one, and sum the energies of this one. The halos in `maps` are added first;
-    /// pass none if [`Self::gather`] has added them.
+    /// Store the particle virials for the next step, and sum the energies of this one. Adds the halos in `maps` first;
+    /// pass none if [`Self::gather`] has already added them.
     pub fn finish(
         &mut self,
         deformable: &Deformable,
@@ -195,39 +206,47 @@ impl DeformationPass {
         maps: &[&TileMap],
     ) -> DeformationSums {
         let mut deformation = std::mem::take(&mut particles.deformation);
-        let Self { dyads, held, guess, .. } = self;
+        let Self { virials, reaction_sums, guess, .. } = self;
         let (particles_now, guess, reacting) = (&*particles, &*guess, deformable.reacting());
-        let chunks = deformation.par_chunks_mut(TILE).zip(dyads.par_chunks_mut(TILE)).zip(held.par_chunks_mut(TILE));
-        // With the widest instructions of the processor; the bits are the same: nothing is fused or reordered.
-        let parts = chunks.enumerate().map(|(chunk, ((deformation, dyads), held))| {
+        let chunks =
+            deformation.par_chunks_mut(TILE).zip(virials.par_chunks_mut(TILE)).zip(reaction_sums.par_chunks_mut(TILE));
+        // Uses the widest instructions of the processor. The bits are the same, because nothing is fused or reordered.
+        let parts = chunks.enumerate().map(|(chunk, ((deformation, virials), reaction_sums))| {
             pulp::Arch::new().dispatch(
                 #[inline(always)]
                 || {
                     let mut sums = DeformationSums::default();
-                    for (i, ((deformation, dyads), held)) in deformation.iter_mut().zip(dyads).zip(held).enumerate() {
+                    for (i, ((deformation, virials), reaction_sums)) in
+                        deformation.iter_mut().zip(virials).zip(reaction_sums).enumerate()
+                    {
                         let p = chunk * TILE + i;
                         for map in maps {
                             map.prefetch_virials(p + PREFETCH_DISTANCE);
                         }
                         let mut reaction = Symmetric::default();
                         if particles_now.constraint[p].any(reacting) {
-                            add_incoming(maps, p, dyads, Some(held));
-                            let held = std::mem::take(held);
-                            reaction = reaction_of(p, &held, &others(&dyads.other, &held, &force[p]), particles_now);
+                            add_incoming(maps, p, virials, Some(reaction_sums));
+                            let reaction_sums = std::mem::take(reaction_sums);
+                            reaction = reaction_of(
+                                p,
+                                &reaction_sums,
+                                &others(&virials.other, &reaction_sums, &force[p]),
+                                particles_now,
+                            );
                         } else {
-                            add_incoming(maps, p, dyads, None);
+                            add_incoming(maps, p, virials, None);
                         }
-                        let Dyads { normal, other } = std::mem::take(dyads);
-                        let load = load_dyad(&particles_now.loads, p as u32);
-                        let dyad = total(&normal, &other, &load, &reaction);
-                        let used = guess.get(p).copied().unwrap_or(deformation.dyad);
-                        let new = Deformation { dyad, used, other, reaction };
+                        let VirialParts { normal, other } = std::mem::take(virials);
+                        let load = load_virial(&particles_now.loads, p as u32);
+                        let virial = total(&normal, &other, &load, &reaction);
+                        let used = guess.get(p).copied().unwrap_or(deformation.virial);
+                        let new = Deformation { virial, used, other, reaction };
                         let old = std::mem::replace(deformation, new);
                         let compliance = deformable.compliance(particles_now.material[p], particles_now.radius[p]);
                         let now = compliance.surface_displacement(&new.used);
                         let change = now - compliance.surface_displacement(&old.used);
                         sums.stored += 0.5 * new.used.contract(&now);
-                        sums.lag += 0.5 * ((old.dyad + new.dyad) - (old.used + new.used)).contract(&change);
+                        sums.lag += 0.5 * ((old.virial + new.virial) - (old.used + new.used)).contract(&change);
                         sums.other -= 0.5 * (old.other + new.other).contract(&change);
                         sums.loads += load.contract(&change);
                         sums.reactions += 0.5 * (old.reaction + new.reaction).contract(&change);
@@ -252,34 +271,35 @@ impl DeformationPass {
     pub fn bytes(&self) -> usize {
         self.surface_displacement.len() * size_of::<SurfaceDisplacement>()
             + self.surface_displacement_before.len() * size_of::<Symmetric>()
-            + self.dyads.len() * size_of::<Dyads>()
-            + self.held.len() * size_of::<Held>()
+            + self.virials.len() * size_of::<VirialParts>()
+            + self.reaction_sums.len() * size_of::<ReactionSums>()
             + self.guess.len() * size_of::<Symmetric>()
             + self.kept.len() * size_of::<Kept>()
     }
 }
 
-/// Add the halos' particle virials to those of particle `p`, in fixed order. `held`: given if its translation is prescribed.
+/// Add the halos' contributions to the virial of particle `p`, in fixed order. Pass `reaction_sums` if its translation is
+/// prescribed.
 #[inline(always)]
-fn add_incoming(maps: &[&TileMap], p: usize, dyads: &mut Dyads, mut held: Option<&mut Held>) {
+fn add_incoming(maps: &[&TileMap], p: usize, virials: &mut VirialParts, mut reaction_sums: Option<&mut ReactionSums>) {
     for map in maps {
         for incoming in map.incoming_virials(p) {
-            *dyads += incoming.dyads();
-            if let Some(held) = &mut held {
-                held.add_opposite(incoming);
+            *virials += incoming.parts();
+            if let Some(reaction_sums) = &mut reaction_sums {
+                reaction_sums.add_opposite(incoming);
             }
         }
     }
 }
 
-/// All forces on a particle but the elastic normal ones. `other`: dyad of the other contact forces, N; `force`: net contact
-/// force, N.
+/// All forces on a particle except the elastic normal ones. `other`: virial of the other contact forces, N; `force`:
+/// net contact force, N.
 #[inline(always)]
-fn others(other: &Symmetric, held: &Held, force: &Vec3) -> Kept {
-    Kept { other: *other, side: held.side, rest: force - held.net }
+fn others(other: &Symmetric, reaction_sums: &ReactionSums, force: &Vec3) -> Kept {
+    Kept { other: *other, side: reaction_sums.side, rest: force - reaction_sums.net }
 }
 
-/// Sum of all dyads on a particle, N: of the elastic normal forces, the other contact forces, given loads, and the reaction.
+/// The whole particle virial, N: elastic normal forces, other contact forces, external loads, and the reaction.
 #[inline(always)]
 fn total(normal: &Symmetric, other: &Symmetric, load: &Symmetric, reaction: &Symmetric) -> Symmetric {
     *normal + *other + *load + *reaction
@@ -297,26 +317,27 @@ fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || a > b { a } else { b }
 }
 
-/// Dyad of the reaction of a prescribed translation, N, from the present elastic normal forces and the `kept` others.
+/// Virial of the reaction of a prescribed translation, N, from the present elastic normal forces and the `kept` others.
 #[inline(always)]
-fn reaction_of(p: usize, held: &Held, kept: &Kept, particles: &Particles) -> Symmetric {
+fn reaction_of(p: usize, reaction_sums: &ReactionSums, kept: &Kept, particles: &Particles) -> Symmetric {
     let prescribed = particles.constraint[p].0 & Constraint::TRANSLATION.0;
     if prescribed == 0 {
         return Symmetric::default();
     }
-    let force = held.net + kept.rest;
+    let force = reaction_sums.net + kept.rest;
     let (load, _) = particles.load(p as u32);
     let reaction = Vec3::from_fn(|i, _| if prescribed >> i & 1 == 1 { -(force[i] + load[i]) } else { 0.0 });
-    Symmetric::product(&reaction_lever(&kept.side), &reaction)
+    Symmetric::product(&reaction_arm(&kept.side), &reaction)
 }
 
-/// Lever of the reaction of a prescribed translation, as a multiple of the radius: see
-/// [`kinematics::deformable`](concordem_contact::kinematics::deformable). `side` is the sum of the directions of the contacts.
-pub fn reaction_lever(side: &Vec3) -> Vec3 {
+/// Arm of the reaction of a prescribed translation over the radius: see
+/// [`kinematics::deformable`](concordem_contact::kinematics::deformable). `side` is the sum of the directions of the
+/// contacts.
+pub fn reaction_arm(side: &Vec3) -> Vec3 {
     side / -side.norm().max(1.0)
 }
 
-/// Tolerance, largest number, and relaxation of the iterations, if strains are iterated.
+/// Tolerance, largest number of iterations, and relaxation factor, if strains are iterated.
 pub(super) fn iteration(deformable: Option<&Deformable>) -> Option<(f64, u32, f64)> {
     match deformable?.update {
         Update::Lagged => None,

@@ -60,9 +60,9 @@ pub struct Ledger {
     pub integration: Sum,
     /// Dissipated by artificial damping.
     pub numerical_damping: Sum,
-    /// Work of prescribed motion, of walls and of the cell's deformation.
+    /// Work of prescribed motion, of walls, and of the cell's deformation.
     pub boundary_work: Sum,
-    /// Work of gravity and given forces.
+    /// Work of gravity and external loads.
     pub external_work: Sum,
     /// Dissipated by the lag of the particles' strains behind the forces.
     pub deformation_lag: Sum,
@@ -132,15 +132,15 @@ impl Ledger {
         sum.get()
     }
 
-    /// Energy (J) that has no source: what errors of the integration ([`Self::integration`], [`Self::residual`]) and artificial
-    /// damping that drives the motion have made so far. Negative if they have destroyed energy.
+    /// Energy without a source so far, J: errors of the integration ([`Self::integration`], [`Self::residual`]) and
+    /// artificial damping that drives the motion. Negative if these have destroyed energy.
     ///
     /// Valid after a step that sampled the stored energies.
     pub fn created(&self) -> f64 {
         -self.integration.get() - self.residual() - self.numerical_damping.get().min(0.0)
     }
 
-    /// All energy present or dissipated so far, J: the scale on which [`Self::created`] is small or not.
+    /// All energy present or dissipated so far, J: the scale against which [`Self::created`] is judged.
     pub fn turnover(&self) -> f64 {
         self.kinetic.abs()
             + self.stored_total()

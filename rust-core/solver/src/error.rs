@@ -7,7 +7,7 @@ use crate::neighbor::NeighborError;
 #[non_exhaustive]
 pub enum SolverError {
     /// The neighbor search failed.
-    #[error("neighbour search at step {step}: {source}")]
+    #[error("neighbor list at step {step}: {source}")]
     Neighbor {
         /// Step.
         step: u64,
@@ -16,10 +16,10 @@ pub enum SolverError {
     },
     /// The strains of deformable particles do not converge.
     #[error(
-        "at step {step} the strains of the deformable particles did not settle: after {iterations} iterations they still \
-         change by {change:.3e} of their size. The spectral radius of the iteration may be too large for the relaxation: \
-         `concordem check` prints it; lower deformable.relaxation below 2/(1 + spectral radius), or raise \
-         deformable.maximum_iterations"
+        "at step {step} the strains of the deformable particles did not converge: after {iterations} iterations they \
+         still change by {change:.3e} relative to their size. The spectral radius of the iteration may be too large for \
+         the relaxation: `concordem check` prints it; lower deformable.relaxation below 2/(1 + spectral radius), or \
+         raise deformable.maximum_iterations"
     )]
     NotConverged {
         /// Step.
@@ -31,7 +31,7 @@ pub enum SolverError {
     },
     /// The contact law does not support deformable particles.
     #[error(
-        "the law \"{law}\" does not know deformable particles; use \"linear_bond\", \"frictional\", or \
+        "the law \"{law}\" does not support deformable particles; use \"linear_bond\", \"frictional\", or \
          \"hertz_mindlin\", or particles that do not deform"
     )]
     NotDeformable {
@@ -42,7 +42,7 @@ pub enum SolverError {
     #[error(
         "at step {step} (t = {time} s) the contact of the particle with id {id} with {} is about to overlap by {overlap:.4e} m, \
          where it is stable only below a time step of {bound:.4e} s; the time step is {dt:.4e} s. Lower \
-         integration.contact_safety or integration.time_step; with integration.allow_unstable = true the run goes on",
+         integration.contact_safety or integration.time_step; with integration.allow_unstable = true the run continues",
         other.as_ref().map_or_else(|id| format!("that with id {id}"), |wall| format!("the wall `{wall}`"))
     )]
     ContactOutgrown {

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, SymmetricEigen, Vector6};
 
 use concordem_contact::math::{Vec3, any_perpendicular};
 
-/// Where the largest eigenvalue lies.
+/// Interval of the largest eigenvalue.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
     /// Upper end: Ritz value plus residual norm, at most the ceiling.
@@ -40,7 +40,7 @@ fn dot(a: &[Vector6<f64>], b: &[Vector6<f64>]) -> f64 {
 }
 
 /// Largest eigenvalue of the operator `apply`, known to be at most `ceiling`, among vectors that are zero where `free`
-/// is false, up to a residual of `tolerance` of it.
+/// is false. The residual is at most `tolerance` times the eigenvalue.
 pub(super) fn largest_eigenvalue(
     n: usize,
     free: impl Fn(usize, usize) -> bool,

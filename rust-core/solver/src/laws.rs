@@ -1,4 +1,4 @@
-//! From the parameter tables of materials to a block of contacts under one law.
+//! From the parameter tables of materials to a block of contacts of one law.
 
 use concordem_contact::law::{self, ContactLawName, HasTable, LawName, ParameterError, RegisteredLaw};
 use concordem_contact::material::{Interface, Material};
@@ -7,14 +7,14 @@ use crate::PairCoefficients;
 use crate::forces::{EvaluatedContacts, LawLoops};
 use crate::state::contacts::ContactBlock;
 
-/// A block without contacts, and which of its rows serves which materials.
+/// A block without contacts, and which pair coefficients apply to which materials.
 pub type BlockAndRows = (Box<dyn EvaluatedContacts>, PairCoefficients);
 
-/// Why tables make no block.
+/// Why tables do not give a block.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LawError {
-    /// The parameters of two materials do not make a law.
+    /// The parameters of two materials are not valid for the law.
     #[error("law `{law}` between materials `{}` and `{}`: {source}", materials[0], materials[1])]
     Parameters {
         /// Law.
@@ -24,33 +24,33 @@ pub enum LawError {
         /// What is wrong.
         source: Box<ParameterError>,
     },
-    /// More pairs of materials than rows can be numbered.
+    /// More pairs of materials than can be numbered.
     #[error(
-        "the materials with parameters of \"{law}\" make more pairs than the {most} that contacts can tell apart; give `{law}` \
-         to at most 255 materials, or join those with the same parameters"
+        "the materials with parameters of \"{law}\" form more pairs than the {most} that can be numbered; give `{law}` \
+         to at most 255 materials, or merge those with the same parameters"
     )]
     TooManyPairs {
         /// Law.
         law: &'static str,
-        /// Most rows.
+        /// Largest number of pairs.
         most: usize,
     },
 }
 
 macro_rules! dispatch {
     ($($key:ident: $Law:ident,)*) => {
-        /// A block of bonds of `law` without contacts, with all its rows, and which row serves which pairs of `materials`.
-        /// Pairs of which one material has no table of the law get no row.
+        /// A block of bonds of `law` without contacts, with all pair coefficients and their assignment to pairs of
+        /// `materials`. A pair has none if one of its materials has no table of the law.
         ///
         /// # Errors
-        /// Parameters that make no law; too many pairs of materials.
+        /// Parameters that are not valid for the law; too many pairs of materials.
         pub fn block(law: LawName, materials: &[Material], interfaces: &[Interface]) -> Result<BlockAndRows, LawError> {
             match law {
                 $(LawName::$Law => block_of::<law::$key::$Law, _>(materials, interfaces, law::$key::$Law::row),)*
             }
         }
 
-        /// The same for contacts without a bond.
+        /// [`block`] for contacts without a bond.
         fn unbonded_block(
             law: LawName,
             materials: &[Material],
@@ -66,7 +66,7 @@ macro_rules! dispatch {
 }
 concordem_contact::for_each_law!(dispatch);
 
-/// Like [`block`], for contacts without a bond; nothing for [`ContactLawName::NONE`].
+/// [`block`] for contacts without a bond; `None` for [`ContactLawName::NONE`].
 ///
 /// # Errors
 /// As [`block`].
@@ -78,7 +78,7 @@ pub fn contact_block(
     law.law().map(|law| unbonded_block(law, materials, interfaces)).transpose()
 }
 
-/// A block of `R`, whose rows are made of tables of law `L`.
+/// A block of law `R` with pair coefficients from tables of law `L`.
 fn block_of<L: RegisteredLaw, R: LawLoops>(
     materials: &[Material],
     interfaces: &[Interface],
@@ -100,7 +100,7 @@ where
                 materials: Box::new([a.name.clone(), b.name.clone()]),
                 source: Box::new(source),
             })?;
-            // Every ordered pair has a row, so that 255 materials make 65025 of them.
+            // Every ordered pair is numbered, so 255 materials make 65025.
             let most = usize::from(PairCoefficients::NONE);
             if rows.len() + if i == j { 1 } else { 2 } > most {
                 return Err(LawError::TooManyPairs { law: L::NAME, most });

@@ -1,13 +1,13 @@
 //! State, neighbor search, contact forces, integration, time step, energy ledger, and fracture.
 //!
-//! [`Solver::step`] advances a [`State`](state::State) under a [`Model`]. The solver holds scratch only: it can be dropped
-//! and rebuilt from the state without changing the next step by one bit.
+//! [`Solver::step`] advances a [`State`](state::State) under a [`Model`]. The solver holds only scratch data: it can be
+//! dropped and rebuilt from the state without changing a bit of the next step.
 //!
 //! * [`state`]: everything that changes during a run; [`neighbor`]: candidate pairs;
 //! * [`forces`]: the contact forces ([`walls`], [`record`]); [`deformation`]: the strains of deformable particles, and
 //!   [`coupling`]: whether they converge;
-//! * [`integrate`]: kick and drift; [`time_step`]: its stability limit, [`collision`]: that of contacts to
-//!   come; [`energy`]: the ledger;
+//! * [`integrate`]: kick and drift; [`time_step`]: its stability limit, [`collision`]: the limit for possible contacts;
+//!   [`energy`]: the ledger;
 //! * [`fracture`]: event log, fragments, and failure of whole particles.
 
 pub mod collision;

@@ -1,4 +1,4 @@
-//! The model: laws' parameters and settings that stay constant while the solver steps.
+//! The model: parameters of the laws, and settings that stay constant while the solver steps.
 
 use concordem_contact::kinematics::MotionMeasure;
 use concordem_contact::kinematics::deformable::Deformable;
@@ -19,7 +19,7 @@ pub enum Scheme {
     VelocityVerlet,
 }
 
-/// What stays constant while the solver steps.
+/// Everything that stays constant while the solver steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     /// How relative motion is measured.
@@ -32,9 +32,9 @@ pub struct Model {
     pub gravity: Vec3,
     /// Damage at which a bond enters the event log.
     pub damage_threshold: f64,
-    /// Parameter rows of unbonded contacts by material.
+    /// Pair coefficients of unbonded contacts by material.
     pub contact_rows: PairCoefficients,
-    /// Parameter rows of wall contacts by material.
+    /// Pair coefficients of wall contacts by material.
     pub wall_rows: PairCoefficients,
     /// Skin of the neighbor list, as a fraction of the smallest radius.
     pub skin: f64,
@@ -42,7 +42,7 @@ pub struct Model {
     pub hydrostatic_strength: HydrostaticStrength,
     /// How particles deform, if they do.
     pub deformable: Option<Deformable>,
-    /// Whether [`Solver::step`](crate::Solver::step) fails where the stiffness of a contact has outgrown the time step
+    /// Whether [`Solver::step`](crate::Solver::step) fails if the stiffness of a contact has outgrown the time step
     /// ([`collision::outgrown`](crate::collision::outgrown)).
     pub watch_contacts: bool,
 }

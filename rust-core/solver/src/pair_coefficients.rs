@@ -1,6 +1,7 @@
-//! Parameter rows of material pairs.
+//! Numbers of the pair coefficients of material pairs.
 
-/// Which row of a law's parameter table applies to which ordered pair of materials.
+/// Which pair coefficients of a law apply to which ordered pair of materials, as an index into
+/// [`ContactBlock::rows`](crate::state::contacts::ContactBlock::rows).
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct PairCoefficients {
     count: usize,
@@ -16,12 +17,12 @@ impl PairCoefficients {
         Self { count, rows: vec![Self::NONE; count * count] }
     }
 
-    /// Let a particle A of material `a` and a particle B of material `b` interact by `row`.
+    /// Let a particle A of material `a` and a particle B of material `b` interact with the pair coefficients `row`.
     pub fn set(&mut self, a: u16, b: u16, row: u16) {
         self.rows[a as usize * self.count + b as usize] = row;
     }
 
-    /// Row of materials `a`, `b` in this order; `None` if they do not interact.
+    /// Pair coefficients of materials `a`, `b` in this order; `None` if they do not interact.
     pub fn get(&self, a: u16, b: u16) -> Option<u16> {
         self.rows.get(a as usize * self.count + b as usize).copied().filter(|&row| row != Self::NONE)
     }

@@ -1,4 +1,4 @@
-//! What a step reports.
+//! Result of one step.
 
 use concordem_contact::law::EnergySplit;
 use concordem_contact::math::Mat3;
@@ -7,7 +7,7 @@ use crate::deformation::DeformationSums;
 use crate::forces::BondEvent;
 use crate::integrate::KickSums;
 
-/// What a step reports.
+/// Sums, counts, and events of one step.
 #[derive(Debug, Clone, Default)]
 pub struct StepReport {
     /// Energies of all contacts, J.
@@ -16,7 +16,7 @@ pub struct StepReport {
     pub virial: Mat3,
     /// Sums of the kick.
     pub kick: KickSums,
-    /// Number of contacts that carry a force: bonds, unbonded contacts, wall contacts.
+    /// Number of contacts with a force: bonds, unbonded contacts, wall contacts.
     pub active: [u64; 3],
     /// Bond events, each with the index of its block in [`State::bonds`](crate::state::State::bonds).
     pub bond_events: Vec<(usize, BondEvent)>,
@@ -33,7 +33,7 @@ pub struct StepReport {
 }
 
 impl StepReport {
-    /// How far the bodies are from equilibrium of forces and moments: the larger one of
+    /// Distance from equilibrium of forces and moments: the larger one of
     ///
     /// `F_net/F` and `M_net/(r F + M)`
     ///
@@ -41,7 +41,8 @@ impl StepReport {
     /// of the contact forces `F`, and of the moments `M` that contacts transmit, and the radius `r` of the particles (m) as
     /// arm of the forces. 0 without contact forces.
     ///
-    /// Forces alone would find a twisted beam, or a lattice that only rotations can relax, in equilibrium at once.
+    /// With forces alone, a twisted beam, or a lattice that only rotations can relax, would seem to be in equilibrium
+    /// at once.
     pub fn unbalanced(&self, radius: f64) -> f64 {
         let root = |squared: f64, count: u64| (squared / count.max(1) as f64).sqrt();
         let contacts: u64 = self.active.iter().sum();

@@ -8,9 +8,9 @@
 //! * spectral: the largest eigenvalue of the assembled mass-scaled stiffness by Lanczos iteration, plus its residual
 //!   norm. Sharp.
 //!
-//! Deformable particles raise the highest frequency where their strains lag behind the forces, and lower it where they are
-//! iterated ([`coupling`](super::coupling)). The last two bounds include this, and the strains due to shear forces. Some
-//! lower modes gain energy from shear forces that strain particles, at any time step: damping must remove it
+//! Deformable particles raise the highest frequency if their strains lag behind the forces, and lower it if they are
+//! iterated ([`coupling`](super::coupling)). The last two bounds include this, and the strains due to shear forces.
+//! Some lower modes gain energy from shear forces that strain particles, at any time step; damping must remove it
 //! (`docs/book/theory/deformable-particles.md`).
 //!
 //! Dashpots with `C ≤ βK` lower the limit to `(2/ω)(√(1+ζ²) − ζ)`, `ζ = ½βω` (Belytschko 1983): their force lags by half a
@@ -18,11 +18,11 @@
 //!
 //! `x₊ − 2x + x₋ = −Ω²[φx − (φ−1)x₋] − D[φ(x − x₋) − (φ−1)(x₋ − x₋₋)]`, `Ω = ωΔt`, `D = cΔt/m`,
 //!
-//! whose characteristic polynomial has all roots in the unit circle exactly for `(2φ−1)(Ω² + 2D) < 4` (Jury's criterion: the
-//! root −1 is the first to leave it). `C` and `K` need not have common modes: any eigenvector of the damped motion follows
-//! this polynomial with its Rayleigh quotients. So `Δt < (2/ω)(√(ζ² + 1/s) − ζ)` with `s` of
-//! [`Damping::stiffening`](crate::integrate::Damping::stiffening). Dashpots and φ each taken alone, and multiplied, are no
-//! bound: at ζ = 1 and φ = 1.5 the product is too large by 1.4.
+//! whose characteristic polynomial has all roots in the unit circle exactly for `(2φ−1)(Ω² + 2D) < 4` (Jury's
+//! criterion: the root −1 is the first to leave it). `C` and `K` need not have common modes: any eigenvector of the
+//! damped motion follows this polynomial with its Rayleigh quotients. So `Δt < (2/ω)(√(ζ² + 1/s) − ζ)` with `s` of
+//! [`Damping::stiffening`](crate::integrate::Damping::stiffening). The product of the separate limits for dashpots and
+//! for φ is not a bound: at ζ = 1 and φ = 1.5 it is too large by a factor of 1.4.
 
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use rayon::prelude::*;
@@ -50,7 +50,7 @@ pub struct TimeStepBounds {
     pub uncertainty: f64,
     /// Number of Lanczos steps.
     pub iterations: usize,
-    /// Smallest frequency of those of the two bounds, rad/s.
+    /// The smaller one of the frequencies of the two bounds, rad/s.
     pub smallest_frequency: f64,
     /// Largest ratio β of a dashpot to its spring, s.
     pub dashpot_ratio: f64,
@@ -132,7 +132,7 @@ fn stiffness(block: &dyn Contacts, k: usize, particles: &Particles, with_wall: b
 /// A contact with a wall as a linear element: particle, normal, arm (m), stiffness.
 type WallElement = (u32, Vec3, f64, Stiffness);
 
-/// Contacts with walls, candidates included: as if particles touched them at all times.
+/// Contacts with walls, candidates included as if particles touched the walls at all times.
 fn wall_elements(state: &State) -> Vec<WallElement> {
     let Some(block) = &state.wall_contacts else { return Vec::new() };
     let block = block.contacts();
@@ -157,13 +157,13 @@ fn end_block(normal: &Vec3, arm: f64, k: &Stiffness) -> Matrix6<f64> {
     let nn = normal * normal.transpose();
     let tangent = Mat3::identity() - nn;
     // Tangential displacement of the end's contact point: P u + arm (φ × n) = P u − arm [n]× φ.
-    let lever = -normal.cross_matrix() * arm;
+    let arm_cross = -normal.cross_matrix() * arm;
     let mut block = Matrix6::zeros();
     block.fixed_view_mut::<3, 3>(0, 0).copy_from(&(nn * k.normal + tangent * k.shear));
-    let coupling = tangent * lever * k.shear;
+    let coupling = tangent * arm_cross * k.shear;
     block.fixed_view_mut::<3, 3>(0, 3).copy_from(&coupling);
     block.fixed_view_mut::<3, 3>(3, 0).copy_from(&coupling.transpose());
-    let rotation = lever.transpose() * tangent * lever * k.shear + tangent * k.bending + nn * k.twist;
+    let rotation = arm_cross.transpose() * tangent * arm_cross * k.shear + tangent * k.bending + nn * k.twist;
     block.fixed_view_mut::<3, 3>(3, 3).copy_from(&rotation);
     block
 }
@@ -243,8 +243,8 @@ pub fn bounds_with(state: &State, deformable: Option<&Deformable>) -> (TimeStepB
     (bounds, convergence)
 }
 
-/// `Σ k l²/V` over all contacts and candidates, Pa, with the larger one of normal and shear stiffness k and the center distance
-/// l: at least the stiffness of the periodic cell under any affine strain. 0 without a cell.
+/// `Σ k l²/V` over all contacts and candidates, Pa, with the larger one of normal and shear stiffness k and the center
+/// distance l: at least the stiffness of the periodic cell under any affine strain. 0 without a cell.
 pub fn cell_stiffness(state: &State) -> f64 {
     let Some(cell) = &state.cell else { return 0.0 };
     let length = |e: &Element| e.arm_a + e.arm_b;
@@ -256,8 +256,8 @@ pub fn cell_stiffness(state: &State) -> f64 {
 /// Inverse square roots of the masses and moments of inertia, by particle; zero for prescribed degrees of freedom.
 fn mass_scale(state: &State) -> Vec<Vector6<f64>> {
     let particles = &state.particles;
-    // Rigid connections and more mass lower frequencies (Rayleigh). So a clump vibrates no faster than its members would
-    // separately, each with such a fraction of its mass that together they have no more than the body.
+    // Rigid connections and more mass lower frequencies (Rayleigh). So a clump vibrates no faster than its members
+    // would separately, if each had such a fraction of its mass that together they are no heavier than the clump.
     let fractions: Vec<f64> = state.clumps.iter().map(|clump| clump.mass_fraction(particles)).collect();
     (0..particles.len())
         .map(|p| {
@@ -322,9 +322,9 @@ fn apply(
         let rotation = wb - wa;
         let twist = n * n.dot(&rotation);
         let moment = twist * e.stiffness.twist + (rotation - twist) * e.stiffness.bending;
-        let lever = n.cross(&f);
-        add(e.a as usize, -f, -lever * e.arm_a - moment);
-        add(e.b as usize, f, -lever * e.arm_b + moment);
+        let torque_per_arm = n.cross(&f);
+        add(e.a as usize, -f, -torque_per_arm * e.arm_a - moment);
+        add(e.b as usize, f, -torque_per_arm * e.arm_b + moment);
     }
     for (p, n, arm, k) in walls {
         let (u, w) = split(*p as usize);

@@ -1,20 +1,21 @@
 //! Wrapping: in a periodic cell, particles that have drifted far are moved back by whole cells, and a cell that has sheared far
 //! gets shorter edges of the same lattice.
 //!
-//! Images of contacts are small numbers, and a cell whose edges are nearly parallel has many images within reach; both bound
-//! how far a flow may go, unless the description is renewed:
+//! Image numbers of contacts are small, and a cell with nearly parallel edges has many images within reach. Both would
+//! limit how far a flow can go without wrapping:
 //!
 //! * **Edges**: `H' = H M` with a matrix M of whole numbers and determinant 1 generates the same lattice. An edge is shortened
 //!   by multiples of another as soon as its projection onto that one exceeds it (Lagrange's reduction).
-//! * **Particles**: `x' = x − H'n` with whole numbers n, `v' = v − L H'n`, as images of a particle move with the cell. The
-//!   image of B that A sees becomes `i' = M⁻¹i + n_B − n_A`, and [`Particles::image`] keeps the sum of all n: the way of a
-//!   particle since the start is `x + H·image`.
+//! * **Particles**: `x' = x − H'n` with whole numbers n, `v' = v − L H'n`, because images of a particle move with the
+//!   cell. The image of B that A sees becomes `i' = M⁻¹i + n_B − n_A`, and [`Particles::image`] keeps the sum of all n:
+//!   the unwrapped position of a particle is `x + H·image`.
 //!
-//! Nothing else changes: distances, relative velocities, and contact forces stay. In a moving cell kinetic energy jumps by
-//! `Σ ½m(|v'|² − |v|²)`, as it does for an observer who looks at another image; the ledger books that as work of the cell.
+//! Nothing else changes: distances, relative velocities, and contact forces stay. In a moving cell the kinetic energy
+//! jumps by `Σ ½m(|v'|² − |v|²)`, as for an observer who switches to another image; the ledger books that as work of
+//! the cell.
 //!
-//! A cell and particles that have not gone far are left alone, so that other runs keep every bit. The time of wrapping depends
-//! on the state alone: a run that is resumed wraps in the same steps.
+//! A cell and particles that have not gone far are not touched, so other runs keep every bit. Wrapping depends only on
+//! the state, so a resumed run wraps in the same steps.
 
 use concordem_contact::Cell;
 use concordem_contact::math::{Mat3, Vec3};
@@ -22,7 +23,7 @@ use concordem_contact::math::{Mat3, Vec3};
 use crate::state::contacts::{ContactFlags, Contacts, Pair};
 use crate::state::{Particles, State};
 
-/// Steps between two looks.
+/// Steps between checks.
 pub(crate) const INTERVAL: u64 = 256;
 
 /// Cells that a particle may drift before all are wrapped.
@@ -58,7 +59,7 @@ fn reduction(edges: &Mat3) -> Option<Basis> {
     let mut basis = Basis { matrix: identity, inverse: identity };
     let mut edges = *edges;
     let mut changed = false;
-    // Every round shortens an edge; in practice a few are enough.
+    // Every round shortens an edge; in practice a few rounds are enough.
     for _ in 0..64 {
         let mut done = true;
         for i in 0..3 {
@@ -88,7 +89,8 @@ fn reduction(edges: &Mat3) -> Option<Basis> {
     changed.then_some(basis)
 }
 
-/// Wrap cell and particles of a state if they have gone far. Returns whether they were; the neighbor list must be rebuilt then.
+/// Wrap cell and particles of a state if they have gone far. Returns whether it did; then the neighbor list must be
+/// rebuilt.
 ///
 /// Nothing changes if a bond or a contact would span more than 127 cells afterwards.
 pub(crate) fn wrap(state: &mut State) -> bool {
@@ -142,7 +144,7 @@ pub(crate) fn wrap(state: &mut State) -> bool {
         renew(block.contacts_mut(), &of_wall);
     }
     for bond in &mut state.broken {
-        // The halves of a broken bond may be any number of cells apart; then both are looked at in the same cell.
+        // The two particles of a broken bond may be any number of cells apart; then both are taken from the same cell.
         bond.image = of_pair(bond.pair, bond.image).unwrap_or_default();
     }
     if state.particles.image.is_empty() {
@@ -176,9 +178,10 @@ fn small(image: Index) -> Option<[i8; 3]> {
     Some(fitting)
 }
 
-/// Cells by which each particle is to be moved back; `None` while none has drifted far.
+/// Number of cells by which to move each particle back; `None` while none has drifted far.
 ///
-/// The members of a body move together. A particle stays where a prescribed component of its velocity would have to change.
+/// The members of a clump move together. A particle stays if a prescribed component of its velocity would have to
+/// change.
 fn shifts(state: &State, cell: &Cell, inverse: &Mat3) -> Option<Vec<Index>> {
     let particles = &state.particles;
     let index = |position: &Vec3| -> Index {
@@ -201,7 +204,7 @@ fn shifts(state: &State, cell: &Cell, inverse: &Mat3) -> Option<Vec<Index>> {
     far.then(|| std::mem::take(&mut found))
 }
 
-/// Move particles and bodies back; returns the change of kinetic energy, J.
+/// Move particles and clumps back; returns the change of kinetic energy, J.
 fn shift_particles(state: &mut State, cell: &Cell, shifts: &[Index]) -> f64 {
     let Particles { position, velocity, mass, clump, .. } = &mut state.particles;
     let mut energy = 0.0;

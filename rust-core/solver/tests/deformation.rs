@@ -1,5 +1,5 @@
-//! Deformable particles against the closed forms and tables of Madan 2019; "seed" are the recomputed values in the
-//! specification that goes with it.
+//! Deformable particles against the closed forms and tables of Madan 2019. "Reference values" are those of the tables,
+//! recomputed with another program.
 
 use std::f64::consts::PI;
 
@@ -16,7 +16,7 @@ use concordem_solver::forces::{EvaluatedContacts, LawLoops, StepContext};
 use concordem_solver::state::State;
 use concordem_solver::state::columns::ColumnStore;
 use concordem_solver::state::contacts::ContactBlock;
-use concordem_solver::state::{Constraint, LoadLever, Particles, Sphere, Wall, WallShape};
+use concordem_solver::state::{Constraint, Particles, PointOfAction, Sphere, Wall, WallShape};
 use concordem_solver::*;
 
 const RADIUS: f64 = 1e-3;
@@ -32,10 +32,10 @@ fn model(deformable: &Deformable) -> Model {
     Model { deformable: Some(deformable.clone()), ..Model::default() }
 }
 
-/// Discs of density 2000 kg/m³ at the given places.
-fn discs(places: &[(f64, f64)], radius: impl Fn(usize) -> f64) -> Particles {
+/// Discs of density 2000 kg/m³ at the given positions (m).
+fn discs(positions: &[(f64, f64)], radius: impl Fn(usize) -> f64) -> Particles {
     let mut particles = Particles::default();
-    for (p, &(x, y)) in places.iter().enumerate() {
+    for (p, &(x, y)) in positions.iter().enumerate() {
         let (mass, inertia) = mass_of(radius(p), 2000.0, true);
         particles.push(Sphere { position: Vec3::new(x, y, 0.0), radius: radius(p) }, 0, mass, inertia);
         particles.constraint[p] = Constraint::OUT_OF_PLANE;
@@ -62,14 +62,14 @@ fn square() -> Vec<(f64, f64)> {
 
 /// 17 rows of alternately 6 and 7 discs, touching; 110 discs.
 fn triangular() -> Vec<(f64, f64)> {
-    let mut places = Vec::new();
+    let mut positions = Vec::new();
     for row in 0..17 {
         let (count, shift) = if row % 2 == 0 { (6, 1.0) } else { (7, 0.0) };
         for k in 0..count {
-            places.push((RADIUS * (2.0 * f64::from(k) + shift), RADIUS * 3.0_f64.sqrt() * f64::from(row)));
+            positions.push((RADIUS * (2.0 * f64::from(k) + shift), RADIUS * 3.0_f64.sqrt() * f64::from(row)));
         }
     }
-    places
+    positions
 }
 
 /// Stiffness of a disc in plane strain, (2.72).
@@ -80,9 +80,10 @@ fn disc_stiffness(young: f64, poisson: f64) -> f64 {
 // -------------------------------------------------------------------------------------------------------------------
 // Iteration
 
-/// Two held discs, whose reactions stand for their outer neighbors: the forces of successive steps of the lagged scheme
-/// are `f*(1 − (−r)^k)`, `r = 2k_n/k_p` (3.18)–(3.27), to 1e-12 of f*; and those of Table 3.1 as far as that goes (it was
-/// computed with π = 3.14: 0.06 %). The spectral radius is `r`: power iteration with reactions, 1e-8.
+/// Two discs with prescribed positions, whose reactions replace their outer neighbors. The forces of successive steps
+/// of the lagged scheme are `f*(1 − (−r)^k)`, `r = 2k_n/k_p` (3.18)–(3.27), to 1e-12 of f*, and those of Table 3.1 as
+/// far as it goes (it was computed with π = 3.14: 0.06 %). The spectral radius is `r`: power iteration with reactions,
+/// 1e-8.
 #[test]
 fn row_of_two_follows_its_sequence() {
     let (poisson, overlap) = (0.35, 1e-5);
@@ -99,7 +100,7 @@ fn row_of_two_follows_its_sequence() {
         let limit = -NORMAL * overlap / (1.0 + ratio);
         assert!((convergence(&state, &deformable).spectral_radius / ratio - 1.0).abs() < 1e-8);
         let mut solver = Solver::new(model(&deformable), &mut state).unwrap();
-        // The overlap as the solver sees it, a rounded difference.
+        // The overlap as the solver computes it, a rounded difference.
         let seen = 2.0 * RADIUS - (state.particles.position[1].x - state.particles.position[0].x);
         let limit = limit * seen / overlap;
         let mut power = 1.0;
@@ -116,14 +117,14 @@ fn row_of_two_follows_its_sequence() {
         if table > 0.0 {
             assert!((-limit * 1e-3 / table - 1.0).abs() < 6e-4, "{limit} {table}");
         }
-        // Diverges above the limit only.
+        // Diverges only above the limit.
         assert_eq!(power.abs() > 1.0, ratio > 1.0);
     }
 }
 
-/// Iterated strains give the limit in one step, to the tolerance of the iteration, 1e-13 (times 1/(1 − |growth|) < 10); with
-/// a relaxation below 2/(1+ρ) beyond the limit of the plain iteration too; with one above it, and in too few steps, an
-/// error says so.
+/// Iterated strains reach the limit in one step, to the tolerance of the iteration, 1e-13 (times 1/(1 − |growth|) <
+/// 10). With a relaxation below 2/(1+ρ) they also do so beyond the limit of the plain iteration. A larger relaxation,
+/// or too few iterations, is an error.
 #[test]
 fn iterated_row_settles_in_one_step() {
     let (poisson, overlap) = (0.35, 1e-5);
@@ -150,9 +151,9 @@ fn iterated_row_settles_in_one_step() {
     assert!(matches!(run(1e11, 1.0, 5), Err(SolverError::NotConverged { iterations: 5, .. })));
 }
 
-/// Spectral radii of the finite specimens: limits of E_p of the seed (power iteration by another program, 4 to 5 digits:
-/// half a unit of the last), and of k_n/E_p, which are those of Tables 3.2 and 3.3 within the source's grid of E_p.
-/// The sufficient bound is that of the infinite lattices, (3.42) and (3.78), exactly (roundings).
+/// Spectral radii of the finite specimens: the limits of E_p equal the reference values (power iteration by another
+/// program, 4 to 5 digits: half a unit of the last), and those of k_n/E_p equal Tables 3.2 and 3.3 within the source's
+/// grid of E_p. The sufficient bound is that of the infinite lattices, (3.42) and (3.78), up to roundings.
 #[test]
 fn spectral_radii_of_the_specimens() {
     let square_state = bonded(discs(&square(), |_| RADIUS), spring(0.0, 0.0), 1.01);
@@ -213,14 +214,14 @@ struct Pressed {
     state: State,
 }
 
-/// The square specimen under 10 kN on each end disc until it is at rest.
+/// The square specimen at rest under 10 kN on each end disc.
 fn pressed(deformable: Option<&Deformable>) -> Pressed {
     let mut state = bonded(discs(&square(), |_| RADIUS), spring(0.7, 0.0), 1.01);
     let corner = |x: usize, y: usize| y * 9 + x;
     for x in 0..9 {
         let down = Vec3::new(0.0, -FORCE, 0.0);
-        state.particles.add_load_at(corner(x, 0) as u32, -down, Vec3::zeros(), LoadLever::Push);
-        state.particles.add_load_at(corner(x, 19) as u32, down, Vec3::zeros(), LoadLever::Push);
+        state.particles.add_load_at(corner(x, 0) as u32, -down, Vec3::zeros(), PointOfAction::Push);
+        state.particles.add_load_at(corner(x, 19) as u32, down, Vec3::zeros(), PointOfAction::Push);
     }
     for y in 0..20 {
         let column = &mut state.particles.constraint[corner(4, y)];
@@ -242,9 +243,9 @@ fn pressed(deformable: Option<&Deformable>) -> Pressed {
     }
 }
 
-/// Tables 4.2 and 4.3 of the source: shortening, Poisson's ratio, modulus, energies; closed forms to 1e-5 (1e-9 of decay,
-/// and differences of positions of 4e-2 m of which 3e-6 m are wanted: 3e-12), the printed digits to half a unit; the balance
-/// of energy with the work of the end loads on the outer halves of the end discs; the ledger of the whole run.
+/// Tables 4.2 and 4.3 of the source: shortening, Poisson's ratio, modulus, energies. Closed forms to 1e-5 (decay to
+/// 1e-9, and differences of 3e-6 m between positions of 4e-2 m: 3e-12), printed digits to half a unit. Also the balance
+/// of energy with the work of the end loads on the outer halves of the end discs, and the ledger of the whole run.
 #[test]
 fn square_specimen_meets_the_tables() {
     let poisson = 0.35;
@@ -288,22 +289,23 @@ fn square_specimen_meets_the_tables() {
         assert!((work - digits[4]).abs() < 0.5e-4);
         assert!((contacts - 0.1221).abs() < 0.5e-4);
         assert!((particles - digits[5]).abs() < 0.5e-4);
-        // Printed is the sum of the two rounded terms.
+        // The table prints the sum of the two rounded terms.
         assert!((contacts + particles - digits[6]).abs() < 1e-4);
-        // The printed sums differ from the printed work; the outer halves of the end discs make up for it.
+        // The printed sums differ from the printed work by the outer halves of the end discs.
         let outer = 9.0 * FORCE * FORCE / disc;
         assert!(((contacts + particles) / (work + outer) - 1.0).abs() < 1e-5);
-        // 36,000 steps of rounding, in energies of 0.3 J made of forces at coordinates near 4e-2 m: each step's change of
-        // length, at most 1e-9 m, is known to 7e-18 m.
+        // 36,000 steps of rounding, in energies of 0.3 J from forces at coordinates near 4e-2 m: the change of length
+        // per step, at most 1e-9 m, is known to 7e-18 m.
         assert!(ledger.residual().abs() < 1e-8 * ledger.external_work.get());
-        // No shear but by rounding of directions.
+        // No shear except from rounding of directions.
         assert!(ledger.deformation_other.get().abs() < 1e-12 * work);
     }
 }
 
-/// End loads that act on the body instead of the surface give the other numbers of the seed (3.7), to their digits.
+/// End loads that act on the body instead of the surface give the reference values for that case (3.7), to their
+/// digits.
 #[test]
-fn end_loads_count() {
+fn end_loads_on_body_and_surface_differ() {
     let mut state = bonded(discs(&square(), |_| RADIUS), spring(0.7, 0.0), 1.01);
     for x in 0..9 {
         state.particles.add_load(x, Vec3::new(0.0, FORCE, 0.0), Vec3::zeros());
@@ -318,9 +320,9 @@ fn end_loads_count() {
     assert!((shortening - 3.7478e-6).abs() < 1e-10, "{shortening:e}");
 }
 
-/// A disc and a sphere between two plates, under each law of contact: the force that satisfies
-/// `gap = f/k(f) + f/k_p` exactly, by lagged strains at rest. 1e-9: the plates stand still and the iteration has
-/// decayed to rounding, 1e-16 of the radius over an overlap of 1e-3 of it; powers of libraries.
+/// A disc and a sphere between two plates, under each law of unbonded contacts: the force satisfies
+/// `gap = f/k(f) + f/k_p` with lagged strains at rest. 1e-9: the plates stand still and the iteration has decayed to
+/// rounding, 1e-16 of the radius over an overlap of 1e-3 of it; `powf` of the test.
 #[test]
 fn between_plates() {
     let squeeze = 1e-3 * RADIUS;
@@ -369,15 +371,15 @@ fn between_plates() {
 // -------------------------------------------------------------------------------------------------------------------
 // Dynamics
 
-/// Growth of random velocities in 4000 steps of `share` times the bound.
-fn growth(places: &[(f64, f64)], deformable: Option<&Deformable>, share: f64) -> f64 {
-    let mut state = bonded(discs(places, |_| RADIUS), spring(0.0, 0.0), 1.01);
+/// Growth of random velocities in 4000 steps of `fraction` times the bound.
+fn growth(positions: &[(f64, f64)], deformable: Option<&Deformable>, fraction: f64) -> f64 {
+    let mut state = bonded(discs(positions, |_| RADIUS), spring(0.0, 0.0), 1.01);
     let bound = time_step::bounds_with(&state, deformable).0.spectral;
     for p in 0..state.particles.len() {
         let u = |m: usize| ((p * 7919 + m * 104_729) % 1009) as f64 / 504.0 - 1.0;
         state.particles.velocity[p] = Vec3::new(u(1), u(2), 0.0) * 1e-6;
     }
-    state.clock.dt = share * bound;
+    state.clock.dt = fraction * bound;
     let square = |s: &State| s.particles.velocity.iter().map(Vec3::norm_squared).sum::<f64>();
     let start = square(&state);
     let mut solver = Solver::new(Model { deformable: deformable.cloned(), ..Model::default() }, &mut state).unwrap();
@@ -389,20 +391,20 @@ fn growth(places: &[(f64, f64)], deformable: Option<&Deformable>, share: f64) ->
     (square(&state) / start).sqrt()
 }
 
-/// Largest time steps of the source's specimens: the spectral values of the seed (Δt/√(m/k_n); its 4 decimals, half a unit
-/// plus the 0.5e-4 that the Lanczos interval may lower them by) lie inside the brackets of the source (section 3.6), and runs
-/// 0.5 % below the bound stay, 0.5 % above it grow without limit.
+/// Largest time steps of the source's specimens: the spectral values equal the reference values (Δt/√(m/k_n); its 4
+/// decimals, half a unit plus the 0.5e-4 by which the Lanczos interval may lower them) and lie inside the brackets of
+/// the source (section 3.6). Runs 0.5 % below the bound stay bounded; 0.5 % above it they grow without limit.
 #[test]
 fn time_step_bounds_of_the_specimens() {
     let deformable = deformable(2e11, 0.35);
     let unit = (2000.0 * PI * RADIUS * RADIUS / NORMAL).sqrt();
-    for (name, places, pass, expected, bracket) in [
+    for (name, positions, pass, expected, bracket) in [
         ("square, rigid", square(), None, 1.0031, [2.9959e-7, 3.0559e-7]),
         ("square", square(), Some(&deformable), 1.0017, [2.9959e-7, 3.0559e-7]),
         ("triangular, rigid", triangular(), None, 0.8259, [2.4567e-7, 2.5166e-7]),
         ("triangular", triangular(), Some(&deformable), 0.8221, [2.4567e-7, 2.5166e-7]),
     ] {
-        let state = bonded(discs(&places, |_| RADIUS), spring(0.0, 0.0), 1.01);
+        let state = bonded(discs(&positions, |_| RADIUS), spring(0.0, 0.0), 1.01);
         let bounds = time_step::bounds_with(&state, pass).0;
         println!(
             "{name}: {:.5} ({} iterations), per particle {:.5}",
@@ -413,15 +415,15 @@ fn time_step_bounds_of_the_specimens() {
         assert!((bounds.spectral / unit - expected).abs() < 1e-4, "{name}: {}", bounds.spectral / unit);
         assert!(bracket[0] < bounds.spectral && bounds.spectral < bracket[1], "{name}: {:e}", bounds.spectral);
         assert!(bounds.per_particle <= bounds.spectral);
-        let (below, above) = (growth(&places, pass, 0.995), growth(&places, pass, 1.005));
+        let (below, above) = (growth(&positions, pass, 0.995), growth(&positions, pass, 1.005));
         println!("{name}: growth {below:.3} below, {above:.3} above");
         assert!(below < 3.0, "{name}: {below}");
         assert!(above.is_infinite(), "{name}: {above}");
     }
 }
 
-/// Largest speed in the last 20 of `steps` steps of `dt`, by that of the random ones at the start, which are so small that the
-/// system stays linear; infinite beyond `limit`.
+/// Largest speed in the last 20 of `steps` steps of `dt` over that of the random velocities at the start, which are so
+/// small that the system stays linear; infinite beyond `limit`.
 fn amplification(model: &Model, state: &mut State, dt: f64, steps: u64, limit: f64) -> f64 {
     let speed = 1e-13 * RADIUS / dt;
     for p in 0..state.particles.len() {
@@ -444,13 +446,14 @@ fn amplification(model: &Model, state: &mut State, dt: f64, steps: u64, limit: f
     last
 }
 
-/// The time step at which runs begin to grow beyond all bounds, by bisection, through the bound: by 1e10 in 1500 steps,
-/// 1.55 % per step, with lagged strains; by 1e6 in 400 steps, 3.5 %, with iterated ones. The slower vibrations that shear feeds
-/// grow by less than 1 % per step.
+/// The time step at which runs begin to grow without limit, over the bound, by bisection. Unstable growth is by 1e10 in
+/// 1500 steps, 1.55 % per step, with lagged strains; by 1e6 in 400 steps, 3.5 %, with iterated ones. The slower
+/// vibrations fed by shear grow by less than 1 % per step.
 fn measured_limit(state: &State, deformable: &Deformable, bound: f64) -> f64 {
     let (steps, limit) = if deformable.update == Update::Lagged { (1500, 1e10) } else { (400, 1e6) };
-    let stable =
-        |share: f64| amplification(&model(deformable), &mut state.clone(), share * bound, steps, limit).is_finite();
+    let stable = |fraction: f64| {
+        amplification(&model(deformable), &mut state.clone(), fraction * bound, steps, limit).is_finite()
+    };
     let (mut low, mut high) = (0.995, 1.005);
     assert!(stable(low), "unstable at {low} of the bound");
     assert!(!stable(high), "stable at {high} of the bound");
@@ -476,12 +479,12 @@ fn hexagonal(shear: f64) -> State {
     bonded(particles, LinearBond::new(1e8, shear * 1e8, 0.0, f64::INFINITY, f64::INFINITY).unwrap(), 1.01)
 }
 
-/// Bounds of the time step where shear forces strain particles against runs: a row, lattices in the plane and in space, and
-/// an irregular one, with spins and without (where they would be fastest), lagged and iterated. No run may fail below the
-/// bound: 2e-4 for the bisection and for rounding. Above it there is room for 2e-3, where 5e-3 is asked for: the growth
-/// that is waited for begins up to 9e-4 above the limit, the symmetric part is up to 6e-4 below it (both by the eigenvalues of
-/// the whole step in space, found by another program; in the plane 2e-4 and 2e-5), and the Lanczos interval is 1e-4.
-/// The cheap bound stays below.
+/// Bounds of the time step against runs where shear forces strain particles: a row, lattices in the plane and in space,
+/// and an irregular one, with rotations and without (which would be fastest), lagged and iterated. No run may fail
+/// below the bound: 2e-4 for the bisection and for rounding. Above it 2e-3 is allowed. Of that, unstable growth at the
+/// required rate begins up to 9e-4 above the limit, the symmetric part is up to 6e-4 below it (both from the
+/// eigenvalues of the whole step in space, by another program; in the plane 2e-4 and 2e-5), and the Lanczos interval is
+/// 1e-4. The cheap bound stays below.
 #[test]
 fn time_step_bounds_with_shear() {
     let row: Vec<(f64, f64)> = (0..20).map(|k| (2.0 * RADIUS * f64::from(k), 0.0)).collect();
@@ -532,13 +535,13 @@ fn time_step_bounds_with_shear() {
             }
         }
     }
-    assert!(largest > 0.005, "nothing here depends on the strains: {largest}");
+    assert!(largest > 0.005, "no case here depends on the strains: {largest}");
 }
 
-/// Shear forces feed vibrations through the strains that they make and do not feel. In the triangular specimen at half of the
-/// bound the fastest growing mode of the whole step has |z| = 1.0007825, the next 1.00065 (eigenvalues of its matrix by
-/// another program): after 25,000 steps the growth in 5,000 is that of the first within 5 %, of which 1 % is the second,
-/// and the ledger books it. A dashpot of half a percent of critical damping stops it.
+/// Shear forces feed vibrations through the strains that they cause but do not depend on. In the triangular specimen at
+/// half of the bound the fastest growing mode of the whole step has |z| = 1.0007825, the next one 1.00065 (eigenvalues
+/// of its matrix by another program). After 25,000 steps the growth in 5,000 is that of the first mode within 5 %, of
+/// which 1 % is the second mode, and the ledger books it. A dashpot of half a percent of critical damping stops it.
 #[test]
 fn shear_feeds_vibrations_and_little_damping_stops_it() {
     let deformable = deformable(2e11, 0.35);
@@ -551,18 +554,18 @@ fn shear_feeds_vibrations_and_little_damping_stops_it() {
     let growth = (after / before).ln() / 5000.0;
     println!("growth {growth:.4e} per step, {after:.2e} in all; other {:.2e} J", ledger.deformation_other.get());
     assert!((growth / 1.0007825_f64.ln() - 1.0).abs() < 0.05, "{growth:e}");
-    assert!(ledger.deformation_other.get() < 0.0, "it is made by shear");
+    assert!(ledger.deformation_other.get() < 0.0, "shear creates it");
     let (damped, _) = run(0.005, 25_000);
     println!("with dashpots {damped:.2e}");
     assert!(damped < 1.0, "{damped:e}");
 }
 
-/// Frequency and damping ratio of the first mode of a free column of 20 discs in the lagged scheme, from its swings over
-/// about 12 periods.
-fn swing(deformable: Option<&Deformable>, dt: f64) -> (f64, f64) {
+/// Frequency and damping ratio of the first mode of a free column of 20 discs in the lagged scheme, from its
+/// oscillation over about 12 periods.
+fn oscillation(deformable: Option<&Deformable>, dt: f64) -> (f64, f64) {
     let n = 20;
-    let places: Vec<(f64, f64)> = (0..n).map(|k| (0.0, 2.0 * RADIUS * f64::from(k))).collect();
-    let mut state = bonded(discs(&places, |_| RADIUS), spring(0.0, 0.0), 1.01);
+    let positions: Vec<(f64, f64)> = (0..n).map(|k| (0.0, 2.0 * RADIUS * f64::from(k))).collect();
+    let mut state = bonded(discs(&positions, |_| RADIUS), spring(0.0, 0.0), 1.01);
     let shape: Vec<f64> = (0..n).map(|k| libm::cos(PI * (f64::from(k) + 0.5) / f64::from(n))).collect();
     for (v, s) in state.particles.velocity.iter_mut().zip(&shape) {
         v.y = 1e-3 * s;
@@ -571,8 +574,8 @@ fn swing(deformable: Option<&Deformable>, dt: f64) -> (f64, f64) {
     let model = Model { deformable: deformable.cloned(), scheme: Scheme::VelocityVerlet, ..Model::default() };
     let mut solver = Solver::new(model, &mut state).unwrap();
     let project =
-        |s: &State| -> f64 { (0..n as usize).map(|k| shape[k] * (s.particles.position[k].y - places[k].1)).sum() };
-    // Peaks by parabolas through three values; crossings by lines.
+        |s: &State| -> f64 { (0..n as usize).map(|k| shape[k] * (s.particles.position[k].y - positions[k].1)).sum() };
+    // Peaks from parabolas through three values; zero crossings from lines.
     let (mut last, mut now) = (0.0, 0.0);
     let (mut crossings, mut peaks) = (Vec::new(), Vec::new());
     for _ in 0..(1.8e-4 / dt) as usize {
@@ -589,36 +592,36 @@ fn swing(deformable: Option<&Deformable>, dt: f64) -> (f64, f64) {
     }
     let half_periods = (crossings.len() - 1) as f64;
     let omega = PI * half_periods / (crossings[crossings.len() - 1] - crossings[0]);
-    // Leave out the first swing, in which the modes of rigid and deformable discs differ.
+    // Omit the first oscillation, in which the modes of rigid and deformable discs differ.
     let kept = &peaks[2..];
     let decrement = (kept[0] / kept[kept.len() - 1]).ln() / (kept.len() - 1) as f64;
     (omega, decrement / PI)
 }
 
-/// Section 3.6 and 2.13 of the seed: ω from 5.2376e5 to 4.4448e5 1/s, ζ = 0.01246, 0.00622, 0.00124 at three steps, and the
-/// formula `ζ = ω₀Δt ρ/(2(1+ρ)^{3/2})`; 1 %.
+/// The reference values: ω falls from 5.2376e5 to 4.4448e5 1/s, ζ = 0.01246, 0.00622, 0.00124 at three time steps; and
+/// the formula `ζ = ω₀Δt ρ/(2(1+ρ)^{3/2})`; 1 %.
 #[test]
-fn column_swings_slower_and_the_lag_damps_it() {
+fn column_oscillates_slower_and_the_lag_damps_it() {
     let (young, poisson) = (2e11, 0.35);
     let deformable = deformable(young, poisson);
-    let (rigid, none) = swing(None, 1e-7);
+    let (rigid, none) = oscillation(None, 1e-7);
     println!("rigid: ω {rigid:.5e}, ζ {none:.1e}");
     assert!((rigid / 5.2376e5 - 1.0).abs() < 0.01);
     assert!(none.abs() < 1e-5);
     let ratio = 2.0 * NORMAL / disc_stiffness(young, poisson);
     for (dt, expected) in [(2e-7, 0.01246), (1e-7, 0.00622), (2e-8, 0.00124)] {
-        let (omega, zeta) = swing(Some(&deformable), dt);
+        let (omega, zeta) = oscillation(Some(&deformable), dt);
         let wave = libm::cos(PI / 40.0);
         let rho = ratio * wave * wave;
         let formula = 5.2376e5 * dt * rho / (2.0 * (1.0 + rho).powf(1.5));
-        println!("Δt {dt:.0e}: ω {omega:.5e}, ζ {zeta:.5} (seed {expected}, formula {formula:.5})");
+        println!("Δt {dt:.0e}: ω {omega:.5e}, ζ {zeta:.5} (reference {expected}, formula {formula:.5})");
         assert!((omega / 4.4448e5 - 1.0).abs() < 0.01, "{omega:e}");
         assert!((zeta / expected - 1.0).abs() < 0.01, "{zeta} {expected}");
     }
 }
 
-/// A disturbed lattice of discs of unlike size with shear springs, set in motion: positions after 300 steps with discs of
-/// 1e30 Pa are those with rigid discs to 1e-14 of the radius, and with infinite modulus the same bits.
+/// A disturbed lattice of discs of unlike size with shear springs, in motion: positions after 300 steps with discs of
+/// 1e30 Pa equal those with rigid discs to 1e-14 of the radius, and with infinite modulus bit for bit.
 #[test]
 fn stiff_discs_are_rigid_discs() {
     let run = |deformable: Option<Deformable>| {
@@ -636,19 +639,19 @@ fn stiff_discs_are_rigid_discs() {
     println!("worst {worst:e} m");
     assert!(worst < 1e-14 * RADIUS, "{worst:e}");
     let soft = run(Some(deformable(2e11, 0.35)));
-    assert!(rigid.iter().zip(&soft).any(|(a, b)| (a - b).norm() > 1e-6 * RADIUS), "no discs deform");
+    assert!(rigid.iter().zip(&soft).any(|(a, b)| (a - b).norm() > 1e-6 * RADIUS), "no disc deforms");
 }
 
 /// A lattice of discs of unlike size, bonded with shear springs and set in motion; `strength` (N) of the bonds.
 fn disturbed(columns: usize, rows: usize, strength: Option<f64>) -> State {
     let noise = |p: usize, m: usize| ((p * 7919 + m * 104_729) % 1009) as f64 / 504.0 - 1.0;
-    let places: Vec<(f64, f64)> = (0..columns * rows)
+    let positions: Vec<(f64, f64)> = (0..columns * rows)
         .map(|p| {
             let x = 2.0 * RADIUS * ((p % columns) as f64 + 0.5 * (p / columns % 2) as f64 + 0.02 * noise(p, 5));
             (x, 3.0_f64.sqrt() * RADIUS * ((p / columns) as f64 + 0.02 * noise(p, 6)))
         })
         .collect();
-    let particles = discs(&places, |p| RADIUS * (1.0 + 0.05 * noise(p, 7)));
+    let particles = discs(&positions, |p| RADIUS * (1.0 + 0.05 * noise(p, 7)));
     let strength = strength.unwrap_or(f64::INFINITY);
     let law = LinearBond::new(NORMAL, 0.5 * NORMAL, 0.05, strength, strength).unwrap();
     let mut state = bonded(particles, law, 1.1);
@@ -659,8 +662,8 @@ fn disturbed(columns: usize, rows: usize, strength: Option<f64>) -> State {
     state
 }
 
-/// Discs pulled apart, with shear, breaking bonds and friction of what broke: the ledger closes; one, two, three and eight
-/// threads give the same bits; and so does a run that is put away as columns and taken up again, lagged and iterated.
+/// Discs pulled apart, with shear, breaking bonds, and friction afterwards: the ledger closes; one, two, three, and
+/// eight threads give the same bits, and so does a run that is saved as columns and resumed; lagged and iterated.
 #[test]
 fn broken_discs_close_their_ledger_on_any_threads_and_after_restart() {
     let build = || {
@@ -669,7 +672,7 @@ fn broken_discs_close_their_ledger_on_any_threads_and_after_restart() {
         let contact = ContactStiffness::Given { normal: NORMAL, shear: 0.5 * NORMAL };
         state.contacts = Some(Box::new(ContactBlock::new(vec![Frictional::new(contact, 0.4, 0.05).unwrap()])));
         let top = 3.0_f64.sqrt() * RADIUS * (rows - 1) as f64;
-        state.particles.add_load_at(500, Vec3::new(300.0, 100.0, 0.0), Vec3::zeros(), LoadLever::Push);
+        state.particles.add_load_at(500, Vec3::new(300.0, 100.0, 0.0), Vec3::zeros(), PointOfAction::Push);
         for p in 0..columns * rows {
             let y = state.particles.position[p].y;
             state.particles.velocity[p].y += 20.0 * (y / top - 0.5);
@@ -720,8 +723,7 @@ fn broken_discs_close_their_ledger_on_any_threads_and_after_restart() {
         let (one, residual, other) = run(1, false);
 
         assert!(other != 0.0);
-        // Normals turn by up to 1e-3 in a step, and particles hold about a third of the stored energy at strains of
-        // 1e-3.
+        // Normals rotate by up to 1e-3 in a step, and particles store about a third of the energy at strains of 1e-3.
         assert!(residual.abs() < 1e-5, "{residual:e}");
         for threads in [2, 3, 8] {
             assert!(one == run(threads, false).0, "{threads} threads");
@@ -730,9 +732,9 @@ fn broken_discs_close_their_ledger_on_any_threads_and_after_restart() {
     }
 }
 
-/// Strains of one step ago are those of a table, or found for the few contacts that ask: the same bits.
+/// Strains one step ago have the same bits whether they are stored for all particles or computed on demand.
 #[test]
-fn strains_of_one_step_ago_are_the_same_with_and_without_a_table() {
+fn stored_and_computed_strains_of_the_last_step_have_the_same_bits() {
     let deformable = deformable(2e11, 0.3);
     let mut state = disturbed(6, 8, None);
     let mut solver = Solver::new(model(&deformable), &mut state).unwrap();

@@ -1,4 +1,4 @@
-//! The solver against closed forms and itself.
+//! The solver against closed forms, and against itself.
 
 use concordem_contact::kinematics::deformable::{Condition, Deformable, Update};
 use concordem_contact::kinematics::{MotionMeasure, sphere_sphere};
@@ -24,7 +24,7 @@ fn block(n: usize, bond: LinearBond) -> State {
     block_of(n, vec![bond], false)
 }
 
-/// The same of any law, whose rows take turns; as a periodic cell if asked for.
+/// [`block`] for any law, with several pair coefficients in turn; optionally as a periodic cell.
 fn block_of<L: LawLoops>(n: usize, rows: Vec<L>, periodic: bool) -> State {
     let mut particles = Particles::default();
     for k in 0..n * n * n {
@@ -38,7 +38,7 @@ fn block_of<L: LawLoops>(n: usize, rows: Vec<L>, periodic: bool) -> State {
         let (a, b) = (pair.a as usize, pair.b as usize);
         let shift = cell.map_or(Vec3::zeros(), |cell| cell.shift(pair.image));
         let previous = sphere_sphere::initial_geometry(&particles.position[a], &particles.position[b], &shift);
-        // Runs of one row and places where they change.
+        // Runs of the same pair coefficients, and contacts at which they change.
         let row = (bonds.len() / 100 % row_count) as u16;
         let flags =
             ContactFlags { row, bits: ContactFlags::BONDED | ContactFlags::ACTIVE, image: pair.image, padding: 0 };
@@ -48,7 +48,7 @@ fn block_of<L: LawLoops>(n: usize, rows: Vec<L>, periodic: bool) -> State {
 }
 
 /// Worst relative residual of the ledger, and the drifts of momentum and angular momentum, of a free undamped block
-/// that starts with velocities and spins of the given size and runs for `time`.
+/// that starts with velocities and angular velocities of the given size and runs for `time`.
 fn free_run(amplitude: f64, share: f64, time: f64) -> (f64, f64, f64) {
     let mut state = block(5, LinearBond::new(1.0, 0.4, 0.0, f64::INFINITY, f64::INFINITY).unwrap());
     let n = state.particles.len();
@@ -61,7 +61,7 @@ fn free_run(amplitude: f64, share: f64, time: f64) -> (f64, f64, f64) {
     let mut solver = Solver::new(Model::default(), &mut state).unwrap();
     let momentum = |s: &State| s.particles.velocity.iter().sum::<Vec3>();
     let spin = |s: &State| {
-        // Position at the half step, when the velocity is known.
+        // Positions at the half step, when the velocities are known.
         let p = &s.particles;
         (0..n)
             .map(|i| {
@@ -79,10 +79,10 @@ fn free_run(amplitude: f64, share: f64, time: f64) -> (f64, f64, f64) {
     (worst, (momentum(&state) - p0).norm() / amplitude, (spin(&state) - l0).norm() / amplitude)
 }
 
-/// An undamped block conserves momentum and angular momentum to rounding (125 particles at distances up to 14, so
-/// some 1e3 roundings of numbers up to 14), and energy in the ledger's measure up to the geometric error of the
-/// trapezoidal rule, which is proportional to the strain and to the square of the step: measured 1.5e-6 at strain 1e-2
-/// and a tenth of the critical step, 2.6e-10 at 1e-5 and a twentieth (there rounding begins to show).
+/// An undamped block conserves momentum and angular momentum to rounding (125 particles at distances up to 14, so some
+/// 1e3 roundings of numbers up to 14). Its energy ledger closes up to the geometric error of the trapezoidal rule,
+/// which is proportional to the strain and to the square of the step: measured 1.5e-6 at strain 1e-2 and a tenth of the
+/// largest stable step, 2.6e-10 at 1e-5 and a twentieth (where rounding begins to show).
 #[test]
 fn free_block_conserves() {
     let (small, _, _) = free_run(1e-5, 0.05, 100.0);
@@ -94,7 +94,7 @@ fn free_block_conserves() {
     assert!(p < 1e-12 && l < 1e-12, "{p:e} {l:e}");
 }
 
-/// Pulling a block apart with damping: the ledger closes, also through brittle failure, and one, two, three and eight
+/// Pulling a block apart with damping: the ledger closes, also through brittle failure, and one, two, three, and eight
 /// threads give the same bits.
 #[test]
 fn pulled_block_closes_its_ledger_on_any_threads() {
@@ -134,8 +134,8 @@ fn pulled_block_closes_its_ledger_on_any_threads() {
     }
 }
 
-/// A host that moves the particles itself, by the same rule, gets the same bits as the solver's own steps: positions,
-/// velocities, and histories (the bonds break on the way, so that unbonded contacts take part).
+/// A host that moves the particles by the same rule gets the same bits as the solver's own steps: positions,
+/// velocities, and histories (some bonds break on the way, so unbonded contacts take part).
 #[test]
 fn a_host_that_moves_the_particles_gets_the_same_bits() {
     let start = || {
@@ -176,20 +176,26 @@ fn a_host_that_moves_the_particles_gets_the_same_bits() {
         let net = NetForces { force: force.forces(), torque: force.torques() };
         integrate::kick_and_drift(&kick, &mut hosted.particles, net);
     }
-    assert!(broken > 10, "only {broken} bonds broke: the test says little");
+    assert!(broken > 10, "only {broken} bonds broke: too few for this test");
     assert!(own.particles == hosted.particles);
     assert_eq!(own.clock.step, hosted.clock.step);
     assert_eq!(own.bonds[0].history_reals().1, hosted.bonds[0].history_reals().1);
 }
 
-/// Steps that are sampled answer contacts one by one, those that are not in columns: the same bits, of all laws and measures, in
-/// two tiles, with rows that change, turned bodies, and bonds that break. The last step is sampled in both, so that the ledgers
-/// tell the same.
-fn columns_are_one_by_one<L: LawLoops>(name: &str, rows: &[L], mode: MotionMeasure, periodic: bool, turned: bool) {
-    columns_are_one_by_one_in(name, rows, &Model { mode, ..Model::default() }, periodic, turned);
+/// Sampled steps take the scalar path, other steps evaluate contacts in columns. Both give the same bits, for all laws
+/// and measures, in two tiles, with pair coefficients that change, rotated bodies, and bonds that break. The last step
+/// is sampled in both runs, so that the ledgers are equal.
+fn columns_match_the_scalar_path<L: LawLoops>(
+    name: &str,
+    rows: &[L],
+    mode: MotionMeasure,
+    periodic: bool,
+    turned: bool,
+) {
+    columns_match_the_scalar_path_in(name, rows, &Model { mode, ..Model::default() }, periodic, turned);
 }
 
-fn columns_are_one_by_one_in<L: LawLoops>(name: &str, rows: &[L], model: &Model, periodic: bool, turned: bool) {
+fn columns_match_the_scalar_path_in<L: LawLoops>(name: &str, rows: &[L], model: &Model, periodic: bool, turned: bool) {
     let size = if L::NAME == LinearBond::NAME { 0.04 } else { 0.08 };
     let run = |sampled: bool| {
         let mut state = block_of(11, rows.to_vec(), periodic);
@@ -209,7 +215,7 @@ fn columns_are_one_by_one_in<L: LawLoops>(name: &str, rows: &[L], model: &Model,
             let report = solver.step_with(&mut state, sampled || step == 49).unwrap();
             broken += report.bond_events.iter().filter(|(_, bond_event)| bond_event.broke).count();
         }
-        assert!((10..bonds * 9 / 10).contains(&broken), "{name}: {broken} of {bonds} broke, which says little");
+        assert!((10..bonds * 9 / 10).contains(&broken), "{name}: {broken} of {bonds} broke, which tests little");
         ColumnStore::of(&state).unwrap()
     };
     let mode = model.mode;
@@ -217,7 +223,7 @@ fn columns_are_one_by_one_in<L: LawLoops>(name: &str, rows: &[L], model: &Model,
 }
 
 #[test]
-fn columns_give_the_bits_of_one_by_one() {
+fn columns_give_the_bits_of_the_scalar_path() {
     let every = [MotionMeasure::Finite, MotionMeasure::FirstOrder, MotionMeasure::Yade, MotionMeasure::YadeRatcheting];
     let linear = LinearBond::new(1.0, 0.4, 0.1, 0.03, 0.03).unwrap();
     let concrete = CpmParameters { omega_threshold: 0.9, ..CpmParameters::new(2.0, 0.4, 0.03, 0.6, 0.002, 1.5) };
@@ -228,20 +234,20 @@ fn columns_give_the_bits_of_one_by_one() {
     let spring = CohesiveBeam { model: BeamModel::Spring, strength: 0.03, ..beam };
     for periodic in [false, true] {
         for mode in every {
-            columns_are_one_by_one("linear_bond", &[linear], mode, periodic, false);
+            columns_match_the_scalar_path("linear_bond", &[linear], mode, periodic, false);
             for dashpots in [false, true] {
-                // Strains of the size of those of the bonds; without dashpots, roots are left out.
+                // Strains as large as those of the bonds; without dashpots the formulas omit roots.
                 let elasticity = vec![Elastic { young: 4.0, poisson: 0.3 }];
                 let deformable =
                     Deformable { elasticity, condition: Condition::Solid, update: Update::Lagged, dashpots };
                 let model = Model { mode, deformable: Some(deformable), ..Model::default() };
                 let bond = LinearBond { damping_ratio: if dashpots { 0.1 } else { 0.0 }, ..linear };
-                columns_are_one_by_one_in("deformable particles", &[bond], &model, periodic, false);
+                columns_match_the_scalar_path_in("deformable particles", &[bond], &model, periodic, false);
             }
             let undamped = LinearBond { damping_ratio: 0.0, ..linear };
-            columns_are_one_by_one("linear_bond without dashpots", &[undamped], mode, periodic, false);
+            columns_match_the_scalar_path("linear_bond without dashpots", &[undamped], mode, periodic, false);
             for (name, parameters) in [("cpm", concrete), ("cpm of YADE", of_yade)] {
-                columns_are_one_by_one(name, &[Cpm::new(&parameters).unwrap()], mode, periodic, false);
+                columns_match_the_scalar_path(name, &[Cpm::new(&parameters).unwrap()], mode, periodic, false);
             }
         }
         for turned in [false, true] {
@@ -252,17 +258,18 @@ fn columns_give_the_bits_of_one_by_one() {
                 ("beams by their larger end", vec![larger_end]),
                 ("springs", vec![spring]),
             ] {
-                columns_are_one_by_one(name, &rows, MotionMeasure::Finite, periodic, turned);
+                columns_match_the_scalar_path(name, &rows, MotionMeasure::Finite, periodic, turned);
             }
         }
-        columns_are_one_by_one("slender beams", &[beam], MotionMeasure::YadeRatcheting, periodic, true);
+        columns_match_the_scalar_path("slender beams", &[beam], MotionMeasure::YadeRatcheting, periodic, true);
     }
 }
 
-/// Free particles are moved many at a time, others (here, because somewhere a load of zero acts) one by one: the same bits, with
-/// large rotations, rest, prescribed components, and a number of particles that is no multiple of the batch.
+/// Free particles are moved in batches; a load anywhere, here a zero load, selects the scalar path. Both give the same
+/// bits, with large rotations, rest, prescribed components, and a number of particles that is not a multiple of the
+/// batch.
 #[test]
-fn free_particles_move_as_one_by_one() {
+fn batched_particles_move_as_on_the_scalar_path() {
     let (mut block, n) = (Particles::default(), 203);
     let mut random = Random::new(7);
     let mut vector = |size: f64| Vec3::from_fn(|_, _| size * (2.0 * random.uniform() - 1.0));
@@ -278,13 +285,8 @@ fn free_particles_move_as_one_by_one() {
     }
     block.constraint[70] = Constraint(0b10_0001);
     block.constraint[96..130].fill(Constraint::ROTATION);
-    let mut one_by_one = block.clone();
-    one_by_one.loads.push(Load {
-        particle: 3,
-        force: Vec3::zeros(),
-        moment: Vec3::zeros(),
-        dyad: Symmetric::default(),
-    });
+    let mut scalar = block.clone();
+    scalar.loads.push(Load { particle: 3, force: Vec3::zeros(), moment: Vec3::zeros(), virial: Symmetric::default() });
     for damping in [Damping::None, Damping::Local { translation: 0.3, rotation: 0.2 }] {
         let kick = KickContext {
             dt: 0.01,
@@ -298,20 +300,21 @@ fn free_particles_move_as_one_by_one() {
         };
         let net = NetForces { force: &force, torque: &torque };
         let sums = integrate::kick_and_drift(&kick, &mut block, net);
-        let others = integrate::kick_and_drift(&kick, &mut one_by_one, net);
+        let others = integrate::kick_and_drift(&kick, &mut scalar, net);
         assert_eq!(sums, others);
-        let loads = std::mem::take(&mut one_by_one.loads);
+        let loads = std::mem::take(&mut scalar.loads);
         let bits = |p: &Particles| format!("{p:?}");
-        assert!(bits(&block) == bits(&one_by_one), "{damping:?}");
-        one_by_one.loads = loads;
+        assert!(bits(&block) == bits(&scalar), "{damping:?}");
+        scalar.loads = loads;
     }
 }
 
-/// A block that flies apart, computed as a whole and in two shares that each hold the contacts of half of the particles:
-/// net forces have the same bits, and energies counted in the shares add up to those of the whole (rounding of sums of some
-/// thousand terms). Bonds break and their pairs go on as contacts in both shares alike.
+/// A block that flies apart, computed as a whole and in two subdomains that each contain the contacts of half of the
+/// particles: net forces have the same bits, and the energies counted in the subdomains add up to those of the whole
+/// (rounding of sums of some thousand terms). Bonds break and their pairs continue as unbonded contacts in both
+/// subdomains alike.
 #[test]
-fn shares_find_the_forces_of_the_whole() {
+fn subdomains_find_the_forces_of_the_whole() {
     let bond = LinearBond::new(1.0, 0.4, 0.1, 1e-3, 1e-3).unwrap();
     let friction =
         Frictional::new(ContactStiffness::Given { normal: 1.0, shear: 0.4 }, 0.5, 0.1).expect("valid parameters");
@@ -319,7 +322,7 @@ fn shares_find_the_forces_of_the_whole() {
     rows.set(0, 0, 0);
     let model = Model { contact_rows: rows, ..Model::default() };
     let dt = 0.1;
-    let share = |owned: Vec<bool>| {
+    let subdomain = |owned: Vec<bool>| {
         let mut state = block(6, bond);
         let bonds = state.bonds[0].contacts();
         let mut kept = ContactBlock::new(vec![bond]);
@@ -341,7 +344,7 @@ fn shares_find_the_forces_of_the_whole() {
     };
     let n = 216;
     let left: Vec<bool> = (0..n).map(|p| p * 7919 % 10 < 4).collect();
-    let mut parts = [share(vec![true; n]), share(left.clone()), share(left.iter().map(|l| !l).collect())];
+    let mut parts = [subdomain(vec![true; n]), subdomain(left.clone()), subdomain(left.iter().map(|l| !l).collect())];
     let (mut velocity, mut spin) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
     for p in 0..n {
         let u = |m: usize| ((p * 7919 + m * 104_729) % 1000) as f64 / 500.0 - 1.0;
@@ -368,10 +371,10 @@ fn shares_find_the_forces_of_the_whole() {
         assert_eq!(sums[0].active[0], sums[1].active[0] + sums[2].active[0]);
         assert_eq!(sums[0].active[1], sums[1].active[1] + sums[2].active[1]);
         for p in 0..n {
-            let of_share = &parts[if left[p] { 1 } else { 2 }].1;
+            let of_subdomain = &parts[if left[p] { 1 } else { 2 }].1;
             let whole = &parts[0].1;
-            assert_eq!(whole.forces()[p], of_share.forces()[p]);
-            assert_eq!(whole.torques()[p], of_share.torques()[p]);
+            assert_eq!(whole.forces()[p], of_subdomain.forces()[p]);
+            assert_eq!(whole.torques()[p], of_subdomain.torques()[p]);
             velocity[p] += whole.forces()[p] * dt;
             spin[p] += whole.torques()[p] * (dt / 0.4);
         }
@@ -381,11 +384,11 @@ fn shares_find_the_forces_of_the_whole() {
     assert!(broken > 100 && touching > 10, "{broken} {touching}");
 }
 
-/// YADE 2023.02a: a sphere without contacts in a cell that stretches at 0.5/s along z, Δt = 1 ms, started at rest at
-/// z = 0.5 m. Velocities and places after each of the first four steps as YADE printed them; rounding of a handful of
-/// operations on numbers below 1.
+/// YADE 2023.02a: a sphere without contacts in a cell that stretches at 0.5/s along z, Δt = 1 ms, started at rest at z
+/// = 0.5 m. Velocities and positions after each of the first four steps equal YADE's output, up to rounding of a
+/// handful of operations on numbers below 1.
 #[test]
-fn yades_modes_carry_particles_with_the_cell_as_yade_does() {
+fn yade_modes_move_particles_with_the_cell_like_yade() {
     let mut particles = Particles::default();
     particles.push(Sphere { position: Vec3::new(0.2, 0.3, 0.5), radius: 0.05 }, 0, 1.0, 1.0);
     let cell = Cell::new_box(Vec3::repeat(1.0));
@@ -407,8 +410,8 @@ fn yades_modes_carry_particles_with_the_cell_as_yade_does() {
     }
 }
 
-/// Beams and linear bonds in one model, between particles of their own: the bits of each alone. Beams read orientations where the
-/// others read rotations of the step.
+/// Beams and linear bonds in one model, each between their own particles, give the bits of separate models. Beams read
+/// orientations; the others read rotations of the step.
 #[test]
 fn beams_and_other_bonds_share_a_model() {
     let linear = LinearBond::new(1.0, 0.4, 0.1, f64::INFINITY, f64::INFINITY).unwrap();

@@ -1,4 +1,4 @@
-//! Stiffness of a periodic cell, statically.
+//! Stiffness of a periodic cell from the static network.
 
 use nalgebra::Matrix6;
 use rayon::prelude::*;
@@ -12,28 +12,29 @@ use super::{ElasticConstants, LinkNetwork, StaticsError, direct};
 use concordem_contact::kinematics::deformable::Compliance;
 use concordem_contact::math::{Symmetric, Vec3};
 
-/// Stiffness of a periodic cell (Pa; components 11, 22, 33, 23, 31, 12, engineering shear strains; of a plane network the
-/// rows and columns 11, 22, 12, all else being zero).
+/// Stiffness of a periodic cell (Pa; components 11, 22, 33, 23, 31, 12, engineering shear strains). For a plane network
+/// only rows and columns 11, 22, 12 are not zero.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellStiffness {
     /// With all particles in equilibrium.
     pub relaxed: Matrix6<f64>,
-    /// With all particles on the uniform field, not turning: the affine sum (Stránský 2018, (3.31)), of rigid particles an
-    /// upper bound. Deformable particles have the strains that go with the forces of that field.
+    /// With all particles on the uniform field, without rotation: the affine sum (Stránský 2018, (3.31)). For rigid
+    /// particles it is an upper bound. Deformable particles have the strains that belong to the forces of that field.
     pub affine: Matrix6<f64>,
-    /// Exact derivatives of `relaxed`; with deformable particles only from [`cell_stiffness_and_derivatives`].
+    /// Exact derivatives of `relaxed`; for deformable particles only from [`cell_stiffness_and_derivatives`].
     pub derivatives: Option<Derivatives>,
     /// Particles that links do not hold.
     pub loose: Loose,
     /// Iterations of the solver.
     pub iterations: usize,
-    /// Links that took part.
+    /// Number of links in the solution.
     pub links: usize,
-    /// The network is one of discs in a plane.
+    /// Whether the network is one of discs in a plane.
     pub planar: bool,
 }
 
-/// Exact derivatives of the relaxed stiffness (Pa; of all entries alike). Those by logarithms sum up to the stiffness itself.
+/// Exact derivatives of the relaxed stiffness (Pa, for all entries). Those by logarithms sum up to the stiffness
+/// itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Derivatives {
     /// By the logarithm of the normal, shear, bending, and twist stiffnesses of all links.
@@ -45,12 +46,12 @@ pub struct Derivatives {
 }
 
 impl Derivatives {
-    /// None that matters.
+    /// All zero.
     pub(super) fn zero() -> Self {
         Self { links: [Matrix6::zeros(); 4], particle_young: Matrix6::zeros(), particle_poisson: Matrix6::zeros() }
     }
 
-    /// Those of a cell whose stiffnesses, moduli of particles included, are all multiplied by `factor`.
+    /// Derivatives for a cell with all stiffnesses, moduli of particles included, multiplied by `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         Self {
@@ -78,7 +79,7 @@ impl CellStiffness {
         self.constants_of(&self.affine)
     }
 
-    /// Constants of another stiffness (Pa) of the same cell, such as that of relaxed dynamics.
+    /// Constants from another stiffness (Pa) of the same cell, such as that of relaxed dynamics.
     ///
     /// # Errors
     /// [`StaticsError::Soft`].
@@ -87,7 +88,7 @@ impl CellStiffness {
     }
 }
 
-/// The strains that a network can be given: all six, or those of the plane.
+/// Components of strain of a network: all six, or those of the plane.
 pub(super) fn strains(planar: bool) -> impl Iterator<Item = usize> {
     (0..6).filter(move |component| !planar || matches!(component, 0 | 1 | 5))
 }
@@ -104,8 +105,8 @@ pub(super) fn uniform(l: &Vec3, component: usize) -> Vec3 {
     }
 }
 
-/// Stiffness of the periodic cell of a network: six solutions with one unit strain each (Stránský 2018, (3.58)–(3.63),
-/// with the uniform part of the displacement taken out: what is solved for is periodic).
+/// Stiffness of the periodic cell of a network from six solutions with one unit strain each (Stránský 2018,
+/// (3.58)–(3.63)). The unknowns are the periodic displacements on top of the uniform field.
 ///
 /// # Errors
 /// [`StaticsError::NoCell`], [`StaticsError::NoLinks`], [`StaticsError::NotConverged`],
@@ -114,15 +115,16 @@ pub fn cell_stiffness(network: &LinkNetwork, accuracy: Accuracy) -> Result<CellS
     find(network, accuracy, false)
 }
 
-/// [`cell_stiffness`] with its derivatives for deformable particles, too, which take another six solutions; for rigid ones
-/// they come for nothing.
+/// [`cell_stiffness`] with its derivatives also for deformable particles, which takes another six solutions; for rigid
+/// ones the derivatives cost nothing.
 ///
-/// The stiffness is `V D_ij = v_i·a_j`, `v` the uniform motion along the links and `a` their forces, `a = r − k_N n(n·W n)` with the forces
-/// `r` of rigid particles and the widening `W = C T(a)` of both ends. In equilibrium all changes of `D` are `y_i·dr_j`, where `dr` is
-/// what `r` changes in a given state, and `y` the strain that links feel in equilibrium of the *transposed* system, in which
-/// shear springs feel the particles' strains and do not cause them (adjoint method). `dr` by the logarithm of a stiffness is
-/// the force that it carries; by that of the particles' modulus `k_N n(n·W n)`; by their Poisson's ratio `−k_N n(n·W′n)`, `W′ = (dC/dν) T`.
-/// Without deformable particles `y` is the strain itself, and the derivatives are energies.
+/// The stiffness is `V D_ij = v_i·a_j` with the uniform motion `v` along the links and their forces
+/// `a = r − k_N n(n·W n)`; `r` are the forces of rigid particles and `W = C T(a)` the surface displacement of both ends.
+/// In equilibrium all changes of `D` are `y_i·dr_j`. Here `dr` is the change of `r` in a given state, and `y` the link
+/// strain in equilibrium of the *transposed* system, in which shear springs are strained by the particles' strains but
+/// do not cause them (adjoint method). `dr` by the logarithm of a stiffness is the force of that stiffness; by the
+/// logarithm of the particles' modulus it is `k_N n(n·W n)`; by their Poisson's ratio `−k_N n(n·W′n)` with
+/// `W′ = (dC/dν) T`. Without deformable particles `y` is the link strain itself, and the derivatives are energies.
 ///
 /// # Errors
 /// Those of [`cell_stiffness`].
@@ -159,7 +161,7 @@ fn find(network: &LinkNetwork, accuracy: Accuracy, wants_derivatives: bool) -> R
     }
     let product = StiffnessProduct::of_cell(&held);
     let (inverses, singular) = product.inverse_diagonal_blocks();
-    // Rattlers are particles without links now; nothing resists any of their motions.
+    // Rattlers are particles without links here, so all their motions are zero-energy modes.
     let mechanisms = singular - if planar { 3 } else { 6 } * rattlers;
     let names = ["strain 11", "strain 22", "strain 33", "shear 23", "shear 31", "shear 12"];
     let loads = loads(&product, &still);
@@ -187,14 +189,14 @@ fn find(network: &LinkNetwork, accuracy: Accuracy, wants_derivatives: bool) -> R
     Ok(CellStiffness { relaxed, affine, derivatives, loose, iterations, links: held.links.len(), planar })
 }
 
-/// The forces that hold the particles on the uniform field, with the opposite sign, by strain.
+/// Loads of the periodic problem by strain: minus the forces that hold the particles on the uniform field.
 fn loads(product: &StiffnessProduct<'_>, still: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let network = product.network;
     let mut loads = vec![vec![0.0; 6 * network.particles]; 6];
     for component in strains(network.planar) {
-        let answers = product.link_forces(&still[component], Some(component));
+        let forces = product.link_forces(&still[component], Some(component));
         let load = &mut loads[component];
-        for (link, (force, moment)) in network.links.iter().zip(&answers) {
+        for (link, (force, moment)) in network.links.iter().zip(&forces) {
             let [on_a, on_b] = link.holding(force, moment);
             let minus = |part: NodeMotion| NodeMotion { displacement: -part.displacement, rotation: -part.rotation };
             add(load, link.a as usize, &minus(on_a), network.scale);
@@ -202,7 +204,7 @@ fn loads(product: &StiffnessProduct<'_>, still: &[Vec<f64>]) -> Vec<Vec<f64>> {
         }
     }
     let largest = network.links.iter().map(|l| l.stiffness.normal * l.branch.norm()).fold(0.0, f64::max);
-    // What is left of forces that cancel (a lattice) is no load.
+    // A rounding remainder of forces that cancel (as in a lattice) is not a load.
     for load in &mut loads {
         if load.iter().all(|x| x.abs() < 1e-13 * largest) {
             load.fill(0.0);
@@ -224,13 +226,17 @@ fn derivatives(
     let by_poisson: Vec<Compliance> = network.compliance.iter().map(Compliance::by_poisson).collect();
     let mut all = Derivatives::zero();
     for column in strains(network.planar) {
-        let answers = product.link_forces(&states[column], Some(column));
-        let dyads = product.dyads(&answers);
+        let forces = product.link_forces(&states[column], Some(column));
+        let virials = product.particle_virials(&forces);
         let surface_displacement = |compliance: &[Compliance]| -> Vec<Symmetric> {
-            compliance.iter().zip(&dyads).map(|(compliance, dyad)| compliance.surface_displacement(dyad)).collect()
+            compliance
+                .iter()
+                .zip(&virials)
+                .map(|(compliance, virial)| compliance.surface_displacement(virial))
+                .collect()
         };
         let (by_young, by_poisson) = (surface_displacement(&network.compliance), surface_displacement(&by_poisson));
-        for (k, (link, (force, moment))) in network.links.iter().zip(&answers).enumerate() {
+        for (k, (link, (force, moment))) in network.links.iter().zip(&forces).enumerate() {
             let carried = LinkStrain { displacement: *force, rotation: *moment }.split(&link.normal);
             let (young, poisson) = (relief(link, &by_young), -relief(link, &by_poisson));
             for row in strains(network.planar) {
@@ -247,7 +253,7 @@ fn derivatives(
     all
 }
 
-/// The rows and columns 11, 22, 12, if only they mean something.
+/// Only the rows and columns 11, 22, 12, if the network is plane.
 fn in_plane(mut matrix: Matrix6<f64>, planar: bool) -> Matrix6<f64> {
     if planar {
         for k in 2..5 {
@@ -263,8 +269,8 @@ fn virial(product: &StiffnessProduct<'_>, states: &[Vec<f64>]) -> Matrix6<f64> {
     let planar = product.network.planar;
     let mut whole = Matrix6::zeros();
     for column in strains(planar) {
-        let answers = product.link_forces(&states[column], Some(column));
-        for (link, (force, _)) in product.network.links.iter().zip(&answers) {
+        let forces = product.link_forces(&states[column], Some(column));
+        for (link, (force, _)) in product.network.links.iter().zip(&forces) {
             for row in strains(planar) {
                 whole[(row, column)] += uniform(&link.branch, row).dot(force);
             }
@@ -277,7 +283,7 @@ fn sum(parts: &[Matrix6<f64>; 4]) -> Matrix6<f64> {
     parts[0] + parts[1] + parts[2] + parts[3]
 }
 
-/// Mutual energies (twice the stored one, J) of the six states, by kind of stiffness.
+/// Mutual energies of the six states by kind of stiffness, J; twice the stored energy on the diagonal.
 fn energies(network: &LinkNetwork, states: &[Vec<f64>]) -> [Matrix6<f64>; 4] {
     const TILE: usize = 4096;
     let scale = network.scale;

@@ -1,30 +1,30 @@
-//! Elastic constants of links that point in all directions alike, on particles that follow the uniform strain without
-//! turning.
+//! Elastic constants of links with uniformly distributed directions between particles that follow the uniform strain
+//! without rotation.
 //!
 //! In space `K = Σk_N L²/9V`, `G = Σ(2k_N + 3k_T)L²/30V`: (3.38) of Stránský 2018. In the plane `K = Σk_N L²/4V`,
-//! `G = Σ(k_N + k_T)L²/8V`: Voigt's moduli, (4.15)–(4.18) of Madan 2019. Deformable particles divide K by `1 + a_v` and G by
-//! `1 + a_d`: the strain that the mean forces on a particle give it is taken from the elongation of its contacts, with
-//! `a_v = 2 c_v Z k_n/d` and `a_d = 2 c_d Z k_n q`, `c` the compliances of the particle
-//! ([`Compliance::principal`](concordem_contact::kinematics::deformable::Compliance::principal)), `Z k_n` the sum over its contacts
-//! (mean over particles), `d` the dimension, `q` = 2/15 in space and 1/4 in the plane (mean field, extension; for equal
-//! discs of 6 contacts `a_v` and `a_d` are the eigenvalues (3.76) of Madan 2019).
+//! `G = Σ(k_N + k_T)L²/8V`: Voigt's moduli, (4.15)–(4.18) of Madan 2019. Deformable particles divide K by `1 + a_v` and
+//! G by `1 + a_d`, because the mean forces on a particle strain it, and this strain is subtracted from the elongation
+//! of its contacts, with `a_v = 2 c_v Z k_n/d` and `a_d = 2 c_d Z k_n q`. Here `c` are the compliances of the particle
+//! ([`Compliance::principal`](concordem_contact::kinematics::deformable::Compliance::principal)), `Z k_n` is the sum
+//! over its contacts (mean over particles), `d` the dimension, `q` = 2/15 in space and 1/4 in the plane (mean field, an
+//! extension; for equal discs with 6 contacts `a_v` and `a_d` are the eigenvalues (3.76) of Madan 2019).
 
 use super::LinkNetwork;
 
-/// Constants of the closed form.
+/// Isotropic elastic constants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosedForm {
     /// Young's modulus, Pa.
     pub young: f64,
     /// Poisson's ratio.
     pub poisson: f64,
-    /// Bulk modulus, Pa; in the plane that of the plane.
+    /// Bulk modulus, Pa; in the plane the two-dimensional one.
     pub bulk: f64,
     /// Shear modulus, Pa.
     pub shear: f64,
 }
 
-/// The closed form for the links of a cell; None without a cell or without stiffness.
+/// The closed form for the links of a cell; `None` without a cell or without stiffness.
 pub fn closed_form(network: &LinkNetwork) -> Option<ClosedForm> {
     let volume = network.volume?;
     let (normal, tangential) = network.moduli_sums();

@@ -1,9 +1,10 @@
 //! Solution of `K u = f` for a periodic cell by a sparse Cholesky factor (`faer`, approximate minimum degree).
 //!
-//! `K` is singular where nothing resists: the translation of each connected part, and motions of single particles that no
-//! link of theirs resists. Neither has a load, so a stiffness on one translation of each part and on those motions alone
-//! changes nothing but that they become zero; its size does not enter the solution. In space the factor fills in with the
-//! four-thirds power of the number of particles: beyond some 10⁴ the iteration is the better way ([`super::solve`]).
+//! `K` is singular in the zero-energy modes: the translation of each connected part, and motions of single particles
+//! that none of their links resists. These modes carry no load, so a stiffness added to one translation of each part
+//! and to those motions changes nothing except that they become zero; its size does not enter the solution. In space
+//! the fill-in of the factor grows with the four-thirds power of the number of particles: beyond some 10⁴ the iteration
+//! is better ([`super::solve`]).
 
 use faer::linalg::solvers::SolveCore;
 use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, SymmetricOrdering, factorize_symbolic_cholesky};
@@ -17,13 +18,13 @@ use super::solve::Accuracy;
 use super::stiffness_product::StiffnessProduct;
 use super::{LinkNetwork, StaticsError};
 
-/// Refinements of a solution by the residual it leaves.
+/// Number of refinements of a solution by its residual.
 const REFINEMENTS: usize = 4;
 
-/// A larger factor is refused: the iteration is faster than it long before.
-const MOST_GIGABYTES: f64 = 12.0;
+/// Largest memory of a factor, GB. The iteration is faster long before.
+const MAX_GIGABYTES: f64 = 12.0;
 
-/// Memory of the Cholesky factor's numbers.
+/// Memory of the numbers in the Cholesky factor, bytes.
 fn bytes(matrix: &SparseColMat<usize, f64>) -> Result<usize, StaticsError> {
     let parameters = CholeskySymbolicParams::default();
     factorize_symbolic_cholesky(matrix.symbolic(), Side::Lower, SymmetricOrdering::Amd, parameters)
@@ -31,7 +32,7 @@ fn bytes(matrix: &SparseColMat<usize, f64>) -> Result<usize, StaticsError> {
         .map_err(|error| StaticsError::Factor { problem: format!("{error:?}") })
 }
 
-/// Solve for each right-hand side; the refinements taken.
+/// Solve for each right-hand side; returns the solutions and the number of refinements.
 pub(super) fn solve(
     product: &StiffnessProduct<'_>,
     loads: &[Vec<f64>],
@@ -42,8 +43,8 @@ pub(super) fn solve(
     let matrix = assemble(product)?;
     let symbolic = SymbolicLlt::try_new(matrix.symbolic(), Side::Lower).map_err(|e| unfit(format!("{e:?}")))?;
     let gigabytes = bytes(&matrix)? as f64 * 1e-9;
-    if gigabytes > MOST_GIGABYTES {
-        return Err(unfit(format!("the factor would take {gigabytes:.1} GB; at most {MOST_GIGABYTES} are taken")));
+    if gigabytes > MAX_GIGABYTES {
+        return Err(unfit(format!("the factor would take {gigabytes:.1} GB; the limit is {MAX_GIGABYTES} GB")));
     }
     let factor =
         Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), Side::Lower).map_err(|e| unfit(format!("{e:?}")))?;
@@ -75,8 +76,8 @@ pub(super) fn solve(
         }
         if left.is_nan() || left > accuracy.residual {
             return Err(unfit(format!(
-                "{name}: a relative residual of {left:.1e} is left after {REFINEMENTS} refinements, {:.1e} was wanted; part \
-                 of the packing may be a mechanism",
+                "{name}: the relative residual is {left:.1e} after {REFINEMENTS} refinements; the limit is {:.1e}. Part of \
+                 the packing may be a mechanism",
                 accuracy.residual
             )));
         }
@@ -85,7 +86,7 @@ pub(super) fn solve(
     Ok((solutions, most))
 }
 
-/// Lower triangle of the stiffness, made positive definite where nothing resists and nothing loads.
+/// Lower triangle of the stiffness, made positive definite in its zero-energy modes.
 fn assemble(product: &StiffnessProduct<'_>) -> Result<SparseColMat<usize, f64>, StaticsError> {
     let network = product.network;
     let blocks = product.diagonal_blocks();
@@ -128,7 +129,7 @@ fn assemble(product: &StiffnessProduct<'_>) -> Result<SparseColMat<usize, f64>, 
         .map_err(|error| StaticsError::Factor { problem: format!("{error:?}") })
 }
 
-/// One particle of each connected part of the network, particles without links left out.
+/// One particle of each connected part of the network, without particles that have no links.
 fn one_of_each_part(network: &LinkNetwork) -> Vec<usize> {
     fn root(parent: &mut [u32], mut p: u32) -> u32 {
         while parent[p as usize] != p {

@@ -16,7 +16,7 @@ use super::stiffness_product::StiffnessProduct;
 #[derive(Debug)]
 struct Blocks<'a>(&'a [Matrix6<f64>]);
 
-/// The column of a vector.
+/// The single column of a matrix.
 fn column(x: MatRef<'_, f64>) -> &[f64] {
     x.col(0).try_as_col_major().expect("columns of dense matrices lie in one piece").as_slice()
 }

@@ -1,13 +1,13 @@
 //! Linear statics of bonded assemblies: bonds as a network of elastic links, solved without time steps.
 //!
-//! Which Young's modulus and Poisson's ratio does a bonded model have? Four answers, from crude to exact:
-//! closed form and affine sum ([`operator`](concordem_operator), Stránský 2018, (3.38) and (3.31)), the static network
-//! with particles free to move off the affine field ([`mod@cell_stiffness`]), and the relaxed state of the dynamic solver
+//! Young's modulus and Poisson's ratio of a bonded model follow from four methods, from crude to exact: closed form and
+//! affine sum ([`operator`](concordem_operator), Stránský 2018, (3.38) and (3.31)), the static network with particles
+//! free to move off the affine field ([`mod@cell_stiffness`]), and the relaxed state of the dynamic solver
 //! ([`relaxed`]).
 //!
 //! * [`link`]: a link's 12 degrees of freedom (3.39)–(3.57);
-//! * [`network`]: all links of a state, particles that no link holds;
-//! * [`mod@closed_form`]: links in all directions alike, rigid or deformable particles;
+//! * [`network`]: all links of a state, and particles that no link holds;
+//! * [`mod@closed_form`]: links with uniformly distributed directions, rigid or deformable particles;
 //! * [`solve`]: conjugate gradients, prescribed displacements, loads; [`direct`]: a sparse factor for cells;
 //! * [`mod@cell_stiffness`]: periodic cell under six unit strains (3.58)–(3.63), exact derivatives;
 //! * [`moduli`]: constants and measures of isotropy (3.64)–(3.68).
@@ -36,7 +36,7 @@ pub const COMPONENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (2,
 /// Why a static problem has no solution.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StaticsError {
-    /// Nothing is bonded.
+    /// The assembly has no bonds.
     #[error("the assembly has no bonds; a static network needs them")]
     NoLinks,
     /// A periodic problem without a cell.
@@ -44,29 +44,30 @@ pub enum StaticsError {
     NoCell,
     /// The iteration did not reach its accuracy.
     #[error(
-        "{what}: conjugate gradients stopped at a relative residual of {residual:.1e} after {iterations} iterations; {wanted:.1e} was wanted"
+        "{what}: conjugate gradients stopped at a relative residual of {residual:.1e} after {iterations} iterations; the \
+         limit is {wanted:.1e}"
     )]
     NotConverged {
         /// Which system.
         what: String,
         /// Relative residual reached.
         residual: f64,
-        /// Relative residual wanted.
+        /// Largest relative residual allowed.
         wanted: f64,
         /// Iterations done.
         iterations: usize,
     },
     /// Loads on a mechanism.
-    #[error("{what}: the loads act on a part that nothing holds (a mechanism or a body without supports)")]
+    #[error("{what}: the loads act on a part that is not held (a mechanism or a body without supports)")]
     Unsupported {
         /// Which system.
         what: String,
     },
     /// The direct solver does not support deformable particles.
-    #[error("the direct solver is for rigid particles; deformable ones take the iterative solver")]
+    #[error("the direct solver supports only rigid particles; use the iterative solver for deformable ones")]
     DirectDeformable,
     /// The sparse factorization failed or is not accurate enough.
-    #[error("the direct solver failed ({problem}); the iterative solver needs little memory and stands mechanisms")]
+    #[error("the direct solver failed ({problem}); the iterative solver needs little memory and allows mechanisms")]
     Factor {
         /// What happened.
         problem: String,
@@ -83,7 +84,7 @@ pub enum StaticsError {
         /// Number of particles.
         particles: usize,
     },
-    /// The stiffness has no inverse.
+    /// The stiffness cannot be inverted.
     #[error("the cell has no stiffness against some strain: it is a mechanism")]
     Soft,
     /// The dynamic solver failed.

@@ -5,12 +5,12 @@ use nalgebra::{SMatrix, SVector};
 use concordem_contact::law::Stiffness;
 use concordem_contact::math::{Mat3, Vec3};
 
-/// Elastic link between two particles in the state of reference.
+/// Elastic link between two particles in the reference state.
 ///
 /// With displacements u and small rotations φ of its ends, normal n from A to B, and arms a, b to the contact point
-/// (a + b = L), the link feels
-/// `δ = u_B − u_A + n × (a φ_A + b φ_B)` and `θ = φ_B − φ_A`,
-/// and answers on A with the force `f = k_N n(n·δ) + k_T (1 − n n)·δ` and the moment about the contact point
+/// (a + b = L), the link strain is
+/// `δ = u_B − u_A + n × (a φ_A + b φ_B)` and `θ = φ_B − φ_A`.
+/// The link exerts on A the force `f = k_N n(n·δ) + k_T (1 − n n)·δ` and the moment about the contact point
 /// `m = k_W n(n·θ) + k_B (1 − n n)·θ`. For a = b = L/2, k_N = ĒA/L, k_T = ḠA/L this is `A L BᵀDB` of Stránský 2018,
 /// (3.51)–(3.57); for a = b = L/2, k_N = ES/L, k_T = 12EI/L³, k_B = EI/L, k_W = GI_O/L it is the Euler-Bernoulli beam
 /// (Jebahi et al. 2015, [2.1]–[2.9]).
@@ -18,9 +18,9 @@ use concordem_contact::math::{Mat3, Vec3};
 pub struct Link {
     /// Particle A.
     pub a: u32,
-    /// Particle B, or the one B is an image of.
+    /// Particle B, or the particle of which B is a periodic image.
     pub b: u32,
-    /// From the center of A to that of B, m.
+    /// Branch vector from the center of A to that of B, m.
     pub branch: Vec3,
     /// Direction of `branch`, unit.
     pub normal: Vec3,
@@ -41,7 +41,7 @@ pub struct NodeMotion {
     pub rotation: Vec3,
 }
 
-/// What a link feels: displacement at the contact point (m) and rotation (rad) of B relative to A.
+/// Link strain: displacement at the contact point (m) and rotation (rad) of B relative to A.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkStrain {
     /// δ, m.
@@ -51,7 +51,8 @@ pub struct LinkStrain {
 }
 
 impl LinkStrain {
-    /// The parts along and across `n` of both: normal and shear displacement, bending and twist rotation.
+    /// Displacement and rotation, each split along and across `n`: normal and shear displacement, bending and twist
+    /// rotation.
     #[inline(always)]
     pub fn split(&self, n: &Vec3) -> [Vec3; 4] {
         let (normal, twist) = (n * n.dot(&self.displacement), n * n.dot(&self.rotation));
@@ -60,7 +61,7 @@ impl LinkStrain {
 }
 
 impl Link {
-    /// What the link feels of the motions of its ends.
+    /// Link strain from the motions of its ends.
     #[inline(always)]
     pub fn strain(&self, a: &NodeMotion, b: &NodeMotion) -> LinkStrain {
         let turned = a.rotation * self.arm_a + b.rotation * self.arm_b;
@@ -72,19 +73,19 @@ impl Link {
 
     /// Force (N) and moment about the contact point (N·m) on A. B gets the opposite.
     #[inline(always)]
-    pub fn answer(&self, strain: &LinkStrain) -> (Vec3, Vec3) {
+    pub fn response(&self, strain: &LinkStrain) -> (Vec3, Vec3) {
         let [normal, shear, bending, twist] = strain.split(&self.normal);
         let k = &self.stiffness;
         (normal * k.normal + shear * k.shear, bending * k.bending + twist * k.twist)
     }
 
-    /// Forces (N) and moments (N·m) that hold the ends A and B in a state with this answer: the rows of `K u`.
+    /// Forces (N) and moments (N·m) that hold the ends A and B against this force and moment: the rows of `K u`.
     #[inline(always)]
     pub fn holding(&self, force: &Vec3, moment: &Vec3) -> [NodeMotion; 2] {
-        let lever = self.normal.cross(force);
+        let torque_per_arm = self.normal.cross(force);
         [
-            NodeMotion { displacement: -force, rotation: -(lever * self.arm_a + moment) },
-            NodeMotion { displacement: *force, rotation: moment - lever * self.arm_b },
+            NodeMotion { displacement: -force, rotation: -(torque_per_arm * self.arm_a + moment) },
+            NodeMotion { displacement: *force, rotation: moment - torque_per_arm * self.arm_b },
         ]
     }
 
@@ -105,7 +106,7 @@ impl Link {
                 displacement: unit.fixed_rows::<3>(first).into_owned(),
                 rotation: unit.fixed_rows::<3>(first + 3).into_owned(),
             };
-            let (force, moment) = self.answer(&self.strain(&part(0), &part(6)));
+            let (force, moment) = self.response(&self.strain(&part(0), &part(6)));
             for (end, holding) in self.holding(&force, &moment).iter().enumerate() {
                 matrix.fixed_view_mut::<3, 1>(6 * end, column).copy_from(&holding.displacement);
                 matrix.fixed_view_mut::<3, 1>(6 * end + 3, column).copy_from(&holding.rotation);
@@ -124,7 +125,8 @@ impl Link {
         matrix
     }
 
-    /// The 6×6 block of end A (`end` 0) or B (1), with rotations multiplied by `scale` (m) so that all entries are N/m.
+    /// The 6×6 diagonal block of end A (`end` 0) or B (1), with rotations multiplied by `scale` (m) so that all entries
+    /// are N/m.
     pub(super) fn block(&self, end: usize, scale: f64) -> nalgebra::Matrix6<f64> {
         let n = &self.normal;
         let k = &self.stiffness;
@@ -132,15 +134,15 @@ impl Link {
         let force = Mat3::identity() * k.shear + along * (k.normal - k.shear);
         let moment = Mat3::identity() * k.bending + along * (k.twist - k.bending);
         let (sign, arm) = if end == 0 { (-1.0, self.arm_a) } else { (1.0, self.arm_b) };
-        let lever = n.cross_matrix() * (arm / scale);
-        let mixed = force * lever * sign;
+        let arm_cross = n.cross_matrix() * (arm / scale);
+        let mixed = force * arm_cross * sign;
         let mut block = nalgebra::Matrix6::zeros();
         block.fixed_view_mut::<3, 3>(0, 0).copy_from(&force);
         block.fixed_view_mut::<3, 3>(0, 3).copy_from(&mixed);
         block.fixed_view_mut::<3, 3>(3, 0).copy_from(&mixed.transpose());
         block
             .fixed_view_mut::<3, 3>(3, 3)
-            .copy_from(&(lever.transpose() * force * lever + moment * (1.0 / (scale * scale))));
+            .copy_from(&(arm_cross.transpose() * force * arm_cross + moment * (1.0 / (scale * scale))));
         block
     }
 }
@@ -195,7 +197,7 @@ mod tests {
     }
 
     proptest! {
-        /// The matrix is that of the thesis, symmetric, and answers rigid motions with nothing. Tolerance: a few
+        /// The matrix equals that of the thesis, is symmetric, and gives no force for rigid motions. Tolerance: a few
         /// roundings of entries of the size of the largest one.
         #[test]
         fn matrix_of_the_thesis(
@@ -210,9 +212,9 @@ mod tests {
             prop_assert!((matrix - matrix.transpose()).abs().max() < 1e-15 * size);
         }
 
-        /// Unequal arms, with moments: symmetric, no answer to six rigid motions, blocks as in the whole matrix.
+        /// Unequal arms, with moments: symmetric, no force for six rigid motions, blocks as in the whole matrix.
         #[test]
-        fn rigid_motions_cost_nothing(
+        fn rigid_motions_need_no_force(
             x in -1.0..1.0_f64, y in -1.0..1.0_f64, z in 0.1..1.0_f64, share in 0.1..0.9_f64,
             wx in -1.0..1.0_f64, wy in -1.0..1.0_f64, wz in -1.0..1.0_f64,
         ) {
@@ -221,8 +223,8 @@ mod tests {
             let matrix = link.matrix();
             let (turn, shift, place) = (Vec3::new(wx, wy, wz), Vec3::new(0.3, -0.2, 0.5), Vec3::new(0.4, 0.1, -0.8));
             let mut motion = SVector::<f64, 12>::zeros();
-            for (end, centre) in [place, place + link.branch].iter().enumerate() {
-                motion.fixed_rows_mut::<3>(6 * end).copy_from(&(shift + turn.cross(centre)));
+            for (end, center) in [place, place + link.branch].iter().enumerate() {
+                motion.fixed_rows_mut::<3>(6 * end).copy_from(&(shift + turn.cross(center)));
                 motion.fixed_rows_mut::<3>(6 * end + 3).copy_from(&turn);
             }
             // Sums of products of numbers up to 4: some 20 roundings.

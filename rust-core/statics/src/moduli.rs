@@ -1,4 +1,4 @@
-//! Elastic constants of a stiffness matrix, and how far it is from isotropic.
+//! Elastic constants of a stiffness matrix, and its deviation from isotropy.
 
 use nalgebra::{Matrix3, Matrix6};
 
@@ -7,16 +7,16 @@ use super::StaticsError;
 /// Constants of a stiffness matrix (components 11, 22, 33, 23, 31, 12, engineering shear strains).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ElasticConstants {
-    /// 3, or 2: those of the plane 1, 2; entries with direction 3 are zero then.
+    /// 3 in space; 2 for the plane 1, 2, where entries with direction 3 are zero.
     pub dimension: usize,
     /// Stiffness D, Pa.
     pub stiffness: Matrix6<f64>,
     /// Compliance C = D⁻¹, 1/Pa.
     pub compliance: Matrix6<f64>,
-    /// Young's moduli `E_i = 1/C_ii`, Pa. In the plane, these and all else are what two-dimensional measurement gives
-    /// (plane strain or plane stress, as the discs have it), without conversion to a body.
+    /// Young's moduli `E_i = 1/C_ii`, Pa. In the plane, these and all other constants are the two-dimensional ones
+    /// (plane strain or plane stress, as for the discs), without conversion to a solid.
     pub young: [f64; 3],
-    /// Poisson's ratios `ν_ij = −C_ji E_i`: contraction along j under tension along i; the diagonal is empty (0).
+    /// Poisson's ratios `ν_ij = −C_ji E_i`: contraction along j under tension along i; the diagonal is 0.
     pub poisson: [[f64; 3]; 3],
     /// Shear moduli `1/C_44`, `1/C_55`, `1/C_66` (23, 31, 12), Pa.
     pub shear: [f64; 3],
@@ -26,12 +26,12 @@ pub struct ElasticConstants {
     pub mean_poisson: f64,
     /// Mean of the shear moduli, Pa.
     pub mean_shear: f64,
-    /// Bulk modulus: mean stress over volume strain under uniform expansion, Pa; in the plane `½(σ₁₁+σ₂₂)` over the strain of
-    /// the area, `E/2(1−ν)` if isotropic.
+    /// Bulk modulus: mean stress over volume strain under uniform expansion, Pa; in the plane `½(σ₁₁+σ₂₂)` over the
+    /// area strain, `E/2(1−ν)` if isotropic.
     pub bulk: f64,
 }
 
-/// Distance from isotropy (Stránský 2018, (3.64)–(3.68)); all zero for an isotropic material.
+/// Deviation from isotropy (Stránský 2018, (3.64)–(3.68)); all zero for an isotropic material.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Anisotropy {
     /// `max |E_i − E| / E`.
@@ -40,7 +40,7 @@ pub struct Anisotropy {
     pub poisson: f64,
     /// `max |G_i − G₀| / G₀` with `G₀ = E/2(1+ν)`.
     pub shear: f64,
-    /// `max |D_ij| / E` of the entries that vanish for an isotropic material.
+    /// `max |D_ij| / E` over the entries that vanish for an isotropic material.
     pub coupling: f64,
 }
 
@@ -48,7 +48,7 @@ impl ElasticConstants {
     /// Constants of the stiffness `D`, Pa.
     ///
     /// # Errors
-    /// [`StaticsError::Soft`] when D has no inverse.
+    /// [`StaticsError::Soft`] if D has no inverse.
     pub fn of(stiffness: &Matrix6<f64>) -> Result<Self, StaticsError> {
         let stiffness = (stiffness + stiffness.transpose()) * 0.5;
         let size = stiffness.abs().max();
@@ -62,7 +62,7 @@ impl ElasticConstants {
     /// Constants of the plane 1, 2, from the components 11, 22, 12 of the stiffness `D`, Pa.
     ///
     /// # Errors
-    /// [`StaticsError::Soft`] when that part of D has no inverse.
+    /// [`StaticsError::Soft`] if that part of D has no inverse.
     pub fn of_plane(stiffness: &Matrix6<f64>) -> Result<Self, StaticsError> {
         const PLACES: [usize; 3] = [0, 1, 5];
         let part =
@@ -116,7 +116,7 @@ impl ElasticConstants {
         if dimension == 2 { 5..6 } else { 3..6 }
     }
 
-    /// The four measures.
+    /// Deviation from isotropy.
     pub fn anisotropy(&self) -> Anisotropy {
         let largest = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(0.0, f64::max);
         let (e, nu, n) = (self.mean_young, self.mean_poisson, self.dimension);
@@ -132,8 +132,8 @@ impl ElasticConstants {
         }
     }
 
-    /// Derivatives of the mean Young's modulus (Pa per unit) and of the mean Poisson's ratio when D changes by `change`
-    /// (Pa per unit), of which the symmetric part counts, as of D: `dC = −C dD C`.
+    /// Derivatives of the mean Young's modulus (Pa per unit) and of the mean Poisson's ratio for a change `change` of D
+    /// (Pa per unit), of which only the symmetric part is used: `dC = −C dD C`.
     pub fn derivatives(&self, change: &Matrix6<f64>) -> (f64, f64) {
         let change = (change + change.transpose()) * 0.5;
         let dc = -self.compliance * change * self.compliance;
@@ -177,7 +177,7 @@ mod tests {
         assert_eq!(ElasticConstants::of(&Matrix6::zeros()), Err(StaticsError::Soft));
     }
 
-    /// In the plane: E and ν of `D11 = E/(1−ν²)`, `D12 = νD11`; what stands in the rows of direction 3 does not matter.
+    /// In the plane: E and ν of `D11 = E/(1−ν²)`, `D12 = νD11`; the rows of direction 3 do not matter.
     #[test]
     fn constants_of_the_plane() {
         let (e, nu) = (70e9, 0.35);
@@ -191,13 +191,13 @@ mod tests {
         assert!((found.mean_shear / (e / (2.0 * (1.0 + nu))) - 1.0).abs() < 1e-14, "{found:?}");
         let zero = found.anisotropy();
         assert!(zero.young + zero.poisson + zero.shear + zero.coupling < 1e-13, "{zero:?}");
-        // E is in proportion to D, ν does not change.
+        // E is proportional to D, ν does not change.
         let (young, poisson) = found.derivatives(&found.stiffness);
         assert!((young / e - 1.0).abs() < 1e-14 && poisson.abs() < 1e-14);
         assert_eq!(ElasticConstants::of_plane(&Matrix6::zeros()), Err(StaticsError::Soft));
     }
 
-    /// Against central differences: their own error is h² and rounding/h, 1e-9 at h = 1e-5.
+    /// Compared with central differences, whose error is h² plus rounding/h, 1e-9 at h = 1e-5.
     #[test]
     fn derivatives_are_those_of_the_constants() {
         let base = isotropic(2.0, 0.3) + Matrix6::from_fn(|i, j| 0.01 * ((i * j) as f64).sin());

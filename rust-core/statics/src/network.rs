@@ -15,27 +15,27 @@ pub struct LinkNetwork {
     pub links: Vec<Link>,
     /// Volume of the periodic cell, m³, if there is one.
     pub volume: Option<f64>,
-    /// Typical arm, m: rotations are multiplied by it where they stand beside displacements.
+    /// Typical arm, m: factor of rotations where they are combined with displacements.
     pub scale: f64,
-    /// Particles are discs in the plane z = 0: strains along and across z mean nothing.
+    /// Whether particles are discs in the plane z = 0; then strains along and across z have no meaning.
     pub planar: bool,
-    /// What particles give way to the forces on them, by particle; empty if all are rigid.
+    /// Compliance of each particle under the forces on it; empty if all are rigid.
     pub compliance: Vec<Compliance>,
 }
 
 /// Particles that links do not hold.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Loose {
-    /// Particles that carry no force in equilibrium: without links, or with one link to the rest (taken away one after
-    /// the other).
+    /// Rattlers: particles without links, or with one link to the rest (removed repeatedly). They carry no force in
+    /// equilibrium.
     pub rattlers: usize,
-    /// Motions of single particles that no link resists, rattlers not counted: a particle on two links that turns about
-    /// the line through both contact points; rotations of particles whose links resist none.
+    /// Zero-energy modes of single particles other than rattlers: a particle with two links rotates about the line
+    /// through both contact points; rotations of particles whose links resist none.
     pub mechanisms: usize,
 }
 
 impl LinkNetwork {
-    /// The intact bonds of a state between particles that deform as the model says ([`Model::deformable`]).
+    /// The intact bonds of a state, between particles that deform as the model says ([`Model::deformable`]).
     ///
     /// # Errors
     /// [`StaticsError::NoLinks`].
@@ -83,13 +83,13 @@ impl LinkNetwork {
         Ok(Self { planar, ..Self::new(state.particles.len(), links, volume) })
     }
 
-    /// A network of given links between rigid particles in space.
+    /// A network of the given links between rigid particles in space; `volume` of the periodic cell in m³.
     pub fn new(particles: usize, links: Vec<Link>, volume: Option<f64>) -> Self {
         let scale = links.iter().map(|l| 0.5 * (l.arm_a + l.arm_b)).sum::<f64>() / links.len().max(1) as f64;
         Self { particles, links, volume, scale, planar: false, compliance: Vec::new() }
     }
 
-    /// Take away the links of rattlers: a particle with one link to the rest feels no force in it. Returns their number.
+    /// Remove the links of rattlers: a particle with one link to the rest has no force in it. Returns their number.
     pub fn remove_rattlers(&mut self) -> usize {
         let mut count = vec![0u32; self.particles];
         let mut of: Vec<Vec<u32>> = vec![Vec::new(); self.particles];
@@ -136,8 +136,8 @@ impl LinkNetwork {
         })
     }
 
-    /// The network with shear stiffnesses multiplied by `shear` and all of them, and the moduli of deformable particles, by
-    /// `all`.
+    /// The network with all stiffnesses and the moduli of deformable particles multiplied by `all`, and shear
+    /// stiffnesses also by `shear`.
     pub fn scaled(&self, all: f64, shear: f64) -> Self {
         let mut network = self.clone();
         for link in &mut network.links {

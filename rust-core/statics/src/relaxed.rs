@@ -1,4 +1,4 @@
-//! Stiffness of a periodic cell by the dynamic solver: a small strain, then damped motion until nothing moves.
+//! Stiffness of a periodic cell by the dynamic solver: a small strain, then damped motion until the cell is at rest.
 
 use nalgebra::Matrix6;
 
@@ -15,10 +15,10 @@ pub struct Relaxation {
     pub strain: f64,
     /// Local damping of translation and rotation.
     pub damping: f64,
-    /// Net force or moment on the particles over that of the contacts at which the cell is at rest
+    /// Unbalanced force or moment at which the cell is at rest
     /// ([`StepReport::unbalanced`](concordem_solver::StepReport::unbalanced)).
     pub unbalanced: f64,
-    /// Most steps per mode.
+    /// Largest number of steps per mode.
     pub steps: u64,
 }
 
@@ -30,21 +30,21 @@ impl Default for Relaxation {
     }
 }
 
-/// Stiffness (Pa; components 11, 22, 33, 23, 31, 12, engineering shear strains; in the plane 11, 22, 12) of the cell of `state`, whose links must be
-/// free of stress, and the steps of the longest mode.
+/// Stiffness (Pa; components 11, 22, 33, 23, 31, 12, engineering shear strains; in the plane 11, 22, 12) of the cell of
+/// `state`, whose bonds must be unstressed, and the number of steps of the longest mode.
 ///
 /// # Errors
-/// [`StaticsError::NoCell`]; [`StaticsError::Relaxation`] when the solver fails or the cell does not come to rest.
+/// [`StaticsError::NoCell`]; [`StaticsError::Relaxation`] if the solver fails or the cell does not come to rest.
 pub fn relaxed_stiffness(
     state: &State,
     model: &Model,
     relaxation: Relaxation,
 ) -> Result<(Matrix6<f64>, u64), StaticsError> {
-    const LOOK: u64 = 50;
+    const CHECK_INTERVAL: u64 = 50;
     let failed = |error: String| StaticsError::Relaxation(error);
     let mut stiffness = Matrix6::zeros();
     let mut longest = 0;
-    // Strains that lag behind the forces settle with the power ρ of each step, whatever the net forces are.
+    // Lagged strains converge with the power ρ per step, whatever the net forces are.
     let settled = model.deformable.as_ref().map_or(0.0, |deformable| {
         let radius = concordem_solver::coupling::convergence(state, deformable).spectral_radius;
         if radius > 0.0 && radius < 1.0 { 1e-9_f64.ln() / radius.ln() } else { 0.0 }
@@ -71,7 +71,7 @@ pub fn relaxed_stiffness(
         solver.set_velocity_gradient(&cell, Mat3::zeros());
         let mut steps = 1;
         let report = loop {
-            let sample = steps % LOOK == 0;
+            let sample = steps % CHECK_INTERVAL == 0;
             let report = solver.step_with(&mut state, sample).map_err(|e| failed(e.to_string()))?;
             steps += 1;
             if !sample {
@@ -84,7 +84,7 @@ pub fn relaxed_stiffness(
             if steps > relaxation.steps {
                 return Err(failed(format!(
                     "the cell is not at rest after {steps} steps: net force or moment over that of the contacts is \
-                     {unbalanced:.1e}, {:.1e} was wanted",
+                     {unbalanced:.1e}; the limit is {:.1e}",
                     relaxation.unbalanced
                 )));
             }

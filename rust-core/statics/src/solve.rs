@@ -1,17 +1,18 @@
 //! Solution of `K u = f` by conjugate gradients (or, for cells, [directly](super::direct)).
 //!
-//! The matrix is never assembled: the response of a link costs some sixty operations, less than the memory traffic of its
-//! part of an assembled matrix. The iteration is [`faer`]'s, preconditioned with the inverse of each particle's 6×6 diagonal
-//! block. Motions that no link of a particle resists have no load either, and the pseudo-inverse leaves them out, so that
-//! mechanisms need no artificial stiffness. Each right-hand side is solved sequentially: the bits do not depend on the number
-//! of threads. (They may depend on the processor, since faer chooses among its instructions.)
+//! The matrix is never assembled: the response of a link costs some sixty operations, less than the memory traffic of
+//! its part of an assembled matrix. The iteration is [`faer`]'s, preconditioned with the inverse of each particle's 6×6
+//! diagonal block. Motions that no link of a particle resists have no load either, and the pseudo-inverse omits them,
+//! so mechanisms need no artificial stiffness. Each right-hand side is solved sequentially, so the bits do not depend
+//! on the number of threads. (They may depend on the processor, because faer chooses among its instructions.)
 //!
 //! **Deformable particles** couple all contacts of a particle. With the matrix `B` of the iteration between forces and
-//! strains ([`coupling`](concordem_solver::coupling)), normal forces are `(1−B)⁻¹ k_n (G u − …)` with the shear forces, which
-//! strain the particles as well, on the right. `1−B` is solved by conjugate gradients inside each product; it is symmetric
-//! and never singular, whether or not the iteration itself converges. With shear forces the matrix is not symmetric, and
-//! faer's stabilized biconjugate gradients replace conjugate gradients. In the transposed system, which derivatives need, the
-//! strains act on shear springs, which do not cause them.
+//! strains ([`coupling`](concordem_solver::coupling)), normal forces are `(1−B)⁻¹ k_n (G u − …)`, where the right-hand
+//! side contains the shear forces, which also strain the particles. Conjugate gradients inside each product solve for
+//! `1−B`, which is symmetric and never singular, whether or not the iteration itself converges. With shear forces the
+//! matrix is not symmetric, and faer's stabilized biconjugate gradients replace conjugate gradients. In the transposed
+//! system, which derivatives need, the particles' strains act on shear springs, but shear forces do not strain the
+//! particles.
 
 use nalgebra::Vector6;
 
@@ -35,14 +36,15 @@ pub enum Method {
 pub struct Accuracy {
     /// Norm of the residual over norm of the right-hand side (rotational parts divided by [`LinkNetwork::scale`]).
     pub residual: f64,
-    /// Most iterations.
+    /// Largest number of iterations.
     pub iterations: usize,
     /// Method of solution.
     pub method: Method,
 }
 
 impl Default for Accuracy {
-    /// 1e-11, 20 000: the stiffness of a cell is a minimum, hence exact to the square of the residual and limited by rounding.
+    /// 1e-11, 20 000: the stiffness of a cell is a minimum, so its error is the square of the residual and limited by
+    /// rounding.
     fn default() -> Self {
         Self { residual: 1e-11, iterations: 20_000, method: Method::Iterative }
     }
@@ -53,9 +55,9 @@ impl Default for Accuracy {
 pub struct Support {
     /// Particle.
     pub particle: usize,
-    /// 0 to 2: displacement along x, y, z; 3 to 5: rotation about them.
+    /// Degree of freedom: 0 to 2, displacement along x, y, z; 3 to 5, rotation about them.
     pub freedom: usize,
-    /// m or rad.
+    /// Prescribed motion, m or rad.
     pub value: f64,
 }
 
@@ -64,7 +66,7 @@ pub struct Support {
 pub struct StaticState {
     /// Motion of each particle.
     pub motion: Vec<NodeMotion>,
-    /// Force (N) and moment (N·m) that each particle needs from outside: the loads, and at supports the reactions.
+    /// Force (N) and moment (N·m) on each particle from outside: the loads, and the reactions of supports.
     pub holding: Vec<NodeMotion>,
     /// Iterations of the solver.
     pub iterations: usize,
@@ -73,7 +75,7 @@ pub struct StaticState {
 /// Equilibrium under prescribed motions and loads (forces in N, moments in N·m, by particle).
 ///
 /// # Errors
-/// A support or load on a particle that does not exist; loads that nothing carries; no convergence.
+/// A support or load on a particle that does not exist; loads on a zero-energy mode; no convergence.
 pub fn solve_supported(
     network: &LinkNetwork,
     supports: &[Support],
@@ -107,7 +109,7 @@ pub fn solve_supported(
     }
     let product = StiffnessProduct::new(network, free.clone());
     let (inverses, _) = product.inverse_diagonal_blocks();
-    // A load along a motion that nothing resists has no equilibrium.
+    // A load along a zero-energy mode has no equilibrium.
     let size = load.iter().fold(0.0_f64, |s, x| s.max(x.abs()));
     let blocks_of = |p: usize| {
         let x = Vector6::from_column_slice(&load[6 * p..6 * p + 6]);
@@ -168,7 +170,7 @@ mod tests {
     }
 
     /// End load: w = FL³/3EI, φ = FL²/2EI, reaction −F with the moment −FL, for any number of elements (the cubic is
-    /// exact in every element). Condition grows like n⁴: 20⁴·2⁻⁵³ = 2e-11.
+    /// exact in every element). The condition number grows like n⁴: 20⁴·2⁻⁵³ = 2e-11.
     #[test]
     fn cantilever_under_an_end_load() {
         let (n, length, ei, load) = (20, 2.0, 3.0, 0.7);
@@ -186,7 +188,7 @@ mod tests {
         );
     }
 
-    /// A prescribed end rotation about the axis: all links twist alike, moment = k_W φ/n.
+    /// A prescribed end rotation about the axis: all links twist equally, moment = k_W φ/n.
     #[test]
     fn prescribed_twist() {
         let (n, twist) = (10, 0.3);
@@ -205,7 +207,7 @@ mod tests {
         let wrench = NodeMotion { displacement: Vec3::y(), rotation: Vec3::zeros() };
         let far = solve_supported(&network, &clamp(9), &[], Accuracy::default());
         assert_eq!(far, Err(StaticsError::Place { particle: 9, freedom: 0, particles: 4 }));
-        // Without supports the load has no equilibrium; the iteration finds a direction that nothing resists.
+        // Without supports the load has no equilibrium; the iteration finds a zero-energy direction.
         let loose = solve_supported(&network, &[], &[(1, wrench)], Accuracy::default());
         assert!(loose.is_err(), "{loose:?}");
     }

@@ -9,13 +9,13 @@ use super::LinkNetwork;
 use super::cell_stiffness::uniform;
 use super::link::{LinkStrain, NodeMotion};
 
-/// The product of a network's stiffness matrix with a vector, matrix-free: rotations are scaled to lengths, prescribed degrees
-/// of freedom are left out.
+/// The product of a network's stiffness matrix with a vector, matrix-free. Rotations are scaled to lengths; prescribed
+/// degrees of freedom are omitted.
 pub(super) struct StiffnessProduct<'a> {
     pub network: &'a LinkNetwork,
     /// False for prescribed degrees of freedom; empty: all are free.
     free: Vec<bool>,
-    /// Coupling of the links by deformable particles; none if all are rigid.
+    /// Coupling of the links by deformable particles; `None` if all are rigid.
     pub coupling: Option<Coupling>,
     /// Whether the matrix is the transposed one.
     transposed: bool,
@@ -44,7 +44,7 @@ pub(super) fn add(y: &mut [f64], p: usize, part: &NodeMotion, scale: f64) {
     }
 }
 
-/// Force (N) by which the surface displacements (m) of its particles relieve a link: `k_N n (n·(W_A + W_B)n)`.
+/// Force (N) by which the surface displacements (m) of its particles reduce that of a link: `k_N n (n·(W_A + W_B)n)`.
 pub(super) fn relief(link: &super::Link, surface_displacement: &[Symmetric]) -> Vec3 {
     let elongation =
         (surface_displacement[link.a as usize] + surface_displacement[link.b as usize]).quadratic(&link.normal);
@@ -74,50 +74,51 @@ impl<'a> StiffnessProduct<'a> {
     pub fn link_strains(&self, x: &[f64], strain: Option<usize>) -> Vec<LinkStrain> {
         let LinkNetwork { links, scale, .. } = self.network;
         let of_link = |link: &super::Link| {
-            let mut felt = link.strain(&motion(x, link.a as usize, *scale), &motion(x, link.b as usize, *scale));
+            let mut link_strain = link.strain(&motion(x, link.a as usize, *scale), &motion(x, link.b as usize, *scale));
             if let Some(component) = strain {
-                felt.displacement += uniform(&link.branch, component);
+                link_strain.displacement += uniform(&link.branch, component);
             }
-            felt
+            link_strain
         };
-        let mut felt: Vec<LinkStrain> = links.iter().map(of_link).collect();
+        let mut strains: Vec<LinkStrain> = links.iter().map(of_link).collect();
         if let Some(coupling) = self.coupling.as_ref().filter(|_| self.transposed) {
-            let normal = links.iter().zip(&felt).map(|(link, felt)| {
-                let force = link.stiffness.normal * link.normal.dot(&felt.displacement);
+            let normal = links.iter().zip(&strains).map(|(link, link_strain)| {
+                let force = link.stiffness.normal * link.normal.dot(&link_strain.displacement);
                 Symmetric::product(&link.normal, &link.normal) * force
             });
             let surface_displacement = coupling.surface_displacement(&self.on_both_ends(normal));
-            for (link, felt) in links.iter().zip(&mut felt) {
-                felt.displacement -=
+            for (link, link_strain) in links.iter().zip(&mut strains) {
+                link_strain.displacement -=
                     (surface_displacement[link.a as usize] + surface_displacement[link.b as usize]).times(&link.normal);
             }
         }
-        felt
+        strains
     }
 
     /// Forces (N) on A and moments (N·m) about the contact points of all links in the state `x`, plus those of a uniform unit
     /// strain.
     pub fn link_forces(&self, x: &[f64], strain: Option<usize>) -> Vec<(Vec3, Vec3)> {
         let links = &self.network.links;
-        let felt = self.link_strains(x, strain);
-        let mut answers: Vec<(Vec3, Vec3)> = links.iter().zip(&felt).map(|(link, felt)| link.answer(felt)).collect();
+        let strains = self.link_strains(x, strain);
+        let mut forces: Vec<(Vec3, Vec3)> =
+            links.iter().zip(&strains).map(|(link, link_strain)| link.response(link_strain)).collect();
         if let Some(coupling) = self.coupling.as_ref().filter(|_| !self.transposed) {
-            let surface_displacement = coupling.surface_displacement(&self.dyads(&answers));
-            for (link, (force, _)) in links.iter().zip(&mut answers) {
+            let surface_displacement = coupling.surface_displacement(&self.particle_virials(&forces));
+            for (link, (force, _)) in links.iter().zip(&mut forces) {
                 *force -= relief(link, &surface_displacement);
             }
         }
-        answers
+        forces
     }
 
-    /// Force dyads `T` (N) of all particles under these forces and moments of the links.
-    pub fn dyads(&self, answers: &[(Vec3, Vec3)]) -> Vec<Symmetric> {
-        let dyads =
-            self.network.links.iter().zip(answers).map(|(link, (force, _))| Symmetric::product(&link.normal, force));
-        self.on_both_ends(dyads)
+    /// Particle virials `T` (N) of all particles under these forces and moments of the links.
+    pub fn particle_virials(&self, forces: &[(Vec3, Vec3)]) -> Vec<Symmetric> {
+        let virials =
+            self.network.links.iter().zip(forces).map(|(link, (force, _))| Symmetric::product(&link.normal, force));
+        self.on_both_ends(virials)
     }
 
-    /// Sum by particle over the dyads of its links.
+    /// Sum over the links of each particle.
     fn on_both_ends(&self, of_links: impl Iterator<Item = Symmetric>) -> Vec<Symmetric> {
         let mut sums = vec![Symmetric::default(); self.network.particles];
         for (link, part) in self.network.links.iter().zip(of_links) {
@@ -127,7 +128,7 @@ impl<'a> StiffnessProduct<'a> {
         sums
     }
 
-    /// The product for a periodic cell: a plane network is held against motion across the plane.
+    /// The product for a periodic cell; in a plane network motion across the plane is prescribed as zero.
     pub fn of_cell(network: &'a LinkNetwork) -> Self {
         let in_plane = [true, true, false, false, false, true];
         let free = if network.planar { in_plane.repeat(network.particles) } else { Vec::new() };
@@ -150,7 +151,7 @@ impl<'a> StiffnessProduct<'a> {
         } else {
             for link in &self.network.links {
                 let (a, b) = (link.a as usize, link.b as usize);
-                let (force, moment) = link.answer(&link.strain(&motion(x, a, scale), &motion(x, b, scale)));
+                let (force, moment) = link.response(&link.strain(&motion(x, a, scale), &motion(x, b, scale)));
                 hold(link, &force, &moment);
             }
         }
@@ -188,7 +189,7 @@ impl<'a> StiffnessProduct<'a> {
         self.free.is_empty() || self.free[6 * p + i]
     }
 
-    /// Pseudo-inverses of the diagonal blocks, and the number of motions of single particles that nothing resists.
+    /// Pseudo-inverses of the diagonal blocks, and the number of zero-energy modes of single particles.
     /// Eigenvalues below 1e-12 of the block's largest count as zero: rounding of the sums leaves 1e-15.
     pub fn inverse_diagonal_blocks(&self) -> (Vec<Matrix6<f64>>, usize) {
         let blocks = self.diagonal_blocks();

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Make law_tester.bin anew with the installed YADE and compare it with the committed file, byte for byte.
-# With the argument `all` the specimens too (minutes). Exit status 0: equal; 1: different; 2: YADE missing or failed.
+# Regenerates law_tester.bin with the installed YADE and compares it with the committed file, byte for byte.
+# With the argument `all`, also the specimens (minutes). Exit status 0: equal; 1: different; 2: YADE is missing or failed.
 set -u
 here=$(cd "$(dirname "$0")" && pwd)
 part=${1:-law}

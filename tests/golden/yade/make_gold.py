@@ -4,17 +4,17 @@ Run as
 
     GOLD_OUT=<folder> GOLD_PART=<law|specimen|all> yade -n -x -j1 make_gold.py
 
-With GOLD_LAW=Law2_ScGeom_CpmPhys_Rust the law of ConcorDEM's native plugin answers instead, which must give the same bytes.
-Made with Debian's YADE 2023.02a. One thread: with more, YADE sums forces in an order that changes from run to run.
+With GOLD_LAW=Law2_ScGeom_CpmPhys_Rust, the law of ConcorDEM's native plugin is used instead; it must give the same bytes.
+Made with Debian's YADE 2023.02a on one thread: with more, YADE sums forces in an order that changes from run to run.
 
-Written are files of named tables of reals. A file is the line `CONCORDEM-GOLD 1`, then for each table one line
+Writes files of named tables of real numbers. A file is the line `CONCORDEM-GOLD 1`, then for each table one line
 
     name rows columns name_of_column_1,name_of_column_2,...
 
 followed by rows*columns little-endian doubles, row by row.
 
 law_tester.bin    two spheres on prescribed paths, every option of the law: inputs and outputs of each step
-specimen.bin      uniaxial tests of 1 000 spheres: sampled contacts in windows of consecutive steps
+specimen.bin      uniaxial tests of 1,000 spheres: sampled contacts in windows of consecutive steps
 trajectory.bin    the same tests: initial state, stress-strain curves, later states, for the comparison of solvers
 packing.txt       the spheres (x y z r), input; written once by GOLD_PART=packing
 """
@@ -40,7 +40,7 @@ Law2 = getattr(yade.wrapper, LAW_CLASS)
 
 
 class Tables:
-    """A file of named tables of reals."""
+    """A file of named tables of real numbers."""
 
     def __init__(self, path):
         self.file = open(path, "wb")
@@ -113,7 +113,7 @@ def find(id1, id2):
 
 
 def contact_row(id1, id2, i):
-    """Everything that goes into and comes out of the law in this step, asked for between law and integrator."""
+    """All inputs and outputs of the law in this step, recorded between law and integrator."""
     if i is None:
         return [0.0, 0.0] + motion_row(id1, id2) + [math.nan] * (len(GEOMETRY) + len(OUTPUT))
     assert (i.id1, i.id2) == (id1, id2)
@@ -196,7 +196,7 @@ CASES = [
 
 
 def two_spheres(tables, name, path, options, second, law, scene):
-    """Drive one contact with YADE's LawTester and write down each step."""
+    """Drive one contact with YADE's LawTester and record each step."""
     O.reset()
     r1, r2 = scene.get("radii", (1e-3, 1e-3))
     cohesive = scene.get("cohesive", True)
@@ -214,7 +214,7 @@ def two_spheres(tables, name, path, options, second, law, scene):
     end = origin + distance * axis
     shift = Vector3(0, 0, 0)
     if periodic:
-        # B lies outside the cell's image of A: its copy one period along y is the neighbour
+        # B lies outside the cell image of A: its image one period along y is the neighbor
         O.periodic = True
         O.cell.hSize = Matrix3(0.01, 0, 0, 0, 0.008, 0, 0, 0, 0.012)
         end += Vector3(0, 0.008, 0)
@@ -277,7 +277,7 @@ def make_law():
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# a specimen of about 1 000 spheres
+# a specimen of about 1,000 spheres
 
 # name, strain rate (1/s), steps, options of the law, starts of the windows of recorded steps, steps of the snapshots
 RUNS = [
@@ -312,7 +312,7 @@ def read_packing():
 
 
 def specimen(rate, law):
-    """Both ends move along z at a constant speed, the rest starts with the linear field; ends do not turn."""
+    """Both ends move along z at a constant speed without rotation; the rest starts with the linear velocity field."""
     O.reset()
     m = material(**SPECIMEN_MATERIAL)
     O.materials.append(m)
@@ -338,7 +338,7 @@ def specimen(rate, law):
     O.dt = 0.6 * min(s[3] for s in spheres) * math.sqrt(m.density / m.young)
     O.engines = [
         ForceResetter(),
-        # a distance that lasts for the whole test: each later run of the collider would change the order of the sums
+        # a distance sufficient for the whole test, because each later run of the collider would change the order of the sums
         InsertionSortCollider([Bo1_Sphere_Aabb(aabbEnlargeFactor=INTERACTION_RATIO, label="bo1")], verletDist=1.5e-3,
                               label="collider"),
         InteractionLoop(
@@ -353,7 +353,7 @@ def specimen(rate, law):
 
 
 def interesting(rows, cohesive):
-    """Why a contact is worth keeping: the rarest thing that happens to it in the window."""
+    """Class of a contact: the rarest event that happens to it in the window."""
     column = ALIVE.index
     alive = [row[0] for row in rows]
     if 0.0 in alive:
@@ -377,7 +377,7 @@ def interesting(rows, cohesive):
 
 
 def choose(rows_of, constants):
-    """SAMPLES contacts, as many kinds as there are, drawn with a fixed seed."""
+    """SAMPLES contacts of all classes, drawn with a fixed seed."""
     kinds = {}
     for key in sorted(rows_of):
         kinds.setdefault(interesting(rows_of[key], constants[key][4]), []).append(key)
@@ -408,7 +408,7 @@ def run_specimen(samples, trajectory, name, rate, steps, law, windows, snapshots
         for i in O.interactions:
             live[i.id1, i.id2, i.iterMadeReal] = i
         for key in list(window):
-            # a contact of this window that is gone has its last row now
+            # a contact of this window that no longer exists gets its last row now
             if key not in live and window[key][-1][0]:
                 window[key].append(contact_row(key[0], key[1], None))
         for key, i in live.items():
@@ -440,7 +440,7 @@ def run_specimen(samples, trajectory, name, rate, steps, law, windows, snapshots
         # after the integrator: positions of step n go with velocities of n - 1/2
         rows = [list(b.state.pos) + list(b.state.vel) + list(b.state.angVel) for b in O.bodies]
         trajectory.add("%s.bodies.%d" % (name, O.iter), BODY, rows)
-        # bonds in the order of the table `bonds`, lost ones as NaN, then contacts made later
+        # bonds in the order of the table `bonds`, broken ones as NaN, then contacts formed later
         width = len(BOND) if O.iter == snapshots[-1] else 1
         alive, later = {}, []
         for i in O.interactions:

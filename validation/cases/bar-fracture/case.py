@@ -1,4 +1,4 @@
-"""A row of masses and brittle springs by leapfrog, written out."""
+"""A row of masses and brittle springs, integrated by leapfrog independently of the solver."""
 import numpy as np
 from concordem_validate.quantity import si
 from concordem_validate.result import Result
@@ -28,7 +28,7 @@ def analytic(task):
         whole &= pull <= strength
         pull = np.where(whole, pull, 0.0)
         force = np.append(pull, 0.0) - np.insert(pull, 0, 0.0)
-        # the ends are led
+        # the motion of the ends is prescribed
         force[[0, -1]] = 0.0
         v += force / start.mass * start.dt
         x += v * start.dt

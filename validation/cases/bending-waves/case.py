@@ -19,7 +19,7 @@ def scenario(document):
     if packing["kind"] != "ring":
         return document
     count, radius = packing["count"], si(packing["radius"])
-    # the middles of spheres are exact multiples of the radius
+    # the centers of spheres are exact multiples of the radius
     document["packing"] = {
         "kind": "spheres", "cell": [2 * radius * count, 20 * radius, 20 * radius],
         "spheres": [[radius * (2 * i + 1), 10 * radius, 10 * radius, radius] for i in range(count)]}
@@ -77,7 +77,7 @@ def analytic(task):
     if force.any():
         load = to_modes(force[:, 2] / start.mass, np.zeros(len(q)))
         with np.errstate(divide="ignore", invalid="ignore"):
-            # u_n: constant force from rest, the velocity of the start being that of half a step before
+            # u_n: constant force from rest; the initial velocity is that half a step earlier
             grown = [np.where(theta > 1e-9, (1 - np.cos((n + 0.5) * theta) / np.cos(0.5 * theta)) / np.maximum(omega, 1e-300) ** 2,
                               0.5 * n * (n + 1) * dt**2) for n in steps]
         amplitude = np.array(grown) * load
@@ -109,12 +109,12 @@ def analytic(task):
 
 
 def _seen(task):
-    """Waves around the ring that the packet has enough of to tell their frequency."""
+    """Waves around the ring with amplitudes large enough to measure their frequency."""
     return [2, 3, 4, 5, 6, 7, 8, 9, 10]
 
 
 def measures(task, result):
-    """Frequencies of the standing parts of the waves, from three pictures at a time: a(t+h) + a(t−h) = 2 cos(ωh) a(t)."""
+    """Frequencies of the standing parts of the waves, from three consecutive snapshots: a(t+h) + a(t−h) = 2 cos(ωh) a(t)."""
     if task.variant == "push":
         return {}
     series = result.series["position"]
@@ -127,6 +127,6 @@ def measures(task, result):
         middle, ends = a[1:-1], a[2:] + a[:-2]
         # least squares of one cosine; the rotary branch is fast and weak
         found.append(math.acos(float((ends * middle.conj()).real.sum() / (2 * (abs(middle) ** 2).sum()))) / h)
-    # what leapfrog makes of a frequency, undone
+    # correct for the frequency error of leapfrog
     found = 2 / result.dt * np.sin(np.array(found) * result.dt / 2)
     return {"frequencies": found.tolist(), "long_waves": found[:2].tolist()}

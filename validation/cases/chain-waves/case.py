@@ -1,4 +1,4 @@
-"""A chain of masses and springs between held ends: omega = 2 sqrt(k/m) sin(q a/2) (any textbook of solid-state physics).
+"""A chain of masses and springs between fixed ends: omega = 2 sqrt(k/m) sin(q a/2) (any textbook of solid-state physics).
 
 Leapfrog turns a standing wave into u_n = V dt sin(n theta)/sin(theta), cos(theta) = 1 - (omega dt)^2/2, exactly, also beyond the
 critical step 2/omega, where theta is complex and u grows.
@@ -24,7 +24,7 @@ def scenario(document):
         v = speed * math.sin(mode * math.pi * i / (count - 1))
         document["initial"].append({"set": f"bead{i}", "velocity": [v, 0.0, 0.0]})
     if "critical" in packing:
-        # a share of the critical step of the shortest wave between held ends
+        # a fraction of the largest stable time step, which the shortest wave between fixed ends determines
         mass = si(document["material"][0]["density"]) * 4 / 3 * math.pi * radius**3
         stiffness = si(document["material"][0]["linear_bond"]["normal_stiffness"])
         omega = 2 * math.sqrt(stiffness / mass) * math.sin((count - 2) * math.pi / 2 / (count - 1))
@@ -37,7 +37,7 @@ def analytic(task):
     count = len(start.radius)
     stiffness = si(task.scenario["material"][0]["linear_bond"]["normal_stiffness"])
     v = start.velocity[:, 0]
-    # which wave it is: its scalar product with the standing waves
+    # amplitude: scalar product with the standing waves
     shapes = np.sin(np.pi * np.outer(np.arange(1, count - 1), np.arange(count)) / (count - 1))
     mode = 1 + int(np.argmax(np.abs(shapes @ v)))
     omega = 2 * math.sqrt(stiffness / start.mass[0]) * math.sin(mode * math.pi / 2 / (count - 1))

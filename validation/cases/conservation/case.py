@@ -1,9 +1,9 @@
-"""What must not change: momentum, angular momentum, energy; and how a rigid body tumbles."""
+"""Conservation of momentum, angular momentum, and energy, and the rotation of a rigid body."""
 import numpy as np
 from concordem_validate.quantity import si
 from concordem_validate.result import Result
 
-# places of the fragment's spheres, in diameters
+# positions of the fragment's spheres, in diameters
 _FRAGMENT = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0), (0, 1, 0), (1, 1, 0), (2, 1, 0), (3, 1, 0), (0, 0, 1), (1, 0, 1), (0, 1, 1), (1, 1, 1)]
 
 
@@ -21,7 +21,7 @@ def scenario(document):
 
 
 def _rigid(task):
-    """Euler's equations of a rigid body of spheres, by Runge-Kutta of fourth order: the rotation matrix and the spin."""
+    """Euler's equations of a rigid body of spheres, by fourth-order Runge-Kutta: rotation matrix and angular velocity."""
     start = task.start
     mass, x = start.mass, start.position
     centre = mass @ x / mass.sum()
@@ -69,7 +69,7 @@ def measures(task, result):
     energy = sum(result.series[name].values for name in (
         "kinetic", "stored_normal", "stored_shear", "stored_bending", "stored_twist"))
     half = len(mass) // 2
-    # the first cluster flew towards the second and has come back or turned aside
+    # the first cluster moved toward the second and was reflected or deflected
     one = mass[:half] @ v[:, :half]
     return {
         "momentum_drift": float(np.linalg.norm(momentum - momentum[0], axis=1).max() / size),

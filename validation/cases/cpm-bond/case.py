@@ -1,4 +1,4 @@
-"""The concrete particle model on one bond, written down once more from the equations (Stránský 2018, section 2.5).
+"""The concrete particle model on one bond, implemented independently from the equations (Stránský 2018, section 2.5).
 
 Nothing here is the solver's: plain floats, one bond, spheres that do not turn. Modes as in the scenario: `thesis` returns slip
 exactly; `yade-public` has YADE's slip bookkeeping and hardening line (quirks yade-cpm-slip, yade-cpm-hardening).
@@ -37,7 +37,7 @@ class Bond:
         self.strain, self.plastic = np.zeros(3), np.zeros(3)
 
     def force(self, normal_strain):
-        """Normal and shear force on A for the present strains; updates the history."""
+        """Normal and shear force on A for the current strains; updates the history."""
         law = self.law
         prestress = si(law.get("isotropic_prestress", 0))
         strain = normal_strain + prestress / self.young
@@ -60,13 +60,13 @@ class Bond:
         if size > bound:
             scale = bound / size
             shear_stress = scale * trial
-            # YADE scales the stress before it takes the slip from it
+            # YADE scales the stress before it computes the slip
             self.plastic = self.plastic + (shear_stress if self.quirks else trial) * (1 - scale) / self.shear
         return (stress - prestress) * self.area, shear_stress * self.area
 
 
 def analytic(task):
-    """March the second sphere by leapfrog; the first is held, neither turns."""
+    """Integrate the second sphere by leapfrog; the first is fixed, and neither rotates."""
     document, start = task.scenario, task.start
     steps, dt = translate.steps_of(document, start.dt), start.dt
     fixed, velocity, _ = translate.prescribed(document, start)
@@ -81,7 +81,7 @@ def analytic(task):
         distance = float(np.linalg.norm(l))
         normal = l / distance
         if old_normal is None:
-            # YADE counts the motion of the step in which the bond is made, although nothing has moved yet
+            # YADE includes the motion of the step that creates the bond, although nothing has moved yet
             increment = (v - normal * (normal @ v)) * dt if bond.quirks else np.zeros(3)
         else:
             turn = np.cross(old_normal, normal)
@@ -108,7 +108,7 @@ def analytic(task):
 
 
 def measures(task, result):
-    """Normal stress and damage at the strains of the table; each strain is reached at a whole step."""
+    """Normal stress and damage at the strains of the table; every strain occurs at a whole step."""
     force = result.series["contact_force"]
     area = math.pi
     row = {int(step): k for k, step in enumerate(force.steps)}

@@ -1,4 +1,4 @@
-"""Tangent stiffness of the cell along its path."""
+"""Tangent stiffness of the cell."""
 import numpy as np
 
 

@@ -1,11 +1,11 @@
-"""What engineers read off a stress-strain curve."""
+"""Modulus, strength, and damage from a stress-strain curve."""
 import numpy as np
 
 
 def measures(task, result):
     strain, stress = result.series["strain"].values, result.series["stress"].values
     peak = int(np.argmax(np.abs(stress)))
-    # straight line through what lies below 30 % of the strength
+    # straight line through the points below 30 % of the strength
     low = np.arange(len(stress)) < peak
     low &= np.abs(stress) <= 0.3 * abs(stress[peak])
     out = {"strength": float(stress[peak]), "strain_at_peak": float(strain[peak]),

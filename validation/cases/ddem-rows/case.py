@@ -1,4 +1,4 @@
-"""Rows of deformable discs: 1/k = 1/k_n + 2/k_p between centres, k_p = πE/2(1−ν²) in plane strain, πE/2 in plane stress
+"""Rows of deformable discs: 1/k = 1/k_n + 2/k_p between centers, k_p = πE/2(1−ν²) in plane strain, πE/2 in plane stress
 (Madan 2019, eqs. 2.67, 2.72)."""
 import math
 

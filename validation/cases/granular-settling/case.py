@@ -1,4 +1,4 @@
-"""A cloud of spheres by seed, and what can be told of the bed it becomes."""
+"""A random cloud of spheres, and measures of the bed after it has settled."""
 import random
 
 import numpy as np
@@ -20,16 +20,16 @@ def scenario(document):
 
 
 def measures(task, result):
-    """Mean height while falling and at rest, height of the bed, contacts per sphere, what still moves.
+    """Mean height while falling and at rest, height of the bed, contacts per sphere, and remaining motion.
 
-    The height of the bed is that below which nine of ten centres are; a contact is a distance below 1.001 diameters."""
+    90 % of the centers are below the height of the bed; a contact is a distance below 1.001 diameters."""
     series = result.series["position"]
     x = series.values
     end, radius = x[-1], result.fields["radius"][0][0]
     height = x[:, :, 2].mean(axis=1)
     falling = np.interp(0.03, series.steps * result.dt, height)
     pairs, reach = 0, 2.002 * radius
-    # along x only those within reach are asked
+    # check only pairs that are close along x
     along = end[np.argsort(end[:, 0])]
     last = np.searchsorted(along[:, 0], along[:, 0] + reach, side="right")
     for k in range(len(along)):

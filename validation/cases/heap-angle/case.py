@@ -1,4 +1,4 @@
-"""A column over a rough floor by seed, and the slope of what stays."""
+"""A random column on a rough floor, and the slope of the remaining heap."""
 import math
 import random
 
@@ -7,7 +7,7 @@ from concordem_validate.quantity import si
 
 
 def scenario(document):
-    """Held spheres side by side as a floor, above it points of a lattice, each moved by up to 6 % of the spacing."""
+    """A floor of fixed spheres, and above it points of a lattice, each moved by up to 6 % of the spacing."""
     packing = document["packing"]
     chance = random.Random(packing["seed"])
     spacing, radius = si(packing["spacing"]), si(packing["radius"])
@@ -24,7 +24,7 @@ def scenario(document):
 
 
 def measures(task, result):
-    """Slope of twice the mean heights of slices one diameter wide, which are the surface's, and how many spheres stay."""
+    """Slope of the surface, and the number of remaining spheres. The surface is at twice the mean height of slices one diameter wide."""
     x, radius = result.series["position"].values[-1], result.fields["radius"][0][0]
     heap = x[x[:, 2] > 0]
     middles = np.arange(radius, 26 * radius, 2 * radius)

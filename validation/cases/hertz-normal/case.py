@@ -1,4 +1,4 @@
-"""Hertz's impact in closed form: k = 4/3 E* √R*, δ = (5 m* v²/4k)^(2/5), F = k δ^(3/2), t = 2.943 δ/v (Timoshenko & Goodier)."""
+"""Analytical solution of a Hertz impact: k = 4/3 E* √R*, δ = (5 m* v²/4k)^(2/5), F = k δ^(3/2), t = 2.943 δ/v (Timoshenko & Goodier)."""
 import math
 
 import numpy as np
@@ -52,10 +52,10 @@ def measures(task, result):
         else:
             way = x[:, b, 0] - x[:, a, 0] - radius[a] - radius[b]
             reduced = mass[a] / 2
-        # second differences of the way are the acceleration of leapfrog and Verlet alike
+        # second differences of positions are the acceleration in leapfrog and Verlet
         out["peak_force"].append(float(reduced * np.max(np.diff(way, 2)) / dt**2))
         low = int(np.argmin(way))
-        # the parabola through the three lowest points
+        # parabola through the three lowest points
         f0, f1, f2 = way[low - 1:low + 2]
         out["peak_overlap"].append(float(-(f1 - (f2 - f0) ** 2 / (8 * (f0 - 2 * f1 + f2)))))
         inside = np.flatnonzero(way < 0)

@@ -1,4 +1,4 @@
-"""Oblique impacts; while sliding all the way, e_t, spin, and rebound angle follow from friction alone (Chung & Ooi 2011)."""
+"""Oblique impacts. With sliding throughout, friction alone determines e_t, angular velocity, and rebound angle (Chung & Ooi 2011)."""
 import math
 
 import numpy as np

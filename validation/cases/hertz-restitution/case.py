@@ -1,4 +1,4 @@
-"""Restitution: what goes in comes out."""
+"""Restitution of impacts equals the given coefficient."""
 import numpy as np
 from concordem_validate.quantity import si
 from concordem_validate.result import Result

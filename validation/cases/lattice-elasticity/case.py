@@ -6,7 +6,7 @@ from concordem_validate.result import Result
 
 
 def stiffness(lattice, kn, ks):
-    """C_ijkl by the sum over the bonds of one particle, each shared by two."""
+    """C_ijkl from the sum over the bonds of one particle, each shared by two particles."""
     if lattice == "sc":
         directions, volume = [np.eye(3)[k] * s for k in range(3) for s in (1, -1)], 1.0
     else:

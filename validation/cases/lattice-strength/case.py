@@ -1,4 +1,4 @@
-"""Strained along x by eps, a bond of direction n grows by eps n_x^2 d and breaks at F = k_n times that.
+"""Under strain eps along x, a bond of direction n elongates by eps n_x^2 d and breaks if k_n times that exceeds its strength F.
 
 C11 = sum over bonds of (k_n n_x^4 + k_s n_x^2 (1 - n_x^2)) / (V/d), the affine sum, exact for centrosymmetric lattices.
 """
@@ -11,7 +11,7 @@ from concordem_validate.result import Result
 
 
 def _directions(lattice):
-    """Unit vectors to the nearest neighbours, one of each pair, and the volume per particle in units of the distance."""
+    """Unit vectors to the nearest neighbors, one of each pair, and the volume per particle in units of the distance."""
     if lattice == "sc":
         return [(1, 0, 0), (0, 1, 0), (0, 0, 1)], 1.0
     both = [np.array(v) / math.sqrt(2) for v in itertools.product((-1, 0, 1), repeat=3) if np.abs(v).sum() == 2]
@@ -23,7 +23,7 @@ def analytic(task):
     kn, ks, strength = (si(law[key]) for key in ("normal_stiffness", "shear_stiffness", "normal_strength"))
     d = 2 * si(task.scenario["packing"]["radius"])
     directions, volume = _directions(task.scenario["packing"]["lattice"])
-    # sigma = sum of branch times force per volume; the shear force is k_s times what is left of the displacement
+    # sigma = sum of branch times force per volume; the shear force is k_s times the tangential displacement
     modulus = sum(n[0] ** 2 * (kn * n[0] ** 2 + ks * (1 - n[0] ** 2)) for n in map(np.array, directions)) / (volume * d)
     steepest = max(n[0] ** 2 for n in map(np.array, directions))
     strain = strength / (kn * steepest * d)

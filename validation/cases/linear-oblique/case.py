@@ -1,4 +1,4 @@
-"""Two spheres meet: linear spring, shear spring, Coulomb friction; written down once more, with plain vectors.
+"""Two colliding spheres with linear spring, shear spring, and Coulomb friction, implemented independently of the solver.
 
 The shear displacement is turned with the normal exactly; arms end at the contact point half way through the overlap.
 """

@@ -1,4 +1,4 @@
-"""Clouds of spheres of unequal sizes by seed."""
+"""Random clouds of spheres of different sizes."""
 import random
 
 from concordem_validate.quantity import si

@@ -1,4 +1,4 @@
-"""Closed forms of motions of a pair."""
+"""Analytical solutions of motions of a pair."""
 import math
 
 import numpy as np
@@ -14,7 +14,7 @@ def analytic(task):
     if task.variant == "whirling":
         result.numbers["measures"] = {"angular_momentum_drift": 0.0, "energy_residual": 0.0}
         return result
-    # spheres at rest that turn: the contact point slides at a constant velocity, so the shear force grows linearly
+    # rotating spheres at fixed positions: the contact slides at constant velocity, so the shear force grows linearly
     law = document["material"][0]["cpm"]
     _, _, spin = translate.prescribed(document, start)
     l = start.position[1] - start.position[0]
@@ -29,7 +29,7 @@ def analytic(task):
     stiffness = si(law["young"]) * si(law["shear_ratio"]) * area / length
     at = np.arange(steps + 1)
     t = at * start.dt
-    # what has slid is turned on by the mean spin about the normal: ds/dt = u + ω n × s
+    # the mean rotation about the normal rotates the shear displacement: ds/dt = u + ω n × s
     u, across = sliding, np.cross(n, sliding)
     if abs(twist) > 0:
         phase = twist * t
@@ -41,7 +41,7 @@ def analytic(task):
 
 
 def measures(task, result):
-    """Angular momentum at each step and the ledger's residual, through their sizes.
+    """Angular momentum at each step and the ledger's residual, relative to their magnitudes.
 
     Leapfrog keeps x_k × v_{k-1/2} + I ω exactly when every force acts at the same point on both spheres: positions move along the
     velocities, and a kick changes orbit and spin by opposite moments.

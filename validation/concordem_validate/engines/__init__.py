@@ -1,7 +1,7 @@
-"""The engines. Each module translates a scenario and the exported start state, and says what it cannot translate.
+"""The engines. Each module translates a scenario and the exported start state, and raises Unsupported for what it cannot translate.
 
-An engine has `NAME`, `version()` (raises [`NotInstalled`]), and `run(task, folder, limit) -> Result`. To add one (our
-plugin in LIGGGHTS for bonded laws, say), write a module and name it in `ENGINES`.
+An engine has `NAME`, `version()` (raises NotInstalled), and `run(task, folder, limit) -> Result`. To add one, write a module and list
+it in `ENGINES`.
 """
 from . import analytic, concordem, esys, lammps, liggghts, table, yade
 

@@ -1,4 +1,4 @@
-"""Closed forms: a function `analytic(task)` of the case's `case.py`, with no code of the solver."""
+"""Analytical solutions: a function `analytic(task)` in the case's `case.py`, independent of the solver."""
 from ..errors import HarnessError
 
 NAME = "analytic"
@@ -11,7 +11,7 @@ def version():
 def run(task, folder, limit):
     function = getattr(task.module, "analytic", None)
     if function is None:
-        raise HarnessError(f"{task.folder / 'case.py'} has no function `analytic`")
+        raise HarnessError(f"{task.folder / 'case.py'} has no function `analytic`; add it")
     result = function(task)
     result.provenance.setdefault("source", f"{task.case}/case.py")
     return result

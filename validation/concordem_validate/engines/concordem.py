@@ -1,4 +1,4 @@
-"""ConcorDEM itself: runs the program and reads its result. Also exports the start state for the peers."""
+"""ConcorDEM: runs the program, reads its result, and exports the start state for the peers."""
 import copy
 import hashlib
 import json
@@ -26,12 +26,12 @@ def program():
         return path.resolve()
     found = shutil.which(str(path))
     if not found:
-        raise NotInstalled(f"{path} is missing: cargo build --release -p concordem, or set {VARIABLE} to the program")
+        raise NotInstalled(f"{path} is missing; run cargo build --release -p concordem, or set {VARIABLE} to the program")
     return Path(found)
 
 
 def version():
-    """The program's version and the hash of its bytes: a rebuilt program is another engine."""
+    """Hash of the program, so that a rebuilt program counts as another engine."""
     path = program()
     about = path.stat()
     return f"concordem sha256 {_digest(path, about.st_mtime_ns, about.st_size)}"
@@ -39,7 +39,7 @@ def version():
 
 @cache
 def _digest(path, modified, size):
-    """Of a file as it was then: there are some hundred megabytes, which are asked for with every run."""
+    """Hash of a file of this time and size; cached, because the program is large and every run needs it."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()[:16]
 
@@ -60,7 +60,7 @@ def _run(folder, limit, threads):
 
 
 def _elastic(task, folder, limit):
-    """Elastic constants by the program's own command, which has no run and no series."""
+    """Elastic constants from the program's command `elastic`, which has no run and no series."""
     _prepare(task, folder)
     text, wall = process.run(
         [program(), "elastic", "--json", "--quiet", "-j", 1, "scenario.toml"], folder, limit)
@@ -70,17 +70,17 @@ def _elastic(task, folder, limit):
 
 
 def package():
-    """Our Python package, whose operators take anybody's arrays."""
+    """Our Python package, whose operators accept any arrays."""
     try:
         import concordem
         import concordem.operators
     except ImportError as error:
-        raise NotInstalled(f"the Python package concordem is missing here ({error}): yade-bridge/test.sh wheel") from None
+        raise NotInstalled(f"the Python package concordem is missing ({error}); run yade-bridge/test.sh wheel") from None
     return concordem
 
 
 def also(task):
-    """What else a run depends on: the package's bytes, where its operators are used."""
+    """Additional inputs of a run: hash of the package, if its operators are used."""
     if task.command != "operators":
         return ""
     path = Path(package()._core.__file__)
@@ -88,7 +88,7 @@ def also(task):
 
 
 def _operators(task):
-    """Our operators on the state in which a peer ended."""
+    """Our operators on the final state of a peer."""
     operators = package().operators
     state = {name.removeprefix("frozen/"): values for name, (values, _) in task.frozen.fields.items() if name.startswith("frozen/")}
     how = task.frozen.numbers["frozen"]
@@ -101,7 +101,7 @@ def _operators(task):
             particle=state["wall_particle"].astype(np.uint32), point=vectors("wall_point"), force=vectors("wall_force"))
     volumes = operators.particle_volumes(state["radius"])
     each = np.asarray(operators.particle_stress(state["position"], contacts, volumes, loads, partition=how["partition"]))
-    # branches that cross the cell's border count as a whole, as all others
+    # branch vectors across the border of the cell count fully, like all others
     found = operators.region_stress(state["position"], contacts, operators.Region.all(how["volume"]))
     each, whole = each.reshape(-1, 9), np.asarray(found.stress).reshape(9)
     if not how["full"]:
@@ -130,7 +130,7 @@ def run(task, folder, limit):
         _run(folder, limit, 2)
         two = process.run([program(), "info", "--hash", "result.h5"], folder, 60)[0].strip()
         if one != two:
-            raise HarnessError(f"1 and 2 threads end in different states: {one}, {two}")
+            raise HarnessError(f"runs with 1 and 2 threads have different final states: {one}, {two}; please report this")
         result.provenance["state_hash_2_threads"] = two
     result.provenance["command"] = "concordem run -j 1 scenario.toml"
     result.numbers["wall_s"] = result.numbers.get("wall_s") or wall
@@ -141,7 +141,7 @@ def read(path, document):
     with h5py.File(path, "r", locking=False) as file:
         provenance = {k: v if isinstance(v, str) else str(v) for k, v in file["provenance"].attrs.items()}
         result = Result(NAME, float(provenance["time_step_s"]), provenance=provenance)
-        # velocity Verlet is leapfrog whose first kick is half a step
+        # velocity Verlet is leapfrog with a first kick of half a step
         result.provenance["velocity_at"] = "half steps"
         samples = file["samples"]
         steps = samples["step"][()]
@@ -178,7 +178,7 @@ def read(path, document):
 
 
 def contact_force(result, document):
-    """The force of the only contact, from the sum of branch times force (operator sample `contact` over 1 m³).
+    """Force of a single contact, from the virial (operator record `contact` over 1 m³).
 
     With one contact W_ij = l_i f_j, so f_j = l_i W_ij / |l|²; l is the distance of particles 0 and 1.
     """
@@ -192,7 +192,7 @@ def contact_force(result, document):
 
 
 def _snapshots(vtk, result):
-    """Pictures of all particles, in the order of the ids."""
+    """Snapshots of all particles, ordered by id."""
     steps = vtk["Steps/step"][()]
     point_offsets = vtk["Steps/PointOffsets"][()]
     count = len(vtk["PointData/id"]) if len(steps) else 0
@@ -211,7 +211,7 @@ def _snapshots(vtk, result):
 
 @dataclass
 class Start:
-    """The state before the first step, as ConcorDEM has built it."""
+    """The state before the first step, built by ConcorDEM."""
 
     dt: float
     position: np.ndarray
@@ -226,7 +226,7 @@ class Start:
 
 
 def export_start(task, folder, limit=120):
-    """Run one step and read what was there before it; reference lengths are those of the bonds themselves."""
+    """Run one step and read the state before it; reference lengths are those of the bonds."""
     _prepare(task, folder, {"stop": {"steps": 1}, "output.snapshot_interval": 1, "output.sample_interval": 1})
     try:
         _run(folder, limit, 1)
@@ -243,7 +243,7 @@ def export_start(task, folder, limit=120):
         length = group["reference_length"][()] if group else np.zeros(0)
         cell = np.zeros(0)
         if "cell" in file:
-            # what one step has made of it is undone by its deformation gradient; cells start with edges along the axes
+            # undo the deformation of the step by its deformation gradient; cells start with edges along the axes
             undone = np.linalg.solve(file["cell/deformation_gradient"][()], file["cell/edges"][()])
             if np.abs(undone - np.diag(np.diag(undone))).max() > 1e-12 * np.abs(undone).max():
                 undone = np.linalg.solve(file["cell/deformation_gradient"][()], file["cell/edges"][()].T)

@@ -1,4 +1,4 @@
-"""ESyS-Particle as Debian ships it (package esys-particle): cohesive beams as its rotational bonds, by a script of its own.
+"""ESyS-Particle from Debian (package esys-particle): cohesive beams as its rotational bonds, run by esys_driver.py.
 
 `RotBondPrms` without scaling takes springs along, across, in torsion, and in bending, as the beam's EA/L, 12EI/L³(1+Φ), GJ/L, EI/L;
 the one in bending acts on half the angle between the particles (quirk esys-bending-half), so it gets twice. Angles are inverse cosines
@@ -26,7 +26,7 @@ _DRIVER = Path(__file__).with_name("esys_driver.py").read_text()
 @cache
 def version():
     if not shutil.which("esysparticle"):
-        raise NotInstalled("ESyS-Particle is not installed: apt install esys-particle")
+        raise NotInstalled("ESyS-Particle is not installed; run apt install esys-particle")
     package = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "esys-particle"], capture_output=True, text=True)
     return f"esys-particle {package.stdout.strip() or 'of unknown version'}"
 
@@ -40,7 +40,7 @@ def translation(task):
     except Unsupported as error:
         raise Unsupported(f"{NAME}: {error}") from None
     if np.ptp(start.mass) > 0:
-        raise Unsupported("esys: spheres of one mass")
+        raise Unsupported("esys: all spheres must have the same mass")
     steps = translate.steps_of(document, start.dt)
     return dict(
         position=start.position.tolist(), radius=float(start.radius[0]), mass=float(start.mass[0]), velocity=velocity.tolist(),
@@ -54,7 +54,7 @@ def run(task, folder, limit):
         change(data)
     (folder / "task.json").write_text(json.dumps(data))
     (folder / "esys_driver.py").write_text(_DRIVER)
-    # one process that leads and one that works
+    # one master and one worker process
     _, wall = process.run(["mpirun", "-np", "2", "--oversubscribe", "--bind-to", "none", "esysparticle", "esys_driver.py"], folder, limit,
                           {**process.ONE_THREAD, **MPI})
     if not (folder / "out.json").exists():

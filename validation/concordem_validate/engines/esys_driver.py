@@ -1,4 +1,4 @@
-"""Runs in ESyS-Particle's own processes: builds the beams of task.json, lets them move, and writes out.json.
+"""Runs in ESyS-Particle's processes: builds the beams of task.json, computes the steps, and writes out.json.
 
     mpirun -np 2 esysparticle esys_driver.py
 """
@@ -38,7 +38,7 @@ for p in range(count):
     if any(task["spin"][p]):
         sim.setParticleAngularVelocity(p, Vec3(*task["spin"][p]))
 if task["held"]:
-    sim.setParticleNonDynamic(1)  # those of the tag
+    sim.setParticleNonDynamic(1)  # particles with this tag
 out = {"step": [], "position": [], "velocity": [], "angular_velocity": []}
 
 

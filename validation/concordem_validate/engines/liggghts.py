@@ -1,4 +1,4 @@
-"""LIGGGHTS 3.8.0 as Debian ships it: scenario and start state become a data file and a deck.
+"""LIGGGHTS 3.8.0 from Debian: translates scenario and start state to a data file and an input script.
 
 Native models: `hertz_mindlin` → `hertz tangential history`, `frictional` with stiffnesses → `hooke/stiffness tangential
 history`. The public build has no bonds: bonded laws come by our library (docs/book/reference/liggghts.md), `fix concordem/bond` with the
@@ -27,7 +27,7 @@ MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 @cache
 def version():
     if not shutil.which("liggghts"):
-        raise NotInstalled("LIGGGHTS is not installed: apt install liggghts")
+        raise NotInstalled("LIGGGHTS is not installed; run apt install liggghts")
     package = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "liggghts"], capture_output=True, text=True)
     return f"liggghts {package.stdout.strip() or 'of unknown version'}"
 
@@ -37,20 +37,20 @@ _LAUNCHER = Path(__file__).parents[3] / "target" / "liggghts" / "concordem-liggg
 
 
 def launcher():
-    """Starts LIGGGHTS with our library."""
+    """Path of the launcher that starts LIGGGHTS with our library."""
     path = Path(os.environ.get(VARIABLE, _LAUNCHER))
     if not path.is_file():
-        raise NotInstalled(f"{path} is missing: make liggghts, or set {VARIABLE} to the launcher")
+        raise NotInstalled(f"{path} is missing; run make liggghts, or set {VARIABLE} to the launcher")
     return path.resolve()
 
 
 def _ours(task):
-    """Whether our library computes the contacts: of all bonds, and of contact laws without a native model."""
+    """Whether our library computes the contacts: always with bonds, else for contact laws without a native model."""
     return "bonds" in task.scenario or task.scenario["contacts"]["law"] not in {*_MODELS, "none"}
 
 
 def also(task):
-    """What else a run depends on: the library's bytes, where it is used."""
+    """Additional inputs of a run: hash of our library, if it is used."""
     if not _ours(task):
         return ""
     with open(launcher().with_name("libconcordem-liggghts.so"), "rb") as file:
@@ -62,7 +62,7 @@ def _number(value):
 
 
 def _pairs(function, materials):
-    """A property of pairs of materials, row by row."""
+    """A property of pairs of materials, in row-major order."""
     return " ".join(_number(function(a, b)) for a in materials for b in materials)
 
 
@@ -90,8 +90,8 @@ def _frictional(document):
         translate.law_keys("liggghts", law, {
             "young", "stiffness_ratio", "normal_stiffness", "shear_stiffness", "friction_coefficient", "damping_ratio"})
     if any("normal_stiffness" not in m or si(m.get("damping_ratio", 0)) for m in laws):
-        raise Unsupported("liggghts: linear contacts only without dashpots, and with both stiffnesses")
-    # N/m of two materials: the mean, as ours; stiffnesses are those of the contact
+        raise Unsupported("liggghts: linear contacts need both stiffnesses and no dashpots")
+    # as in ConcorDEM, the contact has the mean stiffness of both materials, N/m
     mean = lambda key: lambda a, b: 0.5 * (si(a[key]) + si(b[key]))
     zero = lambda a, b: 0.0
     n = len(laws)
@@ -110,12 +110,12 @@ _MODELS = {"hertz_mindlin": _hertz_mindlin, "frictional": _frictional}
 
 
 def _materials(document):
-    """Tables of parameters, as the library reads them."""
+    """Tables of parameters for our library."""
     return scenario.dumps({"material": document["material"]})
 
 
 def _bond_fix(document):
-    """The line of our fix; parameters and bonds are in files beside the deck."""
+    """The line of our fix; parameters and bonds are in separate files."""
     bonds = f"{document['bonds']['law']} bond list bonds.txt" if "bonds" in document else "none"
     line = f"fix bonds all concordem/bond {bonds} materials materials.toml"
     line += f" kinematics {document.get('kinematics', 'finite')} contact {document['contacts']['law']}"
@@ -135,7 +135,7 @@ def _groups(fixed):
 
 
 def group_lines(name, members):
-    """Lines of a script have a limit; a group named again grows."""
+    """Lines that define a group. Several, because the length of a line is limited; repeating a group extends it."""
     ids = [str(p + 1) for p in members]
     return [f"group {name} id " + " ".join(ids[k:k + 50]) for k in range(0, len(ids), 50)]
 
@@ -156,11 +156,11 @@ def _held(fixed, loading):
     else:
         for letters, members in _groups(fixed).items():
             for p in members:
-                # reactions of a pair are wanted one by one
+                # separate groups, to get the reaction of each particle of a pair
                 groups.setdefault((str(p) if len(fixed) == 2 else "", letters), []).append(p)
     for k, ((name, letters), members) in enumerate(groups.items()):
         if 0 < sum(c in letters for c in "XYZ") < 3:
-            raise Unsupported("liggghts: spins are held about all axes or none")
+            raise Unsupported("liggghts: rotations must be fixed about all axes or none")
         group = name if name in ("low", "high") else f"held{name or k}"
         lines += group_lines(group, members)
         force = " ".join("0.0" if c in letters else "NULL" for c in "xyz")
@@ -171,7 +171,7 @@ def _held(fixed, loading):
     if still:
         lines += [*group_lines("still", still), "group turning subtract all still"]
         free = "turning"
-    # groups first, and all of them after the fix that makes the forces
+    # groups first; the fixes must follow the fix that computes the forces
     return lines, [f"fix integrate {free} nve/sphere"] + (["fix integrate_still still nve"] if still else [])
 
 
@@ -181,7 +181,7 @@ def deck(task, ranks):
     ours = _ours(task)
     translate.check_keys({k: v for k, v in document.items() if not (ours and k == "deformable")}, "liggghts")
     if translate.local_damping(document):
-        raise Unsupported("liggghts: local damping is none of its schemes")
+        raise Unsupported("liggghts: it has no local damping")
     law = document["contacts"]["law"]
     loading = None
     fixed, velocity, spin = translate.prescribed(document, start)
@@ -197,7 +197,7 @@ def deck(task, ranks):
         raise Unsupported("liggghts: no translation of moments on particles")
     if ours:
         if document.get("wall"):
-            raise Unsupported("liggghts: our bonds know no walls there")
+            raise Unsupported("liggghts: our bonds do not support walls")
         head, properties, style = [], [], None
     elif law in _MODELS:
         head, properties, style = _MODELS[law](document)
@@ -212,10 +212,10 @@ def deck(task, ranks):
     duration = steps * start.dt
     travel = np.abs(velocity).max() * duration
     low, high = start.position.min(axis=0) - extent - travel, start.position.max(axis=0) + extent + travel
-    # nothing may fall out of the box
+    # all particles must stay in the box
     fall = 0.5 * np.array(gravity) * duration**2 * np.array([not any(w[0] == k for w in translate.planes(document)) for k in range(3)])
     low, high = low + np.minimum(fall, 0), high + np.maximum(fall, 0)
-    # what rolls away across gravity has at most the speed of its fall through the start state
+    # horizontal speeds are at most the speed of a fall through the height of the start state
     for axis in range(3):
         if size and not gravity[axis] and not sum(w[0] == axis for w in translate.planes(document)) > 1:
             along = int(np.argmax(np.abs(gravity)))
@@ -289,7 +289,7 @@ def deck(task, ranks):
 
 
 def _frozen(result, task, folder, text, position):
-    """The state of the last step for our operators, and what LIGGGHTS' own find in it.
+    """The state of the last step for our operators, and the results of LIGGGHTS' operators.
 
     `stress/atom` gives half of Σ branch ⊗ force to each atom of a contact, times no volume, above the diagonal only; the first index
     is that of the place, as ours. Pressure has the opposite sign. Walls are in neither.
@@ -308,7 +308,7 @@ def _frozen(result, task, folder, text, position):
 
 
 def _local(path, columns):
-    """Rows of the last picture of a local dump."""
+    """Rows of the last snapshot of a local dump."""
     rows = []
     with open(path) as file:
         for line in file:
@@ -320,7 +320,7 @@ def _local(path, columns):
 
 
 def _thermo(text, columns):
-    """Steps and numbers of the lines that `thermo` writes."""
+    """Steps and numbers of the thermo output."""
     rows = []
     inside = False
     for line in text.splitlines():
@@ -331,7 +331,7 @@ def _thermo(text, columns):
             rows.append([float(word) for word in words])
         elif words[:2] == ["Loop", "time"]:
             inside = False
-    # the last step stands twice where it is no multiple of the interval
+    # the last step is printed twice if it is not a multiple of the interval
     table = np.array(rows).reshape(-1, columns + 1)
     return table[:, 0].astype(int), table[:, 1:]
 
@@ -346,7 +346,7 @@ def dump_of(path, count, who="LIGGGHTS"):
             elif line.startswith("ITEM: NUMBER"):
                 there = int(next(file))
                 if there != count:
-                    raise Crashed(f"{who} has lost {count - there} of {count} particles by step {steps[-1]}: they left the box of the deck")
+                    raise Crashed(f"{who} has lost {count - there} of {count} particles by step {steps[-1]}: they left the box; enlarge it")
             elif line.startswith("ITEM: ATOMS"):
                 rows = np.array([[float(v) for v in next(file).split()] for _ in range(count)])
                 frames.append(rows[np.argsort(rows[:, 0]), 1:])
@@ -369,7 +369,7 @@ class Liggghts:
             files["in.txt"] = change(files["in.txt"])
         for name, text in files.items():
             (folder / name).write_text(text)
-        # `-screen none` crashes this version (quirk liggghts-screen-none); waiting ranks yield to whoever works
+        # `-screen none` crashes this version (quirk liggghts-screen-none); waiting ranks yield their core
         program = [launcher(), "in.txt"] if _ours(task) else ["liggghts", "-in", "in.txt"]
         command = [*map(str, program), "-log", "log.liggghts"]
         if self.ranks > 1:

@@ -1,4 +1,4 @@
-"""What the translations to the peers share: they read the scenario key by key and refuse what they do not know."""
+"""Common part of the translations to peers. They read the scenario key by key and raise Unsupported for unknown keys."""
 import math
 
 import numpy as np
@@ -6,7 +6,7 @@ import numpy as np
 from ..errors import Unsupported
 from ..quantity import si, vector
 
-# Keys of the scenario that change nothing a peer computes.
+# Keys of the scenario that do not affect a peer's results.
 _SILENT = {"version", "title", "output", "sample"}
 _KNOWN = _SILENT | {
     "packing", "material", "bonds", "contacts", "integration", "loading", "set", "prescribe", "force", "initial", "stop",
@@ -115,7 +115,7 @@ def deformable(engine, document, start):
     if condition not in ("solid", "plane-strain", "plane-stress"):
         raise Unsupported(f"{engine}: deformable.condition is solid, plane-strain, or plane-stress")
     if document.get("prescribe"):
-        raise Unsupported(f"{engine}: reactions of prescribed motion do not strain particles there")
+        raise Unsupported(f"{engine}: reactions of prescribed motion do not strain particles")
     return dict(condition=condition, load=_acts(document, start).tolist(), constants=[
         None if t is None else [si(t["young"]), si(t["poisson"])] for t in tables])
 
@@ -138,7 +138,7 @@ def friction(law):
 
 
 def planes(document):
-    """Walls as (axis, position, side, velocity, material): side +1 when particles are where the coordinate is larger."""
+    """Walls as (axis, position, side, velocity, material); side is +1 if the particles have larger coordinates."""
     names = [m["name"] for m in document["material"]]
     out = []
     for wall in document.get("wall", []):
@@ -152,16 +152,16 @@ def planes(document):
             axis = next(k for k in range(3) if normal[k])
             out.append((axis, vector(shape["point"])[axis], 1 if normal[axis] > 0 else -1, velocity, material))
         else:
-            raise Unsupported(f"no translation of a wall of kind {shape['kind']} that is no plane across an axis")
+            raise Unsupported(f"no translation of a wall of kind {shape['kind']}; only planes normal to an axis are supported")
     return out
 
 
 def end_layers(document, start):
-    """Ids of the two end layers of uniaxial loading, as the program chooses them: reach of a layer from the surfaces."""
+    """Ids of the two end layers of uniaxial loading, chosen as in the program, by the layer thickness from the surfaces."""
     loading = document["loading"]
     axis = "xyz".index(loading.get("axis", "z"))
     if "layer_thickness" not in loading or "area" not in loading:
-        raise Unsupported("a comparison needs loading.layer_thickness and loading.area written out")
+        raise Unsupported("a comparison needs explicit loading.layer_thickness and loading.area; add them")
     thickness = si(loading["layer_thickness"])
     x, r = start.position[:, axis], start.radius
     low, high = (x - r).min(), (x + r).max()

@@ -1,4 +1,4 @@
-"""YADE as Debian ships it: scenario and start state become a task for `yade_driver.py`, run headless on one thread."""
+"""YADE from Debian: translates scenario and start state to a task for `yade_driver.py`, run headless on one thread."""
 import json
 import math
 import shutil
@@ -15,7 +15,7 @@ from ..result import Result
 from . import translate
 
 NAME = "yade"
-# read once: an edit during a long round must not meet tasks of the old form
+# read once, so that an edit during a long round has no effect
 _DRIVER = Path(__file__).with_name("yade_driver.py").read_text()
 _DAMAGE_LAWS = {"linear": 0, "exponential": 1}
 
@@ -23,7 +23,7 @@ _DAMAGE_LAWS = {"linear": 0, "exponential": 1}
 @cache
 def version():
     if not shutil.which("yade"):
-        raise NotInstalled("YADE is not installed: apt install yade")
+        raise NotInstalled("YADE is not installed; run apt install yade")
     package = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "yade"], capture_output=True, text=True)
     return f"yade {package.stdout.strip() or 'of unknown version'}"
 
@@ -48,19 +48,19 @@ def _cpm(material, document, start):
 
 
 def _frictional(material, document, start):
-    """k_n = 2 E_A r_A E_B r_B/(E_A r_A + E_B r_B): E r for equal spheres, so that a given stiffness has a modulus too."""
+    """YADE's k_n = 2 E_A r_A E_B r_B/(E_A r_A + E_B r_B), which is E r for equal spheres; gives the modulus of a given stiffness."""
     law = material["frictional"]
     translate.law_keys("yade", law, {
         "young", "stiffness_ratio", "normal_stiffness", "shear_stiffness", "friction_coefficient", "damping_ratio"})
     if si(law.get("damping_ratio", 0)):
-        raise Unsupported("yade: linear contacts only without dashpots")
+        raise Unsupported("yade: linear contacts must have no dashpots")
     if "young" in law:
         young, ratio = si(law["young"]), si(law["stiffness_ratio"])
     elif np.ptp(start.radius) == 0 and len(document["material"]) == 1:
         young = si(law["normal_stiffness"]) / float(start.radius[0])
         ratio = si(law["shear_stiffness"]) / si(law["normal_stiffness"])
     else:
-        raise Unsupported("yade: given stiffnesses only for one material and equal spheres; else `young`, `stiffness_ratio`")
+        raise Unsupported("yade: given stiffnesses need one material and equal spheres; else use `young` and `stiffness_ratio`")
     return dict(kind="frictional", young=young, poisson=ratio, frictionAngle=math.atan(translate.friction(law)),
                 density=si(material["density"]))
 
@@ -74,17 +74,17 @@ def _hertz_mindlin(material, document, start):
 
 
 def _cohesive_beam(material, document, start):
-    """YADE's moment law with the stiffnesses of the beam, for equal spheres at rest distance L = 2r.
+    """YADE's moment law with the stiffnesses of the beam, for equal spheres with reference length L = 2r.
 
     YADE's are k_n = E' r, k_s = P k_n, k_r = r² k_s α_r, k_t = r² k_s α_t for the material (E', P, α_r, α_t); the beam's
     EA/L, 12EI/L³, EI/L, GJ/L. A beam that bends by 12EI/L³ about its middle and EI/L is Euler-Bernoulli's.
     """
     law = material["cohesive_beam"]
     if law.get("model", "euler-bernoulli") != "euler-bernoulli" or "radius" not in law:
-        raise Unsupported("yade: beams only as euler-bernoulli, with `radius`")
+        raise Unsupported("yade: beams must be euler-bernoulli, with `radius`")
     translate.law_keys("yade", law, {"young", "poisson", "radius", "model"})
     if np.ptp(start.radius) > 0 or len(document["material"]) > 1:
-        raise Unsupported("yade: beams only between equal spheres of one material")
+        raise Unsupported("yade: beams need equal spheres of one material")
     return dict(kind="cohesive_beam", young=si(law["young"]), poisson=si(law.get("poisson", 0.3)),
                 beam_radius=si(law["radius"]), density=si(material["density"]))
 
@@ -94,16 +94,16 @@ def _linear_bond(material, document, start):
     law = material["linear_bond"]
     translate.law_keys("yade", law, {"normal_stiffness", "shear_stiffness", "normal_strength"})
     if np.ptp(start.radius) > 0 or len(document["material"]) > 1:
-        raise Unsupported("yade: linear bonds only between equal spheres of one material")
+        raise Unsupported("yade: linear bonds need equal spheres of one material")
     normal, shear = si(law["normal_stiffness"]), si(law["shear_stiffness"])
     if np.any(np.abs(start.reference_length - 2 * start.radius[0]) > 1e-9 * start.radius[0]):
-        raise Unsupported("yade: linear bonds only between spheres that touch")
+        raise Unsupported("yade: linear bonds need touching spheres")
     friction = 0.0
     if document["contacts"]["law"] == "frictional":
         contact = material["frictional"]
         translate.law_keys("yade", contact, {"normal_stiffness", "shear_stiffness", "friction_coefficient"})
         if (si(contact["normal_stiffness"]), si(contact["shear_stiffness"])) != (normal, shear):
-            raise Unsupported("yade: contacts with the stiffnesses of the bonds only")
+            raise Unsupported("yade: contacts must have the stiffnesses of the bonds")
         friction = translate.friction(contact)
     return dict(kind="linear_bond", young=normal / float(start.radius[0]), poisson=shear / normal,
                 normalCohesion=si(law["normal_strength"]) / float(start.radius[0]) ** 2 if "normal_strength" in law else 1e30,
@@ -125,12 +125,12 @@ def translation(task):
     if len(laws) != 1 or not laws <= _LAWS.keys():
         raise Unsupported(f"yade: no translation of laws {', '.join(sorted(laws))} together")
     law = laws.pop()
-    # its bond with given stiffnesses does not ask what is bonded; all others have spheres' areas and volumes in them
+    # only its bond with given stiffnesses is independent of areas and volumes of spheres
     if plane and law != "linear_bond":
-        raise Unsupported("yade: no translation of dimension = 2 but for linear bonds")
+        raise Unsupported("yade: dimension = 2 is translated only for linear bonds")
     deformable = translate.deformable(NAME, document, start)
     if deformable and law != "linear_bond":
-        raise Unsupported("yade: deformable particles only with linear bonds")
+        raise Unsupported("yade: deformable particles need linear bonds")
     integration = document.get("integration", {})
     gravity = vector(integration.get("gravity", [0, 0, 0]))
     fixed, velocity, spin = translate.prescribed(document, start)
@@ -147,36 +147,36 @@ def translation(task):
         loading = dict(kind="uniaxial", axis=axis, low=low.tolist(), high=high.tolist(), area=area)
     elif document.get("loading", {}).get("kind") == "cell-strain":
         if document.get("prescribe"):
-            raise Unsupported("yade: no translation of prescribed motion in a driven cell, which carries blocked bodies along there")
+            raise Unsupported("yade: no translation of prescribed motion in a driven cell, because YADE moves blocked bodies with the cell")
         gradient = [vector(row) for row in document["loading"]["velocity_gradient"]]
         loading = dict(kind="cell-strain", velocity_gradient=gradient)
     elif document.get("loading", {}).get("kind", "none") != "none":
         raise Unsupported(f"yade: no translation of loading {document['loading']['kind']}")
     if integration.get("scheme", "leapfrog") == "velocity-verlet":
-        # Verlet is leapfrog whose first kick is half a step: YADE's first kick is whole, so its velocities are set back.
+        # Velocity Verlet is leapfrog with a first kick of half a step. YADE's first kick is a full step, so subtract half.
         free = np.array([[letter not in letters for letter in "xyz"] for letters in fixed])
         velocity -= np.where(free, 0.5 * start.dt * np.asarray(gravity), 0.0)
         if len(start.bonds) == 0 and np.any(start.mass == 0):
-            raise Unsupported("yade: massless particles")
+            raise Unsupported("yade: no translation of massless particles")
     force, moment = translate.forces(document, start)
     materials = [_LAWS[law](m, document, start) for m in document["material"]]
     if any(m.get("functor") != materials[0].get("functor") for m in materials):
-        raise Unsupported("yade: omega_threshold and hardening belong to its functor: they cannot differ by material")
+        raise Unsupported("yade: omega_threshold and hardening must be equal for all materials, because they belong to the functor")
     output = document.get("output", {})
-    # the operator sample `whole` over all contacts is YADE's getStress
+    # the operator record `whole` over all contacts corresponds to YADE's getStress
     whole = [si(s["region"].get("volume", 0)) for s in document.get("sample", [])
              if s.get("name") == "whole" and s["operator"] == "region-stress" and s["region"]["kind"] in ("all", "cell")]
     return dict(
         law=law, materials=materials,
         position=start.position.tolist(), radius=start.radius.tolist(), mass=start.mass.tolist(),
-        # solid spheres, or discs, as ours
+        # solid spheres or discs, as in ConcorDEM
         inertia=((0.5 if plane else 0.4) * start.mass * start.radius**2).tolist(), plane=plane, deformable=deformable,
         frozen=task.command == "operators",
         material=start.material.tolist(), velocity=velocity.tolist(), spin=spin.tolist(),
         fixed=["".join(sorted(f)) for f in fixed], force=force.tolist(), moment=moment.tolist(),
         walls=translate.planes(document), bonds=start.bonds.tolist(),
         ratio=si(document.get("bonds", {}).get("interaction_ratio", 1)),
-        # Only YADE's own kinematics have the correction of the arms; all others touch at the common contact point.
+        # Only YADE's kinematics correct the arms; all others use the common contact point.
         ratcheting_correction=document.get("kinematics", "finite") == "yade-ratcheting",
         spherical_bodies=not document.get("wall"),
         dt=start.dt, damping=translate.local_damping(document), gravity=gravity, loading=loading,
@@ -185,7 +185,7 @@ def translation(task):
 
 
 def _frozen(result, task, data, out):
-    """The state of the last step for our operators, and what YADE's own find in it, in our order of indices."""
+    """The state of the last step for our operators, and the results of YADE's operators in our order of indices."""
     a, _ = pair = out["frozen_pair"].T
     spheres = len(task.start.radius)
     on_a, walls = out["frozen_force"], (pair >= spheres).any(axis=0)
@@ -197,14 +197,14 @@ def _frozen(result, task, data, out):
         "frozen/force": (on_a[~walls], "N"), "frozen/wall_particle": (pair.min(axis=0)[walls], "1"),
         "frozen/wall_point": (out["frozen_point"][walls], "m"),
         "frozen/wall_force": (np.where(wall_first[:, None], -on_a, on_a)[walls], "N")})
-    # theirs are force times branch (quirk yade-stress-transposed)
+    # YADE's stress is force times branch vector (quirk yade-stress-transposed)
     turned = lambda tensors: np.asarray(tensors).reshape(-1, 3, 3).transpose(0, 2, 1).reshape(-1, 9)
     volume = data["stress_volume"] or float(out["frozen_volume"])
     result.numbers["frozen"] = {"partition": "contact-point", "volume": volume, "full": True}
     result.numbers["measures"] = {
         "contacts": int((~walls).sum()), "particle_stress": turned(out["frozen_particle_stress"])[:spheres].ravel().tolist()}
     if not walls.any():
-        # getStress counts walls, too, with the places of their bodies for ends of branches
+        # getStress includes walls; their branch vectors end at the positions of the wall bodies
         result.numbers["measures"]["stress"] = turned(out["frozen_stress"])[0].tolist()
 
 
@@ -228,14 +228,14 @@ def run(task, folder, limit):
         if name in data_out:
             result.add(name, samples, data_out[name], unit)
     if "whole_stress" in data_out:
-        # YADE's is force times branch, ours branch times force (quirk yade-stress-transposed)
+        # YADE's stress is force times branch vector, ours the transpose (quirk yade-stress-transposed)
         result.add("whole.stress", samples, data_out["whole_stress"].transpose(0, 2, 1), "Pa", "getStress, transposed")
     if "contact_force" in data_out:
         result.add("contact_force", samples, data_out["contact_force"], "N", "Force of the contact on particle 0")
     for name, unit in (("position", "m"), ("velocity", "m/s"), ("angular_velocity", "rad/s")):
         result.add(name, pictures, data_out[name], unit, "All particles")
     if "damage_field" in data_out:
-        result.add("damage_field", pictures, data_out["damage_field"], "1", "Mean damage of the links of a particle")
+        result.add("damage_field", pictures, data_out["damage_field"], "1", "Mean damage of the bonds of a particle")
     if task.command == "operators":
         _frozen(result, task, data, data_out)
     result.fields["radius"] = (task.start.radius, "m")

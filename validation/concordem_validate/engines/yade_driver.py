@@ -1,4 +1,4 @@
-"""Runs in YADE's own process: builds the scene of a task, runs it, and writes NumPy arrays.
+"""Runs in YADE's process: builds the scene of a task, runs it, and writes NumPy arrays.
 
     CONCORDEM_VALIDATE_TASK=task.json CONCORDEM_VALIDATE_OUT=yade.npz yade -n -x -j1 yade_driver.py
 
@@ -32,7 +32,7 @@ def make_material(m):
         return FrictMat(**m)
     if kind == "linear_bond":
         return CohFrictMat(momentRotationLaw=False, isCohesive=True, shearCohesion=1e30, fragile=True, **m)
-    # cohesive beam: stiffnesses for equal spheres that touch
+    # cohesive beam: stiffnesses for equal touching spheres
     r, e, nu, b = task["radius"][0], m["young"], m["poisson"], m["beam_radius"]
     length, area, inertia = 2 * r, math.pi * b**2, math.pi * b**4 / 4
     kn, ks, kr, kt = e * area / length, 12 * e * inertia / length**3, e * inertia / length, e / (2 + 2 * nu) * 2 * inertia / length
@@ -49,7 +49,7 @@ if task["cell"]:
     O.periodic = True
     O.cell.setBox(*task["cell"])
 for p, (x, r) in enumerate(zip(task["position"], task["radius"])):
-    # colour given: utils draws a random one else and reseeds Python's generator
+    # give a color, because otherwise utils draws a random one and reseeds Python's generator
     b = utils.sphere(x, r, material=materials[task["material"][p]], color=(1, 1, 1))
     b.state.mass, b.state.inertia = task["mass"][p], Vector3(1, 1, 1) * task["inertia"][p]
     b.state.vel, b.state.angVel = Vector3(*task["velocity"][p]), Vector3(*task["spin"][p])
@@ -75,12 +75,12 @@ if law == "cpm":
 elif law == "frictional":
     geometry = [Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=correction, label="ig2"), Ig2_Wall_Sphere_ScGeom(noRatch=correction)]
     physics = [Ip2_FrictMat_FrictMat_FrictPhys()]
-    # its short cut for spheres would take R - overlap/2 for the lever at walls, too (quirk yade-spherical-bodies)
+    # its shortcut for spheres would also use the arm R - overlap/2 at walls (quirk yade-spherical-bodies)
     response = [Law2_ScGeom_FrictPhys_CundallStrack(sphericalBodies=task["spherical_bodies"])]
 elif law == "hertz_mindlin":
     geometry = [Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=correction, label="ig2"),
                 Ig2_Wall_Sphere_ScGeom(hertzian=True, noRatch=correction)]
-    # one coefficient per pair of materials, the mean of theirs; without any damping YADE takes none at all
+    # the mean coefficient for each pair of materials; without damping, YADE needs no matchmaker
     e = [m["restitution"] for m in task["materials"]]
     pairs = [(i, j, 0.5 * (a + b)) for i, a in enumerate(e) for j, b in enumerate(e) if j >= i]
     damped = any(x < 1 for x in e)
@@ -114,7 +114,7 @@ def sample():
         samples["stress"].append(0.5 * (force[0] - force[1]) / loading["area"])
         samples["strain"].append((mean_position(loading["high"]) - mean_position(loading["low"]) - length) / length)
     if task["stress_volume"] is not None:
-        # 0 stands for the volume of the periodic cell, in YADE too
+        # 0 means the volume of the periodic cell, as in YADE
         samples["whole_stress"].append([list(row) for row in np.array(utils.getStress(task["stress_volume"]))])
     if deformation:
         samples["stored_deformation"].append(deformation.energy)
@@ -150,7 +150,7 @@ frozen = {}
 
 
 def freeze():
-    """Contacts as they are, force on the first body, and what YADE's own operators say."""
+    """Current contacts with the force on the first body, and the results of YADE's operators."""
     real = [i for i in O.interactions if i.isReal]
     shift = [O.cell.hSize * Vector3(*i.cellDist) if O.periodic else Vector3.Zero for i in real]
     places = [O.bodies[p].state.pos for p in range(len(O.bodies))]
@@ -194,7 +194,7 @@ class Deformation:
         self.strain = (1 + nu) / e * (stress - nu * trace) if self.plane else ((1 + nu) * stress - nu * trace) / e
         self.strain[self.rigid] = 0
         if task["plane"]:
-            # what is across the plane does no work there: the depth is one
+            # out-of-plane components do no work: the depth is one
             self.strain[:, 2, :] = self.strain[:, :, 2] = 0
         self.coming = 0.5 * np.sum(self.volume * np.sum(stress * self.strain, axis=(1, 2)))
 
@@ -235,7 +235,7 @@ O.engines = [
     NewtonIntegrator(damping=task["damping"], gravity=task["gravity"], label="newton"),
 ]
 if loading["kind"] == "cell-strain":
-    # the velocities of the start state have the gradient already
+    # the velocities of the start state already include the gradient
     O.cell.velGrad = Matrix3(*[x for row in loading["velocity_gradient"] for x in row])
     newton.prevVelGrad = O.cell.velGrad
 O.step()
@@ -248,7 +248,7 @@ if task["bonds"]:
         sys.exit(5)
     bo1.aabbEnlargeFactor = ig2.interactionDetectionFactor = 1
 start = time.perf_counter()
-# one step more: forces and velocities of the last step are seen in it, between the laws and the integrator
+# one more step, because forces and velocities of the last step are read between the laws and the integrator
 O.run(task["steps"] - O.iter + 1, True)
 wall = time.perf_counter() - start
 out = {name: np.array(values) for name, values in {**samples, **pictures}.items() if values}

@@ -1,4 +1,4 @@
-/* Cohesive beams: the law functor, its physics, and the functor that makes it.
+/* Cohesive beams: the law functor, its physics, and the Ip2 functor.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "beams.hpp"
@@ -14,12 +14,12 @@ namespace {
 	const vector<string> models { "euler-bernoulli", "timoshenko", "dual-spring", "spring" };
 	const vector<string> bendingTerms { "mid-section", "half-sum", "larger-end" };
 
-	/* Index of a word; `why` gets the reason if it is unknown. */
+	/* Index of a word; sets `why` if the word is unknown. */
 	int indexOf(const vector<string>& words, const string& word, const char* attribute, string& why)
 	{
 		for (size_t k = 0; k < words.size(); k++)
 			if (words[k] == word) return int(k);
-		why = string("BeamMat_Rust.") + attribute + " is \"" + word + "\"; it may be ";
+		why = string("BeamMat_Rust.") + attribute + " is \"" + word + "\"; give one of ";
 		for (size_t k = 0; k < words.size(); k++)
 			why += (k ? ", \"" : "\"") + words[k] + "\"";
 		return 0;
@@ -27,7 +27,7 @@ namespace {
 
 } // namespace
 
-/* Mean radius of the spheres of such materials, counted at most once per step. */
+/* Mean radius of the spheres of BeamMat_Rust, computed at most once per step. */
 Real Ip2_BeamMat_BeamMat_BeamPhys_Rust::meanRadius()
 {
 	if (!std::isnan(countedRadius)) return countedRadius;
@@ -41,7 +41,7 @@ Real Ip2_BeamMat_BeamMat_BeamPhys_Rust::meanRadius()
 	return countedRadius;
 }
 
-/* Parameters of the beam between two materials; the reason if they are not valid. */
+/* Set the parameters of the beam between two materials; returns an error message, or an empty string. */
 string Ip2_BeamMat_BeamMat_BeamPhys_Rust::make(const Interaction&, const BeamMat_Rust& one, const BeamMat_Rust& two, BeamPhys_Rust& phys)
 {
 	string why;
@@ -53,9 +53,9 @@ string Ip2_BeamMat_BeamMat_BeamPhys_Rust::make(const Interaction&, const BeamMat
 	if (!why.empty()) return why;
 	for (const BeamMat_Rust* material : { &one, &two })
 		if ((material->radius > 0) == (material->radiusRatio > 0))
-			return "BeamMat_Rust needs a positive radiusRatio or a positive radius, and not both; it has radiusRatio = "
+			return "BeamMat_Rust needs either a positive radiusRatio or a positive radius; it has radiusRatio = "
 			        + std::to_string(material->radiusRatio) + ", radius = " + std::to_string(material->radius) + " m";
-	if ((one.radius > 0) != (two.radius > 0)) return "one material gives radius, the other radiusRatio; give both the same";
+	if ((one.radius > 0) != (two.radius > 0)) return "one material has radius, the other radiusRatio; give both materials the same attribute";
 	const Real radius    = one.radius > 0 ? mean(one.radius, two.radius) : mean(one.radiusRatio, two.radiusRatio) * meanRadius();
 	phys.crossSection    = M_PI * (radius * radius);
 	phys.young           = mean(one.young, two.young);
@@ -85,8 +85,8 @@ string Law2_ScGeom6D_BeamPhys_Rust::fill(ConcordemBeamContact& c, BeamPhys_Rust&
 	return string();
 }
 
-/* The library wrote the history through its addresses. Parameters are checked in the first step, and after a failure, since scripts can
-   change attributes. */
+/* The library has already written the history. Parameters are checked in the first step and after a failure, because scripts can change
+   attributes. */
 string Law2_ScGeom6D_BeamPhys_Rust::store(ConcordemBeamContact& c, ConcordemBondOutcome outcome, BeamPhys_Rust& phys) const
 {
 	const bool failed = int(outcome) < 0, first = phys.refLength <= 0;
@@ -94,11 +94,11 @@ string Law2_ScGeom6D_BeamPhys_Rust::store(ConcordemBeamContact& c, ConcordemBond
 	double k[4];
 	Reason reason;
 	if (concordem_yade_beam_stiffness(&c.parameters, &k, reason) < 0) {
-		// The beam has not begun: the next step checks it again.
+		// Without a reference length, the next step checks the beam again.
 		if (first) phys.restDirection = phys.restRotation = Vector3r::Zero();
 		return reason.text;
 	}
-	if (failed) return "the force is not a number; is the time step too large, or are two bodies in one place?";
+	if (failed) return "the force is not finite; reduce the time step, and check that no two bodies coincide";
 	phys.refLength = c.parameters.length;
 	phys.kn = k[0], phys.ks = k[1], phys.kr = k[2], phys.ktw = k[3];
 	return string();

@@ -1,4 +1,4 @@
-/* Classes of YADE for cohesive beams: material, physics, the functor that makes it, and the law, which ConcorDEM computes.
+/* YADE classes for cohesive beams: material, physics, Ip2 functor, and Law2 functor. ConcorDEM computes the law.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #pragma once
@@ -14,14 +14,14 @@ public:
 	virtual ~BeamMat_Rust() = default;
 	// clang-format off
 	YADE_CLASS_BASE_DOC_ATTRS_CTOR(BeamMat_Rust, FrictMat,
-		"Spheres joined by cohesive beams. `young` (Pa) and `poisson` are those of the beams, and of contacts without a beam by YADE's own rule. Give `radiusRatio` or `radius`.",
-		((Real,radiusRatio,0,,"Radius of a beam divided by the mean radius of all spheres of such materials; 0: `radius` counts."))
-		((Real,radius,0,,"Radius of a beam, m; 0: `radiusRatio` counts."))
-		((string,model,"euler-bernoulli",,"What a beam resists: euler-bernoulli, timoshenko, dual-spring, spring."))
-		((Real,shearCoefficient,0.9,,"Shear coefficient of the section; with timoshenko."))
-		((Real,shearRatio,0,,"Tangential stiffness divided by normal stiffness; with dual-spring."))
-		((Real,tensileStrength,std::numeric_limits<Real>::infinity(),,"Largest principal stress on the surface of a beam at which it breaks, Pa; infinite: never."))
-		((string,bendingTerm,"mid-section",,"Bending moment that enters this stress: mid-section, half-sum, larger-end.")),
+		"Material of spheres joined by cohesive beams. `young` (Pa) and `poisson` are those of the beams; contacts without a beam use them by YADE's rule. Give either `radiusRatio` or `radius`.",
+		((Real,radiusRatio,0,,"Beam radius divided by the mean radius of all spheres of this class of material; 0 if `radius` is given."))
+		((Real,radius,0,,"Beam radius, m; 0 if `radiusRatio` is given."))
+		((string,model,"euler-bernoulli",,"Beam model: euler-bernoulli, timoshenko, dual-spring, or spring."))
+		((Real,shearCoefficient,0.9,,"Shear coefficient of the section; only for timoshenko."))
+		((Real,shearRatio,0,,"Shear stiffness divided by normal stiffness; only for dual-spring."))
+		((Real,tensileStrength,std::numeric_limits<Real>::infinity(),,"A beam breaks when the largest principal stress on its surface exceeds this, Pa; infinite: never."))
+		((string,bendingTerm,"mid-section",,"Bending moment used for this stress: mid-section, half-sum, or larger-end.")),
 		createIndex();
 	);
 	// clang-format on
@@ -39,14 +39,14 @@ public:
 		((Real,poisson,NaN,,"Poisson's ratio."))
 		((Real,shear,0,,"Shear coefficient (timoshenko) or stiffness ratio (dual-spring)."))
 		((Real,tensileStrength,std::numeric_limits<Real>::infinity(),,"Strength, Pa."))
-		((Real,crossSection,NaN,,"Area of the section, m^2."))
-		((Real,refLength,0,,"Length without strain, m; set in the first step. Negative: the contact could not be made, and stops the run."))
+		((Real,crossSection,NaN,,"Cross-section, m^2."))
+		((Real,refLength,0,,"Reference length, m; set in the first step. A negative value marks a contact that could not be created; it stops the run."))
 		((int,model,0,,"0 euler-bernoulli, 1 timoshenko, 2 dual-spring, 3 spring."))
 		((int,bendingTerm,0,,"0 mid-section, 1 half-sum, 2 larger-end."))
-		((bool,intact,true,,"A beam that is not is deleted in the next step, without a force and without energy."))
-		((Vector3r,restDirection,Vector3r::Zero(),(Attr::readonly),"History: direction of the unloaded beam in axes half way between those of the bodies."))
+		((bool,intact,true,,"If False, the beam is deleted in the next step without force and energy."))
+		((Vector3r,restDirection,Vector3r::Zero(),(Attr::readonly),"History: direction of the unloaded beam, in axes halfway between those of the bodies."))
 		((Vector3r,restRotation,Vector3r::Zero(),(Attr::readonly),"History: vector part of the rotation from either body to these axes."))
-		((Vector3r,moment,Vector3r::Zero(),(Attr::readonly),"Moment of the middle section on the first body, N*m.")),
+		((Vector3r,moment,Vector3r::Zero(),(Attr::readonly),"Moment at the middle section, on the first body, N*m.")),
 		createIndex();
 	);
 	// clang-format on
@@ -55,7 +55,7 @@ public:
 REGISTER_SERIALIZABLE(BeamPhys_Rust);
 
 class Ip2_BeamMat_BeamMat_BeamPhys_Rust : public Ip2_FrictMat_FrictMat_FrictPhys {
-	Real   countedRadius = NaN; // mean radius of the spheres, counted in this step if it is not NaN
+	Real   countedRadius = NaN; // mean radius of the spheres, m; NaN if not computed in this step yet
 	Real   meanRadius();
 
 public:
@@ -66,9 +66,9 @@ public:
 	FUNCTOR2D(BeamMat_Rust, BeamMat_Rust);
 	// clang-format off
 	YADE_CLASS_BASE_DOC_ATTRS(Ip2_BeamMat_BeamMat_BeamPhys_Rust, Ip2_FrictMat_FrictMat_FrictPhys,
-		"Joins spheres of BeamMat_Rust by beams until iteration cohesiveThresholdIter (negative: always). Later, and where a facet or another shape takes part, it makes the FrictPhys of its base class, for which InteractionLoop needs a law such as Law2_ScGeom_FrictPhys_CundallStrack. Different materials: means of numbers; words must agree.",
-		((long,cohesiveThresholdIter,10,,"Iteration until which new contacts are beams; negative: always."))
-		((string,error,,(Attr::noSave|Attr::readonly),"What stopped the run; empty if nothing did."))
+		"Creates beams between spheres of BeamMat_Rust until iteration cohesiveThresholdIter (negative: always). Later contacts, and contacts with facets and other shapes, get the FrictPhys of the base class, so InteractionLoop needs a law such as Law2_ScGeom_FrictPhys_CundallStrack. Between two materials, numbers are averaged and words must be equal.",
+		((long,cohesiveThresholdIter,10,,"New contacts are beams until this iteration; negative: always."))
+		((string,error,,(Attr::noSave|Attr::readonly),"Error that stopped the run; empty if there was none."))
 	);
 	// clang-format on
 };
@@ -90,9 +90,9 @@ public:
 	FUNCTOR2D(ScGeom6D, BeamPhys_Rust);
 	// clang-format off
 	YADE_CLASS_BASE_DOC_ATTRS(Law2_ScGeom6D_BeamPhys_Rust, LawFunctor,
-		"The cohesive beam of ConcorDEM between the centres of two spheres: exact for rotations of any size, forces are derivatives of one energy, brittle by the largest principal stress on the surface. A beam that breaks is deleted. With O.trackEnergy, O.energy gets beamElastic, beamDamage, and beamIntegration (error of the work rule in the step that breaks). What is not a number stops the run and is told in `error`.",
-		((long,broken,0,(Attr::readonly),"Beams that broke."))
-		((string,error,,(Attr::noSave|Attr::readonly),"What stopped the run; empty if nothing did."))
+		"ConcorDEM's cohesive beam between the centers of two spheres. It is exact for rotations of any size, and its forces derive from an energy. It breaks by the largest principal stress on its surface; a broken beam is deleted. With O.trackEnergy, O.energy gets beamElastic, beamDamage, and beamIntegration (error of the work rule in the step in which a beam breaks). A force that is not finite stops the run and sets `error`.",
+		((long,broken,0,(Attr::readonly),"Number of broken beams."))
+		((string,error,,(Attr::noSave|Attr::readonly),"Error that stopped the run; empty if there was none."))
 	);
 	// clang-format on
 };

@@ -35,7 +35,7 @@ namespace {
 				to[3 * i + j] = m(i, j);
 	}
 
-	/* The cell, or null. */
+	/* The cell; null if the scene is not periodic. */
 	const ConcordemCellArrays* cellOf(const Scene& scene, ConcordemCellArrays& cell)
 	{
 		if (!scene.isPeriodic) return nullptr;
@@ -54,8 +54,8 @@ namespace {
 		{
 			const State& s = *body.state;
 			if (s.inertia[0] != s.inertia[1] || s.inertia[0] != s.inertia[2])
-				refuse("body " + std::to_string(body.id) + " has different moments of inertia about its axes");
-			if (!body.isStandalone()) refuse("body " + std::to_string(body.id) + " belongs to a clump; members of clumps cannot be bonded");
+				refuse("body " + std::to_string(body.id) + " has different moments of inertia about its axes; bonded bodies must be spheres");
+			if (!body.isStandalone()) refuse("body " + std::to_string(body.id) + " is a clump member, which cannot be bonded");
 			id.push_back(body.id), material.push_back(number), constraint.push_back(s.blockedDOFs);
 			put(position, s.pos), put(velocity, s.vel), put(angularVelocity, s.angVel);
 			for (Real q : { s.ori.x(), s.ori.y(), s.ori.z(), s.ori.w() })
@@ -69,18 +69,18 @@ namespace {
 		}
 	};
 
-	/* Whose work updateStates does in its place. */
+	/* The engine that updateStates replaces. */
 	const string stateUpdater = "CpmStateUpdater";
-	/* Engines that look for contacts in O.interactions, and what to do instead. */
+	/* Engines that read O.interactions, and their replacements. */
 	const std::map<string, string> blind = {
-		{ stateUpdater, "set updateStates, which takes its place" },
+		{ stateUpdater, "set updateStates instead" },
 		{ "GlobalStiffnessTimeStepper", "set O.dt yourself" },
 		{ "PeriTriaxController", "drive the cell from a PyRunner with stress()" },
 		{ "Peri3dController", "drive the cell from a PyRunner with stress()" },
 		{ "PeriIsoCompressor", "drive the cell from a PyRunner with stress()" },
-		{ "KinemSimpleShearBox", "it reads contact forces" },
+		{ "KinemSimpleShearBox", "there is no replacement" },
 		{ "TesselationWrapper", "use concordem.operators" },
-		{ "FlowEngine", "it reads contacts" },
+		{ "FlowEngine", "there is no replacement" },
 	};
 	const std::set<string> blindRecorders = { "all", "intr", "stress", "bstresses", "cpm", "force", "cracks", "moments", "coordNumber" };
 
@@ -88,10 +88,10 @@ namespace {
 	{
 		for (const auto& engine : scene.engines)
 			if (auto* found = dynamic_cast<InsertionSortCollider*>(engine.get())) return *found;
-		refuse("O.engines has no InsertionSortCollider");
+		refuse("O.engines has no InsertionSortCollider; add one");
 	}
 
-	/* OpenMP's own, with its types as plain integers. */
+	/* The OpenMP function, with plain integers for its types. */
 	int (*const pauseThreads)(int) =
 #ifdef YADE_OPENMP
 	        [](int kind) { return omp_pause_resource_all(static_cast<omp_pause_resource_t>(kind)); };
@@ -112,7 +112,7 @@ int BondedEngine_Rust::wantedThreads() const
 #endif
 }
 
-/* At take-over CpmStateUpdater is made dead where updateStates takes its place; later it is as blind as the others. */
+/* At take-over, CpmStateUpdater is allowed if updateStates replaces it. */
 void BondedEngine_Rust::refuseBlindEngines(bool atTakeOver) const
 {
 	for (const auto& engine : scene->engines) {
@@ -120,8 +120,8 @@ void BondedEngine_Rust::refuseBlindEngines(bool atTakeOver) const
 		const string name  = engine->getClassName();
 		const auto   found = blind.find(name);
 		if (found != blind.end() && !(atTakeOver && updateStates > 0 && name == stateUpdater))
-			refuse("O.engines has " + name + ", which looks for contacts in O.interactions and would find none: " + found->second
-			       + ". Take it out, or make it dead=True");
+			refuse("O.engines has " + name + ", which reads O.interactions, where the bonds no longer are; remove it or set dead=True ("
+			       + found->second + ")");
 		if (name == "VTKRecorder") {
 			const gilLock             lock;
 			const boost::python::dict attributes(engine->pyDict());
@@ -129,13 +129,13 @@ void BondedEngine_Rust::refuseBlindEngines(bool atTakeOver) const
 			for (boost::python::ssize_t k = 0; k < boost::python::len(recorders); k++) {
 				const string recorder = boost::python::extract<string>(recorders[k]);
 				if (blindRecorders.count(recorder))
-					refuse("VTKRecorder records \"" + recorder + "\", which it would look for in O.interactions and not find");
+					refuse("VTKRecorder records \"" + recorder + "\" from O.interactions, where the bonds no longer are; remove that recorder");
 			}
 		}
 	}
 }
 
-/* Keep the bonded bodies apart in YADE's collider, and take their interactions out. */
+/* Exclude contacts between the bonded bodies from YADE's collider, and remove their interactions. */
 void BondedEngine_Rust::mask()
 {
 	InsertionSortCollider& collider = colliderOf(*scene);
@@ -145,17 +145,17 @@ void BondedEngine_Rust::mask()
 	int bit = 0;
 	for (int k = 29; k >= 0 && !bit; k--)
 		if (!(used >> k & 1)) bit = 1 << k;
-	if (!bit) refuse("all bits of the masks of bodies are in use");
+	if (!bit) refuse("all bits of the bodies' groupMask are in use; free one");
 	const int common = seen.empty() ? 0 : seen[0]->groupMask;
 	for (const auto& body : seen)
-		if (body->groupMask != common) refuse("the bodies have different masks; YADE can only keep bodies of one mask apart");
+		if (body->groupMask != common) refuse("the bodies have different groupMasks; give all bonded bodies the same");
 	vector<bool> mine(scene->bodies->size(), false);
 	for (const auto& body : seen)
 		mine[body->id] = true;
 	vector<shared_ptr<Interaction>> inner;
 	for (const auto& I : *scene->interactions)
 		if (mine[I->id1] && mine[I->id2]) inner.push_back(I);
-	// From here on nothing fails.
+	// Nothing can fail from here on.
 	for (const auto& body : seen)
 		body->groupMask |= bit;
 	collider.avoidSelfInteractionMask |= bit;
@@ -164,7 +164,7 @@ void BondedEngine_Rust::mask()
 		scene->interactions->erase(I->id1, I->id2, I->linIx);
 }
 
-/* Bodies behind the particles of the assembly. */
+/* Find the bodies of the particles of the assembly. */
 void BondedEngine_Rust::attach()
 {
 	ConcordemFacts now;
@@ -173,10 +173,10 @@ void BondedEngine_Rust::attach()
 	seen.clear(), states.clear(), motion.clear(), blocked.clear(), byId.clear();
 	for (size_t k = 0; k < now.particles; k++) {
 		const Body::id_t number = id[k];
-		if (!scene->bodies->exists(number)) refuse("the scene has no body " + std::to_string(number) + ", which has bonds here");
+		if (!scene->bodies->exists(number)) refuse("body " + std::to_string(number) + ", which has bonds, does not exist in the scene");
 		const shared_ptr<Body> body  = (*scene->bodies)[number];
 		State*                 state = body->state.get();
-		if (!isBall(body)) refuse("body " + std::to_string(number) + " is no sphere");
+		if (!isBall(body)) refuse("body " + std::to_string(number) + ", which has bonds, is not a sphere");
 		seen.push_back(body);
 		states.push_back(state);
 		motion.push_back({ state->pos.data(), state->vel.data(), state->angVel.data(), state->ori.coeffs().data() });
@@ -202,7 +202,7 @@ void BondedEngine_Rust::begin(ConcordemBonds* made, const char* message)
 			if (engine->getClassName() == stateUpdater) engine->dead = true;
 }
 
-/* The concrete of the scene; false if its bonds are still being made. */
+/* Take over the concrete of the scene; false if YADE is still creating bonds. */
 bool BondedEngine_Rust::takeConcrete(bool now)
 {
 	const Law2_ScGeom_CpmPhys_Cpm*    law = nullptr;
@@ -219,14 +219,14 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 			if (const auto* found = dynamic_cast<const Ip2_CpmMat_CpmMat_CpmPhys*>(f.get())) ip2 = found;
 	}
 	if (!law || !ig2 || !ip2)
-		refuse("InteractionLoop needs Ig2_Sphere_Sphere_ScGeom, Ip2_CpmMat_CpmMat_CpmPhys, and a law of CpmPhys: this is no scene of concrete");
-	if (ip2->cohesiveThresholdIter < 0) refuse("cohesiveThresholdIter is negative: new contacts would be bonds for ever; give it the number of steps in which bonds are made");
+		refuse("InteractionLoop needs Ig2_Sphere_Sphere_ScGeom, Ip2_CpmMat_CpmMat_CpmPhys, and a law of CpmPhys; add them, or set `scenario`");
+	if (ip2->cohesiveThresholdIter < 0) refuse("cohesiveThresholdIter is negative, so YADE would create bonds forever; set it to the iteration after which contacts are unbonded");
 	if (scene->iter < ip2->cohesiveThresholdIter) {
-		if (now) refuse("until iteration " + std::to_string(ip2->cohesiveThresholdIter) + " (cohesiveThresholdIter) new contacts of YADE are bonds; take over after it");
+		if (now) refuse("YADE creates bonds until iteration " + std::to_string(ip2->cohesiveThresholdIter) + " (cohesiveThresholdIter); take over after it");
 		return false;
 	}
 	if (ig2->interactionDetectionFactor != 1 && ig2->interactionDetectionFactor != -1)
-		refuse("Ig2_Sphere_Sphere_ScGeom.interactionDetectionFactor is not 1: new contacts would begin at a distance. Set it to 1 once the bonds are made");
+		refuse("Ig2_Sphere_Sphere_ScGeom.interactionDetectionFactor is not 1, so new contacts would start at a distance; set it to 1 after the bonds have been created");
 	refuseBlindEngines(true);
 
 	vector<const CpmMat*>          materials;
@@ -242,7 +242,7 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 		row[body->id] = int(columns.id.size());
 		columns.add(*body, static_cast<const Sphere&>(*body->shape), found.first->second);
 	}
-	if (columns.id.empty()) refuse("the scene has no spheres of CpmMat");
+	if (columns.id.empty()) refuse("the scene has no spheres of CpmMat; add them, or set `scenario`");
 
 	vector<ConcordemPairCoefficients> rows;
 	for (size_t i = 0; i < materials.size(); i++)
@@ -263,7 +263,7 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 		const size_t i = std::min(columns.material[one], columns.material[two]), j = std::max(columns.material[one], columns.material[two]);
 		for (const ConcordemPairCoefficients& r : rows)
 			if (r.a == i && r.b == j) return r;
-		refuse("no parameters between two materials");
+		refuse("internal error of concordem, please report it: no parameters for a pair of materials");
 	};
 
 	vector<uint32_t> pair;
@@ -277,14 +277,14 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 		const string which = "the contact of bodies " + std::to_string(I->id1) + " and " + std::to_string(I->id2);
 		const auto * phys = dynamic_cast<const CpmPhys*>(I->phys.get());
 		const auto * geom = dynamic_cast<const ScGeom*>(I->geom.get());
-		if (!phys || !geom) refuse(which + " has another physics than CpmPhys, or another geometry than ScGeom");
-		if (!std::isfinite(phys->refLength)) refuse(which + " was made but never answered by its law: take one step first");
+		if (!phys || !geom) refuse(which + " must have CpmPhys and ScGeom");
+		if (!std::isfinite(phys->refLength)) refuse(which + " has not been evaluated by its law; take one step first");
 		const ConcordemPairCoefficients& r     = between(one, two);
 		const auto          check = [&](const char* name, Real found, Real wanted) {
 			if (std::abs(found - wanted) > 1e-12 * std::abs(wanted)) {
 				std::ostringstream text;
-				text << which << " has " << name << " = " << found << " where its materials make " << wanted
-				     << ": physics that was changed by hand cannot be taken over";
+				text << which << " has " << name << " = " << found << ", but its materials give " << wanted
+				     << "; contacts with changed parameters cannot be taken over";
 				refuse(text.str());
 			}
 		};
@@ -293,7 +293,7 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 		check("epsCrackOnset", phys->epsCrackOnset, r.crackOnset), check("epsFracture", phys->epsFracture, r.crackOnset * r.ductility);
 		check("refR1 + refR2", geom->refR1 + geom->refR2, columns.radius[one] + columns.radius[two]);
 		for (int k = 0; k < 3; k++) {
-			if (std::abs(I->cellDist[k]) > 127) refuse(which + " reaches over more than 127 periodic cells");
+			if (std::abs(I->cellDist[k]) > 127) refuse(which + " spans more than 127 periodic cells, which is the maximum");
 			image.push_back(I->cellDist[k]);
 		}
 		pair.push_back(one), pair.push_back(two), bonded.push_back(phys->isCohesive);
@@ -315,10 +315,10 @@ bool BondedEngine_Rust::takeConcrete(bool now)
 	return true;
 }
 
-/* Bonds by a scenario whose spheres are bodies of the scene. */
+/* Create the bonds of a scenario whose spheres are bodies of the scene. */
 void BondedEngine_Rust::bondScenario()
 {
-	if (scene->isPeriodic) refuse("a scenario bonds no periodic scenes; concrete can be taken over in them");
+	if (scene->isPeriodic) refuse("`scenario` does not support periodic scenes; take over concrete instead");
 	refuseBlindEngines(true);
 	BodyColumns        columns;
 	std::ostringstream text;
@@ -335,8 +335,8 @@ void BondedEngine_Rust::bondScenario()
 			if (isBall(body)) add(body);
 	}
 	for (Body::id_t number : ids) {
-		if (!scene->bodies->exists(number)) refuse("ids has " + std::to_string(number) + ", but there is no such body");
-		if (!isBall((*scene->bodies)[number])) refuse("ids has " + std::to_string(number) + ", which is no sphere");
+		if (!scene->bodies->exists(number)) refuse("`ids` contains " + std::to_string(number) + ", but there is no such body");
+		if (!isBall((*scene->bodies)[number])) refuse("`ids` contains " + std::to_string(number) + ", which is not a sphere");
 		add((*scene->bodies)[number]);
 	}
 	if (columns.id.empty()) refuse("the scene has no spheres to bond");
@@ -361,18 +361,18 @@ void BondedEngine_Rust::takeOver()
 {
 	scene = Omega::instance().getScene().get();
 	if (!bonds && !memory.empty()) load();
-	if (bonds) refuse("the bonds have been taken over already");
+	if (bonds) refuse("the bonds have already been taken over; call release() first");
 	if (scenario.empty()) takeConcrete(true);
 	else
 		bondScenario();
 }
 
-/* Whether the body `number` behind particle k is the one it was when the engine began; asked by several threads at once. Not by
-   its own id: a body that was erased has none. */
+/* Whether body `number` of particle k is the same object as at the start. Called by several threads at once. Does not use the id of the
+   body, because an erased body has none. */
 int32_t BondedEngine_Rust::isPresent(const void* engine, size_t k, uint32_t number)
 {
 	const BondedEngine_Rust& self = *static_cast<const BondedEngine_Rust*>(engine);
-	// Bodies lie anywhere in memory.
+	// Bodies are scattered in memory.
 	if (k + 24 < self.seen.size()) __builtin_prefetch(&self.seen[k + 24]->state);
 	const auto& bodies = *self.scene->bodies;
 	return bodies.exists(number) && bodies[number] == self.seen[k] && self.seen[k]->state.get() == self.states[k];
@@ -383,7 +383,7 @@ void BondedEngine_Rust::action()
 	if (!bonds) {
 		if (!memory.empty()) load();
 		else {
-			// YADE's own contacts have acted in this step; ours begin with the next one.
+			// YADE's contacts have already acted in this step; ours start with the next one.
 			if (scenario.empty()) takeConcrete(false);
 			else
 				bondScenario();
@@ -401,7 +401,7 @@ void BondedEngine_Rust::action()
 	const uint32_t* id = concordem_yade_bonds_ids(bonds.get());
 	const double *  force, *torque;
 	concordem_yade_bonds_forces(bonds.get(), &force, &torque);
-	// In the order of YADE's forces, since so they lie in its memory.
+	// By body id, the order of YADE's forces in memory.
 	for (size_t k : byId) {
 		const Body::id_t number = id[k];
 		scene->forces.addForce(number, Vector3r(force[3 * k], force[3 * k + 1], force[3 * k + 2]));
@@ -442,7 +442,7 @@ void BondedEngine_Rust::writeStates()
 	if (concordem_yade_bonds_particles(bonds.get(), crackOnset, damage.data(), lost.data(), rows, reason) < 0) refuse(reason.text);
 	for (size_t k = 0; k < count; k++) {
 		auto* state = dynamic_cast<CpmState*>(states[k]);
-		if (!state) refuse("updateStates writes into CpmState, which body " + std::to_string(seen[k]->id) + " does not have");
+		if (!state) refuse("updateStates needs CpmState, which body " + std::to_string(seen[k]->id) + " does not have; set updateStates=0");
 		state->normDmg           = damage[k];
 		state->numBrokenCohesive = lost[k];
 		for (int i = 0; i < 3; i++)
@@ -455,9 +455,9 @@ Matrix3r BondedEngine_Rust::stress(Real volume)
 {
 	scene = Omega::instance().getScene().get();
 	facts();
-	if (!bonds) refuse("no bonds have been taken over yet");
+	if (!bonds) refuse("there are no bonds yet; take a step or call takeOver() first");
 	if (volume <= 0) {
-		if (!scene->isPeriodic) refuse("give the volume of the body: only a periodic cell has one of its own");
+		if (!scene->isPeriodic) refuse("the volume is missing; give stress(volume), which only a periodic scene can omit");
 		volume = std::abs(scene->cell->hSize.determinant());
 	}
 	double sum[9];
@@ -480,7 +480,7 @@ void BondedEngine_Rust::release()
 		body->groupMask &= ~selfMask;
 	collider.avoidSelfInteractionMask &= ~selfMask;
 	selfMask = 0;
-	// Pairs that were kept apart are looked at again, in the next step.
+	// In the next step, the collider must check the pairs that were excluded.
 	collider.doSort = true;
 	scene->doSort   = true;
 	dead          = true;

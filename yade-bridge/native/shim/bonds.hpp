@@ -1,4 +1,4 @@
-/* The bonded engine: bonds that are ConcorDEM's, in a scene that stays YADE's.
+/* The bonded engine: ConcorDEM stores and computes bonds in a scene that YADE integrates.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #pragma once
@@ -10,11 +10,11 @@ namespace yade {
 
 class BondedEngine_Rust : public GlobalEngine {
 	shared_ptr<ConcordemBonds>         bonds;
-	vector<shared_ptr<Body>>           seen;   // bodies behind the particles, when the engine began
-	vector<State*>                     states; // and their states
-	vector<std::array<const Real*, 4>> motion; // where position, velocity, angular velocity, orientation are
-	vector<const unsigned*>            blocked; // and blockedDOFs
-	vector<size_t>                     byId;    // particles in the order of their ids
+	vector<shared_ptr<Body>>           seen;    // bodies of the particles at the start
+	vector<State*>                     states;  // their states
+	vector<std::array<const Real*, 4>> motion;  // addresses of position, velocity, angular velocity, orientation
+	vector<const unsigned*>            blocked; // addresses of blockedDOFs
+	vector<size_t>                     byId;    // indices of the particles, ordered by body id
 	int                                storedId = -1, damageId = -1, frictionId = -1, viscousId = -1, integrationId = -1;
 
 	int            wantedThreads() const;
@@ -45,26 +45,26 @@ public:
 
 	// clang-format off
 	YADE_CLASS_BASE_DOC_ATTRS_CTOR_PY(BondedEngine_Rust, GlobalEngine,
-		"Owns bonds as contiguous arrays and adds their forces: put it behind InteractionLoop. In its first step with all bonds made (cohesiveThresholdIter), it takes the contacts of concrete (CpmPhys between spheres) over from O.interactions, with their histories, and goes on with them, new contacts after breakage included; or, with `scenario`, it bonds spheres by any law of ConcorDEM. Saved and loaded with the scene. The same bits for any number of threads.",
-		((string,kinematics,"",,"Measure of motion: finite, first-order, yade, yade-ratcheting; empty: that of Ig2_Sphere_Sphere_ScGeom."))
-		((string,mode,"yade-public",,"Form of the concrete law: yade-public, thesis, woo."))
-		((string,scenario,"",,"Tables of a scenario (TOML: material, bonds, contacts, ...) to bond spheres by, instead of taking concrete over."))
-		((vector<Body::id_t>,ids,,,"Spheres that `scenario` bonds; empty: all."))
-		((int,threads,0,,"Threads for the bonds; 0: as many as YADE has."))
-		((int,updateStates,0,,"Write damage and stress into CpmState every so many steps, in place of CpmStateUpdater, which is made dead and stays so after release() or when the engine is taken out; 0: never."))
-		((int,selfMask,0,(Attr::readonly),"Bit of groupMask that keeps the bonded bodies apart in YADE's collider."))
+		"Stores bonds in contiguous arrays and adds their forces; put it after InteractionLoop in O.engines. In the first step after cohesiveThresholdIter, it takes over the contacts of concrete (CpmPhys between spheres) from O.interactions with their histories, and from then on also computes new contacts. With `scenario`, it bonds spheres with any ConcorDEM law instead. The bonds are saved and loaded with the scene. Results are bitwise equal for any number of threads.",
+		((string,kinematics,"",,"Kinematics: finite, first-order, yade, or yade-ratcheting; empty: that of Ig2_Sphere_Sphere_ScGeom."))
+		((string,mode,"yade-public",,"Formulation of the concrete law: yade-public, thesis, or woo."))
+		((string,scenario,"",,"Tables of a scenario (TOML: material, bonds, contacts, ...) that define the bonds; empty: take over concrete."))
+		((vector<Body::id_t>,ids,,,"Ids of the spheres that `scenario` bonds; empty: all spheres."))
+		((int,threads,0,,"Number of threads for the bonds; 0: as many as YADE uses."))
+		((int,updateStates,0,,"Write damage and stress to CpmState every updateStates steps; 0: never. CpmStateUpdater is set to dead=True, also after release() or removal of the engine."))
+		((int,selfMask,0,(Attr::readonly),"Bit of groupMask that excludes contacts between the bonded bodies from YADE's collider."))
 		((Real,crackOnset,0,(Attr::readonly),"epsCrackOnset of the material, for CpmState.normDmg."))
-		((vector<int>,memory,,(Attr::readonly|Attr::hidden),"The bonds while the scene is being saved or loaded; empty otherwise."))
+		((vector<int>,memory,,(Attr::readonly|Attr::hidden),"The bonds, only while the scene is saved or loaded; empty otherwise."))
 		,
 		/*ctor*/,
 		/*py*/
-		.def("takeOver",&BondedEngine_Rust::takeOver,"Take the bonds over now, between two steps.")
-		.def("release",&BondedEngine_Rust::release,"Let the bonds go: the bodies may touch as YADE's again. A CpmStateUpdater that was made dead stays so.")
-		.def("stress",&BondedEngine_Rust::stress,(boost::python::arg("volume")=-1),"Stress by bonds and contacts of the cell, or of a body of this volume (m³), Pa, tension positive; first index: branch.")
-		.add_property("bondCount",&BondedEngine_Rust::bondCount_get,"Bonds that have not broken.")
-		.add_property("broken",&BondedEngine_Rust::broken_get,"Bonds that broke since the take-over.")
-		.add_property("steps",&BondedEngine_Rust::steps_get,"Steps of the bonds.")
-		.add_property("searches",&BondedEngine_Rust::searches_get,"Neighbour searches.")
+		.def("takeOver",&BondedEngine_Rust::takeOver,"Take over the bonds now. Call it between two steps.")
+		.def("release",&BondedEngine_Rust::release,"Delete the bonds; YADE handles contacts between the bodies again. CpmStateUpdater stays dead.")
+		.def("stress",&BondedEngine_Rust::stress,(boost::python::arg("volume")=-1),"Stress of the periodic cell, or of a body of this volume (m³), from bonds and contacts: σ = (1/V) Σ l⊗f, Pa, tension positive; first index: branch vector.")
+		.add_property("bondCount",&BondedEngine_Rust::bondCount_get,"Number of intact bonds.")
+		.add_property("broken",&BondedEngine_Rust::broken_get,"Number of bonds broken since the take-over.")
+		.add_property("steps",&BondedEngine_Rust::steps_get,"Number of steps since the take-over.")
+		.add_property("searches",&BondedEngine_Rust::searches_get,"Number of neighbor-list rebuilds.")
 	);
 	// clang-format on
 };

@@ -1,4 +1,4 @@
-/* Concrete: the law functor, its physics, and the functor that makes it.
+/* Concrete: the law functor, its physics, and the Ip2 functor.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "concrete.hpp"
@@ -13,7 +13,7 @@
 
 namespace yade {
 
-// Axes by which ScGeom::rotate turns a history vector.
+// Axes with which ScGeom::rotate rotates a history vector.
 struct SwingAxis {
 	typedef Vector3r ScGeom::*type;
 	friend type               opened(SwingAxis);
@@ -35,7 +35,7 @@ namespace {
 		return index == Facet::getClassIndexStatic() || index == Wall::getClassIndexStatic() || index == Box::getClassIndexStatic();
 	}
 
-	/* Reference length, area, and stiffnesses in the first step of a contact. */
+	/* Set reference length, area, and stiffnesses in the first step of a contact. */
 	void begin(Scene* scene, const ScGeom& geom, CpmPhys& phys, const Interaction& I)
 	{
 		const Body &one = *Body::byId(I.id1, scene), &two = *Body::byId(I.id2, scene);
@@ -70,8 +70,8 @@ namespace {
 	const char* reasonOf(ConcordemCpmOutcome outcome)
 	{
 		switch (outcome) {
-			case ConcordemCpmOutcome::NotANumber: return "the strain is not a number; is the time step too large, or was the contact not made by its functors?";
-			case ConcordemCpmOutcome::DamageLaw: return "damLaw is neither 0 nor 1";
+			case ConcordemCpmOutcome::NotANumber: return "the strain is NaN; reduce the time step, and check that the contact was created by its functors";
+			case ConcordemCpmOutcome::DamageLaw: return "damLaw must be 0 or 1";
 			default: return INTERNAL_ERROR;
 		}
 	}
@@ -88,7 +88,7 @@ void CpmPhys_Rust::preSave(CpmPhys_Rust&)
 
 void CpmPhys_Rust::postLoad(CpmPhys_Rust&)
 {
-	// Also called after Python set attributes; then there is no history.
+	// YADE also calls this when Python sets attributes; then there is no history.
 	if (history.empty()) return;
 	if (history.size() != 19) throw std::runtime_error("CpmPhys_Rust: the saved history has " + std::to_string(history.size()) + " reals, not 19");
 	omega = history[0], epsN = history[1], kappaD = history[2], epsNPl = history[3];
@@ -154,11 +154,11 @@ void Law2_ScGeom_CpmPhys_Rust::stop(const Interaction& I, const string& reason)
 	stopRun(*scene, "Law2_ScGeom_CpmPhys_Rust", error, I, reason);
 }
 
-/* Compute the same contact with YADE's own law, in a separate scene that has the same bodies and receives the forces. */
+/* Compute the same contact with YADE's law, in a separate scene that shares the bodies and receives the forces. */
 void Law2_ScGeom_CpmPhys_Rust::check(
         const shared_ptr<IGeom>& geometry, const shared_ptr<CpmPhys>& before, const CpmPhys& after, Interaction* I, bool lives)
 {
-	static thread_local Scene* aside = nullptr; // one for each thread, for the life of the process
+	static thread_local Scene* aside = nullptr; // one per thread, never deleted
 	if (!aside) {
 #pragma omp critical(concordem_error)
 		aside = new Scene;
@@ -177,14 +177,14 @@ void Law2_ScGeom_CpmPhys_Rust::check(
 	shared_ptr<IPhys> phys(before);
 	const bool        livesThere = yades.go(geom, phys, I);
 	if (!livesThere) {
-		// YADE's law has counted the loss as well.
+		// YADE's law has also counted the broken bond.
 		for (Body::id_t id : { I->id1, I->id2 }) {
 			CpmState*                         state = YADE_CAST<CpmState*>(Body::byId(id, scene)->state.get());
 			const std::lock_guard<std::mutex> lock(state->updateMutex);
 			state->numBrokenCohesive -= 1;
 		}
 	}
-	if (livesThere != lives) stop(*I, lives ? "YADE's law deletes the contact, ours does not" : "our law deletes the contact, YADE's does not");
+	if (livesThere != lives) stop(*I, lives ? "YADE's law deletes the contact, but ours does not" : "our law deletes the contact, but YADE's does not");
 	if (!lives || !livesThere) return;
 	const string text = difference(after, *before);
 	if (!text.empty()) stop(*I, "our law and YADE's differ in" + text);

@@ -1,4 +1,4 @@
-/* Classes of YADE for concrete whose law is computed by ConcorDEM.
+/* YADE classes for concrete. ConcorDEM computes the law.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #pragma once
@@ -7,8 +7,8 @@
 
 namespace yade {
 
-/* YADE's CpmPhys, with its history saved. YADE keeps omega, kappaD, epsN, epsT, epsNPl, epsTPl as plain members that O.save
-   leaves out; here they travel in a declared attribute. */
+/* YADE's CpmPhys with a saved history. O.save does not write the plain members omega, kappaD, epsN, epsT, epsNPl, epsTPl of CpmPhys;
+   here a declared attribute stores them. */
 class CpmPhys_Rust : public CpmPhys {
 public:
 	virtual ~CpmPhys_Rust() = default;
@@ -17,8 +17,8 @@ public:
 	void postLoad(CpmPhys_Rust&);
 	// clang-format off
 	YADE_CLASS_BASE_DOC_ATTRS_CTOR(CpmPhys_Rust, CpmPhys,
-		"CpmPhys whose history survives O.save and O.load.",
-		((vector<Real>,history,,(Attr::readonly|Attr::hidden),"omega, epsN, kappaD, epsNPl, epsT, epsTPl, sigmaN, sigmaT, Fn, Fs, relResidualStrength while the scene is being saved or loaded; empty otherwise.")),
+		"CpmPhys whose history is saved by O.save.",
+		((vector<Real>,history,,(Attr::readonly|Attr::hidden),"omega, epsN, kappaD, epsNPl, epsT, epsTPl, sigmaN, sigmaT, Fn, Fs, relResidualStrength, only while the scene is saved or loaded; empty otherwise.")),
 		createIndex(); sigmaN=0; relResidualStrength=1; sigmaT=Vector3r::Zero();
 	);
 	// clang-format on
@@ -32,13 +32,13 @@ public:
 	FUNCTOR2D(CpmMat, CpmMat);
 	// clang-format off
 	YADE_CLASS_BASE_DOC(Ip2_CpmMat_CpmMat_CpmPhys_Rust, Ip2_CpmMat_CpmMat_CpmPhys,
-		"As Ip2_CpmMat_CpmMat_CpmPhys, but makes CpmPhys_Rust, whose history survives O.save and O.load."
+		"Ip2_CpmMat_CpmMat_CpmPhys that creates CpmPhys_Rust, whose history is saved by O.save."
 	);
 	// clang-format on
 };
 REGISTER_SERIALIZABLE(Ip2_CpmMat_CpmMat_CpmPhys_Rust);
 
-/* Attributes, elasticEnergy and the rest are inherited: a script changes one word. */
+/* Attributes and elasticEnergy are inherited, so a script only changes the class name. */
 class Law2_ScGeom_CpmPhys_Rust : public Law2_ScGeom_CpmPhys_Cpm {
 	LawEnergies energies { "cpmDamage", "cpmFriction", "cpmIntegration", "cpmElastic" };
 	void check(const shared_ptr<IGeom>&, const shared_ptr<CpmPhys>& before, const CpmPhys& after, Interaction*, bool lives);
@@ -49,15 +49,15 @@ public:
 	FUNCTOR2D(GenericSpheresContact, CpmPhys);
 	// clang-format off
 	YADE_CLASS_BASE_DOC_ATTRS(Law2_ScGeom_CpmPhys_Rust, Law2_ScGeom_CpmPhys_Cpm,
-		"YADE's concrete law computed by ConcorDEM, bit for bit; in place of Law2_ScGeom_CpmPhys_Cpm. With O.trackEnergy, O.energy gets cpmElastic, cpmDamage, cpmFriction, and cpmIntegration (error of the trapezoidal rule). A strain that is not a number, or a wrong damLaw, stops the run and is told in `error`.",
-		((int,checkEvery,0,,"Every so many steps YADE's own law answers every contact as well, and the run stops if a bit differs; 0: never."))
-		((string,error,,(Attr::noSave|Attr::readonly),"What stopped the run; empty if nothing did."))
+		"Replaces Law2_ScGeom_CpmPhys_Cpm with bitwise equal results; ConcorDEM computes the law. With O.trackEnergy, O.energy gets cpmElastic, cpmDamage, cpmFriction, and cpmIntegration (error of the trapezoidal rule). A NaN strain or an invalid damLaw stops the run and sets `error`.",
+		((int,checkEvery,0,,"Every checkEvery steps, also compute every contact with YADE's law and stop the run if a bit differs; 0: never."))
+		((string,error,,(Attr::noSave|Attr::readonly),"Error that stopped the run; empty if there was none."))
 	);
 	// clang-format on
 };
 REGISTER_SERIALIZABLE(Law2_ScGeom_CpmPhys_Rust);
 
-/* What differs between two CpmPhys in any bit, in words; empty if nothing does. */
+/* The bitwise differences between two CpmPhys as text; empty if there are none. */
 std::string difference(const CpmPhys& ours, const CpmPhys& theirs);
 
 } // namespace yade

@@ -1,7 +1,7 @@
-/* Parts of every functor: vectors as plain reals, motion and forces of bodies, energies, errors in YADE's parallel loop, and the
-   adapters that make and step a bond. A law of bonds adds its classes and, for the adapters,
-     its Ip2 functor:  look()                        once per step: what it must know of the scene
-                       make(I, one, two, phys)       parameters of a bond; the reason if they are not valid
+/* Common parts of the functors: vectors as plain reals, motion and forces of bodies, energies, errors in YADE's parallel loop, and the
+   adapters that create and step a bond. For the adapters, a bond law defines
+     its Ip2 functor:  look()                        once per step: read what it needs from the scene
+                       make(I, one, two, phys)       set the parameters of a bond; returns an error message, or an empty string
      its Law2 functor: fill(contact, phys, I)        what the library reads; the reason if this is not possible
                        compute(contact)              the library's function
                        store(contact, outcome, phys) the history; the reason if the step failed
@@ -51,7 +51,7 @@ struct Reason {
 
 const char* const INTERNAL_ERROR = "internal error of concordem, please report it";
 
-/* Energies of a law in O.energy. The last one is stored energy, which every step counts anew; the others accumulate. */
+/* Energies of a law in O.energy. The last one is the stored energy, which is reset at every step; the others accumulate. */
 class LawEnergies {
 	vector<string> names;
 	vector<int>    ids;
@@ -62,7 +62,7 @@ public:
 	        , ids(all.size(), -1)
 	{
 	}
-	/* As many values as names. */
+	/* One value per name. */
 	void add(EnergyTracker& tracker, std::initializer_list<Real> values)
 	{
 		const size_t last = names.size() - 1;
@@ -85,10 +85,10 @@ public:
 	}
 };
 
-/* Which laws InteractionLoop has. */
+/* The laws of InteractionLoop. */
 struct LawsOfScene {
-	bool ours       = false; // the law asked for
-	bool frictional = false; // a law that takes FrictPhys
+	bool ours       = false; // it has our law
+	bool frictional = false; // it has a law for FrictPhys
 };
 
 template <class Law> LawsOfScene lawsOf(const Scene& scene)
@@ -106,8 +106,8 @@ template <class Law> LawsOfScene lawsOf(const Scene& scene)
 	return found;
 }
 
-/* Stop the run after this step with the reason in `error`: an exception must not leave YADE's parallel loop. A run that is started
-   again without a correction stops again. */
+/* Stop the run after this step and set `error`, because an exception must not leave YADE's parallel loop. If the cause is not removed, the
+   next run stops again. */
 inline void stopRun(Scene& scene, const char* functor, string& error, const Interaction& I, const string& reason)
 {
 #pragma omp critical(concordem_error)
@@ -121,15 +121,15 @@ inline void stopRun(Scene& scene, const char* functor, string& error, const Inte
 	}
 }
 
-/* Stop the run after this step; `error` has the reason already. */
+/* Stop the run after this step; `error` is already set. */
 inline void stopAgain(Scene& scene)
 {
 #pragma omp critical(concordem_error)
 	scene.stopAtIter = scene.iter + 1;
 }
 
-/* Give a contact that could not be made physics with refLength < 0: YADE requires physics. Its law stops the run in every step, also
-   where InteractionLoop has no such law. The `error` of the Ip2 functor has the reason. */
+/* Mark a contact that could not be created by refLength < 0, because YADE requires physics. Its law stops the run in every step, even if
+   InteractionLoop has no such law. The `error` of the Ip2 functor gives the reason. */
 template <class Law, class Physics> void refuseAlways(Scene* scene, Interaction& I, const shared_ptr<Physics>& physics)
 {
 	physics->refLength = -1;
@@ -139,12 +139,12 @@ template <class Law, class Physics> void refuseAlways(Scene* scene, Interaction&
 	I.functorCache.constLaw = law;
 }
 
-/* Which scene and step a functor has looked at last. */
+/* The last scene and step for which a functor read the scene. */
 struct LastLook {
 	const Scene* scene = nullptr;
 	long         iter  = -1;
 	LawsOfScene  laws;
-	/* Whether the scene or the step is new; then it counts as looked at. */
+	/* Whether the scene or the step is new; stores both. */
 	bool isDue(const Scene* now)
 	{
 		if (scene == now && iter == now->iter) return false;
@@ -153,8 +153,8 @@ struct LastLook {
 	}
 };
 
-/* The go() of a functor that makes bonds between spheres until iteration cohesiveThresholdIter, and contacts by its base class later
-   and with other shapes. `word`: what its law calls a bond. */
+/* go() of an Ip2 functor that creates bonds between spheres until iteration cohesiveThresholdIter. Later contacts, and contacts with other
+   shapes, come from its base class. `word`: name of a bond in messages. */
 template <class Law, class Physics, class Mat, class Functor>
 void makeBondOrContact(
         Functor& functor, const char* word, const shared_ptr<Material>& one, const shared_ptr<Material>& two, const shared_ptr<Interaction>& I)
@@ -170,12 +170,12 @@ void makeBondOrContact(
 			functor.last.laws = lawsOf<Law>(*scene);
 			functor.look();
 		}
-		if (!functor.last.laws.ours) why = "InteractionLoop has no " + Law().getClassName();
+		if (!functor.last.laws.ours) why = "InteractionLoop has no " + Law().getClassName() + "; add it";
 		else if (bonds)
 			why = functor.make(*I, *YADE_CAST<Mat*>(one.get()), *YADE_CAST<Mat*>(two.get()), *phys);
 		else if (!functor.last.laws.frictional)
 			why = string("this contact has no ") + word
-			        + ", and InteractionLoop has no law of FrictPhys for it; add Law2_ScGeom_FrictPhys_CundallStrack()";
+			        + ", and InteractionLoop has no law for FrictPhys; add Law2_ScGeom_FrictPhys_CundallStrack()";
 	}
 	if (!why.empty()) {
 		stopRun(*scene, functor.getClassName().c_str(), functor.error, *I, why);
@@ -187,7 +187,7 @@ void makeBondOrContact(
 	}
 }
 
-/* The go() of a law of bonds: compute the bond, keep its history, add its energies and forces. False if the bond is to be deleted. */
+/* go() of a bond law: compute the bond, store its history, add its energies and forces. Returns false if the bond must be deleted. */
 template <class Contact, class Physics, class Functor> bool stepBond(Functor& law, Physics& phys, Interaction& I)
 {
 	Scene& scene = *law.scene;

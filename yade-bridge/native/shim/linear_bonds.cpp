@@ -1,4 +1,4 @@
-/* Brittle linear bonds between particles that may deform: the law functor, its physics, the functor that makes it, and the pass.
+/* Linear bonds between particles that may deform: the law functor, its physics, the Ip2 functor, and the deformation pass.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "linear_bonds.hpp"
@@ -12,23 +12,23 @@ YADE_PLUGIN((DeformableState_Rust)(LinearBondMat_Rust)(LinearBondPhys_Rust)(Ip2_
 
 namespace {
 
-	/* What is wrong with DeformableParticles_Rust in the scene; empty if nothing is. */
+	/* Error message about DeformableParticles_Rust in the scene, or an empty string. */
 	string checkPass(const Scene& scene)
 	{
 		int loop = -1, pass = -1, at = 0;
 		for (const auto& engine : scene.engines) {
 			if (dynamic_cast<const InteractionLoop*>(engine.get())) loop = at;
 			if (dynamic_cast<const DeformableParticles_Rust*>(engine.get()) && !engine->dead) {
-				if (pass >= 0) return "O.engines has more than one DeformableParticles_Rust; leave one";
+				if (pass >= 0) return "O.engines has more than one DeformableParticles_Rust; keep one";
 				pass = at;
 			}
 			at++;
 		}
 		if (pass < 0)
-			return "the particles deform (particleYoung), but O.engines has no DeformableParticles_Rust, or a dead one; put one behind "
+			return "the particles deform (particleYoung), but O.engines has no active DeformableParticles_Rust; put one after "
 			       "InteractionLoop";
-		if (loop < 0) return "O.engines has no InteractionLoop, whose forces DeformableParticles_Rust needs";
-		if (pass < loop) return "DeformableParticles_Rust must stand behind InteractionLoop in O.engines: it needs the forces of the step";
+		if (loop < 0) return "DeformableParticles_Rust needs the forces of an InteractionLoop, but O.engines has none; add one";
+		if (pass < loop) return "DeformableParticles_Rust needs the forces of the step; put it after InteractionLoop in O.engines";
 		return "";
 	}
 
@@ -43,7 +43,7 @@ ConcordemLinearBondParameters LinearBondPhys_Rust::parameters() const
 	return { kn, ks, dampingRatio, normalStrength, shearStrength, subtractInitialGap };
 }
 
-/* Parameters of the bond between two materials; the reason if they are not valid. */
+/* Set the parameters of the bond between two materials; returns an error message, or an empty string. */
 string Ip2_LinearBondMat_LinearBondMat_LinearBondPhys_Rust::make(
         const Interaction& I, const LinearBondMat_Rust& one, const LinearBondMat_Rust& two, LinearBondPhys_Rust& phys)
 {
@@ -62,7 +62,7 @@ string Ip2_LinearBondMat_LinearBondMat_LinearBondPhys_Rust::make(
 	if (!phys.deforms) return "";
 	if (!wrongPass.empty()) return wrongPass;
 	for (Body::id_t id : { I.id1, I.id2 })
-		if (!Body::byId(id, scene)->isStandalone()) return "body " + std::to_string(id) + " belongs to a clump; members of clumps cannot deform";
+		if (!Body::byId(id, scene)->isStandalone()) return "body " + std::to_string(id) + " is a clump member, which cannot deform";
 	return "";
 }
 
@@ -77,11 +77,11 @@ void Ip2_LinearBondMat_LinearBondMat_LinearBondPhys_Rust::go(
 string Law2_ScGeom_LinearBondPhys_Rust::fill(ConcordemLinearBondContact& c, const LinearBondPhys_Rust& phys, const Interaction& I) const
 {
 	if (phys.deforms && phys.refLength > 0 && !phys.strained)
-		return "its particles deform, but DeformableParticles_Rust has not run since the last step; put one, not dead, behind InteractionLoop";
+		return "its particles deform, but DeformableParticles_Rust has not run since the last step; put an active one after InteractionLoop";
 	for (int k = 0; k < 2; k++) {
 		const Body& body  = *Body::byId(k ? I.id2 : I.id1, scene);
 		const auto* shape = dynamic_cast<const DeformableState_Rust*>(body.state.get());
-		if (phys.deforms && !shape) return "the state of body " + std::to_string(body.id) + " is no DeformableState_Rust any more";
+		if (phys.deforms && !shape) return "the state of body " + std::to_string(body.id) + " is no longer a DeformableState_Rust; do not replace it";
 		c.bodies[k] = { motionOf(*body.state),
 			        static_cast<const Sphere&>(*body.shape).radius,
 			        body.state->mass,
@@ -106,7 +106,7 @@ string Law2_ScGeom_LinearBondPhys_Rust::store(const ConcordemLinearBondContact& 
 		const ConcordemElasticity rigid[2] = { { std::numeric_limits<Real>::infinity(), 0 }, { std::numeric_limits<Real>::infinity(), 0 } };
 		Reason                    reason;
 		if (concordem_yade_linear_bond_check(&c.parameters, &rigid, reason) < 0) return reason.text;
-		return "the force is not a number; is the time step too large, or are two bodies in one place?";
+		return "the force is not finite; reduce the time step, and check that no two bodies coincide";
 	}
 	phys.refLength         = c.referenceLength;
 	phys.length            = c.length;
@@ -170,7 +170,7 @@ void DeformableParticles_Rust::action()
 		if (!s)
 			refuse(*scene,
 			       "body " + std::to_string(body->id)
-			               + " has LinearBondMat_Rust, but its state is no DeformableState_Rust: give the material when the sphere is made, or set "
+			               + " has LinearBondMat_Rust, but its state is not a DeformableState_Rust; set the material when you create the sphere, or set "
 			                 "body.state = body.material.newAssocState()");
 		const auto found = numbers.emplace(material, int(materials.size()));
 		if (found.second) materials.push_back(elasticity(*material));
@@ -179,7 +179,7 @@ void DeformableParticles_Rust::action()
 		                   s->reactionDyad.data(), s->widening.data(), s->wideningBefore.data(), s->stress.data() });
 	}
 
-	// In the order of the ids of both bodies: the order of O.interactions depends on the threads, the sums must not.
+	// Sort by the ids of both bodies, because the order of O.interactions depends on the threads, and the sums must not.
 	vector<ConcordemBondForce>  bonds;
 	vector<LinearBondPhys_Rust*> seen;
 	for (const auto& body : *scene->bodies) {
@@ -192,7 +192,7 @@ void DeformableParticles_Rust::action()
 			if (row[I.id1] < 0 || row[I.id2] < 0)
 				refuse(*scene,
 				       "the material of body " + std::to_string(row[I.id1] < 0 ? I.id1 : I.id2)
-				               + " is no LinearBondMat_Rust any more, but it has a bond");
+				               + ", which has a bond, is no longer a LinearBondMat_Rust; do not replace it");
 			bonds.push_back({ { uint32_t(row[I.id1]), uint32_t(row[I.id2]) }, phys->direction.data(), phys->force.data(), phys->normalDashpot,
 			                  phys->shearDashpot.data() });
 			seen.push_back(phys);

@@ -1,5 +1,5 @@
-/* Two private members of YADE's classes that the plugin needs, reached by the rule that an explicit instantiation may name
-   what it likes ([temp.spec]/6 of the C++ standard).
+/* Access to two private members of YADE classes. Explicit instantiations may name private members ([temp.spec]/6 of the C++
+   standard).
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #pragma once

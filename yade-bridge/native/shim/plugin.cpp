@@ -1,4 +1,4 @@
-/* Functions for Python: registration of the plugin's classes, and samples for the comparison of layouts.
+/* Functions for Python: registration of the plugin's classes, and sample objects for the layout check.
 
    SPDX-License-Identifier: GPL-2.0-or-later */
 #include "abi.h"
@@ -27,7 +27,7 @@ namespace {
 namespace py = ::boost::python;
 using namespace yade;
 
-/* Run `body`; C++ exceptions become Python's. */
+/* Run `body`; convert C++ exceptions to Python exceptions. */
 template <class Body> PyObject* guarded(Body body)
 {
 	try {
@@ -40,7 +40,7 @@ template <class Body> PyObject* guarded(Body body)
 	}
 }
 
-/* Objects whose fields are written here, by the layout of the headers, with their values. */
+/* Sample objects with the values written to their fields. */
 struct Sample {
 	py::list all;
 	int      next = 1;
@@ -76,7 +76,7 @@ struct Sample {
 
 extern "C" {
 
-/* Register classes in YADE by their names, as boot.initialize does for its own, without resetting the scene. */
+/* Register classes in YADE by name, as boot.initialize does, but without resetting the scene. */
 __attribute__((visibility("default"))) PyObject* concordem_yade_register(PyObject* names)
 {
 	return guarded([&] {
@@ -85,13 +85,13 @@ __attribute__((visibility("default"))) PyObject* concordem_yade_register(PyObjec
 		for (py::ssize_t k = 0; k < py::len(list); k++)
 			classes.push_back(py::extract<string>(list[k]));
 		if (concordem_yade_header_hash() != CONCORDEM_HEADER_HASH)
-			throw std::runtime_error("the shim and the library do not belong together");
+			throw std::runtime_error("the shim and the library have different versions; rebuild the plugin");
 		(Omega::instance().*opened(BuildDatabase()))(classes);
 		return py::object();
 	});
 }
 
-/* Objects written with the layout of the headers, and the values that YADE must read in them. */
+/* Sample objects, written with the layout of the headers, and the values that YADE must read from them. */
 __attribute__((visibility("default"))) PyObject* concordem_yade_samples()
 {
 	return guarded([] {
@@ -153,7 +153,7 @@ __attribute__((visibility("default"))) PyObject* concordem_yade_samples()
 	});
 }
 
-/* Clear the law that every contact remembers. */
+/* Clear the law cached in every contact. */
 __attribute__((visibility("default"))) PyObject* concordem_yade_forget_laws()
 {
 	return guarded([] {

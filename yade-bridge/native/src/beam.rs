@@ -1,5 +1,5 @@
-//! The cohesive beam for one contact of YADE (`BeamPhys_Rust` on `ScGeom6D`), computed from the bodies' own positions and
-//! orientations.
+//! The cohesive beam for one YADE contact (`BeamPhys_Rust` on `ScGeom6D`), computed from the positions and orientations of the
+//! bodies.
 
 #![allow(unsafe_code)] // C functions and pointers into YADE's objects
 
@@ -24,13 +24,13 @@ pub struct BeamParameters {
     young: f64,
     /// Poisson's ratio.
     poisson: f64,
-    /// Shear coefficient (Timoshenko) or ratio of the springs (dual spring); other models ignore it.
+    /// Shear coefficient (Timoshenko) or stiffness ratio (dual spring); other models ignore it.
     shear: f64,
-    /// Tensile strength, Pa; infinite: unbreakable.
+    /// Tensile strength, Pa; infinite for an unbreakable beam.
     strength: f64,
     /// Cross-section, m².
     area: f64,
-    /// Length without strain, m; 0 before the first step, which sets it.
+    /// Reference length, m; 0 before the first step, which sets it.
     length: f64,
     /// Index of the model, in the order of `BeamModel`.
     model: i32,
@@ -88,7 +88,7 @@ impl BeamParameters {
                 3 => BeamModel::Spring,
                 other => {
                     return Err(format!(
-                        "BeamPhys_Rust.model is {other}; it may be 0 (euler-bernoulli), 1 (timoshenko), 2 (dual-spring), 3 (spring)"
+                        "BeamPhys_Rust.model is {other}; give 0 (euler-bernoulli), 1 (timoshenko), 2 (dual-spring), or 3 (spring)"
                     ));
                 }
             },
@@ -99,7 +99,7 @@ impl BeamParameters {
                 2 => BendingTerm::LargerEnd,
                 other => {
                     return Err(format!(
-                        "BeamPhys_Rust.bendingTerm is {other}; it may be 0 (mid-section), 1 (half-sum), 2 (larger-end)"
+                        "BeamPhys_Rust.bendingTerm is {other}; give 0 (mid-section), 1 (half-sum), or 2 (larger-end)"
                     ));
                 }
             },
@@ -128,28 +128,28 @@ fn evaluate(
 ) -> (FrameKinematics, Response<CohesiveBeamState>) {
     let image = ImageShift { displacement: c.shift.into(), velocity: c.shift_velocity.into(), periodic: false };
     let geometry = c.parameters.geometry();
-    // The law reads no length of the last step.
+    // The law does not read the previous length.
     let previous = PreviousGeometry { normal: Vec3::zeros(), length: geometry.reference_length };
     let input = ContactInput { a, b, image: &image, geometry: &geometry, previous: &previous, bonded: true, dt: c.dt };
     let kinematics = FrameKinematics::new(&input);
     (kinematics, law.respond(&kinematics, old, c.dt))
 }
 
-/// One step of one beam. An error leaves the history unchanged.
+/// Compute one step of a beam. An error leaves the history unchanged.
 unsafe fn respond(c: &mut BeamContact) -> BondOutcome {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let mut motions = unsafe { [c.bodies[0].read(), c.bodies[1].read()] };
     if c.parameters.length <= 0.0 {
         c.parameters.length = initial_geometry(&motions[0].position, &motions[1].position, &c.shift.into()).length;
     }
     let Ok(law) = c.parameters.law() else { return BondOutcome::Parameters };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let old = unsafe {
         CohesiveBeamState { rest_direction: vector(c.rest_direction), rest_rotation: vector(c.rest_rotation) }
     };
     let (mut kinematics, mut response) = evaluate(&law, c, &motions, &old);
     if response.status != Status::Lives {
-        // Only the work of the step that breaks the beam depends on the rotation of the bodies.
+        // The rotation of the bodies affects only the work of the step in which the beam breaks.
         for motion in &mut motions {
             motion.rotation_increment = quaternion_of_rotation_vector(&(motion.angular_velocity * c.dt));
         }
@@ -168,7 +168,7 @@ unsafe fn respond(c: &mut BeamContact) -> BondOutcome {
     c.damage_energy = energy.damage;
     c.integration_energy = energy.integration;
     c.stored_energy = if status == Status::Lives { energy.stored() } else { 0.0 };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         for k in 0..3 {
             *c.rest_direction.add(k) = state.rest_direction[k];
@@ -178,36 +178,36 @@ unsafe fn respond(c: &mut BeamContact) -> BondOutcome {
     if status == Status::Lives { BondOutcome::Lives } else { BondOutcome::Broke }
 }
 
-/// One step of a beam.
+/// Compute one step of a beam.
 ///
 /// # Safety
-/// `contact` must point to a beam whose addresses are those of living bodies and of its history.
+/// `contact` must point to a beam; its addresses must be those of existing bodies and of its history.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_beam(contact: *mut BeamContact) -> BondOutcome {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let contact = unsafe { &mut *contact };
     catch_unwind(AssertUnwindSafe(|| unsafe { respond(contact) })).unwrap_or(BondOutcome::Internal)
 }
 
-/// Stiffnesses of a beam of known length in tension (N/m), shear (N/m), bending (N·m/rad), and twist (N·m/rad); −1 and a message
-/// if its parameters are invalid.
+/// Write the stiffnesses of a beam of known length: tension (N/m), shear (N/m), bending (N·m/rad), and twist (N·m/rad). Returns 0, or
+/// −1 and a message if the parameters are invalid.
 ///
 /// # Safety
-/// The pointers must be the shim's.
+/// The pointers must be valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_beam_stiffness(
     parameters: *const BeamParameters,
     stiffness: *mut [f64; 4],
     message: *const Message,
 ) -> i64 {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         guarded(message, || {
             let parameters = &*parameters;
             let law = parameters.law()?;
             law.validate().map_err(|error| error.to_string())?;
             if !(parameters.length > 0.0 && parameters.length.is_finite()) {
-                return Err(format!("the length of the beam is {} m", parameters.length));
+                return Err(format!("the length of the beam is {} m, but must be positive", parameters.length));
             }
             let k = law.stiffnesses(&parameters.geometry());
             *stiffness = [k.normal, k.shear, k.bending, k.twist];

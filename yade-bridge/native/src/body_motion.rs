@@ -1,4 +1,4 @@
-//! Position and motion of a body of YADE, and what a bond between two of them answers.
+//! Position and motion of a YADE body, and the outcome of a step of a bond.
 
 #![allow(unsafe_code)] // pointers into YADE's objects
 
@@ -21,43 +21,41 @@ pub struct BodyMotion {
 #[repr(i32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BondOutcome {
-    /// The bond holds.
+    /// The bond is intact.
     Lives = 0,
     /// The bond broke.
     Broke = 1,
-    /// The force is not a number.
+    /// The force is not finite.
     NotANumber = -1,
-    /// The parameters are invalid; the check function of the law writes why.
+    /// The parameters are invalid; the check function of the law gives the reason.
     Parameters = -2,
     /// The library panicked.
     Internal = -3,
 }
 
-/// Three reals.
-///
 /// # Safety
-/// `p` must lead to three reals.
+/// `p` must point to three reals.
 pub(crate) unsafe fn vector(p: *const f64) -> Vec3 {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { Vec3::new(*p, *p.add(1), *p.add(2)) }
 }
 
-/// Six reals: xx, yy, zz, yz, xz, xy.
+/// Tensor stored as xx, yy, zz, yz, xz, xy.
 ///
 /// # Safety
-/// `p` must lead to six reals.
+/// `p` must point to six reals.
 pub(crate) unsafe fn symmetric(p: *const f64) -> Symmetric {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     Symmetric(std::array::from_fn(|k| unsafe { *p.add(k) }))
 }
 
 impl BodyMotion {
-    /// The motion, without the rotation of the step.
+    /// The motion, without the rotation increment.
     ///
     /// # Safety
-    /// The addresses must be those of a living body.
+    /// The addresses must be those of an existing body.
     pub(crate) unsafe fn read(&self) -> Motion {
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe {
             let q = self.orientation;
             Motion {

@@ -1,4 +1,4 @@
-//! The committed C header declares what the sources define.
+//! Test: the committed C header matches the Rust sources.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! The concrete law for one contact of YADE (`CpmPhys` on `ScGeom`), in YADE's form bit for bit.
+//! The concrete law for one YADE contact (`CpmPhys` on `ScGeom`), bitwise equal to YADE's law.
 
 #![allow(unsafe_code)] // C functions
 
@@ -6,10 +6,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use concordem_contact::kinematics::{PointKinematics, Transport};
 use concordem_contact::law::ContactGeometry;
-use concordem_contact::law::cpm::{Answer, Cpm, CpmState, DamageLaw, YadeParameters};
+use concordem_contact::law::cpm::{Cpm, CpmState, DamageLaw, StressResponse, YadeParameters};
 use concordem_contact::math::Vec3;
 
-/// Parameters, motion, history, and results of one contact. Names are those of YADE's classes; SI units.
+/// Parameters, motion, history, and results of one contact, named as in YADE's classes; SI units.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
@@ -27,7 +27,7 @@ pub struct CpmContact {
     pub reference_length: f64,
     pub reference_penetration: f64,
     pub area: f64,
-    // Law2 functor: its attributes.
+    // Attributes of the Law2 functor.
     pub omega_threshold: f64,
     pub soft_strain: f64,
     pub relative_soft_stiffness: f64,
@@ -39,7 +39,7 @@ pub struct CpmContact {
     pub swing: [f64; 3],
     /// `ScGeom::twist_axis`.
     pub twist: [f64; 3],
-    // CpmPhys: history, before and after.
+    // CpmPhys: history, input and output.
     pub strain: f64,
     pub kappa: f64,
     pub omega: f64,
@@ -50,7 +50,7 @@ pub struct CpmContact {
     pub normal_stress: f64,
     pub shear_stress: [f64; 3],
     pub residual_strength: f64,
-    // Energies (J), if requested: dissipated in the step by damage and by friction, stored, error of the work rule.
+    // Energies (J), if requested: dissipated in this step by damage and by friction, stored, error of the work rule.
     pub damage_energy: f64,
     pub friction_energy: f64,
     pub stored_energy: f64,
@@ -58,7 +58,7 @@ pub struct CpmContact {
     pub damage_law: i32,
     pub never_damage: i32,
     pub cohesive: i32,
-    /// Whether the contact was made in this step.
+    /// Whether the contact was created in this step.
     pub fresh: i32,
 }
 
@@ -66,11 +66,11 @@ pub struct CpmContact {
 #[repr(i32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CpmOutcome {
-    /// The contact lives on.
+    /// The contact continues.
     Lives = 0,
-    /// The contact is to be deleted.
+    /// The contact must be deleted.
     Lost = 1,
-    /// The strain is not a number.
+    /// The strain is NaN.
     NotANumber = -1,
     /// `damLaw` is neither 0 nor 1.
     DamageLaw = -2,
@@ -83,7 +83,7 @@ fn vector(a: &[f64; 3]) -> Vec3 {
     Vec3::new(a[0], a[1], a[2])
 }
 
-/// One step of one contact. An error leaves the contact unchanged.
+/// Compute one step of a contact. An error leaves the contact unchanged.
 #[expect(clippy::too_many_lines, reason = "a table of fields in and a table of fields out")]
 #[inline(always)]
 fn respond<const ENERGY: bool>(contact: &mut CpmContact) -> CpmOutcome {
@@ -142,7 +142,8 @@ fn respond<const ENERGY: bool>(contact: &mut CpmContact) -> CpmOutcome {
         shear_strain: vector(&c.shear_strain),
         plastic_shear_strain: vector(&c.plastic_shear_strain),
     };
-    let Answer { state, normal_stress, shear_stress, lost, energy } = law.answer_as_yade::<false>(&kinematics, &old);
+    let StressResponse { state, normal_stress, shear_stress, lost, energy } =
+        law.evaluate_as_yade::<false>(&kinematics, &old);
     if state.normal_strain.is_nan() || state.shear_strain.iter().any(|x| x.is_nan()) {
         return CpmOutcome::NotANumber;
     }
@@ -172,24 +173,24 @@ fn respond<const ENERGY: bool>(contact: &mut CpmContact) -> CpmOutcome {
     if lost { CpmOutcome::Lost } else { CpmOutcome::Lives }
 }
 
-/// One step of the concrete law, without energies.
+/// Compute one step of the concrete law, without energies.
 ///
 /// # Safety
 /// `contact` must point to a contact.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_cpm(contact: *mut CpmContact) -> CpmOutcome {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let contact = unsafe { &mut *contact };
     catch_unwind(AssertUnwindSafe(|| respond::<false>(contact))).unwrap_or(CpmOutcome::Internal)
 }
 
-/// One step of the concrete law, with energies.
+/// Compute one step of the concrete law, with energies.
 ///
 /// # Safety
 /// `contact` must point to a contact.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_cpm_with_energy(contact: *mut CpmContact) -> CpmOutcome {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let contact = unsafe { &mut *contact };
     catch_unwind(AssertUnwindSafe(|| respond::<true>(contact))).unwrap_or(CpmOutcome::Internal)
 }

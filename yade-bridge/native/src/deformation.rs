@@ -1,7 +1,6 @@
-//! The pass over the deformable particles of a YADE scene: the solver's [`DeformationPass`] with the forces of bonds that YADE
-//! stores.
+//! The pass over the deformable particles of a YADE scene: the solver's [`DeformationPass`] with the bond forces that YADE stores.
 //!
-//! It stores nothing between steps: the history of a body lies in its YADE state, which YADE saves.
+//! It keeps no data between steps. The history of a body is in its YADE state, which YADE saves.
 
 #![allow(unsafe_code)] // C functions and pointers into YADE's objects
 
@@ -17,7 +16,7 @@ use concordem_solver::state::{Constraint, Deformation, Particles};
 use crate::body_motion::{symmetric, vector};
 use crate::linear_bond::viscous_force;
 
-/// Elastic constants of a particle: `young` (Pa; infinite for a rigid particle) and `poisson`.
+/// Elastic constants of a particle: Young's modulus (Pa; infinite for a rigid particle) and Poisson's ratio.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
@@ -33,7 +32,7 @@ pub struct Elasticity {
 pub struct DeformableBody {
     /// Index of its elasticity.
     material: u32,
-    /// Mask of its prescribed degrees of freedom (`Constraint`).
+    /// Bit mask of its prescribed degrees of freedom (`Constraint`).
     blocked: u32,
     /// Radius, m.
     radius: f64,
@@ -50,20 +49,20 @@ pub struct DeformableBody {
     stress: *mut f64,
 }
 
-/// Result of a bond in this step.
+/// Force of a bond in this step.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
 pub struct BondForce {
     /// Indices of the two bodies.
     bodies: [u32; 2],
-    /// Direction from the first body to the second: address of three reals.
+    /// Unit vector from the first body to the second: address of three reals.
     normal: *const f64,
     /// Force on the first body, N: address of three reals.
     force: *const f64,
-    /// Part of the dashpots along the normal, N.
+    /// Normal force of the dashpot, N.
     normal_dashpot: f64,
-    /// Part of the dashpots across the normal, N: address of three reals.
+    /// Shear force of the dashpot, N: address of three reals.
     shear_dashpot: *const f64,
 }
 
@@ -78,7 +77,7 @@ pub struct DeformationEnergies {
     reactions: f64,
 }
 
-/// A bond for the pass: bodies, direction, force on the first (N), and its part by dashpots (N).
+/// A bond in the pass: bodies, normal, force on the first body (N), and the dashpot part of that force (N).
 struct Bond {
     bodies: [u32; 2],
     normal: Vec3,
@@ -86,7 +85,7 @@ struct Bond {
     viscous: Vec3,
 }
 
-/// Working memory and threads of the pass.
+/// Scratch memory and threads of the pass.
 pub struct DeformationScratch {
     particles: Particles,
     bonds: Vec<Bond>,
@@ -96,7 +95,10 @@ pub struct DeformationScratch {
 }
 
 impl Elasticity {
-    /// An error unless the constants are possible.
+    /// Check the elastic constants.
+    ///
+    /// # Errors
+    /// Young's modulus is not positive, or Poisson's ratio is not in (−1, 0.5].
     pub fn check(&self) -> Result<(), String> {
         let Self { young, poisson } = *self;
         // Comparisons with NaN are false.
@@ -107,21 +109,23 @@ impl Elasticity {
             ));
         }
         if !possible {
-            return Err(format!("LinearBondMat_Rust.particlePoisson = {poisson} must be above -1 and at most 0.5"));
+            return Err(format!(
+                "LinearBondMat_Rust.particlePoisson = {poisson} must be greater than -1 and at most 0.5"
+            ));
         }
         Ok(())
     }
 }
 
 unsafe fn condition(name: *const c_char) -> Result<Condition, String> {
-    // SAFETY: the shim passes strings that end with a zero.
+    // SAFETY: the shim passes zero-terminated strings.
     match unsafe { CStr::from_ptr(name) }.to_str() {
         Ok("solid") => Ok(Condition::Solid),
         Ok("plane-strain") => Ok(Condition::PlaneStrain),
         Ok("plane-stress") => Ok(Condition::PlaneStress),
         other => Err(format!(
-            "condition is \"{}\"; it may be \"solid\", \"plane-strain\", \"plane-stress\"",
-            other.unwrap_or("no text")
+            "condition is \"{}\"; give \"solid\", \"plane-strain\", or \"plane-stress\"",
+            other.unwrap_or("not UTF-8")
         )),
     }
 }
@@ -139,10 +143,10 @@ impl DeformationScratch {
             particles.radius.push(body.radius);
             particles.material.push(body.material as u16);
             particles.constraint.push(Constraint(body.blocked as u8));
-            // SAFETY: the caller's promise.
+            // SAFETY: guaranteed by the caller.
             particles.deformation.push(unsafe {
                 Deformation {
-                    dyad: symmetric(body.dyad),
+                    virial: symmetric(body.dyad),
                     used: symmetric(body.used),
                     other: symmetric(body.other),
                     reaction: symmetric(body.reaction),
@@ -151,19 +155,19 @@ impl DeformationScratch {
         }
         self.bonds.clear();
         self.bonds.extend(bonds.iter().map(|bond| {
-            // SAFETY: the caller's promise.
+            // SAFETY: guaranteed by the caller.
             let (normal, force, shear) =
                 unsafe { (vector(bond.normal), vector(bond.force), vector(bond.shear_dashpot)) };
             Bond { bodies: bond.bodies, normal, force, viscous: viscous_force(&normal, bond.normal_dashpot, shear) }
         }));
     }
 
-    /// The pass after the forces of a step. It sums the bonds in their order and strains the particles for the next step.
+    /// Run the pass after the forces of a step: sum over the bonds in their order and compute the strains for the next step.
     fn run(&mut self, deformable: &Deformable) -> Result<DeformationSums, String> {
         let Self { particles, bonds, pass, force, pool } = self;
-        // One entry into the pool: waking its threads takes long.
+        // Enter the pool only once, because waking its threads is slow.
         let (sums, strain) = pool.install(|| {
-            // Strains of this step.
+            // Strains that act in this step.
             pass.begin(deformable, particles, false);
             pass.clear();
             force.clear();
@@ -171,35 +175,35 @@ impl DeformationScratch {
             let reacting = deformable.reacting();
             for bond in &*bonds {
                 let virial = ParticleVirial::of(&bond.normal, &bond.force, &bond.viscous, deformable.dashpots);
-                let ([a, b], dyads) = (bond.bodies.map(|body| body as usize), virial.dyads());
+                let ([a, b], parts) = (bond.bodies.map(|body| body as usize), virial.parts());
                 force[a] += bond.force;
                 force[b] -= bond.force;
-                pass.dyads[a] += dyads;
-                pass.dyads[b] += dyads;
+                pass.virials[a] += parts;
+                pass.virials[b] += parts;
                 if particles.constraint[a].any(reacting) {
-                    pass.held[a].add(&virial);
+                    pass.reaction_sums[a].add(&virial);
                 }
                 if particles.constraint[b].any(reacting) {
-                    pass.held[b].add_opposite(&virial);
+                    pass.reaction_sums[b].add_opposite(&virial);
                 }
             }
             let sums = pass.finish(deformable, particles, force, &[]);
-            // Strains of the next step.
+            // Strains for the next step.
             (sums, pass.begin(deformable, particles, true))
         });
         if strain.is_finite() {
             return Ok(sums);
         }
-        Err("the strain of a particle is not a number; is the time step too large, or particleYoung too small?".into())
+        Err("the strain of a particle is not finite; reduce the time step, or increase particleYoung".into())
     }
 
-    /// Write the results into the host's bodies.
+    /// Write the results to the host's bodies.
     unsafe fn write(&self, deformable: &Deformable, bodies: &[DeformableBody]) {
         let displacements = self.pass.surface_displacement.iter().zip(&self.pass.surface_displacement_before);
         for ((body, d), (now, before)) in bodies.iter().zip(&self.particles.deformation).zip(displacements) {
-            let stress = deformable.stress(&d.dyad, body.radius);
+            let stress = deformable.stress(&d.virial, body.radius);
             for (to, from) in [
-                (body.dyad, &d.dyad),
+                (body.dyad, &d.virial),
                 (body.used, &d.used),
                 (body.other, &d.other),
                 (body.reaction, &d.reaction),
@@ -207,24 +211,24 @@ impl DeformationScratch {
                 (body.surface_displacement_before, before),
                 (body.stress, &stress),
             ] {
-                // SAFETY: the caller's promise: six reals.
+                // SAFETY: guaranteed by the caller: six reals.
                 unsafe { to.copy_from_nonoverlapping(from.0.as_ptr(), 6) };
             }
         }
     }
 }
 
-/// Working memory of the pass with `threads` threads; null and a message if they cannot be started.
+/// Create scratch memory of the pass with `threads` threads. Returns null and a message if they cannot be started.
 ///
 /// # Safety
-/// The message must be the shim's.
+/// `message` must be valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_deformation_scratch(
     threads: i32,
     message: *const Message,
 ) -> *mut DeformationScratch {
     let mut made = std::ptr::null_mut();
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         guarded(message, || {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1) as usize).build();
@@ -242,42 +246,42 @@ pub unsafe extern "C" fn concordem_yade_deformation_scratch(
     made
 }
 
-/// Delete working memory of the pass.
+/// Delete scratch memory of the pass.
 ///
 /// # Safety
-/// Made by [`concordem_yade_deformation_scratch`], deleted once.
+/// `scratch` must be from [`concordem_yade_deformation_scratch`] and not deleted yet.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_deformation_delete(scratch: *mut DeformationScratch) {
     if !scratch.is_null() {
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         drop(unsafe { Box::from_raw(scratch) });
     }
 }
 
-/// A scene for [`concordem_yade_deformation`].
+/// Input of [`concordem_yade_deformation`].
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
 pub struct DeformableScene {
     bodies: *const DeformableBody,
     body_count: usize,
-    /// Bonds, summed in this order.
+    /// Bonds; sums follow this order.
     bonds: *const BondForce,
     bond_count: usize,
     materials: *const Elasticity,
     material_count: usize,
     /// solid, plane-strain, or plane-stress.
     condition: *const c_char,
-    /// Whether forces of dashpots strain the particles.
+    /// Whether dashpot forces strain the particles.
     dashpots: i32,
 }
 
-/// The pass after the forces of a step: from the forces of the bonds follow history, surface displacement, and stress of the
-/// bodies. 0, or −1 and a message.
+/// Run the pass after the forces of a step: compute history, surface displacement, and stress of the bodies from the bond forces.
+/// Returns 0, or −1 and a message.
 ///
 /// # Safety
-/// Arrays of the stated lengths, with addresses in living objects; bodies of bonds are below `body_count`, materials of bodies
-/// below `material_count`.
+/// Arrays must have the stated lengths and contain addresses in existing objects. Body indices must be below `body_count`, material
+/// indices below `material_count`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_deformation(
     scratch: *mut DeformationScratch,
@@ -285,7 +289,7 @@ pub unsafe extern "C" fn concordem_yade_deformation(
     energies: *mut DeformationEnergies,
     message: *const Message,
 ) -> i64 {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         guarded(message, || {
             let (scratch, scene) = (&mut *scratch, &*scene);
@@ -297,7 +301,7 @@ pub unsafe extern "C" fn concordem_yade_deformation(
             }
             if u16::try_from(materials.len()).is_err() {
                 return Err(format!(
-                    "{} materials of deformable particles; at most 65535 can be told apart",
+                    "{} materials of deformable particles; at most 65535 are supported",
                     materials.len()
                 ));
             }

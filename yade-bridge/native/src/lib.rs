@@ -1,7 +1,7 @@
-//! C functions over the library's laws and solver for the native plugin of YADE (`shim/`).
+//! C interface to our laws and solver for the native YADE plugin (`shim/`).
 //!
-//! Each user compiles the shim, which includes YADE's headers; this crate is compiled once and knows no class of YADE. The shim
-//! passes plain structures. `shim/abi.h` declares functions and structures; the test `c_header` generates it.
+//! Users compile the shim against the headers of their YADE. This crate is compiled once, does not depend on YADE, and exchanges plain
+//! structures with the shim. `shim/abi.h` declares functions and structures; the test `c_header` generates it.
 
 pub mod assembly;
 pub mod beam;

@@ -1,9 +1,9 @@
-//! The brittle linear bond for one contact of YADE (`LinearBondPhys_Rust` on `ScGeom`) between particles that may deform, computed
-//! from the bodies' own positions and rotations.
+//! The linear bond for one YADE contact (`LinearBondPhys_Rust` on `ScGeom`) between particles that may deform, computed from the
+//! positions and rotations of the bodies.
 //!
-//! [`MotionMeasure::Finite`] measures the motion, as by default in the solver and in the bonded engine. YADE's integrator rotates a
-//! body by `ω Δt` and moves it by `v Δt` in a step, as the solver does: so the finite rotation increments are known, and the work
-//! of the bonds equals the change of their energies.
+//! The kinematics is [`MotionMeasure::Finite`], the default of the solver and of the bonded engine. YADE's integrator rotates a body by
+//! `ω Δt` and moves it by `v Δt` in a step, as our solver does. The finite rotation increments are therefore known, and the work of the
+//! bonds equals the change of their energies.
 
 #![allow(unsafe_code)] // C functions and pointers into YADE's objects
 
@@ -18,7 +18,7 @@ use concordem_contact::math::{Symmetric, Vec3, quaternion_of_rotation_vector};
 use crate::body_motion::{BodyMotion, BondOutcome, symmetric};
 use crate::deformation::Elasticity;
 
-/// Parameters of a brittle linear bond, as in `LinearBond`; SI units.
+/// Parameters of `LinearBond`, SI units.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
@@ -41,8 +41,8 @@ pub struct BondedBody {
     radius: f64,
     /// Mass, kg.
     mass: f64,
-    /// Surface displacement in this step and in the last one, m: addresses of six reals each (xx, yy, zz, yz, xz, xy), or null for a
-    /// rigid body.
+    /// Surface displacement in this step and in the previous one, m: addresses of six reals each (xx, yy, zz, yz, xz, xy), or null for
+    /// a rigid body.
     surface_displacement: [*const f64; 2],
 }
 
@@ -57,10 +57,10 @@ pub struct LinearBondContact {
     shift: [f64; 3],
     /// Time step, s.
     dt: f64,
-    /// Length without force, m; 0 before the first step, which sets it.
+    /// Reference length, m; 0 before the first step, which sets it.
     reference_length: f64,
-    /// History: distance of the centers at the last step, m; then the direction from the first body to the second and the fields
-    /// of `LinearBondState`.
+    /// History: distance of the centers at the last step, m, then the unit vector from the first body to the second and the fields of
+    /// `LinearBondState`.
     length: f64,
     normal: [f64; 3],
     shear_displacement: [f64; 3],
@@ -72,7 +72,7 @@ pub struct LinearBondContact {
     torque: [[f64; 3]; 2],
     /// Stored energy, J.
     stored_energy: f64,
-    /// Energies of this step, J: released by breaking, dissipated by dashpots, error of the work rule.
+    /// Energies of this step, J: dissipated by breaking, dissipated by dashpots, error of the work rule.
     damage_energy: f64,
     viscous_energy: f64,
     integration_energy: f64,
@@ -92,16 +92,16 @@ impl LinearBondParameters {
 }
 
 impl BondedBody {
-    /// Surface displacement in this step and in the last one.
+    /// Surface displacement in this step and in the previous one, m.
     unsafe fn surface_displacement(&self) -> [Symmetric; 2] {
         // SAFETY: six reals, or null.
         self.surface_displacement.map(|p| if p.is_null() { Symmetric::default() } else { unsafe { symmetric(p) } })
     }
 }
 
-/// One step of one bond. An error leaves history and length unchanged.
+/// Compute one step of a bond. An error leaves history and length unchanged.
 unsafe fn respond(c: &mut LinearBondContact) -> BondOutcome {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let mut motions = unsafe { [c.bodies[0].motion.read(), c.bodies[1].motion.read()] };
     let (mut reference_length, mut previous) =
         (c.reference_length, PreviousGeometry { normal: c.normal.into(), length: c.length });
@@ -110,7 +110,7 @@ unsafe fn respond(c: &mut LinearBondContact) -> BondOutcome {
             motion.rotation_increment = quaternion_of_rotation_vector(&(motion.angular_velocity * c.dt));
         }
     } else {
-        // The bond begins here: earlier motion of the bodies does not strain it.
+        // A new bond: earlier motion of the bodies does not strain it.
         previous = initial_geometry(&motions[0].position, &motions[1].position, &c.shift.into());
         reference_length = previous.length;
     }
@@ -135,7 +135,7 @@ unsafe fn respond(c: &mut LinearBondContact) -> BondOutcome {
         dt: c.dt,
     };
     let kinematics = measure(MotionMeasure::Finite, &input);
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let [[a, a_old], [b, b_old]] = unsafe { [a.surface_displacement(), b.surface_displacement()] };
     let normal = kinematics.normal;
     let kinematics =
@@ -167,7 +167,7 @@ unsafe fn respond(c: &mut LinearBondContact) -> BondOutcome {
     if lives { BondOutcome::Lives } else { BondOutcome::Broke }
 }
 
-/// Force on the first body by the dashpots of a bond with this direction and history, N.
+/// Dashpot force of a bond on the first body, N.
 pub fn viscous_force(normal: &Vec3, normal_dashpot: f64, shear_dashpot: Vec3) -> Vec3 {
     LinearBond::viscous_force(
         normal,
@@ -175,28 +175,28 @@ pub fn viscous_force(normal: &Vec3, normal_dashpot: f64, shear_dashpot: Vec3) ->
     )
 }
 
-/// One step of a bond.
+/// Compute one step of a bond.
 ///
 /// # Safety
-/// `contact` must point to a bond whose addresses are those of living bodies.
+/// `contact` must point to a bond; its addresses must be those of existing bodies.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_linear_bond(contact: *mut LinearBondContact) -> BondOutcome {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let contact = unsafe { &mut *contact };
     catch_unwind(AssertUnwindSafe(|| unsafe { respond(contact) })).unwrap_or(BondOutcome::Internal)
 }
 
-/// Check the parameters of a bond and the elasticities of its two particles: 0, or −1 and a message.
+/// Check the parameters of a bond and the elastic constants of its two particles. Returns 0, or −1 and a message.
 ///
 /// # Safety
-/// The pointers must be the shim's.
+/// The pointers must be valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_linear_bond_check(
     parameters: *const LinearBondParameters,
     elasticity: *const [Elasticity; 2],
     message: *const Message,
 ) -> i64 {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         guarded(message, || {
             (*parameters).law().validate().map_err(|error| error.to_string())?;

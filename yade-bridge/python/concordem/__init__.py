@@ -1,6 +1,6 @@
 """ConcorDEM: the discrete element method for cohesive materials.
 
-A scenario says what is computed; a simulation computes it; the state is NumPy arrays.
+A scenario describes a run, a simulation computes it, and its state is available as NumPy arrays.
 
 >>> import concordem
 >>> scenario = concordem.Scenario(
@@ -20,9 +20,8 @@ A scenario says what is computed; a simulation computes it; the state is NumPy a
 >>> sorted(simulation.state.contacts())
 ['linear_bond']
 
-Results of the command line program are read by :class:`Result`; operators on any arrays are in
-:mod:`concordem.operators`, packings in :mod:`concordem.packing`, the bridge to YADE in :mod:`concordem.yade`, LIGGGHTS with our
-laws in :mod:`concordem.liggghts`.
+:class:`Result` reads result files of the command-line program. Operators on arrays are in :mod:`concordem.operators`, packings in
+:mod:`concordem.packing`, the bridge to YADE in :mod:`concordem.yade`, LIGGGHTS with ConcorDEM laws in :mod:`concordem.liggghts`.
 """
 
 from . import operators, packing

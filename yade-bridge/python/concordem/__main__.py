@@ -1,4 +1,4 @@
-"""The command line program: ``python -m concordem --help``."""
+"""The command-line program: ``python -m concordem --help``."""
 
 import sys
 
@@ -6,7 +6,7 @@ from ._core import run_program
 
 
 def main() -> int:
-    """Run the program with the arguments of this process; its exit code."""
+    """Run the program with the arguments of this process; return its exit code."""
     return run_program(sys.argv[1:])
 
 

@@ -1,4 +1,4 @@
-"""Exceptions. They mirror the errors of the solver: what is wrong, where, and what to do."""
+"""Exceptions, one class per stage of the solver. Messages give the problem, its position, and the remedy."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from typing import Any, NamedTuple, Sequence
 
 
 class Problem(NamedTuple):
-    """One thing wrong with a scenario."""
+    """One problem in a scenario."""
 
     kind: str
     """Class of the problem: "UnknownKey", "WrongUnit", "OutOfRange", ..."""
     key: str
-    """Where: "material[0].cpm.young"; empty for the file as a whole. Counted from 0."""
+    """Key, such as "material[0].cpm.young" (counted from 0); empty for the file as a whole."""
     value: str | None
     """The offending value, as written."""
     line: int
@@ -19,9 +19,9 @@ class Problem(NamedTuple):
     column: int
     """Column, from 1."""
     message: str
-    """What is wrong."""
+    """Description of the problem."""
     help: str
-    """What to do."""
+    """Remedy."""
 
 
 class ConcordemError(Exception):
@@ -34,13 +34,13 @@ class ConcordemError(Exception):
 
 
 class ScenarioError(ConcordemError, ValueError):
-    """A scenario is wrong. All problems found are in `problems`; the first one's parts are attributes."""
+    """A scenario is invalid. `problems` lists all problems; attributes such as `key` and `line` belong to the first one."""
 
     def __init__(self, message: str, file: str, problems: Sequence[Any]) -> None:
         self.file = file
-        """Name of the file, or what stands for it."""
+        """Name of the file, or its substitute in messages."""
         self.problems = [Problem(*problem) for problem in problems]
-        """Everything found wrong, in the order of the text."""
+        """All problems, in the order of the text."""
         super().__init__(message, self.problems[0].kind)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -63,12 +63,12 @@ class ScenarioError(ConcordemError, ValueError):
 
     @property
     def help(self) -> str:
-        """What to do about the first problem."""
+        """Remedy for the first problem."""
         return self.problems[0].help
 
 
 class UnstableError(ScenarioError):
-    """A scenario asks for something unstable: too large a time step, too soft particles."""
+    """A scenario is unstable: the time step is too large, or the particles are too soft."""
 
 
 class AssemblyError(ConcordemError, ValueError):
@@ -76,23 +76,23 @@ class AssemblyError(ConcordemError, ValueError):
 
 
 class PackingError(ConcordemError, ValueError):
-    """A packing cannot be made or read."""
+    """A packing cannot be generated or read."""
 
 
 class OperatorError(ConcordemError, ValueError):
-    """An operator refuses its input."""
+    """Invalid input of an operator."""
 
 
 class SolverError(ConcordemError, RuntimeError):
-    """The calculation cannot go on."""
+    """The calculation cannot continue."""
 
 
 class StaticsError(ConcordemError, RuntimeError):
-    """A static problem has no answer."""
+    """A static problem has no solution."""
 
 
 class CalibrationError(ConcordemError, RuntimeError):
-    """There are no parameters for what is wanted."""
+    """No parameters give the requested properties."""
 
 
 class ResultError(ConcordemError, RuntimeError):
@@ -100,8 +100,8 @@ class ResultError(ConcordemError, RuntimeError):
 
 
 class InternalError(ConcordemError, RuntimeError):
-    """A fault of the program itself. The simulation it happened in cannot be used further; please report it."""
+    """An internal error; please report it. The simulation in which it occurred cannot be used any more."""
 
 
 class YadeError(ConcordemError, RuntimeError):
-    """The bridge to YADE refuses to work with this YADE, this scene, or this state of it."""
+    """The bridge does not support this YADE, this scene, or the scene's current state."""

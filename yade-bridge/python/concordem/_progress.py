@@ -1,4 +1,4 @@
-"""A bar that shows how far long work is."""
+"""A progress bar."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import time
 
 
 class Bar:
-    """Called with a text and a share from 0 to 1, draws itself on one line of the standard error stream."""
+    """A progress bar on one line of standard error. Call it with a text and a fraction from 0 to 1."""
 
     def __init__(self) -> None:
         self._start = time.monotonic()

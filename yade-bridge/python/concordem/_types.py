@@ -1,4 +1,4 @@
-"""What functions return: named tuples of arrays in SI units, tension positive."""
+"""Result types: named tuples of arrays in SI units, tension positive."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ Reals = NDArray[np.float64]
 
 
 class Contacts(NamedTuple):
-    """Contacts between particles, one row each, as operators read them."""
+    """Contacts between particles, one row each, as input of operators."""
 
     pair: NDArray[np.uint32]
     """Particles A and B, shape (n, 2)."""
     branch: Reals
-    """From the centre of A to that of B, image included, m, (n, 3)."""
+    """Branch vector from the center of A to that of B, periodic image included, m, (n, 3)."""
     point: Reals
-    """Contact point next to A, m, (n, 3)."""
+    """Contact point, on the side of A in a periodic cell, m, (n, 3)."""
     force: Reals
     """Force on A, N, (n, 3)."""
     moment: Reals | None = None
@@ -29,25 +29,25 @@ class Contacts(NamedTuple):
 
 
 class Loads(NamedTuple):
-    """Loads on particles from outside: walls, supports."""
+    """External loads on particles, such as those of walls and supports."""
 
     particle: NDArray[np.uint32]
     """The particle, shape (n,)."""
     point: Reals
-    """Where the force acts, m, (n, 3)."""
+    """Point where the force acts, m, (n, 3)."""
     force: Reals
     """Force on the particle, N, (n, 3)."""
     moment: Reals | None = None
-    """Moment about the point, N m, (n, 3)."""
+    """Moment about the point, N m, (n, 3); None if there is none."""
 
 
 class Forces(NamedTuple):
     """Forces of all contacts."""
 
     contacts: Contacts
-    """Between particles."""
+    """Contacts between particles."""
     walls: Loads
-    """Of walls on particles."""
+    """Forces of walls on particles."""
 
 
 class RegionStress(NamedTuple):
@@ -58,9 +58,9 @@ class RegionStress(NamedTuple):
     volume: float
     """Volume of the region, m^3."""
     full: float
-    """Contacts that counted in full."""
+    """Number of contacts with full weight."""
     partial: float
-    """Contacts that counted in part."""
+    """Number of contacts with partial weight."""
 
 
 class ConjugateStress(NamedTuple):
@@ -75,22 +75,22 @@ class ConjugateStress(NamedTuple):
     rigid_moment: Reals
     """Sum of moments over the volume, N/m^2, (3,)."""
     rotation: Reals
-    """Sum of moments about the centres over the volume, N/m^2, (3,)."""
+    """Sum of moments about the particle centers over the volume, N/m^2, (3,)."""
     volume: float
     """Volume, m^3."""
     contacts: int
-    """Contacts with both particles inside."""
+    """Number of contacts with both particles in the region."""
 
 
 class Fabric(NamedTuple):
-    """Contacts by number and direction."""
+    """Fabric and coordination number of a region."""
 
     tensor: Reals
-    """Mean of n n, trace 1, (3, 3)."""
+    """Fabric tensor, mean of n n over contacts, trace 1, (3, 3)."""
     contacts: float
     """Number of contacts."""
     particles: int
-    """Particles whose centres lie inside."""
+    """Number of particles with centers in the region."""
     coordination: float
     """Contacts per particle."""
     branch_length: float
@@ -101,19 +101,19 @@ class PowerReport(NamedTuple):
     """Power of contacts, W: `contacts == stress + couple + gap`."""
 
     contacts: float
-    """From relative motion at contacts."""
+    """Power of the relative motion at contacts, W."""
     particles: float
-    """The same, summed over particles."""
+    """The same, summed over particles, W."""
     stress: float
-    """Of the stress on the strain rate."""
+    """Power of the stress on the strain rate, W."""
     couple: float
-    """Of the couple stress on the curvature rate."""
+    """Power of the couple stress on the curvature rate, W."""
     gap: float
-    """Of motion that is not affine."""
+    """Power of the non-affine motion, W."""
     stress_tensor: Reals
-    """Stress, Pa."""
+    """Stress, Pa, (3, 3)."""
     couple_stress: Reals
-    """Couple stress, N/m."""
+    """Couple stress, N/m, (3, 3)."""
 
 
 class CoarseFields(NamedTuple):
@@ -150,33 +150,33 @@ class DualStrain(NamedTuple):
     volume: float
     """Volume, m^3."""
     unity: Reals
-    """What should be the unit matrix, (3, 3)."""
+    """Check: equals the unit matrix up to rounding, (3, 3)."""
 
 
 class Packing(NamedTuple):
-    """Spheres, and the periodic cell they fill."""
+    """Positions and radii of spheres, and their periodic cell."""
 
     positions: Reals
-    """Centres, m, (n, 3)."""
+    """Positions, m, (n, 3)."""
     radii: Reals
     """Radii, m, (n,)."""
     cell: Reals | None = None
-    """Edge vectors of the periodic cell as columns, m; None without a cell."""
+    """Edge vectors of the periodic cell as columns, m, (3, 3); None without a cell."""
 
 
 class PackingSummary(NamedTuple):
-    """A packing in a few numbers."""
+    """Statistics of a packing."""
 
     spheres: int
     """Number of spheres."""
     packing_fraction: float | None
-    """Share of solid; None without a cell."""
+    """Solid fraction; None without a cell."""
     coordination: float
-    """Neighbours per sphere within the interaction ratio."""
+    """Mean number of neighbors per sphere within the interaction ratio."""
     coordination_of_backbone: float
     """The same without rattlers."""
     rattlers: int
-    """Spheres that carry nothing."""
+    """Number of rattlers: spheres without load-bearing contacts."""
     mean_overlap: float
     """Mean overlap over the sum of radii."""
     largest_overlap: float
@@ -184,26 +184,26 @@ class PackingSummary(NamedTuple):
 
 
 class Summary(NamedTuple):
-    """Facts about what was built from a scenario."""
+    """Statistics of the particles and bonds of a scenario."""
 
     particles: int
-    """Particles."""
+    """Number of particles."""
     bonds: int
-    """Bonds."""
+    """Number of bonds."""
     coordination: float
-    """Bonds per particle."""
+    """Mean number of bonds per particle."""
     packing_fraction: float | None
-    """Share of solid of the packing."""
+    """Solid fraction of the packing."""
     area: float | None
     """Cross-section of the loaded specimen, m^2."""
     length: float | None
-    """Its length, m."""
+    """Length of the loaded specimen, m."""
     largest_time_step: float
-    """Stability bound, s."""
+    """Time step bound, s."""
     spectral_radius: float | None
-    """Of the strains of deformable particles; None if none deforms."""
+    """Spectral radius of the strain-force iteration of deformable particles; None if particles are rigid."""
     memory: int
-    """Peak memory of a run, bytes, about."""
+    """Estimated peak memory of a run, bytes."""
 
 
 class ElasticConstants(NamedTuple):
@@ -222,55 +222,55 @@ class ElasticConstants(NamedTuple):
     shear_by_plane: Reals
     """Shear moduli 23, 31, 12, Pa."""
     stiffness: Reals
-    """Stiffness, components 11, 22, 33, 23, 31, 12 with engineering shear strains, Pa, (6, 6)."""
+    """Stiffness matrix, components 11, 22, 33, 23, 31, 12 with engineering shear strains, Pa, (6, 6)."""
     compliance: Reals
-    """Its inverse, 1/Pa."""
+    """Compliance matrix, the inverse of the stiffness matrix, 1/Pa, (6, 6)."""
     anisotropy: float
     """Largest relative difference of Young's moduli."""
 
 
 class ElasticAnswers(NamedTuple):
-    """Elastic constants, from crude to exact."""
+    """Elastic constants by several methods, from approximate to exact."""
 
     closed_form: tuple[float, float] | None
-    """Young's modulus (Pa) and Poisson's ratio for all directions alike; None for links with moments."""
+    """Young's modulus (Pa) and Poisson's ratio for an isotropic distribution of bonds; None for bonds with moments."""
     affine: ElasticConstants
-    """With all particles on the uniform field: an upper bound."""
+    """Affine sum: all particles follow the mean strain. An upper bound."""
     static: ElasticConstants
-    """With all particles in equilibrium."""
+    """Static equilibrium of all particles."""
     relaxed: ElasticConstants | None
-    """The same by the dynamic solver; None if not asked for."""
+    """Static equilibrium by dynamic relaxation; None without `dynamics`."""
     links: int
-    """Links that took part."""
+    """Number of bonds in the static network."""
     rattlers: int
-    """Particles that links do not hold."""
+    """Number of rattlers."""
     mechanisms: int
-    """Motions of single particles that no link resists."""
+    """Number of zero-energy modes of single particles."""
 
 
 class ElasticFit(NamedTuple):
-    """Stiffnesses for wanted elastic constants."""
+    """Bond parameters that give the requested elastic constants."""
 
     normal: float
-    """Modulus of the links (cpm, Pa), normal stiffness (linear_bond, N/m), or modulus of the beams (cohesive_beam, Pa)."""
+    """Modulus of the bonds (cpm, Pa), normal stiffness (linear_bond, N/m), or modulus of the beams (cohesive_beam, Pa)."""
     shear_ratio: float
-    """Shear over normal stiffness (of beams: sum over sum)."""
+    """Shear over normal stiffness; for beams, the sum of shear stiffnesses over the sum of normal stiffnesses."""
     achieved: ElasticConstants
-    """What they give on this packing."""
+    """Elastic constants of this packing with these parameters."""
     reach: tuple[float, float]
-    """Least and largest Poisson's ratio of this packing."""
+    """Smallest and largest Poisson's ratio that this packing can have."""
     rattlers: int
-    """Particles that links do not hold."""
+    """Number of rattlers."""
     parameters: dict[str, float]
-    """What was found, SI units, by table and key of the material: "cpm.shear_ratio"."""
+    """Parameters in SI units by table and key of the material, such as "cpm.shear_ratio"."""
     spectral_radius: float | None
-    """Of the iteration between strains and forces, of particles that were made deformable; below 1 they settle."""
+    """Spectral radius of the strain-force iteration of deformable particles; below 1 it converges. None if particles are rigid."""
     scenario: Scenario
     """The scenario with the found parameters."""
 
 
 class BeamFit(NamedTuple):
-    """Parameters of cohesive beams for wanted properties."""
+    """Parameters of cohesive beams that give the requested properties."""
 
     young: float
     """Young's modulus of the beams, Pa."""
@@ -281,20 +281,20 @@ class BeamFit(NamedTuple):
     strength: float | None
     """Strength of the beams, Pa."""
     achieved_young: float
-    """Young's modulus of the sample, Pa."""
+    """Young's modulus of the specimen, Pa."""
     achieved_poisson: float
-    """Poisson's ratio of the sample."""
+    """Poisson's ratio of the specimen."""
     achieved_strength: float | None
-    """Tensile strength of the sample, Pa."""
+    """Tensile strength of the specimen, Pa."""
     scenario: str
     """A scenario with these parameters, TOML."""
 
 
 def _table(columns: Sequence[tuple[str, str, NDArray[Any]]]) -> NDArray[Any]:
-    """A structured array; each field's type carries its unit as metadata."""
+    """A structured array; the type of each field has its unit as metadata."""
     formats = []
     for _, unit, values in columns:
-        # Metadata has to sit on the type of the numbers: NumPy drops it from subarrays.
+        # Metadata must be on the type of the numbers, because NumPy drops it from subarrays.
         base = np.dtype(values.dtype, metadata={"unit": unit})
         formats.append((base, values.shape[1:]) if values.ndim > 1 else base)
     names = [name for name, _, _ in columns]
@@ -305,7 +305,7 @@ def _table(columns: Sequence[tuple[str, str, NDArray[Any]]]) -> NDArray[Any]:
 
 
 def units(table: NDArray[Any]) -> dict[str, str]:
-    """SI units of the fields of a table ("1": a pure number).
+    """SI units of the fields of a table; "1" for dimensionless numbers.
 
     >>> import concordem
     >>> sim = concordem.Scenario.template("hertz-impact").simulation()

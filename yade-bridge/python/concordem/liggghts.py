@@ -1,4 +1,4 @@
-"""LIGGGHTS with ConcorDEM's laws, driven from Python through its C library interface.
+"""LIGGGHTS with ConcorDEM laws, driven from Python through its C library interface.
 
 >>> from concordem.liggghts import Liggghts                                                     # doctest: +SKIP
 >>> with Liggghts(library="target/liggghts/libconcordem-liggghts.so") as host:                  # doctest: +SKIP
@@ -6,11 +6,11 @@
 ...     host.run(100)
 ...     host.positions[:, 2].max(), host.fix("bonds"), host.bonds("bonds")["force"]
 
-`make liggghts` builds the library; without `library`, it is searched beside the launcher on PATH. Under MPI
-(``mpirun -np 4 python script.py``) every process opens LIGGGHTS, runs the same commands, and sees its own atoms.
+`make liggghts` builds the library. Without `library`, it is searched in the folder of the launcher on PATH. Under MPI
+(``mpirun -np 4 python script.py``), every process opens LIGGGHTS, runs the same commands, and sees its own atoms.
 
-LIGGGHTS ends the process on a wrong command, with a message on the screen; use a separate process to survive it. One instance
-at a time.
+On an invalid command, LIGGGHTS prints a message and ends the process; use a separate process to survive it. Only one instance can
+be open at a time.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ _LIBRARY = "libconcordem-liggghts.so"
 
 
 class LiggghtsError(ConcordemError):
-    """LIGGGHTS cannot be loaded, is closed, or does not know a name."""
+    """LIGGGHTS cannot be loaded, is closed, or has no object with the given name."""
 
 
 def _find(library: str | os.PathLike[str] | None) -> Path:
-    """The library as given, in CONCORDEM_LIGGGHTS, or beside the launcher on PATH."""
+    """Path of the library: `library`, else CONCORDEM_LIGGGHTS, else in the folder of the launcher on PATH."""
     given = library if library is not None else os.environ.get("CONCORDEM_LIGGGHTS")
     if given is not None:
         path = Path(given)
@@ -65,8 +65,8 @@ def _find(library: str | os.PathLike[str] | None) -> Path:
         path = Path(launcher).resolve().parent / _LIBRARY if launcher else Path(_LIBRARY)
     if not path.is_file():
         raise LiggghtsError(
-            f"{path} is missing: build it with `make liggghts` and name it by `library=`, by the environment variable "
-            "CONCORDEM_LIGGGHTS, or put its folder on PATH"
+            f"{path} is missing; build it with `make liggghts`, then give its path by `library=` or the environment variable "
+            "CONCORDEM_LIGGGHTS, or add its folder to PATH"
         )
     return path.resolve()
 
@@ -84,24 +84,24 @@ class Liggghts:
         library: str | os.PathLike[str] | None = None,
         arguments: Sequence[str] = ("-screen", "/dev/null", "-log", "none"),
     ) -> None:
-        """Open LIGGGHTS with ConcorDEM's styles; `arguments` are those of its command line.
+        """Open LIGGGHTS with the ConcorDEM styles; `arguments` are its command-line arguments.
 
         Raises LiggghtsError if the library is missing or an instance is open.
         """
         self._handle: ctypes.c_void_p | None = None
         if Liggghts._open is not None:
-            raise LiggghtsError("LIGGGHTS is open already; close it first")
+            raise LiggghtsError("LIGGGHTS is already open in this process; close it first")
         try:
-            # Ours first: it stands in for functions of LIGGGHTS, which it loads.
+            # Load our library first: it overrides functions of LIGGGHTS, which it then loads.
             self._library = ctypes.CDLL(str(_find(library)), mode=ctypes.RTLD_GLOBAL)
         except OSError as error:
-            raise LiggghtsError(f"{error}: install Debian's packages liggghts and libopenmpi3") from error
+            raise LiggghtsError(f"{error}; install the Debian packages liggghts and libopenmpi3") from error
         self._declare()
         words = [b"liggghts", *(word.encode() for word in arguments)]
         argv = (ctypes.c_char_p * len(words))(*words)
         handle = ctypes.c_void_p()
         if not self._library.concordem_liggghts_mpi(0):
-            # LIGGGHTS starts MPI, which can be done once, and leaves it to us to end it.
+            # LIGGGHTS initializes MPI, which is possible only once, but does not finalize it.
             atexit.register(self._library.concordem_liggghts_mpi, 1)
         self._library.lammps_open_no_mpi(len(words), argv, ctypes.byref(handle))
         self._handle = handle
@@ -137,8 +137,8 @@ class Liggghts:
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """The end of LIGGGHTS. An exception that leaves the block on one of several processes ends them all, with its traceback,
-        since the others would wait for this one for ever; `sys.exit()` does not."""
+        """Close LIGGGHTS. If an exception leaves the block on one of several processes, print its traceback and abort all of them,
+        because the others would wait forever; `sys.exit()` does not abort."""
         leaves = isinstance(value, SystemExit) and not value.code
         if value is not None and not leaves and self._handle is not None:
             if self._library.concordem_liggghts_processes(self._handle) > 1:
@@ -158,16 +158,16 @@ class Liggghts:
     @property
     def _instance(self) -> ctypes.c_void_p:
         if self._handle is None:
-            raise LiggghtsError("LIGGGHTS is closed")
+            raise LiggghtsError("LIGGGHTS is closed; open a new instance")
         return self._handle
 
     def command(self, line: str) -> None:
-        """One command of a script."""
+        """Run one script command."""
         self._library.lammps_command(self._instance, line.encode())
 
     def commands(self, text: str) -> None:
-        """The lines of a script, as LIGGGHTS reads a file: `&` as the last character of a line, in a comment too, lets the next one
-        follow in its place; comments, which begin with `#` outside quotes, are LIGGGHTS' to find."""
+        """Run the lines of a script. As in LIGGGHTS input files, a line that ends with `&` continues on the next line, even if it is
+        a comment. LIGGGHTS itself strips the comments."""
         line = ""
         for part in text.splitlines():
             line += part.rstrip()
@@ -178,53 +178,53 @@ class Liggghts:
                 self.command(line.strip())
             line = ""
         if line.strip():
-            raise LiggghtsError("the script ends in the middle of a line: its last line ends with `&`")
+            raise LiggghtsError("the last line of the script ends with `&`, but no line follows; remove the `&` or add the line")
 
     def file(self, path: str | os.PathLike[str]) -> None:
-        """The commands of a file."""
+        """Run the commands of a file."""
         if not Path(path).is_file():
-            raise LiggghtsError(f"cannot read {path}")
+            raise LiggghtsError(f"cannot read {path}; check the path")
         self._library.lammps_file(self._instance, os.fsencode(path))
 
     def run(self, steps: int) -> None:
-        """Compute `steps` steps."""
+        """Run `steps` steps."""
         if steps < 0:
             raise LiggghtsError(f"run {steps}: the number of steps must not be negative")
         self.command(f"run {steps}")
 
     def __len__(self) -> int:
-        """Number of atoms of all processes."""
+        """Number of atoms in all processes."""
         return int(self._library.lammps_get_natoms(self._instance))
 
     @property
     def owned(self) -> int:
-        """Number of atoms of this process."""
+        """Number of atoms owned by this process."""
         return self._global_integer("nlocal")
 
     def _global_integer(self, name: str) -> int:
         address = self._library.lammps_extract_global(self._instance, name.encode())
         if not address:
-            raise LiggghtsError(f"LIGGGHTS knows no global number `{name}`")
+            raise LiggghtsError(f"LIGGGHTS has no global number `{name}`")
         return ctypes.c_int.from_address(address).value
 
     def _view(self, name: str, columns: int, kind: type[Any]) -> npt.NDArray[Any]:
-        """LIGGGHTS' own memory: valid until atoms move between processes, come, or go, so to be asked for anew after a run."""
+        """A view of LIGGGHTS' memory. It becomes invalid when atoms migrate, are created, or are deleted, so get it again after a run."""
         rows = self.owned
         address = self._library.lammps_extract_atom(self._instance, name.encode())
         if not address:
-            raise LiggghtsError(f"atoms have no `{name}`: is there an atom_style sphere, and are there atoms?")
+            raise LiggghtsError(f"atoms have no property `{name}`; use atom_style sphere and create atoms first")
         shape = (rows, columns) if columns else (rows,)
         if rows == 0:
             return np.empty(shape, dtype=kind)
         if columns:
-            # An array of pointers to rows that lie one after the other.
+            # An array of pointers to contiguous rows.
             address = ctypes.c_void_p.from_address(address).value
         array = (kind * (rows * max(columns, 1))).from_address(address)
         return np.ctypeslib.as_array(array).reshape(shape)
 
     @property
     def positions(self) -> npt.NDArray[np.float64]:
-        """Positions, m, (n, 3): a view of LIGGGHTS' memory, as are the following; valid until the next run."""
+        """Positions, m, (n, 3). Like the following arrays, a view of LIGGGHTS' memory that is valid until the next run."""
         return self._view("x", 3, ctypes.c_double)
 
     @property
@@ -268,29 +268,30 @@ class Liggghts:
         return self._view("type", 0, ctypes.c_int)
 
     def fix(self, name: str, index: int | None = None) -> float:
-        """What a fix tells of itself: its number, or number `index` (from 1) of its vector, over all processes."""
+        """Output of a fix: its scalar, or element `index` (from 1) of its vector. The value covers all processes, and all of them must
+        call this. Raises LiggghtsError if there is no such fix or output."""
         if index is not None:
-            # LIGGGHTS does not check: a place that is not there would be read all the same.
+            # LIGGGHTS would read out of bounds: it does not check the index.
             length = self._library.concordem_liggghts_fix_size(self._instance, name.encode())
             if length >= 0 and not 1 <= index <= length:
-                raise LiggghtsError(f"the vector of fix `{name}` has {length} numbers, counted from 1: there is no number {index}")
+                raise LiggghtsError(f"fix `{name}` has no output {index}: its vector has {length} elements, counted from 1")
         kind, place = (0, 0) if index is None else (1, index - 1)
         address = self._library.lammps_extract_fix(self._instance, name.encode(), 0, kind, place, 0)
         if not address:
-            raise LiggghtsError(f"there is no fix `{name}` with that output")
+            raise LiggghtsError(f"there is no fix `{name}` with this output; check the id")
         value = ctypes.c_double.from_address(address).value
-        # A copy that is ours to free.
+        # A copy, which we must free.
         self._library.lammps_free(address)
         return value
 
     def bonds(self, fix: str) -> npt.NDArray[np.void]:
-        """Bonds and contacts of a fix concordem/bond that this process counts, a copy: ids of A and B, force on A (N), moment on A
-        about the contact point (N·m), the contact point (m), length (m), area (m²), damage, whether it is a bond. The forces
-        are those of the last step with output, as at the end of every run."""
+        """Bonds and contacts of a fix concordem/bond that this process counts, a copy. Fields: ids of A and B, force on A (N), moment on
+        A about the contact point (N·m), contact point (m), length (m), area (m²), damage, and whether it is a bond. The forces are those
+        of the last step with output; the end of a run is always one. Raises LiggghtsError if there is no such fix."""
         count = ctypes.c_int64()
         rows = self._library.concordem_liggghts_rows(self._instance, fix.encode(), ctypes.byref(count))
         if not rows:
-            raise LiggghtsError(f"there is no fix concordem/bond of id `{fix}`")
+            raise LiggghtsError(f"there is no fix concordem/bond with id `{fix}`; check the id")
         try:
             if count.value == 0:
                 return np.empty(0, dtype=_ROW)

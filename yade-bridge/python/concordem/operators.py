@@ -1,11 +1,11 @@
-"""Continuum fields from particles, on plain NumPy arrays.
+"""Continuum fields from particles, on NumPy arrays.
 
-SI units; tension positive; branch from A to B; force and moment of a contact are those on A. Tensors are position first
-(``sigma[i, j]``: i normal, j force), displacement gradients are ``G[i, j] = du_i/dx_j``. Contacts come as
-:class:`Contacts` (or anything with its attributes), loads as :class:`Loads`. Arrays that are contiguous and of the right
-type are not copied; sums do not depend on the number of threads.
+SI units; tension positive; branch vectors from A to B; force and moment of a contact act on A. Stress tensors have the position
+first (``sigma[i, j]``: i normal, j force); displacement gradients are ``G[i, j] = du_i/dx_j``. Pass contacts as
+:class:`Contacts` (or any object with its attributes), loads as :class:`Loads`. Contiguous arrays of the right type are not
+copied; sums do not depend on the number of threads.
 
-Two spheres pressed together along x with 3 N, 2 m apart, in a volume of 4 m^3:
+Example: two spheres 2 m apart along x, pressed together with 3 N, in a volume of 4 m^3:
 
 >>> import numpy as np
 >>> from concordem import operators as op

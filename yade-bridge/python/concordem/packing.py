@@ -1,4 +1,4 @@
-"""Packings: regular, random dense, from and to text files.
+"""Packings: lattices, random dense packings, and text files.
 
 >>> from concordem import packing
 >>> cubic = packing.lattice("simple-cubic", radius=0.5, repeats=(2, 2, 2))

@@ -1,4 +1,4 @@
-//! Tables of contacts and loads from Python.
+//! Conversion of Python tables of contacts and loads.
 
 use concordem::operator::{ContactSet, LoadSet};
 use pyo3::prelude::*;
@@ -28,12 +28,12 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Contacts<'py> {
     }
 }
 
-/// A column of a table; an error names it.
+/// A column of a table; errors name the column.
 fn column<'py, T: FromPyObjectOwned<'py, Error = PyErr>>(table: &Bound<'py, PyAny>, name: &str) -> PyResult<T> {
     table.getattr(name)?.extract().map_err(|error: PyErr| {
         let py = table.py();
         let message = format!("{name}: {}", error.value(py));
-        // An error of the same class.
+        // Keep the class of the error.
         error.get_type(py).call1((message,)).map_or(error, PyErr::from_value)
     })
 }

@@ -80,7 +80,11 @@ fn couple_stress_from_resultants<'py>(
 ) -> Any<'py> {
     let (force, moment) = (force.get()?, moment.get()?);
     if force.len() != moment.len() {
-        return Err(PyValueError::new_err(format!("{} forces and {} moments", force.len(), moment.len())));
+        return Err(PyValueError::new_err(format!(
+            "{} forces and {} moments; give one moment per force",
+            force.len(),
+            moment.len()
+        )));
     }
     let net: Vec<_> = force.iter().zip(moment).map(|(&force, &moment)| Resultant { force, moment }).collect();
     let found = couple_stress::from_resultants(position.get()?, &net, volume, &or_zero(reference)).or_raise()?;

@@ -41,7 +41,7 @@ fn coordination<'py>(py: Python<'py>, position: Vectors<'py>, contacts: Contacts
 
 /// Damage tensor Ω whose nᵀΩn fits the damages of bonds with directions n (Stránský 2018, (6.7)–(6.13)).
 ///
-/// By default for evenly distributed directions, `Ω = −(3/2N)(Σω) 1 + (15/2N) Σ ω n⊗n`; `exact`: least squares for these directions.
+/// The default assumes evenly distributed directions, `Ω = −(3/2N)(Σω) 1 + (15/2N) Σ ω n⊗n`; `exact`: least squares for these directions.
 /// Args: `normal` (n, 3); `damage` (n,). Returns (3, 3). Raises OperatorError for directions that do not determine Ω.
 #[pyfunction]
 #[pyo3(signature = (normal, damage, exact=false))]

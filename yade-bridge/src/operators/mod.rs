@@ -1,4 +1,4 @@
-//! Operators on NumPy arrays. Contiguous arrays of the right type are not copied; the interpreter's lock is released during sums.
+//! Operators on NumPy arrays. Contiguous arrays of the right type are not copied; sums release the interpreter's lock.
 
 mod contacts;
 mod couple_stress;

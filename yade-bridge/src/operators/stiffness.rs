@@ -26,7 +26,11 @@ fn affine_stiffness_of<'py>(
     let n = normal.get()?;
     let columns = [link_volume.get()?, normal_modulus.get()?, shear_modulus.get()?];
     if let Some(column) = columns.iter().find(|column| column.len() != n.len()) {
-        return Err(PyValueError::new_err(format!("{} numbers for {} links", column.len(), n.len())));
+        return Err(PyValueError::new_err(format!(
+            "{} numbers for {} bonds; give one per bond",
+            column.len(),
+            n.len()
+        )));
     }
     let links: Vec<AffineLink> = (0..n.len())
         .map(|k| AffineLink {

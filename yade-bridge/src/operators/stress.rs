@@ -22,9 +22,9 @@ fn particle_volumes<'py>(py: Python<'py>, radius: Scalars<'py>, kind: &str, pack
         ("sphere", None) => ParticleVolume::Sphere,
         ("disc", None) => ParticleVolume::Disc,
         ("sphere", Some(fraction)) => ParticleVolume::Packing(fraction),
-        ("disc", Some(_)) => return Err(PyValueError::new_err("packing_fraction is for spheres")),
+        ("disc", Some(_)) => return Err(PyValueError::new_err("packing_fraction applies to spheres only; remove it")),
         (other, _) => {
-            return Err(PyValueError::new_err(format!("kind is \"{other}\"; it may be \"sphere\" or \"disc\"")));
+            return Err(PyValueError::new_err(format!("kind is \"{other}\"; give \"sphere\" or \"disc\"")));
         }
     };
     Ok(scalars(py, &volume.of(radius.get()?).or_raise()?).into_any())
@@ -32,8 +32,8 @@ fn particle_volumes<'py>(py: Python<'py>, radius: Scalars<'py>, kind: &str, pack
 
 /// Moments `V_p σ_p = Σ r⊗f` of the forces on every particle, J.
 ///
-/// `r` leads from the center to the contact point, or over half of the branch (`partition="half-branch"`). Loads act with their own
-/// arm. Args: `position` (n, 3), m; `contacts`; `loads`. Returns (n, 3, 3). Raises OperatorError for inconsistent tables.
+/// `r` points from the center to the contact point, or is half of the branch vector (`partition="half-branch"`). Loads act with their
+/// own arm. Args: `position` (n, 3), m; `contacts`; `loads`. Returns (n, 3, 3). Raises OperatorError for inconsistent tables.
 #[pyfunction]
 #[pyo3(signature = (position, contacts, loads=None, partition="contact-point"))]
 fn particle_moments<'py>(
@@ -94,7 +94,7 @@ fn region_stress<'py>(
 fn matrices(moments: &Bound<'_, PyAny>) -> PyResult<Vec<Mat3>> {
     let shape: Vec<usize> = moments.getattr("shape")?.extract()?;
     let [n, 3, 3] = shape[..] else {
-        return Err(PyValueError::new_err(format!("moments have the shape (n, 3, 3), not {shape:?}")));
+        return Err(PyValueError::new_err(format!("moments have shape {shape:?}; give shape (n, 3, 3)")));
     };
     let flat: Scalars<'_> = moments.call_method1("reshape", (9 * n,))?.extract()?;
     Ok(flat.get()?.chunks_exact(9).map(Mat3::from_row_slice).collect())
@@ -152,7 +152,7 @@ fn kinetic_stress<'py>(
     Ok(tensor(py, &found)?.into_any())
 }
 
-/// Solid fraction `(1/V) Σ V_p` of the particles whose centers lie in a region; porosity is 1 minus it.
+/// Solid fraction `(1/V) Σ V_p` of the particles whose centers are in a region; porosity is 1 minus it.
 ///
 /// Args: `position` (n, 3), m; `volumes` (n,), m³. Raises OperatorError for different lengths.
 #[pyfunction]

@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
-# Stock Debian 13 with its YADE (2025.2.0), g++, and what its headers need, for the tests of the native plugin.
-#   chroot.sh make                   make it, if it is not there: debootstrap from the mirror that apt is configured with
+# Debian 13 chroot with YADE 2025.2.0, g++, and the libraries of YADE's headers, for the tests of the native plugin.
+#   chroot.sh make                   create it if it does not exist: debootstrap from apt's configured mirror
 #   chroot.sh run FOLDER COMMAND     run COMMAND in it, with FOLDER mounted on /mnt (needs root)
-#   chroot.sh path                   where it is: ${XDG_CACHE_HOME:-~/.cache}/concordem/debian-13
-# It is kept between runs; to be rid of it: rm -r --one-file-system "$(chroot.sh path)". All mounts live in a mount
-# namespace of the command's own and are gone with it.
+#   chroot.sh path                   print its folder: ${XDG_CACHE_HOME:-~/.cache}/concordem/debian-13
+# It is kept between runs; delete it with: rm -r --one-file-system "$(chroot.sh path)". Mounts are in a private mount namespace and
+# end with the command.
 set -euo pipefail
 
 suite=trixie
 root=${XDG_CACHE_HOME:-$HOME/.cache}/concordem/debian-13
-# Libraries of Debian's YADE that its headers include, and the compiler they were made with.
+# Libraries that YADE's headers include, and the compiler of YADE's build.
 packages=(
   yade g++ libboost-dev libboost-log-dev libboost-python-dev libboost-serialization-dev libboost-thread-dev
   libboost-iostreams-dev libboost-filesystem-dev libboost-regex-dev libboost-date-time-dev libboost-chrono-dev libeigen3-dev
@@ -20,7 +20,7 @@ as_root() {
   [ "$(id -u)" = 0 ] || { echo "chroot.sh needs root: debootstrap and mounts" >&2; exit 1; }
 }
 
-# In a mount namespace of its own: nothing stays mounted, however this ends.
+# In a private mount namespace, so that nothing stays mounted, even after a failure.
 inside() {
   local shared=$1
   shift
@@ -28,7 +28,7 @@ inside() {
     set -euo pipefail
     root=$1 shared=$2
     shift 2
-    # In a chroot, / is often no mount: then one is made where ours begin, so that theirs stay here.
+    # In a chroot, / is often not a mount point; then bind-mount the folder to itself, so that its mounts stay private.
     if ! mount --make-rprivate / 2>/dev/null; then
       mount --bind "$root" "$root"
       trap "umount --lazy \"$root\"" EXIT
@@ -46,7 +46,7 @@ inside() {
 make_it() {
   [ -f "$root/complete" ] && return
   as_root
-  # One at a time: make test begins with it in the background and waits for it here later.
+  # Lock, because `make test` starts this in the background and waits here later.
   mkdir -p "$(dirname "$root")"
   exec 9>"$root.lock"
   flock 9
@@ -64,7 +64,7 @@ make_it() {
     printf 'deb %s %s main\ndeb-src %s %s main\n' "$mirror" "$suite" "$mirror" "$suite" >"$root/etc/apt/sources.list"
     printf '#!/bin/sh\nexit 101\n' >"$root/usr/sbin/policy-rc.d"
     chmod 755 "$root/usr/sbin/policy-rc.d"
-    # Documentation is not needed, and a crash of the machine may cost this folder.
+    # No documentation, and no fsync: the folder can be recreated.
     printf 'force-unsafe-io\npath-exclude=/usr/share/doc/*\npath-exclude=/usr/share/man/*\npath-exclude=/usr/share/locale/*\n' \
       >"$root/etc/dpkg/dpkg.cfg.d/lean"
     cp /etc/resolv.conf "$root/etc/resolv.conf"

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# What run.sh runs in Debian 13; /mnt/site is the wheel, /mnt/repo the tests.
+# Runs in the Debian 13 chroot, called by run.sh; /mnt/site is the wheel, /mnt/repo the tests.
 set -euo pipefail
 export PYTHONPATH=/mnt/site LD_LIBRARY_PATH=/mnt/lib CONCORDEM_YADE_PLUGINS=/mnt/plugins PYTHONUNBUFFERED=1 YADE_EXAMPLES=/mnt/examples
 cd /mnt/repo/yade-bridge/tests/native
 what=${1:-tests}
-# Of tests that run side by side, threads that wait must not take the processor from those that work. Speeds are those of users.
+# Waiting threads must not spin while tests run in parallel. Speed measurements keep the default, as for users.
 [ "$what" = speed ] || export OMP_WAIT_POLICY=passive
 [ "$what" = speed ] || python3 test_build.py
 started=$SECONDS
@@ -18,7 +18,7 @@ if [ "$what" = speed ]; then
   exit
 fi
 
-# The gold data of YADE 2023.02a, made again by this YADE with its own law and with ours: the same bytes.
+# This YADE must reproduce the gold data of YADE 2023.02a byte for byte, with its law and with ours.
 for law in Law2_ScGeom_CpmPhys_Cpm Law2_ScGeom_CpmPhys_Rust; do
   mkdir -p "/tmp/$law"
   if GOLD_OUT=/tmp/$law GOLD_PART=law GOLD_LAW=$law yade -n -x -j1 /mnt/repo/tests/golden/yade/make_gold.py >/tmp/log 2>&1 \
@@ -31,9 +31,9 @@ for law in Law2_ScGeom_CpmPhys_Cpm Law2_ScGeom_CpmPhys_Rust; do
   fi
 done
 
-# SCRIPT THREADS: run it, and keep its words.
+# SCRIPT THREADS: run the script and keep its output.
 run() {
-  # Without a terminal YADE ends with 0 although a script failed early; the last line of each says that it came through.
+  # Without a terminal, YADE exits with 0 even if a script fails early, so check the last line of its output.
   mkdir -p "/tmp/$1-$2"
   BRIDGE_WORK=/tmp/$1-$2 yade -n -x "-j$2" "$1" >"/tmp/$1-$2.log" 2>&1 && grep -q '^ALL TESTS PASSED' "/tmp/$1-$2.log"
 }
@@ -47,7 +47,7 @@ tell() {
     failed=1
   fi
 }
-# The functor needs one thread (YADE's own sums are not reproducible with more), so the engine's tests run beside it.
+# The functor's tests need one thread, because YADE's sums are not reproducible with more, so the engine's tests run in parallel.
 run test_functor.py 1 &
 functor=$!
 for threads in 1 2; do
@@ -66,6 +66,6 @@ if [ "$(wc -l </tmp/bits)" != 10 ] || [ "$(sort -u /tmp/bits | wc -l)" != 5 ]; t
   cat /tmp/bits >&2
   failed=1
 fi
-# YADE's shipped examples with one line of ours.
+# YADE's examples with one added line.
 python3 examples.py native || failed=1
 exit $failed

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# The native plugin under valgrind in stock Debian 13 YADE: every class made, run, saved, loaded, reset. Passes if no error has a
-# frame of ours and nothing is lost that our code took. By hand, some minutes; needs root, the wheel, and run.sh once before; see
-# chroot.sh. valgrind is installed into that Debian 13 the first time.
-#   memory.sh [LOG]     where valgrind's log is left; default: target/yade-valgrind.log
+# Runs the native plugin under valgrind in the Debian 13 chroot: every class is created, run, saved, loaded, reset. Passes if no error has
+# a frame of our code and our code leaks no memory. Not part of `make test`; takes some minutes. Needs root, the wheel, and one earlier
+# call of run.sh (see chroot.sh). The first call installs valgrind in the chroot.
+#   memory.sh [LOG]     path of valgrind's log; default: target/yade-valgrind.log
 set -euo pipefail
 cd "$(dirname "$0")/../../.."
 here=yade-bridge/tests/native
@@ -15,7 +15,7 @@ fi
 work=$(mktemp -d)
 trap 'rm -rf --one-file-system "$work"' EXIT
 mkdir -p "$work/lib" "$work/plugins"
-python3 -m zipfile -e "$(ls -t "$target"/wheels/concordem-*.whl | head -1)" "$work/site"
+cp -r "$target/python" "$work/site"
 cp "$here/memory.py" "$work/"
 cp -L "$(ldconfig -p | sed -n 's/.*libhdf5_serial\.so\.103 .*=> //p' | head -1)" "$work/lib/"
 status=0
@@ -33,7 +33,7 @@ python3 - "$log" <<'EOF'
 import re
 import sys
 
-# A block is one error or one loss with its stack; ours have a frame in the plugin.
+# A block is an error or a leak with its stack; ours have a frame in the plugin.
 blocks, block = [], []
 with open(sys.argv[1], errors="replace") as file:
     for line in file:
@@ -52,8 +52,8 @@ for b in stacks:
     if "lost" not in b[0]:
         errors.append(b)
         continue
-    # Who took it: the first frame behind the allocator. YADE loses the sums of its EnergyTracker, and at its end all that Python
-    # holds, of its own classes as of ours.
+    # The first frame after the allocator owns the memory. YADE leaks the sums of its EnergyTracker and, on exit, all objects that Python
+    # holds, including those of our classes.
     taker = next(text for text in b[1:] if not re.search(r"vg_replace_malloc|operator new", text))
     if not re.search(r"EnergyTracker|OpenMPArrayAccumulator|Serializable_ctor_kwAttrs", taker):
         losses.append(b)

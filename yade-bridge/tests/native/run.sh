@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# The native plugin in stock Debian 13 YADE: built there from the wheel as a user would, and tested. Needs root, the wheel
-# (test.sh builds it), and, the first time, the network; see chroot.sh.
-#   run.sh           the tests
-#   run.sh speed     speeds beside YADE's own, one line of JSON per number of threads
+# Builds the native plugin from the wheel in the Debian 13 chroot, as a user would, and tests it. Needs root, the wheel (test.sh builds it),
+# and, the first time, the network; see chroot.sh.
+#   run.sh           run the tests
+#   run.sh speed     compare speeds with YADE; prints one line of JSON per number of threads
 set -euo pipefail
 cd "$(dirname "$0")/../../.."
 here=yade-bridge/tests/native
@@ -15,12 +15,12 @@ fi
 work=$(mktemp -d)
 trap 'rm -rf --one-file-system "$work"' EXIT
 mkdir -p "$work/repo/yade-bridge/tests" "$work/repo/tests/golden" "$work/lib"
-python3 -m zipfile -e "$(ls -t "$target"/wheels/concordem-*.whl | head -1)" "$work/site"
+cp -r "$target/python" "$work/site"
 cp -r "$here" "$work/repo/yade-bridge/tests/native"
 cp yade-bridge/tests/yade/{harness,specimen,own_run,examples,example_driver}.py "$work/repo/yade-bridge/tests/native/"
-# Debian 13 is made without documentation, which is where the examples are.
+# The chroot has no documentation, which contains YADE's examples.
 cp -r "${YADE_EXAMPLES:-/usr/share/doc/yade/examples/concrete}" "$work/examples"
 cp -r tests/golden/yade "$work/repo/tests/golden/yade"
-# The wheel is made on Debian 12 and asks for its HDF5 (package libhdf5-103-1), which Debian 13 has in another version.
+# The wheel is built on Debian 12 and needs its HDF5 (package libhdf5-103-1); Debian 13 has another version.
 cp -L "$(ldconfig -p | sed -n 's/.*libhdf5_serial\.so\.103 .*=> //p' | head -1)" "$work/lib/"
 "$here/chroot.sh" run "$work" bash /mnt/repo/yade-bridge/tests/native/inside.sh "${1:-tests}"

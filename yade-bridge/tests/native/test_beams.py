@@ -268,12 +268,12 @@ def histories():
 
 
 def test_saved_and_loaded():
-    """A rod that swings: history and answer come back; with two beams on a sphere YADE's order of contacts does not matter."""
+    """A swinging rod: history and response are restored. With two beams per sphere, YADE's order of contacts has no effect."""
     for name in ("beams.yade.gz", "beams.xml.bz2"):
         row(8, material(tensileStrength=5e9), free=True)
         O.bodies[0].state.blockedDOFs = "xyzXYZ"
         for b in O.bodies:
-            turn(b.id, (0.2, 0.5, -0.4), 0.1 * b.id)  # what the bodies are turned by at bonding is no strain
+            turn(b.id, (0.2, 0.5, -0.4), 0.1 * b.id)  # rotations before bonding cause no strain
         O.dt = 5e-8
         engines(gravity=(0, 0, -1e5))
         run(1000)
@@ -288,7 +288,7 @@ def test_saved_and_loaded():
         assert next(iter(O.interactions)).phys.tensileStrength == 5e9
         run(1000)
         assert digest() == straight, name
-        # An unbreakable beam's strength is infinite, which XML must carry, too.
+        # The strength of an unbreakable beam is infinite, which XML must store, too.
         row(2, material())
         O.dt = 1e-9
         engines()
@@ -299,7 +299,7 @@ def test_saved_and_loaded():
 
 
 def test_breaking_and_the_contact_after_it():
-    """Pulled until it breaks, at the stress that the material says; pressed again, the spheres are YADE's own frictional contact."""
+    """A beam breaks at the strength of the material; pressed together again, the spheres have YADE's frictional contact."""
     pair(tensileStrength=30e6)
     O.trackEnergy = True
     O.dt = 1e-7
@@ -314,11 +314,11 @@ def test_breaking_and_the_contact_after_it():
         force, moved = now, O.bodies[1].state.pos - before
         assert O.iter < 5000
     named = dict(O.energy.items())
-    # The step before was below: one step adds v dt k/A = 3e4 Pa.
+    # One step adds v dt k/A = 3e4 Pa.
     elongation = 30e6 / YOUNG * LENGTH
     assert named["beamElastic"] == 0 and abs(named["beamDamage"] / (0.5 * stiffness()[0] * elongation**2) - 1) < 3e-3
-    # The ledger closes: what was put in until the last step with a force, and the half of the step that broke. A step's move of 1e-9 m
-    # is the difference of places known to 4e-19 m.
+    # Energy balance: external work until the last step with a force, plus half of the step in which the beam broke. The displacement of
+    # a step, 1e-9 m, is a difference of positions known to 4e-19 m.
     total = named["beamDamage"] + named["beamIntegration"]
     assert abs(total - work) < 1e-9 * work, (total, work)
     O.bodies[1].state.vel = Vector3(-0.05, 0, 0)
@@ -329,7 +329,7 @@ def test_breaking_and_the_contact_after_it():
 
 
 def test_facets_and_other_materials():
-    """Against a facet, and between a beam's sphere and another material, YADE's own frictional contact acts."""
+    """Contacts with a facet or with a sphere of another material are YADE's frictional contacts."""
     row(3, material(young=1e7), free=True)
     O.bodies.append(utils.facet([(-1, -1, -1.1e-3), (1, -1, -1.1e-3), (0, 2, -1.1e-3)], material=O.materials[0], color=(1, 1, 1)))
     other = O.materials.append(FrictMat(young=1e7, frictionAngle=0.3, density=2500))
@@ -344,7 +344,7 @@ def test_facets_and_other_materials():
 
 
 def test_periodic_cell():
-    """A beam across the border of a sheared cell answers as the same beam inside."""
+    """A beam across the border of a sheared cell has the same response as one inside the cell."""
     found = []
     for offset in (5e-3, 9.4e-3):
         O.reset()
@@ -366,7 +366,7 @@ def test_periodic_cell():
         turn(1, (0, 1, 0), 0.2)
         O.bodies[1].state.pos += Vector3(1e-6, 2e-6, 0)
         found.append(loads())
-    # Places are known to 2e-18 m, chords of 2 mm and forces of stiffness times elongation with them.
+    # Positions are known to 2e-18 m, and so are branch vectors of 2 mm and the elongations that give the forces.
     assert abs(found[0] - found[1]).max() < 1e-9 * abs(found[0]).max()
 
 
@@ -377,7 +377,7 @@ def test_yades_operators_and_time_step_see_beams():
     O.engines = O.engines + [GlobalStiffnessTimeStepper(timestepSafetyCoefficient=0.5, timeStepUpdateInterval=1)]
     O.bodies[4].state.vel = Vector3(1.0, 0, 0)
     run(30)
-    # The stiffest beam decides, so the step is of the order of sqrt(m/k).
+    # The stiffest beam determines the time step, which is of the order of sqrt(m/k).
     natural = math.sqrt(O.bodies[0].state.mass / stiffness()[0])
     assert 0.1 * natural < O.dt < natural, (O.dt, natural)
     axial = sum(-i.phys.normalForce.dot(i.geom.normal) * LENGTH for i in O.interactions)
@@ -385,8 +385,8 @@ def test_yades_operators_and_time_step_see_beams():
 
 
 def test_energy_is_conserved_in_large_rotations():
-    """A free rod that bends and twists by radians keeps kinetic and elastic energy. YADE's velocities are those of half a step
-    later, so that the sum swings to first order in the step: half of it, half of the swing."""
+    """A free rod that bends and twists by radians conserves energy. YADE's velocities are half a step late, so the sum of kinetic and
+    elastic energy oscillates with an amplitude of first order in the step: half the step, half the amplitude."""
     drift = []
     for scale in (1, 2):
         row(4, material(), free=True)
@@ -424,7 +424,7 @@ def test_bodies_that_come_and_go():
 
 def test_what_makes_no_sense_stops_the_run():
     def stops(functor, text, count=1000):
-        # A run that is begun again although nothing was put right stops again.
+        # A run that is restarted without a correction stops again.
         for _ in range(2):
             at = O.iter
             O.run(count, True)
@@ -433,7 +433,7 @@ def test_what_makes_no_sense_stops_the_run():
 
     for options, text in (
         (dict(radius=0), "radiusRatio"),
-        (dict(radiusRatio=0.5), "not both"),
+        (dict(radiusRatio=0.5), "either a positive radiusRatio or a positive radius"),
         (dict(model="nonsense"), "timoshenko"),
         (dict(bendingTerm="nonsense"), "half-sum"),
     ):
@@ -451,7 +451,7 @@ def test_what_makes_no_sense_stops_the_run():
         O.dt = 1e-9
         engines()
         stops(law, text)
-    # What is assigned later is looked at, too.
+    # Attributes that are assigned later are checked, too.
     for name, value, text in (("model", 7, "model is 7"), ("bendingTerm", -1, "bendingTerm is -1"), ("young", math.nan, "young = NaN")):
         beam = pair()
         setattr(beam.phys, name, value)
@@ -462,13 +462,13 @@ def test_what_makes_no_sense_stops_the_run():
     O.dt = 1e-9
     engines()
     stops(maker, "spring")
-    # A contact that is no beam needs a law of its own.
+    # A contact that is not a beam needs its own law.
     row(2, material())
     O.dt = 1e-9
     engines(Ip2_BeamMat_BeamMat_BeamPhys_Rust(cohesiveThresholdIter=0))
     O.engines[2].lawDispatcher.functors = [law()]
     stops(maker, "CundallStrack")
-    # The functor of beams is missing.
+    # Without the Law2 functor of beams.
     row(2, material())
     O.dt = 1e-9
     engines()
@@ -479,7 +479,7 @@ def test_what_makes_no_sense_stops_the_run():
     engines()
     run(5)
     O.bodies[2].state.vel = Vector3(math.nan, 0, 0)
-    stops(law, "not a number")
+    stops(law, "not finite")
 
 
 def memory():
@@ -498,7 +498,7 @@ def test_nothing_leaks():
         O.reset()
         if cycle in (19, 99):
             pages.append(memory())
-    # 80 cycles of 3,493 beams of 500 bytes each would be 34,000 pages.
+    # A leak of 3,493 beams of 500 bytes per cycle would be 34,000 pages in 80 cycles.
     print("pages after 20 and after 100 cycles of load and reset:", pages)
     assert pages[1] - pages[0] < 1000
 

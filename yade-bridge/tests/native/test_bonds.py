@@ -26,13 +26,13 @@ def run(count):
 
 
 def one_thread():
-    """YADE's own sums depend on the order in which its threads come, already in the few steps before the engine begins."""
+    """YADE's sums depend on the order of its threads, already in the few steps before the engine starts."""
     for e in O.engines:
         e.ompThreads = 1
 
 
 def engine(**options):
-    """The specimen with the engine behind InteractionLoop, its bonds taken over from YADE's first steps."""
+    """The specimen with the engine after InteractionLoop, which takes over the bonds from YADE's first steps."""
     scene = options.pop("scene", {})
     concrete(before=one_thread, **scene)
     O.step()
@@ -66,8 +66,8 @@ def test_attributes_and_defaults():
 
 
 def test_agrees_with_yade():
-    """100 steps of tension. The same sums in another order: 1e-16 of the force of each step, which the specimen makes 1e-10 of
-    the way at most (measured for the header-free engine: 1.1e-11)."""
+    """100 steps of tension. Sums in another order differ by 1e-16 of the force per step, which the specimen amplifies to at most 1e-10 of
+    the displacement (measured for the engine without headers: 1.1e-11)."""
     e = engine()
     run(100)
     ours = places()
@@ -88,13 +88,13 @@ def test_same_bits_for_any_threads():
         found.add(digest())
         assert e.broken > 0
     assert len(found) == 1
-    # A run of this script with -j1 and one with -j2 leave the same hash: run.sh compares them.
+    # run.sh compares the hash of this script with -j1 and with -j2.
     print("BITS bonded engine: %s" % found.pop())
 
 
 def test_waiting_threads_make_room():
-    """Steps of 18,560 spheres take milliseconds: before each, the threads of YADE's loops, which would wait by spinning, are ended,
-    and its next loop begins others. With one thread of ours they are left alone. The bits are the same."""
+    """Steps of 18,560 spheres take milliseconds, so before each one the spinning threads of YADE's loops are stopped; YADE's next loop
+    starts new ones. With one thread of ours they keep running. Results are bitwise equal."""
     spheres = packing()
     height = max(s[2] + s[3] for s in spheres) - min(s[2] - s[3] for s in spheres)
     tower = [[x, y, z + k * height, r] for k in range(16) for x, y, z, r in spheres]
@@ -103,7 +103,7 @@ def test_waiting_threads_make_room():
         concrete(spheres=tower, before=one_thread)
         run(1)
         O.engines = O.engines[:3] + [BondedEngine_Rust(threads=threads)] + O.engines[3:]
-        # Its first step takes the bonds over, after YADE's loop has summed their forces once more.
+        # Its first step takes over the bonds, after YADE's loop has computed their forces once more.
         run(1)
         for e in O.engines:
             e.ompThreads = -1
@@ -132,7 +132,7 @@ def test_states_are_written_in_place_of_yades_updater():
     O.engines = O.engines[:3] + [BondedEngine_Rust(updateStates=20)] + O.engines[3:] + [CpmStateUpdater(iterPeriod=10)]
     run(200)
     assert O.engines[-1].dead and max(b.state.normDmg for b in O.bodies) > 0
-    # Only at take-over: revived, it would write what it does not find. The engine looks every 256 steps.
+    # Allowed only at take-over: a reactivated CpmStateUpdater would write wrong values. The engine checks every 256 steps.
     O.engines[-1].dead = False
     with raises(RuntimeError, "CpmStateUpdater"):
         run(256)
@@ -147,7 +147,7 @@ def test_stress_is_that_of_yade():
     O.engines = O.engines[:3] + [e] + O.engines[3:]
     e.takeOver()
     ours = e.stress(volume)
-    # One move of the bodies further: 1/200 of the load.
+    # The bodies have moved for one more step: 1/200 of the load.
     assert abs(ours[2, 2] - theirs[2, 2]) < 0.02 * theirs[2, 2], (ours, theirs)
 
 
@@ -207,11 +207,11 @@ def test_periodic_cell():
     assert worst < 1e-9 * way
 
 
-def test_bodies_that_go_away_stop_the_run():
+def test_deleted_bodies_stop_the_run():
     engine()
     run(3)
     O.bodies.erase(100)
-    with raises(RuntimeError, "body 100 is gone"):
+    with raises(RuntimeError, "body 100 was deleted or replaced"):
         O.step()
     engine()
     run(3)
@@ -221,7 +221,7 @@ def test_bodies_that_go_away_stop_the_run():
     run(3)
     assert O.engines[3].bondCount == 6595
     O.bodies[7].state = CpmState()
-    with raises(RuntimeError, "body 7 is gone or was replaced"):
+    with raises(RuntimeError, "body 7 was deleted or replaced"):
         O.step()
 
 
@@ -236,9 +236,9 @@ def test_errors_are_exceptions():
     at = O.iter
     try:
         O.run(1000, True)
-    except RuntimeError as error:  # YADE raises it if the run has not ended before it begins to wait
+    except RuntimeError as error:  # YADE raises it only if it starts to wait before the run ends
         assert "body 5" in str(error)
-    assert O.iter <= at + 1, "the run was stopped"
+    assert O.iter <= at + 1, "the run did not stop"
     for options, text in (
         (dict(mode="nonsense"), "yade-public"),
         (dict(kinematics="nonsense"), "first-order"),
@@ -249,16 +249,16 @@ def test_errors_are_exceptions():
         O.engines = O.engines[:3] + [BondedEngine_Rust(**options)] + O.engines[3:]
         with raises(RuntimeError, text):
             O.step()
-        assert len(O.interactions) > 0, "nothing was taken"
+        assert len(O.interactions) > 0, "the interactions must still exist"
 
 
-def test_scenes_that_do_not_fit_are_refused():
+def test_unsupported_scenes_are_rejected():
     O.reset()
     O.bodies.append(utils.sphere((0, 0, 0), 1, color=(1, 1, 1)))
     e = BondedEngine_Rust()
     O.engines = [ForceResetter(), InsertionSortCollider([Bo1_Sphere_Aabb()]), e, NewtonIntegrator()]
     O.dt = 1e-5
-    with raises(RuntimeError, "no scene of concrete"):
+    with raises(RuntimeError, "a law of CpmPhys"):
         O.step()
     concrete()
     run(2)
@@ -273,7 +273,7 @@ def test_scenes_that_do_not_fit_are_refused():
     O.engines = good[:3] + [BondedEngine_Rust()] + good[3:]
     for i in list(O.interactions)[:3]:
         i.phys.E *= 2
-    with raises(RuntimeError, "changed by hand"):
+    with raises(RuntimeError, "changed parameters"):
         O.step()
 
 
@@ -287,7 +287,7 @@ def test_release_gives_the_bodies_back():
 
 
 def test_beams_by_a_scenario():
-    """A cantilever of cohesive beams that falls on a facet: the beams are ours, the contact with the facet is YADE's."""
+    """A cantilever of cohesive beams falls on a facet: our engine computes the beams, YADE the contact with the facet."""
     O.reset()
     m = FrictMat(young=1e7, poisson=0.3, frictionAngle=0.5, density=2000)
     O.materials.append(m)
@@ -319,7 +319,7 @@ def test_beams_by_a_scenario():
     ]
     O.bodies[0].state.blockedDOFs = "xyzXYZ"
     O.dt = 1.0
-    with raises(RuntimeError, "stable only below"):
+    with raises(RuntimeError, "for stable bonds"):
         O.step()
     O.dt = 1e-4
     run(1)
@@ -333,7 +333,7 @@ def test_beams_by_a_scenario():
     straight = digest()
     O.load(os.path.join(WORK, "beam.yade.gz"))
     run(8000)
-    # YADE's own contact with the facet: a single one, so that its sums have one order.
+    # A single YADE contact with the facet, so that sums have a unique order.
     assert digest() == straight
 
 
@@ -346,7 +346,7 @@ def bonded_like(simulation, kind):
 
 
 def same_as_alone(kind):
-    """As in tests/yade/test_engine.py, where the tolerance is reasoned."""
+    """As in tests/yade/test_engine.py, which gives the reason of the tolerance."""
     simulation = alone(kind)
     e = bonded_like(simulation, kind)
     assert e.bondCount == simulation.state.bond_count == 3493
@@ -365,7 +365,7 @@ def test_beams_follow_our_own_run():
 
 
 def test_deformable_particles_follow_our_own_run():
-    """The reactions of the held ends strain their particles, so the engine must see YADE's blockedDOFs."""
+    """Reactions at the ends strain their particles, so the engine must read YADE's blockedDOFs."""
     same_as_alone("deformable")
 
 
@@ -425,7 +425,7 @@ def test_nothing_leaks():
         O.reset()
         if cycle in (19, 99):
             pages.append(memory())
-    # 80 cycles of bonds of 1 MB and more would be 20,000 pages.
+    # A leak of the bonds, at least 1 MB per cycle, would be 20,000 pages in 80 cycles.
     print("pages after 20 and after 100 cycles:", pages)
     assert pages[1] - pages[0] < 1000
 

@@ -1,5 +1,4 @@
-"""The native plugin: brittle linear bonds between deformable particles as a law functor and an engine, in stock YADE. Tolerances are
-reasoned where they stand."""
+"""The native plugin's linear bonds between deformable particles in stock YADE. Comments give the reasons of tolerances."""
 
 import hashlib
 import math
@@ -57,7 +56,7 @@ def maker():
 
 
 def without_late_contacts():
-    """Bonds are made: new contacts begin where spheres touch, and exert nothing, as in runs with contacts.law = "none"."""
+    """All bonds exist: new contacts start where spheres touch and exert no force, as in runs with contacts.law = "none"."""
     O.engines[2].geomDispatcher.functors[0].interactionDetectionFactor = 1.0
     O.engines[1].boundDispatcher.functors[0].aabbEnlargeFactor = 1.0
     maker().ks = maker().kn = MatchMaker(algo="val", val=0)
@@ -77,7 +76,7 @@ def spheres(places, m):
 
 
 def row(count, **options):
-    """Touching spheres along x, held."""
+    """Touching spheres along x with prescribed motion."""
     spheres([(LENGTH * k, 0, 0) for k in range(count)], material(**options))
     for b in O.bodies:
         b.state.blockedDOFs = "xyzXYZ"
@@ -85,13 +84,13 @@ def row(count, **options):
 
 
 def zigzag(count):
-    """Places of touching spheres whose bonds lean to either side in turn, so that they slide and turn when it is drawn."""
+    """Positions of touching spheres in a zigzag, whose bonds slide and rotate under tension."""
     lean = 0.35
     aside, along = LENGTH * math.sin(lean), math.sqrt((LENGTH * math.cos(lean)) ** 2 - 1e-8)
     return [(aside * (k % 2), 1e-4 * k, along * k) for k in range(count)]
 
 
-#: Of a sphere of 1 mm, and a step well below that of the stiffest vibration, 2 sqrt(m/4k).
+#: For spheres of 1 mm: a time step well below the bound of the stiffest vibration, 2 sqrt(m/4k).
 MASS = 2500 * 4 / 3 * math.pi * RADIUS**3
 STEP = 0.2 * math.sqrt(MASS / STIFFNESS)
 
@@ -127,7 +126,7 @@ def test_classes_are_yades():
 
 
 def stretched(condition, count, elongation):
-    """A held row whose bonds are all drawn by the same elongation; and k_n/k_p twice, the ratio of the lag."""
+    """A row with prescribed motion and the same elongation in all bonds; also returns 2 k_n/k_p, the ratio of the lag."""
     stiffness = {
         "solid": 2 * math.pi * RADIUS * YOUNG / 3,
         "plane-strain": math.pi * YOUNG / (2 * (1 - POISSON**2)),
@@ -158,7 +157,7 @@ def test_stretched_row_and_every_step_on_the_way():
                 assert abs(f[0] / (final * (1 - (-ratio) ** k)) - 1) < 1e-11 and f[1] == f[2] == 0, (condition, k, f)
         assert ratio**40 < 1e-16
         for b in O.bodies:
-            # Equal forces from both sides, of a neighbour or of the reaction.
+            # Equal forces from both sides, of a neighbor or of the reaction.
             stress = b.state.stress
             area = math.pi * RADIUS / 2 if condition != "solid" else 2 / 3 * math.pi * RADIUS**2
             assert abs(stress[0] * area / final - 1) < 1e-11 and max(abs(stress[k]) for k in range(1, 6)) == 0, (condition, stress)
@@ -168,7 +167,7 @@ def test_stretched_row_and_every_step_on_the_way():
 
 
 def test_a_free_row_at_rest():
-    """Ends drawn apart and held, the rest comes to rest under damping: the force of all bonds is that of the springs in a row."""
+    """The ends are pulled apart and held, and damping brings the rest to rest: all bonds have the force of springs in series."""
     row(10)
     for k in range(1, 9):
         O.bodies[k].state.blockedDOFs = ""
@@ -181,7 +180,7 @@ def test_a_free_row_at_rest():
     wanted = 1e-6 / (1 / STIFFNESS + 2 / particle)
     found = [f[0] for f in forces().values()]
     print("row at rest: %.1e" % max(abs(f / wanted - 1) for f in found))
-    # What damping has left of the vibration; measured 1e-12 and less.
+    # Tolerance: the remaining vibration; measured at most 1e-12.
     assert len(found) == 9 and max(abs(f / wanted - 1) for f in found) < 1e-9
 
 
@@ -203,8 +202,8 @@ dashpots = %s
 
 
 def test_the_bonded_engine_in_bits():
-    """A chain that is torn: sums over two bonds have one order, so that law and engine find the same bits as the bonded engine, which is
-    our solver."""
+    """A chain in tension until it breaks. Sums over two bonds do not depend on the order, so law and pass are bitwise equal to the bonded
+    engine."""
     for dashpots in (False, True):
         found, broken = [], []
         for functor in (True, False):
@@ -251,7 +250,7 @@ def own(places, rate, **bond):
 
 
 def with_functor(simulation, m, reach):
-    """The same particles with law and engine; bonds are those of our own run."""
+    """The same particles with the Law2 functor and the pass, with the bonds of our solver's run."""
     bonds = simulation.state.bond_count
     in_yade(simulation)
     O.materials.append(m)
@@ -293,8 +292,8 @@ def test_a_row_follows_our_own_run():
 
 
 def test_a_specimen_that_breaks_follows_our_own_run():
-    """1,160 spheres, 3,493 bonds, without contacts after breakage. YADE adds forces in another order (1e-16 of each), the pass dyads by
-    ids, and YADE's integrator rounds otherwise; a breaking specimen enlarges that, see tests/yade/test_engine.py."""
+    """1,160 spheres, 3,493 bonds, without contacts after breakage. YADE adds forces in another order (1e-16 of each), the pass adds virials
+    by ids, and YADE's integrator rounds differently; a breaking specimen amplifies that, see tests/yade/test_engine.py."""
     TABLES["bonds alone"] = {**TABLES["deformable"], "contacts": {"law": "none"}}
     simulation = alone("bonds alone")
     table, particle = TABLES["deformable"]["material"]["linear_bond"], TABLES["deformable"]["material"]["deformable"]
@@ -316,13 +315,13 @@ def test_a_specimen_that_breaks_follows_our_own_run():
     worst, way = apart(simulation, np.array(packing())[:, :3])
     print("specimen: after 1001 steps and %d broken bonds %.1e m of %.1e m" % (law().broken, worst, way))
     assert law().broken > 100 and worst < 5e-10 * way and law().error == maker().error == ""
-    # The strains of our own run, reactions of the held ends included, in the same way.
+    # Same comparison for the strains, including reactions at the ends.
     stress = np.array([list(b.state.stress) for b in O.bodies])
     assert (abs(stress).max(axis=1) > 0).mean() > 0.9
 
 
 def test_stiff_particles_are_rigid_ones():
-    """Particles of 1e30 Pa with the pass, rigid ones without it: the same bits."""
+    """Particles of 1e30 Pa with the pass are bitwise equal to rigid ones without it."""
     found = set()
     for options in (dict(particleYoung=1e30), dict(particleYoung=math.inf)):
         chain(dampingRatio=0.05, normalStrength=3.0, shearStrength=2.0, **options)
@@ -338,7 +337,7 @@ def test_stiff_particles_are_rigid_ones():
 
 
 def test_saved_and_loaded():
-    """In the middle of a run, with a bond that breaks after it; and the bits do not depend on threads."""
+    """Save and load in the middle of a run, before a bond breaks; results are bitwise equal for any number of threads."""
     for name in ("deformable.yade.gz", "deformable.xml.bz2"):
         chain(dampingRatio=0.05, normalStrength=3.0, shearStrength=2.0)
         engines()
@@ -362,7 +361,7 @@ def test_saved_and_loaded():
 
 
 def test_the_pass_does_not_depend_on_threads():
-    """Many bonds on each particle, whose motion is given: strains by one, two, and three threads of the pass, and any -j."""
+    """Many bonds per particle, prescribed motion: strains are bitwise equal for one, two, and three threads of the pass, and any -j."""
     found = set()
     for threads in (1, 2, 3):
         O.reset()
@@ -384,7 +383,7 @@ def test_the_pass_does_not_depend_on_threads():
 
 
 def test_periodic_cell():
-    """A bond across the border of a sheared cell answers as the same bond inside."""
+    """A bond across the border of a sheared cell has the same response as one inside the cell."""
     found = []
     for offset in (5e-3, 9.4e-3):
         O.reset()
@@ -405,13 +404,13 @@ def test_periodic_cell():
         O.bodies[1].state.pos += Vector3(1e-6, 2e-6, 0)
         run(3)
         found.append(np.array([list(O.forces.f(k)) + list(O.forces.t(k)) + list(1e-6 * O.bodies[k].state.stress) for k in (0, 1)]))
-    # Places are known to 2e-18 m, elongations of 1e-6 m and forces with them.
+    # Positions are known to 2e-18 m, and so are elongations of 1e-6 m.
     assert abs(found[0] - found[1]).max() < 1e-9 * abs(found[0]).max() and abs(found[0]).max() > 0.1
 
 
 def test_the_ledger_closes():
-    """A held row is drawn until it breaks: what was put in is in O.energy, dashpots, lag, and the outer halves of the end particles
-    included. A step's move of 4e-9 m is the difference of places known to 1e-18 m, and half of the errors have either sign."""
+    """A row is pulled until it breaks: the external work is in O.energy, including dashpots, lag, and the outer halves of the end particles.
+    The displacement of a step, 4e-9 m, is a difference of positions known to 1e-18 m; errors have both signs."""
     row(3, dampingRatio=0.05, normalStrength=3.0)
     O.trackEnergy = True
     O.dt = 1e-7
@@ -427,10 +426,10 @@ def test_the_ledger_closes():
         if before:
             work += sum(-0.5 * (f + g).dot(move) for f, g, move in zip(before, now, moves))
         before, moves = now, [b.state.pos - x for b, x in zip(O.bodies, places)]
-        named = {name: value for name, value in O.energy.items() if name != "kinetic"}  # given, and constant
+        named = {name: value for name, value in O.energy.items() if name != "kinetic"}  # prescribed, and constant
         largest = max(largest, named["deformationElastic"])
         assert O.iter < 5000
-    # The bonds have let go; the particles still hold the strain of the last step.
+    # The bonds are broken; the particles still have the strain of the last step.
     assert law().broken == 2
     for name in ("linearBondDamage", "linearBondViscous", "deformationElastic", "deformationReactions", "deformationLag"):
         assert named[name] != 0, (name, named)
@@ -441,7 +440,7 @@ def test_the_ledger_closes():
 
 
 def test_facets_and_late_contacts():
-    """After the bonds are made, and against a facet, YADE's own frictional contact acts; it strains nobody."""
+    """After bonding and with a facet, YADE's frictional contact acts; it strains no particle."""
     spheres([(0, 0, 0), (LENGTH, 0, 0), (0, 0, 2.5e-3)], material(young=1e7))
     O.bodies.append(utils.facet([(-1, -1, -1.01e-3), (1, -1, -1.01e-3), (0, 2, -1.01e-3)], material=O.materials[0], color=(1, 1, 1)))
     O.dt = 1e-6
@@ -471,16 +470,16 @@ def test_bodies_that_come_and_go():
 
 
 def stops(functor, text):
-    """A run stops and says why, and so does the next one; the process lives."""
+    """The run stops with an error, and so does the next one; the process continues."""
     for _ in range(2):
         at = O.iter
         O.run(1000, True)
-        assert O.iter <= at + 2, "it went on"
+        assert O.iter <= at + 2, "the run did not stop"
     assert text in functor().error, functor().error
 
 
-def test_what_makes_no_sense_stops_the_run():
-    # Of the particles: the engine refuses as well.
+def test_invalid_parameters_stop_the_run():
+    # Invalid particle parameters also stop the engine.
     for options, text in (
         (dict(particleYoung=-1), "particleYoung = -1"),
         (dict(particleYoung=math.nan), "particleYoung = NaN"),
@@ -500,24 +499,24 @@ def test_what_makes_no_sense_stops_the_run():
         row(2, **options)
         engines()
         stops(maker, text)
-    # No pass, a dead one, one in front of the forces, two.
+    # No pass, a dead one, one before the forces, two.
     strains = DeformableParticles_Rust
     for change, text in (
-        (lambda e: e[:3] + e[4:], "no DeformableParticles_Rust"),
-        (lambda e: e[:3] + [strains(dead=True)] + e[4:], "dead"),
-        (lambda e: e[:2] + [strains()] + e[2:3] + e[4:], "behind InteractionLoop"),
+        (lambda e: e[:3] + e[4:], "no active DeformableParticles_Rust"),
+        (lambda e: e[:3] + [strains(dead=True)] + e[4:], "no active DeformableParticles_Rust"),
+        (lambda e: e[:2] + [strains()] + e[2:3] + e[4:], "after InteractionLoop"),
         (lambda e: e[:3] + [strains(), strains()] + e[4:], "more than one"),
     ):
         row(2)
         engines()
         O.engines = change(O.engines)
         loop = next(e for e in O.engines if isinstance(e, InteractionLoop))
-        if text in ("no DeformableParticles_Rust", "dead"):
+        if text == "no active DeformableParticles_Rust":
             stops(lambda: loop.physDispatcher.functors[0], text)
         else:
             with raises(RuntimeError, text):
                 O.step()
-    # Taken out later.
+    # Disabled later.
     row(2)
     engines()
     run(3)
@@ -534,7 +533,7 @@ def test_what_makes_no_sense_stops_the_run():
     O.bodies[1].state = State()
     with raises(RuntimeError, "newAssocState"):
         O.step()
-    # A contact without a bond needs a law of its own, and a bond its functor.
+    # An unbonded contact needs its own law, and a bond its functor.
     row(2)
     engines(make_physics=Ip2_LinearBondMat_LinearBondMat_LinearBondPhys_Rust(cohesiveThresholdIter=0))
     O.engines[2].lawDispatcher.functors = [law()]
@@ -552,7 +551,7 @@ def test_what_makes_no_sense_stops_the_run():
     engines()
     run(5)
     O.bodies[2].state.vel = Vector3(math.nan, 0, 0)
-    stops(law, "not a number")
+    stops(law, "not finite")
     O.reset()
     m = material()
     O.materials.append(m)
@@ -586,7 +585,7 @@ def test_nothing_leaks():
         O.reset()
         if cycle in (19, 99):
             pages.append(memory())
-    # 80 cycles of 3,493 bonds of 600 bytes each would be 40,000 pages.
+    # A leak of 3,493 bonds of 600 bytes per cycle would be 40,000 pages in 80 cycles.
     print("pages after 20 and after 100 cycles of load and reset:", pages)
     assert pages[1] - pages[0] < 1000
 

@@ -1,5 +1,4 @@
-"""The native plugin: YADE's concrete law by ConcorDEM, in stock YADE. "Equal" means every bit; tolerances are reasoned where
-they stand."""
+"""The native plugin's concrete law in stock YADE. "Equal" means bitwise equal; comments give the reasons of tolerances."""
 # threads: 1
 
 import hashlib
@@ -62,7 +61,7 @@ def digest():
 
 
 def compared(steps, act=None, **options):
-    """The same run with YADE's law and with ours: hashes along the way; what is there at the end, once."""
+    """Run with YADE's law and with ours; compare hashes during the run and the final state."""
     found = []
     for functors in (STOCK, RUST):
         concrete(functors=functors, **options)
@@ -163,7 +162,7 @@ def test_periodic_cell_bit_for_bit():
 
 
 def test_facets_and_walls_bit_for_bit():
-    """Spheres of concrete that fall on a facet and a wall of concrete, and stick for a while."""
+    """Spheres of concrete fall on a facet and a wall of concrete and stick for a while."""
     found = []
     for name in ("Law2_ScGeom_CpmPhys_Cpm", "Law2_ScGeom_CpmPhys_Rust"):
         O.reset()
@@ -197,7 +196,7 @@ def test_facets_and_walls_bit_for_bit():
 
 
 def test_damage_set_by_hand():
-    """`setDamage` makes omega and kappaD disagree; YADE goes by kappaD, and so do we."""
+    """After `setDamage`, omega and kappaD are inconsistent; YADE uses kappaD, and so do we."""
 
     def act(part):
         if part == 1:
@@ -260,7 +259,7 @@ def test_not_a_number_stops_the_run():
     at = O.iter
     O.run(1000, True)
     assert O.iter <= at + 2, "stopped, and the process lives"
-    assert "bodies" in functor().error and "not a number" in functor().error, functor().error
+    assert "bodies" in functor().error and "strain is NaN" in functor().error, functor().error
 
 
 def test_a_wrong_damage_law_stops_the_run():
@@ -272,7 +271,7 @@ def test_a_wrong_damage_law_stops_the_run():
 
 
 def test_history_survives_saving():
-    """YADE's own CpmPhys loses it; ours goes on with the same bits."""
+    """YADE's CpmPhys loses its history; ours continues bitwise equal."""
     for name in ("s.yade.gz", "s.xml.bz2"):
         concrete(functors=SAVED)
         run(800)
@@ -295,8 +294,8 @@ def test_history_survives_saving():
     concrete(functors=SAVED)
     run(1000)
     straight = {(i.id1, i.id2): i.phys.kappaD for i in O.interactions}
-    # YADE puts interactions into another order when it loads them, and sums of forces with them: rounding (1e-16 of the force)
-    # that 200 steps of a specimen at its peak make 1e-9 at most.
+    # YADE loads interactions in another order, so sums of forces round differently (1e-16 of the force); 200 steps of a specimen
+    # at its peak amplify that to at most 1e-9.
     worst = max(abs(after_load[k] - straight[k]) for k in straight)
     print("after O.load and 200 steps the largest difference in kappaD is %.1e of %.1e" % (worst, max(straight.values())))
     assert worst < 1e-9 * max(straight.values())
@@ -322,7 +321,7 @@ def test_energies():
     run(1500)
     named = dict(O.energy.items())
     stored = functor().elasticEnergy()
-    # Sums of 6,595 positive terms in another order: 6595 * 2^-53.
+    # Tolerance: sum of 6,595 positive terms in another order, 6595 * 2^-53.
     assert abs(named["cpmElastic"] - stored) < 1e-12 * stored
     assert named["cpmDamage"] > 0 and named["cpmFriction"] > 0
     damage = [named["cpmDamage"]]
@@ -335,7 +334,7 @@ def test_energies():
 
 
 def test_energy_of_one_contact():
-    """Two spheres pulled apart and pressed again: work of the grips equals what is stored and dissipated, to rounding."""
+    """Two spheres are pulled apart and pressed together: the external work equals the stored and dissipated energy up to rounding."""
     O.reset()
     m = CpmMat(**MATERIAL)
     O.materials.append(m)
@@ -360,7 +359,7 @@ def test_energy_of_one_contact():
         O.bodies[1].state.vel = Vector3(speed, 0.02, 0)
         before = O.bodies[1].state.pos
         O.step()
-        # The force of this step was found before the move.
+        # This step's force was computed before the move.
         now = O.forces.f(1)
         if k:
             work += -0.5 * (force + now).dot(moved)
@@ -369,7 +368,7 @@ def test_energy_of_one_contact():
     total = names["cpmElastic"] + names["cpmDamage"] + names["cpmFriction"] + names["cpmIntegration"]
     print("work %.6e J, energies %.6e J: %s" % (work, total, names))
     assert names["cpmDamage"] > 0.1 * work
-    # First-order transport turns the force: second order in the rotation of the contact, here 1e-6 rad per step, in all 4e-4.
+    # First-order transport has an error of second order in the rotation of the contact: 1e-6 rad per step, 4e-4 in total.
     assert abs(total - work) < 1e-4 * work
 
 
@@ -404,13 +403,13 @@ def test_yades_own_operators_see_the_contacts():
 
 
 def memory():
-    """Resident pages of this process."""
+    """Number of resident pages of this process."""
     with open("/proc/self/statm") as file:
         return int(file.read().split()[1])
 
 
 def test_nothing_leaks():
-    """Load and reset, again and again."""
+    """Load and reset the scene repeatedly."""
     O.reset()
     concrete(functors=SAVED, spheres=packing()[:60])
     run(5)
@@ -423,13 +422,13 @@ def test_nothing_leaks():
         O.reset()
         if cycle in (19, 99):
             pages.append(memory())
-    # 80 cycles of a scene of some 100 kB each would be 2,000 pages; the allocator's own unrest is some tens.
+    # A leak of a scene of 100 kB per cycle would be 2,000 pages in 80 cycles; the allocator's fluctuation is some tens of pages.
     print("pages after 20 and after 100 cycles:", pages)
     assert pages[1] - pages[0] < 250
 
 
 def test_cost_beside_yades_own():
-    """Processor time of whole steps, in turn in one run."""
+    """CPU time of whole steps, alternating in one run."""
     spent = {STOCK: [], RUST: []}
     for _ in range(3):
         for functors in (STOCK, RUST):
@@ -440,7 +439,7 @@ def test_cost_beside_yades_own():
             spent[functors].append((time.process_time() - start) / 300)
     ratio = min(spent[STOCK]) / min(spent[RUST])
     print("COST functor: YADE %.3f ms, ours %.3f ms per step, ratio %.3f" % (1e3 * min(spent[STOCK]), 1e3 * min(spent[RUST]), ratio))
-    # The aim is 0.95; other work on the machine moves a short timing by 10 % or so.
+    # The target is 0.95; other processes change a short timing by about 10 %.
     assert ratio > 0.8
 
 

@@ -18,7 +18,7 @@ LAST = 20_000  # no example needs as many
 try:
     import future  # noqa: F401
 except ImportError:
-    # Debian 13 has it no more; what the scripts take from it does nothing in Python 3.
+    # Debian 13 does not have it; in Python 3, the imported names have no effect.
     future = types.ModuleType("future")
     future.standard_library = types.SimpleNamespace(install_aliases=lambda: None)
     sys.modules["future"] = future
@@ -31,7 +31,7 @@ def periodic_in_steps(kind):
         label = options.get("command", kind)
         if options.pop("realPeriod", None) is not None or "virtPeriod" in options:
             options.pop("virtPeriod", None)
-            # Loads settle first: a run that has hardly begun is no run past its peak.
+            # At the start of a run, the load fluctuates and may look like a peak.
             options.update(iterPeriod=10 if "Plot" in label else 50, firstIterRun=500 if "Damaged" in label else 0)
         return getattr(yade.wrapper, kind)(*arguments, **options)
 
@@ -57,7 +57,7 @@ pack.randomPeriPack = seeded(pack.randomPeriPack, initSize=Vector3(1.2e-3, 1.2e-
 
 
 def Law2_ScGeom_CpmPhys_Cpm(**options):
-    """Bonds without strength are deleted, so that there is something to count."""
+    """Delete bonds without strength, so that they are counted."""
     return yade.wrapper.Law2_ScGeom_CpmPhys_Cpm(omegaThreshold=0.95, **options)
 
 
@@ -79,7 +79,7 @@ except SystemExit:
 if SETTINGS["run"]:
     O.run()
 O.wait()
-# CpmState counts each bond at both of its ends.
+# CpmState counts each bond at both ends.
 broken = sum(getattr(b.state, "numBrokenCohesive", 0) for b in O.bodies) // 2
 series = [float(x) for x in plot.data[SETTINGS["series"]]]
 result = {

@@ -46,7 +46,7 @@ EXAMPLES = {
 #: What is added, where, and with how many tabs.
 LINES = {
     "yade": None,
-    # One bit of one coordinate: how far YADE differs from itself.
+    # Change one bit of one coordinate, to measure the sensitivity of YADE.
     "nudged": ("law", "s = O.bodies[7].state; s.pos = Vector3(s.pos[0], s.pos[1], __import__('math').nextafter(s.pos[2], 9))"),
     "take_over": ("bonds", "O.run(10, True); import concordem.yade; concordem.yade.take_over(update_states=50)"),
     "functor": ("law", "import concordem.yade; concordem.yade.use_rust_cpm()"),
@@ -59,7 +59,7 @@ LINES = {
 
 
 def run(name, form, work):
-    """One run; its result, or what YADE said."""
+    """Result of one run; raises with YADE's output if it fails."""
     example = EXAMPLES[name]
     where, line = LINES[form] or ("law", "")
     anchor = example[where]
@@ -94,7 +94,7 @@ def sound(name, form, work):
 
 
 def early(one, two):
-    """Largest difference of two curves while the second one is below a fifth of its peak, by the peak."""
+    """Largest difference of two curves over the peak, while the second one is below a fifth of its peak."""
     peak = max(two["series"])
     until = next(k for k, value in enumerate(two["series"]) if value > 0.2 * peak)
     assert until > 1, "something is compared"
@@ -125,7 +125,7 @@ def main(what, work):
             ours = sound(name, form, work)
             if form == "functor":
                 assert ours == yades, "the law is YADE's in every bit"
-                print("  the same bits in every sample")
+                print("  bitwise equal records")
                 continue
             # Sums in another order, 1e-16 of each force, until bonds are damaged at a fifth of the peak or more; what damage makes
             # of that YADE shows itself: one bit changed 4e-4 at the peak of uniax, 4e-5 at that of brazilian; measured 6.5e-4.

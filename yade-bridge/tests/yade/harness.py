@@ -1,11 +1,11 @@
-"""The least of a test runner: YADE's Python has no pytest of its own, and tests want a fresh scene each."""
+"""A minimal test runner, because YADE's Python has no pytest. Every test starts with a new scene."""
 
 import sys
 import traceback
 
 
 def main(namespace):
-    """Run every function test_*; the last line printed tells that all of them passed."""
+    """Run every function test_*; if all pass, print a line that run.sh looks for."""
     failed = 0
     for name, function in list(namespace.items()):
         if not name.startswith("test_") or not callable(function):
@@ -25,7 +25,7 @@ def main(namespace):
 
 
 class raises:
-    """That a block raises an error whose text holds `text`."""
+    """Check that a block raises an error whose message contains `text`."""
 
     def __init__(self, kind, text=""):
         self.kind, self.text, self.value = kind, text, None

@@ -1,5 +1,4 @@
-"""Specimens of beams and of deformable particles that our solver runs alone, and the same in a scene of YADE, for the bonded
-engines: there YADE moves the particles and the engine finds their forces."""
+"""Specimens of beams and of deformable particles, run by our solver and, with a bonded engine, in a YADE scene."""
 
 import numpy as np
 
@@ -7,8 +6,7 @@ from specimen import *
 
 import concordem
 
-#: Tables of a scenario. Beams as the bonds of a brittle material; stiffnesses of deformable spheres are far enough from those of
-#: their bonds for the strains of one step to follow from the forces of the one before (`concordem check`).
+#: Tables of a scenario. Deformable spheres are stiff enough, relative to their bonds, for lagged strains (`concordem check`).
 TABLES = {
     "beams": dict(
         material={
@@ -57,7 +55,7 @@ def toml(kind):
 
 
 def alone(kind, rate=40.0):
-    """Our own run: the prism of the gold data, its ends drawn apart along z."""
+    """Run of our solver: the prism of the gold data, with its ends pulled apart along z."""
     scenario = concordem.Scenario(
         packing={"kind": "spheres", "spheres": packing()},
         loading={"kind": "uniaxial", "axis": "z", "strain_rate": rate, "layer_thickness": 4e-3},
@@ -95,7 +93,7 @@ def in_yade(simulation):
 
 
 def difference(simulation):
-    """Largest difference of a coordinate between our run and the scene, m; and the longest way of a particle so far, m."""
+    """Largest difference of a coordinate between our run and the scene, and the largest displacement of a particle so far, m."""
     s = simulation.state
     ours = np.empty((len(s.ids), 3))
     ours[s.ids] = s.positions

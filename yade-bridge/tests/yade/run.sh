@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The tests of the bridge in stock YADE, headless, with the wheel that test.sh has installed for Debian's Python.
+# Runs the tests of the bridge in stock YADE, headless, with the wheel that test.sh has installed for Debian's Python.
 set -euo pipefail
 cd "$(dirname "$0")"
 command -v yade >/dev/null || { echo "yade is not installed: apt-get install yade" >&2; exit 2; }

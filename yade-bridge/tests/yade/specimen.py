@@ -1,4 +1,4 @@
-"""Scenes of concrete for the tests of the bridge, made in YADE with what every script there uses."""
+"""Concrete scenes for the tests of the bridge, created with YADE's functors."""
 
 import math
 import os
@@ -65,14 +65,14 @@ def concrete(rate=3.0, spheres=None, verlet=1.5e-3, law=None, damping=0.3, mater
 
 
 def positions():
-    """Places of all bodies."""
+    """Positions of all bodies."""
     import numpy as np
 
     return np.array([tuple(b.state.pos) for b in O.bodies])
 
 
 def history():
-    """Histories by pair, as YADE's Python gives them."""
+    """Histories by pair, from YADE's Python."""
     found = {}
     for i in O.interactions:
         p = i.phys

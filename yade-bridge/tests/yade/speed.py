@@ -1,4 +1,4 @@
-"""Speeds beside YADE's own in the same run: operators, hand-over, bonded engine.
+"""Speed of operators, hand-over, and bonded engine, compared with YADE in the same run.
 
     yade -n -x -jN speed.py [steps]
 
@@ -33,19 +33,19 @@ spheres = np.column_stack([places, np.tile(unit.radii, len(offsets))]).tolist()
 
 
 def timed(work, count):
-    """Seconds per step: wall clock, processor."""
+    """Wall time and CPU time per step, s."""
     start = time.perf_counter(), time.process_time()
     work(count)
     return (time.perf_counter() - start[0]) / count, (time.process_time() - start[1]) / count
 
 
 def best(values):
-    """Smallest wall clock and smallest processor time."""
+    """Smallest wall time and smallest CPU time, s."""
     return min(v[0] for v in values), min(v[1] for v in values)
 
 
 def run(count):
-    """Steps of YADE's loop, one by one: O.run waits by polling."""
+    """Single steps of YADE's loop, because O.run waits by polling."""
     for _ in range(count):
         O.step()
 
@@ -61,7 +61,7 @@ prepared()
 real = len(bridge.snapshot().contacts.pair)
 found["bonds"] = real
 
-# Operators against a loop of Python over the interactions, which is what a script can do today.
+# Operators compared with a Python loop over the interactions, the alternative in a script.
 stress = np.zeros((3, 3))
 
 

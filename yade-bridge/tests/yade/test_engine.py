@@ -1,4 +1,4 @@
-"""Level 4 without headers: the bonded engine in stock YADE, with any number of threads."""
+"""The bonded engine without headers in stock YADE, with any number of threads."""
 
 import os
 import sys
@@ -27,7 +27,7 @@ def steps(count):
 
 
 def engine_from_one_thread(**options):
-    """The engine over a scene whose history does not depend on YADE's threads: right after the bonds were made."""
+    """The engine in a scene whose history does not depend on YADE's threads: right after bonding."""
     concrete(**TENSION)
     return bridge.take_over(**options)
 
@@ -48,14 +48,14 @@ def test_it_equals_yade_to_rounding():
     moved = abs(positions() - np.array(packing())[:, :3]).max()
     different = abs(ours - positions()).max() / moved
     print("engine against YADE after 100 of its steps: %.1e" % different)
-    # Measured 1e-12 on one thread; sums in another order.
+    # Measured 1e-12 on one thread: sums in another order.
     assert different < 1e-9
     assert abs(ours - x).max() > 0.1 * moved
 
 
 def test_bits_do_not_depend_on_threads():
-    """From one saved scene on: what YADE itself sums before depends on its threads. run.sh takes one thread first; its files
-    are what the others start from and compare with."""
+    """Starts from a saved scene, because YADE's earlier sums depend on its threads. run.sh runs one thread first; the other runs start
+    from its files and compare with them."""
     path, note = os.path.join(WORK, "start.yade.gz"), os.path.join(WORK, "hash")
     if O.numThreads == 1 or not os.path.exists(path):
         engine_from_one_thread(kinematics="finite", mode="thesis")
@@ -75,8 +75,8 @@ def test_bits_do_not_depend_on_threads():
 
 
 def test_waiting_threads_make_room():
-    """Steps of 18,560 spheres take milliseconds: before each, the threads of YADE's loops, which would wait by spinning, are ended,
-    and its next loop begins others. With one thread of ours they are left alone. The bits are the same."""
+    """Steps of 18,560 spheres take milliseconds, so before each one the spinning threads of YADE's loops are stopped; YADE's next loop
+    starts new ones. With one thread of ours they keep running. Results are bitwise equal."""
     spheres = packing()
     height = max(s[2] + s[3] for s in spheres) - min(s[2] - s[3] for s in spheres)
     tower = [[x, y, z + k * height, r] for k in range(16) for x, y, z, r in spheres]
@@ -107,10 +107,10 @@ def test_save_and_load_go_on_with_the_same_bits():
     assert engine.bond_count == bonds and O.iter == 151
     steps(50)
     assert (positions() == x).all() and engine.solver.state_hash() == state
-    # A scene loaded without its bonds stops and says so; so does one that has moved on since.
+    # A scene loaded without its bonds stops with an error; so does one that has advanced since.
     O.load(path)
     os.rename(files[1], files[1] + ".away")
-    with raises(YadeError, "is missing"):
+    with raises(YadeError, "are missing"):
         bridge.load(path)
     os.rename(files[1] + ".away", files[1])
     engine = bridge.load(path)[0]
@@ -137,11 +137,11 @@ def test_bodies_that_go_away_stop_the_run():
         engine_from_one_thread()
         steps(3)
         O.bodies.erase(number)
-        with raises(RuntimeError, "is gone or was replaced"):
+        with raises(RuntimeError, "was deleted or replaced"):
             O.step()
         bridge._engine._registered["bonds"].remove()
         steps(2)
-    # A body that comes along changes nothing, even if the list of bodies moves in memory.
+    # A new body has no effect, even if the list of bodies moves in memory.
     engine = engine_from_one_thread()
     steps(3)
     for k in range(3000):
@@ -159,7 +159,7 @@ def test_other_scenes_and_reset():
     O.switchScene()
     O.reset()
     assert engine.solver.steps == done
-    # O.reset cleared all scenes, the engine's too: a new one may have the same name.
+    # O.reset deleted the engine's scene, so a new engine may have the same name.
     other = engine_from_one_thread()
     steps(2)
     assert other.solver.steps == 2 and engine.solver.steps == done
@@ -173,7 +173,7 @@ def test_nan_and_errors_of_the_solver_are_exceptions():
         O.step()
 
 
-def test_blind_engines_are_refused():
+def test_engines_that_read_interactions_are_rejected():
     concrete(**TENSION)
     good = O.engines
     for engine, text in (
@@ -200,7 +200,7 @@ def test_states_are_written_in_place_of_yades_updater():
 
 
 def test_contacts_with_other_bodies_stay_yades():
-    """A wall that presses on the specimen: only its contacts are left to YADE, now and later."""
+    """A wall presses on the specimen: YADE computes only the wall's contacts."""
     concrete(**TENSION)
     low = min(b.state.pos[2] - b.shape.radius for b in O.bodies)
     wall = O.bodies.append(utils.wall((0, 0, low + 1e-5), 2, material=O.materials[0], color=(1, 1, 1)))
@@ -222,10 +222,10 @@ def test_states_and_stress_are_those_of_yade():
     volume = 22e-3 * 22e-3 * 42e-3
     theirs = utils.getStress(volume)
     engine = bridge.take_over()
-    engine.solver.contact_step(O.dt)  # forces at the places where the last step left the bodies
+    engine.solver.contact_step(O.dt)  # forces at the positions after the last step
     steps(1)
     stress = engine.stress(volume)
-    # One step further: 4e-3 of the load so far.
+    # The bodies have moved for one more step: 4e-3 of the load so far.
     assert abs(stress[2, 2] - theirs[2, 2]) < 0.02 * theirs[2, 2]
     engine.update_states()
     damage = np.array([b.state.normDmg for b in O.bodies])
@@ -246,7 +246,7 @@ def test_breakage_goes_on_in_the_engine():
 
 
 def test_beams_and_walls_in_one_scene():
-    """A cantilever of cohesive beams that falls on a facet: the beams are ours, the contact with the facet is YADE's."""
+    """A cantilever of cohesive beams falls on a facet: our engine computes the beams, YADE the contact with the facet."""
     O.reset()
     m = FrictMat(young=1e7, poisson=0.3, frictionAngle=0.5, density=2000)
     O.materials.append(m)
@@ -270,11 +270,11 @@ def test_beams_and_walls_in_one_scene():
         bonds={"law": "cohesive_beam", "interaction_ratio": 1.05},
         contacts={"law": "none"},
     )
-    with raises(YadeError, "stable only below"):
+    with raises(YadeError, "for stable bonds"):
         O.dt = 1.0
         bridge.bond(**tables)
     O.dt = 1e-4
-    with raises(YadeError, "no sphere"):
+    with raises(YadeError, "not a sphere"):
         bridge.bond(ids=[0, 10], **tables)
     engine = bridge.bond(**tables)
     assert engine.bond_count == 9
@@ -311,7 +311,7 @@ def test_beams_follow_our_own_run():
 
 
 def test_deformable_particles_follow_our_own_run():
-    """The reactions of the held ends strain their particles, so the engine must see YADE's blockedDOFs."""
+    """Reactions at the ends strain their particles, so the engine must read YADE's blockedDOFs."""
     same_as_alone("deformable")
 
 
@@ -330,7 +330,7 @@ def test_beams_and_deformable_particles_are_saved():
 
 
 def test_uniaxial_strainer_loads_the_engine():
-    """YADE's own loading at work: the force on its ends is that of our bonds."""
+    """YADE's UniaxialStrainer: the force at its ends comes from our bonds."""
     ends = concrete(rate=0.0)
     O.engines = O.engines + [
         UniaxialStrainer(
@@ -343,7 +343,7 @@ def test_uniaxial_strainer_loads_the_engine():
     strainer = O.engines[-1]
     modulus = strainer.avgStress / strainer.strain
     print("modulus by the strainer: %.3e Pa" % modulus)
-    # The same run with YADE's own bonds.
+    # The same run with YADE's bonds.
     ends = concrete(rate=0.0)
     O.engines = O.engines + [
         UniaxialStrainer(
@@ -390,7 +390,7 @@ def test_nothing_leaks():
         if cycle in (19, 99):
             with open("/proc/self/statm") as file:
                 pages.append(int(file.read().split()[1]))
-    # 80 cycles of 3,493 bonds of 200 bytes and 1,160 bodies each would be 20,000 pages.
+    # A leak of 3,493 bonds of 200 bytes and 1,160 bodies per cycle would be 20,000 pages in 80 cycles.
     print("pages after 20 and after 100 cycles of load and reset:", pages)
     assert pages[1] - pages[0] < 1000
 

@@ -1,4 +1,4 @@
-"""Level 2: the live scene read in bulk, and handed over; in stock YADE."""
+"""Snapshots of a scene, and the hand-over, in stock YADE."""
 # threads: 1
 
 import os
@@ -46,7 +46,7 @@ def test_stress_is_that_of_yade():
     steps(100)
     s = bridge.snapshot()
     ours, theirs = s.region_stress(volume=VOLUME).stress, array(utils.getStress(VOLUME)).T
-    # The same products, summed over tiles: rounding of 6,600 terms of both signs.
+    # Tolerance: the same 6,600 terms of both signs, summed by tiles.
     assert abs(ours - theirs).max() < 1e-12 * abs(ours).max()
     each, tensors = s.particle_stress(), np.array([array(m) for m in utils.bodyStressTensors()])
     assert abs(each - tensors.transpose(0, 2, 1)).max() < 1e-13 * abs(each).max()
@@ -71,7 +71,7 @@ def test_fields_of_the_snapshot_are_those_of_python():
 
 
 def test_scenes_with_walls_holes_and_other_laws():
-    """Spheres of FrictMat on a facet; one body erased: ids and rows are not the same."""
+    """Spheres of FrictMat on a facet, with one body erased, so that ids differ from rows."""
     O.reset()
     m = FrictMat(young=1e7, poisson=0.3, frictionAngle=0.5, density=2000)
     O.materials.append(m)
@@ -108,7 +108,7 @@ def test_scenes_with_walls_holes_and_other_laws():
 
 
 def window(count, between):
-    """`count` steps of YADE, what `between` does (as good as `count` steps), and `count` of YADE: places and histories."""
+    """`count` steps of YADE, then `between` (which replaces `count` steps), then `count` steps of YADE; returns positions and histories."""
     concrete(rate=0.1)
     steps(count)
     between(count)
@@ -117,7 +117,7 @@ def window(count, between):
 
 
 def difference(one, two):
-    """Largest difference of places over the largest displacement, and of histories over their largest values."""
+    """Largest difference of positions over the largest displacement, and of histories over their largest values."""
     (x, h), (y, g) = one, two
     assert set(h) == set(g)
     moved = abs(y - np.array(packing())[:, :3]).max()
@@ -127,7 +127,7 @@ def difference(one, two):
 
 
 def one_bit(count):
-    """YADE itself, one coordinate of one sphere changed by one unit in the last place."""
+    """YADE alone, with one coordinate of one sphere changed by one unit in the last place."""
     state = O.bodies[500].state
     state.pos = Vector3(math.nextafter(state.pos[0], 1.0), state.pos[1], state.pos[2])
     steps(count)
@@ -146,8 +146,8 @@ def test_a_scene_that_was_away_goes_on_as_yade_alone():
 
 
 def test_a_scene_that_was_away_for_a_short_while_has_nearly_the_same_bits():
-    """100 steps each: before rounding has grown. Measured: places equal in every bit, histories 3e-14; how fast it grows
-    depends on the C library, hence the room."""
+    """100 steps each, before rounding is amplified. Measured: positions bitwise equal, histories 3e-14. The tolerance is larger, because
+    the growth depends on the C library."""
     alone = window(100, steps)
     ours = difference(window(100, bridge.advance), alone)
     print("after 3 x 100 steps: places %.1e, histories %.1e" % ours)
@@ -177,7 +177,7 @@ def test_broken_bonds_are_erased_and_new_contacts_made():
 
 
 def periodic():
-    """A cube of spheres, bonded through its borders, that is stretched."""
+    """A stretched periodic cube of spheres, bonded across its borders."""
     import random
 
     O.reset()
@@ -219,13 +219,13 @@ def test_periodic_cells_are_handed_over():
     steps(100)
     assert handed.steps == 100
     assert abs(array(O.cell.hSize) - edges).max() < 1e-13 * edges.max()
-    # Rounding, amplified over 200 steps: of the places' changes, 1e-4 of the cell.
+    # Rounding, amplified over 200 steps, relative to displacements of 1e-4 of the cell.
     print("periodic: places %.1e, stress %.1e" % (abs(positions() - y).max(), abs(array(utils.getStress()) - stress).max()))
     assert abs(positions() - y).max() < 1e-9 * abs(y).max()
     assert abs(array(utils.getStress()) - stress).max() < 1e-6 * abs(stress).max()
 
 
-def test_doubts_are_refused():
+def test_unsupported_scenes_are_rejected():
     ends = concrete()
     for wrong, undo, text in (
         (lambda: setattr(O.engines[3], "mask", 2), lambda: setattr(O.engines[3], "mask", -1), "mask"),
@@ -247,7 +247,7 @@ def test_doubts_are_refused():
     O.engines = engines
     physics = next(iter(O.interactions)).phys
     old, physics.E = physics.E, 1.0
-    with raises(YadeError, "changed by hand"):
+    with raises(YadeError, "changed parameters"):
         bridge.advance(1)
     physics.E = old
     state = O.bodies[7].state
@@ -256,13 +256,13 @@ def test_doubts_are_refused():
         bridge.advance(1)
     state.pos = place
     O.bodies.append(utils.facet([(9, 9, 9), (9, 9, 8), (9, 8, 9)], color=(1, 1, 1)))
-    with raises(YadeError, "no sphere of CpmMat"):
+    with raises(YadeError, "not a sphere of CpmMat"):
         bridge.advance(1)
     concrete()
     O.engines = O.engines[:2] + [
         InteractionLoop([Ig2_Sphere_Sphere_ScGeom()], [Ip2_FrictMat_FrictMat_FrictPhys()], [Law2_ScGeom_FrictPhys_CundallStrack()])
     ] + O.engines[3:]
-    with raises(YadeError, "no scene of concrete"):
+    with raises(YadeError, "add Law2_ScGeom_CpmPhys_Cpm"):
         bridge.advance(1)
     O.reset()
     with raises(YadeError):
@@ -285,14 +285,14 @@ def test_unknown_versions_are_refused():
 
 
 def test_memory_that_does_not_fit_is_refused():
-    """A place that is off by eight bytes: the comparison with YADE's own words finds it before anything is used."""
+    """A wrong offset (by eight bytes): the comparison with YADE's Python detects it before any data are used."""
     from concordem.yade import _scene
 
     concrete()
     layout = _scene.host().layout
     layout["State.pos"] += 8
     try:
-        with raises(YadeError, "is not what YADE says"):
+        with raises(YadeError, "in YADE's Python"):
             bridge.snapshot()
     finally:
         layout["State.pos"] -= 8

@@ -1,4 +1,4 @@
-//! Strengths of concrete from the parameters of CPM links, and the inverse.
+//! Strengths of concrete from the parameters of CPM bonds, and the inverse.
 //!
 //! By dimensional analysis (Stránský 2018, section 2.5.3) a specimen of given geometry, loaded slowly, has
 //!
@@ -9,8 +9,8 @@
 //!
 //! at a fixed shear ratio, which like Ē comes from the elastic calibration. `G` is the energy that a unit of cross-section
 //! dissipates in tension (J/m²) until the stress has fallen to a tenth of its peak. Each value of these functions takes a
-//! pair of runs on the user's specimen; a [`StrengthTable`] keeps it. The inverse finds χ (and λ, for a wanted `G`) between
-//! measured values of `R`; then `ε₀ = f_t/(Ē T)`, and a last pair of runs measures the strengths with these parameters.
+//! pair of runs on the user's specimen; a [`StrengthTable`] stores it. The inverse finds χ (and λ, for a target `G`) between
+//! measured values of `R`; then `ε₀ = f_t/(Ē T)`, and a final pair of runs measures the strengths with these parameters.
 //! Breaking bonds make the functions of one packing rough; the scatter over packings shows how many digits are
 //! significant.
 
@@ -23,7 +23,7 @@ use concordem_solver::state::State;
 use concordem_solver::state::contacts::ContactBlock;
 use concordem_solver::{Model, SolverError};
 
-/// Range of `c₀/(Ē ε₀)` in the search. Below it, links slip before they crack and the strengths hardly differ; above it,
+/// Range of `c₀/(Ē ε₀)` in the search. Below it, bonds slip before they crack and the strengths hardly differ; above it,
 /// cohesion has no effect.
 pub const COHESION_RANGE: (f64, f64) = (0.15, 12.0);
 
@@ -34,16 +34,16 @@ pub const DUCTILITY_RANGE: (f64, f64) = (2.0, 1000.0);
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConcreteError {
-    /// The wanted ratio of strengths is out of reach.
+    /// The target ratio of strengths is out of reach.
     #[error(
         "f_c/f_t = {wanted:.3} is out of reach of this packing at friction {friction:.4} and relative ductility \
          {ductility:.4}: cohesions of {} to {} times the onset stress give {least:.3} to {most:.3}. {remedy}",
         COHESION_RANGE.0, COHESION_RANGE.1
     )]
     StrengthRatio {
-        /// Wanted ratio.
+        /// Target ratio.
         wanted: f64,
-        /// Tangent of the angle of friction.
+        /// Tangent of the friction angle.
         friction: f64,
         /// `ε_f/ε₀`.
         ductility: f64,
@@ -54,14 +54,14 @@ pub enum ConcreteError {
         /// Remedy.
         remedy: &'static str,
     },
-    /// The wanted energy is out of reach.
+    /// The target energy is out of reach.
     #[error(
         "a fracture energy of {wanted:.4e} J/m² is out of reach: relative ductilities of {} to {} give {least:.4e} to \
          {most:.4e} J/m². The energy grows with the particle size: scale the particles by about the missing factor",
         DUCTILITY_RANGE.0, DUCTILITY_RANGE.1
     )]
     FractureEnergy {
-        /// Wanted, J/m².
+        /// Target fracture energy, J/m².
         wanted: f64,
         /// Least found, J/m².
         least: f64,
@@ -81,8 +81,8 @@ pub enum ConcreteError {
         /// `c₀/(Ēε₀)`.
         cohesion: f64,
     },
-    /// The specimen has no bonds of the law cpm.
-    #[error("the specimen has no bonds of the law cpm")]
+    /// The specimen has no cpm bonds.
+    #[error("the specimen has no cpm bonds")]
     NoLinks,
     /// Invalid parameters.
     #[error("{0}")]
@@ -98,7 +98,7 @@ pub enum ConcreteError {
 /// A specimen before its first step, with its loading.
 #[derive(Clone)]
 pub struct ConcreteSpecimen {
-    /// State; its bonds are of the law cpm.
+    /// State, with cpm bonds.
     pub state: State,
     /// Model.
     pub model: Model,
@@ -108,7 +108,7 @@ pub struct ConcreteSpecimen {
     pub area: f64,
 }
 
-/// The same packing in tension and in compression.
+/// One packing, as specimens in tension and in compression.
 #[derive(Clone)]
 pub struct SpecimenPair {
     /// Seed of the packing.
@@ -128,16 +128,16 @@ pub struct LoadTest {
     pub stress: f64,
     /// Strain at this stress.
     pub strain: f64,
-    /// Energy dissipated at the end of the run over the cross-section, J/m².
+    /// Energy dissipated by the end of the run, over the cross-section, J/m².
     pub dissipation: f64,
 }
 
 impl ConcreteSpecimen {
-    /// Load the specimen with other link parameters until the stress falls to the fraction `drop_to` of its peak; None if
-    /// the run ends before.
+    /// Loads the specimen with other bond parameters until the stress falls to the fraction `drop_to` of its peak;
+    /// `None` if the run ends before.
     ///
     /// # Errors
-    /// Invalid parameters; no links of the law cpm; a failed run.
+    /// Invalid parameters; no cpm bonds; a failed run.
     pub fn load(&self, parameters: &CpmParameters, drop_to: f64) -> Result<Option<LoadTest>, ConcreteError> {
         let law = Cpm::new(parameters)?;
         let mut state = self.state.clone();
@@ -215,7 +215,7 @@ pub struct StrengthFunctions {
 /// Measured values of the dimensionless functions, by arguments and seed of the packing.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct StrengthTable {
-    /// Everything else the values depend on, as text: specimen, motion, elastic parameters, program.
+    /// Everything else that the values depend on, as text: specimen, motion, elastic parameters, program.
     pub specimen: String,
     /// Values.
     pub values: BTreeMap<String, StrengthFunctions>,
@@ -228,7 +228,7 @@ impl StrengthTable {
     }
 }
 
-/// Wanted properties.
+/// Target properties.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StrengthTargets {
     /// Tensile strength, Pa.
@@ -260,7 +260,7 @@ impl Scatter {
 /// Result of the calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConcreteFit {
-    /// Parameters of the links.
+    /// Parameters of the bonds.
     pub parameters: CpmParameters,
     /// Tensile strength of the packings with these parameters, Pa.
     pub tensile_strength: Scatter,
@@ -268,18 +268,18 @@ pub struct ConcreteFit {
     pub compressive_strength: Scatter,
     /// Modulus of the specimen in tension, including its ends, Pa.
     pub young: Scatter,
-    /// Fracture energy, J/m², if one was wanted.
+    /// Fracture energy, J/m², if there was a target.
     pub fracture_energy: Option<Scatter>,
     /// Relative standard deviation of the cohesion from one packing: that of `f_c/f_t` over its small slope
     /// `d ln R/d ln χ`. None for a single packing.
     pub cohesion_deviation: Option<f64>,
     /// Smallest and largest `f_c/f_t` at this friction and ductility.
     pub reach: (f64, f64),
-    /// New pairs of runs, without those in the table.
+    /// Number of new pairs of runs, not counting those in the table.
     pub runs: usize,
 }
 
-/// Cohesion with the wanted ratio of strengths.
+/// Cohesion with the target ratio of strengths.
 struct Crossing {
     /// `c₀/(Ēε₀)`.
     cohesion: f64,
@@ -295,19 +295,19 @@ pub struct ConcreteCalibration<'a> {
     pub pairs: &'a [SpecimenPair],
     /// Elastic parameters, friction, and damage law; strengths and ductility are replaced.
     pub base: CpmParameters,
-    /// Onset strain of the measurements. It should be close to the result, since inertia depends on it slightly.
+    /// Onset strain in the measurements. It should be close to the result, because it slightly affects inertia.
     pub onset: f64,
     /// Whether tension runs continue until the fracture energy is known.
     pub with_energy: bool,
-    /// Known values.
+    /// Values measured so far.
     pub table: StrengthTable,
-    /// New pairs of runs.
+    /// Number of new pairs of runs.
     pub runs: usize,
     /// Called after each measurement.
     pub on_measurement: OnMeasurement<'a>,
 }
 
-/// Receives the number of new pairs of runs and the known values.
+/// Receives the number of new pairs of runs and the values measured so far.
 pub type OnMeasurement<'a> = Box<dyn FnMut(usize, &StrengthTable) + 'a>;
 
 impl<'a> ConcreteCalibration<'a> {
@@ -332,11 +332,11 @@ impl<'a> ConcreteCalibration<'a> {
         }
     }
 
-    /// Both runs of one packing: tension, compression.
+    /// Runs one packing in tension and in compression.
     fn test(&mut self, parameters: &CpmParameters, pair: &SpecimenPair) -> Result<[LoadTest; 2], ConcreteError> {
         let cohesion = parameters.cohesion / (parameters.normal_modulus * parameters.limit_strain);
         let missing = |direction| ConcreteError::NoPeak { direction, seed: pair.seed, cohesion };
-        // A tenth of the peak for the energy; otherwise a fall that no stress wave can cause.
+        // Down to a tenth of the peak for the energy; otherwise by more than stress waves can cause.
         let drop_to = if self.with_energy { 0.1 } else { 0.6 };
         let tension = pair.tension.load(parameters, drop_to)?.ok_or_else(|| missing("tension"))?;
         let compression = pair.compression.load(parameters, 0.8)?.ok_or_else(|| missing("compression"))?;
@@ -344,7 +344,7 @@ impl<'a> ConcreteCalibration<'a> {
         Ok([tension, compression])
     }
 
-    /// The functions of one packing.
+    /// Measures the functions of one packing.
     fn measure(
         &mut self,
         arguments: StrengthArguments,
@@ -370,7 +370,7 @@ impl<'a> ConcreteCalibration<'a> {
         Ok(found)
     }
 
-    /// The functions of all packings.
+    /// Measures the functions of all packings.
     pub fn functions(&mut self, arguments: StrengthArguments) -> Result<Vec<StrengthFunctions>, ConcreteError> {
         let pairs = self.pairs;
         pairs.iter().map(|pair| self.measure(arguments, pair)).collect()
@@ -380,11 +380,11 @@ impl<'a> ConcreteCalibration<'a> {
         Ok(Scatter::of(self.functions(arguments)?.iter().map(|f| f.ratio)).mean)
     }
 
-    /// The cohesion at which the mean ratio of strengths is `wanted`.
+    /// Finds the cohesion at which the mean ratio of strengths is `wanted`.
     fn cohesion(&mut self, wanted: f64, friction: f64, ductility: f64) -> Result<Crossing, ConcreteError> {
         let at = |cohesion| StrengthArguments { cohesion, friction, ductility };
-        // A coarse scan first: the ratio roughly rises with cohesion and levels off. The crossing at the smallest cohesion is
-        // used.
+        // First a coarse scan: the ratio roughly rises with cohesion and levels off. The crossing at the smallest
+        // cohesion is used.
         let steps = 6;
         let range = COHESION_RANGE.1 / COHESION_RANGE.0;
         let mut scan: Vec<(f64, f64)> = Vec::new();
@@ -405,11 +405,11 @@ impl<'a> ConcreteCalibration<'a> {
             });
         };
         let ((mut low, mut ratio_low), (mut high, mut ratio_high)) = (bracket[0], bracket[1]);
-        // Over the whole scan up to the largest ratio: between two trials the roughness exceeds the trend.
+        // The slope over the whole scan up to the largest ratio: between two trials the roughness exceeds the trend.
         let top = scan.iter().fold(scan[0], |top, trial| if trial.1 > top.1 { *trial } else { top });
         let slope = if top.0 > scan[0].0 { libm::log(top.1 / scan[0].1) / libm::log(top.0 / scan[0].0) } else { 0.0 };
         let crossing = |cohesion| Crossing { cohesion, reach: (least, most), slope };
-        // False position on logarithms; the functions are rough below a few thousandths.
+        // False position on logarithms; differences below a few thousandths are noise.
         for _ in 0..8 {
             if (ratio_low - wanted).abs() <= 2e-3 * wanted {
                 return Ok(crossing(low));
@@ -430,10 +430,10 @@ impl<'a> ConcreteCalibration<'a> {
         Ok(crossing(nearer))
     }
 
-    /// Link parameters for wanted strengths, with the friction of `base` and, without a wanted energy, its ductility.
+    /// Bond parameters for target strengths, with the friction of `base` and, without a target energy, its ductility.
     ///
     /// # Errors
-    /// Strengths or energy out of reach; a failed run.
+    /// Strengths or energy are out of reach, or a run failed.
     pub fn fit(&mut self, wanted: &StrengthTargets) -> Result<ConcreteFit, ConcreteError> {
         let friction = libm::tan(self.base.friction_angle);
         let ratio = wanted.compressive_strength / wanted.tensile_strength;
@@ -466,7 +466,7 @@ impl<'a> ConcreteCalibration<'a> {
         })
     }
 
-    /// Relative ductility for a wanted fracture energy. `G = D f_t²/(Ē T²)` at the cohesion of each ductility.
+    /// Relative ductility for a target fracture energy. `G = D f_t²/(Ē T²)` at the cohesion of each ductility.
     fn ductility(
         &mut self,
         wanted: &StrengthTargets,

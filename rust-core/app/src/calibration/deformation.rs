@@ -1,4 +1,4 @@
-//! Mean deformation of the middle of a specimen by least squares, and its size from sets of particles.
+//! Mean deformation of the middle of a specimen by least squares, and size of a specimen from sets of particles.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -20,17 +20,17 @@ pub struct Deformation {
     pub scatter: f64,
 }
 
-/// Fields: three translations, three rotations, axial and lateral strain, twist, and for either plane of bending the
-/// deflection and the lateral strain that comes with it.
+/// Number of fitted fields: three translations, three rotations, axial and lateral strain, twist, and for each plane
+/// of bending the deflection and the lateral strain caused by it.
 const FIELDS: usize = 13;
 
-/// Fit of uniform tension, torsion, and bending along `axis` to displacements `u` (m) at positions `x` (m). The neutral
-/// lines go through the mean position. `None` for too few particles, or positions that do not determine the fit.
+/// Fits uniform tension, torsion, and bending along `axis` to displacements `u` (m) at positions `x` (m). The neutral
+/// lines pass through the mean position. `None` if there are too few particles, or their positions do not determine the fit.
 pub fn fit(x: &[Vec3], u: &[Vec3], axis: usize) -> Option<Deformation> {
     let (a, b, c) = (axis, (axis + 1) % 3, (axis + 2) % 3);
     let count = x.len() as f64;
     let mean = x.iter().sum::<Vec3>() / count;
-    // Lengths of order 1, so that the normal equations are well scaled.
+    // Scale lengths to order 1, so that the normal equations are well conditioned.
     let size = (x.iter().map(|x| (x - mean).norm_squared()).sum::<f64>() / count).sqrt();
     if size.is_nan() || size <= 0.0 {
         return None;
@@ -98,10 +98,11 @@ pub struct CylinderSize {
     pub radius: f64,
 }
 
-/// Bounding size of a cylinder, [2.20]–[2.21] of Jebahi et al. 2015 with the sign of the former corrected:
-/// `L = 2R̄ + (mean of the upper − mean of the lower end)·X`, `R_M = R̄ + mean distance of the surface set from the axis`.
-/// With `centers_only` the terms with the mean radius `R̄` are left out: this is the section spanned by the centers, which
-/// the bonds connect. Sets are indices into `spheres`; the axis goes through the mean position of the surface set.
+/// Bounding size of a cylinder, [2.20]–[2.21] of Jebahi et al. 2015 with the sign of the former corrected: `L = 2R̄ +
+/// (mean of the upper − mean of the lower end)·X`, `R_M = R̄ + mean distance of the surface set from the axis`. With
+/// `centers_only` the terms with the mean radius `R̄` are omitted, which gives the section spanned by the centers,
+/// which the bonds connect. Sets are indices into `spheres`; the axis passes through the mean position of the surface
+/// set.
 pub fn cylinder_size(spheres: &[Sphere], axis: usize, sets: [&[usize]; 3], centers_only: bool) -> Option<CylinderSize> {
     let [lower, upper, surface] = sets;
     if spheres.is_empty() || lower.is_empty() || upper.is_empty() || surface.is_empty() {
@@ -125,9 +126,9 @@ mod tests {
     use super::*;
     use concordem_packing::Random;
 
-    /// The fit recovers known fields at random positions; 1e-10: solution of well-conditioned normal equations.
+    /// The fit recovers known fields at random positions, to 1e-10 from well-conditioned normal equations.
     #[test]
-    fn known_deformations_are_found() {
+    fn the_fit_recovers_known_deformations() {
         let mut random = Random::new(3);
         let x: Vec<Vec3> = (0..500)
             .map(|_| {
@@ -161,9 +162,9 @@ mod tests {
         assert_eq!(fit(&x[..2], &u[..2], 0), None);
     }
 
-    /// Spheres on the surface and the ends of a cylinder: length and radius with and without the sphere radius.
+    /// Length and radius of a cylinder from the spheres on its surface and ends, with and without the sphere radius.
     #[test]
-    fn a_cylinder_of_spheres_has_its_size() {
+    fn the_size_of_a_cylinder_follows_from_its_spheres() {
         let mut spheres = Vec::new();
         for layer in 0..11 {
             for k in 0..12 {

@@ -1,12 +1,13 @@
-//! Link stiffnesses for wanted elastic constants, on a given packing.
+//! Bond stiffnesses for target elastic constants, on a given packing.
 //!
 //! Poisson's ratio of a network depends only on `P = k_T/k_N`; Young's modulus is proportional to all stiffnesses. The
-//! search finds `P` for ν; the stiffnesses follow from E. Point links have an independent `P`; beams have `P ∝ k_B/k_N ∝ k_W/k_N ∝ r²` with the
-//! radius ratio r (Jebahi et al. 2015, [2.9]–[2.12]); deformable particles keep the ratio of their modulus to `k_N`.
+//! search finds `P` for ν; the stiffnesses then follow from E. For links without moments, `P` is a free parameter; for beams
+//! `P ∝ k_B/k_N ∝ k_W/k_N ∝ r²` with the radius ratio r (Jebahi et al. 2015, [2.9]–[2.12]). The ratio of the modulus of
+//! deformable particles to `k_N` is kept.
 //!
-//! First guess: the closed form (Stránský 2018, (3.38)) solved for P; then Newton steps with the exact derivative of the
-//! static network ([`CellStiffness::derivatives`]), kept inside a bracket. With deformable particles, where a derivative costs as
-//! much as a solution, false position (Illinois method).
+//! The first guess is the closed form (Stránský 2018, (3.38)) solved for P. Newton steps follow, with the exact
+//! derivative of the static network ([`CellStiffness::derivatives`]), kept inside a bracket. With deformable particles
+//! a derivative costs as much as a solution, so false position (Illinois method) is used.
 
 use concordem_statics::{
     Accuracy, CellStiffness, Derivatives, ElasticConstants, LinkNetwork, StaticsError, cell_stiffness, closed_form,
@@ -15,7 +16,7 @@ use concordem_statics::{
 /// Range of k_T/k_N; outside it, ν changes only in the fourth digit.
 pub const SHEAR_RATIOS: (f64, f64) = (1e-4, 1e3);
 
-/// Range for beams; `k_T/k_N = 3r²/L²` is 3/4 for beams as thick as the spheres.
+/// Range of k_T/k_N for beams; `k_T/k_N = 3r²/L²` is 3/4 for beams as thick as the spheres.
 pub const BEAM_RATIOS: (f64, f64) = (1e-4, 1.0);
 
 /// Error of the search.
@@ -24,13 +25,13 @@ pub enum ElasticCalibrationError {
     /// The static problem has no solution.
     #[error("{0}")]
     Statics(#[from] StaticsError),
-    /// Beams without shear stiffness.
-    #[error("the bonds carry moments but no shear; only beams have a radius to calibrate")]
+    /// The links carry moments but no shear.
+    #[error("the bonds carry moments but no shear force; use cohesive beams, whose radius can be calibrated")]
     Moments,
     /// Invalid modulus.
     #[error("Young's modulus is {young:e} Pa; it must be positive and finite")]
     Young {
-        /// Wanted, Pa.
+        /// Target modulus, Pa.
         young: f64,
     },
     /// Poisson's ratio out of reach of this packing.
@@ -40,27 +41,27 @@ pub enum ElasticCalibrationError {
          upper limit; deformable particles with another Poisson's ratio shift both limits"
     )]
     OutOfReach {
-        /// Wanted.
+        /// Target Poisson's ratio.
         wanted: f64,
         /// Least Poisson's ratio.
         least: f64,
-        /// k_T/k_N there.
+        /// k_T/k_N at which it occurs.
         least_at: f64,
         /// Largest Poisson's ratio.
         most: f64,
-        /// k_T/k_N there.
+        /// k_T/k_N at which it occurs.
         most_at: f64,
     },
 }
 
-/// Stiffnesses that give the wanted constants.
+/// Result: stiffnesses that give the target constants.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ElasticFit {
-    /// k_T/k_N of the links (of beams, the mean).
+    /// k_T/k_N of the links (for beams, the mean).
     pub shear_ratio: f64,
-    /// Factor of k_N of the given network, and of the modulus of deformable particles.
+    /// Factor to apply to k_N of the given network, and to the modulus of deformable particles.
     pub normal_factor: f64,
-    /// Factors of the radius and the modulus of beams; both follow from the two above.
+    /// Factors to apply to the radius and the modulus of beams; they follow from the two values above.
     pub beam_factors: Option<(f64, f64)>,
     /// Constants of the network with these stiffnesses.
     pub achieved: ElasticConstants,
@@ -68,17 +69,17 @@ pub struct ElasticFit {
     pub cell: CellStiffness,
     /// Least and largest Poisson's ratio within [`SHEAR_RATIOS`] or [`BEAM_RATIOS`].
     pub reach: (f64, f64),
-    /// Closed form: its k_T/k_N for the wanted ν, and its E at the found parameters over the wanted E.
+    /// Prediction of the closed form: k_T/k_N for the target ν, and E at the found parameters over the target E.
     pub prior: Option<(f64, f64)>,
     /// Number of static solutions.
     pub solutions: usize,
 }
 
-/// Find k_T/k_N and the factor of k_N for which the network has these constants, Poisson's ratio within 1e-9. `young` in
+/// Finds k_T/k_N and the factor of k_N for which the network has these constants, Poisson's ratio within 1e-9. `young` in
 /// Pa; `progress` receives the number of static solutions.
 ///
 /// # Errors
-/// Constants out of reach, with the reach; links with moments but no shear; no static solution.
+/// Constants out of reach (the error gives the reach); links with moments but no shear; no static solution.
 pub fn fit(
     network: &LinkNetwork,
     young: f64,
@@ -128,7 +129,7 @@ pub fn fit(
 /// Stiffness ratio k_T/k_N and Poisson's ratio.
 type Trial = (f64, f64);
 
-/// Neighboring trials with the wanted Poisson's ratio between them, and the extremes of all trials.
+/// Neighboring trials that bracket the target Poisson's ratio, and the extremes of all trials.
 struct Bracket {
     left: Trial,
     right: Trial,
@@ -171,10 +172,10 @@ impl Search<'_> {
         Ok((cell.constants()?, cell))
     }
 
-    /// Scan the range of k_T/k_N by decades.
+    /// Scans the range of k_T/k_N by decades.
     fn bracket(&mut self, poisson: f64) -> Result<Bracket, ElasticCalibrationError> {
         let (low, high) = if self.beams { BEAM_RATIOS } else { SHEAR_RATIOS };
-        // ν falls with P, but has a maximum near P = 0 where particles have few links; the scan finds it.
+        // ν decreases with P, but has a maximum near P = 0 if particles have few links; the scan finds it.
         let mut scan: Vec<Trial> = Vec::new();
         let decades = (high / low).log10().round() as i32;
         for k in 0..=decades {
@@ -229,7 +230,7 @@ impl Search<'_> {
             }
             last_side = side;
             let next = if let Some(Derivatives { links: [_, shear, bending, twist], .. }) = &found.1.derivatives {
-                // dν/d ln P is the part of all stiffnesses proportional to P.
+                // All stiffnesses that are proportional to P contribute to dν/d ln P.
                 let slope = found.0.derivatives(&(shear + bending + twist)).1;
                 ratio * (-error / slope).exp()
             } else {

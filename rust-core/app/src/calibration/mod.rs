@@ -1,4 +1,4 @@
-//! Bond parameters for wanted properties of a material.
+//! Bond parameters for target properties of a material.
 
 pub mod cohesive_beam;
 pub mod concrete;

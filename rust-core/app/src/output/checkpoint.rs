@@ -23,16 +23,16 @@ pub struct Checkpoint {
     pub(super) run: RunMark,
 }
 
-/// Position of a checkpoint in a run.
+/// Identifies the run of a checkpoint, and its position in the run.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct RunMark {
-    /// Identity of the run; empty outside of one.
+    /// Identity of the run; empty for a checkpoint outside a run.
     pub run_id: String,
     /// Number of segments before the state.
     pub segments: u64,
 }
 
-/// Write a checkpoint; returns the state hash. Replaces an existing file atomically, and keeps it on failure.
+/// Writes a checkpoint; returns the state hash. Replaces an existing file atomically, and keeps it on failure.
 pub fn write(path: &Path, state: &dyn WriteColumns, provenance: &str) -> Result<String, OutputError> {
     write_in_run(path, state, provenance, &RunMark::default())
 }
@@ -62,7 +62,7 @@ pub(super) fn write_in_run(
     Ok(state_hash)
 }
 
-/// Read and verify a checkpoint, or the state at the end of a finished result.
+/// Reads and verifies a checkpoint, or the final state in a result.
 pub fn read(path: &Path) -> Result<Checkpoint, OutputError> {
     let file = sealed::open(path)?;
     if hdf::read_text_attribute(&file, "kind", path)? == kind::RESULT {
@@ -87,7 +87,7 @@ pub fn read(path: &Path) -> Result<Checkpoint, OutputError> {
 /// Group of the state in checkpoints and results.
 pub(super) const STATE: &str = "state";
 
-/// The state and its hash, which must be that in the file.
+/// Reads the state and checks its hash against the one in the file.
 fn read_state(file: &hdf5::Group, path: &Path) -> Result<(ColumnStore, String), OutputError> {
     let stored = hdf::read_text_attribute(file, "state_hash", path)?;
     let columns = hdf::read_columns(&file.group(STATE).at(path)?, path)?;
@@ -98,7 +98,7 @@ fn read_state(file: &hdf5::Group, path: &Path) -> Result<(ColumnStore, String), 
     Ok((columns, stored))
 }
 
-/// Write the state into a result.
+/// Writes the state into a result.
 pub(super) fn write_state(file: &hdf5::Group, state: &dyn WriteColumns, path: &Path) -> Result<(), OutputError> {
     let group = file.create_group(STATE).at(path)?;
     let mut sink = GroupSink { group: &group, path, allowed: &[], failure: None };
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn comes_back_bit_for_bit() {
+    fn a_checkpoint_is_read_back_bit_for_bit() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("state.h5");
         let hash = write(&path, &state(), "scenario\n").unwrap();
@@ -153,7 +153,7 @@ mod tests {
         assert_eq!(back.state_hash, hash);
         assert_eq!(hash, super::super::hash::state_hash(&state()).unwrap());
         assert_eq!(back.provenance, "scenario\n");
-        // Comparing reals would not tell -0 from 0 nor find a NaN equal to itself: compare bytes.
+        // Compare bytes: as numbers, -0 equals 0, and NaN does not equal itself.
         let columns = |store: &ColumnStore| {
             store
                 .iter()
@@ -162,21 +162,21 @@ mod tests {
         };
         assert_eq!(columns(&back.columns), columns(&state()));
         assert!(back.columns.exists("contacts/none/kappa"));
-        // Writing it again in place of the old one gives the same file.
+        // Overwriting it gives the same file.
         let first = fs::read(&path).unwrap();
         write(&path, &state(), "scenario\n").unwrap();
         assert!(first == fs::read(&path).unwrap(), "the same state gives the same bytes");
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left over");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "no other files remain");
     }
 
     #[test]
-    fn every_cut_and_every_flipped_byte_is_found() {
+    fn cuts_and_flipped_bytes_are_detected() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("state.h5");
         write(&path, &state(), "scenario").unwrap();
         let whole = fs::read(&path).unwrap();
         let damaged = folder.path().join("damaged.h5");
-        // Steps prime to the sizes of HDF5's structures, so that all kinds of places are met.
+        // Strides that are coprime to the sizes of HDF5 structures, so that every kind of structure is hit.
         for length in (0..whole.len()).step_by(61) {
             fs::write(&damaged, &whole[..length]).unwrap();
             let error = read(&damaged).unwrap_err();
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn foreign_files() {
+    fn files_of_other_programs_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("foreign.h5");
         assert!(matches!(read(&path), Err(OutputError::Missing { .. })));
@@ -210,7 +210,7 @@ mod tests {
         hdf::options().create(&path).unwrap().close().unwrap();
         let error = read(&path).unwrap_err();
         assert!(matches!(error, OutputError::NotSealed { .. }), "{error}");
-        // Sealed, but not HDF5 inside, or HDF5 without our marks.
+        // Sealed, but not HDF5, or HDF5 without our attributes.
         fs::write(&path, "no HDF5").unwrap();
         sealed_in_place(&path);
         let error = read(&path).unwrap_err();
@@ -231,10 +231,10 @@ mod tests {
     }
 
     #[test]
-    fn other_kinds_versions_and_states() {
+    fn other_kinds_other_versions_and_changed_states_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("forged.h5");
-        // A checkpoint with one thing changed, and sealed again.
+        // A checkpoint with one change, and sealed again.
         let forged = |change: &dyn Fn(&hdf5::File)| {
             write(&path, &state(), "").unwrap();
             let file = hdf::options().open_rw(&path).unwrap();
@@ -288,7 +288,7 @@ mod tests {
         let error = write(&path, &state(), "a\0b").unwrap_err().to_string();
         assert!(error.contains("zero character"), "{error}");
         assert_eq!(read(&path).unwrap().state_hash, hash);
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left over");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "no other files remain");
         let error = write(&folder.path().join("none/state.h5"), &state(), "").unwrap_err();
         assert!(matches!(error, OutputError::NoFolder { .. }), "{error}");
     }

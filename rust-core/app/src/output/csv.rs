@@ -9,7 +9,7 @@ use super::sealed;
 use concordem_scenario::sampling::Operator;
 use concordem_solver::state::columns::{ColumnData, StoredColumn};
 
-/// A column of the text: its head, its steps, and the value of each.
+/// A column: its header, its steps, and one value per step.
 struct Column {
     head: String,
     steps: std::rc::Rc<Vec<u64>>,
@@ -18,13 +18,13 @@ struct Column {
 
 /// Text of all series and sampled operators of a result: a header with names and units in square brackets, then one line per
 /// step with samples. Columns of an operator are called `OPERATOR QUANTITY`, with the axes of a component (`_xx`, `_y`); the
-/// cells of a grid are numbered. A field is empty where nothing was sampled at this step. Reading the numbers gives the same
+/// cells of a grid are numbered. A field is empty if its column has no sample at this step. Numbers read back have the same
 /// bits.
 pub fn text(result: &ResultFile) -> Result<String, OutputError> {
     let mut columns = Vec::new();
     let steps_of = |values: &[f64]| std::rc::Rc::new(values.iter().map(|step| *step as u64).collect::<Vec<u64>>());
     for series in result.series() {
-        // Series without steps, which no run of a scenario has, are counted.
+        // Without a series `step` (every run of a scenario has one), number the records.
         let steps = if result.has_series("step") {
             steps_of(&result.samples("step")?)
         } else {
@@ -74,7 +74,7 @@ fn reals(column: &StoredColumn) -> Vec<f64> {
     }
 }
 
-/// The components of a quantity of an operator as columns; `names`: operator, quantity, unit.
+/// The components of an operator's quantity as columns; `names`: operator, quantity, unit.
 fn components(names: [&str; 3], column: &StoredColumn, steps: &std::rc::Rc<Vec<u64>>) -> Vec<Column> {
     const AXES: [&str; 3] = ["x", "y", "z"];
     let [operator, quantity, unit] = names;
@@ -98,7 +98,7 @@ fn components(names: [&str; 3], column: &StoredColumn, steps: &std::rc::Rc<Vec<u
     (0..count).map(of).collect()
 }
 
-/// Write all series of a result to a file; fails if it exists, unless `overwrite`.
+/// Writes all series of a result to a file; fails if the file exists, unless `overwrite` is set.
 pub fn write(result: &ResultFile, path: &Path, overwrite: bool) -> Result<(), OutputError> {
     if !overwrite && path.exists() {
         return Err(OutputError::Exists { path: path.to_owned() });

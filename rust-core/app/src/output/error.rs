@@ -1,21 +1,21 @@
-//! Errors of files. Every message names the file and a remedy.
+//! Errors when reading or writing files. Every message names the file and a remedy.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use concordem_solver::state::columns::ColumnError;
 
-/// Error of writing or reading a file.
+/// Error when reading or writing a file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// The result exists.
+    /// The result already exists.
     #[error("{} already exists. Choose another name, or overwrite it with --force.", path.display())]
     Exists {
         /// The file.
         path: PathBuf,
     },
-    /// An unfinished run of that name exists.
+    /// An unfinished run with this result name exists.
     #[error(
         "{} belongs to an unfinished run. Continue it with `concordem resume`, or discard it with --force.",
         path.display()
@@ -35,10 +35,10 @@ pub enum OutputError {
     NotWritable {
         /// The file or folder.
         path: PathBuf,
-        /// Error of the system.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// The path leads to something that is never replaced.
+    /// The path leads to something that we never replace, such as a device.
     #[error("{} cannot be written: {source}. Choose another name.", path.display())]
     NotReplaceable {
         /// The path.
@@ -52,26 +52,26 @@ pub enum OutputError {
         /// The folder.
         path: PathBuf,
     },
-    /// No space is left.
+    /// No space is left on the device.
     #[error(
         "no space for {}: {message}. Free some space, then continue with `concordem resume`; earlier data are \
          intact.",
         path.display()
     )]
     NoSpace {
-        /// The file that was to be written.
+        /// The file that could not be written.
         path: PathBuf,
-        /// Error of the system.
+        /// Error of the operating system.
         message: String,
     },
-    /// Another failure of the system.
+    /// Another error of the operating system.
     #[error("{}: cannot {action}: {source}.", path.display())]
     Io {
         /// The file.
         path: PathBuf,
         /// Attempted action.
         action: &'static str,
-        /// Error of the system.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The file does not exist.
@@ -82,7 +82,7 @@ pub enum OutputError {
     },
     /// The file was not written by this program, or is incomplete.
     #[error(
-        "{} is not a complete file of this program: its closing mark is missing. Another program wrote or changed it, \
+        "{} is not a complete file of this program: its seal is missing. Another program wrote or changed it, \
          or it is cut off; use an intact copy.",
         path.display()
     )]
@@ -98,7 +98,7 @@ pub enum OutputError {
         /// What is wrong.
         problem: String,
     },
-    /// The file is of another kind.
+    /// The file is of the wrong kind.
     #[error("{} is a {found}, not a {expected}.", path.display())]
     Kind {
         /// The file.
@@ -108,7 +108,7 @@ pub enum OutputError {
         /// The expected kind.
         expected: &'static str,
     },
-    /// The file is of another version.
+    /// The file has an unknown format version.
     #[error(
         "{} has format version {found}; this program reads version {supported}. Use the program version that wrote \
          it: {written_by}.",
@@ -124,7 +124,7 @@ pub enum OutputError {
         /// The program version that wrote it.
         written_by: String,
     },
-    /// The state differs from the written one.
+    /// The state differs from the one that was written.
     #[error(
         "{}: the state has the hash {computed}, but the file records {stored}. Use an older checkpoint, or repeat the run.",
         path.display()
@@ -137,20 +137,20 @@ pub enum OutputError {
         /// Hash of the state read.
         computed: String,
     },
-    /// A folder with the name of a run's working folder holds other files.
+    /// The folder with the name of the run's working folder contains other files.
     #[error(
-        "{} is not the working folder of a run: it holds `{found}`. Move it away, or choose another name for the result.",
+        "{} is not the working folder of a run: it contains `{found}`. Move it away, or choose another name for the result.",
         path.display()
     )]
     NotParts {
         /// The folder.
         path: PathBuf,
-        /// A file that no run writes.
+        /// A file in it that no run writes.
         found: String,
     },
     /// A run has no usable checkpoint.
     #[error(
-        "{} holds no usable checkpoint{}. Run the scenario again with --force.",
+        "{} has no usable checkpoint{}. Run the scenario again with --force.",
         path.display(),
         reasons.iter().flat_map(|reason| ["; ", reason]).collect::<String>()
     )]
@@ -160,7 +160,7 @@ pub enum OutputError {
         /// Why the checkpoints found cannot be used.
         reasons: Vec<String>,
     },
-    /// A result of an older program has no state to continue from.
+    /// The result was written by an older version of the program and has no state to continue from.
     #[error("{} has no state: an older version of this program wrote it. Run its scenario again.", path.display())]
     NoState {
         /// The file.
@@ -176,8 +176,8 @@ pub enum OutputError {
         /// Datasets of the file.
         available: Vec<String>,
     },
-    /// A group is no table of columns.
-    #[error("`{name}` of {} is no table of numbers: {problem}.", path.display())]
+    /// A group is not a table of columns.
+    #[error("`{name}` of {} is not a table of numbers: {problem}.", path.display())]
     NoTable {
         /// The file.
         path: PathBuf,
@@ -196,7 +196,7 @@ pub enum OutputError {
         /// What is wrong.
         problem: &'static str,
     },
-    /// A sample has more or fewer values than the run has series.
+    /// The number of values of a sample differs from the number of series of the run.
     #[error("a sample has {found} values, but the run has {expected} series")]
     SampleWidth {
         /// Number of series.
@@ -204,7 +204,7 @@ pub enum OutputError {
         /// Number of values.
         found: usize,
     },
-    /// A snapshot differs in its fields from the first one.
+    /// The fields of a snapshot differ from those of the first one.
     #[error("snapshot at step {step}: {problem}")]
     Snapshot {
         /// Step of the snapshot.
@@ -212,7 +212,7 @@ pub enum OutputError {
         /// What is wrong.
         problem: String,
     },
-    /// Columns do not match the state.
+    /// The columns do not match the state.
     #[error("{}: {source}", path.display())]
     Column {
         /// The file.
@@ -228,16 +228,16 @@ pub enum OutputError {
         /// Error of the library.
         message: String,
     },
-    /// No report can be written.
+    /// The report cannot be written.
     #[error("no report: {problem}")]
     Report {
-        /// Why.
+        /// Cause.
         problem: String,
     },
 }
 
 impl OutputError {
-    /// Error of the system during `action` on `path`.
+    /// Error of the operating system during `action` on `path`.
     pub fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
         let path = path.to_owned();
         match source.kind() {
@@ -251,10 +251,10 @@ impl OutputError {
         }
     }
 
-    /// Error of the HDF5 library with `path`.
+    /// Error of the HDF5 library for `path`.
     pub(crate) fn hdf5(path: &Path, error: &hdf5::Error) -> Self {
         let path = path.to_owned();
-        // The library keeps the error of the system as text, in the innermost frames only.
+        // The library stores the system error as text, and only in the innermost frames.
         let system = error.stack().and_then(|stack| {
             stack.iter().find_map(|frame| {
                 let text = frame.desc();
@@ -271,7 +271,7 @@ impl OutputError {
     }
 }
 
-/// Attach a path to an error.
+/// Attaches a path to an error.
 pub(crate) trait At<T> {
     fn at(self, path: &Path) -> Result<T, OutputError>;
 }

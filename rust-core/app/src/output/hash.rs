@@ -1,4 +1,4 @@
-//! The state hash: equal for two states exactly if all their bits are equal.
+//! The state hash: equal for two states if and only if all their bits are equal.
 //!
 //! Definition: for every column the BLAKE3 hash of its path, its type, its number of components, its number of
 //! values, and its values as little-endian bytes; the state hash is the BLAKE3 hash of the column hashes in the
@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use concordem_solver::state::columns::{Column, ColumnError, ColumnSink, WriteColumns};
 
 #[cfg(target_endian = "big")]
-compile_error!("the state hash and the files are defined over little-endian numbers");
+compile_error!("the state hash and the file formats are defined for little-endian numbers");
 
 /// Hashes columns.
 #[derive(Debug, Default)]
@@ -32,7 +32,7 @@ impl ColumnSink for StateHasher {
     fn column(&mut self, path: &str, column: Column<'_>) -> Result<(), ColumnError> {
         column.rows(path)?;
         let mut hasher = blake3::Hasher::new();
-        // Lengths before variable parts keep the bytes of different columns different.
+        // Hashing lengths before variable parts makes the byte sequences of different columns differ.
         hasher.update(&(path.len() as u64).to_le_bytes());
         hasher.update(path.as_bytes());
         hasher.update(column.kind().to_string().as_bytes());
@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_else_matters() {
+    fn path_shape_and_every_bit_change_the_hash() {
         let values = [1.0, 2.0, 3.0];
         let base = hash(&[("x", Column::f64(&values, 1, "m"))]);
         let bits = values.map(f64::to_bits);
@@ -90,8 +90,8 @@ mod tests {
     }
 
     #[test]
-    fn pinned() {
-        // Any change of the definition above makes old checkpoints unreadable: it must be deliberate.
+    fn the_hash_of_a_given_state_never_changes() {
+        // Any change to the definition makes old checkpoints unreadable, so it must be deliberate.
         let hash = hash(&[("a/x", Column::f64(&[1.5, -2.0, 0.0], 3, "m")), ("a/id", Column::u32(&[4]))]);
         assert_eq!(hash, "19b012b8409ba4fe98110657b430843bae4616f34a841332880100cca756123b");
     }

@@ -1,4 +1,4 @@
-//! HDF5 objects of our files.
+//! Reading and writing HDF5 objects of our files.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -24,14 +24,14 @@ pub(crate) mod kind {
 pub(crate) use concordem_scenario::assembly::sphere_pack::options;
 use concordem_scenario::assembly::{checked_hdf5 as checked, hdf5_text};
 
-/// Mark a new file with its kind and version.
+/// Writes kind and version into a new file.
 pub(crate) fn write_identity(file: &Group, kind: &str, path: &Path) -> Result<(), OutputError> {
     write_text_attribute(file, "kind", kind, path)?;
     write_attribute(file, "format_version", &FORMAT_VERSION, path)?;
     write_text_attribute(file, "written_by", crate::provenance::PROGRAM, path)
 }
 
-/// Refuse a file of another kind or version.
+/// Refuses a file of another kind or version.
 pub(crate) fn check_identity(file: &Group, expected: &'static str, path: &Path) -> Result<(), OutputError> {
     let found = read_text_attribute(file, "kind", path)?;
     if found != expected {
@@ -56,7 +56,7 @@ pub(crate) fn numbered_members(group: &Group, prefix: &str, path: &Path) -> Resu
     let mut members: Vec<(usize, String)> = Vec::new();
     for name in group.member_names().at(path)? {
         let Some(digits) = name.strip_prefix(prefix) else { continue };
-        // Fields of snapshots have their name after the number.
+        // For fields of snapshots the name follows the number.
         let digits = digits.split(' ').next().unwrap_or_default();
         match digits.parse() {
             Ok(number) => members.push((number, name)),
@@ -70,7 +70,7 @@ pub(crate) fn numbered_members(group: &Group, prefix: &str, path: &Path) -> Resu
     Ok(members.into_iter().map(|(_, name)| name).collect())
 }
 
-/// Refuse names with a meaning in HDF5.
+/// Refuses names that have a special meaning in HDF5.
 pub(crate) fn check_name(name: &str, what: &'static str) -> Result<(), OutputError> {
     let problem = if name.is_empty() || name == "." || name == ".." {
         "it is empty or a relative path"
@@ -89,28 +89,28 @@ fn text_of(text: &str, path: &Path) -> Result<VarLenUnicode, OutputError> {
     })
 }
 
-/// Write a scalar attribute.
+/// Writes a scalar attribute.
 pub(crate) fn write_attribute<T: H5Type>(at: &Location, name: &str, value: &T, path: &Path) -> Result<(), OutputError> {
     at.new_attr::<T>().create(name).and_then(|attribute| attribute.write_scalar(value)).at(path)
 }
 
-/// Write a text attribute.
+/// Writes a text attribute.
 pub(crate) fn write_text_attribute(at: &Location, name: &str, text: &str, path: &Path) -> Result<(), OutputError> {
     write_attribute(at, name, &text_of(text, path)?, path)
 }
 
-/// Error of content that this program would not have written.
+/// Error for content that this program would not write.
 pub(crate) fn damaged(path: &Path, problem: String) -> OutputError {
     OutputError::Damaged { path: path.to_owned(), problem }
 }
 
-/// Read a scalar attribute.
+/// Reads a scalar attribute.
 pub(crate) fn read_attribute<T: H5Type>(at: &Location, name: &str, path: &Path) -> Result<T, OutputError> {
     let attribute = at.attr(name).at(path)?;
     checked::number(&attribute).map_err(|problem| damaged(path, format!("the attribute `{name}` {problem}")))
 }
 
-/// Read a text attribute.
+/// Reads a text attribute.
 pub(crate) fn read_text_attribute(at: &Location, name: &str, path: &Path) -> Result<String, OutputError> {
     hdf5_text::attribute(path, at, name).map_err(|problem| damaged(path, format!("the attribute `{name}` {problem}")))
 }
@@ -120,19 +120,19 @@ pub(crate) fn attribute_names(at: &Location, path: &Path) -> Result<Vec<String>,
     hdf5_text::attribute_names(path, at).map_err(|problem| damaged(path, format!("an attribute {problem}")))
 }
 
-/// Write a text as a dataset.
+/// Writes text as a dataset.
 pub(crate) fn write_text(group: &Group, name: &str, text: &str, path: &Path) -> Result<(), OutputError> {
     let text = text_of(text, path)?;
     group.new_dataset::<VarLenUnicode>().create(name).and_then(|dataset| dataset.write_scalar(&text)).at(path)
 }
 
-/// Read a text dataset.
+/// Reads a text dataset.
 pub(crate) fn read_text(group: &Group, name: &str, path: &Path) -> Result<String, OutputError> {
     let dataset = group.dataset(name).at(path)?;
     hdf5_text::dataset(path, &dataset).map_err(|problem| damaged(path, format!("`{name}` {problem}")))
 }
 
-/// Write an array; `components` 1 gives one dimension, more give rows. Parent groups are made as needed.
+/// Writes an array: one-dimensional for `components` = 1, otherwise one row per item. Creates parent groups as needed.
 pub(crate) fn write_array<T: H5Type>(
     group: &Group,
     name: &str,
@@ -155,14 +155,14 @@ pub(crate) fn write_array<T: H5Type>(
     Ok(dataset)
 }
 
-/// Read an array of exactly this type.
+/// Reads an array of exactly this type.
 pub(crate) fn read_array<T: H5Type>(group: &Group, name: &str, path: &Path) -> Result<Vec<T>, OutputError> {
     let dataset = group.dataset(name).at(path)?;
     let length = std::fs::metadata(path).map_err(|error| OutputError::io(path, "read", error))?.len();
     checked::values(&dataset, length, false).map_err(|problem| damaged(path, format!("`{name}` {problem}")))
 }
 
-/// Write a column with its unit and meaning.
+/// Writes a column with its unit and description.
 pub(crate) fn write_column(
     group: &Group,
     name: &str,
@@ -183,18 +183,18 @@ pub(crate) fn write_column(
     describe(&dataset, unit, description, path)
 }
 
-/// Give a dataset its unit and meaning.
+/// Writes unit and description of a dataset.
 pub(crate) fn describe(dataset: &Dataset, unit: &str, description: &str, path: &Path) -> Result<(), OutputError> {
     write_text_attribute(dataset, "unit", unit, path)?;
     write_text_attribute(dataset, "description", description, path)
 }
 
-/// Unit and meaning of a dataset.
+/// Reads unit and description of a dataset.
 pub(crate) fn read_description(dataset: &Dataset, path: &Path) -> Result<(String, String), OutputError> {
     Ok((read_text_attribute(dataset, "unit", path)?, read_text_attribute(dataset, "description", path)?))
 }
 
-/// Read a column of any type.
+/// Reads a column of any type.
 pub(crate) fn read_column(group: &Group, name: &str, path: &Path) -> Result<StoredColumn, OutputError> {
     let dataset = group.dataset(name).at(path)?;
     let components = match dataset.shape()[..] {
@@ -203,7 +203,7 @@ pub(crate) fn read_column(group: &Group, name: &str, path: &Path) -> Result<Stor
         ref shape => {
             return Err(damaged(
                 path,
-                format!("`{name}` has the shape {shape:?} where one or two dimensions are known"),
+                format!("`{name}` has the shape {shape:?}, but arrays have one or two dimensions"),
             ));
         }
     };
@@ -215,21 +215,21 @@ pub(crate) fn read_column(group: &Group, name: &str, path: &Path) -> Result<Stor
         TypeDescriptor::Unsigned(IntSize::U2) => ColumnData::U16(read_array(group, name, path)?),
         TypeDescriptor::Unsigned(IntSize::U1) => ColumnData::U8(read_array(group, name, path)?),
         TypeDescriptor::Integer(IntSize::U1) => ColumnData::I8(read_array(group, name, path)?),
-        // Counts and offsets for ParaView are signed.
+        // ParaView requires signed counts and offsets.
         TypeDescriptor::Integer(IntSize::U8) => {
             let counts = read_array::<i64>(group, name, path)?.into_iter().map(u64::try_from);
             let counts = counts.collect::<Result<_, _>>();
             ColumnData::U64(counts.map_err(|_| damaged(path, format!("`{name}` holds a negative number")))?)
         }
-        other => return Err(damaged(path, format!("`{name}` holds {other}, which is unknown here"))),
+        other => return Err(damaged(path, format!("`{name}` holds {other}, an unsupported type"))),
     };
     Ok(StoredColumn { data, components })
 }
 
-/// Groups within each other in a checkpoint. In a forged file a group may contain itself.
+/// Largest nesting depth of groups in a checkpoint. In a forged file a group may contain itself.
 const DEEPEST: usize = 8;
 
-/// Read all columns below a group.
+/// Reads all columns below a group.
 pub(crate) fn read_columns(group: &Group, path: &Path) -> Result<ColumnStore, OutputError> {
     fn walk(group: &Group, prefix: &str, store: &mut ColumnStore, path: &Path) -> Result<(), OutputError> {
         if prefix.matches('/').count() >= DEEPEST {
@@ -250,17 +250,17 @@ pub(crate) fn read_columns(group: &Group, path: &Path) -> Result<ColumnStore, Ou
     Ok(store)
 }
 
-/// Writes columns into a group; keeps the first error in full (the error type of the sink has less detail).
+/// Writes columns into a group; stores the first error in full, because the error type of the sink has less detail.
 pub(crate) struct GroupSink<'a> {
     pub group: &'a Group,
     pub path: &'a Path,
-    /// Groups that may receive columns; empty: any.
+    /// Groups that may receive columns; if empty, any group may.
     pub allowed: &'a [&'a str],
     pub failure: Option<OutputError>,
 }
 
 impl GroupSink<'_> {
-    /// Result of writing to this sink.
+    /// The result of writing, with the stored error instead of the one in `result`.
     pub fn outcome(self, result: Result<(), ColumnError>) -> Result<(), OutputError> {
         let path = self.path;
         match self.failure {
@@ -281,7 +281,7 @@ impl ColumnSink for GroupSink<'_> {
             return Err(storage("the path has an empty or impossible part".into()));
         }
         if !self.allowed.is_empty() && !self.allowed.iter().any(|group| path.starts_with(&format!("{group}/"))) {
-            return Err(storage(format!("final columns belong into {}", self.allowed.join(" or "))));
+            return Err(storage(format!("final columns must be below {}", self.allowed.join(" or "))));
         }
         if self.group.link_exists(path) {
             return Err(ColumnError::Duplicate { path: path.to_owned() });

@@ -1,4 +1,4 @@
-//! Merging of the segments of a run into one result file.
+//! Merges the segments of a run into one result file.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -76,7 +76,7 @@ impl Merge<'_> {
     fn write_provenance(&self, file: &Group) -> Result<(), OutputError> {
         let group = file.create_group("provenance").at(self.path)?;
         hdf::write_text(&group, "scenario", &self.header.scenario, self.path)?;
-        // Notes replace entries of the header.
+        // Notes override entries of the header.
         let mut entries: BTreeMap<&str, &str> = BTreeMap::new();
         entries.extend(self.header.provenance.iter().map(|(name, value)| (&name[..], &value[..])));
         entries.extend(self.notes.iter().map(|(name, value)| (&name[..], &value[..])));
@@ -101,7 +101,7 @@ pub(super) fn operator_rows(k: usize) -> String {
     format!("operators-{k:03}")
 }
 
-/// Write the rows of an operator as columns below `/samples/NAME`.
+/// Writes the rows of an operator as columns below `/samples/NAME`.
 fn write_operator(file: &Group, table: &OperatorTable, rows: &[f64], path: &Path) -> Result<(), OutputError> {
     let group = file.group("samples").and_then(|samples| samples.create_group(&table.name)).at(path)?;
     hdf::write_text_attribute(&group, "description", &table.description, path)?;
@@ -122,7 +122,7 @@ fn write_operator(file: &Group, table: &OperatorTable, rows: &[f64], path: &Path
     Ok(())
 }
 
-/// Write the event log as columns below `/events`.
+/// Writes the event log as columns below `/events`.
 pub(super) fn write_events(file: &Group, events: &[Event], path: &Path) -> Result<(), OutputError> {
     fn column<T: H5Type>(
         group: &Group,
@@ -137,8 +137,14 @@ pub(super) fn write_events(file: &Group, events: &[Event], path: &Path) -> Resul
     }
     let group = &file.create_group("events").at(path)?;
     let all = || events.iter();
-    column(group, ("time", "s", 1), all().map(|e| e.time), "Time at which it was found, as that of samples.", path)?;
-    column(group, ("step", "1", 1), all().map(|e| e.step), "Count of steps done before.", path)?;
+    column(
+        group,
+        ("time", "s", 1),
+        all().map(|e| e.time),
+        "Time of the event, at the same instant of the step as the time of samples.",
+        path,
+    )?;
+    column(group, ("step", "1", 1), all().map(|e| e.step), "Number of steps done before the event.", path)?;
     column(group, ("id_a", "1", 1), all().map(|e| e.id_a), "Stable id of particle A.", path)?;
     column(group, ("id_b", "1", 1), all().map(|e| e.id_b), "Stable id of particle B, or of the wall.", path)?;
     let position = all().flat_map(|e| e.position.iter().copied().collect::<Vec<f64>>());
@@ -146,14 +152,13 @@ pub(super) fn write_events(file: &Group, events: &[Event], path: &Path) -> Resul
     let shares = all().flat_map(|e| e.mode_shares);
     let meaning = "Shares of normal, shear, bending, and twist deformation in the energy stored before the event.";
     column(group, ("mode_shares", "1", 4), shares, meaning, path)?;
-    let meaning =
-        "Energy dissipated by damage of the contact in this step; of a bond that broke, with what it still stored.";
+    let meaning = "Energy dissipated by damage of the bond in this step, including what it still stored if it broke.";
     column(group, ("energy", "J", 1), all().map(|e| e.energy), meaning, path)?;
     let meaning = "Damage after the event: 0 intact, 1 without strength.";
     column(group, ("damage", "1", 1), all().map(|e| e.damage), meaning, path)
 }
 
-/// Read the event log.
+/// Reads the event log.
 pub(super) fn read_events(file: &Group, path: &Path) -> Result<Vec<Event>, OutputError> {
     let group = &file.group("events").at(path)?;
     let time: Vec<f64> = hdf::read_array(group, "time", path)?;
@@ -204,7 +209,7 @@ struct Step {
     field_offsets: Vec<i64>,
 }
 
-/// A growing dataset, and the offset of its last addition.
+/// A growing dataset, and the offset of the part appended last.
 struct Appended {
     dataset: Dataset,
     rows: usize,
@@ -214,13 +219,13 @@ struct Appended {
 impl<'a> VtkWriter<'a> {
     fn new(file: &Group, path: &'a Path) -> Result<Self, OutputError> {
         let group = file.create_group("VTKHDF").at(path)?;
-        // Readers expect text of fixed length.
+        // Readers expect a string of fixed length.
         let kind = FixedAscii::<16>::from_ascii(b"UnstructuredGrid").unwrap_or_default();
         hdf::write_attribute(&group, "Type", &kind, path)?;
         let version = group.new_attr::<i64>().shape([2]).create("Version").at(path)?;
         version.write_raw(&[2_i64, 0]).at(path)?;
         let points = Appended::new::<f64>(&group, "Points", 3, 1 << 14, path)?;
-        hdf::describe(&points.dataset, "m", "Centres of the particles.", path)?;
+        hdf::describe(&points.dataset, "m", "Centers of the particles.", path)?;
         group.create_group("PointData").at(path)?;
         Ok(Self { path, group, steps: Vec::new(), points, fields: Vec::new() })
     }
@@ -312,7 +317,7 @@ impl<'a> VtkWriter<'a> {
         }
         let counts: Vec<u64> = self.steps.iter().map(|step| step.count).collect();
         let dataset = hdf::write_array(&steps, "step", &counts, 1, path)?;
-        hdf::describe(&dataset, "1", "Counts of solver steps done.", path)
+        hdf::describe(&dataset, "1", "Numbers of solver steps done.", path)
     }
 }
 
@@ -363,7 +368,7 @@ impl Appended {
     }
 }
 
-/// Bitwise equality: distinguishes -0 from 0, and a NaN equals itself.
+/// Bitwise equality: distinguishes -0 from 0, and NaN equals itself.
 fn same_bits(a: &ColumnData, b: &ColumnData) -> bool {
     fn bytes(data: &ColumnData) -> &[u8] {
         match data {

@@ -19,7 +19,7 @@ pub struct ResultFile {
 }
 
 impl ResultFile {
-    /// Open a result.
+    /// Opens a result and verifies it.
     pub fn open(path: &Path) -> Result<Self, OutputError> {
         let parts =
             |path: &Path| super::run_files::parts_folder(&sealed::target(path).unwrap_or_else(|_| path.to_owned()));
@@ -31,7 +31,7 @@ impl ResultFile {
         let group = file.group("samples").at(path)?;
         let mut series = Vec::new();
         for name in group.member_names().at(path)? {
-            // Operators have their own groups.
+            // Skip the groups of operators.
             let Ok(dataset) = group.dataset(&name) else { continue };
             let order: u64 = hdf::read_attribute(&dataset, "order", path)?;
             let (unit, description) = hdf::read_description(&dataset, path)?;
@@ -52,7 +52,7 @@ impl ResultFile {
         &self.series
     }
 
-    /// Whether there is a series of that name.
+    /// Whether there is a series with this name.
     pub fn has_series(&self, name: &str) -> bool {
         self.series.iter().any(|series| series.name == name)
     }
@@ -115,7 +115,7 @@ impl ResultFile {
             .map(|name| {
                 let kind = group.dataset(&name).and_then(|dataset| dataset.dtype()?.to_descriptor()).at(&self.path)?;
                 if kind == hdf5::types::TypeDescriptor::VarLenUnicode {
-                    let problem = format!("`{table}/{name}` is a text");
+                    let problem = format!("`{table}/{name}` is a string");
                     return Err(OutputError::NoTable { path: self.path.clone(), name: table.to_owned(), problem });
                 }
                 let column = hdf::read_column(&group, &name, &self.path)?;
@@ -147,7 +147,7 @@ impl ResultFile {
         hdf::read_array(&self.group("VTKHDF/Steps")?, "Values", &self.path)
     }
 
-    /// Box around the particle centers in all snapshots, m: lowest and highest corner; None without snapshots.
+    /// Box around the particle centers in all snapshots, m: lowest and highest corner; `None` without snapshots.
     pub fn bounds(&self) -> Result<Option<(Vec3, Vec3)>, OutputError> {
         if !self.file.link_exists("VTKHDF") {
             return Ok(None);

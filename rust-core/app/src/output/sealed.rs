@@ -1,10 +1,10 @@
-//! Files that are complete or absent.
+//! Writes files completely or not at all, and verifies them before reading.
 //!
 //! A file is written under another name in the same folder, closed, sealed, synchronized to the disk, and only then
 //! renamed. The seal is described in [`concordem_scenario::assembly::seal`]. A file whose seal does not match is refused
 //! before the HDF5 library reads it: damaged files can crash that library.
 //!
-//! Only regular files are replaced. Where the name is a symbolic link, the link stays and the file it leads to is replaced.
+//! Only regular files are replaced. If the path is a symbolic link, the link stays and its target is replaced.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -23,14 +23,14 @@ pub(crate) fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-/// The file that writing to `path` replaces; see [`files::target`].
+/// The file to replace when writing to `path`; see [`files::target`].
 pub(crate) fn target(path: &Path) -> Result<PathBuf, OutputError> {
     files::target(path).map_err(|source| OutputError::NotReplaceable { path: path.to_owned(), source })
 }
 
-/// Write an HDF5 file completely or not at all; `fill` writes its content.
+/// Writes an HDF5 file completely or not at all; `fill` writes its content.
 ///
-/// `scratch` is the folder of the unfinished file, in the same file system as `path`.
+/// `scratch` is the folder for the unfinished file; it must be in the same file system as `path`.
 pub(crate) fn write(
     path: &Path,
     scratch: &Path,
@@ -38,7 +38,7 @@ pub(crate) fn write(
 ) -> Result<(), OutputError> {
     let path = &target(path)?;
     let unfinished = new_unfinished(path, scratch)?;
-    // Errors of the library must name the file that the user knows, not the temporary one.
+    // Errors of the library must name the final file, not the temporary one.
     let content = options().create(unfinished.path()).at(path)?;
     let filled = fill(&content).and_then(|()| content.flush().at(path));
     let closed = content.close().at(path);
@@ -48,7 +48,7 @@ pub(crate) fn write(
     put_in_place(unfinished, path)
 }
 
-/// Write text completely or not at all.
+/// Writes a text file completely or not at all.
 pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
     let path = &target(path)?;
     let mut unfinished = new_unfinished(path, &folder_of(path))?;
@@ -62,15 +62,15 @@ pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
 fn new_unfinished(path: &Path, scratch: &Path) -> Result<tempfile::NamedTempFile, OutputError> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(super::run_files::UNFINISHED);
-    // The default of the crate is private; results get the permissions of other files.
+    // The crate creates private files by default; results get the usual permissions.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let unfinished = builder.tempfile_in(scratch).map_err(|error| match error.kind() {
         io::ErrorKind::NotFound => OutputError::NoFolder { path: scratch.to_owned() },
         _ => OutputError::io(path, "create", error),
     })?;
-    // Other processes remove unfinished files that nobody holds. Some network file systems have no locks; then nobody
-    // removes them.
+    // Other processes remove unfinished files that are not locked. On network file systems without locks, these files
+    // are not removed.
     let _ = unfinished.as_file().try_lock();
     Ok(unfinished)
 }
@@ -80,14 +80,14 @@ fn put_in_place(unfinished: tempfile::NamedTempFile, path: &Path) -> Result<(), 
     sync_folder(&folder_of(path))
 }
 
-/// Synchronize renamed and removed files of a folder to the disk.
+/// Synchronizes renamed and removed files of a folder to disk.
 pub(crate) fn sync_folder(folder: &Path) -> Result<(), OutputError> {
     File::open(folder)
         .and_then(|folder| folder.sync_all())
         .map_err(|error| OutputError::io(folder, "synchronize", error))
 }
 
-/// Check that a file is complete and unchanged.
+/// Checks that a file is complete and unchanged.
 pub fn verify(path: &Path) -> Result<(), OutputError> {
     seal::check(path).map_err(|error| match error {
         SealError::Io(error) if error.kind() == io::ErrorKind::NotFound => {
@@ -99,7 +99,7 @@ pub fn verify(path: &Path) -> Result<(), OutputError> {
     })
 }
 
-/// Open a sealed HDF5 file for reading, after checking it.
+/// Verifies a sealed HDF5 file and opens it for reading.
 pub(crate) fn open(path: &Path) -> Result<hdf5::File, OutputError> {
     verify(path)?;
     options().open(path).at(path)

@@ -19,7 +19,7 @@ use crate::sweep::point::{Outcome, STIFFNESS, columns, quantities};
 use crate::sweep::{Axis, Sweep};
 use concordem_solver::state::columns::Column;
 
-/// Write the HDF5 file completely or not at all. It does not depend on when and how the points were computed.
+/// Writes the HDF5 file completely or not at all. Its content does not depend on when and how the points were computed.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -85,7 +85,7 @@ pub fn csv(sweep: &Sweep, outcomes: &[Outcome]) -> String {
             };
         }
         for value in &outcome.values {
-            // The shortest digits that restore the number; empty for NaN.
+            // As few digits as restore the number; empty for NaN.
             let _ = if value.is_nan() { write!(text, ",") } else { write!(text, "{value:?},") };
         }
         let _ = writeln!(text, "{}", outcome.problem.as_deref().map(quoted).unwrap_or_default());

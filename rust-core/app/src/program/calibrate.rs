@@ -1,4 +1,4 @@
-//! `concordem calibrate`: bond parameters for wanted material properties.
+//! `concordem calibrate`: bond parameters for target material properties.
 
 mod concrete;
 mod elastic;
@@ -42,13 +42,13 @@ enum Target {
 /// Arguments of `concordem calibrate cohesive_beam`.
 #[derive(Debug, clap::Args)]
 struct CalibrateBeamArguments {
-    /// Wanted Young's modulus, "75 GPa"
+    /// Target Young's modulus, "75 GPa"
     #[arg(long, value_name = "STRESS", value_parser = stress)]
     young: f64,
-    /// Wanted Poisson's ratio
+    /// Target Poisson's ratio
     #[arg(long, value_name = "NUMBER")]
     poisson: f64,
-    /// Wanted tensile strength, "50 MPa"; by default the bonds never break
+    /// Target tensile strength, "50 MPa"; by default the bonds never break
     #[arg(long, value_name = "STRESS", value_parser = stress)]
     tensile_strength: Option<f64>,
     /// Density of the material, "2200 kg/m^3"
@@ -63,7 +63,7 @@ struct CalibrateBeamArguments {
     /// Dispersion of the radii: (largest - smallest)/mean
     #[arg(long, value_name = "NUMBER", default_value_t = 0.25)]
     dispersion: f64,
-    /// Spheres of the largest specimen; specimens with a third and a ninth of them show the convergence
+    /// Number of spheres of the largest specimen; specimens with a third and a ninth of them show the convergence
     #[arg(long, value_name = "NUMBER", default_value_t = 5000, value_parser = clap::value_parser!(u64).range(1000..=1_000_000))]
     count: u64,
     /// Seed of the packings
@@ -106,7 +106,7 @@ fn elastic_failure(scenario: &Scenario, error: ElasticCalibrationError) -> Failu
     }
 }
 
-/// Text of the scenario with new values in the tables of its first material; keeps comments and order.
+/// Text of the scenario with new values in the tables of its first material, with comments and order preserved.
 fn with_values(scenario: &Scenario, keys: &[(&str, &str, toml_edit::Value)]) -> Option<String> {
     let mut document: toml_edit::DocumentMut = scenario.source.text.parse().ok()?;
     for (law, key, new) in keys {
@@ -116,7 +116,7 @@ fn with_values(scenario: &Scenario, keys: &[(&str, &str, toml_edit::Value)]) -> 
     Some(document.to_string())
 }
 
-/// Replace a value; keep its comments.
+/// Replaces a value and keeps its comments.
 fn replace(old: &mut toml_edit::Item, mut new: toml_edit::Value) -> Option<()> {
     let old = old.as_value_mut()?;
     *new.decor_mut() = old.decor().clone();
@@ -166,7 +166,7 @@ fn cohesive_beam(arguments: &CalibrateBeamArguments, visible: bool) -> Result<(F
     let criterion = match arguments.tensile_strength {
         None => FractureCriterion::Beam(f64::MAX, BendingTerm::MidSection),
         Some(wanted) => {
-            // Strength is proportional to that of the beams: one trial, and one check of the result.
+            // The strength is proportional to that of the beams: one trial run, and one run to check the result.
             let trial = 6.0 * wanted;
             meter.stage("strength", 0.3);
             let first = strength(
@@ -182,7 +182,7 @@ fn cohesive_beam(arguments: &CalibrateBeamArguments, visible: bool) -> Result<(F
             if let FractureCriterion::Beam(value, _) = right {
                 facts.add("strength of beams", format!("{value:.5e} Pa, mid-section"));
             }
-            facts.add("achieved strength", format!("{:.4e} Pa, wanted {wanted:.4e} Pa", second.strength));
+            facts.add("achieved strength", format!("{:.4e} Pa, target {wanted:.4e} Pa", second.strength));
             right
         }
     };

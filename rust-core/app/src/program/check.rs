@@ -21,7 +21,7 @@ pub(super) struct CheckArguments {
     work: Work,
 }
 
-/// Duration of the timing of steps.
+/// Duration for which steps are timed.
 const TIMING: Duration = Duration::from_millis(1500);
 
 pub(super) fn check(arguments: &CheckArguments, console: &mut Console<'_>) -> Result<(), Failure> {
@@ -99,11 +99,11 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
         facts.add("P-wave time step", format!("{p_wave:.5e} s (customary estimate, not a stability bound)"));
     }
     if summary.unstable {
-        facts.add("warning", "the time step is unstable; allow_unstable permits it");
+        facts.add("warning", "the time step is unstable, which allow_unstable permits");
     }
     let steps = most_steps(scenario, &schedule, dt);
     let mut simulation = Simulation::new(state, model, schedule)?;
-    // The first step fills caches and is not timed.
+    // The first step warms up caches and is not timed.
     simulation.advance()?;
     let start = Instant::now();
     let mut timed = 0_u32;
@@ -125,7 +125,7 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
     Ok(facts)
 }
 
-/// Largest possible number of steps, and the stop condition that limits it.
+/// Largest possible number of steps, and the stop condition that sets this limit.
 fn most_steps(scenario: &Scenario, schedule: &Schedule, dt: f64) -> Option<(f64, &'static str)> {
     let stop = &scenario.stop;
     let rate = match &scenario.loading {
@@ -149,7 +149,7 @@ fn most_steps(scenario: &Scenario, schedule: &Schedule, dt: f64) -> Option<(f64,
     limits.into_iter().flatten().reduce(|a, b| if b.0 < a.0 { b } else { a })
 }
 
-/// A number with separated thousands.
+/// A number with thousands separators.
 pub(super) fn count(number: usize) -> String {
     let digits = number.to_string();
     let mut text = String::new();

@@ -1,4 +1,4 @@
-//! Execution of a run from its start or a checkpoint to its end, with its files.
+//! Executes a run from its start or from a checkpoint to its end, with its files.
 
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ use concordem_solver::state::columns::Column;
 
 /// Longest time between checkpoints. The result does not depend on it.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
-/// Snapshots stay in memory until the next checkpoint; more bytes than this trigger one.
+/// Snapshots stay in memory until the next checkpoint; more bytes than this trigger a checkpoint.
 const MOST_SNAPSHOT_BYTES: usize = 256 << 20;
 
 /// Result file of a scenario.
@@ -65,7 +65,7 @@ impl Meter {
     }
 }
 
-/// Assemble a scenario.
+/// Assembles a scenario.
 pub(super) fn build(scenario: &Scenario, meter: &Meter) -> Result<Assembly, Failure> {
     let folder = scenario.directory();
     let assembly = assemble(scenario, &folder, &mut |stage, share| meter.stage(stage, share));
@@ -78,25 +78,25 @@ pub(super) fn build(scenario: &Scenario, meter: &Meter) -> Result<Assembly, Fail
 /// Handler of SIGINT and SIGTERM. A second signal ends the process at once.
 pub(super) struct Interruption {
     /// Set by the first signal.
-    pub asked: Arc<AtomicBool>,
+    pub requested: Arc<AtomicBool>,
     registered: Vec<signal_hook::SigId>,
 }
 
 impl Interruption {
-    /// Handle signals until this value is dropped.
+    /// Handles signals until this value is dropped.
     pub(super) fn listen() -> Self {
-        let asked = Arc::new(AtomicBool::new(false));
+        let requested = Arc::new(AtomicBool::new(false));
         let mut registered = Vec::new();
         for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
             let hard = signal_hook::flag::register_conditional_shutdown(
                 signal,
                 i32::from(super::exit::INTERRUPTED),
-                Arc::clone(&asked),
+                Arc::clone(&requested),
             );
-            let soft = signal_hook::flag::register(signal, Arc::clone(&asked));
+            let soft = signal_hook::flag::register(signal, Arc::clone(&requested));
             registered.extend(hard.into_iter().chain(soft));
         }
-        Self { asked, registered }
+        Self { requested, registered }
     }
 }
 
@@ -110,14 +110,14 @@ impl Drop for Interruption {
 
 /// End of a run.
 pub(super) enum Outcome {
-    /// The result is written.
+    /// The run has ended and its result is written.
     Finished {
         /// Result file.
         path: PathBuf,
         /// Summary of the run.
         text: String,
     },
-    /// A checkpoint is written.
+    /// The run was interrupted and a checkpoint is written.
     Interrupted {
         /// Result file of the run.
         path: PathBuf,
@@ -130,7 +130,7 @@ pub(super) enum Outcome {
 pub(super) struct Run {
     simulation: Simulation,
     files: RunFiles,
-    /// Position of every particle before the first step, m, in the order of the state, which no run changes.
+    /// Initial positions, m, in the order of the state, which does not change during a run.
     initial_positions: Vec<Vec3>,
     csv: bool,
     pending_bytes: usize,
@@ -152,10 +152,10 @@ impl Run {
         }
     }
 
-    /// Run to the end. A `fresh` run starts with a checkpoint of its initial state.
+    /// Runs to the end. A `fresh` run first writes a checkpoint of its initial state.
     pub(super) fn drive(mut self, meter: &Meter, fresh: bool) -> Result<Outcome, Failure> {
         let interruption = Interruption::listen();
-        let outcome = self.steps(meter, fresh, &interruption.asked);
+        let outcome = self.steps(meter, fresh, &interruption.requested);
         drop(interruption);
         meter.finish();
         let Some((steps, time)) = outcome? else {
@@ -165,7 +165,7 @@ impl Run {
         self.finish(steps, time)
     }
 
-    /// Number of steps to the end, and their duration; None if interrupted.
+    /// Takes all steps; returns their number and duration, or `None` if interrupted.
     fn steps(
         &mut self,
         meter: &Meter,
@@ -280,7 +280,7 @@ impl Run {
             },
             SnapshotField {
                 name: "damage",
-                description: "Mean damage of the particle's bonds, broken ones counted as 1",
+                description: "Mean damage of the particle's bonds; broken bonds count as 1",
                 column: Column::f64(&damage, 1, "1"),
             },
             SnapshotField {
@@ -328,9 +328,9 @@ impl Run {
     }
 }
 
-/// Remove the table of an older result that the new one replaces: it would pass for the table of the new one.
+/// Removes the CSV table of an older result that the new result replaces: it could be mistaken for that of the new result.
 ///
-/// `expected`: the new result has a table, too.
+/// `expected`: the new result will have a table, too.
 fn remove_old_csv(path: &Path, expected: bool) -> Result<(), Failure> {
     let table = csv_path(path);
     let of_old_result = || {
@@ -343,17 +343,18 @@ fn remove_old_csv(path: &Path, expected: bool) -> Result<(), Failure> {
     std::fs::remove_file(&table).map_err(|error| Failure::File { path: table, action: "remove", error })
 }
 
-/// Write the table of samples of the result at `path`.
+/// Writes the CSV table of the result at `path`.
 pub(super) fn write_csv(path: &Path) -> Result<(), OutputError> {
     csv::write(&ResultFile::open(path)?, &csv_path(path), true)
 }
 
-/// Table of samples of a result.
+/// Path of the CSV table of a result.
 pub(super) fn csv_path(path: &Path) -> PathBuf {
     path.with_extension("csv")
 }
 
-/// Refuse result names without an extension of HDF5: readers do not recognize them, and other files may have them.
+/// Refuses result names without an HDF5 extension: readers would not recognize the file, and the name may belong to
+/// another file.
 pub(super) fn check_result_name(path: &Path) -> Result<(), Failure> {
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("h5" | "hdf5" | "vtkhdf") => Ok(()),

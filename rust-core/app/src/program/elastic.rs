@@ -1,4 +1,4 @@
-//! `concordem elastic`: elastic constants of a scenario's packing and bonds, computed in four ways.
+//! `concordem elastic`: elastic constants of a scenario's packing and bonds, by four methods.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -19,15 +19,15 @@ use concordem_statics::{
 /// Arguments of `concordem elastic`.
 #[derive(Debug, clap::Args)]
 pub(super) struct ElasticArguments {
-    /// Scenario file with a periodic packing and bonds; its loading is not used
+    /// Scenario file with a periodic packing and bonds; its loading is ignored
     scenario: PathBuf,
-    /// Skip the relaxed dynamics, the slowest of the four ways
+    /// Skip relaxed dynamics, the slowest of the four methods
     #[arg(long)]
     no_dynamics: bool,
     /// Print JSON instead of a table
     #[arg(long)]
     json: bool,
-    /// Solver of the static network: matrix-free, or a sparse factorization (up to about 10,000 particles)
+    /// Solver of the static network: matrix-free iteration, or a sparse factorization (for up to about 10,000 particles)
     #[arg(long, value_enum, default_value_t = Solver::Iterative)]
     solver: Solver,
     /// Relative residual of the static solution
@@ -46,8 +46,8 @@ enum Solver {
     Direct,
 }
 
-/// Results.
-struct Answers {
+/// Results of all methods.
+struct Results {
     closed: Option<ClosedForm>,
     affine: ElasticConstants,
     cell: CellStiffness,
@@ -85,7 +85,7 @@ pub(super) fn elastic(arguments: &ElasticArguments, console: &mut Console<'_>) -
     console.print(&if arguments.json { json(&answers) } else { table(&answers) })
 }
 
-/// A failure with its place in the scenario.
+/// A failure with its position in the scenario.
 pub(super) fn failed(scenario: &Scenario, error: StaticsError) -> Failure {
     let problem = |key: &str, help: &str| {
         Failure::Scenario(scenario.problem(ProblemKind::Conflict, key, error.to_string(), help))
@@ -100,7 +100,7 @@ pub(super) fn failed(scenario: &Scenario, error: StaticsError) -> Failure {
     }
 }
 
-fn find(arguments: &ElasticArguments, assembly: Assembly, meter: &Meter) -> Result<Answers, StaticsError> {
+fn find(arguments: &ElasticArguments, assembly: Assembly, meter: &Meter) -> Result<Results, StaticsError> {
     let Assembly { state, model, .. } = assembly;
     let network = LinkNetwork::of_model(&state, &model)?;
     let method = match arguments.solver {
@@ -123,7 +123,7 @@ fn find(arguments: &ElasticArguments, assembly: Assembly, meter: &Meter) -> Resu
         let (stiffness, steps) = relaxed_stiffness(&state, &model, Relaxation::default())?;
         Some((cell.constants_of(&stiffness)?, steps))
     };
-    Ok(Answers {
+    Ok(Results {
         closed: closed_form(&network),
         affine: cell.affine_constants()?,
         network: constants,
@@ -137,7 +137,7 @@ fn find(arguments: &ElasticArguments, assembly: Assembly, meter: &Meter) -> Resu
     })
 }
 
-/// Unit of moduli for a table, and pascals in terms of it: six decimals show at least six digits of `modulus` (Pa).
+/// Unit of moduli in a table and the factor from Pa, such that six decimals show at least six digits of `modulus` (Pa).
 fn unit_of(modulus: f64) -> (&'static str, f64) {
     match modulus.abs() {
         size if size >= 1e8 => ("GPa", 1e-9),
@@ -147,8 +147,8 @@ fn unit_of(modulus: f64) -> (&'static str, f64) {
     }
 }
 
-fn table(answers: &Answers) -> String {
-    let Answers { cell, network, .. } = answers;
+fn table(answers: &Results) -> String {
+    let Results { cell, network, .. } = answers;
     let (unit, scale) = unit_of(network.mean_young);
     let mut text = format!(
         "{} particles, {} links ({:.2} per particle); Σk_N L²/3V = {:.6e} Pa, k_T/k_N = {:.6}\n",
@@ -161,7 +161,7 @@ fn table(answers: &Answers) -> String {
     if cell.loose.rattlers + cell.loose.mechanisms > 0 {
         let _ = writeln!(
             text,
-            "{} rattlers (without force, left out); {} mechanisms (motions of single particles that no link resists)",
+            "{} rattlers (carry no force, excluded); {} mechanisms (motions of single particles that strain no link)",
             cell.loose.rattlers, cell.loose.mechanisms
         );
     }
@@ -226,7 +226,7 @@ fn table(answers: &Answers) -> String {
 }
 
 /// Changes of E and ν with stiffnesses and moduli.
-fn sensitivities(answers: &Answers, derivatives: &Derivatives) -> String {
+fn sensitivities(answers: &Results, derivatives: &Derivatives) -> String {
     let network = &answers.network;
     let mut text =
         "\nSensitivities of the network (exact): change per relative change of a stiffness or modulus\n".to_owned();
@@ -255,7 +255,7 @@ fn list(values: &[f64], scale: f64) -> String {
     values.iter().map(|value| format!("{:.6}", value * scale)).collect::<Vec<_>>().join(", ")
 }
 
-fn json(answers: &Answers) -> String {
+fn json(answers: &Results) -> String {
     let matrix =
         |m: &Matrix6<f64>| -> Vec<Vec<f64>> { m.row_iter().map(|row| row.iter().copied().collect()).collect() };
     let constants = |c: &ElasticConstants| {

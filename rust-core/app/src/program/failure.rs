@@ -36,12 +36,12 @@ pub enum Failure {
     File {
         /// The file.
         path: PathBuf,
-        /// Attempted action, "read".
+        /// Attempted action, such as "read".
         action: &'static str,
-        /// Error of the system.
+        /// Error of the operating system.
         error: io::Error,
     },
-    /// A scenario is not text.
+    /// A scenario is not a text file.
     #[error("{0}")]
     NotText(String),
     /// A result or checkpoint cannot be read or written.
@@ -62,7 +62,7 @@ pub enum Failure {
     /// An operator failed.
     #[error(transparent)]
     Operator(#[from] OperatorError),
-    /// No bonds have the wanted elastic constants.
+    /// No bonds have the target elastic constants.
     #[error("{0}")]
     Elastic(ElasticCalibrationError),
     /// The search for parameters failed.
@@ -90,7 +90,7 @@ impl From<ScenarioError> for Failure {
 }
 
 impl Failure {
-    /// An assembly error with its place in the scenario, if known.
+    /// An assembly error with its position in the scenario, if known.
     pub fn of_assembly(scenario: &Scenario, error: AssemblyError) -> Self {
         match error {
             AssemblyError::Unfit { key, message } => {
@@ -155,7 +155,7 @@ impl Failure {
         }
     }
 
-    /// Message to print; with colors on a terminal.
+    /// The message to print, with colors on a terminal.
     pub(super) fn render(&self, interactive: bool) -> String {
         match self {
             Self::Scenario(error) | Self::Unstable(error) => render_scenario(error, interactive),
@@ -178,7 +178,7 @@ fn render_scenario(error: &ScenarioError, interactive: bool) -> String {
     let mut text = String::new();
     for problem in &error.problems {
         let one = One { error, problem };
-        // Writing to a string cannot fail; if the graphical message fails, the plain text has the same content.
+        // Writing to a string cannot fail. If the graphical message fails, print the plain text, which has the same content.
         if write!(text, "{}", Picture { handler: &handler, one: &one }).is_err() {
             let (line, _) = error.source_text.position(problem.span.start);
             let _ = write!(text, "{}:{line}: {problem}\n  help: {}", error.source_text.name, problem.help);

@@ -17,7 +17,7 @@ pub(super) struct InfoArguments {
     /// Print only the scenario
     #[arg(long, conflicts_with = "csv")]
     scenario: bool,
-    /// Print the samples, also those of operators, as comma-separated values
+    /// Print the time series and operator samples as comma-separated values
     #[arg(long)]
     csv: bool,
 }
@@ -50,7 +50,7 @@ pub(super) fn info(arguments: &InfoArguments, console: &mut Console<'_>) -> Resu
     for series in result.series() {
         let values = result.samples(&series.name)?;
         samples = values.len();
-        // A run without loading has neither stress nor strain.
+        // Omit stress and strain of runs without loading.
         let absent = ["strain", "stress"].contains(&&*series.name) && values.iter().all(|value| *value == 0.0);
         if absent {
             continue;

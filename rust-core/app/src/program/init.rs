@@ -10,10 +10,10 @@ use concordem_scenario::schema::{SWEEP, SWEPT, TEMPLATES, Template, template};
 /// Arguments of `concordem init`.
 #[derive(Debug, clap::Args)]
 pub(super) struct InitArguments {
-    /// Template to write; by default the templates are listed
+    /// Template to write; by default, list the templates
     #[arg(long, short, value_name = "NAME", value_parser = names())]
     template: Option<String>,
-    /// File or existing folder to write to; NAME.toml by default
+    /// File or existing folder to write to; by default NAME.toml
     #[arg(requires = "template")]
     path: Option<PathBuf>,
     /// Overwrite an existing file
@@ -42,7 +42,7 @@ pub(super) fn init(arguments: &InitArguments, console: &mut Console<'_>) -> Resu
     let path = target(arguments.path.as_deref(), template.name);
     write(&path, template, arguments.force)?;
     if template.name == SWEEP.name {
-        // The sweep needs its scenario in the same folder; an existing one is kept.
+        // The sweep needs its scenario in the same folder; an existing file is kept.
         let beside = path.with_file_name(format!("{SWEPT}.toml"));
         if let Some(scenario) = TEMPLATES.iter().find(|template| template.name == SWEPT).filter(|_| !beside.exists()) {
             write(&beside, scenario, false)?;

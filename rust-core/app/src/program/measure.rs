@@ -1,4 +1,4 @@
-//! `concordem measure`: operators on the particles and contacts at the end of a run.
+//! `concordem measure`: evaluates operators on the final state of a run.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -30,7 +30,7 @@ pub(super) struct MeasureArguments {
     /// Region, as in a scenario: '{ kind = "sphere", center = [0, 0, 0], radius = "5 mm" }'; by default the periodic cell
     #[arg(long, value_name = "TABLE", requires = "operator")]
     region: Option<String>,
-    /// Treatment of contacts across the boundary of the region: internal-only, half-crossing, or branch-clipped
+    /// Treatment of contacts that cross the boundary of the region: internal-only, half-crossing, or branch-clipped
     #[arg(long, value_name = "NAME", value_parser = truncation, requires = "operator")]
     truncation: Option<Truncation>,
     /// Division of branch vectors between particles, for particle-stress: contact-point or half-branch
@@ -45,11 +45,11 @@ pub(super) struct MeasureArguments {
     /// Name of the set, for set-force and set-motion; twice for gauge
     #[arg(long, value_name = "NAME", requires = "operator")]
     set: Vec<String>,
-    /// Number of cells of a box along x, y, z: a map of the field with one row per cell
+    /// Number of cells of a box along x, y, z; gives one row per cell
     #[arg(long, value_name = "NX,NY,NZ", value_parser = grid, requires = "region")]
     grid: Option<[usize; 3]>,
-    /// Stress of every particle instead of the mean, for particle-stress: one row per particle, over the volume of its
-    /// sphere (or disc)
+    /// Print the stress of every particle instead of the mean, for particle-stress: one row per particle, over the
+    /// volume of its sphere (or disc)
     #[arg(long, requires = "operator")]
     each: bool,
     /// Print comma-separated values
@@ -63,7 +63,7 @@ fn operator_names() -> String {
 
 fn operator_help() -> String {
     format!(
-        "What to evaluate: {}; may be repeated. By default what the scenario's [[sample]] tables say",
+        "What to evaluate: {}; may be repeated. By default, the [[sample]] tables of the scenario",
         operator_names()
     )
 }
@@ -108,7 +108,7 @@ pub(super) fn measure(arguments: &MeasureArguments, console: &mut Console<'_>) -
             let message = "the scenario of the run has no [[sample]]; choose --operator and --region";
             return Err(Failure::Usage(message.into()));
         }
-        // Regions move with the time of the run.
+        // Moving regions are at their final position.
         samples.iter().map(|sample| moment.show(sample, arguments.csv)).collect::<Result<String, _>>()?
     } else {
         let wanted = arguments.region.as_deref().map(read_region).transpose()?;
@@ -137,7 +137,7 @@ pub(super) fn measure(arguments: &MeasureArguments, console: &mut Console<'_>) -
             }
             if let Some(wall) = sample.wall.as_ref().filter(|wall| !scenario.wall_names().contains(wall)) {
                 let names = scenario.wall_names().join(", ");
-                return Err(Failure::Usage(format!("--wall: no wall is called \"{wall}\"; there are: {names}")));
+                return Err(Failure::Usage(format!("--wall: no wall is called \"{wall}\"; the walls are: {names}")));
             }
             let sample = samples::one(&scenario, &moment.particles, moment.cell.as_ref(), "--region", &sample)
                 .map_err(|error| Failure::Usage(error.to_string()))?;
@@ -170,10 +170,10 @@ fn read_region(text: &str) -> Result<SampleRegion, Failure> {
     }
     toml::from_str::<Table>(&format!("region = {text}\n"))
         .map(|table| table.region)
-        .map_err(|error| Failure::Usage(format!("--region is not a region of a scenario: {}", error.message())))
+        .map_err(|error| Failure::Usage(format!("--region is not a valid region: {}", error.message())))
 }
 
-/// The particles and contacts at the end of a run.
+/// The final state of a run.
 struct Moment {
     particles: Particles,
     cell: Option<Cell>,
@@ -202,7 +202,7 @@ impl Table {
 
     fn missing(&self, column: &str) -> Failure {
         Failure::Usage(format!(
-            "{} has no {}/{column}: an older version wrote it; run its scenario again",
+            "{} has no {}/{column}: an older version of this program wrote it; run its scenario again",
             self.file.display(),
             self.name
         ))
@@ -301,7 +301,7 @@ impl Moment {
                 let (damage, lost_strength) = (table.reals("damage")?, table.reals("lost_strength")?);
                 for (k, pair) in pairs.iter().enumerate() {
                     let a = particles.position.get(pair[0] as usize).copied().unwrap_or_default();
-                    // Broken bonds keep the direction at which they broke.
+                    // Broken bonds keep the direction that they had when they broke.
                     let along = if broken[k] { normal[k] * length[k] } else { branch[k] };
                     bonds.push(*pair, &a, &along, [damage[k], lost_strength[k]]);
                 }

@@ -1,7 +1,7 @@
 //! The command line program `concordem`.
 //!
-//! One file per command. Commands write to a [`Console`] and may return a [`Failure`], so that tests can run them in
-//! their own process.
+//! One file per command. Commands write to a [`Console`] and return a [`Failure`] on error, so that tests can run them in
+//! the test process.
 
 mod calibrate;
 mod check;
@@ -32,9 +32,9 @@ pub use failure::Failure;
 
 use concordem_scenario::schema::{Problem, Scenario, ScenarioError};
 
-/// Exit codes, as documented in the program's help.
+/// Exit codes, documented in the help of the program.
 pub mod exit {
-    /// Done.
+    /// Success.
     pub const DONE: u8 = 0;
     /// Internal error.
     pub const INTERNAL: u8 = 1;
@@ -55,7 +55,7 @@ Examples:
   concordem run cpm-small.toml                 run it; the result is cpm-small.h5
   concordem resume cpm-small.h5                continue after Ctrl-C, a kill, or a power failure
   concordem run further.toml --from cpm-small.h5
-                                               extend a finished run, or load it in another way
+                                               extend a finished run, or load the specimen further
   concordem report cpm-small.h5                curves and values as a web page, cpm-small.html
   concordem measure cpm-small.h5 --operator region-stress \\
     --region '{ kind = \"sphere\", center = [0, 0, 0], radius = \"5 mm\" }'
@@ -104,22 +104,22 @@ enum Command {
     Measure(measure::MeasureArguments),
     /// Write a web page about one or more results: curves, strengths, cracks, energies
     Report(report::ReportArguments),
-    /// Compute the elastic constants of a bonded periodic packing in four ways
+    /// Compute the elastic constants of a bonded periodic packing by four methods
     Elastic(elastic::ElasticArguments),
     /// Compute elastic constants for all combinations of values of a scenario's keys; write one file and one web page
     Sweep(sweep::SweepArguments),
     /// Generate only the packing of a scenario and write it to a file
     Pack(pack::PackArguments),
-    /// Find bond parameters for wanted material properties, and write a scenario with them
+    /// Find bond parameters for target material properties, and write a scenario with them
     Calibrate(calibrate::CalibrateArguments),
     /// Write the JSON Schema of scenarios, or of sweeps, for editors with completion
     Schema(schema::SchemaArguments),
 }
 
-/// Options of commands with a calculation.
+/// Options of commands that compute.
 #[derive(Debug, Clone, Args)]
 struct Work {
-    /// Number of threads; all processors by default. Results are bitwise equal for any number
+    /// Number of threads; by default one per processor. Results are bitwise equal for any number
     #[arg(long, short = 'j', value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Print errors only
@@ -128,7 +128,7 @@ struct Work {
 }
 
 impl Work {
-    /// Run `work` on the given number of threads.
+    /// Runs `work` on the given number of threads.
     fn install<T: Send>(&self, work: impl FnOnce() -> Result<T, Failure> + Send) -> Result<T, Failure> {
         let threads = self.threads.map_or(0, usize::from);
         rayon::ThreadPoolBuilder::new()
@@ -169,7 +169,7 @@ pub struct Console<'a> {
 }
 
 impl Console<'_> {
-    /// Write to `out`. A reader that closed the pipe (`concordem schema | head`) is no error.
+    /// Writes to `out`. A closed pipe (`concordem schema | head`) is not an error.
     fn print(&mut self, text: &str) -> Result<(), Failure> {
         match self.out.write_all(text.as_bytes()).and_then(|()| self.out.flush()) {
             Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
@@ -179,7 +179,7 @@ impl Console<'_> {
         }
     }
 
-    /// Write warnings about a scenario to `err`.
+    /// Writes warnings about a scenario to `err`.
     fn warn(&mut self, scenario: &Scenario, warnings: &[Problem]) {
         for warning in warnings {
             let text = ScenarioError::new(&scenario.source, vec![warning.clone()]).to_string();
@@ -187,13 +187,13 @@ impl Console<'_> {
         }
     }
 
-    /// Write a line to `err`; failures are ignored.
+    /// Writes a line to `err`; failures are ignored.
     fn tell(&mut self, text: &str) {
         let _ = writeln!(self.err, "{text}");
     }
 }
 
-/// Run a command; returns the exit code. `arguments` start with the name of the program.
+/// Runs a command; returns the exit code. `arguments` start with the name of the program.
 pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<'_>) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
@@ -232,9 +232,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
     }
 }
 
-/// The program.
+/// Entry point of the program.
 pub fn main() -> ExitCode {
-    // A panic is an internal error; print its place instead of a stack trace.
+    // A panic is an internal error; print its location instead of a stack trace.
     std::panic::set_hook(Box::new(|panic| {
         let place = panic.location().map(|place| format!(" at {}:{}", place.file(), place.line())).unwrap_or_default();
         let payload = panic.payload();

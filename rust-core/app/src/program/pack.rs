@@ -16,8 +16,8 @@ use concordem_scenario::schema::{ProblemKind, Scenario};
 pub(super) struct PackArguments {
     /// Scenario file
     scenario: PathBuf,
-    /// File to write: text with the columns x y z r in meters, or HDF5 if it ends in .h5; SCENARIO.spheres.txt by
-    /// default
+    /// File to write: text with the columns x y z r in meters, or HDF5 if it ends in .h5; by default
+    /// SCENARIO.spheres.txt
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Overwrite an existing file
@@ -88,14 +88,14 @@ fn facts(scenario: &Scenario, placed: &Placed) -> Result<Facts, Failure> {
     facts.add("rattlers", count(touching.rattlers));
     facts.add("largest overlap", format!("{:.3e} of the sum of radii", touching.largest_overlap));
     if ratio > 1.0 {
-        facts.add(&format!("links per sphere at interaction ratio {ratio}"), format!("{:.3}", linked.coordination));
+        facts.add(&format!("bonds per sphere at interaction ratio {ratio}"), format!("{:.3}", linked.coordination));
     }
     if !links.is_empty() {
         let histogram = DirectionHistogram::new(&links, DirectionHistogram::BINS);
         let deviation = histogram.relative_deviation();
         let expected = 1.0 / histogram.mean().sqrt();
         let value = format!("{deviation:.3} of the mean ({expected:.3} for random directions)");
-        facts.add("scatter of link directions", value);
+        facts.add("scatter of bond directions", value);
     }
     Ok(facts)
 }

@@ -22,7 +22,7 @@ pub(super) struct ReportArguments {
     /// Overwrite an existing page
     #[arg(long, short)]
     force: bool,
-    /// Published values to compare
+    /// Published values to compare with
     #[arg(long, value_enum, default_value_t = Reference::Auto)]
     reference: Reference,
 }
@@ -30,7 +30,7 @@ pub(super) struct ReportArguments {
 /// Published values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Reference {
-    /// From the scenario of the first result
+    /// Those that belong to the scenario of the first result, if any
     Auto,
     /// None
     None,
@@ -65,11 +65,11 @@ fn link_figures(scenario: Option<&Scenario>) -> ReferenceFigures {
     ReferenceFigures::none(cpm.map(|cpm| cpm.young.si()), cpm.map(|cpm| cpm.crack_onset_strain.si()))
 }
 
-/// The published figures for this scenario, if it is one of those specimens.
+/// The published figures for this scenario, if it is one of the published specimens.
 fn published(scenario: Option<&Scenario>) -> ReferenceFigures {
     let specimen = scenario.and_then(|scenario| {
         let cpm = scenario.materials.first()?.cpm.as_ref()?;
-        // The published spheres lie inside as a whole; centers that fill 50 mm make a stiffer and stronger specimen.
+        // The published spheres lie entirely inside; if their centers fill 50 mm, the specimen is stiffer and stronger.
         let whole = |shape: &Shape| {
             matches!(scenario.packing, Packing::File { .. }) || shape.keep() == Some(Crop::WholeSpheres)
         };

@@ -1,4 +1,4 @@
-//! States of earlier runs that `run --from` and `resume` continue.
+//! Reads the states of earlier runs that `run --from` and `resume` continue.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ pub(super) const CONTINUED_HASH: &str = "continued_state_hash";
 /// Name of the provenance entry with the keys in which the scenario differs from that of the state it continues.
 pub(super) const CHANGED: &str = "changed_keys";
 
-/// The state that a run continues, and what the scenario changes.
+/// The state that a run continues, and the changes of the scenario.
 pub(super) struct Origin {
     file: PathBuf,
     checkpoint: Checkpoint,
@@ -24,7 +24,7 @@ pub(super) struct Origin {
 }
 
 impl Origin {
-    /// Read a result or a checkpoint, and compare its scenario with that of the new run.
+    /// Reads a result or a checkpoint, and compares its scenario with that of the new run.
     pub(super) fn read(file: &Path, scenario: &Scenario) -> Result<Self, Failure> {
         let checkpoint = checkpoint::read(file)?;
         let before = Scenario::parse(&file.display().to_string(), &checkpoint.provenance)?;
@@ -47,13 +47,13 @@ impl Origin {
         &self.checkpoint.state_hash
     }
 
-    /// Replace the initial state of `assembly`.
+    /// Replaces the initial state of `assembly`.
     pub(super) fn apply(mut self, assembly: &mut Assembly, scenario: &Scenario) -> Result<(), Failure> {
         apply_changes(&mut self.checkpoint, assembly, scenario, &self.changes, &self.file, true)
     }
 }
 
-/// Replace the initial state of `assembly` by that of a checkpoint. `further`: a run that had ended goes on.
+/// Replaces the initial state of `assembly` by that of a checkpoint. `further`: continue a run that had ended.
 pub(super) fn apply_changes(
     checkpoint: &mut Checkpoint,
     assembly: &mut Assembly,

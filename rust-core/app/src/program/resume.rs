@@ -17,8 +17,8 @@ use concordem_scenario::schema::Scenario;
 /// Arguments of `concordem resume`.
 #[derive(Debug, clap::Args)]
 pub(super) struct ResumeArguments {
-    /// Result file of the run, its scenario, or its folder FILE.parts. A scenario that was edited since the start is used if
-    /// its changes allow it (stop, output, loading, ...)
+    /// Result file of the run, its scenario, or its folder FILE.parts. If the scenario was edited since the start, the run
+    /// continues with the edited one if a restart may make the changes (stop, output, loading, ...)
     run: PathBuf,
     #[command(flatten)]
     work: Work,
@@ -55,7 +55,7 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
     let visible = console.interactive && !arguments.work.quiet;
     let outcome = arguments.work.install(|| {
         let meter = Meter::new(visible);
-        // Model and schedule are assembled again; the state is read from the checkpoint.
+        // Assemble model and schedule again; read the state from the checkpoint.
         let mut assembly = build(&scenario, &meter)?;
         if initial_hash.is_some_and(|hash| state_hash(&assembly.state).is_ok_and(|now| now != hash)) {
             return Err(Failure::Usage(format!(
@@ -80,7 +80,7 @@ pub(super) fn resume(arguments: &ResumeArguments, console: &mut Console<'_>) -> 
 /// Name of the provenance entry with the keys that were changed while the run was interrupted.
 const CHANGED_LATER: &str = "changed_keys_on_resumption";
 
-/// The state of a checkpoint, with what the scenario changes against that of the checkpoint.
+/// Restores the state of a checkpoint, and applies the changes of the scenario since the checkpoint.
 fn restore(
     checkpoint: &mut Checkpoint,
     assembly: &mut Assembly,
@@ -93,25 +93,25 @@ fn restore(
     apply_changes(checkpoint, assembly, scenario, &changes, path, !changes.is_empty())
 }
 
-/// The state from which a run, killed before its first checkpoint, was begun.
+/// Restores the state from which a run was started that was killed before its first checkpoint.
 fn begin_from(from: &str, hash: Option<&str>, assembly: &mut Assembly, scenario: &Scenario) -> Result<(), Failure> {
     let origin = Origin::read(Path::new(from), scenario)?;
     if hash.is_some_and(|hash| hash != origin.state_hash()) {
         return Err(Failure::Usage(format!(
-            "{from} holds another state than when the run was started from it. Run the scenario again with --force."
+            "{from} has changed since the run was started from it. Run the scenario again with --force."
         )));
     }
     origin.apply(assembly, scenario)
 }
 
-/// What a finished run leaves to do: its table, if the process was killed before writing it.
+/// Completes a finished run: writes the CSV table, if the process was killed before writing it.
 fn finished(path: &Path, given: Option<&Scenario>, console: &mut Console<'_>) -> Result<(), Failure> {
     let text = ResultFile::open(path)?.scenario()?;
     let scenario = Scenario::parse(&path.display().to_string(), &text)?;
     let changed = given.map(|given| changes(&scenario, given)).unwrap_or_default();
     if !changed.is_empty() {
         return Err(Failure::Usage(format!(
-            "{0} is finished, and the scenario has changed since ({1}). To go on from its end into a new result: concordem \
+            "{0} is finished, and the scenario has changed since ({1}). To continue from its end with a new result: concordem \
              run {2} --from {0} --output NEW.h5",
             path.display(),
             listed(&changed),
@@ -125,7 +125,7 @@ fn finished(path: &Path, given: Option<&Scenario>, console: &mut Console<'_>) ->
     Ok(())
 }
 
-/// The result file of a path, and the scenario if the path is one.
+/// The result file that belongs to a path, and the scenario if the path is a scenario.
 fn result_of(path: &Path) -> Result<(PathBuf, Option<Scenario>), Failure> {
     let (result, scenario) = match path.extension().and_then(|extension| extension.to_str()) {
         Some("toml") => {

@@ -23,9 +23,9 @@ pub(super) struct RunArguments {
     /// Result file; by default the file named in the scenario, or the name of the scenario with .h5
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Continue from the state at the end of this result, or from this checkpoint: an extension, or another stage of loading.
-    /// The scenario may differ in `stop`, `output`, `sample`, `loading`, `prescribe`, `force`, gravity, damping, and numbers of
-    /// laws
+    /// Continue from the final state of this result, or from this checkpoint, to extend a run or load the specimen further.
+    /// The scenario may differ in `stop`, `output`, `sample`, `loading`, `prescribe`, `force`, gravity, damping, and numbers
+    /// in the tables of laws
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
     /// Overwrite an existing result, or discard an unfinished run
@@ -41,7 +41,7 @@ pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result
     check_result_name(&path)?;
     let path = target(&path)?;
     if !arguments.force {
-        // Before the packing, which may take minutes.
+        // Check the output paths before making the packing, which may take minutes.
         for path in [Some(path.clone()), scenario.output.csv.then(|| csv_path(&path))].into_iter().flatten() {
             if path.exists() {
                 return Err(OutputError::Exists { path }.into());
@@ -75,7 +75,7 @@ pub(super) fn run(arguments: &RunArguments, console: &mut Console<'_>) -> Result
     conclude(outcome, arguments.work.quiet, console)
 }
 
-/// Report the end of a run.
+/// Reports the end of a run.
 pub(super) fn conclude(outcome: Outcome, quiet: bool, console: &mut Console<'_>) -> Result<(), Failure> {
     match outcome {
         Outcome::Finished { path, text } => {

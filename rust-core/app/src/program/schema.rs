@@ -5,7 +5,7 @@ use super::{Console, Failure};
 /// Arguments of `concordem schema`.
 #[derive(Debug, clap::Args)]
 pub(super) struct SchemaArguments {
-    /// The schema of sweep files instead of scenarios
+    /// Print the schema of sweep files instead of scenarios
     #[arg(long)]
     sweep: bool,
 }

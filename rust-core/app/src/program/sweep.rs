@@ -53,7 +53,7 @@ pub(super) fn sweep(arguments: &SweepArguments, console: &mut Console<'_>) -> Re
     let page = path.with_extension("html");
     let table = path.with_extension("csv");
     let journal_path = path_of(&path);
-    // A sweep killed while writing its files still has its journal; the same command writes the files again.
+    // A sweep killed while writing its result still has its journal; the same command writes the result again.
     let unfinished = journal_path.exists();
     for path in [Some(&path), Some(&page), arguments.csv.then_some(&table)].into_iter().flatten() {
         if path.exists() && !arguments.force && !unfinished {
@@ -78,7 +78,7 @@ pub(super) fn sweep(arguments: &SweepArguments, console: &mut Console<'_>) -> Re
     let visible = console.interactive && !arguments.work.quiet;
     let progress = Mutex::new(Progress { journal, outcomes, meter: Meter::new(visible), failure: None });
     let interruption = Interruption::listen();
-    let stopped = || interruption.asked.load(Ordering::Relaxed) || locked(&progress).failure.is_some();
+    let stopped = || interruption.requested.load(Ordering::Relaxed) || locked(&progress).failure.is_some();
     arguments.work.install(|| {
         groups.par_iter().for_each(|group| compute(&sweep, group, &progress, &stopped));
         Ok(())
@@ -92,7 +92,7 @@ pub(super) fn sweep(arguments: &SweepArguments, console: &mut Console<'_>) -> Re
     }
     if outcomes.len() < points {
         return Err(Failure::Interrupted(format!(
-            "interrupted; {} of {points} points are saved in {}; the same command continues with the others",
+            "interrupted; {} of {points} points are saved in {}; repeat the command to compute the others",
             outcomes.len(),
             journal_path.display()
         )));
@@ -111,18 +111,18 @@ pub(super) fn sweep(arguments: &SweepArguments, console: &mut Console<'_>) -> Re
     let bad = outcomes.iter().filter(|outcome| outcome.problem.is_some()).count();
     if bad > 0 {
         let first = outcomes.iter().find_map(|outcome| outcome.problem.as_deref()).unwrap_or_default();
-        console.tell(&format!("{bad} of {points} points failed; the first: {first}"));
+        console.tell(&format!("{bad} of {points} points failed; the first failure: {first}"));
     }
     console.print(&format!("{}\n{}\n", path.display(), page.display()))
 }
 
-/// Compute the points of a group, which share a packing, until `stopped`.
+/// Computes the points of a group, which share a packing, until `stopped` returns true.
 fn compute(sweep: &Sweep, group: &[usize], progress: &Mutex<Progress>, stopped: &(dyn Fn() -> bool + Sync)) {
     if stopped() {
         return;
     }
     let note = |point: usize, outcome: Outcome| note(progress, sweep.points(), point, outcome);
-    // Reading the sweep has checked it.
+    // Every scenario was checked when the sweep was read.
     let Ok(first) = sweep.scenario(group[0]) else { return };
     let accuracy = Accuracy { residual: sweep.residual, ..Accuracy::default() };
     match place(&first, &first.directory(), &mut |_, _| {}) {
@@ -140,11 +140,11 @@ fn compute(sweep: &Sweep, group: &[usize], progress: &Mutex<Progress>, stopped: 
 }
 
 fn locked(progress: &Mutex<Progress>) -> std::sync::MutexGuard<'_, Progress> {
-    // A panic in another thread ends the program; the data are valid.
+    // The lock is poisoned only if another thread panicked, which ends the program; the data are valid.
     progress.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-/// Save a finished point.
+/// Saves a finished point.
 fn note(progress: &Mutex<Progress>, points: usize, point: usize, outcome: Outcome) {
     let mut now = locked(progress);
     if let Err(error) = now.journal.add(point, &outcome) {

@@ -1,4 +1,4 @@
-//! Tables of the particles and contacts at the end of a run.
+//! Tables of particles and contacts in a result, for the final state of a run.
 
 use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::law::Reference;
@@ -130,11 +130,11 @@ struct Row {
     broken: bool,
 }
 
-/// Where the forces of a block are in [`Forces`].
+/// Location of a block's forces in [`Forces`].
 struct Rows {
-    /// Rows of the contacts that carry force.
+    /// Range of the contacts that carry force.
     forces: std::ops::Range<usize>,
-    /// Number of the block's first contact among all contacts.
+    /// Index of the block's first contact among all contacts.
     first: usize,
 }
 
@@ -153,7 +153,7 @@ fn contacts(
     let particles = &state.particles;
     let bonded = !name.starts_with(UNBONDED);
     let forces = &forces.contacts;
-    // Row of the forces of every contact; `usize::MAX` without a force.
+    // Index of the force of every contact; `usize::MAX` without a force.
     let mut row_of = vec![usize::MAX; block.len()];
     for row in rows {
         row_of[forces.place[row] as usize] = row;
@@ -174,7 +174,7 @@ fn contacts(
             },
             |row| (forces.point[row], forces.force[row], forces.moment[row]),
         );
-        // At the present positions, as the force.
+        // Damage at the same positions as the force.
         let [damage, lost_strength] = forces.damage.get(first + k).copied().unwrap_or_default();
         let position = position + state.unwrapping(pair.a as usize);
         Row { pair, branch, position, force, moment, previous, reference, damage, lost_strength, broken: false }
@@ -182,7 +182,7 @@ fn contacts(
     let gone = broken.iter().map(|&BrokenBond { pair, image, reference, previous, .. }| Row {
         pair,
         branch: branch_of(pair, image),
-        // Its last position, from A.
+        // The last contact point, relative to A.
         position: particles.position[pair.a as usize]
             + state.unwrapping(pair.a as usize)
             + previous.normal * (0.5 * previous.length),
@@ -245,7 +245,7 @@ fn columns(
     sink.column(&path("broken"), Column::u8(&is_broken))
 }
 
-/// Mean damage of the bonds of each particle, broken bonds counted as 1; 0 for particles without bonds.
+/// Mean damage of the bonds of each particle; broken bonds count as 1. 0 for particles without bonds.
 pub(super) fn bond_damage(state: &State) -> Vec<f64> {
     let mut sum = vec![0.0; state.particles.len()];
     let mut count = vec![0.0; state.particles.len()];

@@ -20,7 +20,7 @@ const LEFT: f64 = 68.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 48.0;
-/// Points of a line that deviate less than this from the line between their neighbors are left out.
+/// Points that deviate less than this from the simplified line are omitted.
 const TOLERANCE: f64 = 0.1;
 
 /// An axis.
@@ -58,7 +58,7 @@ pub(super) enum Style {
     StackedArea,
 }
 
-/// Points of one color and name.
+/// Points with one name and one color.
 #[derive(Debug, Clone)]
 pub(super) struct Series {
     /// Name in the legend and the read-out.
@@ -67,7 +67,7 @@ pub(super) struct Series {
     pub color: &'static str,
     /// Appearance.
     pub style: Style,
-    /// Abscissas and ordinates; a line has gaps where they are not finite.
+    /// Abscissas and ordinates; a line has gaps at points that are not finite.
     pub points: Vec<(f64, f64)>,
     /// Whether the legend shows it.
     pub in_legend: bool,
@@ -89,7 +89,7 @@ pub(super) struct ReferenceLine {
 pub(super) struct Chart {
     /// Identifier within the page.
     pub id: String,
-    /// Title, for readers who do not see the drawing.
+    /// Title for screen readers.
     pub title: String,
     /// Horizontal axis.
     pub x: Axis,
@@ -104,7 +104,7 @@ pub(super) struct Chart {
 }
 
 impl Chart {
-    /// The chart as HTML; a note in place of a drawing when no point is finite.
+    /// The chart as HTML; a note instead of a drawing if no point is finite.
     pub fn html(&self) -> String {
         let tops = self.tops();
         let all = || tops.iter().flatten().copied().filter(|point| self.drawable(*point));
@@ -163,7 +163,7 @@ impl Chart {
         format!("<figure class=\"plot\">\n{}{svg}</figure>\n", if self.legend { self.legend() } else { String::new() })
     }
 
-    /// Points at which the series are drawn: those of stacked areas on top of the areas before.
+    /// Points at which the series are drawn: those of stacked areas lie on top of the areas before.
     fn tops(&self) -> Vec<Vec<(f64, f64)>> {
         let mut stack: Vec<f64> = Vec::new();
         let top = |series: &Series| {
@@ -298,7 +298,7 @@ fn as_points(points: &[(f64, f64)]) -> String {
     points.iter().map(|(x, y)| format!("{x:.2},{y:.2}")).collect::<Vec<_>>().join(" ")
 }
 
-/// Parts of a line between points that are not finite.
+/// The parts of a line, split at points that are not finite.
 fn parts(points: &[(f64, f64)]) -> impl Iterator<Item = &[(f64, f64)]> {
     points.split(|point| point.0.is_nan()).filter(|part| !part.is_empty())
 }
@@ -342,10 +342,10 @@ fn area(series: &Series, top: &[(f64, f64)], floor: &[(f64, f64)]) -> String {
     )
 }
 
-/// A dot at the peak, and its value beside it.
+/// A dot at the peak with its value.
 fn peak_mark(series: &Series, (x, y): (f64, f64), value: f64) -> String {
     let (anchor, shift) = if x > 0.7 * WIDTH { ("end", -8.0) } else { ("start", 8.0) };
-    // Away from the curve, which rises to the peak from zero.
+    // The text is on the side away from the curve, which rises to the peak from zero.
     let text_y = if value > 0.0 { (y - 6.0).max(TOP + 10.0) } else { (y + 15.0).min(HEIGHT - BOTTOM - 4.0) };
     format!(
         "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"3.5\" fill=\"{}\"/>\
@@ -356,7 +356,7 @@ fn peak_mark(series: &Series, (x, y): (f64, f64), value: f64) -> String {
     )
 }
 
-/// The line without points that deviate less than [`TOLERANCE`] from it (Ramer 1972, Douglas and Peucker 1973).
+/// Simplifies a line: omits points that deviate less than [`TOLERANCE`] from it (Ramer 1972, Douglas and Peucker 1973).
 fn simplified(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     if points.len() < 3 {
         return points.to_vec();

@@ -9,10 +9,10 @@ use crate::output::{OutputError, ResultFile};
 use concordem_contact::math::Vec3;
 use concordem_solver::state::columns::ColumnData;
 
-/// Most points of one picture; the most damaged bonds are shown. More points make the page large and the picture no
-/// clearer: each takes ten bytes of the page.
+/// Largest number of points in a picture; the most damaged bonds are shown. Each point takes
+/// ten bytes of the page, and more points would not make the picture clearer.
 const MOST_POINTS: usize = 40_000;
-/// Damage from which on a bond is shown; the color scale begins here.
+/// Smallest damage of bonds that are shown; the color scale begins here.
 const SHOWN_DAMAGE: f64 = 0.5;
 /// Damage at the end of the color scale.
 const DARKEST_DAMAGE: f64 = 0.999;
@@ -31,7 +31,7 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
         bonds.truncate(MOST_POINTS);
         let _ = writeln!(html, "<h3>{}</h3>", escape(&run.label()));
         if bonds.is_empty() {
-            html += "<p>No bond reached the damage from which on events are logged.</p>\n";
+            html += "<p>No bond reached the damage at which events are logged.</p>\n";
             continue;
         }
         let broken = run.last("broken")?.map_or(String::new(), |broken| format!(" {broken:.0} bonds broke."));
@@ -59,8 +59,8 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
     Ok(html)
 }
 
-/// Positions of damaged bonds with their damage at the end: from the contact tables where these have both, else from the
-/// event log (the last event of each pair).
+/// Positions of damaged bonds with their damage at the end: from the contact tables if these have both, else from
+/// the event log (the last event of each pair).
 fn damaged_bonds(file: &ResultFile) -> Result<Vec<DamagedBond>, OutputError> {
     let mut bonds = Vec::new();
     for law in file.laws()? {
@@ -93,8 +93,8 @@ fn damaged_bonds(file: &ResultFile) -> Result<Vec<DamagedBond>, OutputError> {
     Ok(bonds)
 }
 
-/// Position of a damage on the color scale, 0 to 1: each tenth of the remaining stiffness `1 − ω` is an equal step, since
-/// damage comes close to 1 everywhere in a crack.
+/// Position of a damage on the color scale, 0 to 1. Every factor of ten in the remaining stiffness `1 − ω` is a step of
+/// equal length, because damage comes close to 1 everywhere in a crack.
 pub(super) fn share_of_scale(damage: f64) -> f64 {
     let decades = |damage: f64| ((1.0 - SHOWN_DAMAGE) / (1.0 - damage)).log10();
     (decades(damage.clamp(SHOWN_DAMAGE, DARKEST_DAMAGE)) / decades(DARKEST_DAMAGE)).clamp(0.0, 1.0)
@@ -130,8 +130,8 @@ fn points_as_json(file: &ResultFile, bonds: &[DamagedBond]) -> Result<String, Ou
     Ok(format!("{{size: [{:.0}, {:.0}, {:.0}], points: \"{}\"{discs}}}", size.x, size.y, size.z, base64(&bytes)))
 }
 
-/// The particles of a plane run at its end, which show its outline and notches: six bytes each, x, y, and radius in the unit
-/// of the points. Empty if there are more than [`MOST_POINTS`].
+/// The particles at the end of a plane run, which show its outline and notches: six bytes each, x, y, and radius in
+/// the unit of the points. Empty if there are more than [`MOST_POINTS`].
 fn discs_as_json(file: &ResultFile, corner: Vec3, unit: f64) -> Result<String, OutputError> {
     let table = file.table("particles")?;
     let reals = |name: &str| match table.iter().find(|(column, _)| column == name).map(|(_, column)| &column.data) {

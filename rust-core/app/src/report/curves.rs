@@ -9,9 +9,9 @@ use super::figures::{ReferenceFigures, Sense};
 /// Color of published values.
 const PUBLISHED: &str = "#1f262d";
 
-/// One chart per sense of loading: the scales differ tenfold.
+/// One chart per sense of loading, because their scales differ tenfold.
 pub(super) fn section(runs: &[Run], reference: &ReferenceFigures) -> String {
-    // Runs without stress and strain of their own have no curve.
+    // Runs without stress and strain have no curve.
     if runs.iter().all(|run| run.figures.is_none()) {
         return String::new();
     }

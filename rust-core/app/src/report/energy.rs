@@ -34,7 +34,7 @@ const TERMS: [Term; 6] = [
 /// Series of the work done on the specimen.
 const WORK: [&str; 2] = ["boundary_work", "external_work"];
 
-/// Sum of the existing series, sample by sample; None when none exists.
+/// Sum of the given series that exist, sample by sample; `None` if none exists.
 fn sum_of(file: &ResultFile, series: &[&str]) -> Result<Option<Vec<f64>>, OutputError> {
     let mut sum: Option<Vec<f64>> = None;
     for name in series.iter().filter(|name| file.has_series(name)) {
@@ -63,7 +63,7 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
     }
     html += "<p class=\"quiet\">Each term is computed from its own formula (the stored energy of the laws, the damping \
              force, the force at the boundary), none as a remainder. The residual is therefore the error of the \
-             calculation. Where the line of the work runs along the top of the stack, the energy is balanced.</p>\n";
+             calculation. Where the line of the work follows the top of the stack, the energy is balanced.</p>\n";
     Ok(html)
 }
 
@@ -71,7 +71,7 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
 struct Balance {
     terms: Vec<(&'static Term, Vec<f64>)>,
     work: Vec<f64>,
-    /// Energy before the first step, which is no work but part of the terms.
+    /// Energy before the first step, which is not work but part of the terms.
     initial: f64,
     integration: Vec<f64>,
     residual: Option<Vec<f64>>,
@@ -80,7 +80,7 @@ struct Balance {
 }
 
 impl Balance {
-    /// The balance of a run; None when the result has none.
+    /// The balance of a run; `None` if the result has no energies.
     fn of(run: &Run) -> Result<Option<Self>, OutputError> {
         let Some(work) = sum_of(run.file, &WORK)? else { return Ok(None) };
         let mut terms = Vec::new();
@@ -175,7 +175,7 @@ impl Balance {
         table + "</table>\n" + &self.residual_note()
     }
 
-    /// The largest residual in words; empty when the result has none.
+    /// The largest residual in words; empty if the result has none.
     fn residual_note(&self) -> String {
         let Some(residual) = &self.residual else { return String::new() };
         let (unit, scale) = self.unit();

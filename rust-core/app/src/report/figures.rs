@@ -1,4 +1,4 @@
-//! Stiffness and strength of a specimen from its stress-strain curve, and published values to compare.
+//! Stiffness and strength of a specimen from its stress-strain curve, and published values to compare with.
 
 /// Sense of loading of a uniaxial test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,9 +16,9 @@ pub struct CurveFigures {
     pub sense: Sense,
     /// Young's modulus E, Pa: slope of a straight line fitted to the beginning of the curve (least squares, with
     /// intercept), from the first sample to the last one before the stress first exceeds [`FITTED_SHARE`] of its peak.
-    /// None with fewer than three samples.
+    /// `None` with fewer than three samples.
     pub modulus: Option<f64>,
-    /// The same with the strain of the middle half of the specimen, if measured.
+    /// The same, using the strain of the middle half of the specimen, if measured.
     pub gauge_modulus: Option<f64>,
     /// Number of fitted samples.
     pub fitted: usize,
@@ -33,7 +33,7 @@ pub struct CurveFigures {
 pub const FITTED_SHARE: f64 = 0.3;
 
 impl CurveFigures {
-    /// Figures of a curve; None without a finite, nonzero stress.
+    /// Figures of a curve; `None` without a finite, nonzero stress.
     pub fn of(strain: &[f64], stress: &[f64]) -> Option<Self> {
         let samples: Vec<(f64, f64)> = strain
             .iter()
@@ -99,14 +99,14 @@ impl Given {
     }
 }
 
-/// Published values for the same specimen, and the link parameters that make values dimensionless.
+/// Published values for the same specimen, and the bond parameters that make values dimensionless.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReferenceFigures {
     /// Source of the values; empty if there are none.
     pub source: String,
-    /// Normal modulus of the links Ē, Pa.
+    /// Normal modulus of the bonds Ē, Pa.
     pub link_modulus: Option<f64>,
-    /// Strain at the onset of damage of a link, ε₀.
+    /// Crack onset strain of a bond, ε₀.
     pub limit_strain: Option<f64>,
     /// Young's modulus E, Pa.
     pub modulus: Option<Given>,
@@ -145,7 +145,7 @@ impl ReferenceFigures {
         }
     }
 
-    /// Specimen 4 of Stránský 2018, section 2.5.3: as specimen 1 with links twice as stiff and twice as strong.
+    /// Specimen 4 of Stránský 2018, section 2.5.3: as specimen 1, with bonds twice as stiff and twice as strong.
     pub fn stransky_specimen_4() -> Self {
         let one = |value| Some(Given::exactly(value));
         Self {
@@ -163,7 +163,7 @@ impl ReferenceFigures {
         }
     }
 
-    /// No published values; the link parameters, if known.
+    /// No published values; the bond parameters, if known.
     pub fn none(link_modulus: Option<f64>, limit_strain: Option<f64>) -> Self {
         Self { link_modulus, limit_strain, ..Self::default() }
     }
@@ -186,7 +186,7 @@ pub struct Row {
     pub source: Option<Given>,
 }
 
-/// All values of a pair of tests beside the published ones.
+/// All values of a pair of tests, with the published ones.
 pub fn rows(tension: Option<&CurveFigures>, compression: Option<&CurveFigures>, given: &ReferenceFigures) -> Vec<Row> {
     let row = |symbol, name, (unit, scale), ours, source| Row { symbol, name, unit, scale, ours, source };
     let (gpa, mpa, per_mille, pure) = (("GPa", 1e-9), ("MPa", 1e-6), ("‰", 1e3), ("", 1.0));
@@ -246,14 +246,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn straight_then_softening() {
-        // E = 20 GPa up to 3 MPa, then down again.
+    fn figures_of_a_curve_that_is_straight_and_then_softens() {
+        // E = 20 GPa up to 3 MPa, then softening.
         let strain: Vec<f64> = (0..=30).map(|k| f64::from(k) * 1e-5).collect();
         let stress: Vec<f64> =
             strain.iter().map(|&e| if e <= 1.5e-4 { 20e9 * e } else { 3e6 - 10e9 * (e - 1.5e-4) }).collect();
         let figures = CurveFigures::of(&strain, &stress).unwrap();
         assert_eq!(figures.sense, Sense::Tension);
-        // Sums of five samples: some units in the last place.
+        // Tolerance: some units in the last place of sums of five samples.
         assert!((figures.modulus.unwrap() / 20e9 - 1.0).abs() < 1e-14, "{figures:?}");
         assert_eq!(figures.fitted, 5, "samples 0 to 4: the fifth has 1.0 MPa, more than 0.9 MPa");
         assert!((figures.peak_stress - 3e6).abs() < 1e-6 && (figures.peak_strain - 1.5e-4).abs() < 1e-18);
@@ -274,14 +274,14 @@ mod tests {
     }
 
     #[test]
-    fn poor_curves() {
+    fn curves_with_too_few_data_have_no_figures() {
         assert_eq!(CurveFigures::of(&[], &[]), None);
         assert_eq!(CurveFigures::of(&[0.0, 1.0], &[0.0, 0.0]), None);
         assert_eq!(CurveFigures::of(&[0.0, f64::NAN], &[0.0, 5.0]), None);
         let short = CurveFigures::of(&[0.0, 1e-4], &[0.0, 2e6]).unwrap();
         assert_eq!((short.modulus, short.peak_stress), (None, 2e6));
         let standing = CurveFigures::of(&[0.0; 5], &[0.0, 0.1, 0.1, 0.1, 1.0]).unwrap();
-        assert_eq!(standing.modulus, None, "no strain, no slope");
+        assert_eq!(standing.modulus, None, "without strain there is no slope");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Text of pages: the frame of a page, escaped text, and numbers.
 
-/// A complete page. Nothing in it is loaded from elsewhere.
+/// A complete page, which loads nothing from elsewhere.
 pub(super) fn frame(title: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -13,12 +13,12 @@ pub(super) fn frame(title: &str, body: &str) -> String {
     )
 }
 
-/// Text without the characters that HTML gives a meaning.
+/// Escapes the special characters of HTML.
 pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// A number with four significant digits; very small and very large ones with three and a power of ten.
+/// A number with four significant digits; very small and very large numbers have three digits and a power of ten.
 pub(super) fn number(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 {

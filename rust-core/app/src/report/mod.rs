@@ -1,6 +1,6 @@
 //! The report: one HTML page about one or more finished runs, or about a sweep.
 //!
-//! A page holds stress-strain curves, the properties of the specimen beside published ones, the damaged bonds, the energy
+//! A page shows stress-strain curves, the properties of the specimen and published ones, the damaged bonds, the energy
 //! balance, and the provenance of the numbers. It needs no other file and no network.
 
 mod chart;
@@ -22,7 +22,7 @@ use crate::provenance::PROGRAM;
 pub use figures::{CurveFigures, Given, ReferenceFigures, Sense};
 use html::{escape, frame};
 
-/// Colors of the runs; readers who confuse red and green can tell them apart.
+/// Colors of the runs, distinguishable with red-green color blindness.
 const RUN_COLORS: [&str; 6] = ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00", "#4a5560"];
 
 /// One result with the data for all sections.
@@ -36,10 +36,10 @@ struct Run<'a> {
     color: &'static str,
 }
 
-/// Write the page about `inputs` to `out`, replacing an existing file.
+/// Writes the page about `inputs` to `out`, replacing an existing file.
 ///
 /// # Errors
-/// No input; a result that cannot be read; a page that cannot be written.
+/// There is no input, a result cannot be read, or the page cannot be written.
 pub fn write_report(inputs: &[ResultFile], out: &Path, reference: &ReferenceFigures) -> Result<(), OutputError> {
     sealed::write_text(out, &page(inputs, reference)?)
 }
@@ -47,7 +47,7 @@ pub fn write_report(inputs: &[ResultFile], out: &Path, reference: &ReferenceFigu
 /// The page about `inputs` as text.
 ///
 /// # Errors
-/// No input; a result that cannot be read.
+/// There is no input, or a result cannot be read.
 pub fn page(inputs: &[ResultFile], reference: &ReferenceFigures) -> Result<String, OutputError> {
     if inputs.is_empty() {
         return Err(OutputError::Report { problem: "no result file is given".into() });
@@ -82,7 +82,7 @@ impl<'a> Run<'a> {
         Ok(Self { file, name, title, figures, strain, stress, color: RUN_COLORS[k % RUN_COLORS.len()] })
     }
 
-    /// The last value of a series; None when the series is missing or empty.
+    /// The last value of a series; `None` if the series is missing or empty.
     fn last(&self, series: &str) -> Result<Option<f64>, OutputError> {
         if self.file.has_series(series) { Ok(self.file.samples(series)?.last().copied()) } else { Ok(None) }
     }

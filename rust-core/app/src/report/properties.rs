@@ -1,4 +1,4 @@
-//! Section of the report: stiffness and strength beside published values.
+//! Section of the report: stiffness and strength, compared with published values.
 
 use std::fmt::Write as _;
 
@@ -59,7 +59,7 @@ fn table(rows: &[Row], compared: bool) -> String {
     html + "</table></div>\n"
 }
 
-/// Definitions of the quantities, parameters of the links, and the source.
+/// Definitions of the quantities, parameters of the bonds, and the source.
 fn notes(runs: &[Run], reference: &ReferenceFigures, compared: bool) -> String {
     let mut html = format!(
         "<p class=\"quiet\">E is the slope of a straight line fitted to the beginning of the curve, up to {:.0} % of the \
@@ -73,10 +73,10 @@ fn notes(runs: &[Run], reference: &ReferenceFigures, compared: bool) -> String {
     html += "). f<sub>t</sub> and f<sub>c</sub> are the stresses of largest magnitude in tension and compression. The \
              layers that hold the ends are rigid; E measured between the ends contains their stiffness.";
     if let Some((modulus, strain)) = reference.link_modulus.zip(reference.limit_strain) {
-        let _ = write!(html, " Links: Ē = {} GPa, ε<sub>0</sub> = {} ‰.", number(modulus * 1e-9), number(strain * 1e3));
+        let _ = write!(html, " Bonds: Ē = {} GPa, ε<sub>0</sub> = {} ‰.", number(modulus * 1e-9), number(strain * 1e3));
     }
     if compared {
-        let _ = write!(html, " Published values: {}. Their packings are other ones.", escape(&reference.source));
+        let _ = write!(html, " Published values: {}, for other packings.", escape(&reference.source));
     }
     html + "</p>\n"
 }

@@ -11,9 +11,9 @@ use crate::sweep::point::Outcome;
 
 /// Colors of the curves.
 const COLORS: [&str; 8] = ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00", "#4a5560", "#0d8f8f", "#b03a6f"];
-/// More curves than this cannot be told apart.
+/// Largest number of curves in a chart; more cannot be distinguished.
 const MOST_CURVES: usize = 8;
-/// Most rows of the table; the files hold all points.
+/// Largest number of rows of the table; the result files contain all points.
 const MOST_ROWS: usize = 400;
 
 /// A quantity of a figure, and its appearance.
@@ -143,7 +143,7 @@ fn combinations(sweep: &Sweep, axes: &[usize]) -> Vec<Vec<usize>> {
     })
 }
 
-/// Figures over one axis; empty where it has fewer than two numbers.
+/// Figures over one axis; empty if the axis has fewer than two numbers.
 fn over(sweep: &Sweep, outcomes: &[Outcome], x: usize, shown: &[usize]) -> String {
     let along = &sweep.axes[x];
     let numbers: Option<Vec<f64>> = (0..along.values.len()).map(|k| along.number(k)).collect();
@@ -192,7 +192,7 @@ struct Family<'a> {
 }
 
 impl Family<'_> {
-    /// The quantities of a figure for one combination `values` of the other axes, the `c`-th that is shown.
+    /// The quantities of a figure for the `c`-th combination `values` of the other axes.
     fn series(&self, figure: &Figure, c: usize, values: &[usize]) -> Vec<Series> {
         let Self { sweep, outcomes, x, numbers, others } = *self;
         let name = others
@@ -231,14 +231,15 @@ impl Family<'_> {
     }
 }
 
-/// A column of the table, and its figure.
+/// A column of the table: its header and its value.
 type Head = (&'static str, fn(&Outcome) -> f64);
 
 fn table(sweep: &Sweep, outcomes: &[Outcome], shown: &[usize]) -> String {
     let rows = combinations(sweep, shown);
     let mut html = String::from("<h2>All points</h2>\n");
     if rows.len() > MOST_ROWS {
-        let _ = writeln!(html, "<p>The first {MOST_ROWS} of {} rows; the files hold all of them.</p>", rows.len());
+        let _ =
+            writeln!(html, "<p>The first {MOST_ROWS} of {} rows; the result files contain all rows.</p>", rows.len());
     }
     html += "<div class=\"scroll\"><table>\n<tr>";
     for &axis in shown {

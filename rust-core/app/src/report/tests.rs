@@ -1,4 +1,4 @@
-//! Pages about made-up results.
+//! Pages about synthetic results.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ impl WriteColumns for Nothing {
     }
 }
 
-/// A made-up specimen: a curve with the given peak, an energy ledger that closes, and a slanted crack.
+/// A synthetic specimen: a curve with the given peak, an energy ledger that closes, and an inclined crack.
 #[expect(clippy::too_many_lines, reason = "a result file, table by table")]
 fn synthetic(path: &Path, peak_stress: f64, peak_strain: f64, title: &str) -> ResultFile {
     const NAMES: [&str; 19] = [
@@ -60,7 +60,7 @@ fn synthetic(path: &Path, peak_stress: f64, peak_strain: f64, title: &str) -> Re
     for k in 0..=300 {
         let strain = end * f64::from(k) / 300.0;
         let x = strain / peak_strain;
-        // Straight at first, rounded at the peak, softening after it.
+        // The curve is straight at first, rounded at the peak, and then softens.
         let initial = modulus * peak_strain.abs() / peak_stress;
         let stress = peak_stress * (initial * x) / (1.0 + (initial - 2.0) * x + x * x).max(initial * x * 0.2);
         work += 0.5 * (stress + last.1) * (strain - last.0) * volume;
@@ -113,14 +113,14 @@ fn synthetic(path: &Path, peak_stress: f64, peak_strain: f64, title: &str) -> Re
 }
 
 #[test]
-fn page_holds_the_figures_and_nothing_from_elsewhere() {
+fn a_page_has_all_figures_and_loads_nothing_from_elsewhere() {
     let folder = tempfile::tempdir().unwrap();
     let tension = synthetic(&folder.path().join("tension.h5"), 3.5e6, 1.6e-4, "Cube <in> tension");
     let compression = synthetic(&folder.path().join("compression.h5"), -32e6, -1.9e-3, "Cube in compression");
     let page = page(&[tension, compression], &ReferenceFigures::stransky_specimen_1()).unwrap();
     for expected in [
         "Cube &lt;in&gt; tension · Cube in compression",
-        // f_t, f_c, and their ratio, here and in the source.
+        // f_t, f_c, and their ratio: ours and published.
         "<td class=\"number\">3.500</td><td class=\"number\">3.475</td><td class=\"number\">+0.7 %</td>",
         "<td class=\"number\">32.00</td><td class=\"number\">32.50</td><td class=\"number\">−1.5 %</td>",
         "<td class=\"number\">9.143</td><td class=\"number\">9.350</td>",
@@ -134,7 +134,7 @@ fn page_holds_the_figures_and_nothing_from_elsewhere() {
     ] {
         assert!(page.contains(expected), "no {expected}");
     }
-    // Charts have text alternatives, and peaks carry their values.
+    // Charts have text alternatives, and peaks are labeled with their values.
     for expected in [
         "<svg class=\"chart\"",
         "role=\"img\"",
@@ -146,7 +146,7 @@ fn page_holds_the_figures_and_nothing_from_elsewhere() {
     ] {
         assert!(page.contains(expected), "no {expected}");
     }
-    // Nothing is loaded from elsewhere: no sources, style sheets, or imports; and the page is small.
+    // The page loads no scripts, style sheets, or imports from elsewhere, and it is small.
     for loading in ["src=\"", "<link", "@import", "https://"] {
         assert!(!page.contains(loading), "{loading}");
     }
@@ -157,7 +157,7 @@ fn page_holds_the_figures_and_nothing_from_elsewhere() {
 }
 
 #[test]
-fn a_result_without_a_specimen_is_no_error() {
+fn a_result_without_a_specimen_is_not_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.h5");
     let series = ["strain", "stress"].map(|name| SeriesColumn::new(name, "1", "")).to_vec();
@@ -169,17 +169,17 @@ fn a_result_without_a_specimen_is_no_error() {
 }
 
 #[test]
-fn scale_of_damage() {
+fn the_color_scale_has_equal_steps_per_power_of_ten_of_the_remaining_stiffness() {
     assert_eq!(share_of_scale(0.2), 0.0, "below the scale");
     assert_eq!(share_of_scale(0.5), 0.0);
     assert_eq!(share_of_scale(1.0), 1.0, "no stiffness left");
-    // Steps of ten in what is left: equal to the rounding of 1 - 0.99 and 1 - 0.999.
+    // Equal steps per factor of ten in the remaining stiffness, up to the rounding of 1 - 0.99 and 1 - 0.999.
     let steps = [0.9, 0.99, 0.999].map(share_of_scale);
     assert!(((steps[2] - steps[1]) - (steps[1] - steps[0])).abs() < 1e-12, "{steps:?}");
 }
 
 #[test]
-fn numbers_have_four_digits() {
+fn numbers_have_four_significant_digits() {
     for (value, text) in [
         (27.034_f64, "27.03"),
         (3.4749e-2, "0.03475"),
@@ -195,7 +195,7 @@ fn numbers_have_four_digits() {
 
 /// Test vectors of RFC 4648, section 10.
 #[test]
-fn base64_of_the_standard() {
+fn base64_agrees_with_the_standard() {
     for (text, expected) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
         assert_eq!(base64(text.as_bytes()), expected);
     }

@@ -37,7 +37,7 @@ impl Axis {
 
 /// Error of an axis.
 pub(super) struct AxisError {
-    /// Wrong key of the axis; empty for the axis itself.
+    /// The wrong key; empty if the problem concerns the axis as a whole.
     pub key: &'static str,
     /// What is wrong.
     pub message: String,
@@ -82,7 +82,7 @@ impl WrittenAxis {
             _ => {
                 return Err(AxisError::new(
                     "",
-                    "an axis needs either key or keys",
+                    "an axis needs either `key` or `keys`",
                     "write key = \"bonds.interaction_ratio\"",
                 ));
             }
@@ -95,24 +95,24 @@ impl WrittenAxis {
             }
             (None, None, Some(range)) => {
                 if !(range.from > 0.0 && range.to > 0.0) {
-                    let message = format!("a range from {} to {} has no logarithms", range.from, range.to);
+                    let message = format!("a range from {} to {} cannot be logarithmic", range.from, range.to);
                     return Err(AxisError::new("logarithmic", &message, "both ends must be positive"));
                 }
                 let (low, high) = (range.from.ln(), range.to.ln());
                 range.numbers("logarithmic", &|share| (low + (high - low) * share).exp())?
             }
             _ => {
-                let message = "an axis needs one of values, linear, logarithmic".to_owned();
+                let message = "an axis needs one of `values`, `linear`, `logarithmic`".to_owned();
                 return Err(AxisError::new("", &message, "write values = [1, 2, 3]"));
             }
         };
         if values.is_empty() {
-            return Err(AxisError::new("values", "there is no value", "give at least one"));
+            return Err(AxisError::new("values", "the axis has no values", "give at least one"));
         }
         if several && values[0].len() != keys.len() {
             return Err(AxisError::new(
                 "keys",
-                "a range sets one key",
+                "a range can set only one key",
                 "write values = [[...], [...]] for several keys",
             ));
         }
@@ -131,17 +131,17 @@ fn rows(values: Vec<toml::Value>, keys: usize) -> Result<Vec<Vec<toml::Value>>, 
         if row.len() == keys {
             return Ok(row);
         }
-        let message = format!("{keys} keys, but a value of {}", row.len());
-        Err(AxisError::new("values", &message, "give one list per point with a value for each key"))
+        let message = format!("there are {keys} keys, but a point has {} values", row.len());
+        Err(AxisError::new("values", &message, "give one list per point, with one value for each key"))
     };
     values.into_iter().map(row).collect()
 }
 
 impl Range {
-    /// Numbers at equal intervals; both ends exactly as written.
+    /// Numbers at equal intervals; both ends are exactly as written.
     fn numbers(&self, name: &'static str, at: &dyn Fn(f64) -> f64) -> Result<Vec<Vec<toml::Value>>, AxisError> {
         if !((2..=10_000).contains(&self.count) && self.from.is_finite() && self.to.is_finite()) {
-            let message = format!("{} values from {} to {}", self.count, self.from, self.to);
+            let message = format!("a range of {} values from {} to {} is not possible", self.count, self.from, self.to);
             return Err(AxisError::new(name, &message, "give finite ends and a count from 2 to 10000"));
         }
         let one = |k: usize| match k {
@@ -154,7 +154,7 @@ impl Range {
     }
 }
 
-/// Set the value at a key path such as `material[0].cpm.young`; tables on the way must exist, the last key need not.
+/// Sets the value at a key path such as `material[0].cpm.young`. Tables on the path must exist; the last key need not.
 pub(super) fn set(table: &mut toml::Table, path: &str, new: toml::Value) -> Result<(), String> {
     let segments: Vec<&str> = path.split(['.', '[', ']']).filter(|segment| !segment.is_empty()).collect();
     let Some((last, way)) = segments.split_last() else { return Err("the key is empty".into()) };
@@ -182,7 +182,7 @@ pub(super) fn set(table: &mut toml::Table, path: &str, new: toml::Value) -> Resu
             let item = last.parse().ok().and_then(|k: usize| items.get_mut(k));
             *item.ok_or_else(|| format!("`{path}` names an item that does not exist"))? = new;
         }
-        Some(_) => return Err(format!("`{path}` names a key of a value that is no table")),
+        Some(_) => return Err(format!("`{path}` names a key of a value that is not a table")),
     }
     Ok(())
 }

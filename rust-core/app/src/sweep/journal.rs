@@ -22,23 +22,23 @@ pub struct Journal {
 /// Error of a journal.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
-    /// It belongs to another sweep, scenario, input file, or version of the program.
+    /// The journal belongs to another sweep, scenario, input file, or version of the program.
     #[error(
-        "{} holds points of another sweep, scenario, or packing file, or of another version of the program; --force discards them",
+        "{} has points of another sweep, scenario, or packing file, or of another version of the program; --force discards them",
         path.display()
     )]
     Other {
         /// The file.
         path: PathBuf,
     },
-    /// Error of the system.
+    /// Error of the operating system.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
         /// Attempted action.
         action: &'static str,
-        /// Error of the system.
+        /// Error of the operating system.
         source: io::Error,
     },
 }
@@ -51,10 +51,10 @@ pub fn path_of(result: &Path) -> PathBuf {
 }
 
 impl Journal {
-    /// Open or create a journal; returns the points it holds.
+    /// Opens or creates a journal; returns the points in it.
     ///
     /// # Errors
-    /// A journal of another sweep; an error of the system.
+    /// The journal belongs to another sweep, or the operating system reports an error.
     pub fn open(path: &Path, fingerprint: &str) -> Result<(Self, BTreeMap<usize, Outcome>), JournalError> {
         let failed = |action| move |source| JournalError::Io { path: path.to_owned(), action, source };
         let mut options = File::options();
@@ -72,7 +72,7 @@ impl Journal {
             return Err(JournalError::Other { path: path.to_owned() });
         } else {
             known.extend(lines.filter_map(read_line));
-            // Start a new line after one that was cut off.
+            // Start a new line after an incomplete one.
             if bytes.last() != Some(&b'\n') {
                 file.write_all(b"\n").map_err(failed("write"))?;
             }
@@ -80,10 +80,10 @@ impl Journal {
         Ok((Self { file }, known))
     }
 
-    /// Add a finished point.
+    /// Appends a finished point.
     ///
     /// # Errors
-    /// An error of the system.
+    /// The operating system reports an error.
     pub fn add(&mut self, point: usize, outcome: &Outcome) -> io::Result<()> {
         let line = content(point, outcome);
         writeln!(self.file, "{line} {}", mark(&line)).and_then(|()| self.file.sync_data())
@@ -125,7 +125,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_noted_comes_back_and_torn_lines_do_not() {
+    fn finished_points_are_read_back_and_incomplete_lines_are_ignored() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.points");
         let mut outcome = Outcome::default();
@@ -143,7 +143,7 @@ mod tests {
         assert_eq!(known[&7].values[3].to_bits(), (0.1 + 0.2_f64).to_bits());
         assert!(known[&7].values[4].is_nan());
         assert_eq!(known[&2].problem, bad.problem);
-        // Cut off anywhere, no point comes back with other numbers, and the next line is whole.
+        // If the file is cut off anywhere, no point is read back with other numbers, and the next line is complete.
         for length in (whole.len() / 2)..whole.len() {
             std::fs::write(&path, &whole[..length]).unwrap();
             let (mut journal, known) = Journal::open(&path, "f").unwrap();

@@ -12,9 +12,9 @@
 //! values = [1, 2, 3]
 //! average = true
 //! ```
-//! The last axis varies fastest in the numbering of points. Points with the same packing share it. A [`journal`] keeps
-//! every finished point, which is not computed again. The numbers of a point depend only on the point, so the file at the
-//! end is the same for any number of interruptions and threads.
+//! The last axis varies fastest in the numbering of points. Points with the same packing share it. A [`journal`] stores
+//! finished points, so that they are not computed again. The numbers of a point depend only on the point, so the
+//! result is the same for any number of interruptions and threads.
 
 mod axis;
 pub mod journal;
@@ -45,9 +45,9 @@ pub struct Sweep {
     pub title: String,
     /// Path of the scenario.
     pub scenario: PathBuf,
-    /// Its text.
+    /// Text of the scenario.
     pub scenario_text: String,
-    /// Whether relaxed dynamics are computed, too.
+    /// Whether to compute relaxed dynamics, too.
     pub dynamics: bool,
     /// Relative residual of the static solution.
     pub residual: f64,
@@ -77,10 +77,10 @@ struct Written {
 type ReadScenario<'a> = dyn Fn(&str) -> Result<(PathBuf, String), ReadError> + 'a;
 
 impl Sweep {
-    /// Read a sweep and its scenario, and check every point.
+    /// Reads a sweep and its scenario, and checks every point.
     ///
     /// # Errors
-    /// Files that cannot be read; all problems of the sweep with their place and remedy.
+    /// A file cannot be read, or the sweep has problems; all are reported with position and remedy.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let text = read_text(path)?;
         let source = Source { name: path.display().to_string().into(), text: text.into() };
@@ -106,17 +106,17 @@ impl Sweep {
         };
         let mut problems = Vec::new();
         if written.version != 1 {
-            let message = format!("version {} is not known", written.version);
+            let message = format!("version {} is not supported", written.version);
             problems.push(problem(ProblemKind::OutOfRange, "version".into(), message, "write version = 1"));
         }
         let residual = written.residual.unwrap_or(concordem_statics::Accuracy::default().residual);
         if !(residual > 0.0 && residual < 1e-3) {
             let message = "must be between 0 and 1e-3".to_owned();
-            problems.push(problem(ProblemKind::OutOfRange, "residual".into(), message, "write 1e-11, or leave it out"));
+            problems.push(problem(ProblemKind::OutOfRange, "residual".into(), message, "write 1e-11, or omit the key"));
         }
         if written.axes.is_empty() {
             let help = "add [[axis]] with key = \"bonds.interaction_ratio\" and values = [1.25, 1.5]";
-            problems.push(problem(ProblemKind::MissingKey, "axis".into(), "there is no axis".into(), help));
+            problems.push(problem(ProblemKind::MissingKey, "axis".into(), "the sweep has no axis".into(), help));
         }
         let (scenario, scenario_text) = match read(&written.scenario) {
             Ok(read) => read,
@@ -128,7 +128,7 @@ impl Sweep {
             }
             Err(other) => return Err(other),
         };
-        // Problems of the scenario itself are reported at their place in the scenario.
+        // Problems of the scenario itself are reported at their position in the scenario.
         Scenario::parse(&scenario.display().to_string(), &scenario_text)?;
         let base: toml::Table = toml::from_str(&scenario_text)
             .map_err(|error| wrong(vec![problem(ProblemKind::Syntax, "scenario".into(), error.to_string(), "")]))?;
@@ -137,7 +137,7 @@ impl Sweep {
         let points = axes.iter().fold(1_usize, |points, axis| points.saturating_mul(axis.values.len()));
         if points > MOST_POINTS {
             let message = format!("the axes span {points} points; the limit is {MOST_POINTS}");
-            problems.push(problem(ProblemKind::OutOfRange, "axis".into(), message, "leave out values"));
+            problems.push(problem(ProblemKind::OutOfRange, "axis".into(), message, "use fewer values"));
         }
         if !problems.is_empty() {
             return Err(wrong(problems));
@@ -160,7 +160,7 @@ impl Sweep {
         self.axes.iter().map(|axis| axis.values.len()).product()
     }
 
-    /// Which value of each axis point `k` has; the last axis is fastest.
+    /// Index of the value of each axis at point `k`; the last axis varies fastest.
     pub fn place(&self, mut k: usize) -> Vec<usize> {
         let mut place = vec![0; self.axes.len()];
         for (place, axis) in place.iter_mut().zip(&self.axes).rev() {
@@ -173,19 +173,19 @@ impl Sweep {
     /// The scenario of point `k`.
     ///
     /// # Errors
-    /// Problems of this scenario, at lines of its own text.
+    /// Problems of this scenario, at positions in its own text.
     pub fn scenario(&self, k: usize) -> Result<Scenario, ScenarioError> {
         let mut table = self.base.clone();
         for (axis, value) in self.axes.iter().zip(self.place(k)) {
             for (key, value) in axis.keys.iter().zip(&axis.values[value]) {
-                // Checked when the sweep was read.
+                // Cannot fail: checked when the sweep was read.
                 let _ = set(&mut table, key, value.clone());
             }
         }
         Scenario::parse(&self.scenario.display().to_string(), &table.to_string())
     }
 
-    /// Check that every point is a valid scenario of a bonded periodic cell; collect the files that they read.
+    /// Checks that every point is a valid scenario of a bonded periodic cell; collects the files that they read.
     fn check_points(&mut self) -> Result<(), ReadError> {
         for k in 0..self.points() {
             let scenario = self.scenario(k);
@@ -210,7 +210,7 @@ impl Sweep {
             if let Some((message, help)) = refused {
                 let document = Document::parse(&self.source)
                     .map_err(|problems| ReadError::Scenario(ScenarioError::new(&self.source, problems)))?;
-                // The last axis whose value differs from the first point is probably the wrong one.
+                // The last axis whose value differs from that of the first point is probably the wrong one.
                 let place = self.place(k);
                 let blamed = (0..place.len()).rev().find(|&axis| place[axis] > 0).unwrap_or(0);
                 let (span, _) = document.locate(&format!("axis[{blamed}]"));
@@ -234,10 +234,10 @@ impl Sweep {
         Ok(())
     }
 
-    /// Hash of everything the numbers depend on: sweep, scenario, files that the points read, and program.
+    /// Hash of everything that the numbers depend on: sweep, scenario, files that the points read, and program.
     ///
     /// # Errors
-    /// A file that cannot be read.
+    /// A file cannot be read.
     pub fn fingerprint(&self) -> Result<String, ReadError> {
         let mut hasher = blake3::Hasher::new();
         let mut add = |part: &[u8]| {
@@ -255,7 +255,7 @@ impl Sweep {
     }
 }
 
-/// Place in the sweep, kind, message, and remedy of a problem.
+/// Key in the sweep, kind, message, and remedy of a problem.
 type AxisProblem = (String, ProblemKind, String, &'static str);
 
 /// The axes with all their values, and the problems of the others; `base` is the scenario.
@@ -274,13 +274,13 @@ fn resolve(written: Vec<WrittenAxis>, base: &toml::Table) -> (Vec<Axis>, Vec<Axi
         for (j, key) in axis.keys.iter().enumerate() {
             let twice = axes.iter().any(|axis| axis.keys.contains(key)) || axis.keys[..j].contains(key);
             let failure = if twice {
-                Some(format!("`{key}` is set twice"))
+                Some(format!("two axes set `{key}`"))
             } else {
                 set(&mut base.clone(), key, axis.values[0][j].clone()).err()
             };
             if let Some(message) = failure {
                 let help = "keys are those of the scenario: packing.count, bonds.interaction_ratio, \
-                            material[0].cpm.shear_ratio; each one in one axis";
+                            material[0].cpm.shear_ratio; use each key in one axis only";
                 let place = format!("axis[{k}].{}", if axis.keys.len() == 1 { "key" } else { "keys" });
                 problems.push((place, ProblemKind::UnknownKey, message, help));
             }

@@ -10,9 +10,9 @@ use concordem_statics::{Accuracy, LinkNetwork, cell_stiffness, closed_form};
 pub struct Quantity {
     /// Name.
     pub name: &'static str,
-    /// SI unit, "1" when dimensionless.
+    /// SI unit; "1" for a pure number.
     pub unit: &'static str,
-    /// Meaning.
+    /// Description.
     pub description: &'static str,
 }
 
@@ -27,12 +27,12 @@ quantities! {
     "particles" "1" "Particles",
     "links" "1" "Bonds",
     "coordination" "1" "Bonds per particle",
-    "packing_fraction" "1" "Share of solid in the cell",
-    "rattlers" "1" "Particles that carry no force, left out",
-    "mechanisms" "1" "Motions of single particles that no bond resists",
+    "packing_fraction" "1" "Solid fraction of the cell",
+    "rattlers" "1" "Particles that carry no force; they are excluded",
+    "mechanisms" "1" "Motions of single particles that strain no bond",
     "stiffness_sum" "Pa" "Sum of k_N L^2 over d V, d the dimension",
     "shear_ratio" "1" "Sum of k_T L^2 over sum of k_N L^2",
-    "spectral_radius" "1" "Of the iteration between strains and forces of deformable particles",
+    "spectral_radius" "1" "Spectral radius of the iteration between strains and forces of deformable particles",
     "closed_young" "Pa" "Young's modulus, closed form",
     "closed_poisson" "1" "Poisson's ratio, closed form",
     "affine_young" "Pa" "Young's modulus, affine sum",
@@ -41,17 +41,17 @@ quantities! {
     "poisson" "1" "Poisson's ratio, static network",
     "bulk" "Pa" "Bulk modulus, static network",
     "shear" "Pa" "Shear modulus, static network",
-    "anisotropy_young" "1" "Largest deviation of a Young's modulus from the mean, by the mean",
+    "anisotropy_young" "1" "Largest deviation of a Young's modulus from the mean, divided by the mean",
     "anisotropy_poisson" "1" "Largest deviation of a Poisson's ratio from the mean",
-    "anisotropy_shear" "1" "Largest deviation of a shear modulus from E/2(1+nu), by that",
-    "anisotropy_coupling" "1" "Largest stiffness that vanishes for isotropy, by E",
+    "anisotropy_shear" "1" "Largest deviation of a shear modulus from E/2(1+nu), divided by that",
+    "anisotropy_coupling" "1" "Largest stiffness that vanishes for isotropy, divided by E",
     "iterations" "1" "Iterations of the static solution",
     "dynamic_young" "Pa" "Young's modulus, relaxed dynamics",
     "dynamic_poisson" "1" "Poisson's ratio, relaxed dynamics",
     "dynamic_steps" "1" "Steps of the longest relaxation",
 }
 
-/// Name of the stiffness in files; it has 36 numbers per point.
+/// Name of the stiffness matrix in files; it has 36 numbers per point.
 pub const STIFFNESS: &str = "stiffness";
 
 /// Names of all numbers of a point: the quantities, then the 36 entries of the static stiffness, row by row.
@@ -68,7 +68,7 @@ pub fn quantities() -> &'static [Quantity] {
 /// Result of a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// In the order of [`columns`]; NaN for missing numbers.
+    /// Values in the order of [`columns`]; NaN for missing numbers.
     pub values: Vec<f64>,
     /// Problem of a failed point.
     pub problem: Option<String>,

@@ -24,7 +24,7 @@ pub fn schema() -> Value {
             "name": { "description": "Name in tables and figures; default: the key.", "type": "string" },
             "key": { "description": "Key of the scenario, such as `bonds.interaction_ratio`.", "type": "string" },
             "keys": {
-                "description": "Keys that take their values together.",
+                "description": "Keys that are set together.",
                 "type": "array", "items": { "type": "string" }, "minItems": 1
             },
             "values": { "description": "Values; with `keys`, one list per point.", "type": "array", "minItems": 1 },
@@ -60,13 +60,13 @@ mod tests {
     use super::*;
     use concordem_scenario::schema::SWEEP;
 
-    /// Keys that the reader does not know, among the keys of a table of the schema.
+    /// The keys of a table in the schema that the reader does not know.
     fn unknown(properties: &Value, read: &dyn Fn(&str) -> String) -> Vec<String> {
         let keys = properties.as_object().expect("a table").keys();
         keys.filter(|key| read(key).contains("unknown field")).cloned().collect()
     }
 
-    /// The schema has the keys of the reader and of the template, no others.
+    /// The schema has exactly the keys of the reader, and those of the template.
     #[test]
     fn keys_are_those_of_the_reader() {
         let schema = schema();
@@ -78,7 +78,7 @@ mod tests {
         let of_axis = |key: &str| sweep(&format!("[[axis]]\n{key}"));
         assert!(unknown(&schema["properties"], &sweep).is_empty());
         assert!(unknown(axis, &of_axis).is_empty());
-        // The reader lists the keys it knows when it meets another one.
+        // The error for an unknown key lists the keys that the reader knows.
         for (message, properties) in [(sweep("nonsense"), &schema["properties"]), (of_axis("nonsense"), axis)] {
             let known: Vec<&str> = message.split('`').skip(3).step_by(2).collect();
             assert!(known.len() > 5, "{message}");

@@ -1,4 +1,4 @@
-//! Reading of sweeps, and their points.
+//! Reading sweeps, and their points.
 
 use super::*;
 
@@ -43,7 +43,7 @@ fn ranges_keep_their_ends() {
 
 /// The fingerprint includes a file that only an axis names; the location of the folder does not matter.
 #[test]
-fn fingerprints_know_the_files_of_all_points() {
+fn fingerprints_include_the_files_of_all_points() {
     let fingerprint = |second: &str| {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
@@ -62,20 +62,20 @@ fn fingerprints_know_the_files_of_all_points() {
 }
 
 #[test]
-fn what_is_wrong_is_said_with_place_and_remedy() {
+fn errors_give_position_problem_and_remedy() {
     for (axes, line, words) in [
-        ("", 1, "there is no axis"),
-        ("[[axis]]\nvalues = [1]\n", 3, "either key or keys"),
-        ("[[axis]]\nkey = \"bonds.interaction_ratio\"\n", 3, "one of values, linear, logarithmic"),
+        ("", 1, "the sweep has no axis"),
+        ("[[axis]]\nvalues = [1]\n", 3, "either `key` or `keys`"),
+        ("[[axis]]\nkey = \"bonds.interaction_ratio\"\n", 3, "one of `values`, `linear`, `logarithmic`"),
         ("[[axis]]\nkey = \"bond.interaction_ratio\"\nvalues = [1]\n", 4, "has no `bond`, needed for"),
         ("[[axis]]\nkey = \"bonds.interaction_ratio\"\nvalues = [1.1, -2]\n", 3, "interaction_ratio = -2"),
         ("[[axis]]\nkey = \"material[0].linear_bond.stiffness\"\nvalues = [1]\n", 3, "stiffness"),
         ("[[axis]]\nkey = \"packing.shape.kind\"\nvalues = [\"cube\"]\n", 3, "cube"),
-        ("[[axis]]\nkeys = [\"a\", \"b\"]\nvalues = [[1]]\n", 5, "2 keys, but a value of 1"),
+        ("[[axis]]\nkeys = [\"a\", \"b\"]\nvalues = [[1]]\n", 5, "there are 2 keys, but a point has 1 values"),
         (
             "[[axis]]\nkey = \"bonds.interaction_ratio\"\nlogarithmic = { from = 0, to = 1, count = 3 }\n",
             5,
-            "logarithms",
+            "cannot be logarithmic",
         ),
         ("[[axis]]\nkey = \"bonds.interaction_ratio\"\nvalue = [1]\n", 5, "unknown field"),
     ] {

@@ -1,4 +1,4 @@
-//! Processor time instead of wall time, which other work on the machine would disturb more. Run benches with
+//! Measures processor time instead of wall time, because other work on the machine disturbs it less. Run benches with
 //! `RAYON_NUM_THREADS=1`.
 
 use criterion::measurement::{Measurement, ValueFormatter, WallTime};

@@ -37,7 +37,7 @@ pub(super) fn conservation<H: Host>(subject: &Subject<H>, findings: &mut Vec<Fin
                 format!("conservative in {name}: dissipation on closed paths"),
                 dissipated,
                 1e-15,
-                "declared: none; rounding",
+                "declared zero; rounding",
             ));
             findings.push(Finding::at_most(
                 format!("conservative in {name}: force after closed paths"),
@@ -62,7 +62,7 @@ pub(super) fn conservation<H: Host>(subject: &Subject<H>, findings: &mut Vec<Fin
                 format!("not conservative in {name}: share of work lost on closed paths"),
                 violation,
                 SMALLEST_VIOLATION,
-                "an undeclared property must be seen violated",
+                "an undeclared property must be measurably violated",
             ));
         }
     }
@@ -89,9 +89,9 @@ pub(super) fn dissipation<H: Host>(subject: &Subject<H>, findings: &mut Vec<Find
     }
     let check = "most negative dissipation of a step, of the largest stored energy";
     findings.push(if subject.properties.dissipation_nonnegative {
-        Finding::at_most(check, worst, 1e-15, "declared: none; rounding")
+        Finding::at_most(check, worst, 1e-15, "declared zero; rounding")
     } else {
-        Finding::at_least(check, worst, 1e-12, "an undeclared property must be seen violated")
+        Finding::at_least(check, worst, 1e-12, "an undeclared property must be measurably violated")
     });
 }
 
@@ -114,13 +114,13 @@ pub(super) fn energy_balance<H: Host>(subject: &Subject<H>, findings: &mut Vec<F
             format!("energy balance of random moving paths, {name}"),
             residual,
             subject.rounding(window.smallest(), KNOTS * STEPS).max(1e-12),
-            "roundings of 320 steps; a shear increment is tangential to a rounding of the length",
+            "rounding over 320 steps; a shear increment is tangential up to rounding of the length",
         ));
         findings.push(Finding::at_most(
             format!("energy balance of the worst step of these paths, {name}"),
             step,
             subject.rounding(window.smallest(), 1).max(1e-14),
-            "roundings of one step; a shear increment is tangential to a rounding of the length",
+            "rounding of one step; a shear increment is tangential up to rounding of the length",
         ));
         findings.push(Finding::at_most(
             format!("integration terms, share of the work, {name}"),
@@ -132,7 +132,7 @@ pub(super) fn energy_balance<H: Host>(subject: &Subject<H>, findings: &mut Vec<F
             format!("integration terms at half the step / at full step, {name}"),
             if coarse > 1e-12 * work { fine / coarse } else { 0.0 },
             0.75,
-            "0.25 where the law is smooth, 0.5 with a break, and chance in where a kink falls within its step",
+            "0.25 for a smooth law, 0.5 with a break; in between, the position of a kink within its step decides",
         ));
     }
 }

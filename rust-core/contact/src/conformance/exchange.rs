@@ -25,8 +25,8 @@ pub(super) fn action_and_reaction<H: Host>(subject: &Subject<H>, findings: &mut 
             }
         }
     }
-    findings.push(Finding::at_most("arms of A and B add up to the branch, all modes", arms, 1e-15, "few roundings"));
-    findings.push(Finding::at_most("moments balance about any point, all modes", moments, 2e-15, "few roundings"));
+    findings.push(Finding::at_most("arms of A and B add up to the branch, all modes", arms, 1e-15, "a few roundings"));
+    findings.push(Finding::at_most("moments balance about any point, all modes", moments, 2e-15, "a few roundings"));
 }
 
 /// Kinematics of the same step with A and B exchanged, exactly.

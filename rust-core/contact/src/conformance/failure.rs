@@ -77,17 +77,17 @@ pub(super) fn failure<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>
             "first order in the step",
         ));
         findings.push(Finding::at_most(
-            "brittle: energy of the break not named by mode",
+            "brittle: energy of the break that no mode accounts for",
             (fine.damage - fine.released).abs() / fine.damage,
             0.1,
-            "damage that the breaking step itself does is not released",
+            "damage done in the breaking step itself is not released",
         ));
     } else {
         findings.push(Finding::at_most(
-            "not brittle: force lost in the breaking step, in largest changes of other steps",
+            "not brittle: force lost in the breaking step over the largest change in other steps",
             fine.loss / fine.ordinary,
             2.0,
-            "the last step is one among others, or there is none",
+            "the breaking step is like the others, or there is none",
         ));
     }
 }

@@ -130,8 +130,8 @@ fn measured(
 /// Moments on A and B about their centers, N·m, of a response with the solver's arms.
 fn about_centers<S>(kinematics: &FrameKinematics, response: &Response<S>) -> [Vec3; 2] {
     let point = &kinematics.point;
-    let lever = point.normal.cross(&response.force);
-    [lever * point.arm_a + response.moment, lever * point.arm_b - response.moment]
+    let torque_per_arm = point.normal.cross(&response.force);
+    [torque_per_arm * point.arm_a + response.moment, torque_per_arm * point.arm_b - response.moment]
 }
 
 /// Move a bond through `stations`, on top of a rigid motion. The path ends where the bond breaks.
@@ -151,7 +151,7 @@ pub fn drive<H: FrameHost>(
     let mut records: Vec<FrameRecord<H::State>> = Vec::with_capacity(stations.len());
     let mut state = H::State::default();
     let mut previous: Option<[Pose; 2]> = None;
-    let mut old_answer = [Vec3::zeros(); 3];
+    let mut old_wrenches = [Vec3::zeros(); 3];
     for (index, station) in stations.iter().enumerate() {
         let motion = rigid(index as f64 / steps);
         let moved = |pose: Pose| Pose {
@@ -168,10 +168,10 @@ pub fn drive<H: FrameHost>(
         let mut response = subject.host.respond(&kinematics, &state, subject.dt);
         let released = clear_void_parts(&mut response);
         let moments = about_centers(&kinematics, &response);
-        let answer = [response.force, moments[0], moments[1]];
+        let wrenches = [response.force, moments[0], moments[1]];
         let work = 0.5
-            * (kinematics.work(&answer[0], &answer[1], &answer[2])
-                + kinematics.work(&old_answer[0], &old_answer[1], &old_answer[2]));
+            * (kinematics.work(&wrenches[0], &wrenches[1], &wrenches[2])
+                + kinematics.work(&old_wrenches[0], &old_wrenches[1], &old_wrenches[2]));
         let local = |v: &Vec3| rotate(&motion.orientation.conjugate(), v);
         records.push(FrameRecord {
             kinematics,
@@ -187,7 +187,7 @@ pub fn drive<H: FrameHost>(
         }
         state = response.state;
         previous = Some(now);
-        old_answer = answer;
+        old_wrenches = wrenches;
     }
     records
 }
@@ -284,7 +284,7 @@ fn action_and_reaction<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut V
             worst = worst.max(sum.norm() / (moment + force * k.length));
         }
     }
-    findings.push(Finding::at_most("moments balance about any point", worst, 4e-15, "few roundings"));
+    findings.push(Finding::at_most("moments balance about any point", worst, 4e-15, "a few roundings"));
 }
 
 fn exchange<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>) {
@@ -304,15 +304,15 @@ fn exchange<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>
             (other.orientation_a, other.orientation_b) = (k.orientation_b, k.orientation_a);
             (other.turn_a, other.turn_b) = (k.turn_b, k.turn_a);
             other.displacement = -k.displacement;
-            // With the history known: the first step finds it from the motion, to rounding.
+            // Skip the first step: it computes the history from the motion, to rounding only.
             if record.old == H::State::default() {
                 continue;
             }
-            let mut answer = subject.host.respond(&other, &record.old.swapped(), subject.dt);
-            clear_void_parts(&mut answer);
-            let same = answer.force == -record.response.force
-                && answer.moment == -record.response.moment
-                && answer.energy == record.response.energy;
+            let mut mirrored = subject.host.respond(&other, &record.old.swapped(), subject.dt);
+            clear_void_parts(&mut mirrored);
+            let same = mirrored.force == -record.response.force
+                && mirrored.moment == -record.response.moment
+                && mirrored.energy == record.response.energy;
             different += u32::from(!same);
         }
         let swapped = drive(subject, &stations, &motion, &starts(seed), true);
@@ -321,7 +321,12 @@ fn exchange<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>
             worst = worst.max((one.moments[0] - two.moments[1]).norm() / moment);
         }
     }
-    findings.push(Finding::at_most("answers that change with A and B exchanged", f64::from(different), 0.0, "bits"));
+    findings.push(Finding::at_most(
+        "responses that change if A and B are exchanged",
+        f64::from(different),
+        0.0,
+        "bits",
+    ));
     findings.push(Finding::at_most("exchange, kinematics included", worst, 1e-13, "rounding of positions"));
 }
 
@@ -340,13 +345,13 @@ fn objectivity<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Findi
             }
         }
     }
-    findings.push(Finding::at_most("a rigid motion with a turn by 2π changes nothing", worst, 1e-13, "rounding"));
+    findings.push(Finding::at_most("change under a rigid motion with a turn by 2π", worst, 1e-13, "rounding"));
 }
 
 /// Force and moments against central differences of the stored energy, at random stations.
 fn derivatives<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>) {
-    /// Step of the central difference, rad (and share of the length): its truncation is about 1e-10 of the curvature of
-    /// the energy, its rounding 1e-16/1e-5.
+    /// Step of the central difference, rad, and as a fraction of the length. Its truncation error is about 1e-10 of the
+    /// curvature of the energy, its rounding error 1e-16/1e-5.
     const STEP: f64 = 1e-5;
     let mut worst = 0.0_f64;
     let mut random = Random::new(17);
@@ -362,11 +367,11 @@ fn derivatives<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Findi
             let kinematics = measured(&subject.geometry, &previous_geometry, &origin, now, true, subject.dt);
             (subject.host.respond(&kinematics, &state, subject.dt), kinematics)
         };
-        let (answer, kinematics) = energy(&here);
-        let [ma, mb] = about_centers(&kinematics, &answer);
+        let (response, kinematics) = energy(&here);
+        let [ma, mb] = about_centers(&kinematics, &response);
         let length = subject.geometry.reference_length;
-        let scale = answer.force.norm() * length + ma.norm() + mb.norm();
-        if scale == 0.0 || answer.status != Status::Lives {
+        let scale = response.force.norm() * length + ma.norm() + mb.norm();
+        if scale == 0.0 || response.status != Status::Lives {
             continue;
         }
         for axis in 0..3 {
@@ -390,7 +395,7 @@ fn derivatives<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Findi
             let by_motion = difference(&moved);
             let by_turn = [difference(&|x| turned(0, x)), difference(&|x| turned(1, x))];
             worst = worst
-                .max((by_motion - answer.force[axis] * length).abs() / scale)
+                .max((by_motion - response.force[axis] * length).abs() / scale)
                 .max((by_turn[0] + ma[axis]).abs() / scale)
                 .max((by_turn[1] + mb[axis]).abs() / scale);
         }
@@ -410,7 +415,12 @@ fn closed_paths<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Find
     };
     let (coarse, fine) = (imbalance(STEPS), imbalance(4 * STEPS));
     findings.push(Finding::at_most("net work of closed paths, share of the peak energy", fine, 2e-3, "second order"));
-    findings.push(Finding::at_least("its fall at a quarter of the step", coarse / fine, 8.0, "16 for second order"));
+    findings.push(Finding::at_least(
+        "its reduction at a quarter of the step",
+        coarse / fine,
+        8.0,
+        "16 for second order",
+    ));
 }
 
 fn brittleness<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>) {
@@ -430,7 +440,7 @@ fn brittleness<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Findi
     ));
     let work: f64 = records.iter().map(|r| r.work).sum();
     let unexplained = (work - damage - last.response.energy.integration).abs() / damage;
-    findings.push(Finding::at_most("work of the pull beyond what is released", unexplained, 1e-12, "linear: exact"));
+    findings.push(Finding::at_most("work of pulling minus released energy", unexplained, 1e-12, "linear: exact"));
 }
 
 fn determinism<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>) {
@@ -443,7 +453,7 @@ fn determinism<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Findi
         .zip(&run())
         .filter(|(a, b)| a.response.force != b.response.force || a.response.moment != b.response.moment)
         .count();
-    findings.push(Finding::at_most("answers that differ in a second run", different as f64, 0.0, "bits"));
+    findings.push(Finding::at_most("responses that differ in a second run", different as f64, 0.0, "bits"));
 }
 
 fn extremes<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>) {
@@ -465,5 +475,10 @@ fn extremes<H: FrameHost>(subject: &FrameSubject<H>, findings: &mut Vec<Finding>
             }
         }
     }
-    findings.push(Finding::at_most("answers that are not finite at extremes", f64::from(bad), 0.0, "none"));
+    findings.push(Finding::at_most(
+        "responses at extremes that are not finite",
+        f64::from(bad),
+        0.0,
+        "none is allowed",
+    ));
 }

@@ -178,8 +178,8 @@ pub fn check<H: Host>(subject: &Subject<H>) -> Report {
 }
 
 impl<H: Host> Subject<H> {
-    /// Relative change of a deformation by rounding of positions and orientations in `steps` steps: a few roundings of the
-    /// length per step, which add up like a random walk.
+    /// Relative change of a deformation by rounding of positions and orientations in `steps` steps: a few roundings of
+    /// the length per step, which add up like a random walk.
     fn rounding(&self, deformation: f64, steps: usize) -> f64 {
         let length = self.geometry.radius_a + self.geometry.radius_b + self.geometry.reference_length;
         4.0 * f64::EPSILON * length * (steps as f64).sqrt() / deformation
@@ -189,7 +189,7 @@ impl<H: Host> Subject<H> {
     fn closed_path(&self, window: &Window, sheared: bool, seed: u64, steps: usize) -> Vec<Station> {
         let mut random = Random::new(seed);
         let shear = if sheared { window.shear } else { 0.0 };
-        // Twist up to the displacement of the shear at the surface.
+        // Twist up to the angle whose displacement at the surface equals the largest shear.
         let twist = 2.0 * shear / self.geometry.reference_length;
         // Start and end undeformed, because shear counts from the start.
         let mut knots = vec![Station::default()];
@@ -215,7 +215,7 @@ impl<H: Host> Subject<H> {
 }
 
 impl Window {
-    /// The smaller of the largest elongation and the largest shear: the scale of errors by rounding.
+    /// The smaller one of the largest elongation and the largest shear, m: the scale of rounding errors.
     fn smallest(&self) -> f64 {
         let elongation = self.elongation[0].abs().max(self.elongation[1].abs());
         if self.shear > 0.0 { elongation.min(self.shear) } else { elongation }

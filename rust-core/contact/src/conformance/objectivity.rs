@@ -23,7 +23,7 @@ fn change_under<H: Host>(subject: &Subject<H>, mode: MotionMeasure, steps: usize
     if records.len() < stations.len() {
         return f64::NAN;
     }
-    // The largest change on the way, because a whole turn ends where it began.
+    // The largest change on the way: a whole turn ends where it began.
     let before = &records[loaded - 1].force;
     largest(records[loaded..].iter().map(|record| distance(before, &record.force))) / norm(before)
 }
@@ -104,7 +104,7 @@ pub(super) fn objectivity<H: Host>(subject: &Subject<H>, findings: &mut Vec<Find
                 format!("held and turned by 2π {name} in 1000 steps, {mode:?}"),
                 once,
                 1.2 * expected,
-                "2π²/N + (2π)³L/(6N² shear), and a fifth for higher orders",
+                "2π²/N + (2π)³L/(6N² shear), plus a fifth for higher orders",
             ));
             findings.push(Finding::at_least(
                 format!("order of that error in the step {name}, {mode:?}"),

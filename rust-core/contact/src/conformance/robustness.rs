@@ -34,7 +34,7 @@ pub(super) fn determinism<H: Host>(subject: &Subject<H>, findings: &mut Vec<Find
         let again = bits(&drive(subject, mode, &path(3)));
         different += once.iter().zip(&again).filter(|(x, y)| x != y).count() + once.len().abs_diff(again.len());
     }
-    findings.push(Finding::at_most("same inputs, other bits", different as f64, 0.0, "a law is a pure function"));
+    findings.push(Finding::at_most("same inputs, different bits", different as f64, 0.0, "a law is a pure function"));
 }
 
 pub(super) fn extremes<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding>) {
@@ -78,5 +78,5 @@ pub(super) fn extremes<H: Host>(subject: &Subject<H>, findings: &mut Vec<Finding
             }
         }
     }
-    findings.push(Finding::at_most("extremes: answers with NaN or infinity", f64::from(bad), 0.0, "none is allowed"));
+    findings.push(Finding::at_most("extremes: responses with NaN or infinity", f64::from(bad), 0.0, "none is allowed"));
 }

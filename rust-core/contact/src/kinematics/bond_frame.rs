@@ -4,8 +4,8 @@
 //! A to B), `t_A`, `t_B` the copies now, and `D` the rotation of B relative to A since bonding (`D t_A = t_B`):
 //!
 //! * end rotations `θ_p = (α/sin α) X × t_p`, `sin α = |X × t_p|`, `cos α = X·t_p`: the rotation vector from the branch
-//!   vector to the end's own direction (rad, perpendicular to `X`). It is the book's `θ_y Y + θ_z Z` without its frame,
-//!   which is undefined at rest (Jebahi et al. 2015, below [2.9]);
+//!   vector to the end's own direction (rad, perpendicular to `X`). It equals `θ_y Y + θ_z Z` of the source, but needs
+//!   no axes `Y`, `Z`, which are undefined at rest (Jebahi et al. 2015, below [2.9]);
 //! * twist `τ`: the part of `D` beyond the smallest rotation from `t_A` to `t_B`,
 //!   `tan ½τ = u·(t_A+t_B) / ((1 + t_A·t_B) w + (t_A×t_B)·u)` with `D = (u, w)`; `θ_Bx − θ_Ax` for small rotations.
 //!
@@ -79,7 +79,7 @@ trait Arcs {
 /// Angles of any size.
 struct AnyAngles;
 
-/// Small angles from series alone, without branches; see [`RotationSines::are_small`].
+/// Small angles, computed from series without branches; see [`RotationSines::are_small`].
 struct SmallAngles;
 
 impl Arcs for AnyAngles {
@@ -139,10 +139,11 @@ impl Arcs for SmallAngles {
 }
 
 impl RestFrame {
-    /// The frame of a bond that is unloaded now: unit branch vector `normal`, orientations of the bodies (body to world).
+    /// Rest frame of a bond that is unloaded now: unit branch vector `normal`, orientations of the bodies (body to
+    /// world).
     pub fn new(normal: &Vec3, orientation_a: &Quat, orientation_b: &Quat) -> Self {
         let relative = orientation_b.conjugate() * orientation_a;
-        // Square root of a unit quaternion: half the angle, the shorter way round.
+        // Square root of a unit quaternion: half the angle, by the shorter way round.
         let relative = if relative.w < 0.0 { -relative } else { relative };
         let real = (0.5 * (1.0 + relative.w)).sqrt();
         let rotation = relative.imag() / (2.0 * real);
@@ -177,9 +178,9 @@ impl BranchVector {
         Self { length, normal: branch * (1.0 / length) }
     }
 
-    /// Rotations of the ends since the state `rest` without branches, valid only if they are small, and whether they are.
-    /// Small rotations have the bits of [`FrameKinematics::rotations`]. `TURNED`: whether the orientations of the bodies may
-    /// have differed at bonding.
+    /// Rotations of the ends since the state `rest`, computed without branches, and whether they are small. Only then
+    /// they are valid, and they equal [`FrameKinematics::rotations`] bit for bit. `TURNED`: whether the orientations of
+    /// the bodies may have differed at bonding.
     #[inline(always)]
     pub fn small_rotations<const TURNED: bool>(
         &self,
@@ -187,7 +188,7 @@ impl BranchVector {
         rest: &RestFrame,
     ) -> (EndRotations, bool) {
         let orientations = if TURNED {
-            // Bitwise operators, because short circuits are branches.
+            // Bitwise operators, because `&&` would branch.
             let r = rest.rotation;
             #[allow(clippy::needless_bitwise_bool)]
             let alike = (r.x == 0.0) & (r.y == 0.0) & (r.z == 0.0);
@@ -204,7 +205,7 @@ impl BranchVector {
         (sines.angles::<SmallAngles>(), sines.are_small())
     }
 
-    /// As a point contact in the middle of the bond.
+    /// The bond as a point contact at its middle.
     #[inline(always)]
     pub fn point(&self, geometry: &ContactGeometry, previous: &PreviousGeometry, bonded: bool) -> PointKinematics {
         let Self { length, normal } = *self;
@@ -235,14 +236,15 @@ struct RotationSines {
     sine_squared: [f64; 2],
     /// Unit branch vector · end direction.
     cosine: [f64; 2],
-    /// Imaginary and real part of the twist quaternion, up to a factor.
+    /// Imaginary and real part of the twist quaternion, up to a common factor.
     twist: [f64; 2],
     /// `(t_A + t_B)/(1 + t_A·t_B)`.
     twist_axis: Vec3,
 }
 
 impl RotationSines {
-    /// Of bodies with these orientations, in whose axes the bond had the direction `direction` at bonding.
+    /// Sines and cosines for bodies with the orientations `qa` and `qb`; `direction` is the direction of the bond in
+    /// the axes of either body at bonding.
     #[inline(always)]
     fn between(branch: &Vec3, [qa, qb]: &[Quat; 2], direction: &Vec3) -> Self {
         let (ta, tb) = (rotate(qa, direction), rotate(qb, direction));
@@ -264,7 +266,7 @@ impl RotationSines {
         }
     }
 
-    /// Whether all angles are small enough for their series. Bitwise operators, because short circuits are branches.
+    /// Whether all angles are small enough for their series. Uses bitwise operators, because `&&` would branch.
     #[inline(always)]
     #[allow(clippy::needless_bitwise_bool)]
     fn are_small(&self) -> bool {
@@ -384,8 +386,8 @@ impl Kinematics for FrameKinematics {
 mod tests {
     use super::*;
 
-    /// Series and arc tangent agree where they meet. Tolerance: the second factor is a difference of numbers near 1, divided
-    /// by 1e-2. At large angles the factors equal their definitions.
+    /// Series and arc tangent agree where they meet. Tolerance: the second factor is a difference of numbers near 1,
+    /// divided by 1e-2. At large angles the factors equal their definitions.
     #[test]
     fn arc_factors_are_continuous_and_right() {
         let at = |sine: f64| AnyAngles::factors(sine * sine, (1.0 - sine * sine).sqrt());

@@ -14,15 +14,15 @@
 //! | displacement of a contact point | `u = ε s` | (2.52) |
 //! | corrected elongation | `u_c = u − n·(R_A ε_A + R_B ε_B)·n` | (2.53) |
 //!
-//! in Pa, m, N; tension positive. Discs have unit depth. The lever is the whole radius, as in all closed forms of the
+//! in Pa, m, N; tension positive. Discs have unit depth. The arm is the whole radius, as in all closed forms of the
 //! source. Contact points and normals are those of the undeformed particles, and the deformation does not change shear
 //! increments. Forces depend on the strains of the same step, and strains on the forces; see [`Update`].
 //!
-//! **Forces that deform.** Contacts with particles and walls; given forces, if they are said to act on the surface
-//! (`Load::dyad` of the solver); and the reactions of prescribed translations. The point where a reaction meets the surface
-//! is unknown. The model places it opposite to the contacts, with the lever `−R Σn/max(1, |Σn|)`: exactly opposite to a
-//! single contact, outwards at a surface, zero where contacts lie all around. Gravity and inertia are body forces and have
-//! no lever.
+//! **Forces that strain a particle.** Contacts with particles and walls; external loads that act on the surface
+//! (`Load::virial` of the solver); reactions of prescribed translations. The point where a reaction acts is unknown.
+//! The model places it opposite to the contacts, with the arm `−R Σn/max(1, |Σn|)`: exactly opposite to a single
+//! contact, on the outer side at a surface, and zero if contacts surround the particle. Gravity and inertia are body
+//! forces without an arm.
 //!
 //! **Energy.** Shear forces strain the particles, but this strain does not change shear increments, so the scheme has no
 //! potential under shear. The ledger books the difference as a term of its own (`Ledger::deformation_other`).
@@ -63,7 +63,7 @@ pub enum Update {
     Lagged,
     /// By iteration at fixed positions until strains and forces agree (Madan 2019, section 3.2).
     Iterated {
-        /// Largest relative change of the particles' force dyads in the last iteration (root of sums of squares), 1.
+        /// Largest relative change of the particle virials in the last iteration (root of sums of squares), 1.
         tolerance: f64,
         /// Iterations after which the run stops with an error.
         maximum: u32,
@@ -78,7 +78,7 @@ pub enum Update {
 pub struct Deformable {
     /// Elastic constants by material; [`Elastic::RIGID`] for particles that keep their shape.
     pub elasticity: Vec<Elastic>,
-    /// Plane or solid.
+    /// Plane strain, plane stress, or solid.
     pub condition: Condition,
     /// When the strains are computed.
     pub update: Update,
@@ -87,7 +87,7 @@ pub struct Deformable {
     pub dashpots: bool,
 }
 
-/// Displacement of a particle's surface per force dyad; see [`Deformable::compliance`].
+/// Displacement of a particle's surface per particle virial; see [`Deformable::compliance`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compliance {
     /// Factor of `T`, m/N.
@@ -98,13 +98,13 @@ pub struct Compliance {
 }
 
 impl Deformable {
-    /// Volume of a particle, m³.
+    /// Volume of a sphere, or of a disc of unit depth, m³; `radius` in m.
     #[inline(always)]
     pub fn volume(&self, radius: f64) -> f64 {
         if self.condition.is_planar() { PI * (radius * radius) } else { 4.0 / 3.0 * PI * (radius * radius * radius) }
     }
 
-    /// Compliance of a particle.
+    /// Compliance of a particle of the given material and radius (m).
     #[inline(always)]
     pub fn compliance(&self, material: u16, radius: f64) -> Compliance {
         let Elastic { young, poisson } = self.elasticity.get(material as usize).copied().unwrap_or(Elastic::RIGID);
@@ -122,18 +122,18 @@ impl Deformable {
         if self.condition.is_planar() { Constraint::IN_PLANE } else { Constraint::TRANSLATION }
     }
 
-    /// Stress of a particle under the force dyad `T` (N), Pa.
-    pub fn stress(&self, dyad: &Symmetric, radius: f64) -> Symmetric {
-        *dyad * (radius / self.volume(radius))
+    /// Stress of a particle with the particle virial `T` (N), Pa.
+    pub fn stress(&self, virial: &Symmetric, radius: f64) -> Symmetric {
+        *virial * (radius / self.volume(radius))
     }
 }
 
 impl Compliance {
-    /// Outward displacement of the surface `R ε`, m, under the force dyad `T` (N).
+    /// Outward displacement of the surface `R ε`, m, at the particle virial `T` (N).
     #[inline(always)]
-    pub fn surface_displacement(&self, dyad: &Symmetric) -> Symmetric {
-        let [xx, yy, zz, yz, xz, xy] = dyad.0;
-        let (a, b) = (self.direct, self.volumetric * dyad.trace());
+    pub fn surface_displacement(&self, virial: &Symmetric) -> Symmetric {
+        let [xx, yy, zz, yz, xz, xy] = virial.0;
+        let (a, b) = (self.direct, self.volumetric * virial.trace());
         let out_of_plane = if self.is_planar() { 0.0 } else { a * zz - b };
         Symmetric([a * xx - b, a * yy - b, out_of_plane, a * yz, a * xz, a * xy])
     }
@@ -144,7 +144,8 @@ impl Compliance {
         Self { direct: self.direct / factor, volumetric: self.volumetric / factor, condition: self.condition }
     }
 
-    /// Derivative with respect to the particle's Poisson's ratio: `direct = s(1+ν)` and `volumetric = sν`, in plane strain `sν(1+ν)`.
+    /// Derivative with respect to the particle's Poisson's ratio: `direct = s(1+ν)` and `volumetric = sν`, in plane
+    /// strain `sν(1+ν)`.
     #[must_use]
     pub fn by_poisson(&self) -> Self {
         let (direct, volumetric) = match self.condition {
@@ -168,29 +169,29 @@ impl Compliance {
         self.condition.is_planar()
     }
 
-    /// Factors of the trace-free part of a dyad and of its isotropic part (in the plane, or in space), m/N.
+    /// Factors of the trace-free part of a particle virial and of its isotropic part (in the plane, or in space), m/N.
     pub fn principal(&self) -> (f64, f64) {
         let dimension = if self.is_planar() { 2.0 } else { 3.0 };
         (self.direct, self.direct - dimension * self.volumetric)
     }
 }
 
-/// Contribution of a contact to the deformation of the particle from whose center `normal` points to it. The other particle
-/// has the same contribution, because force and direction both change sign. One cache line.
+/// What one contact adds to the particle virials. It is the same for both particles, because force and direction both
+/// change sign. One cache line.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(64))]
 pub struct ParticleVirial {
-    /// Unit vector to the contact.
+    /// Unit vector from the center of the particle to the contact.
     pub normal: Vec3,
-    /// Elastic normal force on the particle along it, N.
+    /// Elastic normal force on the particle along `normal`, N.
     pub pressure: f64,
     /// All other forces that strain the particle, N.
     pub other: Vec3,
 }
 
 impl ParticleVirial {
-    /// Of a contact with the force `force` on the particle, of which `viscous` comes from dashpots (N). `dashpots_strain`:
-    /// whether that part strains particles.
+    /// For a contact that exerts `force` (N) on the particle; `viscous` is its part from dashpots (N), which strains
+    /// particles if `dashpots_strain`.
     #[inline(always)]
     pub fn of(normal: &Vec3, force: &Vec3, viscous: &Vec3, dashpots_strain: bool) -> Self {
         let elastic = force - viscous;
@@ -199,11 +200,11 @@ impl ParticleVirial {
         Self { normal: *normal, pressure, other }
     }
 
-    /// Force dyads `½(n⊗f + f⊗n)`, N.
+    /// Contribution `½(n⊗f + f⊗n)` to the particle virial, in its two parts, N.
     #[inline(always)]
-    pub fn dyads(&self) -> Dyads {
+    pub fn parts(&self) -> VirialParts {
         let Self { normal, other, pressure } = self;
-        Dyads { normal: Symmetric::square(normal) * *pressure, other: Symmetric::product(normal, other) }
+        VirialParts { normal: Symmetric::square(normal) * *pressure, other: Symmetric::product(normal, other) }
     }
 
     /// Elastic normal force on the particle, N.
@@ -213,17 +214,17 @@ impl ParticleVirial {
     }
 }
 
-/// Sums of the force dyads of a particle's contacts, `Σ ½(n⊗f + f⊗n)`, N. In cache lines of its own.
+/// Particle virial `Σ ½(n⊗f + f⊗n)` over the contacts of a particle, in two parts, N. Aligned to cache lines.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(64))]
-pub struct Dyads {
-    /// Of elastic normal forces.
+pub struct VirialParts {
+    /// Part of elastic normal forces.
     pub normal: Symmetric,
-    /// Of all other forces that strain the particle.
+    /// Part of all other forces that strain the particle.
     pub other: Symmetric,
 }
 
-impl std::ops::AddAssign for Dyads {
+impl std::ops::AddAssign for VirialParts {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         self.normal += other.normal;
@@ -233,14 +234,14 @@ impl std::ops::AddAssign for Dyads {
 
 /// Sums over the contacts of a particle with prescribed translation; zero for other particles.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Held {
+pub struct ReactionSums {
     /// Sum of the directions of the contacts, `Σ n`.
     pub side: Vec3,
     /// Sum of the elastic normal forces, N.
     pub net: Vec3,
 }
 
-impl Held {
+impl ReactionSums {
     /// Add a contact.
     #[inline(always)]
     pub fn add(&mut self, virial: &ParticleVirial) {
@@ -256,28 +257,28 @@ impl Held {
     }
 }
 
-/// Sums that contacts add to; empty if particles do not deform.
+/// Sums by particle to which contacts add; empty if particles do not deform.
 #[derive(Default)]
 pub struct ParticleVirials<'a> {
-    /// By particle.
-    pub dyads: &'a mut [Dyads],
-    /// By particle.
-    pub held: &'a mut [Held],
+    /// Particle virials.
+    pub virials: &'a mut [VirialParts],
+    /// Sums for the reactions of prescribed translations.
+    pub reaction_sums: &'a mut [ReactionSums],
 }
 
 impl ParticleVirials<'_> {
     /// Split off the first particles, at most `length`; the others stay.
     pub fn split_off(&mut self, length: usize) -> Self {
-        let length = length.min(self.dyads.len());
+        let length = length.min(self.virials.len());
         Self {
-            dyads: self.dyads.split_off_mut(..length).unwrap_or_default(),
-            held: self.held.split_off_mut(..length).unwrap_or_default(),
+            virials: self.virials.split_off_mut(..length).unwrap_or_default(),
+            reaction_sums: self.reaction_sums.split_off_mut(..length).unwrap_or_default(),
         }
     }
 
-    /// The same particles, for a shorter time.
+    /// The same sums, borrowed for a shorter time.
     pub fn reborrow(&mut self) -> ParticleVirials<'_> {
-        ParticleVirials { dyads: self.dyads, held: self.held }
+        ParticleVirials { virials: self.virials, reaction_sums: self.reaction_sums }
     }
 }
 
@@ -295,19 +296,19 @@ mod tests {
         Deformable { elasticity, condition, update: Update::Lagged, dashpots: false }
     }
 
-    /// Madan 2019, section 2.9 (two discs in plane stress, with (2.53)): every printed digit.
+    /// Every printed digit of Madan 2019, section 2.9: two discs in plane stress, with (2.53).
     #[test]
     fn two_discs_of_the_source() {
         let (radius, force, approach) = (1e-3, 1e4, 3.65e-7);
         let deformable = disc(Condition::PlaneStress, 2e11, 0.35);
         // Pressed between two opposite contacts along y.
-        let dyad = Symmetric::product(&Vec3::y(), &Vec3::y()) * (-2.0 * force);
-        let stress = deformable.stress(&dyad, radius);
+        let virial = Symmetric::product(&Vec3::y(), &Vec3::y()) * (-2.0 * force);
+        let stress = deformable.stress(&virial, radius);
         assert!((stress.0[1] * 1e-6 + 6.37).abs() < 0.005, "{stress:?}");
-        let surface_displacement = deformable.compliance(0, radius).surface_displacement(&dyad);
+        let surface_displacement = deformable.compliance(0, radius).surface_displacement(&virial);
         assert!((surface_displacement.0[1] / radius * 1e5 + 3.18).abs() < 0.005);
         assert!((surface_displacement.0[0] / radius * 1e5 - 1.11).abs() < 0.005);
-        // The approach is that of two half discs.
+        // The two half discs between the centers.
         assert!((2.0 * surface_displacement.0[1] * 1e8 + 6.37).abs() < 0.005);
         assert!((2.0 * surface_displacement.0[0] * 1e8 - 2.23).abs() < 0.005);
         let overlap = approach + 2.0 * surface_displacement.0[1];
@@ -325,36 +326,36 @@ mod tests {
             (Condition::PlaneStress, 0.5 * PI * young),
             (Condition::Solid, 2.0 / 3.0 * PI * radius * young),
         ] {
-            let dyad = Symmetric::product(&Vec3::x(), &Vec3::x()) * 2.0;
+            let virial = Symmetric::product(&Vec3::x(), &Vec3::x()) * 2.0;
             let surface_displacement =
-                disc(condition, young, poisson).compliance(0, radius).surface_displacement(&dyad);
+                disc(condition, young, poisson).compliance(0, radius).surface_displacement(&virial);
             assert!((1.0 / surface_displacement.0[0] / expected - 1.0).abs() < 4e-16 * 4.0, "{condition:?}");
         }
     }
 
-    /// Compared with central differences of a quadratic in ν, which are exact. Tolerance: a few roundings, 1e-16/h.
+    /// Compared with central differences of a quadratic in ν, which are exact up to rounding: 1e-16/h.
     #[test]
     fn compliance_by_poisson_is_its_derivative() {
-        let dyad = Symmetric([1.0, -2.0, 3.0, 0.4, 0.5, 0.6]);
+        let virial = Symmetric([1.0, -2.0, 3.0, 0.4, 0.5, 0.6]);
         let h = 1e-3;
         for condition in [Condition::PlaneStrain, Condition::PlaneStress, Condition::Solid] {
             for poisson in [-0.4, 0.0, 0.35] {
                 let at = |poisson: f64| disc(condition, 2.0, poisson).compliance(0, 0.7);
-                let found = at(poisson).by_poisson().surface_displacement(&dyad);
+                let found = at(poisson).by_poisson().surface_displacement(&virial);
                 let difference =
-                    at(poisson + h).surface_displacement(&dyad) - at(poisson - h).surface_displacement(&dyad);
+                    at(poisson + h).surface_displacement(&virial) - at(poisson - h).surface_displacement(&virial);
                 for (found, difference) in found.0.iter().zip(difference.0) {
                     assert!((found - difference / (2.0 * h)).abs() < 1e-12, "{condition:?} {poisson}");
                 }
             }
         }
         let rigid = disc(Condition::PlaneStrain, f64::INFINITY, 0.3).compliance(0, 1.0);
-        assert_eq!(rigid.by_poisson().surface_displacement(&dyad), Symmetric::default());
+        assert_eq!(rigid.by_poisson().surface_displacement(&virial), Symmetric::default());
     }
 
     /// The surface of a rigid particle does not move, exactly.
     #[test]
-    fn rigid_particles_stay() {
+    fn rigid_particles_keep_their_surface() {
         let rigid = disc(Condition::Solid, f64::INFINITY, 0.0).compliance(0, 1.0);
         assert_eq!(rigid.surface_displacement(&Symmetric([1.0, -2.0, 3.0, 4.0, 5.0, 6.0])), Symmetric::default());
     }

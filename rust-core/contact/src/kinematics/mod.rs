@@ -9,8 +9,8 @@
 //!   without and with its ratcheting correction.
 //!
 //! [`bond_frame`] measures bonds that transmit moments, in the same way for all measures. [`deformable`] corrects the
-//! elongation of contacts between particles that deform. [`Kinematics::measure_batch`] measures many contacts at a time and
-//! gives the same bits as one at a time.
+//! elongation of contacts between particles that deform. [`Kinematics::measure_batch`] measures many contacts at a time
+//! and gives the same bits as the scalar path.
 
 pub mod bond_frame;
 pub mod deformable;
@@ -51,7 +51,7 @@ pub trait Kinematics: Copy + Send + Sync {
         measure_each::<Self, B>(mode, count, dt, batch);
     }
 
-    /// Measure a contact with a wall; `None` if laws of this kind have no contact with walls.
+    /// Measure a contact with a wall; `None` if the kinematics has no contacts with walls.
     fn measure_wall(mode: MotionMeasure, input: &WallInput<'_>) -> Option<Self>;
 
     /// The motion as that of a point contact: normal, length, arms.
@@ -179,6 +179,6 @@ impl Kinematics for PointKinematics {
 /// Torques on A and B about their centers, N·m: `a n × f` for a force `f` on A (N) and the arms `a` of A and B (m).
 #[inline(always)]
 pub fn torques(normal: &Vec3, force: &Vec3, arms: [f64; 2]) -> [Vec3; 2] {
-    let lever = normal.cross(force);
-    arms.map(|arm| lever * arm)
+    let torque_per_arm = normal.cross(force);
+    arms.map(|arm| torque_per_arm * arm)
 }

@@ -74,7 +74,7 @@ impl ImageShift {
     }
 }
 
-/// What a measure reads of a contact between two particles.
+/// Input of a measure for a contact between two particles.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactInput<'a> {
     /// Motion of A.
@@ -101,7 +101,7 @@ impl ContactInput<'_> {
     }
 }
 
-/// What a measure reads of a contact between a particle and a wall.
+/// Input of a measure for a contact between a particle and a wall.
 #[derive(Debug, Clone, Copy)]
 pub struct WallInput<'a> {
     /// Motion of the particle.

@@ -13,8 +13,8 @@
 //! **First order**, and **YADE** (`Ig2_Wall_Sphere_ScGeom` with `noRatch=False`): `(1 − n n)[v_wall − v − a ω × n]Δt`; the
 //! history rotates by `e − e × (n_o × n) − e × ½Δt (n_o·ω) n_o`. The two differ in the order of operations only.
 //!
-//! **YADE, ratcheting** (`noRatch=True`, YADE's default): `(1 − n n)[α(v_wall − v) − R ω × n]Δt`, `α = 2R/(2R − δ)` for the
-//! overlap δ: the wall counts as a sphere of the same radius.
+//! **YADE, ratcheting** (`noRatch=True`, YADE's default): `(1 − n n)[α(v_wall − v) − R ω × n]Δt`, `α = 2R/(2R − δ)` for
+//! the overlap δ: the wall is treated as a sphere of the same radius.
 
 use super::transport::Turn;
 use super::{MotionMeasure, PointKinematics, Transport, WallInput};
@@ -134,8 +134,8 @@ mod tests {
         measure(mode, &input)
     }
 
-    /// Sliding at 0.3 m/s and rolling at 20 rad/s on a floor: closed forms of the four modes. Finite uses the sine of the
-    /// step's rotation, first order and YADE the rotation, ratcheting the radius as arm.
+    /// Sliding at 0.3 m/s and rolling at 20 rad/s on a floor: closed forms of the four modes. Finite uses the sine of
+    /// the step's rotation; first order and YADE use the rotation; ratcheting uses the radius as arm.
     #[test]
     fn each_mode_has_its_own_arm() {
         let (slide, roll) = (0.3, 20.0);
@@ -159,8 +159,8 @@ mod tests {
         }
     }
 
-    /// Where the normal rotates (at the edge of a mesh) and the sphere rotates about it, all modes agree to second order in
-    /// the step: rotations of 1e-3 and 0.02 rad differ by their squares at most.
+    /// Where the normal rotates (at the edge of a mesh) and the sphere rotates about it, all modes agree to second
+    /// order in the step: rotations of 1e-3 and 0.02 rad differ at most by their squares.
     #[test]
     fn modes_rotate_history_alike_to_first_order() {
         let old = Vec3::new(1e-3, -5e-4, -1.0).normalize();
@@ -175,8 +175,8 @@ mod tests {
         for mode in [MotionMeasure::FirstOrder, MotionMeasure::Yade, MotionMeasure::YadeRatcheting] {
             let (turned, increment) = step(mode);
             assert!((turned - finite).norm() < 1e-4, "{mode:?} {turned} {finite}");
-            let lever = if mode == MotionMeasure::YadeRatcheting { (RADIUS - DISTANCE) * 3.0 } else { 0.0 };
-            assert!((increment - shear).norm() < (lever + 5e-3) * DT, "{mode:?} {increment} {shear}");
+            let from_arm = if mode == MotionMeasure::YadeRatcheting { (RADIUS - DISTANCE) * 3.0 } else { 0.0 };
+            assert!((increment - shear).norm() < (from_arm + 5e-3) * DT, "{mode:?} {increment} {shear}");
         }
         let (first, yade) = (step(MotionMeasure::FirstOrder), step(MotionMeasure::Yade));
         assert!((first.0 - yade.0).norm() < 1e-15 && (first.1 - yade.1).norm() < 1e-18);

@@ -13,7 +13,7 @@ use crate::math::Vec3;
 /// Each contact is evaluated once, in ascending order, by one of [`evaluate`](MotionSink::evaluate), [`commit`](Self::commit),
 /// and [`commit_result`](Self::commit_result).
 pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
-    /// Whether stored energies may be wanted too.
+    /// Whether the evaluation also needs stored energies.
     const SAMPLE: bool;
 
     /// History of contact `i`.
@@ -31,11 +31,11 @@ pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
     /// Store the motion and response of contact `i`.
     fn commit(&mut self, i: usize, point: &PointKinematics, response: &Response<L::State>);
 
-    /// Store the result that a law computed in columns for bond `i`, which survives the step.
+    /// Store the result that the law computed in columns for bond `i`, which survives the step.
     fn commit_result(&mut self, i: usize, result: &BatchResult<L::State>);
 }
 
-/// Result of a law without damage for a bond that survives the step, when nobody wants stored energies.
+/// Result of a law without damage for a bond that survives the step, in steps without a sample.
 #[derive(Debug, Clone, Copy)]
 pub struct BatchResult<S> {
     /// Line between the centers.
@@ -49,7 +49,7 @@ pub struct BatchResult<S> {
     /// History after the step; `None` if it did not change.
     pub state: Option<S>,
     /// Contribution to the deformation of the particles, if they deform.
-    pub push: Option<ParticleVirial>,
+    pub virial: Option<ParticleVirial>,
 }
 
 /// Measure and evaluate the first `count` contacts of a batch; kinematics may use columns.
@@ -70,7 +70,8 @@ pub(super) fn evaluate_each<L: ContactLaw, B: Batch<L>>(mode: MotionMeasure, cou
     measure_each(mode, count, dt, batch);
 }
 
-/// Measure and evaluate contact `i` of a batch, which needs branches. Few contacts do, so this path is cold and not inlined.
+/// Measure and evaluate contact `i` of a batch on the scalar path. Cold and not inlined, because few contacts need
+/// branches.
 #[cold]
 #[inline(never)]
 pub(super) fn evaluate_one<L: ContactLaw, B: Batch<L>>(mode: MotionMeasure, i: usize, dt: f64, batch: &mut B) {

@@ -1,9 +1,10 @@
-//! Cohesive beam: a massless elastic cylinder between the centres of two particles, brittle (Jebahi, André, Terreros,
-//! Iordanoff 2015, "Discrete element method to model 3D continuous materials", sections 2.4.1 and 4.2.1; the signs of
-//! [2.9], [2.11], [2.12] are printed so that forces and moments do not balance, and are corrected here).
+//! Cohesive beam: a massless elastic cylinder between the centers of two particles, brittle (Jebahi, André, Terreros,
+//! Iordanoff 2015, "Discrete element method to model 3D continuous materials", sections 2.4.1 and 4.2.1). The signs of
+//! [2.9], [2.11], [2.12] are corrected: with the printed ones, forces and moments do not balance.
 //!
-//! With the chord `X`, the rest length `l₀`, the elongation `Δl`, the end rotations `θ` and the twist `τ` of
-//! [`bond_frame`](crate::kinematics::bond_frame), section `S = πr²`, `I = πr⁴/4`, `I_O = 2I`, `G = E/2(1+ν)`:
+//! With the unit branch vector `X`, its length `l`, the reference length `l₀`, the elongation `Δl`, the end rotations
+//! `θ` and the twist `τ` of [`bond_frame`](crate::kinematics::bond_frame), the section `S = πr²`, `I = πr⁴/4`,
+//! `I_O = 2I`, and `G = E/2(1+ν)`:
 //!
 //! | | | |
 //! |---|---|---|
@@ -14,21 +15,21 @@
 //! | dual spring | `k_s = ratio·k_n`, `k_b = k_t = 0` | |
 //! | spring | `k_s = k_b = k_t = 0` | |
 //!
-//! Forces are the exact derivatives of `U`, so that a bond conserves energy at rotations of any size. For rotations in one
-//! plane, and to first order in all others, they are the four formulas of the book with the signs corrected,
+//! Forces are the exact derivatives of `U`, so a bond conserves energy at rotations of any size. For rotations in one
+//! plane, and to first order for all others, they are the four formulas of the source with corrected signs,
 //!
 //! `F_A = k_n Δl X − (6EI/l₀l)[(θ_Az+θ_Bz)Y − (θ_Ay+θ_By)Z]`,
 //! `M_A = k_t τ X − (2EI/l₀)(2θ_A+θ_B)`, `M_B = −k_t τ X − (2EI/l₀)(θ_A+2θ_B)`, `F_B = −F_A`
 //!
-//! (moments about the centres; the book has one `l`, since it assumes small strain). The length in the shear force is
-//! the present one, because moments balance at the present chord: `M_A + M_B = l X × F_A`.
+//! with moments about the centers. The source assumes small strain and has a single length. Here the shear force
+//! contains the present length `l`, because moments balance at the present branch vector: `M_A + M_B = l X × F_A`.
 //!
 //! **Failure** (Rankine, [4.1]–[4.3]): `σ_max = ½(σ_n + √(σ_n²+4τ²)) ≥ σ_f` breaks the beam, with
-//! `σ_n = k_n Δl/S + M r/I` and `τ = (r/I_O)·½(M_A−M_B)·X`. [4.2] prints `M = ½‖M_A+M_B‖`, which misses a beam bent to a
-//! circle; what it means is a choice, [`BendingTerm`]. A beam that its particles let go of (no longer bonded: see
-//! `fracture::virial`) breaks at its next evaluation. So does a beam whose twist or end rotation passes 3 rad, whatever its
-//! strength: orientations tell turns apart up to half a turn, π, beyond which the moment would change its sign. The energy
-//! stored at that moment is released as damage.
+//! `σ_n = k_n Δl/S + M r/I` and `τ = (r/I_O)·½(M_A−M_B)·X`. [4.2] prints `M = ½‖M_A+M_B‖`, which is zero for a beam
+//! bent to a circle; [`BendingTerm`] selects the interpretation. A beam that particle-level failure has released (no
+//! longer bonded; see `fracture::virial` of the solver) breaks at its next evaluation. A beam also breaks, whatever its
+//! strength, if its twist or an end rotation exceeds 3 rad: orientations are unique up to half a turn, π, beyond which
+//! the moment would change its sign. The stored energy is released as damage.
 
 use std::f64::consts::{FRAC_2_SQRT_PI, PI};
 
@@ -43,45 +44,46 @@ use crate::quantity::{Length, Number, Stress};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Largest twist, and largest rotation of an end, that a beam endures, rad. Less than π by far more than a step turns.
+/// Largest twist, and largest rotation of an end, before a beam breaks, rad. Less than π by far more than the rotation
+/// of a step.
 const LARGEST_ROTATION: f64 = 3.0;
 
-/// What the bond resists.
+/// Deformations that the bond resists.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BeamModel {
     /// Slender beam: sections stay normal to the axis.
     EulerBernoulli,
-    /// Beam that shears.
+    /// Beam with shear deformation.
     Timoshenko {
         /// Shear coefficient κ of the section, 1 (circle: 0.9, or `6(1+ν)/(7+6ν)`; infinite: Euler-Bernoulli).
         shear_coefficient: f64,
     },
-    /// Normal and tangential spring, no moments of its own.
+    /// Normal and tangential spring without moments of its own.
     DualSpring {
-        /// Tangential stiffness through normal stiffness, 1.
+        /// Tangential over normal stiffness, 1.
         ratio: f64,
     },
-    /// Normal spring alone.
+    /// Normal spring only.
     Spring,
 }
 
-/// Which moment bends the beam in the failure criterion.
+/// Bending moment in the failure criterion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BendingTerm {
-    /// That of the middle section, `½‖(M_A−M_B)_⊥‖`.
+    /// At the middle section, `½‖(M_A−M_B)_⊥‖`.
     #[default]
     MidSection,
-    /// `½‖M_A+M_B‖` as printed in [4.2]: the part made by the shear force alone.
+    /// `½‖M_A+M_B‖` as printed in [4.2]: only the part from the shear force.
     HalfSum,
-    /// The larger one of both ends, `max(‖M_A⊥‖, ‖M_B⊥‖)`.
+    /// At the end with the larger moment, `max(‖M_A⊥‖, ‖M_B⊥‖)`.
     LargerEnd,
 }
 
-/// Size of the section.
+/// Radius of the section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Section {
-    /// Radius through the mean radius of all particles, r̃; every bond gets the same radius ([2.22] ff.).
+    /// Radius over the mean radius of all particles, r̃; every bond gets the same radius ([2.22] ff.).
     Ratio(f64),
     /// Radius, m.
     Radius(f64),
@@ -92,15 +94,15 @@ pub enum Section {
 pub struct CohesiveBeam {
     /// Young's modulus `E_μ` of the beam, Pa.
     pub young: f64,
-    /// Poisson's ratio `ν_μ` of the beam, 1; sets the stiffness in twist alone (and in shear, Timoshenko).
+    /// Poisson's ratio `ν_μ` of the beam, 1; affects only the stiffness in twist (and in shear, for Timoshenko).
     pub poisson: f64,
     /// Radius of the section. [`ContactGeometry::area`] of a bond is `πr²`.
     pub section: Section,
-    /// What it resists.
+    /// Deformations that the beam resists.
     pub model: BeamModel,
     /// Tensile strength `σ_f`, Pa; infinite for a beam that never breaks.
     pub strength: f64,
-    /// Reading of the bending moment in the criterion.
+    /// Bending moment in the criterion.
     pub bending_term: BendingTerm,
 }
 
@@ -115,31 +117,31 @@ crate::law_state! {
     }
 }
 
-/// Stiffnesses of a bond about its middle section.
+/// Stiffnesses of a bond, for elongation, shear, bending, and twist about its middle section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BeamStiffness {
-    /// `k_n`, N/m.
+    /// Normal stiffness `k_n`, N/m.
     pub normal: f64,
-    /// `k_s`, N/m.
+    /// Shear stiffness `k_s`, N/m.
     pub shear: f64,
-    /// `k_b`, N·m/rad.
+    /// Bending stiffness `k_b`, N·m/rad.
     pub bending: f64,
-    /// `k_t`, N·m/rad.
+    /// Twist stiffness `k_t`, N·m/rad.
     pub twist: f64,
 }
 
-/// Forces of a beam on its two particles.
+/// Force and moments of a beam on its two particles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BeamForces {
     /// Force on A, N; B gets the opposite.
     pub force: Vec3,
-    /// Moment on A about its centre, N·m.
+    /// Moment on A about its center, N·m.
     pub moment_a: Vec3,
-    /// Moment on B about its centre, N·m.
+    /// Moment on B about its center, N·m.
     pub moment_b: Vec3,
 }
 
-/// Part of a moment perpendicular to the chord.
+/// Part of a moment perpendicular to the branch vector.
 #[inline(always)]
 fn across(branch: &Vec3, moment: Vec3) -> Vec3 {
     moment - branch * branch.dot(&moment)
@@ -153,7 +155,7 @@ impl BeamForces {
 }
 
 impl CohesiveBeam {
-    /// An Euler-Bernoulli beam that never breaks: modulus (Pa), Poisson's ratio, section.
+    /// An unbreakable Euler-Bernoulli beam with the given modulus (Pa), Poisson's ratio, and section.
     pub fn new(young: f64, poisson: f64, section: Section) -> Result<Self, ParameterError> {
         let beam = Self {
             young,
@@ -167,7 +169,7 @@ impl CohesiveBeam {
         Ok(beam)
     }
 
-    /// Refuse parameters without meaning.
+    /// Check that all parameters are in their ranges.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let positive = |value: f64| value > 0.0 && value.is_finite();
         require(positive(self.young), Self::NAME, "young", self.young, "positive and finite (Pa)")?;
@@ -199,7 +201,7 @@ impl CohesiveBeam {
         )
     }
 
-    /// Stiffnesses of a bond of this rest length and section.
+    /// Stiffnesses of a bond of the given reference length and area.
     #[inline(always)]
     pub fn stiffnesses(&self, geometry: &ContactGeometry) -> BeamStiffness {
         match self.model {
@@ -216,7 +218,7 @@ impl CohesiveBeam {
         }
     }
 
-    /// Those of a Timoshenko beam; an infinite shear coefficient makes it slender, to the last bit.
+    /// Stiffnesses of a Timoshenko beam; an infinite shear coefficient gives the Euler-Bernoulli beam to the last bit.
     #[inline(always)]
     fn stiffnesses_of_beam(&self, geometry: &ContactGeometry, shear_coefficient: f64) -> BeamStiffness {
         let (area, inverse) = (geometry.area, 1.0 / geometry.reference_length);
@@ -233,8 +235,8 @@ impl CohesiveBeam {
         BeamStiffness { normal, shear: slender / (1.0 + phi), bending, twist }
     }
 
-    /// Maximal principal stress on the surface of the beam, Pa, by [4.1]–[4.3] with the chosen reading of the bending
-    /// term; `axial` is the normal force, N, `branch` the unit chord.
+    /// Maximal principal stress on the surface of the beam, Pa, by [4.1]–[4.3] with the chosen [`BendingTerm`]; `axial`
+    /// is the normal force, N, `branch` the unit branch vector.
     #[inline(always)]
     pub fn rankine_stress(&self, area: f64, axial: f64, branch: &Vec3, forces: &BeamForces) -> f64 {
         let bending = match self.bending_term {
@@ -259,8 +261,8 @@ impl CohesiveBeam {
     }
 }
 
-/// What a beam does.
-struct Answer {
+/// Forces and energies of an unbroken beam.
+struct BeamResponse {
     forces: BeamForces,
     /// Normal force, N.
     axial: f64,
@@ -269,7 +271,12 @@ struct Answer {
 }
 
 #[inline(always)]
-fn answer(k: &BeamStiffness, reference_length: f64, branch: &BranchVector, rotations: &EndRotations) -> Answer {
+fn beam_response(
+    k: &BeamStiffness,
+    reference_length: f64,
+    branch: &BranchVector,
+    rotations: &EndRotations,
+) -> BeamResponse {
     let elongation = branch.length - reference_length;
     let half_length = 0.5 * reference_length;
     let sum = rotations.a + rotations.b;
@@ -287,10 +294,10 @@ fn answer(k: &BeamStiffness, reference_length: f64, branch: &BranchVector, rotat
         0.5 * from_bending.dot(&difference),
         0.5 * k.twist * (rotations.twist * rotations.twist),
     ];
-    Answer { forces: BeamForces { force, moment_a, moment_b }, axial, stored }
+    BeamResponse { forces: BeamForces { force, moment_a, moment_b }, axial, stored }
 }
 
-/// Answers of many slender or Timoshenko beams with the same parameters, whose ends have turned little; see
+/// Evaluates slender or Timoshenko beams with equal parameters and small end rotations in columns; see
 /// [`CohesiveBeam::respond_batch`].
 struct Intact<'a, const TURNED: bool> {
     beam: &'a CohesiveBeam,
@@ -306,21 +313,21 @@ crate::columns! {
         orientation_a: Quat,
         orientation_b: Quat,
         rest: RestFrame,
-        /// m.
+        /// Reference length, m.
         reference_length: f64,
-        /// m²; not a number: no bond.
+        /// Area, m²; NaN for a contact that is not a bond.
         area: f64,
     }
 
     /// Output of [`Intact`].
     struct IntactOutput {
         branch: BranchVector,
-        /// On A, N.
+        /// Force on A, N.
         force: Vec3,
-        /// About the centers, N·m.
+        /// Torque on A about its center, N·m.
         torque_a: Vec3,
         torque_b: Vec3,
-        /// Pa; not a number where the law must be asked.
+        /// Rankine stress, Pa; NaN if the contact needs the scalar path.
         stress: f64,
     }
 }
@@ -334,15 +341,15 @@ impl<const TURNED: bool> Formula for Intact<'_, TURNED> {
         let IntactInput { branch, orientation_a, orientation_b, rest, reference_length, area } = input;
         let branch = BranchVector::of(&branch);
         let (rotations, small) = branch.small_rotations::<TURNED>([orientation_a, orientation_b], &rest);
-        // Radii and masses are of no matter to a beam.
+        // A beam does not use radii and masses.
         let geometry =
             ContactGeometry { reference_length, area, radius_a: 0.0, radius_b: 0.0, mass_a: 0.0, mass_b: 0.0 };
         let k = self.beam.stiffnesses_of_beam(&geometry, self.shear_coefficient);
-        let Answer { forces, axial, .. } = answer(&k, reference_length, &branch, &rotations);
+        let BeamResponse { forces, axial, .. } = beam_response(&k, reference_length, &branch, &rotations);
         let (n, force, m) = (branch.normal, forces.force, (forces.moment_a - forces.moment_b) * 0.5);
         let stress = CohesiveBeam::principal_stress(area, axial, &n, &forces, forces.bending_in_the_middle(&n));
         let [torque_a, torque_b] = torques(&n, &force, [0.5 * branch.length; 2]);
-        // A direction of zero: the bond's first evaluation.
+        // A zero direction marks the first evaluation of the bond, which needs the scalar path.
         let stress = if small & (rest.direction.norm_squared() > 0.0) { stress } else { f64::NAN };
         IntactOutput { branch, force, torque_a: torque_a + m, torque_b: torque_b - m, stress }
     }
@@ -364,8 +371,8 @@ impl ContactLaw for CohesiveBeam {
         };
         let (geometry, branch) = (&point.geometry, BranchVector { length: point.length, normal: point.normal });
         let rotations = kinematics.rotations(&rest);
-        let Answer { forces, axial, stored } =
-            answer(&self.stiffnesses(geometry), geometry.reference_length, &branch, &rotations);
+        let BeamResponse { forces, axial, stored } =
+            beam_response(&self.stiffnesses(geometry), geometry.reference_length, &branch, &rotations);
         let BeamForces { force, moment_a, moment_b } = forces;
         let [stored_normal, stored_shear, stored_bending, stored_twist] = stored;
         let mut energy =
@@ -376,8 +383,8 @@ impl ContactLaw for CohesiveBeam {
         let largest_end = rotations.a.norm_squared().max(rotations.b.norm_squared());
         let turned = rotations.twist.abs() > LARGEST_ROTATION || largest_end > LARGEST_ROTATION * LARGEST_ROTATION;
         if fails || turned || !point.bonded {
-            // The forces of this step are void. The energy stored by now is released; it contains the half of this
-            // step's work that the void forces would have taken in, which nobody did: the integration term.
+            // The forces of this step are void, and the stored energy is released. It contains the half of this step's
+            // work that the void forces would have done. That work was not done; it is booked as integration.
             energy.damage = energy.stored();
             energy.integration = -0.5 * kinematics.work(&force, &moment_a, &moment_b);
             return Response { force: Vec3::zeros(), moment: Vec3::zeros(), state, status: Status::Broke, energy };
@@ -385,8 +392,8 @@ impl ContactLaw for CohesiveBeam {
         Response { force, moment: (moment_a - moment_b) * 0.5, state, status: Status::Lives, energy }
     }
 
-    /// Beams that hold, with small rotations, the same parameters, and the default reading of the criterion, are answered in
-    /// columns; all others one by one.
+    /// Uses columns for slender and Timoshenko beams if all have equal parameters and the default [`BendingTerm`].
+    /// Beams that break or whose rotations are large then take the scalar path.
     #[inline(always)]
     fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
         let count = count.min(BATCH);
@@ -417,7 +424,7 @@ impl ContactLaw for CohesiveBeam {
                 orientation_b,
                 rest: RestFrame { direction, rotation },
                 reference_length,
-                // Stress becomes not a number where the law must be asked.
+                // A NaN area makes the stress NaN, and the contact takes the scalar path.
                 area: if bonded { area } else { f64::NAN },
             };
             columns.input::<IntactInput>().set(i, input);
@@ -431,7 +438,8 @@ impl ContactLaw for CohesiveBeam {
             let IntactOutput { branch, force, torque_a, torque_b, stress } = columns.output::<IntactOutput>().get(i);
             if stress < beam.strength {
                 let torques = [torque_a, torque_b];
-                batch.commit_result(i, &BatchResult { branch, force, torques, energy: None, state: None, push: None });
+                batch
+                    .commit_result(i, &BatchResult { branch, force, torques, energy: None, state: None, virial: None });
             } else {
                 evaluate_one(mode, i, dt, batch);
             }
@@ -443,7 +451,7 @@ impl ContactLaw for CohesiveBeam {
         Stiffness { normal: k.normal, shear: k.shear, bending: k.bending, twist: k.twist, ..Stiffness::default() }
     }
 
-    /// The faces of the crack touch where they parted.
+    /// The faces of the crack touch again at the length at which they separated.
     fn kept_reference(&self, reference: Reference) -> Option<Reference> {
         Some(reference)
     }
@@ -461,8 +469,8 @@ impl ContactLaw for CohesiveBeam {
     }
 }
 
-/// Elastic beam between the centres of two particles (Jebahi et al. 2015, section 2.4.1), brittle by its largest principal
-/// stress or by the mean stress of a particle.
+/// Elastic beam between the centers of two particles (Jebahi et al. 2015, section 2.4.1). It breaks at its largest
+/// principal stress or at the mean stress of a particle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename = "CohesiveBeam", deny_unknown_fields)]
 pub struct CohesiveBeamTable {
@@ -479,23 +487,23 @@ pub struct CohesiveBeamTable {
     /// Radius of the beam, m; or give `radius_ratio`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius: Option<Length>,
-    /// What the bond resists.
+    /// Deformations that the bond resists.
     #[serde(default)]
     pub model: BeamKind,
-    /// Shear coefficient of the section; 0.9 when left out; only with model "timoshenko".
+    /// Shear coefficient of the section; 0.9 if left out; only with model "timoshenko".
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub shear_coefficient: Option<Number>,
     /// Tangential stiffness divided by normal stiffness; only with model "dual-spring".
     #[schemars(extend("minimum" = 0))]
     pub shear_ratio: Option<Number>,
-    /// Largest principal stress on the surface of a beam at which it breaks, Pa; never when left out. Between two materials:
-    /// the mean, or the only one given.
+    /// Largest principal stress on the surface of a beam at which it breaks, Pa; unbreakable if left out. Between two
+    /// materials: the mean, or the only one given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub tensile_strength: Option<Stress>,
-    /// Which bending moment enters that stress.
+    /// Bending moment in that stress.
     #[serde(default)]
     pub bending_term: BendingTerm,
-    /// Mean stress of a particle at which all its beams break, Pa; never when left out.
+    /// Mean stress of a particle at which all its beams break, Pa; no such failure if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub hydrostatic_strength: Option<Stress>,
 }
@@ -507,11 +515,11 @@ pub enum BeamKind {
     /// Slender beam.
     #[default]
     EulerBernoulli,
-    /// Beam that shears.
+    /// Beam with shear deformation.
     Timoshenko,
     /// Normal and tangential spring.
     DualSpring,
-    /// Normal spring.
+    /// Normal spring only.
     Spring,
 }
 
@@ -560,7 +568,7 @@ impl RegisteredLaw for CohesiveBeam {
     type Table = CohesiveBeamTable;
     type Unbonded = Self;
     const TITLE: &'static str = "cohesive beam";
-    const AS_BOND: Option<&'static str> = Some("Elastic beam between the centres, brittle.");
+    const AS_BOND: Option<&'static str> = Some("Elastic beam between the centers, brittle.");
 
     fn row(a: &CohesiveBeamTable, b: &CohesiveBeamTable) -> Result<Self, ParameterError> {
         let mean = |of: fn(&CohesiveBeamTable) -> f64| 0.5 * (of(a) + of(b));
@@ -598,7 +606,7 @@ impl RegisteredLaw for CohesiveBeam {
         Ok(beam)
     }
 
-    /// Never used: beams have no role without a bond.
+    /// Never called: beams do not act as unbonded contacts.
     fn unbonded_row(a: &CohesiveBeamTable, b: &CohesiveBeamTable) -> Result<Self, ParameterError> {
         Self::row(a, b)
     }

@@ -1,4 +1,4 @@
-//! Conformance, single-bond atlas against closed forms, failure criterion.
+//! Conformance of the beam, single-bond atlas against closed forms, and failure criterion.
 
 use super::*;
 use crate::conformance::frame::{FrameRecord, FrameStation, FrameSubject, check, drive, legs};
@@ -65,8 +65,8 @@ fn brittle_beam_conforms() {
     conforms(&subject);
 }
 
-/// The book's four formulas with balanced signs, by components (X, Y, Z) of end rotations and twist; `shear_length` is
-/// the length by which end moments are divided.
+/// The four formulas of the source with balanced signs, by components (X, Y, Z) of end rotations and twist.
+/// `shear_length` (m) is the length by which end moments are divided.
 fn four_formulas(g: &ContactGeometry, s: &FrameStation, shear_length: f64) -> [Vec3; 4] {
     let (area, l) = (g.area, g.reference_length);
     let inertia = area * area / (4.0 * PI);
@@ -84,7 +84,7 @@ fn four_formulas(g: &ContactGeometry, s: &FrameStation, shear_length: f64) -> [V
     ]
 }
 
-/// The midpoint form of the same beam, from displacements and rotations of the two centres.
+/// The midpoint form of the same beam, from displacements and rotations of the two centers.
 fn midpoint_form(g: &ContactGeometry, s: &FrameStation) -> [Vec3; 4] {
     let (area, l) = (g.area, g.reference_length);
     let inertia = area * area / (4.0 * PI);
@@ -95,15 +95,15 @@ fn midpoint_form(g: &ContactGeometry, s: &FrameStation) -> [Vec3; 4] {
     let force = x * (YOUNG * area / l * s.elongation) + slide * (12.0 * YOUNG * inertia / (l * l * l));
     let turn = tb - ta;
     let middle = (turn - x * turn.x) * (YOUNG * inertia / l) + x * (turn.x * shear_modulus * 2.0 * inertia / l);
-    let lever = (x * (0.5 * l)).cross(&force);
-    [force, -force, middle + lever, -middle + lever]
+    let torque = (x * (0.5 * l)).cross(&force);
+    [force, -force, middle + torque, -middle + torque]
 }
 
-fn answer_of(record: &FrameRecord<CohesiveBeamState>) -> [Vec3; 4] {
+fn forces_of(record: &FrameRecord<CohesiveBeamState>) -> [Vec3; 4] {
     [record.force, -record.force, record.moments[0], record.moments[1]]
 }
 
-/// Largest difference relative to the size of all of them, for a length of order 1 m.
+/// Largest difference relative to the largest component, for a length of order 1 m.
 fn difference(one: &[Vec3; 4], two: &[Vec3; 4]) -> f64 {
     let force = two[0].norm() + two[2].norm() + two[3].norm();
     let moment = force;
@@ -113,7 +113,7 @@ fn difference(one: &[Vec3; 4], two: &[Vec3; 4]) -> f64 {
         .max((one[3] - two[3]).norm() / moment)
 }
 
-/// The four formulas balance, and are the midpoint form: sums of a few products each.
+/// The four formulas balance and equal the midpoint form, up to rounding of sums of a few products.
 #[test]
 fn four_formulas_and_midpoint_form_agree() {
     let geometry = subject("", beam()).geometry;
@@ -128,7 +128,7 @@ fn four_formulas_and_midpoint_form_agree() {
     }
 }
 
-/// The printed signs of [2.9], [2.11], [2.12] do not balance: kept so that nobody puts them back.
+/// The printed signs of [2.9], [2.11], [2.12] do not balance. The test keeps anyone from restoring them.
 #[test]
 fn printed_signs_do_not_balance() {
     let geometry = subject("", beam()).geometry;
@@ -139,7 +139,7 @@ fn printed_signs_do_not_balance() {
     assert!((printed[0] + printed[1]).norm() > 0.1 * printed[1].norm());
 }
 
-/// One bond, led in `steps` steps from rest to `station`.
+/// One bond, moved in `steps` steps from rest to `station`.
 fn at(beam: CohesiveBeam, station: FrameStation) -> (FrameRecord<CohesiveBeamState>, ContactGeometry) {
     let subject = subject("bond", beam);
     let stations = legs(&[FrameStation::default(), station], 50);
@@ -147,7 +147,7 @@ fn at(beam: CohesiveBeam, station: FrameStation) -> (FrameRecord<CohesiveBeamSta
     (*records.last().unwrap(), subject.geometry)
 }
 
-/// Atlas: paths on which the formulas hold at any size. 1e-14: a dozen roundings.
+/// The law equals the closed forms on paths where they hold at any size. 1e-14: a dozen roundings.
 #[test]
 fn finite_deformations_meet_the_closed_forms() {
     for size in [1e-6, 1e-2, 1.0] {
@@ -167,33 +167,34 @@ fn finite_deformations_meet_the_closed_forms() {
         ] {
             let (record, geometry) = at(beam(), station);
             let length = geometry.reference_length + station.elongation;
-            let error = difference(&answer_of(&record), &four_formulas(&geometry, &station, length));
+            let error = difference(&forces_of(&record), &four_formulas(&geometry, &station, length));
             println!("{name} {size:e}: {error:.1e}");
-            // Rounding of the bond's direction (1e-16 rad) against the rotation, and of the length (4e-16 m) against the
-            // elongation of half the size.
+            // Rounding of the bond's direction (1e-16 rad) relative to the rotation, and of the length (4e-16 m)
+            // relative to the elongation of half the size.
             assert!(error < 1e-14 + 1e-15 / size, "{name} at {size}: {error:e}");
         }
     }
 }
 
-/// Mixed rotations out of one plane: the formulas are the first order of the law, whose next order falls with the size.
+/// For mixed rotations out of one plane the formulas are the first order of the law; the next order falls with the
+/// size.
 #[test]
 fn mixed_deformations_meet_the_closed_forms_to_first_order() {
     let error = |size: f64| {
         let station =
             FrameStation { elongation: 0.0, a: [size, 0.5 * size], b: [-0.7 * size, 0.9 * size], twist: 1.5 * size };
         let (record, geometry) = at(beam(), station);
-        difference(&answer_of(&record), &four_formulas(&geometry, &station, geometry.reference_length))
+        difference(&forces_of(&record), &four_formulas(&geometry, &station, geometry.reference_length))
     };
     let (coarse, fine) = (error(1e-2), error(1e-3));
     println!("mixed: {coarse:.2e} {fine:.2e}");
     assert!(coarse < 2e-2 && fine < 2e-3, "{coarse:e} {fine:e}");
-    assert!((coarse / fine - 10.0).abs() < 1.0, "of first order relative to the rotation: {coarse:e} {fine:e}");
+    assert!((coarse / fine - 10.0).abs() < 1.0, "not first order relative to the rotation: {coarse:e} {fine:e}");
 }
 
-/// The closed form of the energy and its split are those of the book (tension, bending with the shear part, torsion),
-/// and equal the accumulated work [2.17]–[2.19] of the loads on the bond: total to second order of the step at finite
-/// rotations, the split at small ones (at finite ones, X-parts and Y,Z-parts mix).
+/// The closed form of the energy and its split equal those of the source (tension, bending with shear, torsion) and the
+/// accumulated work [2.17]–[2.19] of the loads on the bond: in total to second order of the step at finite rotations,
+/// by parts at small ones (at finite rotations the X parts and the Y, Z parts mix).
 #[test]
 fn accumulated_work_is_the_closed_form() {
     for (size, steps) in [(1e-4, 400), (0.3, 400)] {
@@ -208,7 +209,7 @@ fn accumulated_work_is_the_closed_form() {
             drive(&subject, &legs(&[FrameStation::default(), target], steps), &at_rest, &[Quat::identity(); 2], false);
         let mut split = [0.0; 3];
         for pair in records.windows(2) {
-            let mean = |k: usize| (answer_of(&pair[0])[k] + answer_of(&pair[1])[k]) * 0.5;
+            let mean = |k: usize| (forces_of(&pair[0])[k] + forces_of(&pair[1])[k]) * 0.5;
             let k = &pair[1].kinematics;
             let (pull, turn_a, turn_b) = (k.displacement, k.turn_a, k.turn_b);
             let (force, ma, mb) = (mean(0), mean(2), mean(3));
@@ -227,7 +228,7 @@ fn accumulated_work_is_the_closed_form() {
         let dot = |p: [f64; 2], q: [f64; 2]| p[0] * q[0] + p[1] * q[1];
         let book = 2.0 * YOUNG * inertia / g.reference_length
             * (dot(target.a, target.a) + dot(target.a, target.b) + dot(target.b, target.b));
-        // A dozen roundings; 3e-16/size of the rounding of the direction.
+        // A dozen roundings, and 3e-16/size from rounding of the direction.
         assert!((closed[1] - book).abs() < (1e-14 + 1e-15 / size) * book, "{closed:?} {book}");
         if size < 1e-3 {
             for k in 0..3 {
@@ -237,8 +238,8 @@ fn accumulated_work_is_the_closed_form() {
     }
 }
 
-/// The Timoshenko beam's shear stiffness is the series of bending and shear: a cantilever deflects by
-/// `Pl³/3EI + Pl/κGS`.
+/// The shear stiffness of the Timoshenko beam is bending and shear in series: a cantilever deflects by `Pl³/3EI +
+/// Pl/κGS`.
 #[test]
 fn timoshenko_cantilever() {
     let kappa = 0.9;
@@ -254,7 +255,7 @@ fn timoshenko_cantilever() {
     assert!((tip - exact).abs() < 1e-15 * exact, "{tip} {exact}");
 }
 
-/// Rankine's stress by hand, in the three readings: `σ = ½(σ_n+√(σ_n²+4τ²))`.
+/// Rankine's stress `σ = ½(σ_n+√(σ_n²+4τ²))` written out for the three bending terms.
 #[test]
 fn rankine_stress_in_three_readings() {
     let g = subject("", beam()).geometry;
@@ -284,8 +285,9 @@ fn rankine_stress_in_three_readings() {
     }
 }
 
-/// What breaks a beam, and what does not, at a strength of 0.1 E: tension at Δl/l₀ = 0.1, compression never; a circle by
-/// mid-section and larger end, not by the printed half sum; torsion at `Gτr/l₀ = σ_f`.
+/// Which deformations break a beam of strength 0.1 E: tension at Δl/l₀ = 0.1; never compression; bending to a circle
+/// with the terms of the middle section and the larger end, but not with the printed half sum; torsion at `Gτr/l₀ =
+/// σ_f`.
 #[test]
 fn which_deformation_breaks() {
     let broke = |reading: BendingTerm, station: FrameStation| {
@@ -301,7 +303,7 @@ fn which_deformation_breaks() {
         assert!(!broke(reading, circle(0.349)) && broke(reading, circle(0.351)), "{reading:?}");
     }
     assert!(!broke(BendingTerm::HalfSum, circle(1.5)));
-    // S shape: nothing in the middle; the ends carry 6EIφ/l₀: φ = 0.1·2.1/(6·0.3) = 0.11667
+    // S shape: no moment in the middle; the ends have 6EIφ/l₀, so φ = 0.1·2.1/(6·0.3) = 0.11667
     let wave = |angle: f64| FrameStation { a: [angle, 0.0], b: [angle, 0.0], ..FrameStation::default() };
     assert!(!broke(mid, wave(0.5)));
     for reading in [BendingTerm::HalfSum, BendingTerm::LargerEnd] {

@@ -1,4 +1,4 @@
-//! Shared by several laws: parameter errors, energy bookkeeping, and the dashpot under a Coulomb limit.
+//! Code that several laws share: parameter errors, energy bookkeeping, and a dashpot under a Coulomb limit.
 
 use super::EnergySplit;
 use crate::math::Vec3;
@@ -14,15 +14,15 @@ pub enum ParameterError {
         law: &'static str,
         /// Name of the parameter.
         parameter: &'static str,
-        /// Offending value, in SI units.
+        /// Value given, in SI units.
         value: f64,
-        /// What would be accepted.
+        /// Range of valid values.
         requirement: &'static str,
     },
     /// Tables of two materials that cannot be combined.
     #[error("{0}")]
     Unlike(&'static str),
-    /// The concrete particle model refuses.
+    /// The concrete particle model rejects its parameters.
     #[error(transparent)]
     Cpm(#[from] super::cpm::CpmError),
 }
@@ -113,7 +113,7 @@ mod tests {
     fn dashpot_is_cut_exactly_to_the_limit() {
         let elastic = Vec3::new(0.3, -0.2, 0.1);
         for (dashpot, scale) in [
-            // Inside the limit: unchanged.
+            // Within the limit: unchanged.
             (Vec3::new(0.1, 0.1, 0.0), 1.0),
             // Along the elastic force, limit 1: s = (1 − |e|)/|d| with |d| = 2|e|
             (elastic * 2.0, (1.0 - elastic.norm()) / (2.0 * elastic.norm())),

@@ -18,7 +18,7 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
     const NAME: &'static str;
     /// Whether the law transmits moments; if not, the solver neither stores nor gathers them.
     const TRANSMITS_MOMENT: bool = false;
-    /// Whether the law supports particles that deform; if not, the solver refuses such particles.
+    /// Whether the law supports particles that deform; if not, the solver rejects such particles.
     const DEFORMS: bool = false;
     /// Whether the response of a contact that survives the step depends on
     /// [`elongation_old`](crate::kinematics::PointKinematics::elongation_old). Between particles that deform this value is

@@ -1,18 +1,18 @@
-//! Unbonded contact of linear springs with Coulomb friction: Cundall & Strack 1979, Géotechnique 29:47; what a broken
-//! bond becomes (Madan 2019, (2.40)).
+//! Unbonded contact with linear springs and Coulomb friction (Cundall & Strack 1979, Géotechnique 29:47). A broken
+//! linear bond continues as such a contact (Madan 2019, (2.40)).
 //!
-//! With `u` the elongation (negative while the particles touch) and `u_t` the elastic shear displacement,
+//! With the elongation `u` (negative while the particles touch) and the elastic shear displacement `u_t`,
 //!
-//! * `f_n = k_n u + c_n u̇` while `u < 0`, zero otherwise; with [`Frictional::tension_from_damping`] off (default) the
-//!   sum is not allowed to pull: `f_n ≤ 0`;
-//! * `u_t` follows the shear displacement; where `k_t‖u_t‖` exceeds `μ|f_n|` it is scaled back to the limit, and the
+//! * `f_n = k_n u + c_n u̇` while `u < 0`, otherwise zero; unless [`Frictional::tension_from_damping`] is on, the
+//!   normal force never pulls: `f_n ≤ 0`;
+//! * `u_t` follows the shear displacement; if `k_t‖u_t‖` exceeds `μ|f_n|`, it is scaled back to the limit, and the
 //!   difference is slip (return to the Coulomb cone at constant normal force);
-//! * a shear dashpot `c_t u̇_t` acts as far as the Coulomb limit leaves room, so never while sliding;
+//! * a shear dashpot `c_t u̇_t` acts within what the Coulomb limit leaves, so not during sliding;
 //! * `c = ξ·2√(m k)` with the reduced mass `m`.
 //!
-//! Forces are those on A, in N, positive in tension. Touching is judged by the elongation, the distance less
-//! [`ContactGeometry::reference_length`], which is `R_A + R_B` for ordinary contacts; a broken bond may keep another
-//! one. The energy is exact for the trapezoidal rule: friction is `½(f_old + f_new)·slip`. Where a contact closes or
+//! Forces are those on A, in N, positive in tension. Particles touch if the length is less than
+//! [`ContactGeometry::reference_length`], which is `R_A + R_B` for ordinary contacts; a broken bond may keep its own.
+//! The energy balance is exact for the trapezoidal rule: friction is `½(f_old + f_new)·slip`. If a contact closes or
 //! opens within a step, the rule overestimates or underestimates the work of the kinked spring by
 //! `½k_n(u_old⁻u⁺ − u⁻u_old⁺)`, which is the [`EnergySplit::integration`] term.
 
@@ -25,10 +25,10 @@ use crate::quantity::{self, Number, Stress};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Where the stiffnesses of a contact come from.
+/// Source of the stiffnesses of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ContactStiffness {
-    /// The same for every contact.
+    /// The same values for every contact.
     Given {
         /// `k_n`, N/m.
         normal: f64,
@@ -36,8 +36,8 @@ pub enum ContactStiffness {
         shear: f64,
     },
     /// From moduli and radii, as in YADE's `Ip2_FrictMat_FrictMat_FrictPhys` (Šmilauer et al. 2010): two springs
-    /// `2 E r` in series, `k_n = 2 E_A r_A E_B r_B/(E_A r_A + E_B r_B)`, `k_t = ratio·k_n`. A wall, which has no
-    /// radius, counts with the radius of the particle.
+    /// `2 E r` in series, `k_n = 2 E_A r_A E_B r_B/(E_A r_A + E_B r_B)`, `k_t = ratio·k_n`. A wall has no radius; the
+    /// formulas use the radius of the particle for both.
     Moduli {
         /// Modulus of A, Pa.
         young_a: f64,
@@ -67,14 +67,14 @@ impl ContactStiffness {
 /// Parameters of the linear frictional contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frictional {
-    /// Stiffnesses.
+    /// Source of the stiffnesses.
     pub stiffness: ContactStiffness,
     /// Coefficient of friction `μ = tan φ`, 1.
     pub friction: f64,
-    /// Damping ratio `ξ` of both dashpots, 1. The one that gives a wanted coefficient of restitution is
-    /// [`damping_of_restitution`](super::restitution::damping_of_restitution).
+    /// Damping ratio `ξ` of both dashpots, 1. [`damping_of_restitution`](super::restitution::damping_of_restitution)
+    /// computes it from a coefficient of restitution.
     pub damping_ratio: f64,
-    /// Whether the dashpot may pull the particles together while they part.
+    /// Whether the dashpot may pull the particles together while they separate.
     pub tension_from_damping: bool,
 }
 
@@ -83,22 +83,22 @@ crate::law_state! {
     pub struct FrictionalState {
         /// Elastic shear displacement.
         shear_displacement: Vec3, "m", Odd;
-        /// Normal dashpot force of the last step, as limited.
+        /// Normal dashpot force of the last step, after limiting.
         normal_dashpot: f64, "N", Even;
-        /// Shear dashpot force of the last step, as limited.
+        /// Shear dashpot force of the last step, after limiting.
         shear_dashpot: Vec3, "N", Odd;
     }
 }
 
 impl Frictional {
-    /// A contact with the given stiffnesses, friction coefficient and damping ratio that never pulls.
+    /// A contact that never pulls, with the given stiffnesses, friction coefficient, and damping ratio.
     pub fn new(stiffness: ContactStiffness, friction: f64, damping_ratio: f64) -> Result<Self, ParameterError> {
         let contact = Self { stiffness, friction, damping_ratio, tension_from_damping: false };
         contact.validate()?;
         Ok(contact)
     }
 
-    /// Refuse parameters without meaning.
+    /// Check that all parameters are in their ranges.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let positive = |value: f64| value > 0.0 && value.is_finite();
         let not_negative = |value: f64| value >= 0.0 && value.is_finite();
@@ -313,7 +313,7 @@ impl RegisteredLaw for Frictional {
                 ));
             }
         };
-        // The rougher surface does not matter when the smoother one slides first.
+        // The smoother surface slides first.
         let friction = a.friction_coefficient.si().min(b.friction_coefficient.si());
         Self::new(stiffness, friction, mean(a.damping_ratio.si(), b.damping_ratio.si()))
     }
@@ -331,7 +331,7 @@ mod tests {
     const GEOMETRY: ContactGeometry =
         ContactGeometry { reference_length: 2.0, area: 1.0, radius_a: 0.8, radius_b: 1.2, mass_a: 1.0, mass_b: 2.0 };
 
-    /// Overlaps are a good part of the length, so that rounding of positions does not hide anything.
+    /// Overlaps are a large fraction of the length, so rounding of positions hides nothing.
     fn subject(name: &'static str, law: Frictional) -> Subject<Native<Frictional>> {
         let window = Window { elongation: [-0.4, 0.1], shear: 0.5 };
         Subject {
@@ -354,7 +354,7 @@ mod tests {
         }
     }
 
-    /// The law in plain numbers, without dashpots: shear spring of two components with a circular limit.
+    /// The law written out without dashpots: a shear spring of two components with a circular limit.
     fn closed_form(kn: f64, kt: f64, friction: f64) -> impl FnMut(&Observed) -> Option<[f64; 3]> {
         let mut before = [0.0; 2];
         let mut spring = [0.0; 2];
@@ -398,7 +398,7 @@ mod tests {
         for tension_from_damping in [false, true] {
             law.tension_from_damping = tension_from_damping;
             let mut subject = subject("damped frictional, unlike particles", law);
-            // fast enough for the dashpot to matter
+            // Fast enough for the dashpot to matter.
             subject.dt = 1e-4;
             let report = check(&subject);
             println!("{report}");
@@ -406,13 +406,13 @@ mod tests {
         }
     }
 
-    /// Two springs 2Er in series; a wall counts with the radius of the sphere.
+    /// Two springs 2Er in series; for a wall the radius of the sphere is used.
     #[test]
     fn stiffness_from_moduli() {
         let stiffness = ContactStiffness::Moduli { young_a: 5e5, young_b: 9e5, ratio: 0.3 };
         let (a, b) = (2.0 * 5e5 * 0.8, 2.0 * 9e5 * 1.2);
         let (kn, kt) = stiffness.of(&GEOMETRY);
-        // three roundings on either side
+        // Three roundings on either side.
         assert!((kn * (1.0 / a + 1.0 / b) - 1.0).abs() < 1e-15);
         assert!((kt / kn - 0.3).abs() < 1e-15);
         let wall = ContactGeometry { radius_b: 0.0, mass_b: f64::INFINITY, ..GEOMETRY };
@@ -420,8 +420,8 @@ mod tests {
         assert!((stiffness.of(&wall).0 * (1.0 / a + 1.0 / b) - 1.0).abs() < 1e-15);
     }
 
-    /// A sphere bouncing off a wall: the restitution that the damping ratio was made for. Tolerance 1e-4: 2e4 steps
-    /// per collision, the dashpot lags by half a step.
+    /// A sphere bouncing off a wall rebounds with the restitution from which the damping ratio was computed. Tolerance
+    /// 1e-4: 2e4 steps per collision, and the dashpot lags by half a step.
     #[test]
     fn restitution_of_a_bounce() {
         use crate::law::restitution::{End, damping_of_restitution};
@@ -450,12 +450,12 @@ mod tests {
                         bonded: false,
                         transport: crate::kinematics::Transport::identity(-Vec3::y()),
                     };
-                    let answer = law.respond(&k, &state, dt);
-                    if answer.status == Status::Opened {
+                    let response = law.respond(&k, &state, dt);
+                    if response.status == Status::Opened {
                         break;
                     }
-                    state = answer.state;
-                    velocity += answer.force.y * dt / wall.mass_a;
+                    state = response.state;
+                    velocity += response.force.y * dt / wall.mass_a;
                 }
                 assert!((velocity - e).abs() < 1e-4, "{end:?} {e}: {velocity}");
             }

@@ -10,21 +10,22 @@
 //! | normal dashpot | `√5 ζ √(m k) δ^{1/4} δ̇` | Tsuji, Tanaka & Ishida 1992 |
 //! | its `ζ` from the restitution `e` | exact, see [`restitution`](super::restitution) | Antypov & Elliott 2011; Schwager & Pöschel 2007 |
 //! | shear dashpot | `2 ζ_t √(m k_t) u̇_t` | |
-//! | friction | `‖f_t‖ ≤ μ|f_n|`, whole forces | Coulomb |
+//! | friction | `‖f_t‖ ≤ μ|f_n|`, springs and dashpots together | Coulomb |
 //!
 //! Forces in N, lengths in m. Unless [`HertzMindlin::tension_from_damping`] is on, the normal force never pulls, and
-//! `ζ` is the one that gives the restitution `e` under that rule.
+//! `ζ` gives the restitution `e` under that rule.
 //!
-//! **Shear spring under changing overlap.** While the overlap grows, the shear force is kept and increments are
-//! added with the present stiffness, because the new ring of contact area carries no traction; while it shrinks, the
-//! elastic displacement is kept, so that the force falls with the stiffness, because the ring that is lost gives up
-//! its traction (Walton 1993, Mech. Mater. 16:239; Thornton, Cummins & Cleary 2013, Powder Technology 233:30). Both
-//! lose stored energy and neither makes any: micro-slip, `½(1/k_old − 1/k)f_old²` and `½(1/k − 1/k_old) f_old·f`,
-//! booked as [`EnergySplit::friction`]. (Scaling the stiffness alone would create energy on unloading.)
+//! **Shear spring under changing overlap.** While the overlap grows, the law keeps the shear force and adds increments
+//! with the present stiffness, because the new ring of contact area carries no traction. While the overlap shrinks, the
+//! law keeps the elastic displacement, so the force falls with the stiffness, because the lost ring releases its
+//! traction (Walton 1993, Mech. Mater. 16:239; Thornton, Cummins & Cleary 2013, Powder Technology 233:30). Both
+//! dissipate stored energy by micro-slip and neither creates any: `½(1/k_old − 1/k)f_old²` and
+//! `½(1/k − 1/k_old) f_old·f`, booked as [`EnergySplit::friction`]. (Scaling the stiffness alone would create energy on
+//! unloading.)
 //!
 //! **Energy.** Stored: `(2/5)kδ^{5/2}` and `f_t²/(2k_t)`. The trapezoidal rule integrates Hertz's force with the error
-//! `(k/10)(√δ − √δ_old)³(δ_old + 3√(δ_old δ) + δ)`, of third order in the step, which is the
-//! [`EnergySplit::integration`] term (with the part of a step in which there is no contact added).
+//! `(k/10)(√δ − √δ_old)³(δ_old + 3√(δ_old δ) + δ)`, of third order in the step. It is the
+//! [`EnergySplit::integration`] term, together with the error from the part of a step without contact.
 
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
 use super::restitution::{End, damping_of_restitution};
@@ -40,9 +41,9 @@ use serde::{Deserialize, Serialize};
 /// Parameters of the Hertz-Mindlin contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HertzMindlin {
-    /// `E*`, Pa.
+    /// Effective Young's modulus `E*`, Pa.
     pub effective_young: f64,
-    /// `G*`, Pa.
+    /// Effective shear modulus `G*`, Pa.
     pub effective_shear: f64,
     /// Coefficient of friction `μ`, 1.
     pub friction: f64,
@@ -50,10 +51,10 @@ pub struct HertzMindlin {
     pub damping_ratio: f64,
     /// Shear damping ratio `ζ_t`, 1.
     pub shear_damping_ratio: f64,
-    /// Whether the normal dashpot may pull the particles together while they part.
+    /// Whether the normal dashpot may pull the particles together while they separate.
     pub tension_from_damping: bool,
-    /// Overlap, as a share of `R*`, up to which the time step bound must hold, 1. The stiffness grows with the
-    /// overlap without limit, so that one must be chosen.
+    /// Overlap as a fraction of `R*` up to which the time step bound must hold, 1. The stiffness grows with the overlap
+    /// without limit, so the bound needs a largest overlap.
     pub largest_relative_overlap: f64,
 }
 
@@ -62,19 +63,19 @@ crate::law_state! {
     pub struct HertzMindlinState {
         /// Elastic shear force on A.
         shear_force: Vec3, "N", Odd;
-        /// Normal dashpot force of the last step, as limited.
+        /// Normal dashpot force of the last step, after limiting.
         normal_dashpot: f64, "N", Even;
-        /// Shear dashpot force of the last step, as limited.
+        /// Shear dashpot force of the last step, after limiting.
         shear_dashpot: Vec3, "N", Odd;
     }
 }
 
 impl HertzMindlin {
-    /// A contact of two bodies with the given friction coefficient and coefficient of restitution, which never pulls,
-    /// without a shear dashpot, with a time step bound good for overlaps up to `R*/20`.
+    /// A contact of two bodies with the given friction coefficient and coefficient of restitution. It never pulls and
+    /// has no shear dashpot; its time step bound holds for overlaps up to `R*/20`.
     ///
-    /// No finite damping gives the restitution 0 to a contact that never pulls. That contact may pull: it is critically damped
-    /// ([`Self::with_tension_from_damping`]), and its overlap decays without rebound.
+    /// No finite damping gives the restitution 0 to a contact that never pulls. For 0 the contact may therefore pull:
+    /// it is critically damped ([`Self::with_tension_from_damping`]), and its overlap decays without rebound.
     ///
     /// ```
     /// use concordem_contact::law::{Elastic, HertzMindlin};
@@ -92,7 +93,7 @@ impl HertzMindlin {
         require(a.young.is_finite() || b.young.is_finite(), Self::NAME, "young", a.young, "finite for one body")?;
         require((0.0..=1.0).contains(&restitution), Self::NAME, "restitution", restitution, "between 0 and 1")?;
         let end = if restitution == 0.0 { End::OverlapSpent } else { End::ForceSpent };
-        // G = E/(2(1+ν)); a rigid body's compliances are zero
+        // G = E/(2(1+ν)); the compliances of a rigid body are zero.
         let normal_compliance = |body: Elastic| (1.0 - body.poisson * body.poisson) / body.young;
         let shear_compliance = |body: Elastic| 2.0 * (1.0 + body.poisson) * (2.0 - body.poisson) / body.young;
         let contact = Self {
@@ -108,7 +109,7 @@ impl HertzMindlin {
         Ok(contact)
     }
 
-    /// The same contact with a normal dashpot that may pull, and its damping ratio for the restitution `0 ≤ e ≤ 1`.
+    /// The same contact with a normal dashpot that may pull, and the damping ratio for the restitution `0 ≤ e ≤ 1`.
     pub fn with_tension_from_damping(mut self, restitution: f64) -> Result<Self, ParameterError> {
         self.damping_ratio = damping_of_restitution(restitution, End::OverlapSpent);
         self.tension_from_damping = true;
@@ -116,7 +117,7 @@ impl HertzMindlin {
         Ok(self)
     }
 
-    /// Refuse parameters without meaning.
+    /// Check that all parameters are in their ranges.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let positive = |value: f64| value > 0.0 && value.is_finite();
         let not_negative = |value: f64| value >= 0.0 && value.is_finite();
@@ -161,7 +162,7 @@ impl ContactLaw for HertzMindlin {
         let slide = kinematics.shear_increment;
         let old_shear = kinematics.transport.apply(&old.shear_force);
         let old_shear_dashpot = kinematics.transport.apply(&old.shear_dashpot);
-        // compressive magnitudes: k δ^{3/2}
+        // Compressive magnitudes: k δ^{3/2}.
         let spring = hertz * root * root * root;
         let old_spring = hertz * old_root * old_root * old_root;
 
@@ -175,7 +176,7 @@ impl ContactLaw for HertzMindlin {
             ..EnergySplit::default()
         };
         if overlap <= 0.0 {
-            // the elastic displacement that was left, and this step's, are slip under the mean of old force and zero
+            // The remaining elastic displacement, and that of this step, slip under the mean of the old force and zero.
             if old_shear_stiffness > 0.0 {
                 energy.add_friction(0.5 * old_shear.dot(&(old_shear / old_shear_stiffness + slide)));
             }
@@ -291,7 +292,7 @@ pub struct HertzMindlinTable {
     #[serde(default)]
     #[schemars(extend("minimum" = 0))]
     pub friction_coefficient: Number,
-    /// Coefficient of restitution. At 0 the contact may pull while the spheres part, so that they stay together.
+    /// Coefficient of restitution. At 0 the contact may pull while the spheres separate, so that they stay together.
     #[serde(default = "one")]
     #[schemars(extend("minimum" = 0, "maximum" = 1))]
     pub restitution: Number,

@@ -7,7 +7,7 @@ use crate::kinematics::sphere_sphere::{ImageShift, Motion, initial_geometry, mea
 use crate::kinematics::{ContactInput, MotionMeasure, PreviousGeometry, Transport};
 use crate::math::sin_cos;
 
-/// Course of a collision.
+/// Largest values in a collision, and the motion after it.
 #[derive(Debug, Clone, Copy, Default)]
 struct Collision {
     largest_force: f64,
@@ -30,7 +30,7 @@ fn hertz(law: &HertzMindlin, radius: f64, mass: f64, speed: f64) -> (f64, f64, f
     (k * overlap * overlap.sqrt(), overlap, 2.9432751 * overlap / speed)
 }
 
-/// Two equal spheres meeting head on with ±`speed`, through the library's own kinematics.
+/// Two equal spheres that meet head on with ±`speed`, measured by the library's kinematics.
 fn two_spheres(law: &HertzMindlin, radius: f64, mass: f64, speed: f64, dt: f64) -> Collision {
     let geometry = ContactGeometry {
         reference_length: 2.0 * radius,
@@ -59,24 +59,24 @@ fn two_spheres(law: &HertzMindlin, radius: f64, mass: f64, speed: f64, dt: f64) 
         let input =
             ContactInput { a: &a, b: &b, image: &image, geometry: &geometry, previous: &frame, bonded: false, dt };
         let kinematics = measure(MotionMeasure::Finite, &input);
-        let answer = law.respond(&kinematics, &state, dt);
-        out.largest_force = out.largest_force.max(answer.force.norm());
+        let response = law.respond(&kinematics, &state, dt);
+        out.largest_force = out.largest_force.max(response.force.norm());
         out.largest_overlap = out.largest_overlap.max(-kinematics.elongation);
         steps += 1;
-        if answer.status == Status::Opened {
+        if response.status == Status::Opened {
             out.duration = f64::from(steps) * dt;
             out.velocity = a.velocity;
             return out;
         }
-        a.velocity += answer.force * (dt / mass);
-        b.velocity -= answer.force * (dt / mass);
-        state = answer.state;
+        a.velocity += response.force * (dt / mass);
+        b.velocity -= response.force * (dt / mass);
+        state = response.state;
         frame = PreviousGeometry { normal: kinematics.normal, length: kinematics.length };
     }
 }
 
-/// A sphere hitting the fixed plane `y = 0`, coming down with `speed` at `angle` from the plane's normal, moving
-/// in +x; leapfrog with velocities at half steps, so the displacement of a step is exact.
+/// A sphere hits the fixed plane `y = 0` with `speed` at `angle` from the plane's normal and moves in +x. Leapfrog with
+/// velocities at half steps, so the displacement of a step is exact.
 fn sphere_on_wall(law: &HertzMindlin, radius: f64, mass: f64, speed: f64, angle: f64, dt: f64) -> Collision {
     let geometry = ContactGeometry {
         reference_length: radius,
@@ -100,7 +100,7 @@ fn sphere_on_wall(law: &HertzMindlin, radius: f64, mass: f64, speed: f64, angle:
         length += velocity.y * dt;
         let gap = length - radius;
         let arm_a = radius + 0.5 * gap;
-        // the wall's point relative to the sphere's: 0 − (v + ω × a n)
+        // Velocity of the wall's point relative to the sphere's: 0 − (v + ω × a n).
         let slide = -(velocity + spin.cross(&(normal * arm_a))) * dt;
         let kinematics = PointKinematics {
             geometry,
@@ -116,19 +116,19 @@ fn sphere_on_wall(law: &HertzMindlin, radius: f64, mass: f64, speed: f64, angle:
             bonded: false,
             transport: Transport::identity(normal),
         };
-        let answer = law.respond(&kinematics, &state, dt);
-        out.largest_force = out.largest_force.max(answer.force.norm());
+        let response = law.respond(&kinematics, &state, dt);
+        out.largest_force = out.largest_force.max(response.force.norm());
         out.largest_overlap = out.largest_overlap.max(-gap);
         steps += 1;
-        if answer.status == Status::Opened {
+        if response.status == Status::Opened {
             out.duration = f64::from(steps) * dt;
             out.velocity = velocity;
             out.spin = spin;
             return out;
         }
-        velocity += answer.force * (dt / mass);
-        spin += (normal * arm_a).cross(&answer.force) * (dt / inertia);
-        state = answer.state;
+        velocity += response.force * (dt / mass);
+        spin += (normal * arm_a).cross(&response.force) * (dt / inertia);
+        state = response.state;
     }
 }
 
@@ -136,9 +136,9 @@ fn close(value: f64, expected: f64, tolerance: f64, what: &str) {
     assert!((value / expected - 1.0).abs() < tolerance, "{what}: {value} instead of {expected}");
 }
 
-/// Test 1. The closed form to 1e-6 (leapfrog with 2e4 steps per collision: (2π/4e4)²/24 ≈ 1e-9 for the peak; the
-/// sampled peak misses the true one by as little; the duration is known to one step, 5e-5), and the published
-/// numbers to their last digit.
+/// Test 1: the closed form to 1e-6, and the published numbers to their last digit. Leapfrog with 2e4 steps per
+/// collision is off by (2π/4e4)²/24 ≈ 1e-9 at the peak, and the sampled peak misses the true one by as little; the
+/// duration is known to one step, 5e-5.
 #[test]
 fn chung_ooi_1_two_spheres() {
     for (young, poisson, density, force, overlap, duration) in
@@ -159,7 +159,7 @@ fn chung_ooi_1_two_spheres() {
     }
 }
 
-/// Test 2; tolerances as in test 1.
+/// Test 2, with the tolerances of test 1.
 #[test]
 fn chung_ooi_2_sphere_on_rigid_plane() {
     for (young, poisson, density, force, overlap, duration) in
@@ -178,8 +178,8 @@ fn chung_ooi_2_sphere_on_rigid_plane() {
     }
 }
 
-/// Test 3: restitution. 1e-3 is the benchmark's own tolerance; with 2e4 steps per elastic collision the lag of
-/// half a step of the dashpot leaves less than 2e-4, which is asserted. `e = 0` needs a dashpot that may pull.
+/// Test 3: restitution. The benchmark's own tolerance is 1e-3. With 2e4 steps per elastic collision the half-step lag
+/// of the dashpot leaves less than 2e-4, which is asserted. `e = 0` needs a dashpot that may pull.
 #[test]
 fn chung_ooi_3_restitution() {
     for (young, poisson, density) in [(380e9, 0.23, 4000.0), (100e9, 0.25, 7000.0)] {
@@ -197,15 +197,14 @@ fn chung_ooi_3_restitution() {
             }
         }
     }
-    // Without restitution the contact pulls, and its damping is critical.
+    // Without restitution the contact may pull, and its damping is critical.
     let plastic = HertzMindlin::new(Elastic { young: 380e9, poisson: 0.23 }, Elastic::RIGID, 0.0, 0.0).unwrap();
     assert!(plastic.tension_from_damping && plastic.damping_ratio == 1.0);
 }
 
-/// Test 4: oblique impact of an aluminium oxide sphere on a rigid plane, `e = 0.98`, `μ = 0.092`, against the
-/// closed form of gross sliding, `e_t = 1 − μ(1+e)/tan θ`, `ω = (5/2)μ(1+e)v cos θ/R`, valid from
-/// `tan θ ≥ (7/2)μ(1+e)` on (32.5°). 2e-3: the closed form has the torque's arm `R` instead of `R − δ/2`
-/// (δ/2R = 1.6e-3); lag of the dashpot 1e-4.
+/// Test 4: oblique impact of an aluminum oxide sphere on a rigid plane, `e = 0.98`, `μ = 0.092`, against the closed
+/// form of gross sliding, `e_t = 1 − μ(1+e)/tan θ`, `ω = (5/2)μ(1+e)v cos θ/R`, valid if `tan θ ≥ (7/2)μ(1+e)` (32.5°).
+/// 2e-3: the closed form uses the arm `R` instead of `R − δ/2` (δ/2R = 1.6e-3); the lag of the dashpot adds 1e-4.
 #[test]
 fn chung_ooi_4_sliding() {
     let (friction, e, radius, speed) = (0.092, 0.98, 0.0025, 3.9);
@@ -221,14 +220,14 @@ fn chung_ooi_4_sliding() {
     }
 }
 
-/// Test 4 against the curves of the paper (digitised): angle, ratio of tangential velocities, spin (rad/s),
-/// rebound angle of the contact patch (degrees). Measure: `Σ|Δ|/Σ|reference|`, as in the benchmark's users.
-/// Tolerances 8e-3, 1.2e-2 and 2e-2 (Kratos' own tests of its law take 1.6e-2, 2.2e-2 and 2.5e-2): where gross
-/// sliding makes the answer known, the digitised values are off by 2e-3, 7e-3 and 5e-3 (up to 2 % at 85°, where
-/// the spin is small); the rest is the difference at 10° and 15° between an incremental no-slip spring and the
-/// paper's curves.
+/// Test 4 against the digitized curves of the paper: angle, ratio of tangential velocities, angular velocity (rad/s),
+/// rebound angle of the contact patch (degrees). Measure: `Σ|Δ|/Σ|reference|`, as other users of the benchmark do.
+/// Tolerances 8e-3, 1.2e-2, and 2e-2 (Kratos' own tests of its law use 1.6e-2, 2.2e-2, and 2.5e-2). Where gross sliding
+/// makes the solution known, the digitized values are off by 2e-3, 7e-3, and 5e-3 (up to 2 % at 85°, where the angular
+/// velocity is small). The rest is the difference at 10° and 15° between an incremental no-slip spring and the paper's
+/// curves.
 #[test]
-fn chung_ooi_4_digitised() {
+fn chung_ooi_4_digitized() {
     const TABLE: [[f64; 4]; 12] = [
         [10.0, 0.6870, -213.0, -1.56],
         [15.0, 0.6244, -377.8, -5.54],
@@ -278,7 +277,7 @@ const GEOMETRY: ContactGeometry =
     ContactGeometry { reference_length: 2.0, area: 1.0, radius_a: 0.8, radius_b: 1.2, mass_a: 1.0, mass_b: 2.0 };
 const BODY: Elastic = Elastic { young: 1e6, poisson: 0.25 };
 
-/// Overlaps are a good part of the length, so that rounding of positions does not hide anything.
+/// Overlaps are a large fraction of the length, so rounding of positions hides nothing.
 fn subject(name: &'static str, law: HertzMindlin) -> Subject<Native<HertzMindlin>> {
     let window = Window { elongation: [-0.4, 0.1], shear: 0.5 };
     Subject {
@@ -290,7 +289,7 @@ fn subject(name: &'static str, law: HertzMindlin) -> Subject<Native<HertzMindlin
             conservative_normal: law.damping_ratio == 0.0,
             conservative_shear: false,
             dissipation_nonnegative: true,
-            // the dashpot vanishes with the overlap, so even a pulling one opens without a jump
+            // The dashpot vanishes with the overlap, so even a pulling one opens without a jump.
             continuous_failure: true,
             brittle: false,
         },
@@ -302,8 +301,8 @@ fn subject(name: &'static str, law: HertzMindlin) -> Subject<Native<HertzMindlin
     }
 }
 
-/// The law in plain numbers for two components of shear, without dashpots. Between turning points of the overlap
-/// the shear force follows `k_t = 8G*√(R*δ)`: kept while δ grows, scaled with `√δ` while it shrinks.
+/// The law written out for two components of shear, without dashpots. Between turning points of the overlap the shear
+/// force follows `k_t = 8G*√(R*δ)`: kept while δ grows, scaled with `√δ` while it shrinks.
 fn closed_form(law: HertzMindlin) -> impl FnMut(&Observed) -> Option<[f64; 3]> {
     let radius = 0.8 * 1.2 / 2.0;
     let (mut shear_before, mut overlap_before) = ([0.0; 2], 0.0_f64);

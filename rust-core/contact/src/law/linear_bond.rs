@@ -1,6 +1,7 @@
 //! Brittle bond of linear springs and dashpots: Madan 2019, (2.20)–(2.40).
 //!
-//! With `u` the elongation of the bond and `u_t` the shear displacement of B relative to A, carried with the contact,
+//! With the elongation `u` of the bond and the shear displacement `u_t` of B relative to A, which rotates with the
+//! contact,
 //!
 //! | | | |
 //! |---|---|---|
@@ -9,13 +10,13 @@
 //! | dashpots | `c = ξ·2√(m k)`, `m = m_A m_B/(m_A+m_B)` | (2.35)–(2.37) |
 //! | failure | `f_n ≥ φ_n` or `‖f_t‖ ≥ φ_t` | (2.38)–(2.39) |
 //!
-//! in N, m, s, kg. Forces are those on A, positive in tension. (2.38) is printed with `‖f_n‖`, its prose says tension;
-//! tension is implemented. Failure compares the whole forces, dashpots included, as printed. It is instantaneous;
-//! the stored energy at that moment is released as [`EnergySplit::damage`], and the pair goes on as an unbonded
-//! contact. A bond that was let go ([`PointKinematics::bonded`] false) breaks under any force. Rates are the mean rates of
-//! the step.
+//! in N, m, s, kg. Forces are those on A, positive in tension. (2.38) is printed with `‖f_n‖`, but its text says
+//! tension; this law breaks in tension only. Failure compares total forces, dashpots included, as printed. It is
+//! instantaneous: the stored energy at that moment is released as [`EnergySplit::damage`], and the pair continues as an
+//! unbonded contact. A bond that particle-level failure has released ([`PointKinematics::bonded`] false) breaks under
+//! any force. Rates are mean rates of the step.
 //!
-//! Whether the springs start unstressed is open in Madan 2019; see [`LinearBond::subtract_initial_gap`].
+//! Madan 2019 does not say whether the springs start unstressed; see [`LinearBond::subtract_initial_gap`].
 
 use super::batch::{Batch, BatchResult, evaluate_batch, evaluate_one};
 use super::common::{ParameterError, mean_strength, reciprocal_of_step, require};
@@ -55,9 +56,9 @@ use serde::{Deserialize, Serialize};
 ///     bonded: true,
 ///     transport: Transport::identity(Vec3::x()),
 /// };
-/// let answer = bond.respond(&stretched, &LinearBondState::default(), 1.0e-6);
-/// assert_eq!(answer.force, Vec3::x() * 200.0);
-/// assert_eq!(answer.energy.stored_normal, 0.5 * 200.0 * 1.0e-4);
+/// let response = bond.respond(&stretched, &LinearBondState::default(), 1.0e-6);
+/// assert_eq!(response.force, Vec3::x() * 200.0);
+/// assert_eq!(response.energy.stored_normal, 0.5 * 200.0 * 1.0e-4);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearBond {
@@ -65,14 +66,14 @@ pub struct LinearBond {
     pub normal_stiffness: f64,
     /// Shear stiffness `k_t`, N/m.
     pub shear_stiffness: f64,
-    /// Damping ratio `ξ` of both dashpots, 1; 1 is critical for the pair alone.
+    /// Damping ratio `ξ` of both dashpots, 1; 1 is critical damping of an isolated pair.
     pub damping_ratio: f64,
     /// Tensile strength `φ_n`, N; infinite for a bond that never fails in tension.
     pub normal_strength: f64,
     /// Shear strength `φ_t`, N; infinite for a bond that never fails in shear.
     pub shear_strength: f64,
-    /// Whether the normal spring is unstressed at the distance of bonding (default), or at the distance at which the
-    /// spheres touch, so that an initial gap or overlap loads the bond from the start.
+    /// Whether the normal spring is unstressed at the length at bonding (default). Otherwise it is unstressed at the
+    /// length at which the spheres touch, so an initial gap or overlap loads the bond from the start.
     pub subtract_initial_gap: bool,
 }
 
@@ -89,8 +90,8 @@ crate::law_state! {
 }
 
 impl LinearBond {
-    /// A bond with the given stiffnesses (N/m), damping ratio, and strengths (N; may be infinite), unstressed at the
-    /// distance of bonding.
+    /// A bond with the given stiffnesses (N/m), damping ratio, and strengths (N; may be infinite), unstressed at its
+    /// length at bonding.
     pub fn new(
         normal_stiffness: f64,
         shear_stiffness: f64,
@@ -110,7 +111,7 @@ impl LinearBond {
         Ok(bond)
     }
 
-    /// Refuse parameters without meaning.
+    /// Check that all parameters are in their ranges.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let Self { normal_stiffness: kn, shear_stiffness: kt, damping_ratio: xi, .. } = *self;
         let (normal, shear) = (self.normal_strength, self.shear_strength);
@@ -136,13 +137,13 @@ impl LinearBond {
 }
 
 impl LinearBond {
-    /// What the normal spring feels, m.
+    /// Elongation of the normal spring, m.
     #[inline(always)]
     fn stretch(&self, kinematics: &PointKinematics) -> f64 {
         if self.subtract_initial_gap { kinematics.elongation } else { kinematics.gap }
     }
 
-    /// The answer if the bond holds, and whether it does not.
+    /// Response of the unbroken bond, and whether it fails.
     #[inline(always)]
     fn intact(
         &self,
@@ -186,9 +187,9 @@ crate::columns! {
     /// Input of [`Intact`].
     struct IntactInput {
         motion: FiniteInput,
-        /// m; not a number: no bond.
+        /// Reference length, m; NaN for a contact that is not a bond.
         reference_length: f64,
-        /// kg; zero without dashpots.
+        /// Mass, kg; zero without dashpots.
         mass_a: f64,
         mass_b: f64,
         history: LinearBondState,
@@ -196,12 +197,12 @@ crate::columns! {
 
     /// Output of [`Intact`].
     struct IntactOutput {
-        /// 1 where the bond holds, else 0.
+        /// 1 if the bond survives, else 0.
         holds: f64,
         branch: BranchVector,
-        /// On A, N.
+        /// Force on A, N.
         force: Vec3,
-        /// About the centers, N·m.
+        /// Torque on A about its center, N·m.
         torque_a: Vec3,
         torque_b: Vec3,
         /// J.
@@ -214,7 +215,7 @@ crate::columns! {
     /// Input of [`IntactStraining`].
     struct StrainingInput {
         bond: IntactInput,
-        /// Sum of both particles' surface displacements, m.
+        /// Sum of the surface displacements of both particles, m.
         surface_displacement: Symmetric,
     }
 
@@ -223,28 +224,29 @@ crate::columns! {
         bond: IntactOutput,
         /// Elastic normal force, N.
         pressure: f64,
-        /// Other forces that strain, N.
+        /// Other forces that strain the particle, N.
         other: Vec3,
     }
 }
 
-/// Measures and answers of many bonds that hold, of the same parameters.
+/// Measures and evaluates unbroken bonds with equal parameters in columns.
 struct Intact<'a, const DAMPED: bool> {
     bond: &'a LinearBond,
     dt: f64,
 }
 
 impl<const DAMPED: bool> Intact<'_, DAMPED> {
-    /// `surface_displacement` (m) along the normal.
+    /// Output and response for one bond. `surface_displacement` gives the sum of both particles' surface displacements
+    /// along a normal, m.
     #[inline(always)]
-    fn answer(
+    fn evaluate(
         &self,
         input: &IntactInput,
         surface_displacement: impl FnOnce(&Vec3) -> f64,
     ) -> (IntactOutput, Response<LinearBondState>) {
         let IntactInput { motion, reference_length, mass_a, mass_b, history } = *input;
         let FiniteInput { radius_a, radius_b, previous, .. } = motion;
-        // The area is of no matter to this law.
+        // The law does not use the area.
         let geometry = ContactGeometry { reference_length, area: 0.0, radius_a, radius_b, mass_a, mass_b };
         let viscosities = if DAMPED { self.bond.dashpots(&geometry) } else { (0.0, 0.0) };
         let point = motion.measure().point(&geometry, &previous, true);
@@ -253,7 +255,7 @@ impl<const DAMPED: bool> Intact<'_, DAMPED> {
         let (normal, force, energy) = (point.normal, response.force, response.energy);
         let [torque_a, torque_b] = torques(&normal, &force, [point.arm_a, point.arm_b]);
         let output = IntactOutput {
-            // No reference: no bond.
+            // A NaN reference length marks a contact that is not a bond.
             holds: if fails | reference_length.is_nan() { 0.0 } else { 1.0 },
             branch: BranchVector { length: point.length, normal },
             force,
@@ -273,11 +275,11 @@ impl<const DAMPED: bool> Formula for Intact<'_, DAMPED> {
 
     #[inline(always)]
     fn apply(&self, input: IntactInput) -> IntactOutput {
-        self.answer(&input, |_| 0.0).0
+        self.evaluate(&input, |_| 0.0).0
     }
 }
 
-/// The same between particles that deform.
+/// [`Intact`] for bonds between particles that deform.
 struct IntactStraining<'a, const DAMPED: bool> {
     bond: &'a LinearBond,
     dt: f64,
@@ -292,7 +294,7 @@ impl<const DAMPED: bool> Formula for IntactStraining<'_, DAMPED> {
     fn apply(&self, input: StrainingInput) -> StrainingOutput {
         let intact = Intact::<DAMPED> { bond: self.bond, dt: self.dt };
         let (bond, Response { force, state, .. }) =
-            intact.answer(&input.bond, |normal| input.surface_displacement.quadratic(normal));
+            intact.evaluate(&input.bond, |normal| input.surface_displacement.quadratic(normal));
         let normal = bond.branch.normal;
         let viscous = LinearBond::viscous_force(&normal, &state);
         let ParticleVirial { pressure, other, .. } =
@@ -318,9 +320,9 @@ impl ContactLaw for LinearBond {
         if !fails && kinematics.bonded {
             return response;
         }
-        // The force of this step is void. The energy stored by now is released; it contains the half of this step's
-        // work that the void elastic force would have taken in, which nobody did: the integration term. How the energy was
-        // stored is told, too.
+        // The forces of this step are void, and the stored energy is released. It contains the half of this step's work
+        // that the void elastic force would have done. That work was not done; it is booked as integration. The
+        // `stored_*` fields keep the modes of the released energy.
         let EnergySplit { stored_normal, stored_shear, .. } = response.energy;
         let damage = stored_normal + stored_shear;
         let elastic_normal = self.normal_stiffness * self.stretch(kinematics);
@@ -340,7 +342,8 @@ impl ContactLaw for LinearBond {
         }
     }
 
-    /// Bonds that hold, of the same parameters, measured by the finite measure, are answered in columns.
+    /// Uses columns for bonds with equal parameters under the finite measure. Bonds that break then take the scalar
+    /// path.
     #[inline(always)]
     fn respond_batch<B: Batch<Self>>(mode: MotionMeasure, count: usize, dt: f64, batch: &mut B, columns: &mut Columns) {
         let count = count.min(BATCH);
@@ -348,7 +351,7 @@ impl ContactLaw for LinearBond {
             return;
         }
         let bond = *batch.law(0).0;
-        // The loop with a sample serves rigid particles and others.
+        // `evaluate_batch` covers steps with a sample, for rigid and deformable particles.
         if mode != MotionMeasure::Finite || B::SAMPLE || (1..count).any(|i| batch.row(i) != batch.row(0)) {
             evaluate_batch(mode, count, dt, batch, columns);
             return;
@@ -356,7 +359,7 @@ impl ContactLaw for LinearBond {
         let damped = bond.damping_ratio != 0.0;
         for i in 0..count {
             let (Reference { length, .. }, bonded) = batch.reference(i);
-            // The input of rigid particles is the first part of that of others, in the same place.
+            // The input for rigid particles is the beginning of the input for deformable ones.
             let arrays = columns.input::<StrainingInput>();
             let input = &mut arrays.bond;
             input.motion.set(i, FiniteInput::of_contact(batch, i));
@@ -370,7 +373,7 @@ impl ContactLaw for LinearBond {
             }
         }
         let dashpots_strain = B::DEFORM && batch.dashpots_strain();
-        // Said so that what has no dashpots is computed without roots, and rigid particles without strains.
+        // Separate formulas, so that undamped bonds compute no square roots and rigid particles no strains.
         match (damped, B::DEFORM) {
             (false, false) => columns.apply(&Intact::<false> { bond: &bond, dt }),
             (true, false) => columns.apply(&Intact::<true> { bond: &bond, dt }),
@@ -385,7 +388,7 @@ impl ContactLaw for LinearBond {
                 continue;
             }
             let branch: BranchVector = bond.branch.get(i);
-            let push = B::DEFORM.then(|| ParticleVirial {
+            let virial = B::DEFORM.then(|| ParticleVirial {
                 normal: branch.normal,
                 pressure: output.pressure.get(i),
                 other: output.other.get(i),
@@ -396,7 +399,7 @@ impl ContactLaw for LinearBond {
                 torques: [bond.torque_a.get(i), bond.torque_b.get(i)],
                 energy: Some([bond.viscous.get(i), bond.integration.get(i)]),
                 state: Some(bond.history.get(i)),
-                push,
+                virial,
             };
             batch.commit_result(i, &found);
         }
@@ -419,7 +422,7 @@ impl ContactLaw for LinearBond {
     }
 }
 
-/// Linear elastic bond with dashpots and brittle failure; afterwards a contact with Coulomb friction.
+/// Linear elastic bond with dashpots and brittle failure; after failure a contact with Coulomb friction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename = "LinearBond", deny_unknown_fields)]
 pub struct LinearBondTable {
@@ -433,17 +436,19 @@ pub struct LinearBondTable {
     #[serde(default)]
     #[schemars(extend("minimum" = 0))]
     pub damping_ratio: Number,
-    /// Tensile force at which a bond breaks, N; never when left out. Between two materials: the mean, or the only one given.
+    /// Tensile force at which a bond breaks, N; unbreakable if left out. Between two materials: the mean, or the only
+    /// one given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub normal_strength: Option<Force>,
-    /// Shear force at which a bond breaks, N; never when left out. Between two materials: the mean, or the only one given.
+    /// Shear force at which a bond breaks, N; unbreakable if left out. Between two materials: the mean, or the only one
+    /// given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub shear_strength: Option<Force>,
     /// Friction coefficient (tangent of the angle) after failure.
     #[serde(default)]
     #[schemars(extend("minimum" = 0))]
     pub friction_coefficient: Number,
-    /// Whether a bond is free of force at the distance at which it is made.
+    /// Whether a bond is unstressed at its length at bonding.
     #[serde(default = "yes")]
     pub subtract_initial_gap: bool,
 }
@@ -468,7 +473,7 @@ impl LawTable for LinearBondTable {
 }
 
 impl LinearBondTable {
-    /// The contact that is left of a broken bond: the same springs and dashpots, with friction.
+    /// The contact that replaces a broken bond: the same springs and dashpots, with friction.
     fn after_breaking(&self) -> FrictionalTable {
         FrictionalTable {
             young: None,
@@ -485,7 +490,7 @@ impl RegisteredLaw for LinearBond {
     type Table = LinearBondTable;
     type Unbonded = Frictional;
     const TITLE: &'static str = "linear bond";
-    const AS_BOND: Option<&'static str> = Some("Linear elastic bond, brittle; afterwards a frictional contact.");
+    const AS_BOND: Option<&'static str> = Some("Linear elastic bond, brittle; after failure a frictional contact.");
     const AS_CONTACT: Option<&'static str> = Some("Linear bond after failure: linear contact with friction.");
 
     fn row(a: &LinearBondTable, b: &LinearBondTable) -> Result<Self, ParameterError> {

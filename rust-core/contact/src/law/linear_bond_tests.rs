@@ -3,7 +3,7 @@
 use super::*;
 use crate::conformance::{Native, Observed, Properties, Station, Subject, Window, atlas, atlas_paths, check};
 
-/// Deformations are a good part of the length, so that rounding of positions does not hide anything.
+/// Deformations are a large fraction of the length, so rounding of positions hides nothing.
 fn subject(name: &'static str, bond: LinearBond) -> Subject<Native<LinearBond>> {
     let window = Window { elongation: [-0.4, 0.6], shear: 0.5 };
     Subject {
@@ -54,8 +54,8 @@ fn closed_form(bond: LinearBond, subject: &Subject<Native<LinearBond>>) -> impl 
     }
 }
 
-/// 1e-11: 300 steps, each with a rounding of the order of 1e-16 of the length in the orientation, read as shear
-/// (and, divided by the step, as rate), against shears of a quarter of the length.
+/// 1e-11: 300 steps, each with a rounding of about 1e-16 of the length in the orientation, measured as shear (and,
+/// divided by the step, as rate), relative to shears of a quarter of the length.
 fn conforms(subject: &Subject<Native<LinearBond>>) {
     let mut report = check(subject);
     report.findings.extend(atlas(
@@ -89,7 +89,7 @@ fn bond_with_its_initial_gap_conforms() {
 #[test]
 fn brittle_bond_conforms() {
     for damping_ratio in [0.0, 0.1] {
-        // breaks at an elongation of 0.45 or a shear of 0.475
+        // Breaks at an elongation of 0.45 or a shear of 0.475.
         let bond = LinearBond::new(1e6, 4e5, damping_ratio, 4.5e5, 1.9e5).unwrap();
         let mut subject = subject("brittle bond", bond);
         subject.properties.continuous_failure = false;
@@ -99,7 +99,7 @@ fn brittle_bond_conforms() {
     }
 }
 
-/// Compression never breaks a bond, however strong; shear does, under any normal force.
+/// Compression of any size never breaks a bond; shear does, under any normal force.
 #[test]
 fn which_strength_breaks() {
     let bond = LinearBond::new(1e6, 4e5, 0.0, 1e3, 1e3).unwrap();

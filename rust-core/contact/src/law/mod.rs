@@ -1,7 +1,7 @@
 //! Contact laws: force and moment between two particles from their relative motion.
 //!
-//! A law is a pure function: parameters are `self`, memory is [`ContactLaw::State`], everything else is an argument. The
-//! same inputs give the same bits for every caller: the solver, a host code, or a test.
+//! A law is a pure function: parameters are `self`, history is [`ContactLaw::State`], everything else is an argument.
+//! The same inputs give the same bits for every caller: the solver, a host code, or a test.
 //!
 //! A law is one file here, declared below, and one line in the list of [`registry`]. Scenarios and hosts read everything else
 //! from the law ([`RegisteredLaw`]).

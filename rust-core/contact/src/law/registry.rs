@@ -53,7 +53,7 @@ macro_rules! law_names {
             }
         }
 
-        // The name in the list is the name of the law: it is the key of the table in a material.
+        // The name in the list must equal `NAME`, the key of the law's table in a material.
         const _: () = {
             $(assert!(equal(stringify!($key).as_bytes(), LawName::$Law.facts().key.as_bytes()),
                 concat!("for_each_law! lists `", stringify!($Law), "` under another name than its NAME"));)*
@@ -114,14 +114,14 @@ impl<'de> Deserialize<'de> for LawName {
     }
 }
 
-/// A choice of words with their descriptions, as derived for an enum.
+/// Schema of a choice among words with their descriptions, as derived for an enum.
 fn choice<'a>(words: impl Iterator<Item = (&'a str, &'a str)>, about: &str) -> Schema {
     let words: Vec<Schema> =
         words.map(|(word, about)| json_schema!({ "type": "string", "const": word, "description": about })).collect();
     json_schema!({ "description": about, "oneOf": words })
 }
 
-/// "a", "a" or "b", "a", "b", or "c".
+/// The keys of the laws as text: "a", "a" or "b", "a", "b", or "c".
 fn listing(laws: impl Iterator<Item = LawName>) -> String {
     let quoted: Vec<String> = laws.map(|law| format!("\"{}\"", law.key())).collect();
     match &quoted[..] {
@@ -132,7 +132,7 @@ fn listing(laws: impl Iterator<Item = LawName>) -> String {
     }
 }
 
-/// Name words that mean something, but not here, with the message and the help for whoever writes them.
+/// Tell the schema which words are valid elsewhere but not here, with a message and a help for the user.
 fn refuse(schema: &mut Schema, laws: impl Iterator<Item = LawName>, message: &str, help: &str) {
     let words: Vec<&str> = laws.map(LawName::key).collect();
     let refused = json_schema!({ "words": words, "message": message, "help": help });
@@ -171,12 +171,12 @@ impl ContactLawName {
         if key == "none" { Some(Self::NONE) } else { LawName::of_key(key).and_then(Self::new) }
     }
 
-    /// The law; nothing for "none".
+    /// The law; `None` for "none".
     pub const fn law(self) -> Option<LawName> {
         self.0
     }
 
-    /// Its name; "none" for none.
+    /// Key of the law; "none" for no law.
     pub fn key(self) -> &'static str {
         self.0.map_or("none", LawName::key)
     }
@@ -215,7 +215,7 @@ impl JsonSchema for ContactLawName {
 mod tests {
     use super::*;
 
-    /// Restart files of hosts hold the numbers.
+    /// The numbers in restart files of hosts stay valid.
     #[test]
     fn laws_of_contacts_keep_their_numbers() {
         let number = |key: &str| ContactLawName::of_key(key).map(ContactLawName::number);

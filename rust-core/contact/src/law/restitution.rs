@@ -28,7 +28,7 @@ pub fn restitution_of_damping(zeta: f64, end: End) -> f64 {
     let s = s2.abs().sqrt();
     let duration = match end {
         End::OverlapSpent if s2 > 0.0 => std::f64::consts::PI / s,
-        // critically damped and above: the overlap never comes back to zero
+        // Critically damped or more: the overlap never returns to zero.
         End::OverlapSpent => return 0.0,
         End::ForceSpent if s == 0.0 => 2.0,
         End::ForceSpent if s2 > 0.0 => 2.0 * atan2(s, zeta) / s,
@@ -78,7 +78,8 @@ pub fn damping_of_restitution(e: f64, end: End) -> f64 {
 mod tests {
     use super::*;
 
-    /// The inverse is the inverse. 1e-14: rounding of `exp` near its argument 0, magnified by `dζ/de ≤ 10` in range.
+    /// The two functions are inverse to each other. 1e-14: rounding of `exp` near its argument 0, magnified by
+    /// `dζ/de ≤ 10` in range.
     #[test]
     fn inverse() {
         for end in [End::OverlapSpent, End::ForceSpent] {
@@ -89,7 +90,7 @@ mod tests {
         }
     }
 
-    /// At `ζ = 1` the force is spent at `τ = 2`, so `e = exp(−2)`; the formula is continuous there.
+    /// At `ζ = 1` the force vanishes at `τ = 2`, so `e = exp(−2)`; the formula is continuous there.
     /// 1e-7: `e` differs by `|de/dζ| 1e-7 ≈ 0.2e-7` at a distance of 1e-7.
     #[test]
     fn critical_damping() {
@@ -99,8 +100,8 @@ mod tests {
         }
     }
 
-    /// Both ends of a collision by brute force: the linear oscillator from its closed form, stepped in time.
-    /// 1e-5: the instant of the end is found to 1e-6 of the period.
+    /// Both ends of a collision by brute force: the closed form of the linear oscillator, stepped in time. 1e-5: the
+    /// end is located to 1e-6 of the period.
     #[test]
     fn against_the_oscillator() {
         for zeta in [0.05, 0.3, 0.8] {

@@ -1,4 +1,4 @@
-//! What scenarios and hosts must know of a law besides its answer to motion: its table of parameters and its roles.
+//! What scenarios and hosts need of a law besides its response: its parameter table and its roles.
 
 use std::fmt::Debug;
 
@@ -10,8 +10,8 @@ use super::{ContactLaw, Field, Kinematics, LawState, ParameterError};
 
 /// A law with a table of parameters. All laws of [`for_each_law!`](crate::for_each_law) have one.
 ///
-/// Scenarios, result files, and hosts take everything from this trait and from [`ContactLaw`]: the table, the rows made of
-/// it, the roles of the law, and their descriptions. No other code lists the laws.
+/// Scenarios, result files, and hosts use only this trait and [`ContactLaw`]: the table, the pair coefficients, the
+/// roles of the law, and their descriptions. No other code lists the laws.
 pub trait RegisteredLaw: ContactLaw {
     /// Parameters of one material, as in `[material.NAME]` of a scenario.
     type Table: LawTable + Clone + PartialEq + Serialize + DeserializeOwned + JsonSchema;
@@ -25,39 +25,40 @@ pub trait RegisteredLaw: ContactLaw {
     /// What the law does without a bond, in one sentence; `None` if it acts in bonds only.
     const AS_CONTACT: Option<&'static str> = None;
 
-    /// The row of coefficients of a bond (or contact) between two materials with these tables; `a` and `b` are the same
-    /// table within one material and across an `[[interface]]`.
+    /// Pair coefficients of a bond (or contact) between two materials with these tables. Within one material and across
+    /// an `[[interface]]`, `a` and `b` are the same table.
     ///
     /// # Errors
     /// Values out of range, by the keys of the table; tables that cannot be combined.
     fn row(a: &Self::Table, b: &Self::Table) -> Result<Self, ParameterError>;
 
-    /// The same for pairs without a bond. Laws that do not change after breaking write `Self::row(a, b)`.
+    /// Pair coefficients without a bond. Laws that do not change after breaking write `Self::row(a, b)`.
     ///
     /// # Errors
     /// As [`Self::row`].
     fn unbonded_row(a: &Self::Table, b: &Self::Table) -> Result<Self::Unbonded, ParameterError>;
 }
 
-/// Parameters of a law in one material. Ranges of single keys are in the schema of the struct; this trait tells the rest.
+/// Parameters of a law in one material. The schema of the struct has the ranges of single keys; this trait has all
+/// other checks.
 pub trait LawTable: Debug + Send + Sync {
-    /// Faults that the range of a single key does not show: keys that exclude each other, or that need each other.
+    /// Faults that the range of a single key does not show: keys that exclude or require each other.
     fn faults(&self) -> Vec<Fault> {
         Vec::new()
     }
 
-    /// Keys that the table gives and that only bonds use; a table for other contacts alone ignores them.
+    /// Keys given in the table that only bonds use; unbonded contacts ignore them.
     fn keys_of_bonds(&self) -> Vec<&'static str> {
         Vec::new()
     }
 
-    /// Keys that the table gives and that belong to the particles of one material; an `[[interface]]` cannot have them.
+    /// Keys given in the table that belong to the particles of one material; an `[[interface]]` cannot have them.
     fn keys_of_particles(&self) -> Vec<&'static str> {
         Vec::new()
     }
 
-    /// Why the law does not act between discs of unit depth; `None` if it does. Most laws have a circular cross-section or
-    /// are those of spheres: their forces are not per unit of depth.
+    /// Why the law does not act between discs of unit depth; `None` if it does. Most laws have a circular cross-section
+    /// or describe spheres, so their forces are not per unit depth.
     fn fault_in_plane(&self) -> Option<Fault> {
         let help = "use \"linear_bond\" or \"frictional\" with stiffnesses in N/m, or dimension = 3";
         Some(Fault::conflict("", "a law of spheres, which has no meaning between discs of unit depth", help))
@@ -73,7 +74,7 @@ pub trait LawTable: Debug + Send + Sync {
         None
     }
 
-    /// Mean stress of a particle at which all its bonds break, Pa; `None`: never.
+    /// Mean stress of a particle at which all its bonds break, Pa; `None` without this criterion.
     fn hydrostatic_strength(&self) -> Option<f64> {
         None
     }
@@ -84,7 +85,7 @@ pub trait LawTable: Debug + Send + Sync {
 pub enum FaultKind {
     /// A key is missing.
     Missing,
-    /// Keys that do not go together.
+    /// Keys that contradict each other.
     Conflict,
     /// A value out of range.
     Range,
@@ -109,7 +110,7 @@ impl Fault {
         Self { kind: FaultKind::Missing, key, message: message.into(), help: help.into() }
     }
 
-    /// A key that does not go with the others.
+    /// A key that contradicts others.
     pub fn conflict(key: &'static str, message: impl Into<String>, help: impl Into<String>) -> Self {
         Self { kind: FaultKind::Conflict, key, message: message.into(), help: help.into() }
     }
@@ -144,7 +145,7 @@ pub struct LawFacts {
 }
 
 impl LawFacts {
-    /// Those of law `L`.
+    /// Constants of law `L`.
     pub const fn of<L: RegisteredLaw>() -> Self {
         Self {
             key: L::NAME,
@@ -163,6 +164,6 @@ impl LawFacts {
 /// Access to the table of one law in a [`Material`](crate::material::Material) or
 /// [`Interface`](crate::material::Interface).
 pub trait HasTable<L: RegisteredLaw> {
-    /// The table, if it is there.
+    /// The table, if present.
     fn table(&self) -> Option<&L::Table>;
 }

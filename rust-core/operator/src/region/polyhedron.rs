@@ -3,9 +3,9 @@
 use super::{Extent, HalfSpace};
 use concordem_contact::math::{Mat3, Vec3};
 
-/// Regions that reach further than this many edges count as unbounded.
+/// Regions that reach further than this many edges are unbounded.
 const FARTHEST: f64 = 1e3;
-/// Relative size of a component that counts as zero: rounding of edges and normals.
+/// Relative size below which a component is zero: rounding of edges and normals.
 const ROUNDING: f64 = 1e-12;
 
 /// Extent along each edge of the cell with the edge vectors `edges` (m). In reduced coordinates `x = H s` the half-space
@@ -20,7 +20,7 @@ pub(super) fn reduced_bounds(planes: &[HalfSpace], edges: &Mat3) -> [Extent; 3] 
         })
         .collect();
     let invariant: [bool; 3] = std::array::from_fn(|k| faces.iter().all(|(normal, _)| normal[k].abs() <= ROUNDING));
-    // A large box closes the polyhedron; a unit box where the region is invariant.
+    // A large box closes the polyhedron; a unit box does so where the region is invariant.
     for k in 0..3 {
         for sign in [-1.0, 1.0] {
             let mut normal = Vec3::zeros();

@@ -9,9 +9,9 @@ use concordem_contact::math::{Mat3, Vec3};
 /// Affine part of the motion of particles (operator O13; Cundall's best fit: Jebahi et al. 2015, (1.19)–(1.29) with the
 /// missing transpose of (1.27); ERDC 2019, (25) with corrected blocks).
 ///
-/// Displacements and rotations give strains, velocities and angular velocities give rates. The 24-parameter fit of the report
-/// separates exactly into the regressions of displacement and of rotation on `(1, x)`, because its uniform rotation is
-/// free: no weighting of lengths against angles arises.
+/// Displacements and rotations give strains, velocities and angular velocities give rates. The 24-parameter fit of the
+/// report separates exactly into the regressions of displacement and of rotation on `(1, x)`, because its uniform
+/// rotation is free. So lengths need no weight relative to angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AffineFit {
     /// Mean position of the particles, m: where the constant parts below hold.
@@ -35,12 +35,12 @@ pub struct AffineFit {
 }
 
 impl AffineFit {
-    /// Displacement (m or m/s) that the fit gives at `x`.
+    /// Displacement (m or m/s) of the fit at `x`.
     pub fn displacement(&self, x: &Vec3) -> Vec3 {
         self.translation + self.gradient * (x - self.center)
     }
 
-    /// Rotation (rad or rad/s) that the fit gives at `x`.
+    /// Rotation (rad or rad/s) of the fit at `x`.
     pub fn rotation_at(&self, x: &Vec3) -> Vec3 {
         self.rotation + self.curvature.transpose() * (x - self.center)
     }
@@ -66,7 +66,7 @@ impl AffineFit {
     }
 }
 
-/// Which particles take part.
+/// Space dimension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Dimension {
     /// The plane z = 0: gradients have no third column.
@@ -82,10 +82,9 @@ sums!(Squares { u: f64, u_all: f64, phi: f64, phi_all: f64 });
 
 /// Fit an affine motion to the particles whose centers lie in a region.
 ///
-/// `position` (m) is in the reference configuration of the strains: the initial or the present one. The results differ by
-/// the order of the strain. `displacement`
-/// (m or m/s) and `rotation` (rad or rad/s; empty: none) are those of the particles. Images of a `period` take part with
-/// displacements that follow its change.
+/// `position` (m) is in the reference configuration of the strains, the initial or the present one; the results differ
+/// by the order of the strain. `displacement` (m or m/s) and `rotation` (rad or rad/s; empty: none) belong to the
+/// particles. Images of a `period` take part with displacements that follow its change.
 pub fn affine_fit(
     position: &[Vec3],
     displacement: &[Vec3],
@@ -162,8 +161,8 @@ pub fn affine_fit(
     })
 }
 
-/// Smallest over largest principal moment below which points count as lying in a plane: the square of the precision
-/// (1e-8) to which second moments of size-1 coordinates resolve a thickness.
+/// Smallest over largest principal moment below which points lie in a plane: the square of the precision (1e-8) to
+/// which second moments of coordinates of size 1 resolve a thickness.
 const FLAT: f64 = 1e-16;
 
 /// Inverse of the matrix of second moments, and how well the points span space.

@@ -1,4 +1,4 @@
-//! Strain by edges and their dual area vectors (operator O16).
+//! Strain from edges and their dual area vectors (operator O16).
 
 use crate::error::{OperatorError, check_volume};
 use crate::region::Period;
@@ -8,7 +8,7 @@ use crate::sum::{sum_tiles, sums};
 use crate::tessellation::Mesh;
 use concordem_contact::math::{Mat3, Vec3};
 
-/// Strain by edges, with the identity that its dual vectors obey.
+/// Strain from edges, with the identity that its dual vectors obey.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BagiStrain {
     /// `G_ij = ∂u_i/∂x_j`.

@@ -10,7 +10,7 @@ use concordem_contact::math::{Mat3, Vec3};
 /// `⅓ ∮ x·n dA` (½ in the plane) (operator O18). Not for periodic meshes, which have no hull: see [`cell_gradient`].
 pub fn boundary_strain(mesh: &Mesh, position: &[Vec3], displacement: &[Vec3]) -> Result<Mat3, OperatorError> {
     check(mesh, position, displacement, None)?;
-    // Measured from a point of the body, so that a far origin costs no digits.
+    // Measured from a point of the body, so that a distant origin costs no digits.
     let origin = mesh.hull().next().map_or_else(Vec3::zeros, |face| position[face[0].point as usize]);
     let (mut volume, mut moment) = (0.0, Mat3::zeros());
     for face in mesh.hull() {
@@ -30,7 +30,7 @@ pub fn boundary_strain(mesh: &Mesh, position: &[Vec3], displacement: &[Vec3]) ->
     Ok(moment / check_volume("the hull", volume)?)
 }
 
-/// Displacement gradient of a periodic cell from its edges: `G = ΔH H⁻¹` — what the boundary integral over a cell is.
+/// Displacement gradient of a periodic cell from its edges: `G = ΔH H⁻¹`, the boundary integral over a cell.
 pub fn cell_gradient(period: &Period) -> Result<Mat3, OperatorError> {
     let inverse = period.edges.try_inverse().ok_or(OperatorError::Volume { of: "the periodic cell", volume: 0.0 })?;
     Ok(period.change * inverse)

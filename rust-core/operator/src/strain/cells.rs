@@ -37,8 +37,8 @@ pub struct MeshStrain {
 }
 
 impl MeshStrain {
-    /// The cells whose centroids lie in a region, and their mean; images of periodic cells count. Pass the arguments of
-    /// [`cell_strain`], which returned `self`.
+    /// The cells whose centroids lie in a region, and their mean, images of periodic cells included. Pass the arguments
+    /// of the call of [`cell_strain`] that returned `self`.
     pub fn within(
         &self,
         mesh: &Mesh,
@@ -72,8 +72,8 @@ impl MeshStrain {
 /// Madan 2019, (4.4)–(4.6)): `G^c = (1/V^c) Σ_faces ū⊗A`, `ū` the mean over the face's corners, `A` its outward area
 /// vector.
 ///
-/// `position` (m) is the reference configuration of the gradients, not necessarily that of the mesh;
-/// `displacement` in m (or velocity, m/s). Both by point; a periodic mesh needs `period` with its change.
+/// `position` (m) is the reference configuration of the gradients, not necessarily that of the mesh; `displacement` is
+/// in m (or a velocity, m/s). Both by point. A periodic mesh needs `period` with its change.
 pub fn cell_strain(
     mesh: &Mesh,
     position: &[Vec3],
@@ -131,7 +131,7 @@ pub(super) fn check(
     Ok(())
 }
 
-/// `Σ_p ⅓` of geometry weights differs between space and plane.
+/// Number of dimensions, as a real.
 pub(super) fn size(dimension: Dimension) -> f64 {
     if dimension == Dimension::Two { 2.0 } else { 3.0 }
 }

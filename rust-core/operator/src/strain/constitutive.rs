@@ -3,16 +3,16 @@
 use crate::error::OperatorError;
 use concordem_contact::math::{Mat3, Vec3};
 
-/// Elastic state of a deformable particle.
+/// State of strain or stress of a deformable particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ElasticState {
     /// Three dimensions.
     #[default]
     Solid,
-    /// Disc that keeps its depth (Madan 2019, (2.48)).
+    /// Disc of constant depth (Madan 2019, (2.48)).
     PlaneStrain,
-    /// Disc free of stress across its plane (Madan 2019, (2.49)).
+    /// Disc without stress across its plane (Madan 2019, (2.49)).
     PlaneStress,
 }
 
@@ -43,7 +43,8 @@ impl ElasticConstants {
 
     /// Strain `ε_p = D : sym(σ_p)` of a particle under the stress `σ_p` (Pa) (operator O19; Madan 2019, (2.46)–(2.49)).
     ///
-    /// A particle's own elastic strain, not the assembly's. Tensor shear strains (half of the thesis' vector component).
+    /// This is the particle's own elastic strain, not the assembly's. Shear components are tensor components (half of
+    /// the thesis' vector components).
     pub fn strain(&self, stress: &Mat3) -> Mat3 {
         let s = (stress + stress.transpose()) * 0.5;
         let (e, nu) = (self.young, self.poisson);

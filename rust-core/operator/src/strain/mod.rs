@@ -1,9 +1,9 @@
 //! Strain, rotation, and their rates, from the motion of particles.
 //!
 //! Least squares ([`affine_fit`]), volume averages on a triangulation ([`cell_strain`], [`bagi_strain`],
-//! [`boundary_strain`]: three ways to the same number, P16), contact cells with spins ([`satake_strain`]), and the
-//! particles' own elastic strain ([`ElasticConstants`]). Displacements give strains, velocities give rates. The
-//! configuration that gradients refer to is an argument everywhere: the positions handed over.
+//! [`boundary_strain`]: three ways to the same value, P16), contact cells with particle rotations ([`satake_strain`]),
+//! and the particles' own elastic strain ([`ElasticConstants`]). Displacements give strains, velocities give rates. The
+//! positions passed to an operator are the configuration that its gradients refer to.
 
 mod affine;
 mod bagi;

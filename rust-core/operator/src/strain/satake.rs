@@ -7,7 +7,7 @@ use crate::sum::{sum_tiles, sums};
 use crate::tessellation::{Neighbor, PowerDiagram};
 use concordem_contact::math::{Mat3, Vec3};
 
-/// Strain by contact cells.
+/// Strain from contact cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SatakeStrain {
     /// `(1/V) Σ c⊗d`, i: displacement, j: position. Under an affine motion `G` with one rotation `θ` of all particles it is
@@ -19,17 +19,16 @@ pub struct SatakeStrain {
     pub unity: Mat3,
 }
 
-/// Strain from relative displacements of neighbors at their common faces (operator O17; Satake 2004 in Jebahi et al. 2015,
-/// (1.30)–(1.34)): `(1/V) Σ c^{pq}⊗d^{pq}` with
-/// `c^{pq} = (u_q + θ_q×r^{cq}) − (u_p + θ_p×r^{cp})`, `d` the face's area vector in the power diagram, and c where the
-/// branch meets the face.
+/// Strain from relative displacements of neighbors at their common faces (operator O17; Satake 2004 in Jebahi et al.
+/// 2015, (1.30)–(1.34)): `(1/V) Σ c^{pq}⊗d^{pq}` with `c^{pq} = (u_q + θ_q×r^{cq}) − (u_p + θ_p×r^{cp})`, `d` the
+/// face's area vector in the power diagram, and the point c where the branch vector meets the face.
 ///
 /// The printed rule (1.30) uses plain Voronoi cells, although the text claims to include the sizes; the power diagram does
 /// include them. Zero radii in the diagram give the printed rule.
 ///
-/// `displacement` (m or m/s) and `rotation` (rad or rad/s; empty: none) by particle. A diagram that ends at a border needs
-/// the displacement of the border at every border face (`border_displacement`, in the order of
-/// [`PowerDiagram::border`]): the walls' motion; it is taken at the face's centroid. A periodic one needs `period`.
+/// `displacement` (m or m/s) and `rotation` (rad or rad/s; empty: none) by particle. A diagram with a border needs the
+/// displacement of the border at the centroid of every border face (`border_displacement`, in the order of
+/// [`PowerDiagram::border`]), that is, the motion of the walls. A periodic one needs `period`.
 pub fn satake_strain(
     diagram: &PowerDiagram,
     displacement: &[Vec3],
@@ -49,7 +48,7 @@ pub fn satake_strain(
     let mut count = 0;
     for face in faces {
         border_number.push(count);
-        count += usize::from(matches!(face.neighbour, Neighbor::Border(_)));
+        count += usize::from(matches!(face.neighbor, Neighbor::Border(_)));
     }
     let theta = |p: usize| rotation.get(p).copied().unwrap_or_default();
     sums!(Total { gradient: Mat3, unity: Mat3 });
@@ -58,7 +57,7 @@ pub fn satake_strain(
         for k in range {
             let face = &faces[k];
             let p = face.point as usize;
-            let relative = match face.neighbour {
+            let relative = match face.neighbor {
                 Neighbor::Particle { point, image } => {
                     let q = point as usize;
                     let shift = Vec3::from(image.map(f64::from));

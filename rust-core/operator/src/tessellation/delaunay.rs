@@ -1,7 +1,7 @@
 //! Delaunay triangulation, periodic or not, with exact predicates.
 //!
-//! In space by the crate `simple_delaunay_lib`, in the plane by `spade`; both decide with the adaptive exact predicates
-//! of `robust`. Why these: see ARCHITECTURE.md.
+//! The crate `simple_delaunay_lib` is used in space, `spade` in the plane. Both use the adaptive exact predicates of
+//! `robust`.
 
 use simple_delaunay_lib::delaunay_3d::delaunay_struct_3d::DelaunayStructure3D;
 use simple_delaunay_lib::delaunay_3d::simplicial_struct_3d::Node;
@@ -16,9 +16,9 @@ use concordem_contact::math::{Mat3, Vec3};
 /// Delaunay triangulation of points (m): the convex hull is filled with tetrahedra (triangles in the plane z = 0), or, with
 /// the edge vectors of a periodic cell (m, as columns), all of periodic space.
 ///
-/// Where more than four points lie on a sphere the triangulation is one of several; averages do not depend on which.
-/// In a periodic cell such ties are broken by shifting the points by 1e-7 of their spacing — for the choice of the cells
-/// only, not for any place. So cells of no volume, or of a volume negative by rounding, may occur.
+/// If more than four points lie on a sphere, the triangulation is one of several; averages do not depend on the choice.
+/// In a periodic cell such ties are broken by shifting the points by 1e-7 of their spacing, only for the choice of the
+/// cells. The positions stay. So cells of zero volume, or of a volume negative by rounding, may occur.
 pub fn delaunay(position: &[Vec3], dimension: Dimension, periodic: Option<&Mat3>) -> Result<Mesh, OperatorError> {
     check_points(position)?;
     match periodic {
@@ -31,7 +31,7 @@ pub fn delaunay(position: &[Vec3], dimension: Dimension, periodic: Option<&Mat3>
     }
 }
 
-/// Corners of all cells in turn.
+/// Corners of all cells, one cell after the other.
 fn triangulate(position: &[Vec3], dimension: Dimension) -> Result<Vec<u32>, OperatorError> {
     if dimension == Dimension::Two { triangles(position) } else { tetrahedra(position) }
 }
@@ -86,7 +86,7 @@ fn first_tetrahedron(position: &[Vec3]) -> Option<[usize; 4]> {
 fn tetrahedra(position: &[Vec3]) -> Result<Vec<u32>, OperatorError> {
     let failed = |error: &dyn std::fmt::Display| OperatorError::Triangulation { reason: error.to_string() };
     let first = first_tetrahedron(position).ok_or_else(|| flat(position.len(), Dimension::Three))?;
-    // The library starts from the first points it gets, and wants four that are not in a plane.
+    // The library starts from the first points in the list and requires four that are not in a plane.
     let mut order = first.to_vec();
     order.extend((0..position.len()).filter(|p| !first.contains(p)));
     let places: Vec<[f64; 3]> = order.iter().map(|&p| position[p].into()).collect();
@@ -116,8 +116,8 @@ fn tetrahedra(position: &[Vec3]) -> Result<Vec<u32>, OperatorError> {
     Ok(corners)
 }
 
-/// Relative accuracy to which the cells' volumes must add to that of the periodic cell: 1e6 cells with roundings of
-/// 1e-16 each, of the size of a cell or more, stay well below.
+/// Relative accuracy to which the volumes of the cells must add up to that of the periodic cell: 1e6 cells with
+/// roundings of 1e-16 each, relative to the volume of a cell or more, stay well below.
 const FILLED: f64 = 1e-9;
 
 fn triangulate_periodic(position: &[Vec3], dimension: Dimension, edges: &Mat3) -> Result<Mesh, OperatorError> {
@@ -134,7 +134,8 @@ fn triangulate_periodic(position: &[Vec3], dimension: Dimension, edges: &Mat3) -
     let step = spacing(volume, position.len(), plane);
     let inverse = edges.try_inverse().unwrap_or_else(Mat3::identity);
     let mut outcome = Err(OperatorError::PeriodicGap { found: 0.0, expected: volume });
-    // Images as far as three spacings beyond the cell do for most packings; two whole cells for all that is not sparse.
+    // Images up to three spacings beyond the cell suffice for most packings; two whole cells for all that are not
+    // sparse.
     for (attempt, reach) in [3.0, 6.0, f64::INFINITY].into_iter().enumerate() {
         let margin = |k: usize| {
             let width = 1.0 / inverse.row(k).norm();
@@ -168,7 +169,7 @@ fn triangulate_periodic(position: &[Vec3], dimension: Dimension, edges: &Mat3) -
     outcome
 }
 
-/// Cells of the triangulation of points and their images of which the smallest corner is in place.
+/// Cells of the triangulation of points and their images, those with the smallest corner in the cell at the origin.
 fn periodic_cells(
     home: &[Vec3],
     inverse: &Mat3,
@@ -212,7 +213,7 @@ fn periodic_cells(
 
 /// A reproducible vector with components between −1 and 1.
 fn jitter(p: usize, attempt: usize, plane: bool) -> Vec3 {
-    // The finaliser of SplitMix64 makes unrelated bits of consecutive numbers.
+    // The finalizer of SplitMix64 turns consecutive numbers into unrelated bits.
     let bits = |k: u64| {
         let mut z =
             (p as u64 * 4 + k + 1).wrapping_add(attempt as u64 * 0x51ed_270b).wrapping_mul(0x9e37_79b9_7f4a_7c15);

@@ -15,7 +15,7 @@ pub struct Corner {
 }
 
 impl Corner {
-    /// Place of the corner, m; `period` is needed for images only.
+    /// Position of the corner, m; only images need `period`.
     #[inline]
     pub fn place(&self, position: &[Vec3], period: Option<&Period>) -> Vec3 {
         let x = position[self.point as usize];
@@ -46,8 +46,8 @@ pub struct Mesh {
 
 impl Mesh {
     /// A mesh of cells given by their corners (4 each; 3 in the plane), positively oriented: the first three edges from
-    /// the first corner are right-handed; triangles run counter-clockwise. Every inner face must be shared by exactly two
-    /// cells; a periodic mesh has no other.
+    /// the first corner are right-handed; triangles run counter-clockwise. Exactly two cells must share every inner
+    /// face; a periodic mesh has no other faces.
     pub fn new(
         dimension: Dimension,
         points: usize,
@@ -71,7 +71,7 @@ impl Mesh {
         self.dimension
     }
 
-    /// Number of points the mesh was made on.
+    /// Number of points of the mesh.
     pub fn points(&self) -> usize {
         self.points
     }
@@ -86,7 +86,7 @@ impl Mesh {
         self.corners.len() / corners_per_cell(self.dimension)
     }
 
-    /// Whether there is none.
+    /// Whether there are no cells.
     pub fn is_empty(&self) -> bool {
         self.corners.is_empty()
     }
@@ -102,7 +102,7 @@ impl Mesh {
         self.hull.chunks_exact(corners_per_cell(self.dimension) - 1)
     }
 
-    /// Bytes held.
+    /// Memory in bytes.
     pub fn bytes(&self) -> usize {
         size_of::<Corner>() * (self.corners.len() + self.hull.len())
     }
@@ -124,11 +124,12 @@ impl Mesh {
         (-e3.dot(&s3) / 3.0, [-(s1 + s2 + s3), s1, s2, s3])
     }
 
-    /// Faces that only one cell has; an error when one has more than two or a periodic mesh has any.
+    /// Faces that belong to a single cell; an error if a face belongs to more than two, or if a periodic mesh has such
+    /// faces.
     fn free_faces(&self) -> Result<Vec<Corner>, OperatorError> {
         let size = corners_per_cell(self.dimension);
-        // Faces with their corners sorted and moved so that the first has image 0; behind them the cell and the
-        // opposite corner, which gives back the order of the corners.
+        // Faces with their corners sorted and moved so that the first has image 0, followed by the cell and the
+        // opposite corner, from which the order of the corners follows.
         let mut faces: Vec<([Corner; 3], u32)> = Vec::with_capacity(self.len() * size);
         for k in 0..self.len() {
             for opposite in 0..size {

@@ -12,13 +12,13 @@ pub use power::{Domain, Face, Neighbor, PowerDiagram, power_diagram};
 use super::error::{OperatorError, check_finite};
 use concordem_contact::math::{Mat3, Vec3};
 
-/// Mean distance of points: the edge of the cube (square in the plane) that each one has, m.
+/// Mean distance of points: the edge of the cube (square in the plane) per point, m.
 fn spacing(volume: f64, count: usize, plane: bool) -> f64 {
     let each = volume / count.max(1) as f64;
     if plane { each.sqrt() } else { concordem_contact::math::cbrt(each) }
 }
 
-/// Refuse points that are not finite or coincide.
+/// An error if points are not finite or coincide.
 fn check_points(position: &[Vec3]) -> Result<(), OperatorError> {
     check_finite("position", position)?;
     let mut order: Vec<u32> = (0..position.len() as u32).collect();

@@ -1,9 +1,9 @@
-//! Power (Laguerre) diagram: the cells of points whose power `|x − x_p|² − R_p²` is least. Equal radii, or none, give the
-//! Voronoi diagram.
+//! Power (Laguerre) diagram: the cell of a point p is where its power `|x − x_p|² − R_p²` is smallest. Equal or zero
+//! radii give the Voronoi diagram.
 //!
-//! Every face is found on its own: the radical plane of two particles, cut by the radical planes of all others and by the
-//! domain. No topology is built, so there is none that rounding could break: a vertex that several planes share within
-//! rounding changes areas by rounding only. Faces are exact to rounding of their coordinates, degenerate lattices included.
+//! Every face is computed separately: the radical plane of two particles, cut by the radical planes of all others and
+//! by the domain. There is no topology that rounding could break: a vertex that several planes share within rounding
+//! changes areas only by rounding. Faces are exact to rounding of their coordinates, also in degenerate lattices.
 
 use rayon::prelude::*;
 
@@ -13,7 +13,7 @@ use crate::region::HalfSpace;
 use crate::strain::Dimension;
 use concordem_contact::math::{Mat3, Vec3, any_perpendicular};
 
-/// What bounds the diagram.
+/// Domain of the diagram.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Domain {
     /// A box (z is ignored in the plane).
@@ -46,7 +46,7 @@ impl Domain {
     }
 }
 
-/// What lies behind a face.
+/// The other side of a face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Neighbor {
     /// Another particle, or one of its images.
@@ -66,7 +66,7 @@ pub struct Face {
     /// Particle it belongs to (of two, the one with the lower index).
     pub point: u32,
     /// What lies behind.
-    pub neighbour: Neighbor,
+    pub neighbor: Neighbor,
     /// Area times unit normal, away from the particle, m² (m in the plane).
     pub area: Vec3,
     /// From the particle to the centroid of the face, m.
@@ -82,7 +82,7 @@ pub struct Face {
 pub struct PowerDiagram {
     /// Space dimension.
     pub dimension: Dimension,
-    /// Faces, each once, by particle; those on the border of the domain included.
+    /// Faces, each once, by particle; faces on the border of the domain included.
     pub faces: Vec<Face>,
     /// Volume of each particle's cell, m³.
     pub volumes: Vec<f64>,
@@ -96,7 +96,7 @@ impl PowerDiagram {
 
     /// Faces on the border of the domain, in order.
     pub fn border(&self) -> impl Iterator<Item = &Face> {
-        self.faces.iter().filter(|face| matches!(face.neighbour, Neighbor::Border(_)))
+        self.faces.iter().filter(|face| matches!(face.neighbor, Neighbor::Border(_)))
     }
 }
 
@@ -130,7 +130,7 @@ pub fn power_diagram(
     let mut volumes = Vec::with_capacity(cells.len());
     for (p, (cell, volume)) in cells.into_iter().enumerate() {
         volumes.push(volume);
-        faces.extend(cell.into_iter().filter(|face| match face.neighbour {
+        faces.extend(cell.into_iter().filter(|face| match face.neighbor {
             Neighbor::Particle { point, image } => (p as u32, [0; 3]) < (point, image),
             Neighbor::Border(_) => true,
         }));
@@ -140,7 +140,7 @@ pub fn power_diagram(
 
 /// A neighbor and its radical plane `n·y = h`, `y` from the particle.
 struct Plane {
-    neighbour: Neighbor,
+    neighbor: Neighbor,
     normal: Vec3,
     distance: f64,
     branch: Vec3,
@@ -148,7 +148,7 @@ struct Plane {
     reach: f64,
 }
 
-/// Particles sorted into bins, for the search of neighbors.
+/// Particles sorted into bins for the neighbor search.
 struct Bins<'a> {
     position: Vec<Vec3>,
     /// Cells by which the positions were wrapped.
@@ -159,7 +159,7 @@ struct Bins<'a> {
     periodic: bool,
     edges: Mat3,
     inverse: Mat3,
-    /// What was taken off the positions (no periodic cell).
+    /// Offset subtracted from the positions (without a periodic cell).
     origin: Vec3,
     count: [i32; 3],
     start: Vec<u32>,
@@ -177,7 +177,7 @@ impl<'a> Bins<'a> {
         } else {
             let low = position.iter().fold(Vec3::repeat(f64::INFINITY), |m, x| m.inf(x));
             let high = position.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |m, x| m.sup(x));
-            // A box with a little more than the points, so that none lies on its upper border.
+            // A box slightly larger than the extent of the points, so that none lies on its upper border.
             let size = (high - low) * 1.001;
             let least = size.max().max(f64::MIN_POSITIVE.sqrt()) * 1e-3;
             (false, Mat3::from_diagonal(&size.sup(&Vec3::repeat(least))), low)
@@ -279,13 +279,13 @@ impl<'a> Bins<'a> {
                         let normal = branch / length;
                         let r = self.radius[q];
                         let distance = 0.5 * (length + (own - r) * ((own + r) / length));
-                        // In terms of the places given, before they were wrapped.
+                        // In terms of the given positions, before wrapping.
                         let mut named = image;
                         for (k, n) in named.iter_mut().enumerate() {
                             *n += self.moved[p][k] - self.moved[q][k];
                         }
-                        let neighbour = Neighbor::Particle { point: q as u32, image: named };
-                        planes.push(Plane { neighbour, normal, distance, branch, reach: length });
+                        let neighbor = Neighbor::Particle { point: q as u32, image: named };
+                        planes.push(Plane { neighbor, normal, distance, branch, reach: length });
                     }
                 }
             }
@@ -299,14 +299,14 @@ impl<'a> Bins<'a> {
         let mut reach = 2.5 * self.spacing;
         let own = self.radius[p];
         let x = self.position[p];
-        // Places in `domain` are the given ones.
+        // `domain` refers to the given positions.
         let given = x + self.origin;
         loop {
             self.planes(p, reach, &mut planes);
             for (number, half) in domain.iter().enumerate() {
                 let distance = (half.point - given).dot(&half.normal);
                 planes.push(Plane {
-                    neighbour: Neighbor::Border(number as u32),
+                    neighbor: Neighbor::Border(number as u32),
                     normal: half.normal,
                     distance,
                     branch: Vec3::zeros(),
@@ -314,7 +314,7 @@ impl<'a> Bins<'a> {
                 });
             }
             let (faces, volume, farthest) = self.faces(p, &planes, 4.0 * reach);
-            // No particle beyond `reach` has its radical plane nearer than this.
+            // No particle beyond `reach` has a radical plane nearer than this.
             let missed = 0.5 * (reach - (self.largest * self.largest - own * own) / reach);
             if missed >= farthest || (reach >= self.all && farthest < 3.0 * reach) {
                 return Ok((faces, volume));
@@ -326,7 +326,7 @@ impl<'a> Bins<'a> {
         }
     }
 
-    /// The faces that `planes` leave, the volume, and the distance of the farthest vertex.
+    /// The faces bounded by `planes`, the volume, and the distance of the farthest vertex.
     fn faces(&self, p: usize, planes: &[Plane], size: f64) -> (Vec<Face>, f64, f64) {
         let mut faces = Vec::new();
         let (mut volume, mut farthest) = (0.0, 0.0_f64);
@@ -350,11 +350,11 @@ impl<'a> Bins<'a> {
             volume += plane.distance * area / if self.plane { 2.0 } else { 3.0 };
             faces.push(Face {
                 point: p as u32,
-                neighbour: plane.neighbour,
+                neighbor: plane.neighbor,
                 area: plane.normal * area,
                 centroid,
                 distance: plane.distance,
-                branch: if matches!(plane.neighbour, Neighbor::Border(_)) { centroid } else { plane.branch },
+                branch: if matches!(plane.neighbor, Neighbor::Border(_)) { centroid } else { plane.branch },
             });
         }
         (faces, volume, farthest)
@@ -392,7 +392,7 @@ fn clip(polygon: &[Vec3], by: &Plane, out: &mut Vec<Vec3>) {
     }
 }
 
-/// Area and centroid of a convex polygon; nothing if it has no inside.
+/// Area and centroid of a convex polygon; `None` if it has no inside.
 fn area_and_centroid(polygon: &[Vec3], normal: &Vec3) -> Option<(f64, Vec3)> {
     let [first, rest @ ..] = polygon else { return None };
     let (mut area, mut moment) = (0.0, Vec3::zeros());

@@ -1,4 +1,4 @@
-//! What the operators refuse, and what they say.
+//! Bad input that operators reject, and their messages.
 
 use super::super::couple_stress::conjugate;
 use super::super::strain::{Dimension, affine_fit, cell_strain};
@@ -36,7 +36,7 @@ fn empty_regions_and_volumes() {
     assert_eq!(conjugate(&c.set(), &far, &Vec3::zeros(), None), Err(OperatorError::EmptyRegion { what: "contact" }));
     let mass = vec![1.0; c.position.len()];
     assert!(kinetic_stress(&c.position, &mass, &c.velocity, &far, None).is_err());
-    // No contact in a region is no stress, not an error: a void carries none.
+    // A region without contacts has zero stress. This is not an error, because a void carries no stress.
     let void = region_stress(&c.set(), &far, Truncation::BranchClipped, None).unwrap();
     assert_eq!((void.stress, void.full, void.partial), (Mat3::zeros(), 0.0, 0.0));
     for (region, words) in [
@@ -88,7 +88,7 @@ fn open_cells() {
     let mesh = Mesh::new(Dimension::Three, 4, false, cell.clone()).unwrap();
     assert_eq!(mesh.hull().count(), 4);
     assert!(cell_strain(&mesh, &position, &position, None).is_err());
-    // Three cells at one face.
+    // Three cells share one face.
     let mut doubled = cell.clone();
     doubled.extend([0, 1, 2, 4].map(corner));
     doubled.extend([0, 2, 1, 5].map(corner));

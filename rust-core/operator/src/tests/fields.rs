@@ -1,7 +1,7 @@
 //! Affine fields and identities of the kinematic operators on triangulations and power diagrams: P10, P11, P15, P16, P23.
 //!
-//! Fields of size 1 on unit cells of some hundred particles: rounding leaves 1e-15 times the number of cells meeting in a
-//! sum at most; the demand is 1e-12.
+//! Fields of size 1 on unit cells of some hundred particles: rounding leaves at most 1e-15 times the number of cells in
+//! a sum; the tolerance is 1e-12.
 
 use super::super::strain::{
     Dimension, affine_fit, bagi_strain, boundary_strain, cell_gradient, cell_strain, cosserat, satake_strain,
@@ -37,7 +37,7 @@ fn gradient(r: &mut Random, dimension: Dimension) -> Mat3 {
     g
 }
 
-/// Spins in the plane turn about z.
+/// A random rotation; in the plane about z.
 fn spin(r: &mut Random, dimension: Dimension) -> Vec3 {
     if dimension == Dimension::Two { Vec3::new(0.0, 0.0, r.real()) } else { r.vector() }
 }
@@ -49,7 +49,7 @@ fn skewed_cell(dimension: Dimension) -> Mat3 {
     }
 }
 
-/// The random packing of the unit cube mapped into a skewed periodic cell, some particles moved to other images.
+/// The random packing of the unit cube mapped into a skewed periodic cell, with some particles moved to other images.
 fn periodic_packing(n: usize, dimension: Dimension, seed: u64) -> (Vec<Vec3>, Vec<f64>, Mat3) {
     let (mut position, radius) = packing(n, 0.45, dimension == Dimension::Two, seed);
     let cell = skewed_cell(dimension);
@@ -68,7 +68,7 @@ fn affine_fields(dimension: Dimension, seed: u64, jitter: f64) {
     let n = if dimension == Dimension::Two { 9 } else { 5 };
     let (position, radius) = packing(n, jitter, dimension == Dimension::Two, seed);
     let (g, u0, theta) = (gradient(&mut r, dimension), spin(&mut r, dimension), spin(&mut r, dimension));
-    // A configuration of reference that is not the one the mesh is made in.
+    // A reference configuration that differs from the one of the mesh.
     let reference: Vec<Vec3> =
         position.iter().map(|x| x + gradient(&mut Random::new(5), dimension) * x * 0.05).collect();
     let displacement: Vec<Vec3> = reference.iter().map(|x| u0 + g * x).collect();
@@ -81,7 +81,7 @@ fn affine_fields(dimension: Dimension, seed: u64, jitter: f64) {
     exact(&bagi.gradient, &g);
     exact(&bagi.unity, &unit(dimension));
     exact(&boundary_strain(&mesh, &reference, &displacement).unwrap(), &g);
-    // Satake with spins, walls that move along.
+    // Satake with particle rotations and walls that move along.
     let domain = Domain::Box { low: Vec3::repeat(-0.05), high: Vec3::repeat(1.05) };
     let diagram = power_diagram(&position, &radius, &domain, dimension).unwrap();
     let volume = if dimension == Dimension::Two { 1.1 * 1.1 } else { 1.1_f64.powi(3) };
@@ -128,7 +128,7 @@ fn periodic_fields(dimension: Dimension, n: usize, seed: u64) {
     let satake = satake_strain(&diagram, &displacement, &rotation, &[], Some(&period)).unwrap();
     exact(&satake.unity, &unit(dimension));
     exact(&satake.gradient.transpose(), &cosserat::strain(&g, &theta));
-    // P16 without an affine field: cell by cell is by edges is the cell's own change.
+    // P16 without an affine field: the strain from cells, the strain from edges, and the cell's own change agree.
     let any: Vec<Vec3> = position.iter().map(|_| spin(&mut r, dimension)).collect();
     let cells = cell_strain(&mesh, &position, &any, Some(&period)).unwrap().gradient;
     exact(&cells, &bagi_strain(&mesh, &position, &any, Some(&period)).unwrap().gradient);
@@ -158,8 +158,8 @@ proptest! {
         periodic_fields(Dimension::Two, 7, seed);
     }
 
-    /// Three strains of one triangulation are one, whatever the motion (P16); a rigid rotation is an antisymmetric
-    /// gradient for Bagi and nothing for Satake (P9).
+    /// The three strains of one triangulation agree for any motion (P16). A rigid rotation is an antisymmetric gradient
+    /// for Bagi and zero for Satake (P9).
     #[test]
     fn p16_p9_any_motion(seed in any::<u64>(), plane in any::<bool>()) {
         let dimension = if plane { Dimension::Two } else { Dimension::Three };
@@ -201,11 +201,11 @@ proptest! {
         for radius in [&radius, &zeros] {
             let diagram = power_diagram(&position, radius, &Domain::Periodic(cell), Dimension::Three).unwrap();
             prop_assert!((diagram.volume() - volume).abs() < EXACT);
-            // A contact at each face, the force random.
+            // A contact with a random force at each face.
             let mut r = Random::new(seed ^ 0x50);
             let (mut pair, mut branch, mut point, mut force) = (vec![], vec![], vec![], vec![]);
             for face in &diagram.faces {
-                if let Neighbor::Particle { point: q, .. } = face.neighbour {
+                if let Neighbor::Particle { point: q, .. } = face.neighbor {
                     pair.push([face.point, q]);
                     branch.push(face.branch);
                     point.push(position[face.point as usize] + face.centroid);
@@ -221,8 +221,8 @@ proptest! {
     }
 }
 
-/// Degenerate points: a cubic lattice, in a box and periodic, whose cells are all cubes; every triangulation of it is as
-/// good as another.
+/// Degenerate points: cubic lattices, in a box and periodic, where every triangulation is as good as another and all
+/// power cells are cubes.
 #[test]
 fn lattices() {
     for dimension in [Dimension::Two, Dimension::Three] {
@@ -244,7 +244,7 @@ fn lattices() {
     }
 }
 
-/// Laguerre cells against a count of random points by power: sampling error of a share s by N points is √(s/N).
+/// Laguerre cells against counts of random points by power: the sampling error of a fraction s by N points is √(s/N).
 #[test]
 fn power_cells_by_counting() {
     let (position, radius) = packing(3, 0.45, false, 4);
@@ -265,7 +265,8 @@ fn power_cells_by_counting() {
     }
 }
 
-/// Cells by region: a grid of boxes takes each cell once, and an affine field is exact in each part, periodic or not.
+/// Cells by region: a grid of boxes contains each cell once, and an affine field is exact in each part, periodic or
+/// not.
 #[test]
 fn cells_of_regions() {
     for dimension in [Dimension::Two, Dimension::Three] {
@@ -303,7 +304,7 @@ fn cells_of_regions() {
         exact(&part.gradient, &g);
         assert!(part.cells.len() > 10 && part.cells.len() < mesh.len());
         if plane {
-            // A disc is as good, and so is a grid of boxes without end across the plane.
+            // The same for a disc and for a grid of boxes that are infinite across the plane.
             let disc = all.within(&mesh, &position, &Region::disc(Vec3::zeros(), 0.4), Some(&period)).unwrap();
             assert_eq!(disc.cells, part.cells);
             let Region::Box { low, high } = Region::rectangle([-0.3, -0.2], [0.5, 0.4]) else { unreachable!() };
@@ -327,7 +328,7 @@ fn same_bits_for_any_number_of_threads() {
     let position: Vec<Vec3> = (0..n).map(|_| r.vector()).collect();
     let mut c = Cluster { position, ..Cluster::default() };
     for k in 0..40_000 {
-        // Sorted contacts of near numbers, as the solver has them.
+        // Contacts sorted by particle and with nearby particles, as in the solver.
         let a = (k * n / 40_000).min(n - 40);
         let b = a + 1 + r.below(30);
         c.push(a, b, &mut r);
@@ -343,7 +344,7 @@ fn same_bits_for_any_number_of_threads() {
     };
     let on = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(work);
     let one = on(1);
-    // Sums in pieces with halos are the sums.
+    // Sums in pieces with halos equal plain sums.
     let mut plain = vec![Mat3::zeros(); n];
     for k in 0..c.pair.len() {
         let (contact, [a, b]) = (c.set().get(k), c.pair[k].map(|p| p as usize));

@@ -10,7 +10,7 @@ use super::super::stress::{
 };
 use super::*;
 
-/// The whole, with a volume that is not 1.
+/// All particles, with a volume other than 1.
 const WHOLE: Region = Region::All { volume: 2.5 };
 
 fn stress_of(c: &ContactSet<'_>) -> Mat3 {
@@ -20,7 +20,7 @@ fn stress_of(c: &ContactSet<'_>) -> Mat3 {
 proptest! {
     #![proptest_config(cases(64))]
 
-    /// Net forces and moments of internal contacts vanish in sum; so do the rigid blocks of the conjugates.
+    /// Net forces and moments of internal contacts vanish in sum; so do the rigid parts of the conjugates.
     #[test]
     fn p1_p6_internal_contacts_close(seed in any::<u64>()) {
         let c = Cluster::random(seed);
@@ -32,7 +32,7 @@ proptest! {
         let t = conjugate(&c.set(), &WHOLE, &Vec3::new(0.1, 0.2, 0.3), None).unwrap();
         close_vector(&t.rigid_force, &Vec3::zeros(), size);
         close_vector(&t.rigid_moment, &Vec3::zeros(), size);
-        // A code that gave B another contact point would be found out: the moment no longer closes.
+        // If B had another contact point, the moments would no longer balance.
         let wrong: Vec3 = (0..c.pair.len()).map(|k| {
             let contact = c.set().get(k);
             let elsewhere = contact.arm_b + Vec3::new(0.01, 0.0, 0.0);
@@ -41,7 +41,8 @@ proptest! {
         prop_assert!(wrong.norm() > 1e-6);
     }
 
-    /// The axial part of a particle's stress is the moment of its contact forces; symmetric iff its moments cancel.
+    /// The axial part of a particle's stress is the moment of its contact forces; it is symmetric if and only if its
+    /// moments cancel.
     #[test]
     fn p2_particle_stress_and_moments(seed in any::<u64>()) {
         let mut c = Cluster::random(seed);
@@ -66,7 +67,7 @@ proptest! {
         }
     }
 
-    /// The branch sum is the sum of the particles' moments, however branches are divided.
+    /// The branch sum is the sum of the particles' moments for any division of the branch vectors.
     #[test]
     fn p3_particle_average_is_branch_sum(seed in any::<u64>()) {
         let c = Cluster::random(seed);
@@ -77,7 +78,8 @@ proptest! {
         }
     }
 
-    /// O6 is minus the transposed branch sum before house form: here both are in house form and equal.
+    /// The projected stress (O6) equals the branch sum in our conventions; in those of the source it is minus the
+    /// transposed one.
     #[test]
     fn p4_projected_stress_is_branch_sum(seed in any::<u64>()) {
         let c = Cluster::random(seed);
@@ -87,7 +89,8 @@ proptest! {
         close(&(force_first / 2.5), &-stress_of(&c.set()).transpose(), c.pair.len() as f64);
     }
 
-    /// `Σ V_pσ_p = Σ x_w⊗f_w + Σ x_p⊗(b − m a)` in any state of motion: with any walls and the accelerations that follow.
+    /// `Σ V_pσ_p = Σ x_w⊗f_w + Σ x_p⊗(b − m a)` in any state of motion, with any walls and the accelerations that
+    /// follow.
     #[test]
     fn p5_all_state_identity(seed in any::<u64>()) {
         let c = Cluster::random(seed);
@@ -110,7 +113,7 @@ proptest! {
         close(&left, &right, 3.0 * c.pair.len() as f64);
     }
 
-    /// Three couple stresses are one if every particle is in equilibrium under loads at the centers.
+    /// Three couple stresses agree if every particle is in equilibrium under loads at the centers.
     #[test]
     fn p7_couple_stresses_agree(seed in any::<u64>()) {
         let c = Cluster::random(seed);
@@ -125,8 +128,8 @@ proptest! {
         close(&boundary_stress(&reactions.set(), 2.5).unwrap(), &stress_of(&c.set()), size);
     }
 
-    /// Shift of origin: internal forms do not change, the external ones do unless loads balance; moving reference points
-    /// changes the branch sum by `−Σδ⊗F`.
+    /// Shift of the origin: internal forms do not change; external ones do unless the loads balance. Moving reference
+    /// points changes the branch sum by `−Σδ⊗F`.
     #[test]
     fn p8_shift_of_origin(seed in any::<u64>(), shift in [-3.0..3.0f64, -3.0..3.0, -3.0..3.0]) {
         let c = Cluster::random(seed);
@@ -141,7 +144,7 @@ proptest! {
         close(&boundary_stress(&gone.set(), 2.5).unwrap(), &boundary_stress(&at.set(), 2.5).unwrap(), size);
         let couple = |c: &Cluster, r: &Reactions, x: &Vec3| external(&c.position, &r.set(), 2.5, x).unwrap();
         close(&couple(&moved, &gone, &there), &couple(&c, &at, &centroid), size);
-        // Unbalanced loads: the external stress follows the origin by shift⊗Σf/V.
+        // Unbalanced loads: the external stress changes with the origin by shift⊗Σf/V.
         let mut loose = moved.reactions();
         let mut here = c.reactions();
         let extra = Vec3::new(0.3, 0.1, 0.7);
@@ -161,7 +164,7 @@ proptest! {
         close(&(stress_of(&other.set()) - stress_of(&c.set())), &(-by / 2.5), size);
     }
 
-    /// Rigid motion with particles that turn along strains nothing.
+    /// A rigid motion in which the particles rotate along causes no strain.
     #[test]
     fn p9_rigid_motion(seed in any::<u64>()) {
         let c = Cluster::random(seed);
@@ -170,7 +173,7 @@ proptest! {
         let u: Vec<Vec3> = c.position.iter().map(|x| v + w.cross(x)).collect();
         let phi = vec![w; c.position.len()];
         let fit = affine_fit(&c.position, &u, &phi, &WHOLE, None, Dimension::Three).unwrap();
-        // The fit's condition: inverse of the spread.
+        // Condition number of the fit: inverse of the spread.
         let size = 10.0 / fit.spread;
         close(&fit.strain(), &Mat3::zeros(), size);
         close(&fit.curvature, &Mat3::zeros(), size);
@@ -180,7 +183,7 @@ proptest! {
         close_vector(&fit.displacement(&Vec3::zeros()), &v, size);
     }
 
-    /// A planted affine motion comes back; what is left is orthogonal to all affine motions.
+    /// The fit recovers an affine motion; its residual is orthogonal to all affine motions.
     #[test]
     fn p10_affine_projection(seed in any::<u64>()) {
         let c = Cluster::random(seed);
@@ -194,7 +197,7 @@ proptest! {
         close(&fit.curvature, &k, size);
         close_vector(&fit.displacement(&Vec3::zeros()), &u0, size);
         close_vector(&fit.rotation_at(&Vec3::zeros()), &phi0, size);
-        // Any motion: residual orthogonal to constants and to x, and Pythagoras.
+        // Any motion: the residual is orthogonal to constants and to x, and Pythagoras holds.
         let fit = affine_fit(&c.position, &c.velocity, &c.spin, &WHOLE, None, Dimension::Three).unwrap();
         let left: Vec<Vec3> = c.position.iter().zip(&c.velocity).map(|(x, v)| v - fit.displacement(x)).collect();
         close_vector(&left.iter().sum(), &Vec3::zeros(), 100.0);
@@ -206,7 +209,7 @@ proptest! {
         prop_assert!((fit.residual[0] - norm(&left)).abs() <= ROUNDING * 100.0);
     }
 
-    /// Work of the net wrenches on any affine motion is V times stress on strain (P12 with f·Lδe, P13).
+    /// The work of the net wrenches on any affine motion is V times stress on strain (P12 with f·Lδe, P13).
     #[test]
     fn p12_p13_conjugates(seed in any::<u64>()) {
         let c = Cluster::random(seed);
@@ -226,8 +229,9 @@ proptest! {
         close_vector(&t.rotation, &axial(&t.stress), c.pair.len() as f64);
     }
 
-    /// The report's own operator, a matrix of 6N rows and 24 columns with corrected blocks (`e` ordered v⁰, ω⁰, ε: xx yy zz xy
-    /// yz xz, wᵃ, k: xx yy zz xy xz yx yz zx zy): its least squares are the affine fit's, `Lᵀf/V` are the conjugates (P12).
+    /// The operator of the report itself, a matrix of 6N rows and 24 columns with corrected blocks (`e` in the order v⁰,
+    /// ω⁰, ε: xx yy zz xy yz xz, wᵃ, k: xx yy zz xy xz yx yz zx zy): its least squares equal the affine fit, and
+    /// `Lᵀf/V` equals the conjugates (P12).
     #[test]
     fn p12_the_operator_of_24_columns(seed in any::<u64>()) {
         let c = Cluster::random(seed);
@@ -260,7 +264,8 @@ proptest! {
         }
         let motion = nalgebra::DVector::from_iterator(
             6 * n, c.velocity.iter().zip(&c.spin).flat_map(|(v, w)| v.iter().chain(w.iter()).copied().collect::<Vec<_>>()));
-        // Not by nalgebra's SVD, whose factors give one in two thousand of these matrices back to 1e-6 only (condition 50).
+        // Not by nalgebra's SVD: for one in two thousand of these matrices its factors reproduce the matrix only to
+        // 1e-6 (condition 50).
         let qr = l.clone().qr();
         prop_assert!(qr.r().diagonal().amin() > 1e-10);
         let e = qr.r().solve_upper_triangular(&qr.q().tr_mul(&motion)).unwrap();
@@ -275,7 +280,7 @@ proptest! {
         let mut curvature = Mat3::zeros();
         curvatures.into_iter().enumerate().for_each(|(k, [i, j])| curvature[(j, i)] = e[15 + k]);
         close(&curvature, &fit.curvature, size);
-        // Conjugates, compression positive and force first as the report has them.
+        // Conjugates with compression positive and force first, as in the report.
         let forces = nalgebra::DVector::from_iterator(
             6 * n, c.net().iter().flat_map(|w| w.force.iter().chain(w.moment.iter()).copied().collect::<Vec<_>>()));
         let t = l.transpose() * forces / 2.5;
@@ -294,7 +299,7 @@ proptest! {
         }
     }
 
-    /// The power of contacts is stress and couple stress on the affine rates, and the gap; whatever the motion.
+    /// The power of contacts is stress and couple stress on the affine rates, plus the gap, for any motion.
     #[test]
     fn p14_power_gap(seed in any::<u64>()) {
         let c = Cluster::random(seed);
@@ -336,7 +341,7 @@ proptest! {
         prop_assert!((report.contacts - report.stress).abs() <= size, "{report:?}");
     }
 
-    /// Loads away from the centers: the external stress differs from the internal by their arms.
+    /// Loads away from the centers: the external stress differs from the internal one by their arms.
     #[test]
     fn p17_boundary_arms(seed in any::<u64>()) {
         let c = Cluster::random(seed);
@@ -349,7 +354,7 @@ proptest! {
         close(&difference, &(expected / 2.5), 3.0 * c.pair.len() as f64);
     }
 
-    /// `V(1×σ̄) = Σ l×f = ΣM`, the latter of the internal contacts (what loads must take: `−Σc`).
+    /// `V(1×σ̄) = Σ l×f = ΣM`, with the moments M of the internal contacts (loads must balance them: `−Σc`).
     #[test]
     fn p18_axial_part(seed in any::<u64>()) {
         let c = Cluster::random(seed);
@@ -360,7 +365,7 @@ proptest! {
         close_vector(&axial, &c.net().iter().map(|w| w.moment).sum::<Vec3>(), size);
     }
 
-    /// Affine displacement of linear springs: the branch sum is D:ε.
+    /// For an affine displacement of linear springs the branch sum is D:ε.
     #[test]
     fn p19_affine_springs(seed in any::<u64>()) {
         let mut c = Cluster::random(seed);
@@ -380,11 +385,12 @@ proptest! {
         let s = d * e;
         let expected = Mat3::new(s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2]);
         let found = stress_of(&c.set());
-        // A branch sum of forces along n and across is symmetric only in its D:ε part; the rest is the spins' share.
+        // A branch sum of forces along n and across is symmetric only in its D:ε part; the rest comes from the
+        // rotations.
         close(&((found + found.transpose()) * 0.5), &expected, 10.0 * c.pair.len() as f64);
     }
 
-    /// Other axes, other numbering, A and B exchanged: nothing but the axes changes.
+    /// Other axes, other numbering, A and B exchanged: the results change only with the axes.
     #[test]
     fn p20_frame_and_numbering(seed in any::<u64>()) {
         let c = Cluster::random(seed);
@@ -406,7 +412,7 @@ proptest! {
         let (a, b) = (fit(&c), fit(&turned));
         close(&b.gradient, &turn(&a.gradient), 100.0 / a.spread);
         close(&b.cosserat_strain(), &turn(&a.cosserat_strain()), 100.0 / a.spread);
-        // Exchange A and B of every other contact, and number particles backwards.
+        // Exchange A and B of every other contact, and number the particles backwards.
         let n = c.position.len() as u32;
         let mut other = c.clone();
         for list in [&mut other.position, &mut other.velocity, &mut other.spin] {
@@ -430,7 +436,8 @@ proptest! {
         }
     }
 
-    /// Forces by α scale stresses by α; lengths by α (volumes α³, moments α) scale stress by α⁻², couple stress by α⁻¹.
+    /// Scaling forces by α scales stresses by α; scaling lengths by α (volumes α³, moments α) scales stress by α⁻²,
+    /// couple stress by α⁻¹.
     #[test]
     fn p21_scaling(seed in any::<u64>(), alpha in 0.1..10.0f64) {
         let c = Cluster::random(seed);
@@ -458,7 +465,7 @@ proptest! {
         close(&m2, &(m / alpha), size);
     }
 
-    /// Clipped branches over a partition of space add up to the whole.
+    /// Clipped branch vectors over a partition of space add up to the whole.
     #[test]
     fn p22_partition_of_space(seed in any::<u64>()) {
         let c = Cluster::random(seed);
@@ -494,21 +501,21 @@ fn p19_isotropic_limit() {
     }
 }
 
-/// P24: work on a row of N discs between platens is stored half in the contacts; the energies of Madan's Table 4.3 obey it
-/// with ½ f²/k per contact (his (2.59) lacks the ½).
+/// P24: the work on a row of N discs between platens is stored in contacts and discs. The energies of Madan's Table 4.3
+/// obey it with ½ f²/k per contact (his (2.59) lacks the ½).
 #[test]
 fn p24_row_of_discs() {
     // Printed energies in J: contacts 0.1221; particles; work.
     for (particles, work) in [(0.0126, 0.1341), (0.0251, 0.1460), (0.0503, 0.1699)] {
-        // The row has N discs, of which the two outer halves are not strained: (N−1)/N with N = 20 closes within the
-        // printed digits (5e-5 each on three numbers).
+        // The row has N discs, but the two outer halves are not strained: (N−1)/N with N = 20 closes within the printed
+        // digits (5e-5 for each of three numbers).
         let balance = |n: f64| 0.1221 + particles * (n - 1.0) / n - work;
         assert!(balance(20.0).abs() < 2e-4, "{}", balance(20.0));
     }
 }
 
-/// P3 with volumes: particle stresses weighted by their volumes are the region's stress; the ratio of a disc in a square
-/// cell is π/4, of a sphere in a cube π/6 (ERDC 2019, (10)).
+/// P3 with volumes: particle stresses weighted by their volumes give the region's stress. The solid fraction of a disc
+/// in a square cell is π/4, of a sphere in a cube π/6 (ERDC 2019, (10)).
 #[test]
 fn disc_and_sphere_in_their_cells() {
     use std::f64::consts::PI;

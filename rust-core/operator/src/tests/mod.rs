@@ -1,7 +1,7 @@
-//! The identities of the operators (P1 to P24), their tables of reference, and what they refuse.
+//! The identities of the operators (P1 to P24), their reference tables, and their errors.
 //!
-//! Tolerances are in units of rounding: a sum of n terms of size s is known to about `n·s·1.1e-16`; the helper [`close`]
-//! is told the size of the terms.
+//! Tolerances are in units of rounding: a sum of n terms of size s is known to about `n·s·1.1e-16`; pass the size of
+//! the terms to the helper [`close`].
 
 mod bad_input;
 mod fields;
@@ -13,14 +13,14 @@ use super::*;
 use concordem_contact::math::{Mat3, Vec3};
 use proptest::prelude::*;
 
-/// Reproducible random numbers for clusters of any size from one seed.
+/// Reproducible random numbers.
 pub(super) struct Random(u64);
 
 impl Random {
     pub(super) fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
     }
-    /// Between 0 and 1 (SplitMix64).
+    /// Uniform between 0 and 1 (SplitMix64).
     pub(super) fn share(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -40,7 +40,7 @@ impl Random {
     pub(super) fn below(&mut self, n: usize) -> usize {
         ((self.share() * n as f64) as usize).min(n - 1)
     }
-    /// A unit vector, all directions alike.
+    /// A unit vector with uniformly distributed direction.
     pub(super) fn direction(&mut self) -> Vec3 {
         loop {
             let v = self.vector();
@@ -59,7 +59,7 @@ impl Random {
     }
 }
 
-/// Particles with random contacts, forces, moments, motion; contact points anywhere near the branch.
+/// Particles with random contacts, forces, moments, and motion; contact points anywhere near the branch vector.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Cluster {
     pub position: Vec<Vec3>,
@@ -149,7 +149,7 @@ pub(super) fn close_vector(a: &Vec3, b: &Vec3, size: f64) {
     assert!(error <= ROUNDING * size, "{a}{b} differ by {error:e}, allowed {:e}", ROUNDING * size);
 }
 
-/// A random packing with unequal radii: a jittered lattice, so that no two points are near each other, sides `(low, high)`.
+/// A random packing with unequal radii: a jittered lattice, so that no two points are near each other.
 pub(super) fn packing(n: usize, jitter: f64, plane: bool, seed: u64) -> (Vec<Vec3>, Vec<f64>) {
     let mut r = Random::new(seed);
     let (mut position, mut radius) = (Vec::new(), Vec::new());
@@ -165,7 +165,7 @@ pub(super) fn packing(n: usize, jitter: f64, plane: bool, seed: u64) -> (Vec<Vec
     (position, radius)
 }
 
-/// Cases per property: each is cheap.
+/// Number of cases per property; each case is cheap.
 pub(super) fn cases(count: u32) -> ProptestConfig {
     ProptestConfig { cases: count, failure_persistence: None, ..ProptestConfig::default() }
 }

@@ -1,4 +1,4 @@
-//! Printed tables: Stránský 2018, Tables 4.1, 6.1, A.1; Madan 2019 by discs; DDEM particle strain; moduli.
+//! Printed tables (Stránský 2018, Tables 4.1, 6.1, A.1), discs of Madan 2019, particle strains, and moduli.
 
 use super::super::couple_stress::external;
 use super::super::damage::{damage_tensor, damage_tensor_exact, strength_damage, strength_damage_exponential};
@@ -6,7 +6,7 @@ use super::super::strain::{ElasticConstants, ElasticState, cosserat};
 use super::super::stress::{Partition, boundary_stress, particle_stress, symmetric};
 use super::*;
 
-/// A load of Table 4.1: place, force, couple.
+/// A load of Table 4.1: position, force, couple.
 type Load = ([f64; 3], [f64; 3], [f64; 3]);
 
 /// Stress and couple stress of loads on a body of unit volume with its centroid at the origin.
@@ -19,7 +19,8 @@ fn of_loads(loads: &[Load]) -> (Mat3, Mat3) {
     (boundary_stress(&set, 1.0).unwrap(), external(&place, &set, 1.0, &Vec3::zeros()).unwrap())
 }
 
-/// All eight rows (their figures are lost; loads as reconstructed from the numbers: unit loads, V = 1). Exact in doubles.
+/// All eight rows. The figures are lost, so the loads are reconstructed from the numbers: unit loads, V = 1. Exact in
+/// doubles.
 #[test]
 fn table_4_1() {
     const O: [f64; 3] = [0.0; 3];
@@ -49,7 +50,7 @@ fn table_4_1() {
     for (k, (loads, stress, couple)) in rows.into_iter().enumerate() {
         let found = of_loads(loads);
         assert_eq!(found, (stress, couple), "row {}", k + 1);
-        // 1×Vσ = −Σc holds for each, which is what makes the loads balanced.
+        // 1×Vσ = −Σc holds for each row, so the loads are balanced.
         let couples: Vec3 = loads.iter().map(|l| Vec3::from(l.2)).sum();
         assert_eq!(stress::axial(&found.0), -couples, "row {}", k + 1);
     }
@@ -74,8 +75,8 @@ fn table_a_1() {
     assert_eq!(gamma(Mat3::zeros(), nu).0, plane(0.0, -nu, nu, 0.0), "rotation of particles");
 }
 
-/// Table 6.1: damage tensors of three links along the axes (their damages are lost with the figures; these reproduce all
-/// rows). Exact in doubles but for the order of additions.
+/// Table 6.1: damage tensors of three links along the axes. Their damages are lost with the figures; these reproduce
+/// all rows. Exact in doubles except for the order of additions.
 #[test]
 fn table_6_1() {
     let axes = [Vec3::x(), Vec3::y(), Vec3::z()];
@@ -93,8 +94,9 @@ fn table_6_1() {
     assert!(matches!(damage_tensor_exact(&axes, &[1.0, 1.0, 1.0]), Err(OperatorError::Singular { .. })));
 }
 
-/// 10 000 random directions with damages of a planted tensor: the solve is exact to 1e-12 (its matrix has condition 5/2),
-/// least squares within the sampling error: the fourth moments of N directions scatter by about 0.3/√N, times 15/2.
+/// 10 000 random directions with damages from a known tensor: the exact solve is correct to 1e-12 (its matrix has
+/// condition 5/2), least squares within the sampling error: the fourth moments of N directions scatter by about 0.3/√N,
+/// times 15/2.
 #[test]
 fn directions() {
     let mut r = Random::new(2);
@@ -161,7 +163,8 @@ fn particle_strain() {
     let stress = Mat3::new(1.0, 0.4, 0.0, 0.2, -2.0, 0.0, 0.0, 0.0, 0.0);
     let plane_stress = ElasticConstants::new(e, nu, ElasticState::PlaneStress).unwrap().strain(&stress);
     let solid = ElasticConstants::new(e, nu, ElasticState::Solid).unwrap();
-    // Plane stress is the solid without its third direction; plane strain the solid with the stress that holds it.
+    // Plane stress is the solid without its third direction; plane strain is the solid with the stress that prevents
+    // the strain across the plane.
     let mut expected = solid.strain(&stress);
     expected[(2, 2)] = 0.0;
     close(&plane_stress, &expected, 1.0);
@@ -173,8 +176,8 @@ fn particle_strain() {
     assert!(ElasticConstants::new(e, 0.6, ElasticState::Solid).is_err());
 }
 
-/// Beam end loads at the centers brought to mid-beam: balanced ends give opposite moments there, and region sums do not
-/// care where the point is.
+/// End loads of a beam transported to its middle: balanced ends give opposite moments there, and region sums do not
+/// depend on the point.
 #[test]
 fn beam_end_loads() {
     let mut r = Random::new(8);
@@ -187,7 +190,7 @@ fn beam_end_loads() {
         let point = xa + (xb - xa) * share;
         let m_a = moment_about_contact_point(&(point - xa), &force, &moment_a);
         let m_b = moment_about_contact_point(&(point - xb), &-force, &moment_b);
-        // Moments that beam and contact exert are those ON the particles.
+        // Beam and contact exert their moments on the particles.
         close_vector(&(m_a + m_b), &Vec3::zeros(), 10.0);
         let set = (vec![xa, xb], vec![[0_u32, 1]], vec![xb - xa], vec![point], vec![force], vec![m_a]);
         let contacts = ContactSet::new(&set.0, &set.1, &set.2, &set.3, &set.4, Some(&set.5)).unwrap();

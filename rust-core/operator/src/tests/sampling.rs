@@ -9,7 +9,8 @@ use super::super::stress::{
 };
 use super::*;
 
-/// Contacts with branch length `length` spread evenly over a cube of side 2 around the origin, unit tension each.
+/// Contacts with branch vectors of length `length` distributed evenly over a cube of side 2 around the origin, unit
+/// tension each.
 fn network(count: usize, length: f64, seed: u64) -> Cluster {
     let mut r = Random::new(seed);
     let mut c = Cluster::default();
@@ -26,9 +27,10 @@ fn network(count: usize, length: f64, seed: u64) -> Cluster {
     c
 }
 
-/// What internal-only sampling keeps of a homogeneous network: `1 − ¾ l/R + (l/R)³/16` in a sphere, about `1 − (3/2) l/a` in
-/// a cube (exactly `1 − (3/2) l/a + (2/π)(l/a)² − (1/4π)(l/a)³`, from the mean of `Π(a − l|n_k|)`); half and clipped weights
-/// are unbiased. The number N of contacts in the region scatters by 1/√N, which is taken out by the common reference.
+/// The fraction of the stress that internal-only sampling keeps in a homogeneous network: `1 − ¾ l/R + (l/R)³/16` in a
+/// sphere, about `1 − (3/2) l/a` in a cube (exactly `1 − (3/2) l/a + (2/π)(l/a)² − (1/4π)(l/a)³`, from the mean of
+/// `Π(a − l|n_k|)`). Half and clipped weights are unbiased. The number N of contacts in the region scatters by 1/√N,
+/// which the common reference removes.
 #[test]
 fn truncation_bias() {
     use std::f64::consts::PI;
@@ -51,7 +53,7 @@ fn truncation_bias() {
             let pressure = |truncation| region_stress(&set, region, truncation, None).unwrap();
             let clipped = pressure(Truncation::BranchClipped);
             let expected = count as f64 / 8.0 * ratio * reach;
-            // Contacts inside: N; relative sampling error 1/√N, four of them.
+            // N contacts inside: four times the relative sampling error 1/√N.
             let error = 4.0 / (count as f64 / 8.0 * clipped.volume).sqrt();
             assert!((clipped.stress.trace() / expected - 1.0).abs() < error, "{} {expected}", clipped.stress.trace());
             let half = pressure(Truncation::HalfCrossing).stress.trace() / expected;
@@ -64,7 +66,7 @@ fn truncation_bias() {
     println!("truncation bias of spheres and cubes: largest deviation from the law {worst:.1e}");
 }
 
-/// The share of a segment inside each kind of region against a count of points along it (error 1/points).
+/// The fraction of a segment inside each kind of region against a count of points along it (error 1/points).
 #[test]
 fn clipping_by_counting() {
     let mut r = Random::new(12);
@@ -100,8 +102,8 @@ fn clipping_by_counting() {
     }
 }
 
-/// The depth is a lower bound of the distance to the border with the sign of the side: no point of the ball around is on the
-/// other side.
+/// The depth is a lower bound of the distance to the border, with the sign of the side: no point of the ball with this
+/// radius is on the other side.
 #[test]
 fn depth_is_a_bound() {
     let mut r = Random::new(18);
@@ -137,7 +139,7 @@ fn depth_is_a_bound() {
     assert_eq!(Region::All { volume: 1.0 }.depth(&Vec3::zeros()), f64::INFINITY);
 }
 
-/// Volumes by counting points, and regions that move with a deformation keep their particles.
+/// Volumes by counting points; regions that move with a deformation keep their particles.
 #[test]
 fn moving_regions() {
     let mut r = Random::new(13);
@@ -173,7 +175,7 @@ fn moving_regions() {
     }
 }
 
-/// A region anywhere in a periodic packing sees the same as one in the middle of many copies.
+/// A region anywhere in a periodic packing gives the same as one in the middle of many copies.
 #[test]
 fn regions_across_the_periodic_border() {
     let mut r = Random::new(14);
@@ -223,11 +225,11 @@ fn regions_across_the_periodic_border() {
     ] {
         let inside = region_stress(&set, &region, Truncation::BranchClipped, Some(&period)).unwrap();
         let around = region_stress(&copies.set(), &region, Truncation::BranchClipped, None).unwrap();
-        // Branches end where they end, not at a particle, so only the clipped form compares.
+        // Branch vectors end where they end, not at a particle, so only the clipped form compares.
         close(&inside.stress, &around.stress, 300.0 / inside.volume);
         assert_eq!(inside.full, around.full);
         assert_eq!(inside.partial, around.partial);
-        // What counts particles, and what counts contacts with both ends inside.
+        // Operators that count particles, and contacts with both ends inside.
         let kinetic = |c: &Cluster, m: &[f64], period| kinetic_stress(&c.position, m, &c.velocity, &region, period);
         let (one, many) = (kinetic(&c, &mass, Some(&period)).unwrap(), kinetic(&copies, &many_masses, None).unwrap());
         close(&one, &many, 300.0 / inside.volume);
@@ -237,7 +239,7 @@ fn regions_across_the_periodic_border() {
             let moments = particle_moments(&c.set(), &LoadSet::none(), Partition::ContactPoint);
             region_stress_from_particles(&c.position, &moments, &region, period).unwrap()
         };
-        // Moments at the ends of a branch through the border belong to its image; all images have the same.
+        // Moments at the ends of a branch vector across the border belong to its image; all images have the same.
         close(&average(&c, Some(&period)), &average_of_copies(&c, &copies, &region), 300.0 / inside.volume);
         let center = region.center().unwrap();
         let one = conjugate(&set, &region, &center, Some(&period)).unwrap();
@@ -256,8 +258,9 @@ fn average_of_copies(c: &Cluster, copies: &Cluster, region: &Region) -> Mat3 {
     region_stress_from_particles(&copies.position, &all, region, None).unwrap()
 }
 
-/// The kernel has unit integral, along branches too, and the field of stress adds up to the branch sum: by a grid of points,
-/// whose error for a function with two derivatives of bounded variation falls with the fourth power of the spacing.
+/// The kernel has unit integral, also along branch vectors, and the field of stress adds up to the branch sum. Both by
+/// a grid of points, whose error for a function with two derivatives of bounded variation falls with the fourth power
+/// of the spacing.
 #[test]
 fn coarse_grained_stress_adds_up() {
     let mut r = Random::new(15);
@@ -300,7 +303,8 @@ fn coarse_grained_stress_adds_up() {
     assert!((sum / f64::from(n * n) - 1.0).abs() < 1e-6, "{sum}");
 }
 
-/// Fabric of an even network: one third of the unit matrix within the sampling error; coordination by count.
+/// Fabric of an isotropic network: one third of the unit matrix within the sampling error; coordination number by
+/// count.
 #[test]
 fn fabric_of_an_even_network() {
     let c = network(100_000, 0.2, 16);
@@ -310,6 +314,6 @@ fn fabric_of_an_even_network() {
     let error = 4.0 * 0.3 / f.contacts.sqrt();
     assert!((f.tensor - Mat3::identity() / 3.0).abs().max() < error);
     assert!((f.branch_length - 0.2).abs() < 1e-12);
-    // Every particle has one contact: 2·N_c/N_p = 1 within the scatter of what crosses.
+    // Every particle has one contact: 2·N_c/N_p = 1 within the scatter of the contacts across the border.
     assert!((f.coordination - 1.0).abs() < 0.05, "{}", f.coordination);
 }

@@ -1,4 +1,4 @@
-//! Inside of a closed triangle mesh.
+//! Interior of a closed triangle mesh.
 
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
@@ -10,18 +10,18 @@ use concordem_contact::math::Vec3;
 
 /// A closed triangle mesh.
 ///
-/// A point is inside if the ray from it along +z crosses the surface an odd number of times. Which triangles the ray
-/// crosses is decided by exact predicates (Shewchuk 1997, Discrete Comput. Geom. 18, 305) on each edge in a fixed
-/// direction, so that a ray through an edge or a vertex is counted consistently by all triangles that share it: the
-/// answer is right for every point off the surface, however the mesh lies. The orientation of the triangles does not
-/// matter; overlapping closed shells exclude each other's overlap.
+/// A point is inside if the ray from it along +z crosses the surface an odd number of times. Exact predicates (Shewchuk
+/// 1997, Discrete Comput. Geom. 18, 305) on each edge in a fixed direction decide which triangles the ray crosses, so
+/// that all triangles that share an edge or a vertex count a ray through it consistently. The result is correct for
+/// every point off the surface, however the mesh lies. The orientation of the triangles does not matter; overlapping
+/// closed shells exclude each other's overlap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     low: Vec3,
     high: Vec3,
-    /// Columns of a grid in the xy plane, each with the triangles whose bounding boxes meet it: entries
+    /// Numbers of columns of a grid in the xy plane. The triangles whose bounding boxes meet column `c` are the entries
     /// `starts[c]..starts[c + 1]` of `members`.
     columns: [usize; 2],
     starts: Vec<u32>,
@@ -73,17 +73,18 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// Read a mesh in STL format, text or binary; coordinates are multiplied by `scale` to become m. Vertices of equal
-    /// coordinates are one vertex.
+    /// Read a mesh in STL format, text or binary; coordinates are multiplied by `scale` to give m. Vertices with equal
+    /// coordinates become one vertex.
     ///
     /// # Errors
-    /// What the reader says, a file that is not STL, and what [`Self::new`] refuses.
+    /// Errors of the reader, a file that is not STL, and errors of [`Self::new`].
     pub fn from_stl(mut reader: impl Read, scale: f64) -> Result<Self, PackingError> {
         super::positive("the scale of the mesh", scale)?;
         let io = |source| PackingError::Io { action: "cannot read the STL mesh".into(), source };
         let mut bytes = Vec::new();
         reader.read_to_end(&mut bytes).map_err(io)?;
-        // Some programs begin binary files with the keyword of the text format; the length gives them away.
+        // Some programs begin binary files with the keyword of the text format; the file length tells the formats
+        // apart.
         if bytes.len() >= 84 {
             let count = u32::from_le_bytes([bytes[80], bytes[81], bytes[82], bytes[83]]);
             if bytes.len() as u64 == 84 + 50 * u64::from(count) {
@@ -143,7 +144,7 @@ impl Mesh {
         [place(x, 0), place(y, 1)]
     }
 
-    /// Columns met by the rectangle between two points.
+    /// Columns that intersect the rectangle between two points.
     fn columns_between(&self, low: &Vec3, high: &Vec3) -> impl Iterator<Item = [usize; 2]> + use<> {
         let (first, last) = (self.column_of(low.x, low.y), self.column_of(high.x, high.y));
         (first[1]..=last[1]).flat_map(move |j| (first[0]..=last[0]).map(move |i| [i, j]))
@@ -169,8 +170,8 @@ impl Mesh {
     fn ray_crosses(&self, point: &Vec3, triangle: u32) -> bool {
         let flat = |v: &Vec3| Coord { x: v.x, y: v.y };
         let corners = self.corners(triangle);
-        // Seen along z: is the point inside the triangle? Count the edges that a ray along +x crosses. Each edge is
-        // taken from its lower to its upper end, so that triangles sharing it agree.
+        // Seen along z: is the point inside the triangle? Count the edges that a ray along +x crosses. Each edge goes
+        // from its lower to its upper end, so that triangles sharing it agree.
         let mut inside = false;
         for k in 0..3 {
             let (u, v) = (&corners[k], &corners[(k + 1) % 3]);
@@ -189,7 +190,7 @@ impl Mesh {
         if orient2d(flat(a), flat(b), flat(c)) > 0.0 { below > 0.0 } else { below < 0.0 }
     }
 
-    /// Whether no triangle comes nearer than `margin`.
+    /// Whether no triangle is nearer than `margin`.
     fn is_clear(&self, point: &Vec3, margin: f64) -> bool {
         let reach = Vec3::new(margin, margin, 0.0);
         self.columns_between(&(point - reach), &(point + reach)).all(|column| {

@@ -7,7 +7,7 @@ use super::{AssemblyError, set_index, unfit};
 use crate::schema::quantity::vector;
 use crate::schema::{self, Scenario};
 use concordem_contact::math::Vec3;
-use concordem_solver::state::{Clump, Constraint, LoadLever, Particles, State};
+use concordem_solver::state::{Clump, Constraint, Particles, PointOfAction, State};
 
 /// Indices of the particles of a set.
 pub(super) fn members(scenario: &Scenario, particles: &Particles, name: &str) -> Vec<usize> {
@@ -18,7 +18,7 @@ pub(super) fn members(scenario: &Scenario, particles: &Particles, name: &str) ->
 /// Initial velocities, prescribed motions, and forces.
 ///
 /// # Errors
-/// A motion is prescribed to a member of a clump, which moves with its body.
+/// A motion is prescribed for a member of a clump, which moves with the clump.
 pub(super) fn apply_motions(scenario: &Scenario, state: &mut State) -> Result<(), AssemblyError> {
     for initial in &scenario.initials {
         for p in members(scenario, &state.particles, &initial.set) {
@@ -50,11 +50,11 @@ pub(super) fn is_rigid(scenario: &Scenario) -> bool {
     scenario.materials.iter().all(|material| material.deformable.is_none())
 }
 
-/// The loads of `[[force]]` at `time` (s). Rigid particles are loaded at their centers, wherever the force acts.
+/// Applies the loads of `[[force]]` at `time` (s). On rigid particles they act at the center, whatever `acts` says.
 pub fn apply_loads(scenario: &Scenario, particles: &mut Particles, time: f64) {
     let rigid = is_rigid(scenario);
     for force in &scenario.forces {
-        let acts = if rigid { LoadLever::Body } else { force.acts };
+        let acts = if rigid { PointOfAction::Body } else { force.acts };
         let found = force.history.as_deref().and_then(|name| history(scenario, name));
         let factor = found.map_or(1.0, |history| history.at(time));
         for p in members(scenario, particles, &force.set) {
@@ -93,10 +93,11 @@ pub(super) fn add_clumps(scenario: &Scenario, members: &ClumpMembers, state: &mu
     Ok(())
 }
 
-/// Initial velocity (m/s) and angular velocity (rad/s) of a clump: its own, else that which `[[initial]]` gives its members.
+/// Initial velocity (m/s) and angular velocity (rad/s) of a clump: its own, else the one that `[[initial]]` gives its
+/// members.
 ///
 /// # Errors
-/// The velocities of the members are not one translation of the body.
+/// The velocities of the members are not a translation of the body.
 fn initial_motion(
     clump: &schema::Clump,
     number: usize,

@@ -1,11 +1,11 @@
-//! Reading HDF5 files that may be forged: sizes, types, and texts are checked before the HDF5 library fills memory.
+//! Safe reading of untrusted HDF5 files: checks sizes, types, and strings before the HDF5 library allocates memory.
 
 use hdf5::{Container, Dataset, H5Type};
 
-/// Largest ratio of the bytes of a dataset to those of its file: that of the compression `deflate`.
+/// Largest ratio of the size of a dataset to the size of its file: the best compression of `deflate`.
 const MOST_COMPRESSION: u64 = 1032;
 
-/// Number of values of a dataset whose values take `bytes` each in memory, in a file of `file_length` bytes.
+/// Number of values in a dataset that needs `bytes` of memory per value, in a file of `file_length` bytes.
 ///
 /// # Errors
 /// The dataset claims more values than the file can hold.
@@ -27,7 +27,7 @@ pub fn checked_len(dataset: &Dataset, bytes: usize, file_length: u64) -> Result<
 /// Values of a dataset, of exactly the type `T` unless `convert`.
 ///
 /// # Errors
-/// Another type, or more values than the file can hold.
+/// The dataset has another type, or claims more values than the file can hold.
 pub fn values<T: H5Type>(dataset: &Dataset, file_length: u64, convert: bool) -> Result<Vec<T>, String> {
     let count = checked_len(dataset, size_of::<T>(), file_length)?;
     // The library fails to read an empty dataset.
@@ -40,16 +40,16 @@ pub fn values<T: H5Type>(dataset: &Dataset, file_length: u64, convert: bool) -> 
     if values.len() == count { Ok(values) } else { Err("changed its size while it was read".to_owned()) }
 }
 
-/// The number of a scalar attribute or dataset.
+/// The value of a scalar attribute or dataset.
 ///
 /// # Errors
-/// It is no single number of exactly this type.
+/// It is not a single number of exactly this type.
 pub fn number<T: H5Type>(container: &Container) -> Result<T, String> {
     single(container)?;
     container.as_reader().no_convert().read_scalar().map_err(|error| error.to_string())
 }
 
-/// The library would leave memory unset for a dataspace without values.
+/// Refuses dataspaces without values, for which the library would leave memory uninitialized.
 fn single(container: &Container) -> Result<(), String> {
     let space = container.space().map_err(|error| error.to_string())?;
     if space.is_scalar() { Ok(()) } else { Err(format!("has the shape {:?} where one value is needed", space.shape())) }

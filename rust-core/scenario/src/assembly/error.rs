@@ -14,7 +14,7 @@ pub enum AssemblyError {
     /// The neighbor search failed.
     #[error("bonding: {0}")]
     Neighbor(#[from] NeighborError),
-    /// The parameters of two materials do not make a law.
+    /// The parameters of two materials do not define a law.
     #[error("law `{law}` between materials `{a}` and `{b}`: {message}")]
     Parameters {
         /// Law.
@@ -68,14 +68,14 @@ pub enum AssemblyError {
         a: String,
         /// Second material.
         b: String,
-        /// Wall, if the contact is with one.
+        /// Wall, for a contact with a wall.
         wall: Option<String>,
         /// Speed of the impact, m/s.
         speed: f64,
-        /// Its overlap, m.
+        /// Overlap in this impact, m.
         overlap: f64,
     },
-    /// The iteration between the strains of deformable particles and the forces would not converge.
+    /// The iteration between strains of deformable particles and forces would not converge.
     #[error(
         "material.deformable: strains and forces do not converge, the spectral radius of their iteration is \
          {spectral_radius:.5}; the particles' Young's modulus must be above {young:.5e} Pa{}, or set \
@@ -93,7 +93,8 @@ pub enum AssemblyError {
         lagged: bool,
         /// Relaxation below which the iteration converges.
         relaxation: f64,
-        /// Modulus of the softest material above which the iteration converges, if all moduli are scaled alike, Pa.
+        /// Modulus of the softest material above which the iteration converges, with all moduli scaled by the same
+        /// factor, Pa.
         young: f64,
     },
     /// The time step is `"auto"`, and no contact gives a bound.
@@ -121,7 +122,7 @@ impl From<LawError> for AssemblyError {
     }
 }
 
-/// The error of a scenario whose key `key` does not fit what was built.
+/// Error for the scenario key `key`, whose value does not fit the assembled system.
 pub fn unfit(key: &str, message: String) -> AssemblyError {
     AssemblyError::Unfit { key: key.to_owned(), message }
 }

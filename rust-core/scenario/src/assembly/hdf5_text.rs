@@ -1,8 +1,8 @@
-//! Texts of HDF5 files, read without the HDF5 library.
+//! Reads strings of HDF5 files without the HDF5 library.
 //!
-//! Texts of variable length lie in global heaps, which the library (1.10.8) reads without checking lengths and indices: a
-//! forged file makes it write beyond its buffers, or loop without end. Here the bytes are followed from the header of the
-//! object to the heap, and every offset and length is checked. Only the layout that this program writes is known: superblock
+//! Strings of variable length are stored in global heaps, which the library (1.10.8) reads without checking lengths and
+//! indices: a forged file makes it write beyond its buffers, or loop forever. This module reads the bytes from the object
+//! header to the heap and checks every offset and length. It supports only the layout that this program writes: superblock
 //! 0, object headers of version 1 (HDF5 File Format Specification 3.0, sections II.A, III.E, IV.A.1, IV.A.2.m).
 
 use std::fs::File;
@@ -11,17 +11,17 @@ use std::path::Path;
 
 use hdf5::{Dataset, Location};
 
-/// Blocks of one object header that are looked at; in a forged file they may refer to each other.
+/// Largest number of blocks read for one object header; in a forged file blocks may refer to each other.
 const MOST_BLOCKS: usize = 64;
-/// Type of the message that continues an object header elsewhere.
+/// Type of the message that points to the continuation of an object header.
 const CONTINUATION: u16 = 0x10;
 /// Type of the message that holds an attribute.
 const ATTRIBUTE: u16 = 0x0c;
 
-/// The text of an attribute of an object in the file at `path`.
+/// The string in an attribute of an object in the file at `path`.
 ///
 /// # Errors
-/// There is no such attribute, it is no text, or the file is damaged.
+/// There is no such attribute, it is not a string, or the file is damaged.
 pub fn attribute(path: &Path, object: &Location, name: &str) -> Result<String, String> {
     let mut bytes = Bytes::open(path)?;
     let reference = bytes.attribute(address(object)?, name.as_bytes())?;
@@ -40,18 +40,18 @@ pub fn attribute_names(path: &Path, object: &Location) -> Result<Vec<String>, St
         .collect()
 }
 
-/// The text of a scalar dataset in the file at `path`.
+/// The string in a scalar dataset in the file at `path`.
 ///
 /// # Errors
-/// It is no text, or the file is damaged.
+/// It is not a string, or the file is damaged.
 pub fn dataset(path: &Path, dataset: &Dataset) -> Result<String, String> {
-    let offset = dataset.offset().ok_or("has no place in the file")?;
+    let offset = dataset.offset().ok_or("has no address in the file")?;
     let mut bytes = Bytes::open(path)?;
     let reference = bytes.array::<16>(offset)?;
     bytes.heap_text(&reference)
 }
 
-/// Address of an object in its file. The crate shows it only as the debugging text of a token.
+/// Address of an object in its file. The crate exposes it only in the debug output of a token.
 fn address(object: &Location) -> Result<u64, String> {
     let info = object.loc_info().map_err(|error| error.to_string())?;
     let shown = format!("{:?}", info.token);
@@ -59,7 +59,7 @@ fn address(object: &Location) -> Result<u64, String> {
     digits.parse().map_err(|_| format!("has no address ({shown})"))
 }
 
-/// A file, read at checked places.
+/// A file that is read at checked offsets.
 struct Bytes {
     file: File,
     length: u64,
@@ -74,16 +74,16 @@ impl Bytes {
         let head = bytes.array::<16>(0)?;
         // Version 0 with addresses and lengths of 8 bytes.
         if &head[..8] != b"\x89HDF\r\n\x1a\n" || head[8] != 0 || head[13..15] != [8, 8] {
-            return Err("lies in a file of another layout than this program writes".to_owned());
+            return Err("is in a file with a layout that this program does not write".to_owned());
         }
         Ok(bytes)
     }
 
-    /// Bytes at a place.
+    /// Reads `count` bytes at offset `at`.
     fn read(&mut self, at: u64, count: u64) -> Result<Vec<u8>, String> {
         let end = at.checked_add(count).filter(|end| *end <= self.length);
         if end.is_none() {
-            return Err("refers to a place beyond the end of the file".to_owned());
+            return Err("refers to an address beyond the end of the file".to_owned());
         }
         let mut bytes = vec![0; count as usize];
         self.file
@@ -98,7 +98,7 @@ impl Bytes {
         bytes.try_into().map_err(|_| "is cut off".to_owned())
     }
 
-    /// The reference to the text of an attribute of the object with its header at `at`.
+    /// The reference to the string in an attribute of the object whose header is at `at`.
     fn attribute(&mut self, at: u64, name: &[u8]) -> Result<[u8; 16], String> {
         for message in self.attribute_messages(at)? {
             if let Some(found) = text_reference(&message, name)? {
@@ -108,7 +108,7 @@ impl Bytes {
         Err("does not exist".to_owned())
     }
 
-    /// The messages of all attributes of the object with its header at `at`.
+    /// The messages of all attributes of the object whose header is at `at`.
     fn attribute_messages(&mut self, at: u64) -> Result<Vec<Vec<u8>>, String> {
         let head = self.array::<16>(at)?;
         if head[0] != 1 {
@@ -126,7 +126,7 @@ impl Bytes {
                 if kind == CONTINUATION && size >= 16 && blocks.len() < MOST_BLOCKS {
                     blocks.push((u64_at(message, 0), u64_at(message, 8)));
                 }
-                // Bit 1: the message lies elsewhere and is shared, which this program does not write.
+                // Bit 1: the message is shared and stored elsewhere; this program does not write such messages.
                 if kind == ATTRIBUTE && flags & 2 == 0 {
                     messages.push(message.to_vec());
                 }
@@ -136,7 +136,7 @@ impl Bytes {
         Ok(messages)
     }
 
-    /// The text that a reference leads to: length, address of a global heap, index of an object in it.
+    /// The string behind a reference, which consists of length, address of a global heap, and index of an object in it.
     fn heap_text(&mut self, reference: &[u8; 16]) -> Result<String, String> {
         let (length, at, wanted) = (u64::from(u32_at(reference, 0)), u64_at(reference, 4), u32_at(reference, 12));
         if length == 0 {
@@ -144,7 +144,7 @@ impl Bytes {
         }
         let head = self.array::<16>(at)?;
         if &head[..4] != b"GCOL" {
-            return Err("refers to a place without a heap".to_owned());
+            return Err("refers to an address without a heap".to_owned());
         }
         let heap = self.read(at, u64_at(&head, 8))?;
         let mut rest = heap.get(16..).unwrap_or_default();
@@ -158,11 +158,11 @@ impl Bytes {
                     return Err(format!("has {length} bytes, but {size} are stored"));
                 }
                 let text = rest[16..16 + size as usize].to_vec();
-                return String::from_utf8(text).map_err(|_| "is a text with bytes that are not UTF-8".to_owned());
+                return String::from_utf8(text).map_err(|_| "is a string with bytes that are not UTF-8".to_owned());
             }
             rest = &rest[whole..];
         }
-        Err("refers to a text that its heap does not hold".to_owned())
+        Err("refers to a string that its heap does not contain".to_owned())
     }
 }
 
@@ -175,7 +175,7 @@ struct Attribute<'a> {
 }
 
 impl<'a> Attribute<'a> {
-    /// `None` if the message is of an unknown version, or cut off.
+    /// `None` if the message has an unknown version or is cut off.
     fn of(message: &'a [u8]) -> Option<Self> {
         if message.len() < 8 {
             return None;
@@ -203,12 +203,12 @@ fn text_reference(message: &[u8], name: &[u8]) -> Result<Option<[u8; 16]>, Strin
     let Some(Attribute { kind, space, data, .. }) = Attribute::of(message).filter(|found| found.name == name) else {
         return Ok(None);
     };
-    // Class 9 is of variable length, its kind 1 is text; 16 bytes are a length, an address, and an index.
+    // Class 9: variable length; kind 1: string; the 16 bytes are a length, an address, and an index.
     let text = kind.len() >= 8 && kind[0] & 0x0f == 9 && kind[1] & 0x0f == 1 && u32_at(kind, 4) == 16;
     let scalar = space.len() >= 4 && space[1] == 0 && (space[0] == 1 || (space[0] == 2 && space[3] == 0));
     match data.first_chunk::<16>() {
         Some(reference) if text && scalar => Ok(Some(*reference)),
-        _ => Err("is no text".to_owned()),
+        _ => Err("is not a string".to_owned()),
     }
 }
 
@@ -229,9 +229,10 @@ mod tests {
     use super::*;
     use hdf5::types::VarLenUnicode;
 
-    /// Attributes of groups and datasets, many of them, so that headers are continued; empty and long texts.
+    /// Strings are read back unchanged: in attributes so many that headers have continuations, and in datasets; empty
+    /// and long.
     #[test]
-    fn texts_come_back() {
+    fn strings_are_read_back_unchanged() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("texts.h5");
         let texts: Vec<String> = (0..40).map(|k| "±ü".repeat(k * k)).collect();
@@ -252,7 +253,7 @@ mod tests {
             assert_eq!(attribute(&path, &group, &format!("a{k}")).expect("a text"), *text);
             assert_eq!(dataset(&path, &group.dataset(&format!("d{k}")).expect("it")).expect("a text"), *text);
         }
-        assert_eq!(attribute(&path, &group, "number"), Err("is no text".to_owned()));
+        assert_eq!(attribute(&path, &group, "number"), Err("is not a string".to_owned()));
         assert_eq!(attribute(&path, &group, "none"), Err("does not exist".to_owned()));
         let names = attribute_names(&path, &group).expect("names");
         assert!(names.len() == 41 && (0..40).all(|k| names.contains(&format!("a{k}"))), "{names:?}");

@@ -4,7 +4,7 @@ use super::bodies::{is_rigid, members};
 use crate::schedule::{Histories, History, Stage, Stop, TimedLoads, TimedMotion, TimedWall};
 use crate::schema::quantity::{Component, vector};
 use crate::schema::{self, AppliedForce, HistoryShape, Prescribe, Quantity, Scenario, WallShape};
-use concordem_solver::state::{LoadLever, Particles, State};
+use concordem_solver::state::{Particles, PointOfAction, State};
 
 /// The history of a name; the checks of the scenario guarantee that it exists.
 pub(super) fn history(scenario: &Scenario, name: &str) -> Option<History> {
@@ -75,14 +75,14 @@ fn add_loads(scenario: &Scenario, particles: &Particles, histories: &mut Histori
     if scenario.forces.iter().all(|force| force.history.is_none()) {
         return;
     }
-    let acts = |force: &AppliedForce| if is_rigid(scenario) { LoadLever::Body } else { force.acts };
+    let acts = |force: &AppliedForce| if is_rigid(scenario) { PointOfAction::Body } else { force.acts };
     // Every loaded particle has an entry, also one whose loads all follow histories. Only the list of loads is used here.
     let mut constant = Particles::default();
     for force in &scenario.forces {
         let factor = if force.history.is_none() { 1.0 } else { 0.0 };
         for p in members(scenario, particles, &force.set) {
             let (force, moment) = (vector(&force.force) * factor, vector(&force.moment) * factor);
-            constant.add_load_at(p as u32, force, moment, LoadLever::Body);
+            constant.add_load_at(p as u32, force, moment, PointOfAction::Body);
         }
     }
     for force in &scenario.forces {
@@ -94,7 +94,7 @@ fn add_loads(scenario: &Scenario, particles: &Particles, histories: &mut Histori
         let places: Vec<_> = members.into_iter().filter_map(|p| Some((place(p)?, load))).collect();
         match force.history.as_deref().and_then(|name| history(scenario, name)) {
             Some(history) => histories.loads.push(TimedLoads { history, loads: places }),
-            None => places.iter().for_each(|(at, load)| constant.loads[*at].dyad += load.dyad),
+            None => places.iter().for_each(|(at, load)| constant.loads[*at].virial += load.virial),
         }
     }
     histories.constant_loads = constant.loads;

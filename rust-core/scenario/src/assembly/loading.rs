@@ -1,4 +1,4 @@
-//! Loading of a scenario: end layers, platens, or the cell; it sets initial velocities and constraints.
+//! Loading of a scenario: chooses end layers, platens, or the cell, and sets initial velocities and constraints.
 
 use super::histories::stages;
 use super::selection::{bounds_along, extents, layer, member_of_clump};
@@ -11,7 +11,7 @@ use concordem_contact::math::{Mat3, Vec3};
 use concordem_packing::smallest_section;
 use concordem_solver::state::{Constraint, Particles, State, WallShape};
 
-/// The loading of a scenario whose bonds have this interaction ratio.
+/// Builds the loading of a scenario whose bonds have this interaction ratio.
 pub(super) fn build(
     scenario: &Scenario,
     placed: &Placed,
@@ -169,8 +169,8 @@ impl Builder<'_> {
         if self.state.cell.is_none() {
             return Err(no_cell());
         }
-        // The servo uses the full rate while the error is at least a tenth of the target stress. For zero stress the stiffness
-        // of the cell gives the scale: see `Loading::tune`.
+        // The servo uses the full rate while the error is at least a tenth of the target stress. For zero stress the
+        // stiffness of the cell sets the scale: see `Loading::tune`.
         let largest = stress.abs().max();
         let gain = maximum_rate / (0.1 * largest.max(1.0));
         let reference = if largest > 0.0 { largest } else { 1.0 };
@@ -198,7 +198,7 @@ impl Builder<'_> {
         for &p in layers.iter().flatten() {
             let particles = &mut self.state.particles;
             let before = particles.constraint[p];
-            // Layers rotate about `about`, and move across it and along the specimen: no other motion may be prescribed.
+            // The layers rotate about `about` and move across it and along the specimen: no other motion may be prescribed.
             let conflict = (0..3).any(|i| {
                 let moves = i != about || about == axis || particles.velocity[p][i] != 0.0;
                 let rotates = i == about || particles.angular_velocity[p][i] != 0.0;
@@ -214,7 +214,7 @@ impl Builder<'_> {
         Ok(Loading::Turning { axis, about, layers, rate, length, stress_of_moment, lever, area })
     }
 
-    /// Initial velocities of uniform curvature or twist between ends that rotate.
+    /// Sets initial velocities of uniform curvature or twist between the rotating ends.
     fn start_rotation(&mut self, [axis, about]: [usize; 2], rate: f64, length: f64, center: Vec3) {
         let (mut along, mut rotation_axis) = (Vec3::zeros(), Vec3::zeros());
         along[axis] = 1.0;
@@ -254,7 +254,7 @@ impl Builder<'_> {
     /// Particles of the two end layers of a specimen along an axis.
     ///
     /// The default thickness is the reach of a bond from the outermost centers: every cross-section beyond it is crossed by
-    /// as many bonds as deep inside. With thinner layers a specimen breaks too early, at its grips.
+    /// as many bonds as one deep inside. With thinner layers a specimen breaks too early, at its grips.
     fn end_layers(&self, axis: Axis, thickness: Option<Length>) -> Result<EndLayers, AssemblyError> {
         let thickness = thickness.map_or(self.bond_reach, Quantity::si);
         let particles = &self.state.particles;
@@ -347,7 +347,7 @@ fn start(state: &mut State, field: impl Fn(&Vec3, &mut Vec3, &mut Vec3)) {
 /// Prescribes the degrees of freedom `constraint` of a particle of an end layer: it moves with `velocity` without rotation.
 ///
 /// # Errors
-/// Another motion is prescribed to it.
+/// Another motion is already prescribed for the particle.
 fn prescribe(
     particles: &mut Particles,
     p: usize,
@@ -372,7 +372,7 @@ fn prescribe(
     Ok(())
 }
 
-/// The error of a particle in an end layer with another prescribed motion.
+/// Error for a particle in an end layer that already has another prescribed motion.
 fn prescribed_twice(particles: &Particles, p: usize) -> AssemblyError {
     let message = format!(
         "an end layer moves particle {}, for which [[prescribe]] gives another motion; exclude the particles of the layers \

@@ -1,8 +1,8 @@
-//! Estimates of memory, and the refusal of scenarios that cannot fit.
+//! Estimates memory and refuses scenarios that do not fit.
 //!
 //! The constants are fitted to the peak of the resident memory of whole runs (`concordem run`, two threads): 2e5 to 1e6
-//! particles on a lattice, linear bonds, beams, CPM, and frictional contacts; the estimate lies within −4 and +8 % of them.
-//! The peak comes when the result is written: tables of all contacts beside the state.
+//! particles on a lattice, linear bonds, beams, CPM, and frictional contacts. The estimate is within −4 and +8 % of the
+//! peaks. The peak occurs while the result is written, when tables of all contacts are in memory besides the state.
 
 use super::{AssemblyError, Placed, unfit};
 use crate::schema::Scenario;
@@ -16,15 +16,15 @@ const PROGRAM: f64 = 12e6;
 const PARTICLE: f64 = 272.0;
 /// Strains and virials of a deformable particle, bytes: 192 of state, 264 of scratch.
 const DEFORMABLE: f64 = 456.0;
-/// Half a halo slot and its index per contact, bytes.
+/// Halo slots per contact (half a slot on average, with its index), bytes.
 const HALO: f64 = 26.0;
 /// Snapshots and columns of a particle while the result is written, bytes.
 const PARTICLE_TABLES: f64 = 600.0;
-/// Forces and row of a bond while the result is written, bytes.
+/// Forces and table row of a bond while the result is written, bytes.
 const BOND_TABLES: f64 = 320.0;
-/// The same of an unbonded contact, of which only those with a force have rows, bytes.
+/// The same for an unbonded contact; only contacts with a force have rows, bytes.
 const CONTACT_TABLES: f64 = 150.0;
-/// A bond in the state and in the list of pairs that it comes from, bytes.
+/// A bond in the state and in the list of candidate pairs, bytes.
 const BOND: f64 = 160.0;
 
 /// Estimated peak memory of a run, bytes.
@@ -45,14 +45,14 @@ pub(super) fn check_particles(scenario: &Scenario, placed: &Placed) -> Result<()
     Ok(affordable_bytes(&format!("{count:.4e} particles"), count * (PARTICLE + PARTICLE_TABLES))?)
 }
 
-/// Refuses interaction ratios with more bonds than fit into memory: their number at a uniform density.
+/// Refuses interaction ratios that give more bonds than fit into memory, estimated for a uniform density.
 pub(super) fn check_bonds(particles: &Particles, cell: Option<&Cell>, ratio: f64) -> Result<(), AssemblyError> {
     let count = particles.len() as f64;
     let radius = particles.radius.iter().sum::<f64>() / count;
     let volume = cell.map_or_else(|| box_volume(particles, radius), Cell::volume);
     let reach = 2.0 * ratio * radius;
     let around = 4.0 / 3.0 * std::f64::consts::PI * reach * reach * reach * count / volume;
-    // Without a cell no particle has more partners than there are others.
+    // Without a cell, a particle cannot have more partners than there are particles.
     let partners = if cell.is_some() { around } else { around.min(count) };
     let bonds = 0.5 * count * partners;
     affordable_bytes(&format!("about {bonds:.1e} bonds"), bonds * BOND)

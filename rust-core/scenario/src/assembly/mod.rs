@@ -1,13 +1,11 @@
 //! Assembly: from a scenario to a state, a model, and a schedule.
 //!
-//! [`assemble_placed`] lists the stages; each stage has its file. Particles and clumps come first, because walls, bonds, and
-//! the loading refer to them; the time step comes last, because it depends on all of them.
+//! [`assemble_placed`] lists the stages; each stage has its own file. Particles and clumps come first, because walls,
+//! bonds, and the loading refer to them; the time step comes last, because it depends on all of them.
 
 mod bodies;
-#[cfg(feature = "hdf5")]
 pub mod checked_hdf5;
 mod error;
-#[cfg(feature = "hdf5")]
 pub mod hdf5_text;
 mod histories;
 mod loading;
@@ -19,10 +17,8 @@ mod place;
 mod plane;
 pub mod restart;
 pub mod samples;
-#[cfg(feature = "hdf5")]
 pub mod seal;
 mod selection;
-#[cfg(feature = "hdf5")]
 pub mod sphere_pack;
 mod time_step;
 mod walls;
@@ -56,11 +52,11 @@ pub struct Assembly {
     pub model: Model,
     /// Loading, samples, and stop conditions.
     pub schedule: Schedule,
-    /// Facts about the assembly.
+    /// Facts about the assembled system, for reports.
     pub summary: Summary,
 }
 
-/// Facts about the assembly.
+/// Facts about the assembled system, for reports.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {
     /// Number of particles.
@@ -70,7 +66,7 @@ pub struct Summary {
     /// Bonds per particle, `2N_b/N`.
     pub coordination: f64,
     /// Bonds per particle in the packing before it was cut, and the interaction ratio that gives them, if the scenario gives
-    /// a coordination.
+    /// a coordination number.
     pub bulk: Option<(f64, f64)>,
     /// Solid volume divided by the volume of the packing, if it has one.
     pub packing_fraction: Option<f64>,
@@ -80,24 +76,24 @@ pub struct Summary {
     pub bounds: TimeStepBounds,
     /// The stiffest contact that may form.
     pub collision: Option<Collision>,
-    /// Largest stable time step, s, with damping and contacts to come.
+    /// Largest stable time step, s, including damping and contacts that may form.
     pub stable_step: f64,
-    /// Convergence between strains and forces of deformable particles.
+    /// Convergence of the iteration between strains and forces of deformable particles.
     pub convergence: Option<Convergence>,
     /// `min r √(ρ/E)`, s, with the stiffest modulus of the materials, if any law has a modulus.
     pub p_wave: Option<f64>,
-    /// Whether the time step exceeds the stability bound, which the scenario allows.
+    /// Whether the time step exceeds the stability bound (only if the scenario allows it).
     pub unstable: bool,
     /// Estimated peak memory of a run, from the assembly to the result, bytes.
     pub memory: usize,
-    /// What the scenario may not do as expected, found while it was built. [`Scenario::warnings`] finds others in its text.
+    /// Warnings found while the scenario was built. [`Scenario::warnings`] finds those that follow from its text alone.
     pub warnings: Vec<Problem>,
 }
 
-/// Progress of the assembly: name of the stage, and its completed fraction from 0 to 1.
+/// Receives the progress of the assembly: the name of a stage and its completed fraction, 0 to 1.
 pub type Progress<'a> = &'a mut dyn FnMut(&str, f64);
 
-/// Makes only the packing of a scenario; paths in it are relative to `folder`.
+/// Makes only the packing of a scenario; its paths are relative to `folder`.
 ///
 /// # Errors
 /// The packing cannot be made or read.
@@ -109,7 +105,7 @@ pub fn pack(
     Ok(place(scenario, folder, progress)?.packing)
 }
 
-/// Builds a scenario; paths in it are relative to `folder`.
+/// Builds a scenario; its paths are relative to `folder`.
 ///
 /// # Errors
 /// The packing cannot be made, the scenario does not fit it, or the time step is unstable.
@@ -118,7 +114,21 @@ pub fn assemble(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> R
     assemble_placed(scenario, folder, &placed, progress)
 }
 
-/// Builds a scenario on a packing that was made for it, or for another one with the same `packing` and `dimension`.
+/// Builds a scenario as [`assemble`] does, but refuses sphere packs in HDF5. A library that calls only this one can be linked
+/// without HDF5.
+///
+/// # Errors
+/// Those of [`assemble`]; a packing in an HDF5 file.
+pub fn assemble_without_hdf5(
+    scenario: &Scenario,
+    folder: &Path,
+    progress: Progress<'_>,
+) -> Result<Assembly, AssemblyError> {
+    let placed = place::place_with(scenario, folder, place::without_hdf5, progress)?;
+    assemble_placed(scenario, folder, &placed, progress)
+}
+
+/// Builds a scenario on a packing made earlier for this scenario, or for one with the same `packing` and `dimension`.
 ///
 /// # Errors
 /// The scenario does not fit the packing, or the time step is unstable.
@@ -131,7 +141,7 @@ pub fn assemble_placed(
     memory::check_particles(scenario, placed)?;
     let (mut state, members) = particles::build(scenario, placed)?;
     if state.particles.is_empty() {
-        let message = "it has no particles: check the file, the shape, and the units".to_owned();
+        let message = "has no particles: check the file, the shape, and the units".to_owned();
         return Err(unfit("packing", message));
     }
     near_origin(&state)?;
@@ -170,10 +180,10 @@ pub fn assemble_placed(
     Ok(Assembly { state, model, schedule, summary })
 }
 
-/// Largest rounding of a coordinate, as a fraction of the radius: overlaps of 1e-3 of the radius keep one digit.
+/// Largest allowed rounding error of a coordinate, as a fraction of the radius: overlaps of 1e-3 radii keep one digit.
 const COARSEST: f64 = 1e-4;
 
-/// Refuses positions so far from the origin that their rounding is not small beside the particles.
+/// Refuses positions so far from the origin that their rounding errors are not small compared to the radii.
 fn near_origin(state: &State) -> Result<(), AssemblyError> {
     let particles = &state.particles;
     let rounding = |p: usize| particles.position[p].amax() * f64::EPSILON;
@@ -202,7 +212,7 @@ struct Bonded {
     bulk: Option<(f64, f64)>,
 }
 
-/// Bonds between particles.
+/// Adds bonds between particles.
 fn add_bonds(
     scenario: &Scenario,
     placed: &Placed,
@@ -244,12 +254,12 @@ fn add_bonds(
     Ok(Bonded { bonds: count.bonds, interaction_ratio, bulk })
 }
 
-/// Warnings about the number of bonds: none at all, or a number that rests on a tie. `bulk`: see [`Summary::bulk`].
+/// Warns if there are no bonds, or if their number depends on a tie. `bulk`: see [`Summary::bulk`].
 fn doubtful_bonds(scenario: &Scenario, count: &BondCount, bulk: Option<(f64, f64)>) -> Option<Problem> {
     let key = if bulk.is_some() { "bonds.coordination" } else { "bonds.interaction_ratio" };
     if count.bonds == 0 {
         let help = "check positions, radii, and units, or give a larger `interaction_ratio`, such as 1.1";
-        return Some(scenario.warning(key, "no two particles are near enough for a bond: there are none", help));
+        return Some(scenario.warning(key, "no two particles are near enough for a bond, so there are no bonds", help));
     }
     if count.ties == 0 {
         return None;
@@ -261,7 +271,7 @@ fn doubtful_bonds(scenario: &Scenario, count: &BondCount, bulk: Option<(f64, f64
     );
     let help = match bulk {
         Some((reached, _)) => format!(
-            "pairs that are equally far apart are bonded together: the packing has {reached} bonds per particle; give that \
+            "pairs that are equally far apart are bonded all or none: the packing has {reached} bonds per particle; give that \
              number, or `interaction_ratio`"
         ),
         None => "give a ratio between two distances; 1.01 bonds all particles that touch".to_owned(),
@@ -269,7 +279,7 @@ fn doubtful_bonds(scenario: &Scenario, count: &BondCount, bulk: Option<(f64, f64
     Some(scenario.warning(key, message, help))
 }
 
-/// Blocks of contacts between particles and with walls, still empty.
+/// Adds empty blocks of contacts between particles and with walls.
 fn add_contacts(scenario: &Scenario, model: &mut Model, state: &mut State) -> Result<(), AssemblyError> {
     let block = laws::contact_block(scenario.contacts.law, &scenario.materials, &scenario.interfaces)?;
     let Some((block, rows)) = block else { return Ok(()) };
@@ -282,7 +292,7 @@ fn add_contacts(scenario: &Scenario, model: &mut Model, state: &mut State) -> Re
     Ok(())
 }
 
-/// Loading, which also sets velocities and constraints, samples, and stop conditions.
+/// Builds the schedule: loading (which also sets velocities and constraints), samples, and stop conditions.
 fn schedule(
     scenario: &Scenario,
     placed: &Placed,
@@ -322,7 +332,7 @@ fn set_index(scenario: &Scenario, name: &str) -> usize {
     scenario.sets.iter().position(|s| s.name == name).unwrap_or(0)
 }
 
-/// Whether `block` holds bonds of the concrete particle model, whose parameters reports show.
+/// Whether `block` holds bonds of the concrete particle model; reports show the parameters of these.
 pub fn is_cpm(block: &dyn Contacts) -> bool {
     block.as_any().is::<ContactBlock<Cpm>>()
 }

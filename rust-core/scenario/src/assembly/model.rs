@@ -1,4 +1,4 @@
-//! The model: integration scheme, damping, gravity, deformable particles, and failure of particles.
+//! The model: integration scheme, damping, gravity, deformable particles, and particle-level failure.
 
 use crate::schema::quantity::vector;
 use crate::schema::{self, Scenario};
@@ -8,7 +8,7 @@ use concordem_solver::fracture::virial::HydrostaticStrength;
 use concordem_solver::integrate::Damping;
 use concordem_solver::{Model, Scheme};
 
-/// The model of a scenario, without the coefficients of contacts.
+/// The model of a scenario, without pair coefficients.
 pub(super) fn build(scenario: &Scenario) -> Model {
     Model {
         mode: scenario.kinematics,
@@ -63,7 +63,7 @@ pub fn deformable(scenario: &Scenario) -> Option<Deformable> {
     })
 }
 
-/// Mean stress at which a particle loses all its bonds, if the law of the bonds has such a strength.
+/// Mean stress at which particle-level failure breaks all bonds of a particle, if the law of the bonds has such a strength.
 fn hydrostatic_strength(scenario: &Scenario) -> HydrostaticStrength {
     let law = scenario.bonds.as_ref().map(|bonds| bonds.law);
     let threshold = |m: &schema::Material| {

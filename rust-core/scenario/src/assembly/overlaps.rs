@@ -1,5 +1,5 @@
-//! Overlaps before the first step, whose elastic energy would drive particles apart: between particles of files and clumps,
-//! and with walls.
+//! Checks overlaps before the first step, whose elastic energy would drive particles apart: between particles of files
+//! and clumps, and with walls.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -16,7 +16,7 @@ use concordem_solver::state::{State, Wall, WallShape as Shape};
 /// A particle overlaps a wall by more than [`OVERLAP_UNBONDED`] of its radius.
 pub(super) fn refuse_walls(scenario: &Scenario, state: &State) -> Result<(), AssemblyError> {
     let particles = &state.particles;
-    // Deepest overlap of every particle that overlaps: depth through radius, wall, particle.
+    // Deepest overlap of every particle: depth over radius, and the wall.
     let mut deepest: BTreeMap<usize, (f64, usize)> = BTreeMap::new();
     let mut add = |w: usize, element: usize, p: usize| {
         let depth = 1.0 - distance(&state.walls[w], element, &particles.position[p]) / particles.radius[p];
@@ -24,7 +24,7 @@ pub(super) fn refuse_walls(scenario: &Scenario, state: &State) -> Result<(), Ass
             deepest.insert(p, (depth, w));
         }
     };
-    // Triangles join the neighbor search as balls, numbered after the particles.
+    // The neighbor search treats triangles as spheres, numbered after the particles.
     let (mut position, mut reach) = (particles.position.clone(), particles.radius.clone());
     let mut triangles = Vec::new();
     for (w, wall) in state.walls.iter().enumerate() {
@@ -69,10 +69,10 @@ pub(super) fn refuse_walls(scenario: &Scenario, state: &State) -> Result<(), Ass
 fn distance(wall: &Wall, element: usize, x: &Vec3) -> f64 {
     match (wall.closest_point(element, x), &wall.shape) {
         (Some(closest_point), _) => closest_point.distance,
-        // On the axis of a cylinder the direction is undefined.
+        // On the axis of a cylinder the normal is undefined.
         (None, Shape::Cylinder { radius, inside: true, .. }) => *radius,
         (None, Shape::Cylinder { radius, .. }) => -radius,
-        // On the surface.
+        // On the surface the normal is undefined, too.
         (None, _) => 0.0,
     }
 }
@@ -89,8 +89,8 @@ fn key_of_wall(scenario: &Scenario, number: usize) -> String {
     "loading".to_owned()
 }
 
-/// Overlaps of particles that touch without a bond, where the packing is given and not made: those of a file, and those of
-/// added spheres of clumps. (The checks of the text see listed spheres; random packings overlap by their own rules.)
+/// Checks overlaps of unbonded particles from a file or from added spheres of clumps, and returns a warning if there are
+/// any. (Listed spheres are checked with the text; random packings overlap by design.)
 ///
 /// # Errors
 /// Overlaps deeper than [`OVERLAP_BONDED`] of the smaller radius.

@@ -16,7 +16,7 @@ const MOST_SETS: usize = 64;
 /// Members of every clump, as indices of the state.
 pub(super) type ClumpMembers = Vec<Vec<u32>>;
 
-/// A state with the particles and the cell of a scenario, and the members of its clumps.
+/// Builds a state with the particles and the cell of a scenario; also returns the members of its clumps.
 pub(super) fn build(scenario: &Scenario, placed: &Placed) -> Result<(State, ClumpMembers), AssemblyError> {
     let (spheres, added) = spheres(scenario, placed);
     let (mut materials, tags) = sets(scenario, &spheres)?;
@@ -28,7 +28,7 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed) -> Result<(State, Clum
     let members = members(scenario, &added, &tags);
     let mut particles = particles(scenario, &spheres, &materials, &tags);
     join_clumps(&members, &mut particles)?;
-    // Particles lie along a space-filling curve in memory; the numbers of the scenario stay in `id`.
+    // Particles are ordered along a space-filling curve; `id` keeps their numbers in the scenario.
     let order = spatial_order(&particles.position, placed.packing.cell.as_ref());
     let particles = particles.permuted(&order);
     let mut index_of = vec![0u32; order.len()];
@@ -44,7 +44,7 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed) -> Result<(State, Clum
     Ok((State { particles, cell: placed.packing.cell, ..State::default() }, members))
 }
 
-/// Spheres of the packing, then those that clumps add, and the range of the latter for every clump.
+/// Spheres of the packing, followed by those that clumps add, and the range of added spheres of every clump.
 fn spheres(scenario: &Scenario, placed: &Placed) -> (Vec<Sphere>, Vec<Range<usize>>) {
     let mut spheres = placed.packing.spheres.clone();
     let mut added = Vec::with_capacity(scenario.clumps.len());
@@ -91,7 +91,7 @@ fn members(scenario: &Scenario, added: &[Range<usize>], tags: &[u64]) -> ClumpMe
     scenario.clumps.iter().zip(added).map(of_clump).collect()
 }
 
-/// Particles with mass and inertia; in two dimensions they stay in the plane.
+/// Builds the particles with mass and inertia; constrains them to the plane in two dimensions.
 fn particles(scenario: &Scenario, spheres: &[Sphere], materials: &[u16], tags: &[u64]) -> Particles {
     let planar = scenario.dimension == 2;
     let densities: Vec<f64> = scenario.materials.iter().map(|m| m.density.si()).collect();

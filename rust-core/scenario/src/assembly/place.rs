@@ -1,4 +1,4 @@
-//! The packing of a scenario: made, or read from a file, and cut to its shape.
+//! Makes the packing of a scenario, or reads it from a file, and cuts it to shape.
 
 use std::io::BufReader;
 use std::path::Path;
@@ -28,24 +28,50 @@ pub struct Placed {
     pub unit: Option<Packing>,
 }
 
-/// Makes or reads the packing of a scenario; file names in it are relative to `folder`.
+/// Reads a sphere pack from an HDF5 file, or says why it cannot.
+pub(super) type PackReader = fn(&Path) -> Result<Packing, String>;
+
+/// A [`PackReader`] for libraries that must not need HDF5.
+///
+/// # Errors
+/// Always.
+pub(super) fn without_hdf5(_: &Path) -> Result<Packing, String> {
+    Err("HDF5 sphere packs cannot be read here; write the packing as text (x y z r per line)".to_owned())
+}
+
+/// Makes or reads the packing of a scenario; its paths are relative to `folder`.
 ///
 /// # Errors
 /// The packing cannot be made, a file cannot be read, or the packing of a plane scenario leaves the plane.
 pub fn place(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Placed, AssemblyError> {
-    let mut placed = make(scenario, folder, progress)?;
+    place_with(scenario, folder, super::sphere_pack::read, progress)
+}
+
+/// [`place`] with another reader of HDF5 files.
+pub(super) fn place_with(
+    scenario: &Scenario,
+    folder: &Path,
+    read_hdf5: PackReader,
+    progress: Progress<'_>,
+) -> Result<Placed, AssemblyError> {
+    let mut placed = make(scenario, folder, read_hdf5, progress)?;
     if scenario.dimension == 2 {
         plane::check(&placed.packing)?;
     }
     let whole = placed.unit.as_ref().unwrap_or(&placed.packing);
-    // Spheres with centers in one plane have no volume of their own either.
+    // A solid fraction by volume has no meaning for spheres with centers in one plane either.
     let plane = scenario.dimension == 2 || matches!(scenario.packing, schema::Packing::RandomDiscs { .. });
     placed.packing_fraction = if plane { whole.area_fraction() } else { whole.packing_fraction() };
     Ok(placed)
 }
 
-/// The packing, without its solid fraction.
-fn make(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Placed, AssemblyError> {
+/// Makes the packing, without its solid fraction.
+fn make(
+    scenario: &Scenario,
+    folder: &Path,
+    read_hdf5: PackReader,
+    progress: Progress<'_>,
+) -> Result<Placed, AssemblyError> {
     let whole = |packing: Packing| Placed { packing_fraction: None, packing, cross_sections: None, unit: None };
     match &scenario.packing {
         schema::Packing::RandomDense { shape, .. } => {
@@ -58,7 +84,7 @@ fn make(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Pl
             let mut random = Random::new(*seed);
             let fraction = solid_fraction.si();
             let unit = random_discs(&radii, fraction, 1.0, &mut random, &mut |part| progress("compaction", part))?;
-            // The cell is 1 m along z; discs of its other layers lie outside the plane.
+            // The cell is 1 m deep along z; images of the discs along z are outside the plane.
             let mut placed = cut(unit, Some(shape), folder)?;
             placed.packing.spheres.retain(|disc| disc.position.z == 0.0);
             Ok(placed)
@@ -78,7 +104,7 @@ fn make(scenario: &Scenario, folder: &Path, progress: Progress<'_>) -> Result<Pl
             }
         }
         schema::Packing::File { path, cell, shape } => {
-            let mut packing = read_file(&folder.join(path))?;
+            let mut packing = read_file(&folder.join(path), read_hdf5)?;
             if let Some(edges) = cell {
                 packing.cell = Some(Cell::new(Mat3::from_diagonal(&vector(edges))));
             }
@@ -109,7 +135,7 @@ fn lattice_of(lattice: schema::Lattice) -> Lattice {
     }
 }
 
-/// A block of unit cells of a lattice; periodic, and repeated, if the shape says so.
+/// A block of unit cells of a lattice; with a periodic shape, a periodic cell and its copies.
 fn block(
     lattice: Lattice,
     radius: f64,
@@ -129,18 +155,8 @@ fn cannot_read(file: &Path, message: &dyn ToString) -> AssemblyError {
     AssemblyError::File { path: file.display().to_string(), message: message.to_string() }
 }
 
-#[cfg(feature = "hdf5")]
-fn read_hdf5(file: &Path) -> Result<Packing, String> {
-    super::sphere_pack::read(file)
-}
-
-#[cfg(not(feature = "hdf5"))]
-fn read_hdf5(_: &Path) -> Result<Packing, String> {
-    Err("HDF5 sphere packs cannot be read here; write the packing as text (x y z r per line)".to_owned())
-}
-
 /// A sphere pack in HDF5, or a text file with the columns x y z r.
-fn read_file(file: &Path) -> Result<Packing, AssemblyError> {
+fn read_file(file: &Path, read_hdf5: PackReader) -> Result<Packing, AssemblyError> {
     if file.extension().is_some_and(|e| e == "h5" || e == "hdf5") {
         return read_hdf5(file).map_err(|message| cannot_read(file, &message));
     }
@@ -195,7 +211,7 @@ fn solid(shape: &schema::Shape, folder: &Path) -> Result<(Shape, Option<[f64; 3]
             let (base, top) = ends(*axis, height.si());
             let waist = waist_radius.si();
             let mut areas = [2.0 * waist * height.si(); 3];
-            // The specimen breaks at its waist, so the stress refers to that cross-section.
+            // The specimen breaks at its waist, so the stress refers to the cross-section there.
             areas[axis.index()] = std::f64::consts::PI * waist * waist;
             (Shape::new_hyperboloid(base, top, radius.si(), waist)?, Some(areas))
         }
@@ -251,7 +267,7 @@ fn sizes(radius: Option<f64>, radii: Option<&schema::Radii>) -> SizeDistribution
             };
             SizeDistribution::Discrete((0..CLASSES).map(class).collect())
         }
-        // The checks of the scenario refuse a packing without either.
+        // The checks of the scenario guarantee one of the two.
         (None, None) => SizeDistribution::Discrete(Vec::new()),
     }
 }

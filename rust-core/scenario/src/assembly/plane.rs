@@ -35,7 +35,7 @@ pub(super) fn check(packing: &Packing) -> Result<(), AssemblyError> {
 
 /// Refuses discs that would reach their own images one depth away along z.
 ///
-/// `reach`: largest center distance of a bond or contact through the sum of the radii.
+/// `reach`: largest center distance of a bond or contact, divided by the sum of the radii.
 pub(super) fn check_reach(packing: &Packing, reach: f64) -> Result<(), AssemblyError> {
     let largest = packing.spheres.iter().fold(0.0_f64, |largest, sphere| largest.max(sphere.radius));
     let distance = 2.0 * largest * reach.max(1.0);

@@ -1,8 +1,9 @@
-//! Restart: a state of an earlier run that a scenario continues, which may differ from that of the earlier run.
+//! Restart: continues the state of an earlier run with a scenario that may differ from the earlier one.
 //!
-//! What defines the specimen stays: packing, particles, bonds, laws, clumps, walls, time step. What drives it may change: the
-//! end of the run, output, samples, loading, prescribed motions, forces, gravity, damping, velocities of walls, and numbers
-//! in the tables of laws. Everything else is refused by its key. A changed key is used, never ignored.
+//! Keys that define the specimen cannot change: packing, particles, bonds, laws, clumps, walls, time step. Keys that
+//! drive it may change: the end of the run, output, samples, loading, prescribed motions, forces, gravity, damping,
+//! velocities of walls, and numbers in the tables of laws. Any other changed key is an error; no change is ignored
+//! silently.
 
 use super::{Assembly, AssemblyError, unfit};
 use crate::schedule::simulation;
@@ -29,12 +30,12 @@ impl std::fmt::Display for Change {
     }
 }
 
-/// How a state is continued.
+/// Where the continued run writes its result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Continuation {
-    /// In the same result: its columns are already defined, so `[[sample]]` and `output.file` stay.
+    /// To the same result; its columns are already defined, so `[[sample]]` and `output.file` cannot change.
     SameResult,
-    /// In a new result.
+    /// To a new result.
     NewResult,
 }
 
@@ -42,7 +43,7 @@ pub enum Continuation {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RestartError {
-    /// The scenario changes what must stay.
+    /// The scenario changes keys that cannot change.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
     /// The state has other columns than the scenario needs.
@@ -53,7 +54,7 @@ pub enum RestartError {
     Assembly(#[from] AssemblyError),
 }
 
-/// Keys that differ, in the order of the scenario's tables. Values are compared, not their spelling: `"1 mm"` equals `0.001`.
+/// Keys whose values differ, in the order of the scenario's tables. The notation does not matter: `"1 mm"` equals `0.001`.
 pub fn changes(before: &Scenario, after: &Scenario) -> Vec<Change> {
     let [before, after] = [before, after].map(|scenario| serde_json::to_value(scenario).unwrap_or(Value::Null));
     let mut found = Vec::new();
@@ -83,7 +84,7 @@ fn compare(path: &str, before: &Value, after: &Value, found: &mut Vec<Change>) {
     }
 }
 
-/// A value on one line, shortened.
+/// A value on one line, shortened to 60 characters.
 fn shown(value: &Value) -> String {
     let text = match value {
         Value::Null => "none".to_owned(),
@@ -92,7 +93,7 @@ fn shown(value: &Value) -> String {
     if text.chars().count() > 60 { text.chars().take(57).chain("...".chars()).collect() } else { text }
 }
 
-/// Whether a restart may change a key.
+/// Whether a restart may make this change.
 fn allowed(change: &Change, [before, after]: [&Scenario; 2], continuation: Continuation) -> bool {
     let first = change.key.split(['.', '[']).next().unwrap_or_default();
     match first {
@@ -120,20 +121,20 @@ fn allowed(change: &Change, [before, after]: [&Scenario; 2], continuation: Conti
 }
 
 fn loading_allowed(change: &Change, before: &Loading, after: &Loading) -> bool {
-    // Their strain is the rate times the time since the start.
+    // The strain in bending and torsion is the rate times the time since the start, so the rate cannot change.
     let turning = |loading: &Loading| matches!(loading, Loading::Bending { .. } | Loading::Torsion { .. });
     let platens = |loading: &Loading| matches!(loading, Loading::Platens { .. });
     if turning(before) || turning(after) || platens(before) != platens(after) {
         return false;
     }
-    // Their surfaces and law are made at the start.
+    // The surfaces and the law of platens are made at the start.
     !platens(before) || !matches!(&change.key[..], "loading.axis" | "loading.material")
 }
 
-/// The changes of `after` against `before`, if a restart may make them.
+/// The changes from `before` to `after`, if a restart may make all of them.
 ///
 /// # Errors
-/// Every key that may not change, with its place in `after`.
+/// Every key that cannot change, with its position in `after`.
 pub fn check(before: &Scenario, after: &Scenario, continuation: Continuation) -> Result<Vec<Change>, ScenarioError> {
     let changes = changes(before, after);
     let refused: Vec<&Change> =
@@ -144,11 +145,8 @@ pub fn check(before: &Scenario, after: &Scenario, continuation: Continuation) ->
     let document = Document::parse(&after.source);
     let problem = |change: &Change| {
         let (span, value) = document.as_ref().map_or((0..0, None), |document| document.locate(&change.key));
-        let message = format!(
-            "differs from the scenario that the state comes from, which has {}; a restart cannot change it",
-            change.before
-        );
-        let help = "restore it, or start a new run. A restart may change stop, output, loading (not bending, torsion, or \
+        let message = format!("the scenario of the state has {}; a restart cannot change this key", change.before);
+        let help = "restore the value, or start a new run. A restart may change stop, output, loading (not bending, torsion, or \
                     the kind of platens), prescribe, force, gravity, damping, velocities of walls, numbers in the tables of \
                     laws, and in a new result sample, stage, and history";
         let key = change.key.clone();
@@ -157,9 +155,9 @@ pub fn check(before: &Scenario, after: &Scenario, continuation: Continuation) ->
     Err(ScenarioError::new(&after.source, refused.into_iter().map(problem).collect()))
 }
 
-/// Replaces the initial state of `assembly` by a stored one, and applies the `changes` of its scenario to it.
+/// Replaces the initial state of `assembly` by a stored one, and applies the `changes` of the scenario.
 ///
-/// Without changes the state continues bit for bit. `further`: a run that had ended goes on.
+/// Without changes the run continues bit for bit. `further`: continue a run that had ended.
 ///
 /// # Errors
 /// The state belongs to other particles, its columns do not fit, or its time step is above the stability bound of the
@@ -189,7 +187,7 @@ pub fn apply(
         }
     }
     if ["material", "interface", "loading", "prescribe", "wall", "history"].into_iter().any(changed) {
-        // Stored and kinetic energy jump without work: the balance starts anew.
+        // These changes make stored and kinetic energy jump without work, so the energy balance starts again.
         state.ledger = Ledger::default();
         simulation::forget_turnover(&mut state.schedule_memory);
     }
@@ -205,21 +203,23 @@ pub fn apply(
     Ok(())
 }
 
-/// The state must lie before the end that the scenario gives.
+/// Refuses a state that is already past the end of the scenario.
 fn not_over(state: &State, scenario: &Scenario) -> Result<(), AssemblyError> {
     let (step, time) = (state.clock.step, state.clock.time());
     if scenario.stop.steps.is_some_and(|steps| steps <= step) {
-        let message = format!("the state is at step {step} already; steps count from the first start: give more");
+        let message =
+            format!("the state is already at step {step}; steps count from the first start: give a larger number");
         return Err(unfit("stop.steps", message));
     }
     if scenario.stop.time.is_some_and(|end| end.si() <= time) {
-        let message = format!("the state is at {time:e} s already; the time counts from the first start: give more");
+        let message =
+            format!("the state is already at {time:e} s; time counts from the first start: give a larger time");
         return Err(unfit("stop.time", message));
     }
     Ok(())
 }
 
-/// The particles of a state must be those of the scenario, in the same order.
+/// Refuses a state whose particles are not those of the scenario, in the same order.
 fn same_particles(fresh: &State, state: &State) -> Result<(), AssemblyError> {
     let (a, b) = (&fresh.particles, &state.particles);
     let other = |what: String| {
@@ -230,7 +230,7 @@ fn same_particles(fresh: &State, state: &State) -> Result<(), AssemblyError> {
         Err(unfit("packing", message))
     };
     if a.len() != b.len() {
-        return other(format!("it has {} particles, the scenario makes {}", b.len(), a.len()));
+        return other(format!("it has {} particles, but the scenario has {}", b.len(), a.len()));
     }
     for p in 0..a.len() {
         let same = a.id[p] == b.id[p]
@@ -249,7 +249,7 @@ fn same_particles(fresh: &State, state: &State) -> Result<(), AssemblyError> {
     Ok(())
 }
 
-/// Prescribed motions of the new scenario; components that become free keep their velocity.
+/// Applies the prescribed motions of the new scenario; components that become free keep their velocity.
 fn prescribe(fresh: &State, state: &mut State) {
     let (new, particles) = (&fresh.particles, &mut state.particles);
     for p in 0..particles.len() {
@@ -266,7 +266,7 @@ fn prescribe(fresh: &State, state: &mut State) {
     }
 }
 
-/// The time step of the state stays; it must be stable with the new parameters.
+/// Keeps the time step of the state, and refuses it if it is unstable with the new parameters.
 fn stable(assembly: &Assembly, scenario: &Scenario) -> Result<(), AssemblyError> {
     let bounds = &assembly.summary.bounds;
     let bound = bounds.spectral.max(bounds.per_particle) * assembly.model.damping.stability();

@@ -1,4 +1,4 @@
-//! Operators of a scenario with their regions.
+//! Builds the operators of a scenario with their regions.
 
 use super::{AssemblyError, material_index, set_index, unfit};
 use crate::sampling::{SampledRegion, SampledWall, ScheduledOperator};
@@ -25,7 +25,7 @@ pub fn of(
     each.collect()
 }
 
-/// The operator of one table; messages about its region name `key`.
+/// The operator of one table; error messages about its region name `key`.
 ///
 /// # Errors
 /// The region does not fit the packing.
@@ -143,7 +143,7 @@ fn region(
     Ok(Some(region))
 }
 
-/// Positions of all particles, if an operator needs those of the start.
+/// Initial positions of all particles, if an operator needs them; else empty.
 pub fn initial_positions(samples: &[ScheduledOperator], state: &State) -> Vec<Vec3> {
     let needed = samples.iter().any(|sample| sample.operator.definition().needs_initial_positions);
     if needed { state.particles.position.clone() } else { Vec::new() }

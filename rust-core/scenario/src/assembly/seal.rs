@@ -1,6 +1,7 @@
-//! The closing mark of files: 56 bytes after the content (other readers of HDF5 ignore them).
+//! The seal of our files: 56 bytes after the content (other HDF5 readers ignore them).
 //!
-//! A 16-byte identifier, the length of the content as little-endian `u64`, and the BLAKE3 hash of the content.
+//! The seal holds a 16-byte identifier, the length of the content as little-endian `u64`, and the BLAKE3 hash of the
+//! content.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -9,22 +10,22 @@ use std::path::Path;
 const MAGIC: &[u8; 16] = b"ConcorDEM-seal-1";
 const LENGTH: u64 = 16 + 8 + 32;
 
-/// What is wrong with the mark of a file.
+/// What is wrong with the seal of a file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SealError {
     /// The file cannot be read.
     #[error("{0}")]
     Io(#[from] io::Error),
-    /// There is no mark.
-    #[error("its closing mark is missing")]
+    /// The seal is missing.
+    #[error("its seal (a hash at the end of the file) is missing")]
     Missing,
-    /// The mark does not fit the content.
+    /// The seal does not match the content.
     #[error("{0}")]
     Differs(&'static str),
 }
 
-/// Appends the mark to a complete file, and synchronizes it to the disk.
+/// Appends the seal to a complete file, and synchronizes the file to disk.
 ///
 /// # Errors
 /// The file cannot be read or written.
@@ -43,9 +44,9 @@ pub fn append(path: &Path) -> io::Result<()> {
 /// Checks that a file is complete and unchanged.
 ///
 /// # Errors
-/// The file cannot be read, has no mark, or another content.
+/// The file cannot be read, has no seal, or its content does not match the seal.
 pub fn check(path: &Path) -> Result<(), SealError> {
-    // Opening a pipe would wait forever for a writer; a folder can be opened but not read.
+    // Opening a pipe would block until it has a writer; a folder can be opened but not read.
     if !fs::metadata(path)?.is_file() {
         return Err(SealError::Missing);
     }
@@ -59,13 +60,13 @@ pub fn check(path: &Path) -> Result<(), SealError> {
         return Err(SealError::Missing);
     }
     if mark[16..24] != content.to_le_bytes() {
-        return Err(SealError::Differs("it has not the length with which it was written"));
+        return Err(SealError::Differs("its length has changed since it was written"));
     }
     let mut hasher = blake3::Hasher::new();
     file.seek(SeekFrom::Start(0))?;
     hasher.update_reader(file.take(content))?;
     if mark[24..] != *hasher.finalize().as_bytes() {
-        return Err(SealError::Differs("its content differs from what was written"));
+        return Err(SealError::Differs("its content has changed since it was written"));
     }
     Ok(())
 }

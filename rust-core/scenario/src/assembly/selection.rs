@@ -7,7 +7,7 @@ use concordem_contact::math::Vec3;
 use concordem_packing::TIE;
 use concordem_solver::state::{Particles, Sphere};
 
-/// Indices of the spheres in a selection, which belongs to the set `name`. Centers on the border belong to it, up to the
+/// Indices of the spheres in the selection of the set `name`. Centers on the border count as inside, up to the
 /// relative tolerance [`TIE`].
 pub(super) fn select(selection: &Selection, spheres: &[Sphere], name: &str) -> Result<Vec<usize>, AssemblyError> {
     let chosen: Vec<usize> = match selection {
@@ -41,8 +41,9 @@ pub(super) fn select(selection: &Selection, spheres: &[Sphere], name: &str) -> R
     Ok(chosen)
 }
 
-/// Indices of the particles whose center lies within `thickness` of one end of the bounding box of the spheres; `extents`
-/// gives coordinate and radius of each. A distance equals the thickness up to the relative tolerance [`TIE`].
+/// Indices of the particles whose center lies within `thickness` of one end of the bounding box of the spheres;
+/// `extents` gives coordinate and radius of each. Centers at exactly this distance belong to the layer, up to the
+/// relative tolerance [`TIE`].
 pub(super) fn layer(extents: impl Iterator<Item = (f64, f64)> + Clone, end: End, thickness: f64) -> Vec<usize> {
     let (low, high) = bounds_along(extents.clone());
     let reach = thickness * (1.0 + TIE);
@@ -77,7 +78,7 @@ mod tests {
     use super::*;
 
     /// Layers one and a half spheres thick take two rows at both ends of a chain of spheres, whatever the radius: the
-    /// center of the second row lies 3 radii from the end.
+    /// center of the second row is 3 radii from the end.
     #[test]
     fn layers_at_both_ends_are_equal() {
         for radius in [1e-3, 0.7e-3, 0.6e-3, 0.3e-3, 1.1e-3, 1.3e-3] {

@@ -1,6 +1,6 @@
 //! Sphere packs in HDF5: `position` (N×3, m), `radius` (N, m), and for a periodic pack `cell` (3×3, m; a row is an
-//! edge vector). Units are attributes. Any program may write such files. Those of this program end with a seal
-//! ([`super::seal`]), which is checked if it is there; the attribute `kind` tells that it must be there.
+//! edge vector). Units are attributes. Any program may write such files. Files of this program end with a seal
+//! ([`super::seal`]); their attribute `kind` says that the seal is required. A seal is always checked if present.
 
 use std::path::Path;
 
@@ -13,8 +13,9 @@ use concordem_solver::state::{Cell, Sphere};
 
 /// Options for opening HDF5 files: closing a file closes all its objects, and file locks are off.
 ///
-/// Locks are not needed, because nobody else knows an unfinished file and a finished one never changes. They would fail on some
-/// network file systems, and a child process that another thread starts while a file is open would keep the lock.
+/// Locks are not needed, because no other process uses an unfinished file and a finished one never changes. They fail
+/// on some network file systems, and a child process that another thread starts while a file is open would keep the
+/// lock.
 pub fn options() -> hdf5::FileBuilder {
     let mut options = hdf5::File::with_options();
     options.with_fapl(|fapl| fapl.fclose_degree(hdf5::file::FileCloseDegree::Strong).file_locking(false));
@@ -27,7 +28,7 @@ const KIND: &str = "kind";
 /// Reads a sphere pack.
 ///
 /// # Errors
-/// What is missing or wrong with the file.
+/// The file cannot be read; the message says what is missing or wrong.
 pub fn read(path: &Path) -> Result<Packing, String> {
     hdf5::silence_errors(true);
     let length = files::open_regular(path).and_then(|file| file.metadata()).map_err(|error| error.to_string())?.len();
@@ -38,14 +39,12 @@ pub fn read(path: &Path) -> Result<Packing, String> {
     };
     let file = options().open(path).map_err(|error| format!("not a readable HDF5 file: {error}"))?;
     if !sealed && file.attr(KIND).is_ok() {
-        return Err(
-            "is cut off or changed: its closing mark is missing. Use an intact copy, or pack it again".to_owned()
-        );
+        return Err("is cut off or changed: its seal is missing. Use an intact copy, or pack it again".to_owned());
     }
     let column = |name: &str| -> Result<(Vec<usize>, Vec<f64>), String> {
         let dataset = file.dataset(name).map_err(|_| format!("has no dataset `{name}`"))?;
         let values = checked::values::<f64>(&dataset, length, true)
-            .map_err(|error| format!("dataset `{name}` is not of reals: {error}"))?;
+            .map_err(|error| format!("dataset `{name}` does not hold real numbers: {error}"))?;
         Ok((dataset.shape(), values))
     };
     let (shape, positions) = column("position")?;
@@ -132,9 +131,9 @@ pub fn write(path: &Path, packing: &Packing) -> Result<(), String> {
 mod tests {
     use super::*;
 
-    /// Reading returns the written pack bit by bit, and refuses other files with the reason.
+    /// Reading returns the written pack bit for bit; other files are refused with a reason.
     #[test]
-    fn packs_come_back() {
+    fn packs_are_read_back_unchanged() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("pack.h5");
         let spheres = vec![
@@ -155,7 +154,7 @@ mod tests {
         assert!(read(&path).expect_err("no positions").contains("`position`"));
     }
 
-    /// A changed byte, a cut, and a pack without its seal are refused; a pack of another program needs none.
+    /// Files with a changed byte, cut files, and our files without a seal are refused; files of other programs need no seal.
     #[test]
     fn damaged_packs_are_refused() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -172,10 +171,10 @@ mod tests {
         }
         std::fs::write(&path, &whole[..whole.len() - 56]).expect("written");
         let error = read(&path).expect_err("no seal");
-        assert!(error.contains("closing mark"), "{error}");
+        assert!(error.contains("seal is missing"), "{error}");
     }
 
-    /// A shape that the file cannot hold is refused before memory is asked for.
+    /// A shape that the file cannot hold is refused before memory is allocated.
     #[test]
     fn impossible_shapes_are_refused() {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -1,4 +1,4 @@
-//! Choice of the time step, with the stability bounds of the assembled system.
+//! Chooses the time step from the stability bounds of the assembled system.
 
 use super::{AssemblyError, memory, unfit};
 use crate::schema::{Material, Quantity, Scenario, TimeStep};
@@ -10,17 +10,17 @@ use concordem_solver::state::{Particles, State};
 use concordem_solver::time_step::{self, TimeStepBounds};
 use concordem_solver::{Model, Solver};
 
-/// Default of `integration.contact_safety` without bonds: a linear elastic impact takes 16 steps, and the instants at which it
-/// begins and ends within a step change its energy by at most 0.9 % (2.6 % at 0.2).
+/// Default of `integration.contact_safety` without bonds: a linear elastic impact takes 16 steps, and because it begins and
+/// ends within a step, its energy changes by at most 0.9 % (2.6 % at 0.2).
 const CONTACT_SAFETY: f64 = 0.1;
 
-/// The same with bonds: stable also where a bonded particle meets the contact. The energy of the few impacts is watched.
+/// The same with bonds: stable also for contacts of bonded particles. The energy guard watches the few impacts.
 const CONTACT_SAFETY_WITH_BONDS: f64 = 0.5;
 
-/// Share of the stability bound that local damping may use: close to it vibrations decay slowly.
+/// Fraction of the stability bound that is used with local damping: close to the bound, vibrations decay slowly.
 const LOCAL_DAMPING_MARGIN: f64 = 0.95;
 
-/// The time step and what it follows from.
+/// The time step, with the bounds that it follows from.
 pub(super) struct Step {
     /// Time step, s.
     pub(super) dt: f64,
@@ -32,7 +32,7 @@ pub(super) struct Step {
     pub(super) limit: f64,
     /// Upper bound of the stiffness of the periodic cell, Pa; 0 without one.
     pub(super) cell_stiffness: f64,
-    /// Convergence between strains and forces of deformable particles.
+    /// Convergence of the iteration between strains and forces of deformable particles.
     pub(super) convergence: Option<Convergence>,
     /// Whether the time step exceeds the bound.
     pub(super) unstable: bool,
@@ -40,14 +40,14 @@ pub(super) struct Step {
     pub(super) memory: usize,
 }
 
-/// The time step of a scenario.
+/// Chooses the time step of a scenario.
 ///
 /// # Errors
 /// The given time step is unstable, no contact gives a bound, or deformable particles do not converge.
 pub(super) fn choose(scenario: &Scenario, model: &Model, state: &State) -> Result<Step, AssemblyError> {
     let integration = &scenario.integration;
     memory::check_run(state)?;
-    // The solver finds candidate pairs; near pairs count as if they touched.
+    // The solver finds candidates; near pairs count as contacts.
     let mut probe = state.clone();
     Solver::new(model.clone(), &mut probe).map_err(|error| unfit("packing", error.to_string()))?;
     let (bounds, convergence) = time_step::bounds_with(&probe, model.deformable.as_ref());
@@ -100,7 +100,8 @@ fn automatic(scenario: &Scenario, model: &Model, limit: impl Fn(&Damping) -> (f6
     let default = if scenario.bonds.is_some() { CONTACT_SAFETY_WITH_BONDS } else { CONTACT_SAFETY };
     let contact_safety = scenario.integration.contact_safety.map_or(default, Quantity::si);
     let damped = limit(&model.damping);
-    // Local damping hardly changes the frequencies, only their limit: the step is that of the undamped system while stable.
+    // Local damping lowers the bound but hardly changes the frequencies: use the step of the undamped system if it is
+    // stable.
     let (assembled, contact) = match model.damping {
         Damping::Local { .. } | Damping::NonViscous { .. } => limit(&Damping::None),
         Damping::None | Damping::TchamwaWielgosz { .. } => damped,
@@ -109,7 +110,7 @@ fn automatic(scenario: &Scenario, model: &Model, limit: impl Fn(&Damping) -> (f6
     if damped.0 < assembled { wanted.min(LOCAL_DAMPING_MARGIN * damped.0.min(damped.1)) } else { wanted }
 }
 
-/// Refuses deformable particles whose strains would not converge, unless `allow` is set.
+/// Refuses deformable particles whose strains do not converge, unless `allow` is set.
 ///
 /// # Errors
 /// The iteration between strains and forces diverges.

@@ -33,7 +33,7 @@ pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Resu
         }
     }
     if !state.walls.is_empty() && state.wall_contacts.is_none() {
-        let message = "walls need a contact law; with \"none\" particles pass through them";
+        let message = "walls need a contact law; with \"none\", particles pass through them";
         return Err(unfit("contacts.law", message.into()));
     }
     Ok(())
@@ -84,7 +84,7 @@ fn triangles(folder: &Path, path: &str, unit: f64) -> Result<Vec<[Vec3; 3]>, Ass
         mesh.vertices
             .get(index)
             .map(|v| Vec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2])) * unit)
-            .ok_or_else(|| fail(format!("refers to corner {index}, which does not exist")))
+            .ok_or_else(|| fail(format!("refers to vertex {index}, which does not exist")))
     };
     mesh.faces.iter().map(|f| Ok([corner(f.vertices[0])?, corner(f.vertices[1])?, corner(f.vertices[2])?])).collect()
 }

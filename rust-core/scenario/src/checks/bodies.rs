@@ -40,14 +40,14 @@ impl Checker<'_> {
                 && prescribed.angular_velocity.iter().all(|component| *component == Component::Free);
             if free {
                 let help = "give `velocity`, `displacement`, or `angular_velocity`, with \"free\" for components that follow the forces";
-                self.conflict(&format!("prescribe[{at}]"), "prescribes no component", help);
+                self.conflict(&format!("prescribe[{at}]"), "prescribes no component of the motion", help);
             }
         }
         for (at, force) in scenario.forces.iter().enumerate() {
             self.known_set(&format!("force[{at}].set"), &force.set);
             if vector(&force.force).norm() == 0.0 && vector(&force.moment).norm() == 0.0 {
                 let help = "give `force` or `moment`, or remove the table";
-                self.conflict(&format!("force[{at}]"), "neither force nor moment", help);
+                self.conflict(&format!("force[{at}]"), "gives neither `force` nor `moment`", help);
             }
         }
         for (at, initial) in scenario.initials.iter().enumerate() {
@@ -64,13 +64,13 @@ impl Checker<'_> {
         match &set.selection {
             Selection::Box { minimum, maximum } => self.corners(&path, minimum, maximum),
             Selection::Ids { ids } => {
-                // Other packings are not known before they are made.
+                // The number of spheres of other packings is unknown until they are made.
                 let Packing::Spheres { spheres, .. } = &scenario.packing else { return };
                 let of_clumps: usize =
                     scenario.clumps.iter().filter_map(|clump| clump.spheres.as_ref()).map(Vec::len).sum();
                 let count = spheres.len() + of_clumps;
                 if let Some(bad) = ids.iter().position(|id| *id as usize >= count) {
-                    let message = format!("there are only {count} spheres");
+                    let message = format!("the packing has only {count} spheres");
                     let help = "spheres are numbered from 0";
                     self.range(&format!("{path}.ids[{bad}]"), message, help);
                 }
@@ -96,9 +96,9 @@ impl Checker<'_> {
                 let [a, b, c] = inertia.map(Quantity::si);
                 let key = format!("{path}.inertia");
                 if a > b || b > c {
-                    self.conflict(&key, "not in ascending order", "write the smallest moment of inertia first");
+                    self.conflict(&key, "is not in ascending order", "write the smallest moment of inertia first");
                 } else if c > (a + b) * (1.0 + SYMMETRY) {
-                    let message = "no body has these moments: the largest exceeds the sum of the other two";
+                    let message = "no rigid body has such moments: the largest exceeds the sum of the other two";
                     self.range(&key, message, "check their order and units, or omit `inertia`");
                 }
             }
@@ -110,11 +110,11 @@ impl Checker<'_> {
         match (&clump.set, &clump.spheres) {
             (None, None) => {
                 let help = "give `set` to join packed particles, or `spheres` to add some";
-                self.missing(path, "neither `set` nor `spheres`", help);
+                self.missing(path, "gives neither `set` nor `spheres`", help);
             }
             (Some(_), Some(_)) => {
                 let help = "keep `set` to join packed particles, or `spheres` to add some";
-                self.conflict(&format!("{path}.set"), "both `set` and `spheres`", help);
+                self.conflict(&format!("{path}.set"), "gives both `set` and `spheres`", help);
             }
             (Some(set), None) => {
                 self.known_set(&format!("{path}.set"), set);

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::Checker;
 use crate::schema::{Document, Problem, ProblemKind, Scenario};
 
-/// All files that a scenario names and that do not exist; `directory` is that of the scenario.
+/// Checks the files that a scenario names; `directory` is the folder of the scenario.
 pub(super) fn check(document: &Document<'_>, scenario: &Scenario, directory: &Path) -> Vec<Problem> {
     let mut checker = Checker { document, scenario, problems: Vec::new() };
     for (key, path) in scenario.files() {
@@ -26,13 +26,13 @@ pub(super) fn check(document: &Document<'_>, scenario: &Scenario, directory: &Pa
 }
 
 impl Checker<'_> {
-    /// A file that the scenario reads.
+    /// Checks a file that the scenario reads.
     fn file(&mut self, key: &str, directory: &Path, path: &str) {
         let full = directory.join(path);
         match std::fs::metadata(&full) {
             Ok(data) if data.is_dir() => self.add(ProblemKind::File, key, "is a folder", "name a file"),
             Ok(data) if !data.is_file() => {
-                let message = "is a device, a pipe, or a socket, which may never end";
+                let message = "is a device, a pipe, or a socket, not a regular file";
                 self.add(ProblemKind::File, key, message, "copy the data into a file, and name that");
             }
             Ok(_) => {}
@@ -44,13 +44,13 @@ impl Checker<'_> {
         }
     }
 
-    /// The name of the result file.
+    /// Checks the name of the result file.
     pub(super) fn output(&mut self) {
         let Some(file) = &self.scenario.output.file else { return };
         let extension = Path::new(file).extension().and_then(|extension| extension.to_str());
         if !matches!(extension, Some("h5" | "hdf5" | "vtkhdf")) {
             let name = Path::new(file).with_extension("h5");
-            let help = format!("write \"{}\"; csv = true writes the samples as CSV beside it", name.display());
+            let help = format!("write \"{}\"; csv = true also writes the time series as CSV", name.display());
             self.range("output.file", "the result file must be HDF5", help);
         }
     }

@@ -24,7 +24,7 @@ pub(super) fn materials_of_contacts(scenario: &Scenario) -> Vec<&str> {
 }
 
 impl Checker<'_> {
-    /// Names of materials, and the parameter tables of materials and interfaces.
+    /// Checks the names of materials, and the parameter tables of materials and interfaces.
     pub(super) fn materials(&mut self) {
         let scenario = self.scenario;
         let names: Vec<&str> = scenario.materials.iter().map(|material| material.name.as_str()).collect();
@@ -45,14 +45,16 @@ impl Checker<'_> {
             for (law, table) in interface.tables() {
                 for key in table.keys_of_particles() {
                     let help = "give it in the [[material]] of the particles, or remove it here";
-                    let message = "has no effect between materials: it is a property of the particles of one material";
+                    let message =
+                        "has no effect in an interface: it is a property of particles, not of a pair of materials";
                     self.conflict(&format!("interface[{at}].{}.{key}", law.key()), message, help);
                 }
             }
         }
     }
 
-    /// Faults of the table of a law at `path`; `first` holds the key that all tables of a law must agree on: law, value, path.
+    /// Checks the table of a law at `path`. `first` holds the keys on which all tables of a law must agree: law, value,
+    /// path.
     fn law_table(
         &mut self,
         path: &str,
@@ -88,22 +90,22 @@ impl Checker<'_> {
         let key = format!("interface[{at}].between");
         if a == b {
             let help = "give the parameters in the material itself";
-            self.conflict(&key, "an interface of a material with itself", help);
+            self.conflict(&key, "the interface joins a material with itself", help);
         }
         let same = |[x, y]: &[String; 2]| (x == a && y == b) || (x == b && y == a);
         if self.scenario.interfaces[..at].iter().any(|other| same(&other.between)) {
-            self.conflict(&key, "a second interface between these materials", "merge the two");
+            self.conflict(&key, "another [[interface]] joins the same materials", "merge the two");
         }
     }
 
-    /// The laws of bonds and contacts, and the parameters that they require of every material in use.
+    /// Checks the laws of bonds and contacts, and that every material in use has their parameters.
     pub(super) fn laws(&mut self) {
         let scenario = self.scenario;
         let (of_particles, of_contacts) = (materials_of_particles(scenario), materials_of_contacts(scenario));
         let mut required: Vec<(&str, LawName, &[&str])> = Vec::new();
         if let Some(bonds) = &scenario.bonds {
             if bonds.coordination.is_some() && bonds.interaction_ratio.si() != 1.0 {
-                let help = "the number of bonds determines the ratio: remove one of the two keys";
+                let help = "`coordination` determines the ratio: remove one of the two keys";
                 self.conflict("bonds.interaction_ratio", "has no effect with `coordination`", help);
             }
             required.push(("bonds.law", bonds.law, &of_particles));
@@ -113,16 +115,17 @@ impl Checker<'_> {
         } else {
             let help = "choose a contact law such as \"frictional\"";
             if !scenario.walls.is_empty() {
-                self.conflict("contacts.law", "without a contact law particles pass through the walls", help);
+                self.conflict("contacts.law", "without a contact law, particles pass through the walls", help);
             }
             if matches!(scenario.loading, Loading::Platens { .. }) {
-                self.conflict("contacts.law", "without a contact law particles pass through the platens", help);
+                self.conflict("contacts.law", "without a contact law, particles pass through the platens", help);
             }
         }
         self.parameters(&required);
     }
 
-    /// Every material in use has a table of each law in use; `required`: key that chooses a law, the law, its materials.
+    /// Checks that every material in use has a table of each law in use. `required`: key that chooses a law, the law,
+    /// its materials.
     fn parameters(&mut self, required: &[(&str, LawName, &[&str])]) {
         for (at, material) in self.scenario.materials.iter().enumerate() {
             let missing: Vec<_> = required
@@ -141,7 +144,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Deformable particles: their options, and the laws and bodies that cannot have them.
+    /// Checks deformable particles: their options, and laws and bodies that exclude them.
     pub(super) fn deformable(&mut self) {
         let scenario = self.scenario;
         let first = scenario.materials.iter().position(|material| material.deformable.is_some());
@@ -158,7 +161,7 @@ impl Checker<'_> {
             }
         }
         if !scenario.clumps.is_empty() {
-            let help = "the forces inside a clump are unknown; remove the clumps, or this table";
+            let help = "the solver does not know the forces inside a clump; remove the clumps, or this table";
             self.conflict(&key, "members of clumps cannot deform", help);
         }
     }

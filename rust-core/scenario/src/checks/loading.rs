@@ -1,4 +1,4 @@
-//! Checks of the loading, of initial velocities beside it, and of the end of the run.
+//! Checks of the loading, of initial velocities that conflict with it, and of the end of the run.
 
 use super::{Checker, SYMMETRY, components, length};
 use crate::schema::quantity::{AngularVelocity, CrossSection, Length, StrainRate, Stress};
@@ -12,7 +12,7 @@ impl Checker<'_> {
         if scenario.loading.drives_cell() && !periodic {
             let help =
                 "give [packing.shape] kind = \"periodic\" (or a `cell` for spheres), or use \"uniaxial\" loading";
-            self.conflict("loading.kind", "there is no periodic cell to drive", help);
+            self.conflict("loading.kind", "the packing has no periodic cell to drive", help);
         }
         let by_ends = matches!(
             scenario.loading,
@@ -27,7 +27,7 @@ impl Checker<'_> {
             && scenario.dimension == 2
         {
             let help = "remove `area`, or give width times depth: area = \"50 mm^2\"";
-            self.conflict("loading.area", "the hull of spheres is no cross-section of discs", help);
+            self.conflict("loading.area", "\"hull\" is for spheres, not for discs", help);
         }
         match &scenario.loading {
             Loading::None => {}
@@ -38,7 +38,8 @@ impl Checker<'_> {
             Loading::Torsion { axis, rate, .. } => self.torsion(*axis, *rate),
             Loading::CellStrain { velocity_gradient } => {
                 if velocity_gradient.iter().flatten().all(|rate| rate.si() == 0.0) {
-                    let help = "rows are components of the velocity, columns directions; at least one must not be zero";
+                    let help =
+                        "rows are velocity components, columns directions; at least one component must not be zero";
                     self.range("loading.velocity_gradient", "all components are zero", help);
                 }
             }
@@ -56,7 +57,7 @@ impl Checker<'_> {
         }
         if strain_rate.si() > 0.0 && scenario.bonds.is_none() {
             let help = "add [bonds], or use a negative strain rate for compression";
-            self.conflict("loading.strain_rate", "nothing holds the particles together in tension", help);
+            self.conflict("loading.strain_rate", "without bonds nothing holds the particles together in tension", help);
         }
         let along = scenario.packing.shape().and_then(|shape| length_along(shape, axis));
         if let (Some(thickness), Some(along)) = (layer_thickness, along)
@@ -72,9 +73,9 @@ impl Checker<'_> {
         self.rotation_rate(rate);
         if axis == about {
             let help = "bend about an axis across the specimen";
-            self.conflict("loading.about", "this is the axis of the specimen itself", help);
+            self.conflict("loading.about", "is the axis of the specimen", help);
         }
-        // The stress needs a section with a known moment of inertia.
+        // The stress is computed from the moment of inertia of the section.
         let known = match self.scenario.packing.shape() {
             Some(Shape::Box { .. }) => true,
             Some(Shape::Cylinder { axis: along, .. }) => *along == axis,
@@ -82,7 +83,11 @@ impl Checker<'_> {
         };
         if !known {
             let help = "give [packing.shape] kind = \"box\", or \"cylinder\" with the same axis";
-            self.conflict("loading.kind", "bending needs a box, or a cylinder along its axis, for the stress", help);
+            self.conflict(
+                "loading.kind",
+                "bending needs a box, or a cylinder along the same axis, to compute the stress",
+                help,
+            );
         }
     }
 
@@ -90,7 +95,7 @@ impl Checker<'_> {
         self.rotation_rate(rate);
         if !matches!(self.scenario.packing.shape(), Some(Shape::Cylinder { axis: along, .. }) if *along == axis) {
             let help = "give [packing.shape] kind = \"cylinder\" with the same axis";
-            self.conflict("loading.kind", "torsion needs a cylinder along its axis for the stress", help);
+            self.conflict("loading.kind", "torsion needs a cylinder along the same axis to compute the stress", help);
         }
     }
 
@@ -112,7 +117,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Initial velocities that the loading overwrites.
+    /// Refuses initial velocities that the loading would overwrite.
     fn initial_field(&mut self) {
         let scenario = self.scenario;
         let loading = &scenario.loading;
@@ -126,9 +131,9 @@ impl Checker<'_> {
             _ => return,
         };
         let help = if loading.drives_cell() {
-            "particles of a driven cell start with its affine velocity; remove this, or use [[prescribe]]"
+            "particles of a driven cell start with the affine velocity of the cell; remove this velocity, or use [[prescribe]]"
         } else {
-            "remove this, or write initial_velocity_field = false in [loading]"
+            "remove this velocity, or write initial_velocity_field = false in [loading]"
         };
         let mut given: Vec<(String, [f64; 3], [bool; 3])> = Vec::new();
         for (at, initial) in scenario.initials.iter().enumerate() {
@@ -159,11 +164,11 @@ impl Checker<'_> {
             && stop.unbalanced.is_none();
         if never && scenario.stages.is_empty() {
             let help = "add [stop] with at least one of `steps`, `time`, `strain`, `drop_to`, and `unbalanced`";
-            self.missing("stop", "nothing ever stops the run", help);
+            self.missing("stop", "the run has no end", help);
         }
         if stop.drop_to.is_some() && matches!(scenario.loading, Loading::None | Loading::CellStress { .. }) {
             let help = "use it with \"uniaxial\", \"platens\", or \"cell-strain\" loading";
-            self.conflict("stop.drop_to", "this loading has no peak stress to drop from", help);
+            self.conflict("stop.drop_to", "this loading measures no stress with a peak", help);
         }
         if stop.strain.is_some() && matches!(scenario.loading, Loading::None) {
             let help = "stop by `time` or `steps`, or add [loading]";

@@ -1,8 +1,8 @@
-//! Checks of a scenario, and reading it from a text or a file.
+//! Reads a scenario from text or a file, and checks it.
 //!
 //! [`Scenario::parse`] and [`Scenario::read`] parse the TOML text, check its structure against the JSON Schema (keys, types,
 //! units, ranges), and then check its meaning: values that contradict each other, names that do not exist, spheres that
-//! overlap. They report all faults at once, each with line, key, value, and remedy.
+//! overlap. They report all problems at once, each with line, key, value, and remedy.
 
 mod bodies;
 mod files;
@@ -23,10 +23,10 @@ use structure::wording::{listing, nearest};
 pub(crate) use packing::{OVERLAP_BONDED, OVERLAP_UNBONDED};
 pub use samples::Misuse;
 
-/// Relative difference up to which two components of a tensor count as equal; it allows for unit conversion.
+/// Relative difference up to which two components of a tensor count as equal; allows for rounding in unit conversion.
 const SYMMETRY: f64 = 1e-12;
 
-/// All faults of meaning.
+/// All problems that only the meaning of the values reveals.
 fn check_meaning(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem> {
     let mut checker = Checker { document, scenario, problems: Vec::new() };
     checker.packing();
@@ -48,7 +48,7 @@ fn check_meaning(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem> {
     checker.problems
 }
 
-/// Collects the faults of a scenario.
+/// Collects the problems of a scenario.
 struct Checker<'a> {
     document: &'a Document<'a>,
     scenario: &'a Scenario,
@@ -74,7 +74,7 @@ impl Checker<'_> {
         self.add(ProblemKind::OutOfRange, key, message, help);
     }
 
-    /// The name must be one of `names`, the names of the tables `[[table]]`.
+    /// Checks that `name` is one of `names`, the names of the tables `[[table]]`.
     fn known(&mut self, key: &str, table: &str, name: &str, names: &[&str]) {
         if names.contains(&name) {
             return;
@@ -90,7 +90,7 @@ impl Checker<'_> {
         self.add(ProblemKind::UnknownName, key, format!("no {table} has this name"), help);
     }
 
-    /// Names must be unique and not empty.
+    /// Checks that names are unique and not empty.
     fn unique(&mut self, table: &str, names: &[&str]) {
         for (at, name) in names.iter().enumerate() {
             let key = format!("{table}[{at}].name");
@@ -114,7 +114,7 @@ impl Checker<'_> {
         self.known(key, "set", name, &names);
     }
 
-    /// Opposite corners of a box.
+    /// Checks that `minimum` and `maximum` span a box.
     fn corners(&mut self, path: &str, minimum: &[Length; 3], maximum: &[Length; 3]) {
         for at in 0..3 {
             if minimum[at].si() >= maximum[at].si() {

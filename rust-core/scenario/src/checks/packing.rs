@@ -9,12 +9,12 @@ use concordem_solver::state::Cell;
 
 /// Largest number of particles: identifiers have 32 bits.
 const MOST_PARTICLES: f64 = u32::MAX as f64;
-/// Overlap, as a fraction of the smaller radius, above which two listed spheres count as a mistake. Without bonds the
-/// elastic energy of an overlap shoots the pair apart; a hundredth allows for rounded coordinates.
+/// Overlap, as a fraction of the smaller radius, above which two listed spheres are considered a mistake. Without bonds, the
+/// elastic energy of an overlap drives the pair apart at high speed; 0.01 allows for rounded coordinates.
 pub(crate) const OVERLAP_UNBONDED: f64 = 0.01;
-/// The same for bonded spheres, which may be free of force at an overlap.
+/// The same for bonded spheres, which may be unstrained in spite of an overlap.
 pub(crate) const OVERLAP_BONDED: f64 = 0.5;
-/// Number of overlapping pairs that are reported one by one.
+/// Largest number of overlapping pairs that are reported individually.
 const PAIRS_REPORTED: usize = 5;
 
 impl Checker<'_> {
@@ -58,12 +58,12 @@ impl Checker<'_> {
         match (radius, radii) {
             (None, None) => self.missing(
                 "packing.radius",
-                "neither `radius` nor `radii`",
+                "gives neither `radius` nor `radii`",
                 "add `radius = \"1 mm\"` for equal spheres, or [packing.radii] for a distribution",
             ),
             (Some(_), Some(_)) => self.conflict(
                 "packing.radius",
-                "both `radius` and `radii`",
+                "gives both `radius` and `radii`",
                 "keep `radius` for equal spheres, or [packing.radii] for a distribution",
             ),
             _ => {}
@@ -94,7 +94,7 @@ impl Checker<'_> {
         match (repeats, shape) {
             (None, None | Some(Shape::Periodic { .. })) => self.missing(
                 "packing.repeats",
-                "the lattice has no size",
+                "the size of the lattice is missing",
                 "add `repeats = [10, 10, 10]` (unit cells along x, y, z), or a [packing.shape] to fill",
             ),
             (Some(repeats), _) => {
@@ -113,7 +113,7 @@ impl Checker<'_> {
         let largest = spheres.iter().fold(0.0_f64, |largest, sphere| largest.max(sphere[3].si()));
         for (at, edge) in cell.iter().enumerate() {
             if edge.si() <= 2.0 * largest {
-                let message = format!("the cell is no wider than the largest sphere ({})", length(2.0 * largest));
+                let message = format!("the cell is not wider than the largest sphere ({})", length(2.0 * largest));
                 let help = "a sphere would touch its own image; make the cell wider";
                 self.range(&format!("packing.cell[{at}]"), message, help);
             }
@@ -132,13 +132,13 @@ impl Checker<'_> {
             Radii::Uniform { minimum, maximum } | Radii::LogNormal { minimum, maximum, .. }
                 if minimum.si() > maximum.si() =>
             {
-                self.conflict("packing.radii.minimum", "larger than `maximum`", "swap the two");
+                self.conflict("packing.radii.minimum", "is larger than `maximum`", "swap the two");
             }
             Radii::LogNormal { median, minimum, maximum, .. }
                 if median.si() < minimum.si() || median.si() > maximum.si() =>
             {
                 let help = "choose limits on both sides of the median";
-                self.conflict("packing.radii.median", "not between `minimum` and `maximum`", help);
+                self.conflict("packing.radii.median", "is not between `minimum` and `maximum`", help);
             }
             Radii::Table { radii, shares } => {
                 if radii.len() != shares.len() {
@@ -152,15 +152,15 @@ impl Checker<'_> {
         }
     }
 
-    /// A shape that is cut out of a packing whose radii lie in the range `radii` (m), if it is known.
+    /// Checks a shape that is cut out of a packing; `radii`: range of the radii (m), if known.
     fn shape(&mut self, shape: &Shape, radii: Option<(f64, f64)>, has_cell: bool) {
         match shape {
             Shape::Hyperboloid { radius, waist_radius, .. } if waist_radius.si() > radius.si() => {
                 let help = "the waist is the narrowest part; use a cylinder for a straight specimen";
-                self.conflict("packing.shape.waist_radius", "larger than the radius at the ends", help);
+                self.conflict("packing.shape.waist_radius", "is larger than the radius at the ends", help);
             }
             Shape::Periodic { .. } if !has_cell => {
-                let help = "add `cell = [...]` with the edge lengths of the cell that the file was made in";
+                let help = "add `cell = [...]` with the edge lengths of the periodic cell of the file";
                 self.conflict("packing.shape.kind", "the packing has no periodic cell", help);
             }
             _ => {}
@@ -169,7 +169,7 @@ impl Checker<'_> {
         for (key, width) in widths(shape) {
             // In two dimensions the size along z is ignored.
             if width < 2.0 * largest && !(self.scenario.dimension == 2 && key.ends_with("size[2]")) {
-                let message = format!("the shape is narrower than a particle ({})", length(2.0 * largest));
+                let message = format!("is narrower than a particle ({})", length(2.0 * largest));
                 self.range(&key, message, "check the units; plain numbers are meters");
             }
         }
@@ -178,7 +178,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Radii of listed spheres.
+    /// Checks the radii of listed spheres.
     pub(super) fn radii_of_spheres(&mut self, key: &str, spheres: &[[Length; 4]]) {
         for (at, sphere) in spheres.iter().enumerate() {
             if sphere[3].si() <= 0.0 {
@@ -188,7 +188,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Overlaps between listed spheres, also across the border of the periodic cell.
+    /// Checks overlaps between listed spheres, also across the border of the periodic cell.
     fn overlaps(&mut self, key: &str, spheres: &[[Length; 4]], cell: Option<&[Length; 3]>) {
         let bonded = self.scenario.bonds.is_some();
         let found = overlapping_pairs(spheres, cell, if bonded { OVERLAP_BONDED } else { OVERLAP_UNBONDED });
@@ -217,10 +217,10 @@ struct Overlap {
     depth: f64,
 }
 
-/// Pairs of spheres that overlap by more than a fraction of the smaller radius, by ascending numbers.
+/// Pairs of spheres that overlap by more than the fraction `allowed` of the smaller radius, in ascending order.
 fn overlapping_pairs(spheres: &[[Length; 4]], cell: Option<&[Length; 3]>, allowed: f64) -> Vec<Overlap> {
     let position: Vec<Vec3> = spheres.iter().map(|s| Vec3::new(s[0].si(), s[1].si(), s[2].si())).collect();
-    // Other checks refuse radii and edges that are not positive.
+    // Other checks report radii and edges that are not positive.
     let radius: Vec<f64> = spheres.iter().map(|sphere| sphere[3].si().max(0.0)).collect();
     let cell = cell.map(|edges| Cell::new(Mat3::from_diagonal(&vector(edges))));
     let Ok(pairs) = candidate_pairs(&position, &radius, cell.as_ref()) else { return Vec::new() };
@@ -229,13 +229,13 @@ fn overlapping_pairs(spheres: &[[Length; 4]], cell: Option<&[Length; 3]>, allowe
         let shift = cell.map_or_else(Vec3::zeros, |cell| cell.shift(pair.image));
         let depth = radius[a] + radius[b] - (position[b] + shift - position[a]).norm();
         let deep = radius[a] > 0.0 && radius[b] > 0.0 && depth > allowed * radius[a].min(radius[b]);
-        // A cell so narrow that a sphere touches its own image is refused as such.
+        // Another check reports a cell so narrow that a sphere touches its own image.
         (deep && a != b).then_some(Overlap { a, b, across: pair.image != [0; 3], depth })
     };
     pairs.into_iter().filter_map(overlap).collect()
 }
 
-/// A lower bound of the volume of a shape, m³, if it is known without reading a file.
+/// A lower bound on the volume of a shape, m³, if it is known without reading a file.
 fn volume(shape: &Shape) -> Option<f64> {
     match shape {
         Shape::Box { size, .. } => Some(size.iter().map(|edge| edge.si()).product()),

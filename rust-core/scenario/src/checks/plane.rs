@@ -1,12 +1,12 @@
-//! Checks of two dimensions: nothing leaves the plane z = 0.
+//! Checks of plane scenarios: no particle leaves the plane z = 0.
 
 use super::{Checker, components};
 use crate::schema::quantity::{Component, Length};
 use crate::schema::{Axis, LawName, Loading, Packing, WallShape};
 
-const HELP: &str = "with dimension = 2 everything stays in the plane z = 0 and rotates about z";
+const HELP: &str = "with dimension = 2 all motion is in the plane z = 0, and all rotation is about z";
 
-/// A vector of the scenario: key, value, and whether it is a rotation.
+/// A vector of the scenario: key, value, and whether it is a rotation or a moment.
 type Entry = (String, [f64; 3], bool);
 
 impl Checker<'_> {
@@ -21,23 +21,27 @@ impl Checker<'_> {
             outside.extend(forbidden.iter().filter(|&&i| value[i] != 0.0).map(|i| format!("{key}[{i}]")));
         }
         for key in outside {
-            self.conflict(&key, "leads out of the plane", HELP);
+            self.conflict(&key, "points out of the plane", HELP);
         }
     }
 
     fn packing_in_plane(&mut self) {
         match &self.scenario.packing {
             Packing::RandomDense { .. } => {
-                self.conflict("packing.kind", "packs spheres in space", "use \"random-discs\", or dimension = 3");
+                self.conflict(
+                    "packing.kind",
+                    "gives spheres in three dimensions",
+                    "use \"random-discs\", or dimension = 3",
+                );
             }
             Packing::Lattice { lattice, .. } if !lattice.is_planar() => {
                 let help = "use \"square\" or \"triangular\", or dimension = 3";
-                self.conflict("packing.lattice", "not a planar lattice", help);
+                self.conflict("packing.lattice", "is not a planar lattice", help);
             }
             Packing::Spheres { spheres, cell } => {
                 self.cell_in_plane(cell.as_ref());
                 if let Some(at) = spheres.iter().position(|sphere| sphere[2].si() != 0.0) {
-                    self.conflict(&format!("packing.spheres[{at}][2]"), "not in the plane z = 0", HELP);
+                    self.conflict(&format!("packing.spheres[{at}][2]"), "is not in the plane z = 0", HELP);
                 }
             }
             Packing::File { cell, .. } => self.cell_in_plane(cell.as_ref()),
@@ -45,7 +49,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Laws of spheres have no meaning between discs of unit depth.
+    /// Refuses laws of spheres, which have no meaning between discs of unit depth.
     fn laws_in_plane(&mut self) {
         let scenario = self.scenario;
         let bonds = scenario.bonds.as_ref().map(|bonds| bonds.law);
@@ -65,28 +69,28 @@ impl Checker<'_> {
         }
     }
 
-    /// Walls act in the plane: they stand upright on it.
+    /// Checks that walls are perpendicular to the plane.
     fn walls_in_plane(&mut self) {
         for (at, wall) in self.scenario.walls.iter().enumerate() {
             let path = format!("wall[{at}].shape");
             match &wall.shape {
                 WallShape::Plane { normal, .. } if normal[2].si() != 0.0 => {
-                    self.conflict(&format!("{path}.normal[2]"), "leads out of the plane", HELP);
+                    self.conflict(&format!("{path}.normal[2]"), "points out of the plane", HELP);
                 }
                 WallShape::Cylinder { axis: Axis::X | Axis::Y, .. } => {
                     let help = "write axis = \"z\", a circle in the plane";
-                    self.conflict(&format!("{path}.axis"), "the cylinder lies in the plane", help);
+                    self.conflict(&format!("{path}.axis"), "the axis of the cylinder lies in the plane", help);
                 }
                 _ => {}
             }
         }
     }
 
-    /// The cell of a plane packing is as deep as the discs.
+    /// Checks that the cell of a plane packing is as deep as the discs.
     fn cell_in_plane(&mut self, cell: Option<&[Length; 3]>) {
         if cell.is_some_and(|cell| cell[2].si() != 1.0) {
-            let help = "write 1: with dimension = 2 discs and cell are 1 m deep, and forces are those of this depth";
-            self.conflict("packing.cell[2]", "the depth of a plane cell is not 1 m", help);
+            let help = "write 1: with dimension = 2, discs and cell are 1 m deep, and forces are per meter of depth";
+            self.conflict("packing.cell[2]", "a plane cell must be 1 m deep", help);
         }
     }
 
@@ -94,19 +98,19 @@ impl Checker<'_> {
         for (at, clump) in self.scenario.clumps.iter().enumerate() {
             let spheres = clump.spheres.iter().flatten().enumerate();
             for (k, _) in spheres.filter(|(_, sphere)| sphere[2].si() != 0.0) {
-                self.conflict(&format!("clump[{at}].spheres[{k}][2]"), "not in the plane z = 0", HELP);
+                self.conflict(&format!("clump[{at}].spheres[{k}][2]"), "is not in the plane z = 0", HELP);
             }
         }
     }
 
-    /// Checks the axes of the loading; gives the keys of its components that lead out of the plane.
+    /// Checks the axes of the loading; returns the keys of its components that point out of the plane.
     fn loading_out_of_plane(&mut self) -> Vec<String> {
         match &self.scenario.loading {
             Loading::Uniaxial { axis: Axis::Z, .. }
             | Loading::Platens { axis: Axis::Z, .. }
             | Loading::Bending { axis: Axis::Z, .. } => {
                 let help = "write axis = \"x\" or axis = \"y\"";
-                self.conflict("loading.axis", "the loading acts along z in two dimensions", help);
+                self.conflict("loading.axis", "the loading acts along z, out of the plane", help);
             }
             Loading::Bending { about: Axis::X | Axis::Y, .. } => {
                 self.conflict("loading.about", "rotates the ends out of the plane", "write about = \"z\"");

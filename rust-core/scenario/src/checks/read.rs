@@ -1,4 +1,4 @@
-//! Reads a scenario from a text or a file.
+//! Reads a scenario from text or a file.
 
 use std::path::Path;
 
@@ -12,10 +12,10 @@ fn own_schema() -> &'static serde_json::Value {
 }
 
 impl Scenario {
-    /// Reads and checks a scenario; messages call it `source_name`. It does not look for the files that the scenario names.
+    /// Reads and checks a scenario; `source_name` names it in messages. Does not check that the files it names exist.
     ///
     /// # Errors
-    /// All faults of the scenario, each with line, key, value, and remedy.
+    /// All problems of the scenario, each with line, key, value, and remedy.
     ///
     /// ```
     /// use concordem_scenario::schema::Scenario;
@@ -31,7 +31,7 @@ impl Scenario {
     /// Reads and checks a scenario file, and checks that the files it names exist.
     ///
     /// # Errors
-    /// The file cannot be read, is not UTF-8, or holds a faulty scenario.
+    /// The file cannot be read, is not UTF-8, or contains an invalid scenario.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let name = path.display().to_string();
         let bytes = crate::files::read_short(path).map_err(|error| ReadError::Io { path: path.to_owned(), error })?;
@@ -53,7 +53,7 @@ impl Scenario {
         let scenario = match document.deserialize::<Self>() {
             Ok(scenario) => scenario,
             Err(problem) => {
-                // Serde stops at its first problem, which the check of structure reports with all others.
+                // Serde stops at its first problem; the check of structure has already reported it together with all others.
                 if problems.is_empty() {
                     problems.push(problem);
                 }

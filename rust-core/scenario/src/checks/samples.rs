@@ -10,7 +10,7 @@ use concordem_operator::Truncation;
 /// Largest number of values of one record: 0.8 GB.
 const MOST_VALUES: f64 = 1e8;
 
-/// A fault of a sample: keys that contradict each other.
+/// A problem of a sample: keys that contradict each other.
 pub struct Misuse {
     /// Key within the table of the sample.
     pub key: &'static str,
@@ -27,7 +27,8 @@ impl Misuse {
 }
 
 impl OperatorSample {
-    /// The first fault of the sample in itself: keys that its operator does not use, or regions that it does not accept.
+    /// The first problem that the sample alone reveals: a key that its operator does not use, or a region that it does
+    /// not accept.
     pub fn misuse(&self, dimension: u8) -> Option<Misuse> {
         self.unused_key()
             .or_else(|| self.missing_object())
@@ -43,7 +44,7 @@ impl OperatorSample {
         let key = SampleKey::ALL.into_iter().find(unused)?;
         let users: Vec<&str> =
             Operator::ALL.into_iter().filter(|other| other.definition().uses(key)).map(Operator::name).collect();
-        // Most operators use the keys of a region; a long list would not help.
+        // Most operators use the keys of a region; listing them all would not help.
         let help =
             if users.len() > 4 { "remove it".to_owned() } else { format!("remove it, or use {}", listing(&users)) };
         Some(Misuse::new(key.name(), format!("the operator {} does not use this key", self.operator.name()), help))
@@ -93,13 +94,13 @@ impl OperatorSample {
         Some(Misuse::new(key, message, rule.example()))
     }
 
-    /// A region with a depth of its own in two dimensions, where stresses are per unit of depth.
+    /// A region with its own depth in two dimensions, where regions have unit depth.
     fn region_out_of_plane(&self, dimension: u8) -> Option<Misuse> {
         let solid = matches!(self.region, Some(SampleRegion::Cylinder { .. } | SampleRegion::Ellipsoid { .. }));
         (dimension == 2 && solid).then(|| {
             let help =
                 "use kind = \"sphere\" for a disc, \"box\" for a rectangle, or \"half-spaces\" with the area times 1 m";
-            Misuse::new("region", "with dimension = 2 a region has unit depth, and this one has its own", help)
+            Misuse::new("region", "with dimension = 2 regions have unit depth, but this kind has its own depth", help)
         })
     }
 
@@ -118,7 +119,7 @@ impl OperatorSample {
             return Some(Misuse::new("velocity_gradient", "the periodic cell has its own deformation", "remove it"));
         }
         if self.gives(SampleKey::VelocityGradient) && dimension == 2 {
-            let message = "a region in two dimensions cannot deform, since it has no ends along z";
+            let message = "in two dimensions a region of this kind cannot deform, because it has no ends along z";
             return Some(Misuse::new("velocity_gradient", message, "remove it, or move the region by `velocity`"));
         }
         None
@@ -127,10 +128,10 @@ impl OperatorSample {
     fn unfit_grid(&self, dimension: u8) -> Option<Misuse> {
         let grid = self.grid?;
         if grid.contains(&0) {
-            let help = "write grid = [4, 4, 8], with 1 in directions that are not divided";
+            let help = "write for example grid = [4, 4, 8], with 1 for directions that are not divided";
             return Some(Misuse::new("grid", "the number of cells must be at least 1", help));
         }
-        // In floating point: the product may exceed any integer.
+        // In floating point, because the product may exceed the range of integers.
         let values = grid.iter().map(|n| *n as f64).product::<f64>() * self.operator.width() as f64;
         if values > MOST_VALUES {
             let message = format!(
@@ -141,10 +142,10 @@ impl OperatorSample {
         }
         if !matches!(self.region, Some(SampleRegion::Box { .. })) {
             let help = "write region = { kind = \"box\", minimum = [...], maximum = [...] }";
-            return Some(Misuse::new("grid", "a grid divides a box", help));
+            return Some(Misuse::new("grid", "only a box can be divided into a grid", help));
         }
         (dimension == 2 && grid[2] != 1)
-            .then(|| Misuse::new("grid", "two dimensions have one cell along z", "write grid = [4, 4, 1]"))
+            .then(|| Misuse::new("grid", "in two dimensions a grid has one cell along z", "write grid = [4, 4, 1]"))
     }
 }
 
@@ -172,12 +173,12 @@ impl Checker<'_> {
     }
 
     fn sample_name(&mut self, at: usize, sample: &OperatorSample, path: &str) {
-        // A sample without a name has that of its operator.
+        // A sample without a name takes the name of its operator.
         let key = if sample.name.is_some() { format!("{path}.name") } else { format!("{path}.operator") };
         let name = sample.name();
         let twice = self.scenario.samples[..at].iter().any(|other| other.name() == name);
         if name.trim().is_empty() || name.contains('/') || name.starts_with('.') {
-            let message = "cannot name a group of the result file";
+            let message = "is not a valid name for a group of the result file";
             self.range(&key, message, "use letters, digits, hyphens, and spaces");
         } else if twice {
             self.conflict(&key, "another [[sample]] has this name", "give each its own: name = \"core stress\"");

@@ -1,11 +1,11 @@
-//! Warnings about what a scenario gives and nothing uses.
+//! Warnings about tables and keys of a scenario that have no effect.
 //!
-//! Keys that contradict each other are refused. What may have its reason, such as the table of another law that the next run
-//! will use, is accepted with a warning.
+//! Keys that contradict each other are errors. Unused input that may be intended, such as the table of a law for the next
+//! run, gives a warning.
 
 use super::Checker;
 use crate::schema::{Document, LawName, Problem, ProblemKind, Scenario, TimeStep};
-use concordem_solver::state::LoadLever;
+use concordem_solver::state::PointOfAction;
 
 impl Scenario {
     /// Warnings about keys and tables that have no effect, in the order of the text.
@@ -55,7 +55,8 @@ impl Checker<'_> {
         self.document.locate(key).1.is_some()
     }
 
-    /// Tables of laws that neither bonds nor contacts use, and keys of bonds in the tables of other contacts.
+    /// Warns about tables of laws that neither bonds nor contacts use, and about keys of bonds in the tables of
+    /// unbonded contacts.
     fn unused_tables(&mut self) {
         let scenario = self.scenario;
         let bonds = scenario.bonds.as_ref().map(|bonds| bonds.law);
@@ -73,18 +74,22 @@ impl Checker<'_> {
                 }
                 if contacts != Some(law) {
                     let help = "name the law in bonds.law or contacts.law, or remove the table";
-                    self.warn(&path, "neither bonds nor contacts have this law: the table has no effect", help);
+                    self.warn(&path, "neither bonds nor contacts use this law, so the table has no effect", help);
                     continue;
                 }
                 for key in table.keys_of_bonds() {
                     let help = format!("write law = \"{}\" in [bonds], or remove the key", law.key());
-                    self.warn(&format!("{path}.{key}"), "only bonds use this key, and no bond has this law", help);
+                    self.warn(
+                        &format!("{path}.{key}"),
+                        "has no effect: only bonds use this key, and the bonds have another law or none",
+                        help,
+                    );
                 }
             }
         }
     }
 
-    /// Materials that no particle and no wall has.
+    /// Warns about materials that no particle and no wall has.
     fn unused_materials(&mut self) {
         let scenario = self.scenario;
         let in_use = super::laws::materials_of_contacts(scenario);
@@ -96,7 +101,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Single keys without effect.
+    /// Warns about single keys without effect.
     fn unused_keys(&mut self) {
         let scenario = self.scenario;
         if matches!(scenario.integration.time_step, TimeStep::Given(_)) && self.gives("integration.safety") {
@@ -104,7 +109,7 @@ impl Checker<'_> {
             self.warn("integration.safety", "has no effect with a given time step", help);
         }
         if scenario.materials.iter().all(|material| material.deformable.is_none()) {
-            for (at, _) in scenario.forces.iter().enumerate().filter(|(_, f)| f.acts != LoadLever::Body) {
+            for (at, _) in scenario.forces.iter().enumerate().filter(|(_, f)| f.acts != PointOfAction::Body) {
                 let help = "add `deformable = { young = \"200 GPa\", poisson = 0.3 }` to a material, or remove the key";
                 self.warn(&format!("force[{at}].acts"), "has no effect: no material is deformable", help);
             }
@@ -113,7 +118,7 @@ impl Checker<'_> {
         let by_orientation = |law: LawName| law.facts().reads_orientations;
         if self.gives("kinematics") && laws().count() > 0 && laws().all(by_orientation) {
             let help = "remove the key";
-            self.warn("kinematics", "has no effect: the law measures the motion by orientations", help);
+            self.warn("kinematics", "has no effect: the law measures relative motion from orientations", help);
         }
         if scenario.bonds.is_none() && self.gives("output.events_damage") {
             self.warn("output.events_damage", "has no effect without bonds", "add [bonds], or remove the key");

@@ -1,11 +1,11 @@
-//! What defines an operator: quantities, accepted regions and keys, needed data, and its evaluation.
+//! Definition of an operator: quantities, accepted regions and keys, required data, and the function that evaluates it.
 
 use super::scheduled::ScheduledOperator;
 use super::state::SampledState;
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_operator::{ContactSet, OperatorError, Period, Region};
 
-/// A quantity that an operator gives: name, unit, and number of components.
+/// A quantity that an operator returns: name, unit, and number of components.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SampledQuantity {
     /// Name of the column.
@@ -29,9 +29,9 @@ pub(super) const fn scalar(name: &'static str, unit: &'static str, description: 
 }
 
 pub(super) const VOLUME: SampledQuantity = scalar("volume", "m^3", "Volume of the region");
-pub(super) const CONTACTS: SampledQuantity = scalar("contacts", "1", "Contacts that counted");
-pub(super) const PARTICLES: SampledQuantity = scalar("particles", "1", "Particles that counted");
-pub(super) const CELLS: SampledQuantity = scalar("cells", "1", "Cells that counted");
+pub(super) const CONTACTS: SampledQuantity = scalar("contacts", "1", "Number of contacts included");
+pub(super) const PARTICLES: SampledQuantity = scalar("particles", "1", "Number of particles included");
+pub(super) const CELLS: SampledQuantity = scalar("cells", "1", "Number of cells included");
 
 /// Regions that an operator accepts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,7 +46,7 @@ pub enum RegionRule {
     PeriodicCell,
     /// Only a sphere (a disc in two dimensions).
     Sphere,
-    /// Any region with a shape, that is no list of particles.
+    /// Any region with a shape, but not a list of particles.
     Shape,
     /// No region: the operator reads a wall.
     Wall,
@@ -62,7 +62,7 @@ impl RegionRule {
         !matches!(self, Self::Wall | Self::Set | Self::TwoSets)
     }
 
-    /// What the operator needs and why, as the end of a sentence that begins with its name.
+    /// What the operator needs and why, to complete a sentence that begins with its name.
     pub fn requirement(self) -> &'static str {
         match self {
             Self::Any => "accepts any region",
@@ -154,19 +154,19 @@ impl SampleKey {
     }
 }
 
-/// Everything that defines an operator.
+/// Definition of an operator.
 pub struct OperatorDefinition {
-    /// What it gives, in the order of the values.
+    /// Quantities, in the order of the values.
     pub quantities: &'static [SampledQuantity],
-    /// Regions it accepts.
+    /// Accepted regions.
     pub region: RegionRule,
-    /// Keys it uses beside those of the region (`region`, `grid`, `velocity`, `velocity_gradient`).
+    /// Keys that it uses besides those of the region (`region`, `grid`, `velocity`, `velocity_gradient`).
     pub keys: &'static [SampleKey],
-    /// Whether it needs the positions of the particles at the start.
+    /// Whether it needs the initial positions.
     pub needs_initial_positions: bool,
     /// Whether it needs the damage of all bonds.
     pub needs_bonds: bool,
-    /// Adds the values in the order of `quantities`.
+    /// Appends the values to the row, in the order of `quantities`.
     pub(super) evaluate: fn(&Sampling<'_>, &mut Row) -> Result<(), OperatorError>,
 }
 
@@ -182,7 +182,7 @@ impl OperatorDefinition {
     }
 }
 
-/// One evaluation: an operator, its region at this time, and the state it reads.
+/// The input of one evaluation: an operator, its region at this time, and the state.
 pub(super) struct Sampling<'a> {
     /// The operator with its options.
     pub(super) sample: &'a ScheduledOperator,
@@ -192,7 +192,7 @@ pub(super) struct Sampling<'a> {
     pub(super) state: &'a SampledState<'a>,
     /// Contacts between particles, with forces.
     pub(super) contacts: ContactSet<'a>,
-    /// The same with the forces inside rigid bodies: all that carries stress from particle to particle.
+    /// The same, together with the forces inside rigid bodies: everything that transmits stress between particles.
     pub(super) carrying: ContactSet<'a>,
     /// Periodic images with their rate of change.
     pub(super) period: Option<Period>,
@@ -210,19 +210,19 @@ impl Sampling<'_> {
 pub(super) struct Row(pub(super) Vec<f64>);
 
 impl Row {
-    /// Add a tensor, row by row.
+    /// Appends a tensor, row by row.
     pub(super) fn tensor(&mut self, tensor: &Mat3) -> &mut Self {
         self.0.extend(tensor.transpose().iter());
         self
     }
 
-    /// Add a vector.
+    /// Appends a vector.
     pub(super) fn vector(&mut self, vector: &Vec3) -> &mut Self {
         self.0.extend(vector.iter());
         self
     }
 
-    /// Add scalars.
+    /// Appends scalars.
     pub(super) fn scalars<const N: usize>(&mut self, scalars: [f64; N]) -> &mut Self {
         self.0.extend(scalars);
         self

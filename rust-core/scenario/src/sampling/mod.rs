@@ -3,7 +3,7 @@
 //! An [`Operator`] turns particles and contact forces into a continuum field such as a stress. Its
 //! [`OperatorDefinition`] lists the quantities with units, the regions and keys it accepts, the data it needs, and the
 //! function that evaluates it. The scenario schema, the checks, the columns of results, `concordem measure`, and Python
-//! read that one definition.
+//! all use this definition.
 //!
 //! To add an operator: write a file in `operators/` with a `DEFINITION`, and add it to the list in `operators/mod.rs`.
 //!

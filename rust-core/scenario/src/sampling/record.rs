@@ -1,4 +1,4 @@
-//! The time series of a run: one record per sample, and its columns.
+//! The time series of a run: its columns, and one record per row.
 
 /// A column of the time series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,9 +66,9 @@ series! {
     numerical_damping: "J",
     /// Energy dissipated because the strains of deformable particles lag behind the forces
     deformation_lag: "J",
-    /// Energy lost (negative: created) by forces that deform particles without an effect on themselves
+    /// Energy lost (negative: created) by forces that deform particles but do not depend on the deformation
     deformation_other: "J",
-    /// Work of prescribed motion, walls, and cell
+    /// Work of prescribed motions, walls, and the cell
     boundary_work: "J",
     /// Work of gravity and given forces
     external_work: "J",
@@ -80,6 +80,6 @@ series! {
     damaged: "1",
     /// Bonds and contacts that carry force
     contacts: "1",
-    /// Net force on free bodies over contact force, or net moment over that of the contacts if larger (root mean squares)
+    /// Net force on free bodies over contact force, or net moment over contact moment if larger (root mean squares)
     unbalanced: "1",
 }

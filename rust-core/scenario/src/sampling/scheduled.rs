@@ -24,7 +24,7 @@ pub enum SampledRegion {
     Cell,
 }
 
-/// A wall and the area that its traction refers to.
+/// A wall, and the area that the traction refers to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledWall {
     /// Index of the wall in the state.
@@ -40,7 +40,7 @@ pub struct ScheduledOperator {
     pub name: String,
     /// The operator.
     pub operator: Operator,
-    /// Where it is evaluated.
+    /// Region of evaluation.
     pub region: SampledRegion,
     /// Number of cells along x, y, z into which a box is divided; each cell gives its own values.
     pub grid: Option<[usize; 3]>,
@@ -59,12 +59,12 @@ pub struct ScheduledOperator {
 }
 
 impl ScheduledOperator {
-    /// Number of cells that give values of their own.
+    /// Number of cells; each cell gives its own values.
     pub fn cells(&self) -> usize {
         self.grid.map_or(1, |count| count.iter().product())
     }
 
-    /// Values at a state: for each of [`Operator::quantities`], for each cell of the grid (x fastest), its components.
+    /// Values at a state: the components of each of [`Operator::quantities`], for each cell of the grid (x fastest).
     ///
     /// An empty region gives not-a-number, not an error, because a moving region may pass through empty space; so do
     /// half-spaces that the deforming cell no longer bounds.
@@ -98,7 +98,7 @@ impl ScheduledOperator {
     /// [`particle_moments`](concordem_operator::stress::particle_moments).
     ///
     /// # Errors
-    /// The forces do not fit the particles.
+    /// The forces do not match the particles.
     pub fn particle_moments(&self, state: &SampledState<'_>) -> Result<Vec<(usize, Mat3)>, OperatorError> {
         let (moments, period) = (state.particle_moments(self.partition)?, state.period());
         let regions = self.regions(state);
@@ -110,7 +110,7 @@ impl ScheduledOperator {
         Ok(moments.into_iter().enumerate().filter(|(p, _)| inside(*p)).collect())
     }
 
-    /// Whether no particle and no contact lies in the region now.
+    /// Whether the region currently contains neither particles nor contacts.
     ///
     /// # Errors
     /// The region has no valid shape.

@@ -12,7 +12,7 @@ use concordem_solver::record::{ContactForces, Forces};
 use concordem_solver::state::particles::Load;
 use concordem_solver::state::{Cell, Constraint, Particles, State};
 
-/// Bonds as the damage tensor reads them: one entry per bond in each list.
+/// Bonds, as needed for damage tensors: one entry per bond in each list.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Bonds {
     /// Particles A and B, by index.
@@ -28,9 +28,9 @@ pub struct Bonds {
 }
 
 impl Bonds {
-    /// The bonds of a state at its present positions, with the damage that `forces` were recorded with: stress and damage of
-    /// one row belong together. Broken bonds keep the direction at which they broke, from the present position of their
-    /// particle A.
+    /// The bonds of a state at its present positions, with the damage recorded together with `forces`, so that stress
+    /// and damage of one row belong to the same positions. Broken bonds keep the direction that they had when they
+    /// broke, starting at the present position of their particle A.
     pub fn of(state: &State, forces: &Forces) -> Self {
         let mut bonds = Self::default();
         let mut damage = forces.contacts.damage.iter();
@@ -53,7 +53,7 @@ impl Bonds {
         bonds
     }
 
-    /// Add a bond between the particles `pair`: position of A (m), branch vector (m), damage and lost strength.
+    /// Adds a bond between the particles `pair`: position of A (m), branch vector (m), damage and lost strength.
     pub fn push(&mut self, pair: [u32; 2], a: &Vec3, branch: &Vec3, [damage, lost_strength]: [f64; 2]) {
         self.pair.push(pair);
         self.midpoint.push(a + branch * 0.5);
@@ -63,7 +63,7 @@ impl Bonds {
     }
 }
 
-/// The state of a run at one moment, as operators read it.
+/// The state of a run at one moment: the input of operators.
 pub struct SampledState<'a> {
     /// Particles.
     pub particles: &'a Particles,
@@ -77,7 +77,7 @@ pub struct SampledState<'a> {
     pub forces: &'a Forces,
     /// Forces inside rigid bodies; see [`rigid_links`].
     pub links: &'a ContactForces,
-    /// Position of every particle at the start, m; may be empty unless an operator needs them.
+    /// Initial positions, m; may be empty unless an operator needs them.
     pub initial_positions: &'a [Vec3],
     /// Delaunay mesh of the initial positions, built at its first use.
     pub mesh: &'a OnceLock<Result<Mesh, OperatorError>>,
@@ -87,7 +87,7 @@ pub struct SampledState<'a> {
     pub planar: bool,
 }
 
-/// The motion that a strain is fitted to.
+/// Motion from which a strain or its rate is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum MotionKind {
     /// Displacements and rotations since the start.
@@ -97,7 +97,7 @@ pub(super) enum MotionKind {
 }
 
 /// Positions (m) with displacements (m) and rotations (rad), or velocities (m/s) and angular velocities (rad/s), and the
-/// same change of the periodic cell.
+/// corresponding change of the periodic cell.
 pub(super) struct Motion {
     pub(super) position: Vec<Vec3>,
     pub(super) displacement: Vec<Vec3>,
@@ -106,7 +106,7 @@ pub(super) struct Motion {
 }
 
 impl SampledState<'_> {
-    /// Contacts and the links inside rigid bodies in one list; `None` without rigid bodies.
+    /// Contacts and forces inside rigid bodies in one list; `None` without rigid bodies.
     pub(super) fn carrying(&self) -> Option<ContactForces> {
         if self.links.pair.is_empty() {
             return None;
@@ -141,7 +141,7 @@ impl SampledState<'_> {
         self.mesh.get_or_init(build).as_ref().map_err(Clone::clone)
     }
 
-    /// Motion since the start, or rate of motion.
+    /// Displacements since the start, or velocities.
     pub(super) fn motion(&self, kind: MotionKind) -> Motion {
         let particles = self.particles;
         if kind == MotionKind::Rate {
@@ -170,7 +170,7 @@ impl SampledState<'_> {
         }
     }
 
-    /// Moments `V_p σ_p` (J) of all particles, with those of walls, given loads, and rigid bodies.
+    /// Moments `V_p σ_p` (J) of all particles, including the forces of walls, given loads, and rigid bodies.
     pub(super) fn particle_moments(&self, partition: Partition) -> Result<Vec<Mat3>, OperatorError> {
         let particles = self.particles;
         let joined = self.carrying();
@@ -226,7 +226,7 @@ impl SampledState<'_> {
     pub(super) fn reactions(&self, contacts: &ContactSet<'_>) -> Vec<Reaction> {
         let particles = self.particles;
         let walls = &self.forces.walls;
-        // Discs keep to the plane without a support.
+        // Discs stay in the plane without supports.
         let given = if self.planar { Constraint(!Constraint::OUT_OF_PLANE.0) } else { Constraint::ALL };
         let prescribed = |constraint: &Constraint| Constraint(constraint.0 & given.0);
         if particles.constraint.iter().all(|constraint| prescribed(constraint) == Constraint::FREE) {
@@ -288,17 +288,17 @@ pub(super) struct Reaction {
 
 /// `R n⊗f` (N·m) of a load that acts on the surface of its particle; zero for loads on the body.
 fn surface_moment(particles: &Particles, load: &Load) -> Mat3 {
-    load.dyad.matrix() * particles.radius[load.particle as usize]
+    load.virial.matrix() * particles.radius[load.particle as usize]
 }
 
-/// Forces inside rigid bodies, as contacts between their members: what operators of stress need beside the contacts.
+/// Forces inside rigid bodies, as contacts between their members; stress operators need them in addition to the contacts.
 ///
-/// A member that contacts, walls, or given loads act on passes its net force `F` and moment `M` on to the body. The body is in
-/// equilibrium with them and with its inertia, of which a member of mass `m` in a body of mass `Σm` takes `F_body m/Σm`
-/// (weight is part of it). So a straight link from the member nearest to the center of mass transmits
-/// `F − F_body m/Σm` and `M` to each other member. The mean stress of the body does not depend on the choice of that member,
-/// since these forces have no sum; their lines inside the body are a choice, which matters only for regions that cut the
-/// body. The inertia of rotation is left out.
+/// Contacts, walls, and given loads exert a net force `F` and moment `M` on a member, which passes them on to the body. They
+/// are in equilibrium with the inertia of the body; the part of a member of mass `m` in a body of mass `Σm` is `F_body m/Σm`
+/// (including weight). So a straight link from the member nearest to the center of mass transmits `F − F_body m/Σm` and `M`
+/// to each other member. The mean stress of the body does not depend on the choice of the central member, because these
+/// forces sum to zero. The paths of the forces inside the body are a choice that matters only for regions that cut the body.
+/// Rotational inertia is neglected.
 pub fn rigid_links(
     particles: &Particles,
     forces: &Forces,
@@ -335,7 +335,7 @@ pub fn rigid_links(
             links.branch.push(branch);
             links.point.push(start + branch * 0.5);
             links.force.push(force);
-            // About the middle of the link, so that the member's moments cancel.
+            // About the midpoint of the link, so that the moments on the member cancel.
             links.moment.push(net[of(member)].moment + (branch * 0.5).cross(&force));
             links.place.push(0);
         }
@@ -360,7 +360,7 @@ impl Loads {
     }
 }
 
-/// Rotation vector (rad) of a unit quaternion, by the rotation of at most π.
+/// Rotation vector (rad) of a unit quaternion; the angle is at most π.
 ///
 /// ```
 /// use concordem_contact::math::{Quat, Vec3};

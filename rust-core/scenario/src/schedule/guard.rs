@@ -1,30 +1,30 @@
-//! Guard of the energy: a run must not gain or lose energy by errors of its integration.
+//! Energy guard: ends a run that gains or loses too much energy by integration errors.
 //!
-//! The ledger accounts for all energy, errors included, so that their sum is known while the run goes on. Two faults end it:
+//! The ledger accounts for all energy, including errors, so their sum is known during the run. Two faults end the run:
 //!
 //! * **Error**: `|created|` exceeds 5 % of the largest energy present or dissipated so far ([`Ledger::created`],
-//!   [`Ledger::turnover`]; the energy of gravity is not part of it, so that it falls while particles rise).
-//!   Contacts that begin and end within a step, and stiffnesses that grow beyond the bound of the time step, make such errors.
-//!   YADE's kinematics do not close the ledger (up to 5 % in compression): there only the other fault is looked for.
-//! * **Instability**: kinetic energy of the ledger is `½ m v⁻·v⁺`, the mean of the step less `⅛ m a²Δt²`. In a linear system
-//!   that is `K ≥ −(Δt/Δt_max)² U` with the stored energy U, so that `K + U` is positive as long as the motion is stable. Where
-//!   `K + U` falls below 2 % of U, the step is at 99 % of its limit or beyond, and U grows without a source.
+//!   [`Ledger::turnover`]; gravitational energy is not included, so the energy present falls while particles rise).
+//!   Contacts that begin and end within a step, and stiffnesses that grow beyond the time step bound, cause such errors.
+//!   With YADE's kinematics the ledger does not close (up to 5 % in compression), so only instability is checked.
+//! * **Instability**: the kinetic energy of the ledger is `½ m v⁻·v⁺`, the mean of the step less `⅛ m a²Δt²`. In a linear
+//!   system `K ≥ −(Δt/Δt_max)² U` with the stored energy U, so `K + U` is positive as long as the motion is stable. If
+//!   `K + U` falls below 2 % of U, the step is at 99 % of its bound or beyond, and U grows without a source.
 
 use concordem_contact::kinematics::MotionMeasure;
 use concordem_contact::math::Vec3;
 use concordem_solver::energy::Ledger;
 use concordem_solver::state::State;
 
-/// Largest error of the energy, as a fraction of all energy present or dissipated.
+/// Largest allowed energy error, as a fraction of all energy present or dissipated.
 const LARGEST_ERROR: f64 = 0.05;
 
-/// Smallest sum of kinetic and stored energy as a fraction of the stored one.
+/// Smallest allowed sum of kinetic and stored energy, as a fraction of the stored energy.
 const SMALLEST_SUM: f64 = 0.02;
 
-/// Steps between two looks of the guard; it also looks at every record.
+/// Steps between two checks by the guard; it also checks at every record.
 pub(super) const INTERVAL: u64 = 256;
 
-/// What the guard found.
+/// A fault found by the guard.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EnergyFault {
     /// Whether the motion is unstable; otherwise the integration errors are too large.
@@ -50,7 +50,8 @@ pub(super) struct Guard {
     mass: f64,
     /// Largest coordinate at the start, m.
     extent: f64,
-    /// Whether the ledger closes; in YADE's kinematics the forces do not work on the increments that it counts.
+    /// Whether the ledger closes. With YADE's kinematics it does not: the increments that the ledger counts are not
+    /// work-conjugate to the forces.
     closes: bool,
 }
 
@@ -63,14 +64,14 @@ impl Guard {
         }
     }
 
-    /// The fault of a state whose last step sampled the stored energies, if there is one. `largest`: largest energy present or
-    /// dissipated so far, J, updated.
+    /// The fault of a state whose last step sampled the stored energies, if there is one. `largest`: largest energy
+    /// present or dissipated so far, J; it is updated.
     pub(super) fn fault(&self, state: &State, largest: &mut f64) -> Option<EnergyFault> {
         let ledger: &Ledger = &state.ledger;
-        // Positions are known to some roundings, which move per step: energies of that size mean nothing.
+        // Rounding errors of positions act like small velocities: kinetic energies of that size mean nothing.
         let rounding_speed = 16.0 * f64::EPSILON * self.extent / state.clock.dt.max(f64::MIN_POSITIVE);
         let rounding = self.mass * rounding_speed * rounding_speed;
-        // Walls are not part of the ledger: the first impact of one comes before any other energy.
+        // Walls have no energy in the ledger: the first impact of a moving wall may precede all other energy.
         let wall_speed = state.walls.iter().map(|wall| wall.velocity.norm_squared()).fold(0.0, f64::max);
         let turnover = largest.max(ledger.turnover());
         *largest = turnover;

@@ -206,7 +206,7 @@ impl Histories {
                 entry.force += load.force * factor;
                 entry.moment += load.moment * factor;
                 // The force and the side on which it acts both change sign.
-                entry.dyad += load.dyad * factor.abs();
+                entry.virial += load.virial * factor.abs();
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Loading of a specimen, and its stress and strain.
+//! Loading of a specimen, and measurement of its stress and strain.
 
 use concordem_contact::math::{Mat3, Vec3, quaternion_of_rotation_vector, rotate};
 use concordem_packing::TIE;
@@ -24,7 +24,7 @@ pub enum Loading {
         length: f64,
         /// Cross-section, m².
         area: f64,
-        /// Particles that measure the strain away from the layers.
+        /// Particles for measuring the strain away from the layers.
         gauge: Gauge,
     },
     /// End layers that rotate rigidly in opposite directions, each about its own center. Along the axis of the specimen they
@@ -36,7 +36,7 @@ pub enum Loading {
         about: usize,
         /// Indices of the particles of the lower and the upper layer.
         layers: [Vec<u32>; 2],
-        /// Rate of the angle between them, rad/s; each layer rotates at half of it.
+        /// Rate of change of the angle between the layers, rad/s; each layer rotates at half of it.
         rate: f64,
         /// Distance between the centers of the layers, m.
         length: f64,
@@ -47,7 +47,7 @@ pub enum Loading {
         /// Cross-section, m².
         area: f64,
     },
-    /// The periodic cell deforms with its velocity gradient.
+    /// The periodic cell deforms with a given velocity gradient.
     CellStrain {
         /// Initial volume of the cell, m³.
         initial_volume: f64,
@@ -64,8 +64,8 @@ pub enum Loading {
         gain: f64,
         /// Relative error at which the target counts as reached.
         tolerance: f64,
-        /// Stress to which the error is relative, Pa: the largest component of the target; for zero stress, that of the strain
-        /// `ZERO_STRESS_STRAIN`.
+        /// Stress to which the error is relative, Pa: the largest component of the target; for zero stress, the stress
+        /// at the strain `ZERO_STRESS_STRAIN`.
         reference: f64,
     },
     /// Two plates that press on the specimen.
@@ -80,19 +80,19 @@ pub enum Loading {
         length: f64,
         /// Cross-section, m².
         area: f64,
-        /// Particles that measure the strain away from the plates.
+        /// Particles for measuring the strain away from the plates.
         gauge: Gauge,
     },
 }
 
-/// Strain whose stress is the reference for a target of zero stress.
+/// With a target stress of zero, the reference is the stress at this strain.
 const ZERO_STRESS_STRAIN: f64 = 1e-4;
 
-/// Largest part of its error that the servo of a zero stress removes in one step. The stress is known one step late; at 1 the
-/// servo would oscillate.
+/// Largest fraction of the error that the servo removes in one step if the target is zero. The stress is known one step
+/// late, so at 1 the servo would oscillate.
 const SERVO_STEP: f64 = 0.1;
 
-/// Contact forces of a cell without stress below this fraction of those of the reference stress are rounding errors.
+/// In a cell without stress, contact forces below this fraction of those at the reference stress are rounding errors.
 const ROUNDING: f64 = 1e-6;
 
 /// Particles of the middle half of a specimen, with their initial coordinates.
@@ -109,7 +109,7 @@ pub struct Gauge {
 }
 
 impl Gauge {
-    /// Gauge over the middle half between `bottom` and `top` (m along `axis`).
+    /// Gauge over the middle half of the range from `bottom` to `top` (m, along `axis`).
     pub fn new(state: &State, axis: usize, bottom: f64, top: f64) -> Self {
         let (middle, quarter) = (0.5 * (bottom + top), 0.25 * (top - bottom));
         let coordinate = |p: usize| state.particles.position[p][axis];
@@ -119,7 +119,7 @@ impl Gauge {
         Self { particles: inside.into_iter().map(|p| (p as u32, coordinate(p) - mean)).collect(), mean }
     }
 
-    /// The gauge strain; `None` with fewer than two distinct coordinates.
+    /// The gauge strain; `None` if there are fewer than two distinct coordinates.
     fn strain(&self, state: &State, axis: usize) -> Option<f64> {
         let (mut moment, mut square) = (0.0, 0.0);
         for &(p, x) in &self.particles {
@@ -130,8 +130,8 @@ impl Gauge {
     }
 }
 
-/// Fraction of its axial velocity that a rotating end loses in each step. The axial force is known one step late, which
-/// without this damping would let the motion grow.
+/// Fraction of its axial velocity that a rotating end loses in each step. The axial force is known one step late, so
+/// without this damping the motion would grow.
 const END_DAMPING: f64 = 0.02;
 
 /// Mean of `values` over a layer.
@@ -188,7 +188,7 @@ impl Loading {
                 drift[*axis] =
                     (1.0 - END_DAMPING) * mean_of(layer, &particles.velocity)[*axis] + axial_forces[side] / mass * dt;
                 for &p in layer {
-                    // The velocity that ends the step on the circle.
+                    // The velocity with which the particle is on the circle at the end of the step.
                     let arm = particles.position[p as usize] - center;
                     targets[p as usize] = ((rotate(&turn, &arm) - arm) / dt + drift, angular_velocity);
                 }
@@ -221,7 +221,7 @@ impl Loading {
         }
     }
 
-    /// Velocity gradient that the periodic cell keeps, 1/s; `None` where a servo sets it.
+    /// Constant velocity gradient of the periodic cell, 1/s; `None` if a servo sets it.
     pub(super) fn cell_gradient(&self) -> Option<Mat3> {
         match self {
             Self::None => Some(Mat3::zeros()),
@@ -230,7 +230,7 @@ impl Loading {
         }
     }
 
-    /// Axial net force on each end in the last step, N, if the ends need it.
+    /// Axial net force on each end in the last step, N; zero if the loading does not need it.
     pub(super) fn axial_forces(&self, solver: &Solver) -> [f64; 2] {
         let Self::Turning { axis, layers, .. } = self else { return [0.0; 2] };
         [0, 1].map(|side: usize| layers[side].iter().map(|&p| solver.forces()[p as usize][*axis]).sum())
@@ -294,15 +294,15 @@ impl Loading {
             }
             Self::CellStrain { .. } | Self::CellStress { .. } => measure.tensor[self.component(state)],
             Self::Platens { axis, walls, area, .. } => {
-                // Under compression the force on the lower plate points down.
+                // In compression the force on the lower plate points down.
                 0.5 * (state.walls[walls[0]].force[*axis] - state.walls[walls[1]].force[*axis]) / area
             }
         };
         measure
     }
 
-    /// The component that strain and stress of a periodic cell refer to: the first one of the largest magnitude, of the
-    /// velocity gradient or of the target stress.
+    /// The component that strain and stress of a periodic cell refer to: the first one of the largest magnitude in the
+    /// velocity gradient or the target stress.
     fn component(&self, state: &State) -> (usize, usize) {
         let matrix = match self {
             Self::CellStress { stress, .. } => *stress,
@@ -320,8 +320,8 @@ impl Loading {
         best
     }
 
-    /// Set reference and gain of a servo whose target is zero. `stiffness`: upper bound of the stiffness of the cell, Pa; `dt`:
-    /// time step, s.
+    /// Sets reference and gain of a servo whose target is zero. `stiffness`: upper bound on the stiffness of the cell,
+    /// Pa; `dt`: time step, s.
     pub(crate) fn tune(&mut self, stiffness: f64, dt: f64) {
         if let Self::CellStress { stress, maximum_rate, gain, reference, .. } = self
             && *stress == Mat3::zeros()
@@ -344,8 +344,8 @@ impl Loading {
         }
     }
 
-    /// Whether contact forces of this root mean square (N) between particles of this radius (m) are rounding errors of a cell
-    /// without stress, which say nothing about equilibrium.
+    /// Whether contact forces of this root mean square (N) between particles of this radius (m) are rounding errors of
+    /// a cell without stress, so that they say nothing about equilibrium.
     pub(super) fn is_rounding(&self, contact_force: f64, radius: f64) -> bool {
         match self {
             Self::CellStress { stress, reference, .. } if *stress == Mat3::zeros() => {
@@ -376,8 +376,8 @@ mod tests {
     use super::*;
     use concordem_solver::state::{Particles, Sphere};
 
-    /// A slope of 2e-3 in the middle half, none outside, and a rigid shift: the gauge strain is 2e-3. Tolerance: the rounding
-    /// 2⁻⁵³·10 of coordinates near 10 m, over displacements of 2e-3 per meter, is 1e-12 relative.
+    /// A slope of 2e-3 in the middle half, none outside, and a rigid shift: the gauge strain is 2e-3. Tolerance: the
+    /// rounding 2⁻⁵³·10 of coordinates near 10 m, over displacements of 2e-3 per meter, is 1e-12 relative.
     #[test]
     fn gauge_measures_the_middle_half_alone() {
         let mut state = State { particles: Particles::default(), ..State::default() };

@@ -28,13 +28,13 @@ pub struct Schedule {
     pub histories: Histories,
     /// Conditions that end the run.
     pub stop: Stop,
-    /// Whether the run goes on although errors of the integration have changed its energy.
+    /// Whether the run continues even if integration errors have changed its energy.
     pub allow_energy_error: bool,
     /// Steps between two records of the time series.
     pub sample_interval: u64,
     /// Operators that are evaluated during the run.
     pub operators: Vec<ScheduledOperator>,
-    /// Position of every particle at the start, m, for strains since then; may be empty if no operator needs it.
+    /// Initial positions, m, for strains; may be empty if no operator needs them.
     pub initial_positions: Vec<Vec3>,
     /// Whether particles are discs of unit depth.
     pub planar: bool,

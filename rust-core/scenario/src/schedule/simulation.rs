@@ -21,7 +21,7 @@ pub enum RunError {
     /// The solver failed.
     #[error(transparent)]
     Solver(#[from] SolverError),
-    /// Errors of the integration have changed the energy.
+    /// Integration errors have changed the energy, or the motion is unstable.
     #[error("at step {step} (t = {time} s) {}", describe(fault))]
     Energy {
         /// Step.
@@ -38,19 +38,19 @@ pub enum RunError {
         name: String,
         /// Step.
         step: u64,
-        /// Why.
+        /// Cause.
         source: OperatorError,
     },
 }
 
-/// The sentence of an [`EnergyFault`].
+/// An [`EnergyFault`] in words.
 fn describe(fault: &EnergyFault) -> String {
     let EnergyFault { unstable, created, turnover, integration, residual, kinetic, stored } = fault;
     let remedy = "The time step is too large for the contacts that have formed: lower integration.contact_safety or \
-                  integration.time_step. With integration.allow_energy_error = true the run goes on";
+                  integration.time_step. With integration.allow_energy_error = true the run continues anyway";
     if *unstable {
         return format!(
-            "the motion is unstable: {stored:.3e} J are stored, kinetic and stored energy together are {:.3e} J. {remedy}",
+            "the motion is unstable: the stored energy is {stored:.3e} J, but kinetic plus stored energy is {:.3e} J. {remedy}",
             kinetic + stored
         );
     }
@@ -68,9 +68,9 @@ fn describe(fault: &EnergyFault) -> String {
 pub struct Advance {
     /// A record of the time series, if one was due.
     pub sample: Option<Record>,
-    /// Values of the operators that were due; at the end of the run also those of all operators at the final state.
+    /// Values of the operators that were due; at the end of the run, also the values of all operators at the final state.
     pub operators: Vec<OperatorRow>,
-    /// At the end of the run, the record of the final state, as the next step would give it.
+    /// At the end of the run, the record of the final state, as the next step would compute it.
     pub last: Option<Record>,
     /// Bonds that broke or passed the damage threshold in this step.
     pub events: Vec<Event>,
@@ -93,7 +93,7 @@ pub struct OperatorRow {
     pub values: Vec<f64>,
 }
 
-/// Indices of [`State::schedule_memory`].
+/// Indices into [`State::schedule_memory`].
 mod memory {
     pub const PEAK: usize = 0;
     pub const BROKEN: usize = 1;
@@ -108,7 +108,8 @@ mod memory {
     pub const COUNT: usize = STAGE + super::StageProgress::LENGTH;
 }
 
-/// Prepares the memory of an earlier run for its continuation: it has not stopped. A new loading has its own peak stress.
+/// Prepares the memory of an earlier run for its continuation: clears the reason for stopping, and the peak stress if
+/// the loading is new.
 /// `new_stages`: the first of them starts at this time (s) and step.
 pub(crate) fn continue_memory(memory: &mut Vec<f64>, new_loading: bool, new_stages: Option<(f64, u64)>) {
     memory.resize(memory.len().max(memory::COUNT), 0.0);
@@ -124,7 +125,7 @@ pub(crate) fn continue_memory(memory: &mut Vec<f64>, new_loading: bool, new_stag
     }
 }
 
-/// Forgets the largest energy so far, for a balance that starts anew.
+/// Clears the largest energy so far, when the energy balance starts again.
 pub(crate) fn forget_turnover(memory: &mut [f64]) {
     if let Some(energy) = memory.get_mut(memory::ENERGY) {
         *energy = 0.0;
@@ -167,7 +168,7 @@ impl Simulation {
         let length = state.schedule_memory.len().max(memory::COUNT);
         state.schedule_memory.resize(length, 0.0);
         let mut solver = Solver::new(model, &mut state)?;
-        // A restart may begin another stage of loading. The particles follow the change of the cell's motion.
+        // A restart may begin another stage of loading. The particles follow the change in the motion of the cell.
         if let (Some(cell), Some(gradient)) = (&state.cell, schedule.loading.cell_gradient())
             && cell.velocity_gradient != gradient
             && schedule.stages.is_empty()
@@ -224,8 +225,8 @@ impl Simulation {
             .collect()
     }
 
-    /// Advances one step, with the record and the operators that are due. The step that ends the run also gives the record and
-    /// all operators of the final state.
+    /// Advances one step, with the record and the operators that are due. The step that ends the run also gives the
+    /// record and all operators of the final state.
     ///
     /// # Errors
     /// The solver fails, or an operator cannot be evaluated.
@@ -240,8 +241,8 @@ impl Simulation {
         Ok(advance)
     }
 
-    /// The record and all operators of the present state. They belong to the step that would follow, which a copy takes.
-    /// Nothing, if that step fails.
+    /// The record and all operators of the present state, as the next step would compute them; a copy of the simulation
+    /// takes that step. `None` if it fails.
     fn final_rows(&mut self) -> Option<Advance> {
         let mut ahead = Self::new(self.state.clone(), self.solver.model().clone(), Schedule::default()).ok()?;
         let mut exchange = |ahead: &mut Self| {
@@ -254,7 +255,7 @@ impl Simulation {
         rows.ok()
     }
 
-    /// One step, with the record and the operators that are due, or with all of them.
+    /// Takes one step, with the record and the operators that are due, or with all of them.
     fn step(&mut self, all: bool) -> Result<Advance, RunError> {
         self.schedule.histories.apply(&mut self.state, &mut self.solver);
         let operators = self.operators(all)?;
@@ -293,13 +294,13 @@ impl Simulation {
         if stopped.is_none() && stage.as_ref().is_some_and(|end| end.stage + 1 == self.schedule.stages.len()) {
             stopped = Some(StopReason::Stages);
         }
-        // The state keeps the reason, so that a run killed while it writes its result knows that it has ended.
+        // The state stores the reason, so that a run killed while writing its result is known to have ended.
         self.state.schedule_memory[memory::STOPPED] = stopped.map_or(0.0, StopReason::code);
         self.last = report;
         Ok(Advance { sample, operators, last: None, events, stage, stopped })
     }
 
-    /// Stores in the state what the next step and a resumed run need of this step.
+    /// Stores in the state the data of this step that the next step and a resumed run need.
     fn remember(&mut self, report: &StepReport) {
         for (_, bond_event) in &report.bond_events {
             self.state.schedule_memory[if bond_event.broke { memory::BROKEN } else { memory::DAMAGED }] += 1.0;
@@ -429,7 +430,7 @@ impl Simulation {
             .collect()
     }
 
-    /// Completed fraction of the run, 0 to 1, by the nearest stop condition; a drop of stress cannot be predicted.
+    /// Completed fraction of the run, 0 to 1, by the stop condition nearest to being met; a stress drop cannot be predicted.
     pub fn progress(&self) -> f64 {
         let stop = &self.schedule.stop;
         let mut fraction: f64 = 0.0;

@@ -24,9 +24,9 @@ pub enum StopReason {
     Strain,
     /// The time was reached.
     Time,
-    /// The steps were done.
+    /// The number of steps was reached.
     Steps,
-    /// Equilibrium, and under a stress servo the target stress, was reached.
+    /// Equilibrium was reached, and with a stress servo the target stress, too.
     Equilibrium,
     /// The last stage ended.
     Stages,
@@ -35,12 +35,12 @@ pub enum StopReason {
 impl StopReason {
     const ALL: [Self; 6] = [Self::Drop, Self::Strain, Self::Time, Self::Steps, Self::Equilibrium, Self::Stages];
 
-    /// Number of the reason in the state, from 1; 0 stands for none.
+    /// Number of the reason in the state, from 1; 0 means that the run has not stopped.
     pub(super) fn code(self) -> f64 {
         Self::ALL.iter().position(|reason| *reason == self).map_or(0.0, |at| (at + 1) as f64)
     }
 
-    /// The reason of a number.
+    /// The reason with this number.
     pub(super) fn of_code(code: f64) -> Option<Self> {
         Self::ALL.into_iter().find(|reason| reason.code() == code)
     }
@@ -52,7 +52,7 @@ impl std::fmt::Display for StopReason {
             Self::Drop => "the stress dropped to the given fraction of its peak",
             Self::Strain => "the given strain was reached",
             Self::Time => "the given time was reached",
-            Self::Steps => "the given number of steps was done",
+            Self::Steps => "the given number of steps was reached",
             Self::Equilibrium => "equilibrium was reached",
             Self::Stages => "the last stage ended",
         })
@@ -79,17 +79,17 @@ pub(super) struct StopValues {
     pub(super) peak: f64,
     /// Unbalanced force ratio.
     pub(super) unbalanced: f64,
-    /// Whether contacts carry forces, or none are wanted, and a stress servo, if any, has reached its target.
+    /// Whether contacts carry forces (if there should be any), and a stress servo, if any, has reached its target.
     pub(super) at_rest: bool,
 }
 
 impl Stop {
-    /// The condition that holds, if any.
+    /// The first condition that holds, if any.
     pub(super) fn reason(&self, values: &StopValues) -> Option<StopReason> {
         let &StopValues { time, strain, stress, peak, unbalanced, at_rest } = values;
         if let Some(fraction) = self.drop_to {
             let dropped = if peak > 0.0 { stress < fraction * peak } else { stress > fraction * peak };
-            // A peak of zero means that no stress was carried yet.
+            // A peak of zero means that there was no stress yet.
             if peak != 0.0 && dropped {
                 return Some(StopReason::Drop);
             }

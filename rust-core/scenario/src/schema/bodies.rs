@@ -1,6 +1,6 @@
 //! Walls, sets of particles, clumps, and the motions and forces prescribed to them.
 
-pub use concordem_solver::state::LoadLever;
+pub use concordem_solver::state::PointOfAction;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -35,7 +35,7 @@ pub enum WallShape {
         /// Direction from the wall to the particles, a vector of any length. Required. Example: `normal = [0, 0, 1]`.
         normal: [Number; 3],
     },
-    /// The six faces of a box with the particles inside; each face is a wall of its own.
+    /// The six faces of a box with the particles inside; each face is a separate wall.
     Box {
         /// Corner with the smallest coordinates, m. Required.
         minimum: [Length; 3],
@@ -149,10 +149,10 @@ pub struct Prescribe {
     /// Velocity, m/s; a component "free" follows the forces. Default: all components free.
     /// Example: `velocity = ["free", "free", "1 mm/s"]`.
     ///
-    /// In a driven periodic cell this is the velocity in space, too: `[0, 0, 0]` holds a particle in place while the cell
-    /// deforms. The kinematics "yade" and "yade-ratcheting" are the exception: there the cell carries the particle along, as
-    /// YADE's cell does with blocked bodies, and the velocity changes with the velocity gradient L of the cell by dL x and
-    /// by L v dt.
+    /// In a driven periodic cell, too, this is the velocity in space: `[0, 0, 0]` holds a particle in place while the cell
+    /// deforms. With the kinematics "yade" and "yade-ratcheting" the cell carries the particle along, as
+    /// YADE's cell does with blocked bodies; the velocity then changes by dL x when the velocity gradient L changes, and
+    /// by L v dt in each step.
     #[serde(default)]
     pub velocity: [Component<super::quantity::dimension::OfVelocity>; 3],
     /// Angular velocity, rad/s; a component "free" follows the moments. Default: all components free.
@@ -175,8 +175,8 @@ pub struct Clump {
     pub set: Option<String>,
     /// Spheres added to the packing, one `[x, y, z, radius]` each, m. Required unless `set` is given.
     pub spheres: Option<Vec<[Length; 4]>>,
-    /// Name of the material of the added spheres; default: the material of their sets, else the first material. It overrides
-    /// the materials of sets.
+    /// Name of the material of the added spheres; overrides the materials of sets. Default: the material of their sets, else
+    /// the first material.
     pub material: Option<String>,
     /// Mass, kg; default: the sum over the spheres, which counts overlaps twice.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -184,7 +184,8 @@ pub struct Clump {
     /// Principal moments of inertia, kg·m², smallest first; default: those of the spheres.
     #[schemars(transform = super::quantity::positive_items)]
     pub inertia: Option<[Inertia; 3]>,
-    /// Initial velocity of the center of mass, m/s; default: the velocity that `[[initial]]` gives to all members, else zero.
+    /// Initial velocity of the center of mass, m/s; default: the velocity that `[[initial]]` gives to all members, else
+    /// zero.
     pub velocity: Option<[Velocity; 3]>,
     /// Initial angular velocity, rad/s; default: zero.
     pub angular_velocity: Option<[AngularVelocity; 3]>,
@@ -206,7 +207,7 @@ pub struct AppliedForce {
     pub history: Option<String>,
     /// Point of action of the force on deformable particles; default: "body". Rigid particles ignore it.
     #[serde(default)]
-    pub acts: LoadLever,
+    pub acts: PointOfAction,
 }
 
 /// Initial velocity of the particles of a set.

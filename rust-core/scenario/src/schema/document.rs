@@ -1,4 +1,4 @@
-//! The text of a scenario as a tree of values with their positions.
+//! The text of a scenario as a tree of values, each with its position in the text.
 
 use std::ops::Range;
 
@@ -18,7 +18,7 @@ impl<'a> Document<'a> {
     /// Parses the text.
     ///
     /// # Errors
-    /// All errors of syntax, at most one per line.
+    /// All syntax errors, at most one per line.
     pub fn parse(source: &'a Source) -> Result<Self, Vec<Problem>> {
         let (root, errors) = DeTable::parse_recoverable(&source.text);
         let document = Self { source, root };
@@ -29,7 +29,7 @@ impl<'a> Document<'a> {
         for error in &errors {
             let span = error.span().unwrap_or(0..0);
             let line = source.position(span.start).0;
-            // Report one error per line: further ones are mostly consequences of the first.
+            // Report one error per line: the others usually follow from the first.
             if problems.iter().all(|problem| source.position(problem.span.start).0 != line) {
                 problems.push(syntax_problem(source, line, span, error.message()));
             }
@@ -37,7 +37,7 @@ impl<'a> Document<'a> {
         Err(problems)
     }
 
-    /// Deserializes the text by serde, which stops at its first problem.
+    /// Deserializes the text with serde, which stops at the first problem.
     pub fn deserialize<T: serde::de::DeserializeOwned>(&self) -> Result<T, Problem> {
         T::deserialize(self.root.clone().into_deserializer()).map_err(|error| {
             let span = error.span().unwrap_or(0..0);
@@ -86,13 +86,13 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// Position of an item of an array: the header of a table, or the item itself.
+    /// Position of an array item: its table header, or the item itself.
     pub(crate) fn place_of_item(&self, item: &Spanned<DeValue<'_>>, parent: &Range<usize>) -> Range<usize> {
         let span = item.span();
         if span.is_empty() { parent.clone() } else { self.first_line(span) }
     }
 
-    /// The part of a span in its first line.
+    /// The part of a span that lies on its first line.
     pub(crate) fn first_line(&self, span: Range<usize>) -> Range<usize> {
         let text = self.source.text.get(span.clone()).unwrap_or("");
         let length = text.find('\n').unwrap_or(text.len());
@@ -124,12 +124,12 @@ fn syntax_problem(source: &Source, line: usize, span: Range<usize>, message: &st
             format!("put a number with a unit in quotes: \"{value}\"")
         }
         Some(value) if value.starts_with(|c: char| c.is_alphabetic()) => {
-            "put words in quotes: \"...\"; only true and false have none".to_owned()
+            "put words in quotes: \"...\"; only true and false are written without".to_owned()
         }
         _ if message.contains("duplicate key") => {
             "keep one of the two; write the tables of a list as [[name]]".to_owned()
         }
-        _ => "a scenario is TOML: lines `key = value` below headings `[table]`; see https://toml.io".to_owned(),
+        _ => "a scenario is a TOML file: lines `key = value` below headers `[table]`; see https://toml.io".to_owned(),
     };
     Problem {
         kind: ProblemKind::Syntax,

@@ -1,4 +1,4 @@
-//! Problems of a scenario, reported with place, value, and remedy.
+//! Problems of a scenario, reported with position, value, and remedy.
 
 use std::fmt;
 use std::ops::Range;
@@ -8,7 +8,7 @@ use std::sync::Arc;
 /// Name and text of a scenario.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Source {
-    /// Name of the file, or another name for messages.
+    /// Name shown in messages, usually the file name.
     pub name: Arc<str>,
     /// Text.
     pub text: Arc<str>,
@@ -49,11 +49,11 @@ pub enum ProblemKind {
     Conflict,
     /// A file that cannot be read.
     File,
-    /// No fault: the scenario is accepted, but may not do what its author expects.
+    /// Not an error: the scenario is valid, but may not do what its author expects.
     Warning,
 }
 
-/// One fault of a scenario.
+/// One problem of a scenario.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Problem {
     /// Class.
@@ -84,7 +84,7 @@ impl fmt::Display for Problem {
 
 impl std::error::Error for Problem {}
 
-/// All faults of a scenario. Its text gives line, key, value, and remedy of each.
+/// All problems of a scenario. The message gives line, key, value, and remedy of each.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}", self.plain())]
 #[non_exhaustive]
@@ -96,7 +96,7 @@ pub struct ScenarioError {
 }
 
 impl ScenarioError {
-    /// Sorts the problems by place and drops repeated ones.
+    /// Sorts the problems by position and drops duplicates.
     pub fn new(source: &Source, mut problems: Vec<Problem>) -> Self {
         problems.sort_by(|a, b| (a.span.start, a.span.end, &a.key).cmp(&(b.span.start, b.span.end, &b.key)));
         problems.dedup();
@@ -113,7 +113,7 @@ impl ScenarioError {
     }
 }
 
-/// Why a scenario file was not read.
+/// Why a scenario file could not be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -122,7 +122,7 @@ pub enum ReadError {
     Io {
         /// The file.
         path: PathBuf,
-        /// Error of the operating system.
+        /// Error reported by the operating system.
         #[source]
         error: std::io::Error,
     },
@@ -131,10 +131,10 @@ pub enum ReadError {
     NotText {
         /// The file.
         path: PathBuf,
-        /// First such line, counted from 1.
+        /// First line with such bytes, counted from 1.
         line: usize,
     },
-    /// The scenario has faults.
+    /// The scenario has errors.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
 }

@@ -1,4 +1,4 @@
-//! Laws of bonds and contacts, and how particles deform. Materials and their tables are the laws' own
+//! Laws of bonds and contacts, and options of deformable particles. The tables of materials belong to the laws
 //! ([`concordem_contact::material`]).
 
 pub use concordem_contact::kinematics::deformable::Condition;
@@ -11,24 +11,24 @@ use serde::{Deserialize, Serialize};
 
 use super::quantity::Number;
 
-/// How deformable particles are computed.
+/// Options of deformable particles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Deformable {
-    /// Which strains go with which stresses; "plane-strain" in two dimensions, "solid" in three when left out.
+    /// Relation between the strains and stresses of a particle; default: "plane-strain" in two dimensions, "solid" in three.
     pub condition: Option<Condition>,
-    /// When the strains of a step are found.
+    /// When the strains of a step are computed; default: "lagged".
     pub update: DeformableUpdate,
-    /// Largest relative change in the last iteration; with update "iterated"; 1e-10 when left out.
+    /// Largest relative change in the last iteration, with update "iterated"; default: 1e-10.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub tolerance: Option<Number>,
-    /// Iterations after which the run stops; with update "iterated"; 200 when left out.
+    /// Number of iterations after which the run fails, with update "iterated"; default: 200.
     #[schemars(range(min = 1))]
     pub maximum_iterations: Option<u32>,
-    /// Share of each iteration's change that is taken over; with update "iterated"; 1 when left out.
+    /// Fraction of the change that each iteration applies, with update "iterated"; default: 1.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub relaxation: Option<Number>,
-    /// Whether the forces of dashpots strain the particles too.
+    /// Whether dashpot forces strain the particles, too.
     pub dashpots: bool,
 }
 
@@ -45,35 +45,36 @@ impl Default for Deformable {
     }
 }
 
-/// When the strains of deformable particles are found.
+/// When the strains of deformable particles are computed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DeformableUpdate {
-    /// From the forces of the step before.
+    /// From the forces of the previous step.
     #[default]
     Lagged,
     /// By iteration in each step, until strains and forces agree.
     Iterated,
 }
 
-/// Which particles are bonded at the start, and how.
+/// Bonds made at the start.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bonds {
     /// Law of the bonds.
     pub law: LawName,
-    /// Two particles are bonded when their center distance is at most this times the sum of their radii, up to a relative
-    /// tolerance of 1e-9; 1.5 is usual for concrete. With 1, only particles that touch are bonded.
+    /// Two particles are bonded if their center distance is at most this ratio times the sum of their radii, up to a
+    /// relative tolerance of 1e-9. With 1, only particles that touch are bonded; 1.5 is usual for concrete.
     #[serde(default = "one")]
     #[schemars(extend("minimum" = 1, "maximum" = 10))]
     pub interaction_ratio: Number,
-    /// Bonds per particle (mean) to be reached instead, counted in the periodic packing before anything is cut out of it:
-    /// the nearest pairs, by centre distance through sum of radii, are bonded. 6.2 in Jebahi et al. 2015.
+    /// Mean number of bonds per particle, instead of an interaction ratio. It is counted in the periodic packing,
+    /// before the shape is cut out; the pairs with the smallest center distance over sum of radii are bonded. 6.2 in
+    /// Jebahi et al. 2015.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100))]
     pub coordination: Option<Number>,
 }
 
-/// What particles do that touch without a bond.
+/// Contacts between particles without a bond, and with walls.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contacts {

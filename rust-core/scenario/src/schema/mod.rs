@@ -71,7 +71,7 @@ pub struct Scenario {
     #[serde(default = "three")]
     #[schemars(extend("enum" = [2, 3]))]
     pub dimension: u8,
-    /// Measure of the relative motion at contacts; default: "finite".
+    /// Kinematics: how relative motion at contacts is measured; default: "finite".
     #[serde(default)]
     pub kinematics: MotionMeasure,
     /// Initial positions and radii of the particles. Required.
@@ -80,14 +80,14 @@ pub struct Scenario {
     #[serde(rename = "material")]
     #[schemars(length(min = 1))]
     pub materials: Vec<Material>,
-    /// Parameters between two materials, which replace the averages of theirs.
+    /// Parameters for contacts between two materials, instead of the averages of both materials.
     #[serde(default, rename = "interface")]
     pub interfaces: Vec<Interface>,
     /// Bonds made at the start; default: none.
     pub bonds: Option<Bonds>,
     /// Contacts between particles without a bond, and with walls. Required.
     pub contacts: Contacts,
-    /// Options of deformable particles, whose material has a table `deformable`; default: see its keys.
+    /// Options of deformable particles (those whose material has a table `deformable`); default: see its keys.
     pub deformable: Option<Deformable>,
     /// Time integration, damping, and gravity; default: see its keys.
     #[serde(default)]
@@ -128,7 +128,7 @@ pub struct Scenario {
     /// Output; default: see its keys.
     #[serde(default)]
     pub output: Output,
-    /// Name and text that the scenario was read from.
+    /// Name and text of the scenario file.
     #[serde(skip)]
     pub source: Source,
 }
@@ -157,7 +157,7 @@ impl Scenario {
         names
     }
 
-    /// The files that the scenario reads, with their keys: packing and surfaces.
+    /// The files that the scenario reads (packing and surfaces), with their keys.
     pub fn files(&self) -> Vec<(String, &str)> {
         let mut files = Vec::new();
         if let Packing::File { path, .. } = &self.packing {
@@ -179,7 +179,7 @@ impl Scenario {
         Path::new(&*self.source.name).parent().unwrap_or(Path::new("")).to_owned()
     }
 
-    /// A problem found later, during assembly or the run, at a key path such as `"integration.time_step"`.
+    /// A problem found during assembly or the run, at a key path such as `"integration.time_step"`.
     pub fn problem(
         &self,
         kind: ProblemKind,
@@ -195,7 +195,7 @@ impl Scenario {
         self.located(ProblemKind::Warning, key, message, help)
     }
 
-    /// A problem with its place in the text.
+    /// A problem with its position in the text.
     fn located(&self, kind: ProblemKind, key: &str, message: impl Into<String>, help: impl Into<String>) -> Problem {
         let (span, value) = match Document::parse(&self.source) {
             Ok(document) => document.locate(key),
@@ -207,7 +207,7 @@ impl Scenario {
 
 /// JSON Schema of a scenario.
 ///
-/// Quantities carry their dimension as `x-dimension` and the units to suggest as `x-units`; bounds are in SI units.
+/// Quantities carry their dimension as `x-dimension` and suggested units as `x-units`; bounds are in SI units.
 pub fn schema() -> serde_json::Value {
     schemars::schema_for!(Scenario).to_value()
 }

@@ -14,22 +14,22 @@ use super::quantity::{
 pub struct Integration {
     /// Integration scheme; default: "leapfrog".
     pub scheme: Scheme,
-    /// Time step, s; default: "auto", the sharpest stability bound times `safety`. Example: `time_step = "0.2 us"`.
+    /// Time step, s; default: "auto", the tightest stability bound times `safety`. Example: `time_step = "0.2 us"`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub time_step: TimeStep,
     /// Fraction of the stability bound that the time step "auto" uses; default: 0.8.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub safety: Safety,
-    /// Fraction of the stability bound of a single contact that the time step "auto" uses at most: for every pair of materials
-    /// that can meet, and every wall. Default: 0.1 without bonds, where an elastic impact then keeps its energy within 1 %;
-    /// 0.5 with bonds, where contacts mostly follow failure.
+    /// Largest fraction of the stability bound of a single contact that the time step "auto" uses, for every pair of
+    /// materials that can touch and every wall. Default: 0.1 without bonds, which keeps the energy of an elastic impact
+    /// within 1 %; 0.5 with bonds, where most contacts form only after failure.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub contact_safety: Option<Number>,
-    /// Continue if errors of the integration have changed the energy by more than 5 %, or the motion is unstable; default: false,
-    /// which ends the run with an error. `allow_unstable` includes it.
+    /// Continue even if integration errors have changed the energy by more than 5 %, or the motion is unstable;
+    /// default: false, which ends the run with an error. `allow_unstable` implies it.
     pub allow_energy_error: bool,
-    /// Run even if the time step exceeds the stability bound, at the start or later, or the strains of deformable particles do not
-    /// converge; default: false.
+    /// Run even if the time step exceeds the stability bound, at the start or later, or the strains of deformable
+    /// particles do not converge; default: false.
     pub allow_unstable: bool,
     /// Numerical damping; default: none. Example: `damping = { kind = "local", coefficient = 0.3 }`.
     pub damping: Damping,
@@ -74,7 +74,7 @@ pub enum Damping {
     /// No damping.
     #[default]
     None,
-    /// Local damping of each component: it reduces a force that acts along the motion and increases one that acts against it
+    /// Local damping of each component: reduces a force that acts along the motion and increases one that acts against it
     /// (Cundall 1987, as in YADE).
     Local {
         /// Fraction of the force; 0.1 to 0.3 is usual. Required. Example: `coefficient = 0.3`.
@@ -93,8 +93,8 @@ pub enum Damping {
         #[schemars(extend("minimum" = 0, "maximum" = 1))]
         rotation: Option<Number>,
     },
-    /// Numerical dissipation of the highest frequencies by the integrator, which weights the acceleration in the new position
-    /// (Tchamwa and Wielgosz 1999).
+    /// Numerical dissipation of the highest frequencies by the integrator, which overweights the acceleration in the
+    /// new position (Tchamwa and Wielgosz 1999).
     TchamwaWielgosz {
         /// Weight of the acceleration; default: 1.3, as in Jebahi et al. 2015. A weight of 1 dissipates nothing.
         #[serde(default = "phi")]
@@ -145,7 +145,7 @@ pub enum Loading {
         /// Example: `strain_rate = "0.4 1/s"`.
         strain_rate: StrainRate,
         /// Thickness of each end layer, m; default: (1 + 2 interaction ratio) times the largest radius. With that thickness
-        /// every cross-section beyond the layers is crossed by as many bonds as deep inside.
+        /// every cross-section outside the layers is crossed by as many bonds as one deep inside.
         #[schemars(extend("exclusiveMinimum" = 0))]
         layer_thickness: Option<Length>,
         /// Motion of the end layers across the axis; default: "free".
@@ -154,25 +154,26 @@ pub enum Loading {
         /// Whether the initial velocity varies linearly between the ends, which avoids a shock wave; default: true.
         #[serde(default = "yes")]
         initial_velocity_field: bool,
-        /// Cross-section that the stress refers to, m²; default: that of the packing's shape, else of the bounding box. "hull":
-        /// the smallest of eight sections, each the area of the convex hull of the spheres that the plane cuts.
-        /// Example: `area = "25 cm^2"`.
+        /// Cross-section that the stress refers to, m²; default: that of the packing's shape, else of the bounding box.
+        /// "hull": the smallest of eight sections; the area of a section is that of the convex hull of the spheres that
+        /// its plane cuts. Example: `area = "25 cm^2"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         area: Option<CrossSection>,
-        /// Length that strain and strain rate refer to, m; default: the initial distance of the mean positions of the layers.
-        /// Give the distance of the two particles that a published test measured between. Example: `gauge_length = "47.3 mm"`.
+        /// Length that strain and strain rate refer to, m; default: the initial distance of the mean positions of the
+        /// layers. To compare with a published test, give the distance over which it measured. Example: `gauge_length =
+        /// "47.3 mm"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         gauge_length: Option<Length>,
     },
-    /// Two end layers rotate rigidly in opposite directions about an axis across the specimen, and move freely along it. The
-    /// stress is that of the outer fiber of an elastic beam under the mean of both end moments.
+    /// Two end layers rotate rigidly in opposite directions about an axis across the specimen, and move freely along
+    /// its axis. The stress is that in the outer fiber of an elastic beam under the mean of both end moments.
     Bending {
         /// Axis of the specimen; default: "z".
         #[serde(default)]
         axis: Axis,
         /// Axis about which the ends rotate, each by half of the angle. Required. Example: `about = "y"`.
         about: Axis,
-        /// Rate of the angle between the ends, rad/s. Required. Example: `rate = "8 rad/s"`.
+        /// Rate of change of the angle between the ends, rad/s. Required. Example: `rate = "8 rad/s"`.
         rate: AngularVelocity,
         /// Thickness of each end layer, m; default: as for "uniaxial".
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -181,13 +182,13 @@ pub enum Loading {
         #[serde(default = "yes")]
         initial_velocity_field: bool,
     },
-    /// Two end layers rotate rigidly in opposite directions about the axis of a cylinder, and move freely along it. The stress
-    /// is the shear stress at the surface of an elastic cylinder under the mean of both end moments.
+    /// Two end layers rotate rigidly in opposite directions about the axis of a cylinder, and move freely along it. The
+    /// stress is the shear stress at the surface of an elastic cylinder under the mean of both end moments.
     Torsion {
         /// Axis of the specimen; default: "z".
         #[serde(default)]
         axis: Axis,
-        /// Rate of the angle between the ends, rad/s. Required. Example: `rate = "8 rad/s"`.
+        /// Rate of change of the angle between the ends, rad/s. Required. Example: `rate = "8 rad/s"`.
         rate: AngularVelocity,
         /// Thickness of each end layer, m; default: as for "uniaxial".
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -196,8 +197,8 @@ pub enum Loading {
         #[serde(default = "yes")]
         initial_velocity_field: bool,
     },
-    /// The periodic cell follows a velocity gradient. Particles start with its affine velocity and follow its changes, except
-    /// in prescribed components.
+    /// The periodic cell follows a velocity gradient. Particles start with its affine velocity and follow its changes,
+    /// except in prescribed components.
     CellStrain {
         /// Velocity gradient, 1/s: row i, column j is the derivative of velocity component i along axis j. Required.
         /// Example: `velocity_gradient = [[0, 0, 0], [0, 0, 0], [0, 0, 0.4]]`.
@@ -227,9 +228,9 @@ pub enum Loading {
         closing_velocity: Velocity,
         /// Name of the material of the plates. Required.
         material: String,
-        /// Cross-section that the stress refers to, m²; default: that of the packing's shape, else of the bounding box. "hull":
-        /// the smallest of eight sections, each the area of the convex hull of the spheres that the plane cuts.
-        /// Example: `area = "25 cm^2"`.
+        /// Cross-section that the stress refers to, m²; default: that of the packing's shape, else of the bounding box.
+        /// "hull": the smallest of eight sections; the area of a section is that of the convex hull of the spheres that
+        /// its plane cuts. Example: `area = "25 cm^2"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         area: Option<CrossSection>,
     },
@@ -249,7 +250,7 @@ impl Loading {
         }
     }
 
-    /// Whether it drives the periodic cell.
+    /// Whether the loading drives the periodic cell.
     pub fn drives_cell(&self) -> bool {
         matches!(self, Self::CellStrain { .. } | Self::CellStress { .. })
     }
@@ -273,7 +274,8 @@ pub struct Stop {
     /// Stress drops to this fraction of its peak. Example: `drop_to = 0.2`.
     #[schemars(extend("minimum" = 0, "exclusiveMaximum" = 1))]
     pub drop_to: Option<Number>,
-    /// Absolute strain along the loading axis (periodic cell: of the largest strain component). Example: `strain = 5e-3`.
+    /// Magnitude of the strain along the loading axis (periodic cell: of the largest strain component). Example:
+    /// `strain = 5e-3`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub strain: Option<Number>,
     /// Time since the start of the run, s. Example: `time = "0.6 ms"`.
@@ -282,8 +284,8 @@ pub struct Stop {
     /// Number of steps. Example: `steps = 20_000`.
     #[schemars(range(min = 1))]
     pub steps: Option<u64>,
-    /// Equilibrium: root mean square of the net force on a body (particle or clump), divided by that of the contact forces,
-    /// falls below this, and so does that of the net moment, divided by the moment of the contacts. Example:
+    /// Equilibrium: the root mean square of the net forces on particles and clumps, divided by that of the contact forces,
+    /// falls below this value, and so does the same ratio of moments. Example:
     /// `unbalanced = 1e-3`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub unbalanced: Option<Number>,
@@ -295,19 +297,19 @@ pub struct Stop {
 pub struct Output {
     /// Path of the result file, relative to the scenario; default: the name of the scenario with `.h5`.
     pub file: Option<String>,
-    /// Steps between two rows of stress, strain, and energies; default: 10.
+    /// Steps between two records of stress, strain, and energies; default: 10.
     #[schemars(range(min = 1))]
     pub sample_interval: u64,
     /// Steps between two snapshots of all particles and contacts; default: only the first and the last state.
     #[schemars(range(min = 1))]
     pub snapshot_interval: Option<u64>,
-    /// Steps between two checkpoints, in addition to one about every minute; default: none.
+    /// Steps between two checkpoints, in addition to those written about every minute; default: none.
     #[schemars(range(min = 1))]
     pub checkpoint_interval: Option<u64>,
     /// Damage above which a bond enters the event log; default: 0.9.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub events_damage: Number,
-    /// Whether to write the samples as a CSV file, too; default: false.
+    /// Whether to write the time series as a CSV file, too; default: false.
     pub csv: bool,
 }
 

@@ -25,7 +25,8 @@ pub enum Packing {
         /// Seed of the random numbers; default: 0. The same seed gives the same packing, bit by bit.
         #[serde(default)]
         seed: u64,
-        /// Friction coefficient during compaction; default: 0, which packs densest. A coefficient of 0.5 packs loosely.
+        /// Friction coefficient during compaction; default: 0, which gives the densest packing. A coefficient of 0.5
+        /// gives a loose one.
         #[serde(default)]
         #[schemars(extend("minimum" = 0))]
         friction: Number,
@@ -49,8 +50,8 @@ pub enum Packing {
         /// Distribution of radii. Required unless `radius` is given.
         /// Example: `radii = { kind = "uniform", minimum = "0.8 mm", maximum = "1.2 mm" }`.
         radii: Option<Radii>,
-        /// Area of all discs divided by the area of the square; default: 0.932. Discs touch from 0.84 on and have a mean of
-        /// 5.1 contacts at 0.93.
+        /// Area of all discs divided by the area of the square; default: 0.932. Discs begin to touch at 0.84 and have a
+        /// mean of 5.1 contacts at 0.93.
         #[serde(default = "overlapping")]
         #[schemars(extend("minimum" = 0.1, "maximum" = 1.1))]
         solid_fraction: Number,
@@ -96,7 +97,7 @@ pub enum Packing {
 }
 
 impl Shape {
-    /// Coordinates of the center (m), if they are given.
+    /// Coordinates of the center (m), if given.
     pub fn center(&self) -> Option<[Length; 3]> {
         match self {
             Self::Box { center, .. } | Self::Cylinder { center, .. } | Self::Hyperboloid { center, .. } => *center,
@@ -104,7 +105,7 @@ impl Shape {
         }
     }
 
-    /// Which spheres stay, if that is given.
+    /// Which spheres stay, if given.
     pub fn keep(&self) -> Option<Crop> {
         match self {
             Self::Box { keep, .. }
@@ -126,7 +127,7 @@ impl Packing {
         }
     }
 
-    /// Whether the particles live in a periodic cell.
+    /// Whether the packing has a periodic cell.
     pub fn is_periodic(&self) -> bool {
         match (self, self.shape()) {
             (_, Some(shape)) => matches!(shape, Shape::Periodic { .. }),
@@ -155,7 +156,7 @@ pub enum Lattice {
 }
 
 impl Lattice {
-    /// Whether all its points lie in the plane z = 0.
+    /// Whether all lattice points lie in the plane z = 0.
     pub fn is_planar(self) -> bool {
         matches!(self, Self::Square | Self::Triangular)
     }
@@ -226,8 +227,8 @@ pub enum Shape {
         size: [Length; 3],
         /// Coordinates of the center, m; default: the origin. Example: `center = ["0 mm", "0 mm", "25 mm"]`.
         center: Option<[Length; 3]>,
-        /// Which spheres stay: "centers", those whose centers lie inside, or "whole-spheres", those that lie inside as a whole;
-        /// default: "whole-spheres" for a lattice, "centers" for other packings.
+        /// Which spheres stay: "centers" keeps those whose centers lie inside, "whole-spheres" those that lie entirely
+        /// inside; default: "whole-spheres" for a lattice, "centers" for other packings.
         keep: Option<Crop>,
     },
     /// A circular cylinder.
@@ -243,8 +244,8 @@ pub enum Shape {
         axis: Axis,
         /// Coordinates of the center, m; default: the origin. Example: `center = ["0 mm", "0 mm", "25 mm"]`.
         center: Option<[Length; 3]>,
-        /// Which spheres stay: "centers", those whose centers lie inside, or "whole-spheres", those that lie inside as a whole;
-        /// default: "whole-spheres" for a lattice, "centers" for other packings.
+        /// Which spheres stay: "centers" keeps those whose centers lie inside, "whole-spheres" those that lie entirely
+        /// inside; default: "whole-spheres" for a lattice, "centers" for other packings.
         keep: Option<Crop>,
     },
     /// A hyperboloid of one sheet: a cylinder with a waist.
@@ -263,8 +264,8 @@ pub enum Shape {
         axis: Axis,
         /// Coordinates of the center, m; default: the origin. Example: `center = ["0 mm", "0 mm", "25 mm"]`.
         center: Option<[Length; 3]>,
-        /// Which spheres stay: "centers", those whose centers lie inside, or "whole-spheres", those that lie inside as a whole;
-        /// default: "whole-spheres" for a lattice, "centers" for other packings.
+        /// Which spheres stay: "centers" keeps those whose centers lie inside, "whole-spheres" those that lie entirely
+        /// inside; default: "whole-spheres" for a lattice, "centers" for other packings.
         keep: Option<Crop>,
     },
     /// The interior of a closed triangulated surface.
@@ -275,11 +276,11 @@ pub enum Shape {
         #[serde(default = "one_meter")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         unit: Length,
-        /// Which spheres stay: "centers", those whose centers lie inside, or "whole-spheres", those that lie inside as a whole;
-        /// default: "whole-spheres" for a lattice, "centers" for other packings.
+        /// Which spheres stay: "centers" keeps those whose centers lie inside, "whole-spheres" those that lie entirely
+        /// inside; default: "whole-spheres" for a lattice, "centers" for other packings.
         keep: Option<Crop>,
     },
-    /// The periodic cell itself, kept and repeated.
+    /// The periodic cell itself, optionally repeated.
     Periodic {
         /// Number of copies of the cell along x, y, z; default: `[1, 1, 1]`.
         #[serde(default = "one_tile")]

@@ -1,11 +1,11 @@
-//! Quantities of a scenario that may be a word instead: a free component, an automatic time step.
+//! Quantities that may be given as a word: a free component, an automatic time step, a measured cross-section.
 
 use serde::de::{self, Deserialize, Deserializer};
 use serde::{Serialize, Serializer};
 
 pub use concordem_contact::quantity::*;
 
-/// A quantity, or free: a component of a motion that nobody prescribes.
+/// A component of a prescribed motion: a quantity, or free.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum Component<D: Dimension> {
     /// Not prescribed; written `"free"`.
@@ -34,7 +34,7 @@ impl<D: Dimension> Serialize for Component<D> {
     }
 }
 
-/// A quantity or one word in its place.
+/// A quantity, or a word in its place.
 #[derive(serde::Deserialize)]
 #[serde(untagged)]
 enum WordOr<Q> {
@@ -66,7 +66,7 @@ impl<D: Dimension> schemars::JsonSchema for Component<D> {
     }
 }
 
-/// The time step: a time, or `"auto"`: the sharpest stability bound times the safety factor.
+/// The time step: a time, or `"auto"` for the tightest stability bound times the safety factor.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum TimeStep {
     /// From the stability bound.
@@ -110,10 +110,10 @@ impl schemars::JsonSchema for TimeStep {
     }
 }
 
-/// The cross-section of a specimen: an area, or `"hull"`: measured on its spheres.
+/// The cross-section of a specimen: an area, or `"hull"` to measure it on the spheres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CrossSection {
-    /// The smallest of eight sections, each the area of the convex hull of the spheres that the plane cuts.
+    /// The smallest of eight sections; the area of a section is that of the convex hull of the spheres that its plane cuts.
     Hull,
     /// Given.
     Given(Area),
@@ -153,12 +153,12 @@ impl schemars::JsonSchema for CrossSection {
     }
 }
 
-/// Declare in a schema that the items of an array are positive.
+/// Declares in a schema that the items of an array are positive.
 pub(super) fn positive_items(schema: &mut schemars::Schema) {
     bound_items(schema, "exclusiveMinimum");
 }
 
-/// Declare in a schema that the items of an array are not negative.
+/// Declares in a schema that the items of an array are not negative.
 pub(super) fn non_negative_items(schema: &mut schemars::Schema) {
     bound_items(schema, "minimum");
 }

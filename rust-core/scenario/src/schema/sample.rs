@@ -1,4 +1,4 @@
-//! Tables `[[sample]]`: operators that are evaluated during the run, and the regions they are evaluated in.
+//! Tables `[[sample]]`: operators that are evaluated during the run, and their regions.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use crate::sampling::{Operator, SampleKey};
 use concordem_operator::Truncation;
 use concordem_operator::stress::Partition;
 
-/// An operator that is evaluated during the run; its rows go to `/samples/NAME` of the result.
+/// An operator that is evaluated during the run; its records go to `/samples/NAME` of the result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OperatorSample {
@@ -16,7 +16,7 @@ pub struct OperatorSample {
     pub operator: Operator,
     /// Name in the result; default: the name of the operator. Example: `name = "core stress"`.
     pub name: Option<String>,
-    /// Region to evaluate; default: the periodic cell, so required if there is none.
+    /// Region to evaluate; default: the periodic cell. Required if there is no cell.
     /// Example: `region = { kind = "sphere", center = [0, 0, 0], radius = "5 mm" }`.
     pub region: Option<SampleRegion>,
     /// Number of cells along x, y, z into which a box is divided; each cell gives its own values.
@@ -57,7 +57,7 @@ impl OperatorSample {
         self.name.as_deref().unwrap_or_else(|| self.operator.name())
     }
 
-    /// Whether the table gives `key`; velocities of zero count as not given.
+    /// Whether the table gives `key`; zero velocities count as not given.
     pub fn gives(&self, key: SampleKey) -> bool {
         match key {
             SampleKey::Region => self.region.is_some(),
@@ -150,7 +150,7 @@ pub enum SampleRegion {
 }
 
 impl SampleRegion {
-    /// Whether it is a list of particles, without a shape.
+    /// Whether the region is a list of particles, without a shape.
     pub fn is_list(&self) -> bool {
         matches!(self, Self::Set { .. } | Self::Material { .. })
     }
@@ -160,8 +160,8 @@ impl SampleRegion {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SamplePlane {
-    /// A point of the plane, m. Required.
+    /// A point on the plane, m. Required.
     pub point: [Length; 3],
-    /// Normal that points out of the region, a vector of any length. Required. Example: `normal = [0, 0, 1]`.
+    /// Normal vector of any length that points out of the region. Required. Example: `normal = [0, 0, 1]`.
     pub normal: [Number; 3],
 }

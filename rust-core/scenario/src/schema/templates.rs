@@ -1,6 +1,6 @@
 //! Template scenarios, compiled into the program.
 
-/// A commented scenario to start from.
+/// A commented example scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Template {
     /// Name.
@@ -38,12 +38,12 @@ templates! {
     "linear-bond-bar": "two-dimensional bar of discs with brittle bonds, pulled until it breaks",
 }
 
-/// The template of this name.
+/// The template with this name.
 pub fn template(name: &str) -> Option<&'static Template> {
     TEMPLATES.iter().chain([&SWEEP]).find(|template| template.name == name)
 }
 
-/// A commented parameter sweep to start from; its scenario is a template, too.
+/// A commented example sweep; its scenario is a template, too.
 pub const SWEEP: Template = Template {
     name: "elastic-sweep",
     description: "elastic constants over interaction ratio and stiffness ratio, mean of three packings; for `sweep`",

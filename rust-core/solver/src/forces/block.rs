@@ -9,13 +9,13 @@ use super::{LawLoops, StepContext, Tile, TileMap, Totals};
 use crate::state::Wall;
 use crate::state::contacts::{ContactBlock, Contacts};
 
-/// Where an evaluation adds what acts on the particles; all slices are by particle.
+/// Sums to which an evaluation adds forces and virials; all slices are by particle.
 pub struct ParticleSums<'a> {
     /// Net contact force, N.
     pub force: &'a mut [Vec3],
     /// Net contact torque about the particle's center, N·m.
     pub torque: &'a mut [Vec3],
-    /// What strains the particles; empty if they are rigid.
+    /// Particle virials; empty if the particles are rigid.
     pub virials: ParticleVirials<'a>,
 }
 
@@ -30,12 +30,12 @@ impl ParticleSums<'_> {
 pub trait EvaluatedContacts: Contacts {
     /// Evaluate all contacts; histories advance by one step.
     ///
-    /// What acts on particles of a contact's own tile is added to `sums`, the rest goes to the map's halo.
+    /// Adds forces on particles of a contact's own tile to `sums`; others go to the map's halo.
     fn evaluate(&mut self, context: &StepContext<'_>, map: &mut TileMap, sums: ParticleSums<'_>) -> Totals;
     /// Evaluate all contacts with walls; histories advance by one step.
     ///
-    /// `b` of a pair numbers the elements of all walls. What acts on particles is added to `sums`; forces of the
-    /// particles on the walls are added to `walls`.
+    /// `b` of a pair numbers the elements of all walls. Adds forces on particles to `sums`, and forces of the particles
+    /// on the walls to `walls`.
     fn evaluate_walls(&mut self, context: &StepContext<'_>, walls: &mut [Wall], sums: ParticleSums<'_>) -> Totals;
     /// Append the forces of all contacts at the present positions; histories stay.
     fn record(&self, context: &StepContext<'_>, out: &mut ContactForces);
@@ -80,14 +80,15 @@ impl<L: LawLoops> EvaluatedContacts for ContactBlock<L> {
     }
 }
 
-/// The parameter rows of a block, and its contacts cut into tiles together with the particles and halo slots they write.
+/// The pair coefficients of a block, and its contacts cut into tiles together with the particles and halo slots they
+/// write.
 fn tiles<'a, L: LawLoops>(
     block: &'a mut ContactBlock<L>,
     map: &'a mut TileMap,
     sums: ParticleSums<'a>,
 ) -> (&'a [L], Vec<Tile<'a, L>>) {
     let ParticleSums { force, torque, mut virials } = sums;
-    if !virials.dyads.is_empty() {
+    if !virials.virials.is_empty() {
         map.virial_halo.resize(map.halo.len(), ParticleVirial::default());
     }
     let mut tiles = Vec::with_capacity(map.contact_start.len());

@@ -1,4 +1,4 @@
-//! What a contact's response changes: its history, the totals, and what acts on its particles.
+//! Commit of a contact's response: new history, totals, and forces on its particles.
 
 use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
 use concordem_contact::kinematics::{BranchVector, PointKinematics, PreviousGeometry, torques};
@@ -9,7 +9,7 @@ use super::tile::{LOCAL, PendingContact, TileEvaluator};
 use super::{BondEvent, Wrench};
 use crate::state::contacts::{ContactFlags, Pair};
 
-/// What a contact does to its two particles.
+/// Force, torques, and virial of a contact on its two particles.
 struct Action<'a> {
     /// Distance of the centers, m.
     length: f64,
@@ -19,7 +19,7 @@ struct Action<'a> {
     force: &'a Vec3,
     /// Torques on A and B about their centers, N·m.
     torques: &'a [Vec3; 2],
-    /// What strains the particles, if they deform.
+    /// Contribution to the particle virials, if the particles deform.
     virial: Option<&'a ParticleVirial>,
 }
 
@@ -98,13 +98,13 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         self.accumulate(k, slot, &Action { length: point.length, normal: &normal, force: &force, torques, virial });
     }
 
-    /// Commit what a law computed in columns for bond `i` of the batch, which survives without damage.
+    /// Commit the result that a law computed in columns for bond `i` of the batch, which survives without damage.
     #[inline(always)]
     pub(super) fn commit_batch_result(&mut self, i: usize, result: &BatchResult<L::State>) {
-        debug_assert!(!SAMPLE && result.push.is_some() == self.deforms());
+        debug_assert!(!SAMPLE && result.virial.is_some() == self.deforms());
         let PendingContact { contact, slot, .. } = self.pending[i];
         let k = contact as usize;
-        let BatchResult { branch: BranchVector { length, normal }, force, torques, energy, state, push } = result;
+        let BatchResult { branch: BranchVector { length, normal }, force, torques, energy, state, virial } = result;
         self.tile.previous[k] = PreviousGeometry { normal: *normal, length: *length };
         if let Some(state) = state {
             self.tile.history[k] = *state;
@@ -116,13 +116,13 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             self.totals.energy.viscous += viscous;
             self.totals.energy.integration += integration;
         }
-        // Damage could pass the threshold of the event log, which is not checked here.
+        // Damage could exceed the threshold of the event log, which is not checked here.
         debug_assert!(L::damage(&self.tile.history[k]) == 0.0);
-        self.accumulate(k, slot, &Action { length: *length, normal, force, torques, virial: push.as_ref() });
+        self.accumulate(k, slot, &Action { length: *length, normal, force, torques, virial: virial.as_ref() });
     }
 
-    /// Add what contact `k` does to the totals and to its particles: directly where they lie in the tile, otherwise to
-    /// its halo slot.
+    /// Add a contact to the totals and to its particles: directly if they lie in the tile, otherwise through its halo
+    /// slot.
     #[inline(always)]
     fn accumulate(&mut self, k: usize, slot: u32, action: &Action<'_>) {
         let &Action { length, normal, force, torques, virial } = action;
@@ -138,17 +138,17 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         }
         let (a, b) = (pair.a as usize - self.tile.base, (pair.b as usize).wrapping_sub(self.tile.base));
         if let Some(virial) = virial {
-            let dyads = virial.dyads();
-            let ParticleVirials { dyads: sums, held } = &mut self.tile.virials;
+            let parts = virial.parts();
+            let ParticleVirials { virials: sums, reaction_sums } = &mut self.tile.virials;
             let (constraint, reacting) = (&self.context.particles.constraint, self.context.reacting);
-            sums[a] += dyads;
+            sums[a] += parts;
             if constraint[pair.a as usize].any(reacting) {
-                held[a].add(virial);
+                reaction_sums[a].add(virial);
             }
             if slot == LOCAL {
-                sums[b] += dyads;
+                sums[b] += parts;
                 if constraint[pair.b as usize].any(reacting) {
-                    held[b].add_opposite(virial);
+                    reaction_sums[b].add_opposite(virial);
                 }
             } else {
                 self.tile.virial_halo[slot as usize] = *virial;
@@ -165,10 +165,10 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 }
 
-/// Energy that a contact holds when it begins and that no work of its first step explains, J.
+/// Energy of a contact at its first evaluation that no work of this step explains, J.
 ///
-/// The contact continues a bond that broke under compression. The energy of that bond was booked as released; the contact
-/// takes a part of it back.
+/// The contact continues a bond that broke under compression. The energy of that bond was booked as released; the
+/// contact regains a part of it.
 #[inline(always)]
 fn inherited_energy(point: &PointKinematics, force: &Vec3, energy: &EnergySplit) -> f64 {
     let along = point.normal * (point.elongation - point.elongation_old);

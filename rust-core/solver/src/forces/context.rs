@@ -1,4 +1,4 @@
-//! What a force evaluation reads besides the contacts.
+//! Inputs of a force evaluation besides the contacts.
 
 use concordem_contact::kinematics::deformable::{Deformable, SurfaceDisplacement};
 use concordem_contact::kinematics::sphere_sphere::Motion;
@@ -7,7 +7,7 @@ use concordem_contact::math::{Symmetric, Vec3};
 
 use crate::state::{Cell, Constraint, Particles};
 
-/// What a force evaluation reads besides the contacts.
+/// Inputs of a force evaluation besides the contacts.
 #[derive(Clone, Copy)]
 pub struct StepContext<'a> {
     /// The particles.
@@ -24,8 +24,8 @@ pub struct StepContext<'a> {
     pub dt: f64,
     /// Damage at which a bond enters the event log.
     pub damage_threshold: f64,
-    /// Whether to sum stored energies and squared contact forces. They are functions of the state, needed only in steps
-    /// that sample. (Dissipation is summed in every step.)
+    /// Whether to sum stored energies and squared contact forces. They are functions of the state and needed only in
+    /// steps that sample. (Dissipation is summed in every step.)
     pub sample: bool,
     /// Surface displacement of each particle; empty if particles are rigid.
     pub surface_displacement: &'a [SurfaceDisplacement],
@@ -40,8 +40,8 @@ pub struct StepContext<'a> {
 }
 
 impl StepContext<'_> {
-    /// How far the surfaces of particles `a` and `b` moved towards each other, m: along the present normal, and one step
-    /// ago along the normal of that time.
+    /// How far the surfaces of particles `a` and `b` have moved towards each other, m: along the present normal, and
+    /// one step ago along the normal of that time.
     #[inline(always)]
     pub fn surface_approach(&self, a: usize, b: usize, normal: &Vec3, normal_old: &Vec3) -> (f64, f64) {
         let before = self.surface_displacement_before(a) + self.surface_displacement_before(b);

@@ -1,7 +1,8 @@
 //! The loops over the contacts of one law.
 //!
-//! Generic functions are compiled in every crate that uses them, and again for each law in one piece. The loops are by far
-//! the largest generic functions of ConcorDEM. Therefore those of the registered laws are compiled once, in this crate, and side by side, because the compiler puts the methods of an `impl` into the unit of the law's own module.
+//! Every crate that uses a generic function compiles it again, for each law in one piece. The loops are by far the
+//! largest generic functions of ConcorDEM. Therefore this crate compiles those of the registered laws once. They
+//! compile in parallel, because the compiler puts the methods of an `impl` into the unit of the law's own module.
 
 use concordem_contact::law::ContactLaw;
 

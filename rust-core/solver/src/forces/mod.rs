@@ -6,7 +6,7 @@
 //! slots addressed to it, in ascending order ([`TileMap`]). So the operations and their order depend on the numbering of
 //! the particles alone, never on the threads.
 //!
-//! * [`context`](StepContext): what an evaluation reads besides the contacts;
+//! * [`context`](StepContext): inputs of a force evaluation besides the contacts;
 //! * `tile_map`: the division of a block of contacts into tiles and halo slots;
 //! * `tile`: the loop over the contacts of a tile; `activate` and `commit` are its first and last stage;
 //! * `block`: the interface of a block to the solver, whatever its law; `laws`: the loops compiled for each law;

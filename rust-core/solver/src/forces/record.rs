@@ -1,7 +1,7 @@
-//! The forces of all contacts at the present positions, as operators read them.
+//! Forces of all contacts at the present positions, as input of operators.
 //!
-//! Laws are pure functions, so the response that the next step will get is known without taking the step: this module
-//! measures and evaluates every contact as the step does and discards the new histories. Same inputs, same bits.
+//! Laws are pure functions, so the response of the next step is known without the step: this module measures and
+//! evaluates every contact as the step does and discards the new histories. Same inputs, same bits.
 
 use concordem_contact::kinematics::deformable::ParticleVirials;
 use concordem_contact::kinematics::{ContactInput, ImageShift};
@@ -14,7 +14,7 @@ use super::{LawLoops, ParticleSums, StepContext, motion_of};
 use crate::state::contacts::{ContactBlock, ContactFlags};
 use crate::state::{Particles, Wall};
 
-/// Forces of contacts between particles, one row per contact that carries a force.
+/// Forces of contacts between particles, one row per contact with a force.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ContactForces {
     /// Particles A and B, by index.
@@ -31,13 +31,13 @@ pub struct ContactForces {
     pub place: Vec<u32>,
     /// End of the rows of each block: bonds by law, then unbonded contacts.
     pub block_end: Vec<usize>,
-    /// Damage and lost strength of all contacts at the present positions, whether they carry a force or not: block after
-    /// block, in the order of its contacts.
+    /// Damage and lost strength of all contacts at the present positions, including those without force: block after
+    /// block, in the order of their contacts.
     pub damage: Vec<[f64; 2]>,
 }
 
 impl ContactForces {
-    /// The contacts as operators take them.
+    /// The contacts as operator input.
     pub fn set<'a>(&'a self, particles: &'a Particles) -> Result<ContactSet<'a>, OperatorError> {
         let moments = self.moment.iter().any(|m| *m != Vec3::zeros());
         ContactSet::new(
@@ -81,7 +81,7 @@ pub struct WallForces {
 }
 
 impl WallForces {
-    /// The loads as operators take them.
+    /// The loads as operator input.
     pub fn set<'a>(&'a self, particles: &Particles) -> Result<LoadSet<'a>, OperatorError> {
         LoadSet::new(particles.len(), &self.particle, &self.point, &self.force, Some(&self.moment))
     }
@@ -116,9 +116,9 @@ pub struct Forces {
 /// One contact at the present positions.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ContactRecord {
-    /// Its force; `None` if it carries none.
+    /// Its force; `None` if it has none.
     force: Option<ContactForce>,
-    /// Damage and lost strength; 1 if it breaks.
+    /// Damage and lost strength; 1 if the contact breaks.
     damage: [f64; 2],
 }
 
@@ -205,8 +205,8 @@ pub(super) fn record_walls<L: LawLoops>(
     walls: &[Wall],
     out: &mut WallForces,
 ) {
-    // The evaluation decides which points of a surface act and which contact inherits from which; it changes the contacts
-    // and the walls, so it works on copies.
+    // The evaluation decides which points of a surface act and which contact inherits which history. It changes
+    // contacts and walls, so it works on copies.
     let (mut block, mut walls) = (block.clone(), walls.to_vec());
     let n = context.particles.len();
     let (mut force, mut torque) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);

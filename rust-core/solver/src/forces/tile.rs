@@ -1,8 +1,8 @@
 //! The loop over the contacts of a tile.
 //!
-//! For each batch of up to 32 contacts: prefetch the particles of contacts ahead, activate candidates that begin to touch,
-//! measure the batch and evaluate the law ([`Batch`]), then commit each result. Everything here is inlined into one loop
-//! per law and kind of step; only rare cases are functions of their own.
+//! For each batch of up to 32 contacts: prefetch the particles of contacts ahead, activate candidates that begin to
+//! touch, measure the batch and evaluate the law ([`Batch`]), then commit each result. Everything here is inlined into
+//! one loop per law and kind of step; only rare cases are separate functions.
 
 use concordem_contact::columns::{BATCH, Columns};
 use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
@@ -36,8 +36,8 @@ pub struct Tile<'a, L: ContactLaw> {
     pub(super) virial_halo: &'a mut [ParticleVirial],
 }
 
-/// The loop over one tile in a step without a sample, which [`pulp`] runs with the widest instructions of the processor.
-/// The bits are the same: nothing is fused or reordered.
+/// The loop over one tile in a step without a sample. [`pulp`] runs it with the widest instructions of the processor.
+/// The bits are the same, because nothing is fused or reordered.
 struct PlainTileLoop<'a, 'b, L: ContactLaw, const PERIODIC: bool, const YADE: bool, const DEFORM: bool> {
     context: &'a StepContext<'a>,
     rows: &'a [L],
@@ -50,7 +50,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const YADE: bool, const DEFORM: bool> 
     type Output = Totals;
     #[inline(always)]
     fn call(self) -> Totals {
-        // The compiler sees which measures are possible and leaves out the others.
+        // The compiler sees which measures are possible and omits the others.
         let mode = match self.context.mode {
             MotionMeasure::Yade if YADE => MotionMeasure::Yade,
             _ if YADE => MotionMeasure::YadeRatcheting,
@@ -62,7 +62,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const YADE: bool, const DEFORM: bool> 
 
 /// Evaluate the contacts of a tile with the loop for this law and kind of step.
 ///
-/// Steps without a sample have loops of their own for the default measure and, without a cell, for YADE's measures. All
+/// Steps without a sample have their own loops for the default measure and, without a cell, for YADE's measures. All
 /// other steps share one loop, to keep the program small.
 #[inline(always)]
 pub fn evaluate_tile<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: Tile<'_, L>) -> Totals {
@@ -70,7 +70,7 @@ pub fn evaluate_tile<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile:
     let finite = !context.sample && (mode == MotionMeasure::Finite || L::Kinematics::ONE_MODE);
     let yade = !context.sample && !periodic && matches!(mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
     let arch = pulp::Arch::new();
-    // Conditions on constants of the law come first: the compiler leaves out the loops that they exclude.
+    // Conditions on constants of the law come first, so that the compiler omits the loops they exclude.
     if L::DEFORMS && !context.surface_displacement.is_empty() {
         if finite && !periodic {
             arch.dispatch(PlainTileLoop::<L, false, false, true> { context, rows, tile })
@@ -113,7 +113,7 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bo
                 next_slot += 1;
                 next_slot - 1
             };
-            // Bonds carry a force from the start; candidates as soon as their surfaces meet.
+            // Bonds have a force from the start; candidates from the step in which their surfaces meet.
             let carried = evaluator.tile.flags[k].carries();
             if carried || evaluator.activate(k) {
                 evaluator.pending[pending] = PendingContact { contact: k as u32, slot, begins: !carried };
@@ -128,12 +128,12 @@ fn run<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bo
     evaluator.totals
 }
 
-/// Stands for a halo slot where B lies in the tile.
+/// In place of a halo slot: B lies in the tile.
 pub(super) const LOCAL: u32 = u32::MAX;
 
 /// Evaluates the contacts of a tile in batches.
 ///
-/// The constants say which cases the loop serves: a periodic cell, a sample, deformable particles.
+/// The constants say what the loop supports: a periodic cell, a sample, deformable particles.
 pub(super) struct TileEvaluator<'a, L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> {
     pub(super) context: &'a StepContext<'a>,
     rows: &'a [L],
@@ -156,13 +156,13 @@ pub(super) struct PendingContact {
 impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool>
     TileEvaluator<'_, L, PERIODIC, SAMPLE, DEFORM>
 {
-    /// Whether particles deform. The loop for cells and samples serves rigid and deformable particles.
+    /// Whether particles deform. The loop for cells and samples supports rigid and deformable particles.
     #[inline(always)]
     pub(super) fn deforms(&self) -> bool {
         DEFORM && (!PERIODIC || !self.context.surface_displacement.is_empty())
     }
 
-    /// Write zeros to the halo slot of a contact that carries nothing.
+    /// Write zeros to the halo slot of a contact without force.
     #[inline(always)]
     pub(super) fn clear_slot(&mut self, slot: u32) {
         self.tile.halo[slot as usize] = Wrench::default();
@@ -179,7 +179,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         }
     }
 
-    /// Prefetch what contact `k` will read of its B. A needs no prefetch: it follows the order of the contacts.
+    /// Prefetch the data of B that contact `k` will read. A needs no prefetch, because it follows the order of the
+    /// contacts.
     #[inline(always)]
     fn prefetch(&self, k: usize) {
         let Some(pair) = self.tile.pair.get(k) else { return };
@@ -203,8 +204,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         (before(a) + before(b)).quadratic(&self.tile.previous[contact as usize].normal)
     }
 
-    /// Evaluate contact `i` again, which ends in this step: then the response depends on the elongation one step ago,
-    /// too. `approach`: how far the surfaces have moved towards each other, m.
+    /// Evaluate contact `i` again, because it ends in this step and its response then also depends on the elongation
+    /// one step ago. `approach`: how far the surfaces have moved towards each other, m.
     #[cold]
     #[inline(never)]
     fn evaluate_again(&mut self, i: usize, kinematics: L::Kinematics, approach: f64) {
@@ -228,7 +229,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         let (radius_a, radius_b) = (particles.radius[a], particles.radius[b]);
         let (motion_a, motion_b) = (motion_of(particles, a), motion_of(particles, b));
         let between = motion_b.position + image.displacement - motion_a.position;
-        // The velocities give the branch vector one step ago, so that candidates need not store it.
+        // The velocities give the branch vector one step ago, so candidates need not store it.
         let before = between - (motion_b.velocity + image.velocity - motion_a.velocity) * self.context.dt;
         let surface_displacement = if self.deforms() {
             let normal = between.normalize();
@@ -325,7 +326,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         }
         let PendingContact { contact, begins, .. } = self.pending[i];
         let now = self.surface_displacement(i).quadratic(&kinematics.point().normal);
-        // The approach one step ago costs memory traffic: it stays NaN for surviving contacts of laws that do not read it.
+        // The approach one step ago costs memory traffic, so it stays NaN for surviving contacts of laws that do not
+        // read it.
         let reads_before = L::READS_OLD_ELONGATION || begins;
         let before = if reads_before { self.surface_approach_before(contact) } else { f64::NAN };
         let deformed = kinematics.with_surface_displacement(now, before);

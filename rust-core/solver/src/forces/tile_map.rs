@@ -89,7 +89,7 @@ impl TileMap {
         self.slots[range].iter().map(|&slot| &self.virial_halo[slot as usize])
     }
 
-    /// Prefetch what [`Self::incoming_virials`] will read for particle `p`.
+    /// Prefetch the data that [`Self::incoming_virials`] will read for particle `p`.
     #[inline(always)]
     pub fn prefetch_virials(&self, p: usize) {
         let Some(&[start, end]) = self.target_start.get(p..p + 2) else { return };

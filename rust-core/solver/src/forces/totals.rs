@@ -5,12 +5,12 @@ use concordem_contact::math::{Mat3, Vec3};
 
 use crate::state::contacts::Pair;
 
-/// A bond that broke, or whose damage passed the threshold of the event log; particles by index.
+/// A bond that broke, or whose damage exceeded the threshold of the event log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BondEvent {
     /// The particles, by index.
     pub pair: Pair,
-    /// Whether the bond broke (otherwise its damage passed the threshold).
+    /// Whether the bond broke; otherwise its damage exceeded the threshold.
     pub broke: bool,
     /// Damage reached.
     pub damage: f64,
@@ -35,7 +35,7 @@ pub struct Totals {
     pub force_squared: f64,
     /// `Σ|m|²` of the moments that contacts transmit, N²·m², in steps that sample.
     pub moment_squared: f64,
-    /// Number of contacts that carry a force.
+    /// Number of contacts with a force.
     pub active: u64,
     /// Bond events in the order of the contacts.
     pub bond_events: Vec<BondEvent>,

@@ -1,10 +1,10 @@
 //! Forces between particles and walls.
 //!
-//! A particle near a surface of triangles can have several closest points. A point inside a face always acts. A point on
-//! an edge or corner acts only if it is a closest point of the surface as a whole: no other triangle that contains it has
-//! a closer one, and if it is the closest point of several triangles, one of them acts. So a flat or convex surface acts
-//! once, not once per triangle. Where the closest point passes from one triangle to the next, the new contact inherits the
-//! history of the old one.
+//! A particle near a surface of triangles can have several closest points. A point inside a face always acts. A point
+//! on an edge or corner acts only if it is a closest point of the surface as a whole: no other triangle that contains
+//! it has a closer one. If it is the closest point of several triangles, only one of them acts. So a flat or convex
+//! surface acts once, not once per triangle. When the closest point moves from one triangle to the next, the new
+//! contact inherits the history of the old one.
 
 use std::ops::Range;
 
@@ -19,13 +19,14 @@ use super::{BondEvent, ParticleSums, StepContext, Totals, motion_of};
 use crate::state::Wall;
 use crate::state::contacts::{ContactBlock, ContactFlags};
 
-/// Two points of a surface that lie closer together than this fraction of the particle's radius count as one.
+/// Two points of a surface are the same point if they are closer together than this fraction of the particle's radius.
 const SAME_POINT: f64 = 1e-6;
 
-/// Cosine of the largest rotation of the normal in one step between two triangles of which one inherits from the other.
+/// Cosine of the largest rotation of the normal in one step for a contact to inherit history from a neighboring
+/// triangle.
 const SAME_SURFACE: f64 = 0.5;
 
-/// Wall and element of every element number.
+/// Wall and element for every element number.
 pub fn element_table(walls: &[Wall]) -> Vec<(u32, u32)> {
     walls
         .iter()
@@ -79,7 +80,7 @@ pub fn evaluate<L: ContactLaw>(
 /// Evaluates the contacts of one particle with walls at a time.
 struct WallEvaluator<'a> {
     context: &'a StepContext<'a>,
-    /// Wall and element of every element number.
+    /// Wall and element for every element number.
     elements: Vec<(u32, u32)>,
     /// The particle.
     particle: usize,
@@ -92,25 +93,25 @@ struct WallEvaluator<'a> {
     totals: Totals,
 }
 
-/// What a contact with a wall does to its particle.
+/// Force and virial of a wall contact on its particle.
 struct WallAction {
     force: WallForce,
     /// Vector from the particle's center to the contact point, m.
     arm: Vec3,
     /// Image of the wall.
     image: [i8; 3],
-    /// What strains the particle, if it deforms.
+    /// Contribution to the particle virial, if the particle deforms.
     virial: ParticleVirial,
 }
 
 impl WallEvaluator<'_> {
-    /// Extent of the particle towards a wall with this normal, m: its radius, and its surface displacement.
+    /// Radius of the particle plus its surface displacement along this normal, m.
     fn extent(&self, normal: &Vec3) -> f64 {
         let radius = self.context.particles.radius[self.particle];
         radius + self.context.surface_displacement.get(self.particle).map_or(0.0, |w| w.0.quadratic(normal))
     }
 
-    /// Closest point of the particle's contact number `i`, if the wall is touched there.
+    /// Closest point of the particle's contact number `i`, if the particle touches the wall there.
     fn touching(&self, i: usize) -> Option<ClosestPoint> {
         self.closest_points[i].filter(|closest_point| closest_point.distance < self.extent(&closest_point.normal))
     }
@@ -128,7 +129,7 @@ impl WallEvaluator<'_> {
         }
         let mut acts = std::mem::take(&mut self.acts);
         let element = |i: usize| self.elements[block.pair[self.contacts.start + i].b as usize];
-        // Whether contact `other` acts at the edge point `point` (from the center) of contact `i` in its stead.
+        // Whether contact `other` replaces contact `i` at the edge point `point` (from the center).
         let supersedes = |other: usize, i: usize, point: &Vec3| {
             let (w, _) = element(i);
             let (w_other, e_other) = element(other);
@@ -138,7 +139,7 @@ impl WallEvaluator<'_> {
                     if (o.normal * o.distance - point).norm() < SAME_POINT * radius {
                         o.interior || other < i
                     } else {
-                        // If the edge point lies on the other triangle, too, that one has a closer point.
+                        // If the edge point also lies on the other triangle, that triangle has a closer point.
                         let image = block.flags[self.contacts.start + other].image;
                         walls[w as usize]
                             .closest_point_of_image(e_other as usize, &(center + point), cell, image)
@@ -156,7 +157,7 @@ impl WallEvaluator<'_> {
         self.acts = acts;
     }
 
-    /// Let contacts that begin inherit from a contact with the same surface that ends.
+    /// Let new contacts inherit from a contact with the same surface that ends.
     fn inherit<L: ContactLaw>(&self, block: &mut ContactBlock<L>) {
         for (i, k) in self.contacts.clone().enumerate() {
             if let (true, Some(closest_point)) = (self.acts[i], self.closest_points[i])
@@ -172,8 +173,8 @@ impl WallEvaluator<'_> {
         }
     }
 
-    /// The active contact with the same wall and parameter row as contact `k` that ends in this step and whose normal is
-    /// nearest to `normal`, if there is one.
+    /// The active contact with the same wall and pair coefficients as contact `k` that ends in this step and whose
+    /// normal is closest to `normal`, if there is one.
     fn predecessor<L: ContactLaw>(&self, block: &ContactBlock<L>, k: usize, normal: &Vec3) -> Option<usize> {
         let wall = |k: usize| self.elements[block.pair[k].b as usize].0;
         let mut best = None;
@@ -191,7 +192,7 @@ impl WallEvaluator<'_> {
         best
     }
 
-    /// Evaluate contact `k`; `None` if it carries nothing.
+    /// Evaluate contact `k`; `None` if it has no force.
     fn contact<L: ContactLaw>(&mut self, block: &mut ContactBlock<L>, walls: &[Wall], k: usize) -> Option<WallAction> {
         let i = k - self.contacts.start;
         let wall = self.elements[block.pair[k].b as usize].0;
@@ -234,7 +235,7 @@ impl WallEvaluator<'_> {
         Some(WallAction { force, arm, image: block.flags[k].image, virial })
     }
 
-    /// Measure contact `k`, which is activated if it begins; `None` if the law has no contacts with walls.
+    /// Measure contact `k`, activating it if it begins; `None` if the law has no contacts with walls.
     fn measure<L: ContactLaw>(
         &self,
         block: &mut ContactBlock<L>,
@@ -248,7 +249,7 @@ impl WallEvaluator<'_> {
         if !block.flags[k].has(ContactFlags::ACTIVE) {
             block.flags[k].bits |= ContactFlags::ACTIVE;
             block.reference[k] = L::unbonded_reference(radius, radius, 0.0);
-            // The velocities give the distance one step ago, so that candidates need not store it.
+            // The velocities give the distance one step ago, so candidates need not store it.
             let approach = (motion.velocity - wall_velocity).dot(&closest_point.normal);
             block.previous[k] = PreviousGeometry {
                 normal: closest_point.normal,
@@ -272,7 +273,7 @@ impl WallEvaluator<'_> {
         Some(measured.with_surface_displacement(surface_displacement.0.quadratic(&closest_point.normal), before))
     }
 
-    /// Add what a contact does to the totals, to its particle, and to its wall.
+    /// Add a contact to the totals, to its particle, and to its wall.
     fn accumulate<L: ContactLaw>(&mut self, action: &WallAction, sums: &mut ParticleSums<'_>, wall: &mut Wall) {
         let a = self.particle;
         let WallAction { force: WallForce { force, moment, point, .. }, arm, image, virial } = action;
@@ -284,10 +285,10 @@ impl WallEvaluator<'_> {
             }
         }
         sums.force[a] += force;
-        if let Some(dyads) = sums.virials.dyads.get_mut(a) {
-            *dyads += virial.dyads();
+        if let Some(sum) = sums.virials.virials.get_mut(a) {
+            *sum += virial.parts();
             if self.context.particles.constraint[a].any(self.context.reacting) {
-                sums.virials.held[a].add(virial);
+                sums.virials.reaction_sums[a].add(virial);
             }
         }
         sums.torque[a] += arm.cross(force);
@@ -295,7 +296,7 @@ impl WallEvaluator<'_> {
             sums.torque[a] += moment;
         }
         wall.force -= force;
-        // Of the image of the wall: the point is given where the particle is.
+        // The point lies on an image of the wall; move it back to the wall itself.
         let shift = self.context.cell.map_or_else(Vec3::zeros, |cell| cell.shift(*image));
         wall.torque -= (point - shift - wall.displacement).cross(force);
     }

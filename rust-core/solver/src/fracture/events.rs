@@ -2,10 +2,10 @@
 
 use concordem_contact::math::Vec3;
 
-/// A contact crossed the damage threshold of the event log, or broke.
+/// A bond broke, or its damage exceeded the threshold of the event log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
-    /// Time, s, as in samples.
+    /// Time, s, as in records.
     pub time: f64,
     /// Number of steps done before.
     pub step: u64,

@@ -1,11 +1,11 @@
-//! Fragments: sets of particles that intact bonds hold together.
+//! Fragments: sets of particles connected by intact bonds.
 
 use crate::state::State;
 use crate::state::contacts::ContactFlags;
 
 /// Fragment of each particle, by index: the smallest id of the particles in it. So a fragment keeps its number while
-/// pieces break off, unless that particle leaves. A particle without bonds is a fragment of its own. Members of a clump
-/// belong together.
+/// parts break off, unless that particle leaves. A particle without bonds is a fragment of its own. Members of a clump
+/// are in the same fragment.
 pub fn fragments(state: &State) -> Vec<u32> {
     let particles = &state.particles;
     let mut parent: Vec<u32> = (0..particles.len() as u32).collect();

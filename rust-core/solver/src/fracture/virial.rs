@@ -1,4 +1,4 @@
-//! Particle-level failure (Jebahi et al. 2015, [4.23]–[4.24]): a particle whose mean stress passes a threshold in tension
+//! Particle-level failure (Jebahi et al. 2015, [4.23]–[4.24]): a particle whose mean tensile stress exceeds a threshold
 //! releases all its bonds.
 //!
 //! `p_i = (1/dV_i) Σ_bonds ½ l·f`, the trace over the dimension `d` of the particle's stress `(1/2V_i)Σ ½(l⊗f+f⊗l)` with
@@ -28,9 +28,8 @@ impl HydrostaticStrength {
     }
 }
 
-/// Mean stress of each particle from its bonds, Pa, tension positive. `None` if the axial force of a bond depends on more
-/// than its length
-/// (see [`ContactLaw::axial_force`](concordem_contact::law::ContactLaw::axial_force)).
+/// Mean stress of each particle from its bonds, Pa, tension positive. `None` if the axial force of a bond depends on
+/// more than its length (see [`ContactLaw::axial_force`](concordem_contact::law::ContactLaw::axial_force)).
 pub fn mean_stress(state: &State, planar: bool) -> Option<Vec<f64>> {
     let particles = &state.particles;
     let mut stress = vec![0.0; particles.len()];

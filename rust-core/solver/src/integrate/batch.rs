@@ -11,7 +11,7 @@ use super::damping::local_damping;
 use super::particle::{Chunk, Shared, advance};
 use super::{Damping, KickSums, NetForces};
 
-/// Kick and drift of free particles without a cell or loads, a batch at a time; the bits are those of [`advance`].
+/// Kick and drift of free particles without a cell or loads, a batch at a time. The bits are those of [`advance`].
 pub(super) struct FreeKick {
     dt: f64,
     /// Time of the kick, s.
@@ -76,7 +76,7 @@ impl Formula for FreeKick {
     fn apply(&self, input: KickInput) -> KickOutput {
         let &Self { dt, step, gravity, damping } = self;
         let KickInput { force, torque, velocity: v, angular_velocity: w, orientation, position, mass, inertia } = input;
-        // Add a load of zero, as [`advance`] does: it changes the sign of zeros.
+        // Add a load of zero, as [`advance`] does, because it changes the sign of zeros.
         let applied = gravity * mass + Vec3::zeros();
         let (net, net_torque) = (force + applied, torque + Vec3::zeros());
         let (f_damping, t_damping) = damping.map_or_else(Default::default, |[translation, rotation]| {
@@ -108,7 +108,7 @@ impl Formula for FreeKick {
 }
 
 impl FreeKick {
-    /// The batched kick, if it supports everything that acts on the particles.
+    /// The batched kick, if it supports all forces on the particles.
     #[inline(always)]
     pub fn of(shared: &Shared<'_>, chunk: &Chunk<'_>) -> Option<Self> {
         let &Shared { context, gradient, loads, .. } = shared;
@@ -136,7 +136,7 @@ impl FreeKick {
         let &Shared { mass, inertia, clump, constraint, net: NetForces { force, torque }, .. } = shared;
         let base = chunk.base;
         let free = |i: usize| clump[base + i] == u32::MAX && constraint[base + i].0 == 0;
-        // Common: discs in a plane, grips.
+        // Common cases: discs in a plane, grips.
         if !range.clone().any(free) {
             for i in range {
                 advance(shared, chunk, i, sums);

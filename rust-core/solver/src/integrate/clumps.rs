@@ -7,7 +7,7 @@ use super::kick::Freedom;
 use super::{KickContext, KickSums, NetForces};
 use crate::state::{Clump, Constraint, Particles};
 
-/// What acts on a clump.
+/// Forces and torques on a clump.
 struct Resultant {
     /// All forces, N.
     force: Vec3,
@@ -44,8 +44,8 @@ impl Resultant {
 
 /// Advance rigid clumps under the forces on their members, and book their energies like those of particles.
 ///
-/// The rotational kinetic energy is booked as the mean of its values before and after the kick, so a tumbling clump leaves
-/// a residual of second order in the step in the ledger. Damping acts on the force and torque of the body.
+/// The rotational kinetic energy is booked as the mean of its values before and after the kick, so a tumbling clump
+/// leaves a residual of second order in the step in the ledger. Damping acts on force and torque of the clump.
 pub fn advance_clumps(
     context: &KickContext<'_>,
     clumps: &mut [Clump],
@@ -67,7 +67,7 @@ fn advance(
 ) {
     let dt = context.dt;
     let Resultant { force, torque, applied, applied_torque } = Resultant::of(clump, &context.gravity, particles, net);
-    // The entry of the first member stores the force and torque of the body.
+    // The entry of the first member stores force and torque of the clump.
     let first = clump.members.first().map_or(usize::MAX, |&m| m as usize);
     let [change, torque_change] = changes(particles.previous.get_mut(first), &force, &torque);
     let angular_velocity = clump.angular_velocity(&clump.angular_momentum, &clump.orientation);
@@ -93,7 +93,7 @@ fn advance(
         is_rotation: true,
     };
     let ((_, f_damping), (_, t_damping)) = (translation.kick(context), rotation.kick(context));
-    // Angular velocity of the members in the last step, that is half a step ago, as their displacements.
+    // Angular velocity of the members in the last step, half a step ago, like their displacements.
     let w = particles.angular_velocity.get(first).copied().unwrap_or(angular_velocity);
     let (v, rotation_before) = (velocity, clump.rotational_energy());
     clump.advance(&(force + f_damping), &(torque + t_damping), dt, context.step(), particles);

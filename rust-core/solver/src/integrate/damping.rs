@@ -22,15 +22,15 @@ pub enum Damping {
         /// α of the rotation.
         rotation: f64,
     },
-    /// Dissipation of the fast modes by the integrator, Tchamwa & Wielgosz (1999), as used by Jebahi et al. 2015:
+    /// Dissipation of high modes by the integrator, Tchamwa & Wielgosz (1999), as used by Jebahi et al. 2015:
     /// `x' = x + vΔt + φ a Δt²`, `v' = v + a Δt`.
     ///
-    /// Eliminating the velocity shows that this is leapfrog under the force `F + (φ−1)(F − F_old)` with the net force
-    /// `F_old` one step ago: a dashpot on the change of force. It is computed and booked as such; `v` of the state is
-    /// the velocity of the step, `(x'−x)/Δt`. The form with φ on the position's `Δt²/2` alone
+    /// Eliminating the velocity shows that this is leapfrog under the force `F + (φ−1)(F − F_old)`, where `F_old` is
+    /// the net force one step ago: a dashpot on the change of force. The code computes and books it as such; `v` of the
+    /// state is the velocity of the step, `(x'−x)/Δt`. The form with φ only on the position's `Δt²/2`
     /// (`x' = x + vΔt + φ½aΔt²`, `v' = v + ½(a+a')Δt`) is the same recursion with `½(1+φ)` in place of φ
-    /// ([`Damping::position_term`]). Stable for `ωΔt < 2/√(2φ−1)`; the spectral radius is `√(1−(φ−1)(ωΔt)²)`.
-    /// With φ on the velocity, as [2.24]–[2.25] are printed, that term has the opposite sign and the motion grows.
+    /// ([`Damping::position_term`]). Stable for `ωΔt < 2/√(2φ−1)`; the spectral radius is `√(1−(φ−1)(ωΔt)²)`. With φ on
+    /// the velocity, as [2.24]–[2.25] are printed, that term has the opposite sign and the motion grows.
     TchamwaWielgosz {
         /// φ: 1 without dissipation, 1.3 in Jebahi et al.
         phi: f64,
@@ -38,16 +38,16 @@ pub enum Damping {
 }
 
 impl Damping {
-    /// The form with φ on the position term alone.
+    /// The form with φ only on the position term.
     pub fn position_term(phi: f64) -> Self {
         Self::TchamwaWielgosz { phi: 0.5 * (1.0 + phi) }
     }
 
-    /// Factor `s` by which the damping raises the stiffness that the stability of the motion depends on: stable for
-    /// `s (Ω² + 2D) < 4` with `Ω = ωΔt` and a dashpot `D = cΔt/m` ([`time_step`](crate::time_step)).
+    /// Factor `s` by which the damping increases the stiffness in the stability condition: stable for `s (Ω² + 2D) < 4`
+    /// with `Ω = ωΔt` and a dashpot `D = cΔt/m` ([`time_step`](crate::time_step)).
     ///
     /// * [`Self::TchamwaWielgosz`]: `2φ − 1`;
-    /// * [`Self::Local`], [`Self::NonViscous`]: `1 + λ`, since a force against the motion grows by that factor.
+    /// * [`Self::Local`], [`Self::NonViscous`]: `1 + λ`, because a force against the motion grows by that factor.
     pub fn stiffening(&self) -> f64 {
         match self {
             Self::None => 1.0,
@@ -64,7 +64,7 @@ impl Damping {
     }
 
     /// Whether the damping reads the forces of the last step.
-    pub fn remembers(&self) -> bool {
+    pub fn reads_last_forces(&self) -> bool {
         matches!(self, Self::TchamwaWielgosz { .. })
     }
 }
@@ -75,14 +75,14 @@ impl Damping {
 pub(super) fn local_damping(force: &Vec3, mass: f64, fluctuation: &Vec3, coefficient: f64, dt: f64) -> Vec3 {
     let component = |i: usize| {
         let trend = force[i] * (mass * fluctuation[i] + 0.5 * dt * force[i]);
-        // Without a branch, which no processor could predict.
+        // Without a branch, because a processor cannot predict it.
         let sign = f64::from(u8::from(trend > 0.0)) - f64::from(u8::from(trend < 0.0));
         -coefficient * sign * force[i]
     };
     Vec3::new(component(0), component(1), component(2))
 }
 
-/// Change of force and torque since the last step, which `previous` holds and which are replaced; zero without `previous`.
+/// Change of force and torque since the last step. Replaces the last values in `previous`; zero without `previous`.
 #[inline(always)]
 pub(super) fn changes(previous: Option<&mut [Vec3; 2]>, force: &Vec3, torque: &Vec3) -> [Vec3; 2] {
     previous.map_or([Vec3::zeros(); 2], |previous| {

@@ -14,7 +14,7 @@ pub(super) struct Freedom<'a> {
     pub mass: f64,
     /// Velocity, m/s.
     pub velocity: &'a Vec3,
-    /// Velocity relative to the affine motion of the cell, m/s; damping acts on it.
+    /// Velocity relative to the affine motion of the cell, m/s, on which the damping acts.
     pub fluctuation: &'a Vec3,
     /// Change of the force since the last step, N, for damping that reads it.
     pub change: &'a Vec3,

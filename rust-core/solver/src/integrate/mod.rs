@@ -1,8 +1,8 @@
 //! Integration of the equations of motion of free spheres: kick and drift.
 //!
 //! Leapfrog: `v⁺ = v⁻ + a Δt`, `x' = x + v⁺ Δt`, `q' = exp(ω⁺Δt) q` (central differences; Madan 2019, (2.9)–(2.13)).
-//! Velocity Verlet is the same recursion whose first kick is half a step, so that the given initial velocity is the one
-//! at time 0 (its on-step velocity is `½(v⁻+v⁺)`).
+//! Velocity Verlet is the same recursion with a first kick of half a step, so that the given initial velocity is the
+//! one at time 0 (its on-step velocity is `½(v⁻+v⁺)`).
 //!
 //! **Ledger.** With kinetic energy measured as `K = ½ m v⁻·v⁺` the recursion gives, without any error of order Δt,
 //! `K(n) − K(n−1) = Σ ½(F(n−1) + F(n))·Δx(n)`: the trapezoidal rule over each force. Therefore the work of every external
@@ -30,7 +30,7 @@ use particle::{Chunk, ChunkLoop, Shared};
 pub struct KickContext<'a> {
     /// Time step, s.
     pub dt: f64,
-    /// Part of the time step that this kick spans: 1, or ½ for the first kick of velocity Verlet.
+    /// Fraction of the time step that this kick spans: 1, or ½ for the first kick of velocity Verlet.
     pub fraction: f64,
     /// Gravity, m/s².
     pub gravity: Vec3,
@@ -38,11 +38,11 @@ pub struct KickContext<'a> {
     pub damping: Damping,
     /// Periodic cell.
     pub cell: Option<&'a Cell>,
-    /// Change of the cell's velocity gradient at this kick, 1/s. All particles follow it, except for constrained components,
-    /// whose velocity is prescribed in space.
+    /// Change of the cell's velocity gradient at this kick, 1/s. All particles follow it, except for constrained
+    /// components, which have a prescribed velocity in space.
     pub gradient_change: Option<Mat3>,
-    /// Whether particles get the convective acceleration `L·v` of the cell's motion, too, as in YADE. Then constrained
-    /// components also follow the cell, as in YADE.
+    /// Whether particles also get the convective acceleration `L·v` of the cell's motion, as in YADE. Constrained
+    /// components then also follow the cell, as in YADE.
     pub convective: bool,
     /// Velocities (m/s) and angular velocities (rad/s) that constrained degrees of freedom take at this kick, by particle;
     /// `None`: they keep theirs.
@@ -75,7 +75,7 @@ pub struct KickSums {
     pub damping: [f64; 2],
     /// Work of the prescribed degrees of freedom, J.
     pub boundary: [f64; 2],
-    /// Work of gravity and external forces, J.
+    /// Work of gravity and external loads, J.
     pub external: [f64; 2],
     /// `Σ|F|²` of the net force over free components, N².
     pub net_force_squared: f64,
@@ -119,7 +119,7 @@ pub fn gather(force: &mut [Vec3], torque: &mut [Vec3], maps: &[&TileMap]) {
     });
 }
 
-/// Kick and drift all particles that belong to no clump; returns the sums of the kick.
+/// Kick and drift all particles outside of clumps; returns the sums of the kick.
 pub fn kick_and_drift(context: &KickContext<'_>, particles: &mut Particles, net: NetForces<'_>) -> KickSums {
     let Particles {
         position,

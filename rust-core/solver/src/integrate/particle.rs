@@ -23,7 +23,7 @@ pub(super) struct Chunk<'a> {
     pub previous: &'a mut [[Vec3; 2]],
 }
 
-/// What all chunks read; slices are by particle.
+/// Inputs that all chunks share; slices are by particle.
 pub(super) struct Shared<'a> {
     pub context: &'a KickContext<'a>,
     pub mass: &'a [f64],
@@ -36,8 +36,8 @@ pub(super) struct Shared<'a> {
     pub gradient: Option<Mat3>,
 }
 
-/// The loop over the particles of a chunk, which [`pulp`] runs with the widest instructions of the processor. The bits are
-/// the same: nothing is fused or reordered.
+/// The loop over the particles of a chunk. [`pulp`] runs it with the widest instructions of the processor. The bits are
+/// the same, because nothing is fused or reordered.
 pub(super) struct ChunkLoop<'a, 'b> {
     pub shared: &'a Shared<'a>,
     pub chunk: Chunk<'b>,
@@ -143,7 +143,7 @@ pub(super) fn advance(shared: &Shared<'_>, chunk: &mut Chunk<'_>, i: usize, sums
     chunk.orientation[i] = normalized(&(increment * chunk.orientation[i]));
 }
 
-/// Add what the motion of the cell imposes on a free or constrained particle to `velocity`; returns that change, m/s.
+/// Add the imposed motion of the cell to `velocity` of a free or constrained particle; returns the change, m/s.
 #[inline(always)]
 fn impose_cell_motion(shared: &Shared<'_>, position: &Vec3, constrained: u8, velocity: &mut Vec3) -> Vec3 {
     let context = shared.context;
@@ -165,8 +165,8 @@ fn impose_cell_motion(shared: &Shared<'_>, position: &Vec3, constrained: u8, vel
 
 /// Book the work of the reactions of prescribed components.
 ///
-/// `freedoms`: translation and rotation, each with the velocity after the kick without and with what the cell imposes,
-/// which is booked apart. The order of the sums is by axis, then by freedom.
+/// `freedoms`: translation and rotation, each with the velocity after the kick without and with the motion imposed by
+/// the cell, whose work is booked separately. The order of the sums is by axis, then by freedom.
 #[inline(always)]
 fn book_reactions(
     context: &KickContext<'_>,

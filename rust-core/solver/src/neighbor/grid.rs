@@ -1,12 +1,12 @@
 //! Candidate pairs by a hierarchy of sparse grids.
 //!
-//! Particles are split into levels by reach, each level half as large as the one before. A level has its own grid,
+//! Particles are split into levels by reach; each level has half the reach of the one before. A level has its own grid,
 //! whose boxes are as wide as twice the level's largest reach. A particle looks for partners in its own level and in
-//! all coarser ones, where the distance to search never exceeds one box: the cost is linear in the number of
-//! particles for any mixture of sizes (Ogarko & Luding 2012, Comput. Phys. Commun. 183, 931).
+//! all coarser ones, where the search distance never exceeds one box. So the cost is linear in the number of particles
+//! for any mixture of sizes (Ogarko & Luding 2012, Comput. Phys. Commun. 183, 931).
 //!
-//! A grid stores no empty boxes: it is the list of its particles sorted by box number with x running fastest, so that
-//! the boxes of one row are neighbors in memory, and a row is found by a search from where the last one ended.
+//! A grid stores no empty boxes: it is the list of its particles, sorted by box number with x running fastest. So the
+//! boxes of one row are adjacent in memory, and a row is located by a search from where the last one ended.
 
 use rayon::prelude::*;
 
@@ -14,7 +14,7 @@ use super::{Lattice, NeighborError, first_position_not_finite, typical_bounds};
 use crate::state::Cell;
 use concordem_contact::math::Vec3;
 
-/// Two particles whose centers are near enough to be looked at.
+/// Two particles whose center distance is within their reaches.
 ///
 /// A sees B at `x_B + H·image` with the cell matrix H; `a < b`, or `a == b` for a particle that sees its own periodic
 /// image (then the first non-zero component of `image` is positive, so that each such pair occurs once).
@@ -31,10 +31,11 @@ pub struct CandidatePair {
 /// Bits of a box number per axis.
 const AXIS_BITS: u32 = 21;
 const BOXES_PER_AXIS: i64 = 1 << AXIS_BITS;
-/// Size classes; the last one takes all smaller particles. A factor of 2¹⁵ lies between the first and the last.
+/// Number of size classes; the last one contains all smaller particles. A factor of 2¹⁵ lies between the first and the
+/// last.
 const LEVELS: usize = 16;
 /// Largest bound of rounding errors, as a fraction of the reach: overlaps of 1e-3 of the radius keep three digits.
-const MOST_SLACK: f64 = 0.01;
+const LARGEST_SLACK: f64 = 0.01;
 /// Queries per parallel task: long enough to amortize the first search of each row.
 const CHUNK: usize = 2048;
 
@@ -110,9 +111,9 @@ impl<'a> Search<'a> {
         let far = positions.par_iter().map(Vec3::amax).reduce(|| 0.0, f64::max);
         let period = lattice.map_or(0.0, |l| l.cell.matrix.abs().sum());
         // Wrapping and shifting are a handful of operations on numbers up to `far` and `period`, some of which cancel
-        // in a skewed cell: 64 rounding errors bound them with room to spare.
+        // in a skewed cell: 64 rounding errors bound them with a margin.
         let skew = lattice.map_or(1.0, |l| l.inverse.abs().sum() * l.cell.matrix.abs().sum());
-        // Without a cell nothing is wrapped or shifted; one particle far away then costs the others nothing.
+        // Without a cell nothing is wrapped or shifted, so one distant particle costs the others nothing.
         let slack = if lattice.is_some() { 64.0 * f64::EPSILON * skew * (far + period) } else { 0.0 };
 
         let level_of = |r: f64| {
@@ -183,23 +184,24 @@ impl<'a> Search<'a> {
     fn grid_coordinate(&self, level: &Level, position: &Vec3) -> Vec3 {
         match &self.lattice {
             Some(lattice) => (lattice.inverse * position).component_mul(&level.boxes_per_unit),
-            // The particles start in the middle of the range. Positions beyond either end share the last box, which is
-            // correct for any position and slow only if there are many.
+            // The particles start in the middle of the range. Positions beyond either end share the last box: still
+            // correct, but slow if there are many.
             None => {
                 (position - self.corner).component_mul(&level.boxes_per_unit).add_scalar((BOXES_PER_AXIS / 2) as f64)
             }
         }
     }
 
-    /// Rounding of wrapped positions must be small beside every reach; else a search would also visit a great many boxes.
+    /// Rounding of wrapped positions must be small relative to every reach; otherwise a search would also visit very
+    /// many boxes.
     fn check_distance(&self) -> Result<(), NeighborError> {
         let reaches = self.levels.iter().map(|level| level.largest_reach).filter(|reach| *reach > 0.0);
         let reach = reaches.fold(f64::INFINITY, f64::min);
-        if self.slack <= MOST_SLACK * reach {
+        if self.slack <= LARGEST_SLACK * reach {
             return Ok(());
         }
         let distance = self.positions.iter().map(Vec3::amax).fold(0.0, f64::max);
-        Err(NeighborError::TooFar { distance, reach, limit: distance * MOST_SLACK * reach / self.slack })
+        Err(NeighborError::TooFar { distance, reach, limit: distance * LARGEST_SLACK * reach / self.slack })
     }
 
     /// A particle must not see an image of itself whose number exceeds an `i8`.
@@ -235,7 +237,7 @@ impl<'a> Search<'a> {
             .collect();
         let count = found.iter().map(|result| result.as_ref().map_or(0, Vec::len)).sum();
         let mut pairs = Vec::with_capacity(count);
-        // In the order of the tasks, so that the same one of several errors is always reported.
+        // In the order of the tasks, so that always the same one of several errors is reported.
         for result in found {
             pairs.extend_from_slice(&result?);
         }
@@ -251,7 +253,7 @@ impl<'a> Search<'a> {
         own_level: bool,
         out: &mut Vec<CandidatePair>,
     ) -> Result<(), NeighborError> {
-        // Where the search in each row of boxes ended for the previous particle: usually a good place to start.
+        // Where the search in each row of boxes ended for the previous particle: usually a good start.
         let mut hints = [0_usize; 32];
         let period = level.counts;
         let periodic = self.lattice.is_some();
@@ -317,7 +319,7 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// The pair in its final form, if the formula of [`candidate_pairs`] holds for the positions as given.
+    /// The pair in its final form, if the condition of [`candidate_pairs`] holds for the unwrapped positions.
     ///
     /// `image` is the one between the wrapped positions.
     fn confirm(&self, seeker: u32, other: u32, image: [i64; 3]) -> Result<Option<CandidatePair>, NeighborError> {
@@ -357,7 +359,7 @@ impl Level {
     }
 }
 
-/// First place in ascending `keys` whose key is at least `target`, searched outwards from `hint` in growing strides.
+/// First index in ascending `keys` whose key is at least `target`, searched outwards from `hint` in growing strides.
 fn lower_bound(keys: &[u64], target: u64, hint: usize) -> usize {
     let hint = hint.min(keys.len());
     let mut stride = 1;

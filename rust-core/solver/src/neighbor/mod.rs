@@ -1,4 +1,4 @@
-//! Neighbor search: candidate pairs, the Verlet criterion that says how long they stay complete, and the spatial order that
+//! Neighbor list: candidate pairs, the Verlet criterion for how long they stay complete, and the spatial order that
 //! keeps neighbors close to each other in memory.
 
 mod grid;
@@ -15,7 +15,7 @@ pub use verlet::VerletList;
 use crate::state::Cell;
 use concordem_contact::math::{Mat3, Vec3};
 
-/// Why the neighbor search refuses its input.
+/// Why the neighbor search rejects its input.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NeighborError {
@@ -119,7 +119,7 @@ impl Lattice {
         let flat = || NeighborError::FlatCell { edges: [edge(0).into(), edge(1).into(), edge(2).into()] };
         let volume = cell.volume();
         let box_volume = edge(0).norm() * edge(1).norm() * edge(2).norm();
-        // Below this fraction of the box spanned by the edges the inverse has no correct digits left.
+        // Below this fraction of the volume of a box with the same edge lengths the inverse has no correct digits.
         let smallest = 1.0e-12 * box_volume;
         if !(volume.is_finite() && volume > smallest) {
             return Err(flat());
@@ -149,9 +149,9 @@ fn first_position_not_finite(positions: &[Vec3]) -> Option<NeighborError> {
     })
 }
 
-/// Typical low and high coordinates of a cloud along each axis: the 2nd and 98th percentiles of a fixed sample.
+/// Typical low and high coordinates of the positions along each axis: the 2nd and 98th percentiles of a fixed sample.
 ///
-/// So a few distant particles do not spoil the choice of a grid. Infinite and NaN entries are skipped.
+/// A few distant particles then do not affect the choice of a grid. Infinite and NaN entries are skipped.
 fn typical_bounds(positions: &[Vec3]) -> (Vec3, Vec3) {
     const SAMPLE: usize = 4096;
     let stride = positions.len().div_ceil(SAMPLE).max(1);

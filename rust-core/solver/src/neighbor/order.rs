@@ -37,7 +37,7 @@ pub fn spatial_order(positions: &[Vec3], cell: Option<&Cell>) -> Vec<u32> {
     if !(longest > 0.0 && longest.is_finite()) {
         return (0..positions.len() as u32).collect();
     }
-    // Flat clouds have fewer boxes across: an extent below a box counts as one box.
+    // Flat clouds have fewer boxes across: an extent below one box is one box.
     let wanted = (positions.len() as f64 / PARTICLES_PER_BOX).max(1.0);
     let thin = longest / cbrt(wanted);
     let volume: f64 = size.iter().map(|extent| extent.max(thin)).product();

@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use super::*;
 use concordem_contact::math::exp;
 
-/// All pairs by looking at everything: the definition, with images up to `range` cells away.
+/// All pairs by brute force: the definition, with images up to `range` cells away.
 fn brute_force(positions: &[Vec3], reach: &[f64], cell: Option<&Cell>, range: i8) -> Vec<CandidatePair> {
     let all = if cell.is_some() { -range..=range } else { 0..=0 };
     let mut images: Vec<[i8; 3]> = Vec::new();
@@ -145,7 +145,7 @@ fn one_sphere_in_a_tiny_cell_sees_half_of_its_images() {
 }
 
 #[test]
-fn far_fliers_and_dense_clumps_are_found() {
+fn distant_particles_and_dense_groups_are_found() {
     let mut positions: Vec<Vec3> =
         (0..1000).map(|i| Vec3::new(f64::from(i % 10), f64::from(i / 10 % 10), f64::from(i / 100)) * 0.9).collect();
     positions.push(Vec3::new(1.0e9, -1.0e9, 3.0));
@@ -154,7 +154,7 @@ fn far_fliers_and_dense_clumps_are_found() {
     let reach = vec![0.5; positions.len()];
     let pairs = candidate_pairs(&positions, &reach, None).unwrap();
     assert_eq!(pairs, brute_force(&positions, &reach, None, 0));
-    // 3 · 9 · 100 bonds of the cubic lattice and the fliers' own.
+    // 3 · 9 · 100 pairs of the cubic lattice, and those of the distant particles.
     assert_eq!(pairs.len(), 2701);
 }
 
@@ -246,11 +246,11 @@ fn bad_input_is_named() {
 }
 
 #[test]
-fn verlet_answers() {
+fn verlet_criterion() {
     let positions = [Vec3::zeros(), Vec3::x(), Vec3::y()];
     let list = VerletList::new(&positions, None, 0.1, 1.0);
     assert!(!list.needs_rebuild(&positions, None));
-    // A common translation spends nothing; opposite displacements of 0.04 leave 0.02 of the skin, of 0.06 nothing.
+    // A common translation uses none of the skin; opposite displacements of 0.04 leave 0.02 of it, of 0.06 nothing.
     let drift = Vec3::new(5.0, -3.0, 2.0);
     let moved =
         |u: f64| [positions[0] + drift, positions[1] + drift - Vec3::x() * u, positions[2] + drift + Vec3::x() * u];

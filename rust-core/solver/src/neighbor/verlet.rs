@@ -5,23 +5,23 @@ use rayon::prelude::*;
 use crate::state::Cell;
 use concordem_contact::math::{Mat3, Vec3};
 
-/// Stores the positions at the last neighbor search, which used an extra distance, the skin. The candidate pairs stay
-/// complete until the skin may be spent.
+/// Positions at the last neighbor-list rebuild. Its search used an extra distance, the skin; the candidate pairs stay
+/// complete until the skin may be used up.
 ///
-/// The bound: let F map the cell at the search to the present one and `u_i = x_i − F x_i⁰` be the non-affine
+/// The bound: let F map the cell at the rebuild to the present one and `u_i = x_i − F x_i⁰` be the non-affine
 /// displacements (F = 1 without a cell). A pair that was not listed had `|d⁰| > c + s` with its cutoff distance c and
 /// the skin s, and now has `|d| = |F d⁰ + u_b − u_a| ≥ σ (c + s) − 2 U`, with the smallest stretch σ of F and U the
-/// largest `|u_i − ū|` for any constant ū. No pair is missed as long as `2U + (1 − σ) c < σ s` holds for the pair's c;
-/// the worst is the largest c for σ < 1, and c = 0 otherwise.
+/// largest `|u_i − ū|` for any constant ū. The list misses no pair as long as `2U + (1 − σ) c < σ s` for the pair's c;
+/// the worst case is the largest c for σ < 1, and c = 0 otherwise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VerletList {
     /// Extra distance of the search, m: the reaches of a pair add up to its cutoff distance plus this.
     pub skin: f64,
     /// Largest cutoff distance of any pair, without the skin, m.
     pub largest_cutoff: f64,
-    /// Positions at the search, m.
+    /// Positions at the rebuild, m.
     pub positions: Vec<Vec3>,
-    /// Cell matrix at the search, m.
+    /// Cell matrix at the rebuild, m.
     pub cell_matrix: Option<Mat3>,
 }
 
@@ -33,8 +33,9 @@ impl VerletList {
 
     /// Whether a pair within its cutoff distance may be missing from the candidates.
     ///
-    /// Positions must not have been wrapped or reordered since the search. Also true if the number of particles
-    /// changed, a cell came or went, or something is not finite. The same answer for any number of threads.
+    /// Positions must not have been wrapped or reordered since the rebuild. Also true if the number of particles
+    /// changed, the cell appeared or disappeared, or a position is not finite. The result does not depend on the number
+    /// of threads.
     pub fn needs_rebuild(&self, positions: &[Vec3], cell: Option<&Cell>) -> bool {
         if positions.len() != self.positions.len() {
             return true;

@@ -20,8 +20,10 @@ impl Solver {
         self.pass.clear();
         report.evaluations += 1;
         let deformable = self.model.deformable.as_ref();
-        let DeformationPass { surface_displacement, surface_displacement_before, dyads, held, .. } = &mut self.pass;
-        let virials = if deformable.is_some() { ParticleVirials { dyads, held } } else { ParticleVirials::default() };
+        let DeformationPass { surface_displacement, surface_displacement_before, virials, reaction_sums, .. } =
+            &mut self.pass;
+        let virials =
+            if deformable.is_some() { ParticleVirials { virials, reaction_sums } } else { ParticleVirials::default() };
         let mut sums = ParticleSums { force: &mut self.force, torque: &mut self.torque, virials };
         let reacting = deformable.map_or(Constraint::FREE, Deformable::reacting);
         let context = StepContext {

@@ -1,4 +1,4 @@
-//! Iterated strains of deformable particles: forces and strains of one step that agree with each other.
+//! Iterated strains of deformable particles: forces and strains that agree within one step.
 
 use concordem_contact::math::Mat3;
 
@@ -10,8 +10,8 @@ use crate::state::contacts::Pair;
 use crate::{SolverError, StepReport};
 
 impl Solver {
-    /// Repeat [`Self::evaluate`] until strains and forces agree, each time from the histories at the beginning of the
-    /// step. `strain`: the largest particle strain, updated.
+    /// Repeat [`Self::evaluate`] until strains and forces agree, each time from the histories at the start of the step.
+    /// `strain`: the largest particle strain, updated.
     pub(super) fn evaluate_iterated(
         &mut self,
         state: &mut State,
@@ -29,8 +29,8 @@ impl Solver {
                 if let Some(deformable) = &self.model.deformable {
                     *strain = self.pass.relax(deformable, relaxation, &state.particles);
                 }
-                // A bond that broke in one iteration breaks in all that follow: bonds that break and heal in turn would
-                // keep the strains from converging.
+                // A bond that broke in one iteration breaks in all that follow. If bonds broke and healed in turn, the
+                // strains would not converge.
                 start.release(&report.bond_events);
                 start.restore(state);
                 if self.needs_rebuild(state, *strain) {

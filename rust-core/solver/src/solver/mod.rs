@@ -1,4 +1,4 @@
-//! The solver: one step after the other.
+//! The solver: advances a state step by step.
 
 mod evaluate;
 mod iterate;
@@ -18,7 +18,7 @@ use crate::state::{Cell, Particles, State};
 use crate::wrap;
 use crate::{Model, Scheme, SolverError, StepReport};
 
-/// Steps a state. It holds scratch only and can be rebuilt from the state at any time.
+/// Advances a state. It holds only scratch data and can be rebuilt from the state at any time.
 ///
 /// Use [`Solver::step`] for a run, or [`Solver::find_forces`] if the host integrates the motion.
 pub struct Solver {
@@ -50,7 +50,7 @@ impl Solver {
     /// A solver for `state`.
     ///
     /// # Errors
-    /// A law that does not support deformable particles where the model has them; input that the neighbor search refuses.
+    /// A law that does not support deformable particles if the model has them; input that the neighbor search rejects.
     pub fn new(model: Model, state: &mut State) -> Result<Self, SolverError> {
         Self::with_tiles(model, state, TILE, Vec::new())
     }
@@ -58,14 +58,14 @@ impl Solver {
     /// A solver for one subdomain of a distributed computation, whose host integrates the motion
     /// ([`Self::find_forces`]).
     ///
-    /// `owned` says which particles belong to this subdomain; the others are ghosts of particles in other subdomains. The
-    /// state must hold every contact of an owned particle. A contact between particles of two subdomains is evaluated in
-    /// both, with the same bits. Its energies are counted where A is owned; the other subdomain flags it
+    /// `owned` says which particles belong to this subdomain; the others are ghosts. The state must contain every
+    /// contact of an owned particle. A contact between particles of two subdomains is evaluated in both, with the same
+    /// bits. The subdomain that owns A counts its energies; the other one flags it
     /// [`ContactFlags::NOT_OWNED`](crate::state::contacts::ContactFlags::NOT_OWNED). The solver sets that flag on the
-    /// contacts it begins, the host sets it on bonds. Net forces are complete on owned particles only.
+    /// contacts it begins, the host sets it on bonds. Net forces are complete only for owned particles.
     ///
-    /// Forces are summed in the order of the pairs, in a single tile. If all subdomains number the particles in the order
-    /// of the same global ids, the net forces do not depend on the decomposition, not even by a bit.
+    /// Forces are summed in the order of the pairs, in a single tile. If all subdomains number the particles in the
+    /// order of the same global ids, the decomposition does not change a bit of the net forces.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -167,23 +167,23 @@ impl Solver {
     ///
     /// 1. Deformable particles: strains from the forces of the last step.
     /// 2. Rebuild the neighbor list if the skin may be spent.
-    /// 3. Contact forces: measure, evaluate the laws, sum by particle; repeated until strains and forces agree where
-    ///    strains are iterated.
-    /// 4. Particle-level failure: release the bonds of particles whose mean stress passes a threshold.
+    /// 3. Contact forces: measure, evaluate the laws, sum by particle; with iterated strains repeat until strains and
+    ///    forces agree.
+    /// 4. Particle-level failure: release the bonds of particles whose mean stress exceeds a threshold.
     /// 5. Kick and drift of free particles, then of clumps.
     /// 6. Move the cell and the walls.
     /// 7. Book the energies, advance the clock.
-    /// 8. If bonds broke, rebuild the neighbor list: their pairs continue as unbonded contacts. In a periodic cell, particles
-    ///    that have drifted far are moved back now and then ([`Particles::image`]).
+    /// 8. If bonds broke, rebuild the neighbor list: their pairs continue as unbonded contacts. In a periodic cell,
+    ///    particles that have drifted far are occasionally moved back ([`Particles::image`]).
     ///
     /// # Errors
-    /// Input that the neighbor search refuses, strains that do not converge, velocities that are no longer finite.
+    /// Input that the neighbor search rejects, strains that do not converge, velocities that are no longer finite.
     pub fn step(&mut self, state: &mut State) -> Result<StepReport, SolverError> {
         self.step_with(state, true)
     }
 
-    /// [`Self::step`] which sums stored energies and squared contact forces only if `sample`; otherwise they, and the
-    /// ledger's residual, are void. Without a sample a step is faster. Dissipation is booked in every step.
+    /// [`Self::step`] which sums stored energies and squared contact forces only if `sample`; otherwise these and the
+    /// ledger's residual are not valid. A step without a sample is faster. Dissipation is booked in every step.
     ///
     /// # Errors
     /// As [`Self::step`].
@@ -199,7 +199,7 @@ impl Solver {
         let work = self.move_cell_and_walls(state, &crossing);
         book(state, &mut report, work);
         check_finite(state, &report)?;
-        // By the step alone, so that a run that is resumed wraps in the same steps.
+        // Depends only on the step number, so that a resumed run wraps in the same steps.
         let wrapped = state.clock.step.is_multiple_of(wrap::INTERVAL) && self.owned.is_empty() && wrap::wrap(state);
         if report.bonds_broke() || wrapped {
             self.rebuild_neighbor_list(state, strain)?;
@@ -209,15 +209,15 @@ impl Solver {
 
     /// Compute the contact forces at the present positions, for hosts that integrate the motion themselves.
     ///
-    /// Read the result from [`Self::forces`] and [`Self::torques`]. Before the call, the host has moved the particles and
-    /// set the velocities, the orientations, and the `rotation_increment` of the step that led there. Histories advance by
-    /// one step; pairs whose bond broke continue as unbonded contacts. Clock, ledger, walls, cell, and external loads are
-    /// left to the host. [`Self::step`] is this followed by kick and drift, with the same bits.
+    /// Read the result from [`Self::forces`] and [`Self::torques`]. Before the call, the host has moved the particles
+    /// and set the velocities, the orientations, and the `rotation_increment` of the step. Histories advance by one
+    /// step; pairs whose bond broke continue as unbonded contacts. The host handles clock, ledger, walls, cell, and
+    /// external loads. [`Self::step`] is this followed by kick and drift, with the same bits.
     ///
-    /// `sample`: sum stored energies, too, as in [`Self::step_with`].
+    /// `sample`: also sum stored energies, as in [`Self::step_with`].
     ///
     /// # Errors
-    /// Input that the neighbor search refuses, strains that do not converge.
+    /// Input that the neighbor search rejects, strains that do not converge.
     pub fn find_forces(&mut self, state: &mut State, sample: bool) -> Result<StepReport, SolverError> {
         let mut report = StepReport::default();
         let (_, strain) = self.compute_forces(state, sample, &mut report)?;
@@ -227,13 +227,13 @@ impl Solver {
         Ok(report)
     }
 
-    /// Forces of all contacts at the present positions: those that the next step will compute (where strains are
-    /// iterated: those of its first iteration).
+    /// Forces of all contacts at the present positions: those that the next step will compute (with iterated strains,
+    /// those of its first iteration).
     ///
     /// Changes nothing, except that the neighbor list is rebuilt now if the next step would rebuild it.
     ///
     /// # Errors
-    /// Input that the neighbor search refuses.
+    /// Input that the neighbor search rejects.
     pub fn record(&mut self, state: &mut State) -> Result<Forces, SolverError> {
         let strain = self.begin_deformation(state);
         if self.needs_rebuild(state, strain) {
@@ -298,7 +298,7 @@ impl Solver {
     /// Strains of the step from the forces of the last one; returns the largest one.
     fn begin_deformation(&mut self, state: &mut State) -> f64 {
         let Some(deformable) = &self.model.deformable else { return 0.0 };
-        // The strains one step ago are stored only if most contacts need them, otherwise computed where they are needed.
+        // The strains one step ago are stored only if most contacts need them; otherwise they are computed on demand.
         let blocks = state.bonds.iter().chain(&state.contacts).chain(&state.wall_contacts);
         let readers = blocks.filter(|block| block.reads_old_elongation()).map(|block| block.len()).sum::<usize>();
         let particles = &mut state.particles;
@@ -307,8 +307,8 @@ impl Solver {
 
     /// Kick and drift of free particles, then of clumps.
     fn kick_and_drift(&self, state: &mut State, report: &mut StepReport) {
-        // Forces one step ago, where the damping needs them; a particle that is new to it starts from zero.
-        let remembered = if self.model.damping.remembers() { state.particles.len() } else { 0 };
+        // Forces one step ago, if the damping needs them. A particle without them starts from zero.
+        let remembered = if self.model.damping.reads_last_forces() { state.particles.len() } else { 0 };
         if state.particles.previous.len() != remembered {
             state.particles.previous = vec![[Vec3::zeros(); 2]; remembered];
         }
@@ -361,7 +361,7 @@ fn book(state: &mut State, report: &mut StepReport, mut work: [f64; 2]) {
     state.clock.step += 1;
 }
 
-/// Fail if a velocity is NaN or infinite. The sums of the kick show it; the particles are read only then.
+/// Fail if a velocity is NaN or infinite. The sums of the kick show it; only then are the particles read.
 fn check_finite(state: &State, report: &StepReport) -> Result<(), SolverError> {
     if report.kick.max_speed_squared.is_finite() && report.kick.kinetic.is_finite() {
         return Ok(());

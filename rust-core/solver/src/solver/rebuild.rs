@@ -16,7 +16,7 @@ use crate::{Model, SolverError};
 /// A contact: its particles and the image of B.
 type Key = (Pair, [i8; 3]);
 
-/// Bonds as the rebuild of the unbonded contacts sees them.
+/// Bonds as needed for the rebuild of the unbonded contacts.
 #[derive(Default)]
 struct BondedPairs {
     /// Pairs of intact bonds, which do not interact otherwise; sorted.
@@ -26,8 +26,8 @@ struct BondedPairs {
 }
 
 impl Solver {
-    /// Rebuild the neighbor list: remove broken bonds, begin unbonded contacts where a bond's reference is kept, renew
-    /// the candidates and the tile maps.
+    /// Rebuild the neighbor list: remove broken bonds, begin unbonded contacts that keep a bond's reference, renew the
+    /// candidates and the tile maps.
     ///
     /// The candidates are complete while no particle strain exceeds twice `strain`, or 1e-4.
     pub(super) fn rebuild_neighbor_list(&mut self, state: &mut State, strain: f64) -> Result<(), SolverError> {
@@ -53,7 +53,7 @@ impl Solver {
         self.wall_positions = state.walls.iter().map(|wall| wall.displacement).collect();
         self.bond_maps = state.bonds.iter().map(|block| TileMap::new(block.contacts(), n, self.tile)).collect();
         self.verlet = (state.contacts.is_some() || state.wall_contacts.is_some()).then(|| {
-            // The longest cutoff distance is that of two touching spheres.
+            // The largest cutoff distance is that of two touching spheres.
             VerletList::new(&state.particles.position, state.cell.as_ref(), skin, 2.0 * largest * widest)
         });
         Ok(())
@@ -70,7 +70,7 @@ impl Solver {
                 let key = (view.pair, view.flags.image);
                 if view.flags.has(ContactFlags::BROKEN) {
                     any_broken = true;
-                    // The host of a subdomain keeps its own list, over all subdomains.
+                    // The host of a subdomain keeps its own list for all subdomains.
                     if self.owned.is_empty() {
                         let (pair, image) = key;
                         let (reference, previous) = (view.reference, view.previous);
@@ -150,7 +150,7 @@ impl Solver {
     /// Whether the neighbor list may be incomplete.
     pub(super) fn needs_rebuild(&self, state: &State, strain: f64) -> bool {
         let Some(verlet) = &self.verlet else { return false };
-        // A NaN strain passes; the check of the velocities finds it.
+        // A NaN strain passes this test; the check of the velocities detects it.
         if strain > self.strain_margin {
             return true;
         }
@@ -160,7 +160,7 @@ impl Solver {
         verlet.needs_rebuild(&state.particles.position, state.cell.as_ref())
     }
 
-    /// Wall candidates were searched within one skin, so a particle and a wall together must not move further than that.
+    /// The search for wall candidates used one skin, so a particle and a wall together must not move further than that.
     fn wall_candidates_incomplete(&self, state: &State, verlet: &VerletList) -> bool {
         let wall = state
             .walls
@@ -239,7 +239,7 @@ fn wall_candidates(
         }
     }
     if !bounded.is_empty() {
-        // Triangles join the neighbor search as balls, numbered after the particles.
+        // Triangles take part in the neighbor search as balls, numbered after the particles.
         let positions: Vec<Vec3> = particles.position.iter().copied().chain(bounded.iter().map(|b| b.1.0)).collect();
         let reach: Vec<f64> = particles.radius.iter().map(|r| r + skin).chain(bounded.iter().map(|b| b.1.1)).collect();
         for candidate in candidate_pairs(&positions, &reach, cell)? {

@@ -1,8 +1,8 @@
 //! Clumps: rigid bodies made of several spheres.
 //!
-//! A body has a center of mass, a mass, and principal moments of inertia, which may be set independently of its spheres
-//! (Stránský 2018, §2.3). Its spheres do not interact with each other; forces on them act on the body, and they move with
-//! it.
+//! A clump has a center of mass, a mass, and principal moments of inertia, which may be set independently of its
+//! spheres (Stránský 2018, §2.3). Its spheres do not interact with each other; forces on them act on the clump, and
+//! they move with it.
 
 use crate::state::{Constraint, Particles};
 use concordem_contact::math::{Mat3, Quat, Vec3, normalized, quaternion_of_rotation_vector, rotate};
@@ -33,8 +33,8 @@ pub struct Clump {
 }
 
 impl Clump {
-    /// A clump of `members` with the given mass (kg) and principal moments of inertia (kg·m², ascending). Default: the sums
-    /// over its spheres, where overlaps count twice, as if the spheres were separate bodies rigidly joined.
+    /// A clump of `members` with the given mass (kg) and principal moments of inertia (kg·m², ascending). Default: the
+    /// sums over its spheres, which count overlaps twice, as if separate spheres were rigidly joined.
     pub fn new(members: Vec<u32>, particles: &Particles, mass: Option<f64>, inertia: Option<Vec3>) -> Self {
         let sum_mass: f64 = members.iter().map(|&m| particles.mass[m as usize]).sum();
         let weighted = |values: &[Vec3]| {
@@ -175,7 +175,7 @@ fn principal_axes(tensor: &Mat3) -> (Vec3, Mat3) {
     (Vec3::from(order.map(|k| a[(k, k)])), axes)
 }
 
-/// Unit quaternion of a rotation matrix, whose columns are the body axes in world coordinates.
+/// Unit quaternion of a rotation matrix with the body axes in world coordinates as columns.
 fn quaternion_of_axes(m: &Mat3) -> Quat {
     let trace = m.trace();
     let q = if trace > 0.0 {

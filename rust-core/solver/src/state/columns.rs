@@ -193,8 +193,8 @@ pub enum ColumnError {
         /// Number found.
         found: usize,
     },
-    /// The data is not a whole number of rows.
-    #[error("column `{path}` holds {len} numbers, which is no multiple of its {components} components")]
+    /// The number of values is not a whole number of rows.
+    #[error("column `{path}` holds {len} numbers, which is not a multiple of its {components} components")]
     Ragged {
         /// Path of the column.
         path: String,
@@ -223,12 +223,12 @@ pub enum ColumnError {
     },
 }
 
-/// Takes columns. Paths are `group/name`, unique, without a leading slash.
+/// Receives columns. Paths are `group/name`, unique, without a leading slash.
 pub trait ColumnSink {
-    /// Take one column.
+    /// Receive one column.
     fn column(&mut self, path: &str, column: Column<'_>) -> Result<(), ColumnError>;
 
-    /// Take one column with a description for readers; by default the description is ignored.
+    /// Receive one column with a description for readers; by default the description is ignored.
     fn described_column(&mut self, path: &str, column: Column<'_>, _description: &str) -> Result<(), ColumnError> {
         self.column(path, column)
     }

@@ -7,18 +7,18 @@ use crate::state::Particles;
 use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, LawState, Reference, Stiffness};
 
-/// The two particles of a contact by index, `a ≤ b` (equal only for a particle and its own periodic image). In a wall
-/// block `b` is the wall.
+/// The two particles of a contact by index, `a ≤ b` (equal only for a particle and its own periodic image). In a block
+/// of wall contacts `b` is the wall element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Pair {
     /// Particle A.
     pub a: u32,
-    /// Particle B, or wall.
+    /// Particle B, or wall element.
     pub b: u32,
 }
 
-/// A bond that broke. It belongs to no block anymore; the damage operator counts it.
+/// A bond that broke. It is no longer in a block; the damage operator counts it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BrokenBond {
     /// Index of its block in [`State::bonds`](super::State::bonds).
@@ -29,15 +29,15 @@ pub struct BrokenBond {
     pub image: [i8; 3],
     /// Reference length and area.
     pub reference: Reference,
-    /// Normal and length when it broke.
+    /// Normal and length at the break.
     pub previous: PreviousGeometry,
 }
 
-/// Periodic image of B, parameter row, and flags of a contact.
+/// Periodic image of B, pair coefficients, and flags of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct ContactFlags {
-    /// Row of the law's parameter table.
+    /// Index of the pair coefficients in [`ContactBlock::rows`].
     pub row: u16,
     /// Union of [`ContactFlags::BONDED`] and the other constants.
     pub bits: u8,
@@ -52,17 +52,17 @@ impl ContactFlags {
     pub const BONDED: u8 = 1;
     /// Has history: a bond, or an unbonded contact that touches.
     pub const ACTIVE: u8 = 2;
-    /// Broke; carries nothing and is removed at the next rebuild of the neighbor list.
+    /// Broke; has no force and is removed at the next rebuild of the neighbor list.
     pub const BROKEN: u8 = 4;
     /// An unbonded contact whose reference length was kept from a broken bond.
     pub const KEPT_REFERENCE: u8 = 8;
-    /// Damage passed the event threshold and is in the event log.
+    /// Damage exceeded the event threshold and is in the event log.
     pub const REPORTED: u8 = 16;
-    /// Evaluated for B alone: A belongs to another subdomain of a distributed computation, where the contact's energies are
-    /// counted.
+    /// Evaluated for B alone: A belongs to another subdomain of a distributed host, which counts the energies of the
+    /// contact.
     pub const NOT_OWNED: u8 = 32;
 
-    /// Whether the contact carries a force: active and not broken.
+    /// Whether the contact has a force: active and not broken.
     #[inline(always)]
     pub fn carries(self) -> bool {
         self.bits & (Self::ACTIVE | Self::BROKEN) == Self::ACTIVE
@@ -77,11 +77,11 @@ impl ContactFlags {
 /// All contacts under one law.
 #[derive(Debug, Clone, Default)]
 pub struct ContactBlock<L: ContactLaw> {
-    /// Parameter rows (part of the model; constant).
+    /// Pair coefficients (part of the model; constant).
     pub rows: Vec<L>,
     /// The particles.
     pub pair: Vec<Pair>,
-    /// Image, row, flags.
+    /// Image, pair coefficients, flags.
     pub flags: Vec<ContactFlags>,
     /// Reference length and area.
     pub reference: Vec<Reference>,
@@ -96,7 +96,7 @@ pub struct ContactBlock<L: ContactLaw> {
 pub struct ContactView {
     /// Particles.
     pub pair: Pair,
-    /// Image, row, flags.
+    /// Image, pair coefficients, flags.
     pub flags: ContactFlags,
     /// Reference length and area.
     pub reference: Reference,
@@ -105,7 +105,7 @@ pub struct ContactView {
 }
 
 impl<L: ContactLaw> ContactBlock<L> {
-    /// An empty block with the given parameter rows.
+    /// An empty block with the given pair coefficients.
     pub fn new(rows: Vec<L>) -> Self {
         Self {
             rows,
@@ -165,7 +165,7 @@ impl<L: ContactLaw> ContactBlock<L> {
         }
     }
 
-    /// Geometry of contact `k`. In a wall block B has zero radius and infinite mass.
+    /// Geometry of contact `k`. With a wall, B has zero radius and infinite mass.
     #[inline(always)]
     pub fn geometry(&self, k: usize, particles: &Particles, with_wall: bool) -> ContactGeometry {
         let (a, b) = (self.pair[k].a as usize, self.pair[k].b as usize);
@@ -203,12 +203,12 @@ pub trait Contacts: Send + Sync {
     /// Largest stiffness of contact `k` at its present overlap `overlap` (m), if that is beyond the overlap for which
     /// [`Self::stiffness`] holds.
     fn stiffness_at(&self, k: usize, particles: &Particles, with_wall: bool, overlap: f64) -> Stiffness;
-    /// Largest stiffness of a contact of parameter row `row` between particles of the given masses (kg) and radii (m; B is a
-    /// wall with radius 0 and infinite mass) that meet at `speed` (m/s), and its overlap (m).
+    /// Largest stiffness of a contact with the pair coefficients `row` between particles of the given masses (kg) and
+    /// radii (m; B is a wall with radius 0 and infinite mass) that meet at `speed` (m/s), and its overlap (m).
     fn impact(&self, row: u16, geometry: &ContactGeometry, speed: f64) -> (Stiffness, f64);
     /// [`ContactLaw::STIFFENS`].
     fn stiffens(&self) -> bool;
-    /// Largest stiffness of a contact of parameter row `row` up to the overlap `overlap` (m).
+    /// Largest stiffness of a contact with the pair coefficients `row` up to the overlap `overlap` (m).
     fn compressed(&self, row: u16, geometry: &ContactGeometry, overlap: f64) -> Stiffness;
     /// Damage of contact `k`, 0 to 1.
     fn damage(&self, k: usize) -> f64;
@@ -216,8 +216,8 @@ pub trait Contacts: Send + Sync {
     fn lost_strength(&self, k: usize) -> f64;
     /// Add a contact without history; call [`Self::sort`] after the last one.
     fn push(&mut self, pair: Pair, flags: ContactFlags, reference: Reference, previous: PreviousGeometry);
-    /// Add a contact with the history `history`, in the order of [`Self::history_reals`]; call [`Self::sort`] after the last
-    /// one. Missing numbers are zero, surplus ones are ignored.
+    /// Add a contact with the history `history`, in the order of [`Self::history_reals`]; call [`Self::sort`] after the
+    /// last one. Missing numbers are zero, surplus ones are ignored.
     fn push_with_history(
         &mut self,
         pair: Pair,
@@ -232,7 +232,7 @@ pub trait Contacts: Send + Sync {
     fn map_images(&mut self, image: &dyn Fn(Pair, [i8; 3]) -> [i8; 3]);
     /// Keep only the contacts for whose flags `keep` holds.
     fn retain_where(&mut self, keep: &dyn Fn(&ContactFlags) -> bool);
-    /// Cross-section of a bond of parameter row `row`, see [`ContactLaw::bonded_area`].
+    /// Cross-section of a bond with the pair coefficients `row`, m²; see [`ContactLaw::bonded_area`].
     fn bonded_area(&self, row: u16, radius_a: f64, radius_b: f64, mean_radius: f64) -> f64;
     /// Axial force of bond `k`, N, at its length in the last evaluation; see [`ContactLaw::axial_force`].
     fn axial_force(&self, k: usize, particles: &Particles) -> Option<f64>;
@@ -242,7 +242,7 @@ pub trait Contacts: Send + Sync {
     fn release(&mut self, condition: &dyn Fn(&Pair) -> bool);
     /// Reference of an unbonded contact that begins; see [`ContactLaw::unbonded_reference`].
     fn unbonded_reference(&self, length: f64, radius_a: f64, radius_b: f64) -> Reference;
-    /// Reference that the broken bond `k` passes on; see [`ContactLaw::kept_reference`].
+    /// Reference that the broken bond `k` leaves to the unbonded contact; see [`ContactLaw::kept_reference`].
     fn kept_reference(&self, k: usize) -> Option<Reference>;
     /// Fields of the history, and the histories of all contacts as numbers.
     fn history_reals(&self) -> (&'static [concordem_contact::law::Field], &[f64]);
@@ -315,7 +315,7 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     fn stiffness(&self, k: usize, particles: &Particles, with_wall: bool) -> Stiffness {
         let mut geometry = self.geometry(k, particles, with_wall);
         if !self.flags[k].has(ContactFlags::ACTIVE) && !self.flags[k].has(ContactFlags::KEPT_REFERENCE) {
-            // A candidate counts as if it touched now.
+            // A candidate is treated as if it touched now.
             let touching =
                 L::unbonded_reference(geometry.radius_a + geometry.radius_b, geometry.radius_a, geometry.radius_b);
             geometry.reference_length = touching.length;
@@ -434,7 +434,7 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
             return Err(ColumnError::Value {
                 path: format!("{path}/link"),
                 row: bad,
-                problem: "names a parameter row that the scenario does not have".into(),
+                problem: "names pair coefficients that the scenario does not have".into(),
             });
         }
         Ok(())

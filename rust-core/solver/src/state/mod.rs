@@ -10,7 +10,7 @@ pub mod walls;
 pub use clumps::Clump;
 pub use columns::{Column, ColumnError, ColumnSink, ColumnSource, WriteColumns};
 pub use concordem_contact::Cell;
-pub use particles::{Constraint, Deformation, Load, LoadLever, Particles, Sphere};
+pub use particles::{Constraint, Deformation, Load, Particles, PointOfAction, Sphere};
 pub use walls::{Wall, WallShape};
 
 use concordem_contact::math::Vec3;
@@ -81,7 +81,7 @@ impl Clone for State {
 }
 
 impl State {
-    /// What leads from the position of particle `p` to where it would be had it not been moved back by whole cells, m.
+    /// Displacement from the position of particle `p` to its position without the moves back by whole cells, m.
     pub fn unwrapping(&self, p: usize) -> Vec3 {
         self.particles.unwrapping(p, self.cell.as_ref())
     }

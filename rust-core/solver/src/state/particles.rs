@@ -38,12 +38,12 @@ pub struct Particles {
     pub constraint: Vec<Constraint>,
     /// Tags of the scenario's named sets, one bit each.
     pub tags: Vec<u64>,
-    /// Net force (N) and torque (N·m) of the last step, where the damping reads them; otherwise empty.
+    /// Net force (N) and torque (N·m) of the last step, if the damping reads them; otherwise empty.
     pub previous: Vec<[Vec3; 2]>,
-    /// Cells by which each particle was moved back so far: its way since the start leads to `x + H·image`. Empty as long as
-    /// none was.
+    /// Number of cells by which each particle was moved back so far: without these moves its position would be
+    /// `x + H·image`. Empty until a particle is moved.
     pub image: Vec<[i32; 3]>,
-    /// What strains the particles; empty if they are rigid.
+    /// Particle virials; empty if the particles are rigid.
     pub deformation: Vec<Deformation>,
     /// Constant external loads, at most one per particle, by ascending particle.
     pub loads: Vec<Load>,
@@ -58,30 +58,30 @@ pub struct Load {
     pub force: Vec3,
     /// Moment, N·m.
     pub moment: Vec3,
-    /// `±Σ f⊗f/|f|`, N, of forces that pull (+) on the particle's surface or push (−) against it: what they add to the
-    /// dyad that strains a deformable particle. Zero for forces on the body.
-    pub dyad: Symmetric,
+    /// Particle virial `±Σ f⊗f/|f|`, N, of forces that pull (+) on the particle's surface or push (−) against it. Zero
+    /// for forces on the body.
+    pub virial: Symmetric,
 }
 
-/// What strains a deformable particle: dyads `Σ ½(n⊗f + f⊗n)` over the forces on its surface, `n` from the center to where
-/// they act, N.
+/// Particle virials `Σ ½(n⊗f + f⊗n)` of a deformable particle, N; `n` points from the center to the point where the
+/// force `f` acts.
 #[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Deformation {
-    /// Dyad of all forces of the last step, N.
-    pub dyad: Symmetric,
-    /// Dyad from which the strains of the last step were computed, N.
+    /// Virial of all forces of the last step, N.
+    pub virial: Symmetric,
+    /// Virial from which the strains of the last step were computed, N.
     pub used: Symmetric,
-    /// Dyad of the contact forces that do not depend on the strain, N.
+    /// Virial of the contact forces that do not depend on the strain, N.
     pub other: Symmetric,
-    /// Dyad of the reaction of a prescribed motion, N.
+    /// Virial of the reaction of a prescribed motion, N.
     pub reaction: Symmetric,
 }
 
-/// Where a given force acts on its particle.
+/// Where an external force acts on its particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum LoadLever {
+pub enum PointOfAction {
     /// On the whole body, like a weight.
     #[default]
     Body,
@@ -114,7 +114,7 @@ impl Particles {
             .collect_into_vec(poses);
     }
 
-    /// What leads from the position of particle `p` to where it would be had it not been moved back by whole cells, m.
+    /// Displacement from the position of particle `p` to its position without the moves back by whole cells, m.
     pub fn unwrapping(&self, p: usize, cell: Option<&Cell>) -> Vec3 {
         match (self.image.get(p), cell) {
             (Some(image), Some(cell)) if *image != [0; 3] => cell.matrix * Vec3::from(image.map(f64::from)),
@@ -157,25 +157,26 @@ impl Particles {
 
     /// Add to the external load of a particle: force in N, moment in N·m. The force acts on the body.
     pub fn add_load(&mut self, particle: u32, force: Vec3, moment: Vec3) {
-        self.add_load_at(particle, force, moment, LoadLever::Body);
+        self.add_load_at(particle, force, moment, PointOfAction::Body);
     }
 
-    /// [`Self::add_load`] with a force that acts where `lever` says.
-    pub fn add_load_at(&mut self, particle: u32, force: Vec3, moment: Vec3, lever: LoadLever) {
+    /// [`Self::add_load`] with a force that acts at `acts`.
+    pub fn add_load_at(&mut self, particle: u32, force: Vec3, moment: Vec3, acts: PointOfAction) {
         let size = force.norm();
-        let sign = match lever {
-            LoadLever::Body => 0.0,
-            LoadLever::Pull => 1.0,
-            LoadLever::Push => -1.0,
+        let sign = match acts {
+            PointOfAction::Body => 0.0,
+            PointOfAction::Pull => 1.0,
+            PointOfAction::Push => -1.0,
         };
-        let dyad = if size > 0.0 { Symmetric::product(&(force * (sign / size)), &force) } else { Symmetric::default() };
+        let virial =
+            if size > 0.0 { Symmetric::product(&(force * (sign / size)), &force) } else { Symmetric::default() };
         match self.loads.binary_search_by_key(&particle, |load| load.particle) {
             Ok(at) => {
                 self.loads[at].force += force;
                 self.loads[at].moment += moment;
-                self.loads[at].dyad += dyad;
+                self.loads[at].virial += virial;
             }
-            Err(at) => self.loads.insert(at, Load { particle, force, moment, dyad }),
+            Err(at) => self.loads.insert(at, Load { particle, force, moment, virial }),
         }
     }
 
@@ -220,15 +221,15 @@ impl Particles {
     }
 }
 
-/// Dyad of a particle's load among `loads`, which are sorted by particle, N.
+/// Virial of a particle's load among `loads`, which are sorted by particle, N.
 #[inline]
-pub fn load_dyad(loads: &[Load], particle: u32) -> Symmetric {
+pub fn load_virial(loads: &[Load], particle: u32) -> Symmetric {
     if loads.is_empty() {
         return Symmetric::default();
     }
     loads
         .binary_search_by_key(&particle, |load| load.particle)
-        .map_or_else(|_| Symmetric::default(), |at| loads[at].dyad)
+        .map_or_else(|_| Symmetric::default(), |at| loads[at].virial)
 }
 
 /// Force (N) and moment (N·m) of a particle's load among `loads`, which are sorted by particle.

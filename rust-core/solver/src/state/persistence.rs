@@ -14,8 +14,8 @@ use crate::energy::Ledger;
 use crate::forces::EvaluatedContacts;
 
 impl State {
-    /// Replace everything that changes by the columns of a checkpoint. The state must come from the same scenario: laws and
-    /// their parameter rows are kept.
+    /// Replace the state by the columns of a checkpoint. Laws and pair coefficients stay, so the state must come from
+    /// the same scenario.
     ///
     /// # Errors
     /// A column that is missing or does not fit.
@@ -46,7 +46,7 @@ impl State {
         if source.exists(path) {
             let reals = with_length(path, source.f64(path)?, 6 * particles.loads.len())?;
             for (load, r) in particles.loads.iter_mut().zip(reals.chunks_exact(6)) {
-                load.dyad = Symmetric([r[0], r[1], r[2], r[3], r[4], r[5]]);
+                load.virial = Symmetric([r[0], r[1], r[2], r[3], r[4], r[5]]);
             }
         }
         self.schedule_memory = source.f64("plan")?;
@@ -59,10 +59,10 @@ impl State {
 }
 
 impl State {
-    /// Checks what a forged or foreign file could break: indices of particles, walls, clumps, and blocks.
+    /// Check indices of particles, walls, clumps, and blocks, which a corrupt or foreign file could get wrong.
     ///
     /// # Errors
-    /// The first index that names nothing.
+    /// The first index that is out of range.
     pub fn check_indices(&self) -> Result<(), ColumnError> {
         let count = self.particles.len();
         let outside = |path: &str, row: usize, what: &str| {
@@ -141,7 +141,7 @@ impl WriteColumns for State {
     }
 }
 
-/// The particles without the dyads of their loads, which are read last.
+/// The particles without the virials of their loads, which are read last.
 fn read_particles(source: &mut dyn ColumnSource) -> Result<Particles, ColumnError> {
     let vec3 = |source: &mut dyn ColumnSource, path: &str, count: usize| -> Result<Vec<Vec3>, ColumnError> {
         let reals = with_length(path, source.f64(path)?, 3 * count)?;
@@ -178,20 +178,20 @@ fn read_particles(source: &mut dyn ColumnSource) -> Result<Particles, ColumnErro
                 particle: r[0] as u32,
                 force: Vec3::new(r[1], r[2], r[3]),
                 moment: Vec3::new(r[4], r[5], r[6]),
-                dyad: Symmetric::default(),
+                virial: Symmetric::default(),
             })
             .collect(),
         id,
     })
 }
 
-/// Cells by which particles were moved back; none if the column does not exist.
+/// Cells by which particles were moved back; empty if the column does not exist.
 fn read_images(source: &mut dyn ColumnSource, n: usize) -> Result<Vec<[i32; 3]>, ColumnError> {
     let reals: Vec<[f64; 3]> = read_optional(source, "particles/image", 3 * n)?;
     Ok(reals.into_iter().map(|image| image.map(|cells| cells as i32)).collect())
 }
 
-/// The values, or [`ColumnError::Ragged`] if they are no whole rows.
+/// The values, or [`ColumnError::Ragged`] if they do not make whole rows.
 fn whole_rows(path: &str, values: Vec<f64>, components: usize) -> Result<Vec<f64>, ColumnError> {
     if values.len().is_multiple_of(components) {
         return Ok(values);
@@ -199,7 +199,7 @@ fn whole_rows(path: &str, values: Vec<f64>, components: usize) -> Result<Vec<f64
     Err(ColumnError::Ragged { path: path.to_owned(), len: values.len(), components })
 }
 
-/// Rows of reals; none if the column does not exist.
+/// Rows of reals; empty if the column does not exist.
 fn read_optional<T: bytemuck::Pod>(
     source: &mut dyn ColumnSource,
     path: &str,
@@ -248,9 +248,9 @@ fn write_particles(p: &Particles, sink: &mut dyn ColumnSink) -> Result<(), Colum
         .flat_map(|l| [f64::from(l.particle), l.force.x, l.force.y, l.force.z, l.moment.x, l.moment.y, l.moment.z])
         .collect();
     sink.column("particles/loads", Column::f64(&loads, 7, "1, N, N m"))?;
-    if p.loads.iter().any(|load| load.dyad != Symmetric::default()) {
-        let dyads: Vec<f64> = p.loads.iter().flat_map(|load| load.dyad.0).collect();
-        sink.column("particles/load_dyads", Column::f64(&dyads, 6, "N"))?;
+    if p.loads.iter().any(|load| load.virial != Symmetric::default()) {
+        let virials: Vec<f64> = p.loads.iter().flat_map(|load| load.virial.0).collect();
+        sink.column("particles/load_dyads", Column::f64(&virials, 6, "N"))?;
     }
     Ok(())
 }

@@ -1,8 +1,8 @@
 //! Walls: plane, cylinder, and triangle surfaces with prescribed motion.
 //!
-//! In a periodic cell, which must be at rest, a wall has images as particles have: image i is the wall moved by `H i`. A plane
-//! across one of the edges is then a sheet that particles touch from both sides, since behind it lies the next image of the space
-//! in front.
+//! In a periodic cell, which must be at rest, walls have images like particles: image i is the wall moved by `H i`. A
+//! plane across one of the edges is then a sheet that particles touch from both sides, because the next image of the
+//! space in front lies behind it.
 
 use super::Cell;
 use concordem_contact::math::{Mat3, Vec3};
@@ -15,7 +15,7 @@ pub enum WallShape {
     Plane {
         /// A point of the surface, m.
         point: Vec3,
-        /// Unit normal, pointing out of the wall to where particles are.
+        /// Unit normal, pointing out of the wall towards the particles.
         normal: Vec3,
     },
     /// Circular cylinder, infinite along its axis.
@@ -141,9 +141,10 @@ impl Wall {
         }
     }
 
-    /// Images of an infinite wall nearer to the point `x` (m) than `reach` (m); of a vessel, the one that `x` lies in.
+    /// Images of an infinite wall nearer to the point `x` (m) than `reach` (m); of a vessel, the image that contains
+    /// `x`.
     ///
-    /// Numbers are not limited to those of the flags of a contact.
+    /// Image numbers may exceed the range of the flags of a contact.
     pub fn images_near(&self, x: &Vec3, reach: f64, cell: &Cell) -> Vec<[i64; 3]> {
         let x = x - self.displacement;
         match &self.shape {
@@ -201,10 +202,10 @@ impl Wall {
     }
 }
 
-/// Sine below which two directions count as parallel.
+/// Sine below which two directions are parallel.
 const PARALLEL: f64 = 1e-9;
 
-/// The edge of a cell that a plane with this normal cuts, if it is parallel to the two others.
+/// The edge of a cell that a plane with this normal cuts, if the plane is parallel to the other two.
 fn across(normal: &Vec3, edges: &Mat3) -> Option<usize> {
     let cut = |k: &usize| normal.dot(&edges.column(*k)).abs() > PARALLEL * edges.column(*k).norm();
     let mut edges_cut = (0..3).filter(cut);

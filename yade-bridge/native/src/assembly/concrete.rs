@@ -1,4 +1,4 @@
-//! Take over concrete with its histories from the host.
+//! Takes over concrete with its histories from the host.
 
 use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::law::cpm::{Cpm, CpmParameters, CpmState};
@@ -34,7 +34,7 @@ pub struct Bodies<'a> {
     pub inertia: &'a [f64],
     /// Index of the material.
     pub material: &'a [u32],
-    /// Masks of prescribed degrees of freedom, see [`Constraint`].
+    /// Bit masks of prescribed degrees of freedom, see [`Constraint`].
     pub constraint: &'a [u32],
 }
 
@@ -55,7 +55,7 @@ pub struct Contacts<'a> {
     pub normal: &'a [Vec3],
     /// Center distances at the last step, m.
     pub distance: &'a [f64],
-    /// Histories ([`CpmState`]), one after the other.
+    /// Histories ([`CpmState`]), contiguous.
     pub history: &'a [f64],
 }
 
@@ -94,11 +94,12 @@ impl Bodies<'_> {
             let (radius, mass, inertia) = (self.radius[p], self.mass[p], self.inertia[p]);
             if !(finite && radius > 0.0 && mass > 0.0 && inertia > 0.0) {
                 return Err(format!(
-                    "body {} has a place or motion that is not finite, or no positive radius, mass, and inertia",
+                    "body {} has a position or velocity that is not finite, or a radius, mass, or inertia that is not positive",
                     self.id[p]
                 ));
             }
-            let material = u16::try_from(self.material[p]).map_err(|_| "more than 65535 materials".to_owned())?;
+            let material = u16::try_from(self.material[p])
+                .map_err(|_| "the scene has more than 65535 materials, which is the maximum".to_owned())?;
             particles.push(Sphere { position: self.position[p], radius }, material, mass, inertia);
         }
         particles.id = self.id.to_vec();
@@ -110,7 +111,7 @@ impl Bodies<'_> {
     }
 }
 
-/// The laws, and the index of the law between each two of `materials` materials.
+/// The laws, and the index of the law for each pair of `materials` materials.
 fn laws_of(pairs: &[PairParameters], materials: usize) -> Result<(Vec<Cpm>, PairCoefficients), String> {
     let mut laws = Vec::new();
     let mut map = PairCoefficients::new(materials);
@@ -123,7 +124,7 @@ fn laws_of(pairs: &[PairParameters], materials: usize) -> Result<(Vec<Cpm>, Pair
     Ok((laws, map))
 }
 
-/// Reals of one history.
+/// Reals per history.
 const HISTORY: usize = size_of::<CpmState>() / 8;
 
 impl Contacts<'_> {
@@ -157,12 +158,12 @@ impl Contacts<'_> {
             place
                 .get(p as usize)
                 .copied()
-                .ok_or_else(|| format!("contact {k} names row {p}, but there are {} bodies", place.len()))
+                .ok_or_else(|| format!("contact {k} refers to body index {p}, but there are {} bodies", place.len()))
         };
         let (mut a, mut b) = (at(one)?, at(two)?);
         let row = coefficients
             .get(particles.material[a as usize], particles.material[b as usize])
-            .ok_or_else(|| format!("contact {k} is between materials without a law"))?;
+            .ok_or_else(|| format!("there are no parameters for the materials of contact {k}"))?;
         let (mut normal, mut image) = (self.normal[k], self.image[k]);
         let history = &self.history[k * HISTORY..(k + 1) * HISTORY];
         let mut state: CpmState = bytemuck::pod_read_unaligned(bytemuck::cast_slice(history));
@@ -173,7 +174,7 @@ impl Contacts<'_> {
             && state.as_reals().iter().all(|x| x.is_finite()))
         {
             return Err(format!(
-                "contact {k} of rows {one} and {two} has no reference length and area, no normal, or a history that \
+                "contact {k} of body indices {one} and {two} has no reference length or area, no normal, or a history that \
                  is not finite"
             ));
         }
@@ -198,7 +199,7 @@ impl Assembly {
     /// Empty contact block and model of an assembly of concrete.
     pub(super) fn empty_concrete(origin: &Origin) -> Result<(ContactBlock<Cpm>, Model), String> {
         let Origin::Concrete { kinematics, materials, damping, gravity, pairs } = origin else {
-            return Err("not of concrete".into());
+            return Err("the assembly was not taken over from concrete".into());
         };
         let (laws, contact_rows) = laws_of(pairs, *materials)?;
         let damping =
@@ -220,7 +221,7 @@ impl Assembly {
         dt: f64,
     ) -> Result<Self, String> {
         if !(dt > 0.0 && dt.is_finite()) {
-            return Err(format!("the time step is {dt}"));
+            return Err(format!("the time step is {dt} s, but must be positive; set O.dt"));
         }
         contacts.check_lengths()?;
         let unordered = bodies.particles()?;

@@ -1,9 +1,9 @@
-//! Bonds and contacts of particles that a host program moves: the core of the bonded engine in the native plugin and of the one
-//! that needs no YADE headers.
+//! Bonds and contacts of particles that a host moves. Both bonded engines use this: the one in the native plugin and the one that
+//! needs no YADE headers.
 //!
-//! A step of the host calls [`Assembly::take_motions`] (positions and velocities of the host's bodies), then
-//! [`Assembly::find_forces`]. `concrete` takes existing contacts over from the host, `saved` keeps an assembly in the host's
-//! save file.
+//! In every step, the host calls [`Assembly::take_motions`] (positions and velocities of its bodies), then
+//! [`Assembly::find_forces`]. `concrete` takes over existing contacts from the host; `saved` stores an assembly in the host's save
+//! file.
 
 mod concrete;
 mod saved;
@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use concordem_contact::kinematics::MotionMeasure;
 use concordem_contact::law::EnergySplit;
 use concordem_contact::math::{Mat3, Quat, Vec3, quaternion_of_rotation_vector};
-use concordem_scenario::assembly::assemble;
+use concordem_scenario::assembly::assemble_without_hdf5;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::state::{Cell, Constraint, State};
 use concordem_solver::{Model, Solver, StepReport};
@@ -25,19 +25,19 @@ use serde::{Deserialize, Serialize};
 
 pub use concrete::{Bodies, Contacts, PairParameters};
 
-/// How an assembly was made: enough to make it again without its state. Save files contain it: keys must not change.
+/// How an assembly was created, so that it can be recreated without its state. Save files contain it, so keys must not change.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Origin {
-    /// Taken over from the host's own concrete.
+    /// Taken over from the host's concrete.
     Concrete {
-        /// Measure of motion.
+        /// Kinematics.
         kinematics: MotionMeasure,
         /// Number of materials.
         materials: usize,
-        /// Local damping coefficient, if the assembly moves its particles itself.
+        /// Local damping coefficient; used only if our solver moves the particles.
         damping: f64,
-        /// Gravity, m/s², if the assembly moves its particles itself.
+        /// Gravity, m/s²; used only if our solver moves the particles.
         gravity: [f64; 3],
         /// Parameters of all pairs of materials.
         #[serde(rename = "rows")]
@@ -48,14 +48,14 @@ pub enum Origin {
         /// Text of the scenario.
         text: String,
     },
-    /// Made by a caller that stores the origin itself.
+    /// Created by a caller that stores the origin itself.
     Elsewhere {},
 }
 
-/// The measure of motion with this name.
+/// The kinematics with this name.
 ///
 /// # Errors
-/// An unknown name; the message lists the known ones.
+/// An unknown name; the message lists the valid ones.
 pub fn motion_measure(name: &str) -> Result<MotionMeasure, String> {
     match name {
         "finite" => Ok(MotionMeasure::Finite),
@@ -63,7 +63,7 @@ pub fn motion_measure(name: &str) -> Result<MotionMeasure, String> {
         "yade" => Ok(MotionMeasure::Yade),
         "yade-ratcheting" => Ok(MotionMeasure::YadeRatcheting),
         other => Err(format!(
-            "kinematics is \"{other}\"; it may be \"finite\", \"first-order\", \"yade\", \"yade-ratcheting\""
+            "kinematics is \"{other}\"; give \"finite\", \"first-order\", \"yade\", or \"yade-ratcheting\""
         )),
     }
 }
@@ -77,13 +77,13 @@ pub fn cell_of(matrix: Mat3, deformation_gradient: Mat3, velocity_gradient: Mat3
     Cell { matrix, deformation_gradient, velocity_gradient, matrix_change }
 }
 
-/// An error unless the array `name` has the wanted length.
+/// Check the length of array `name`.
 fn same_length(name: &str, found: usize, wanted: usize) -> Result<(), String> {
-    if found == wanted { Ok(()) } else { Err(format!("`{name}` has {found} entries where {wanted} are needed")) }
+    if found == wanted { Ok(()) } else { Err(format!("`{name}` has {found} entries, but must have {wanted}")) }
 }
 
-/// Position and motion of one of the host's bodies. The assembly reads the orientation only if [`Assembly::needs_rotation`], the
-/// constraint only if [`Assembly::needs_constraint`].
+/// Position and motion of a body of the host. The orientation is read only if [`Assembly::needs_rotation`], the constraint only if
+/// [`Assembly::needs_constraint`].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct BodyState {
     /// Center, m.
@@ -94,34 +94,34 @@ pub struct BodyState {
     pub angular_velocity: Vec3,
     /// Orientation, unit quaternion (x, y, z, w), body to world.
     pub orientation: [f64; 4],
-    /// Mask of the degrees of freedom that the host prescribes, see [`Constraint`].
+    /// Bit mask of the degrees of freedom that the host prescribes, see [`Constraint`].
     pub constraint: u32,
 }
 
-/// OpenMP's `omp_pause_resource_all` (version 5.0, section 3.2.44). Only the thread that starts parallel loops may call it; inside
-/// such a loop it fails without effect.
+/// OpenMP's `omp_pause_resource_all` (version 5.0, section 3.2.44). Only the thread that starts parallel loops may call it; within
+/// such a loop it fails and has no effect.
 pub type PauseThreads = unsafe extern "C" fn(i32) -> i32;
 /// Argument of [`PauseThreads`] that keeps all settings (`omp_pause_soft`).
 pub const PAUSE_SOFT: i32 = 1;
-/// Computations longer than this justify stopping and restarting the host's threads, which costs 0.06 ms for one thread
-/// (measured on two idle cores) and more for many.
+/// Pause the host's threads only for computations longer than this: stopping and restarting costs 0.06 ms for one thread (measured
+/// on two idle cores) and more for several.
 const LONG: Duration = Duration::from_millis(1);
 
-/// Particles with their bonds and contacts, and the solver that finds their forces.
+/// Particles with their bonds and contacts, and the solver that computes their forces.
 pub struct Assembly {
     /// Particles, bonds, contacts, cell, and clock.
     pub state: State,
     /// The solver.
     pub solver: Solver,
-    /// Bonds that broke so far.
+    /// Bonds broken so far.
     pub broken: u64,
-    /// Bonds that each particle has lost, in the order of the particles.
+    /// Number of bonds that each particle has lost, in the order of the particles.
     pub losses: Vec<u32>,
-    /// Whether the law or the measure of motion reads orientations and rotations.
+    /// Whether the law or the kinematics reads orientations.
     pub needs_rotation: bool,
-    /// Whether prescribed degrees of freedom affect forces: their reactions strain deformable particles.
+    /// Whether prescribed degrees of freedom affect forces, because their reactions strain deformable particles.
     pub needs_constraint: bool,
-    /// Energies since the start, J: dissipated by damage, friction, and dashpots; error of the work rule.
+    /// Energies since the start, J: dissipated by damage, friction, and dashpots, and the error of the work rule.
     pub dissipated: [f64; 4],
     /// Energy stored at the last sampled step, J.
     pub stored: f64,
@@ -134,9 +134,9 @@ impl Assembly {
     /// An assembly with this state and model.
     ///
     /// # Errors
-    /// The solver refuses them.
+    /// The solver rejects them.
     pub fn new(mut state: State, model: Model, origin: Origin) -> Result<Self, String> {
-        // Among the measures only those of YADE read velocities instead of rotations.
+        // YADE's kinematics use velocities; the others use rotations.
         let oriented = state.bonds.iter().chain(&state.contacts).any(|block| block.reads_orientations());
         let needs_rotation = oriented || !matches!(model.mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
         let needs_constraint = model.deformable.is_some();
@@ -156,11 +156,11 @@ impl Assembly {
         })
     }
 
-    /// The spheres of a scenario with its bonds and contacts, built as for a run. `bodies` contains the host's body id of each
-    /// sphere; masses (kg) and moments of inertia (kg m²) are the host's.
+    /// The spheres of a scenario with its bonds and contacts, built as for a run. `bodies` contains the body id of each sphere; masses
+    /// (kg) and moments of inertia (kg m²) come from the host.
     ///
     /// # Errors
-    /// Arrays of different lengths; a time step above the stable one.
+    /// Arrays of different lengths, or a time step above the time step bound.
     pub fn of_scenario(
         assembly: concordem_scenario::assembly::Assembly,
         allow_unstable: bool,
@@ -178,7 +178,7 @@ impl Assembly {
         let limit = assembly.summary.bounds.spectral.max(assembly.summary.bounds.per_particle);
         if !(allow_unstable || dt > 0.0 && dt < limit) {
             return Err(format!(
-                "the host's time step is {dt:.4e} s, but the bonds are stable only below {limit:.4e} s (with the masses of \
+                "the host's time step is {dt:.4e} s, but must be below {limit:.4e} s for stable bonds (with the masses of \
                  the scenario's density); set O.dt, or integration.allow_unstable"
             ));
         }
@@ -192,29 +192,32 @@ impl Assembly {
         Self::new(state, model, origin)
     }
 
-    /// [`Self::of_scenario`] for the text of a scenario.
+    /// As [`Self::of_scenario`], for the text of a scenario.
     ///
     /// # Errors
-    /// A scenario that does not parse or assemble, and those of [`Self::of_scenario`].
+    /// An invalid scenario, or an error of [`Self::of_scenario`].
     pub fn of_text(text: &str, bodies: &[u32], mass: &[f64], inertia: &[f64], dt: f64) -> Result<Self, String> {
         let scenario = Scenario::parse("scenario", text)
             .map_err(|error| error.problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))?;
-        let made = assemble(&scenario, Path::new("."), &mut |_, _| {}).map_err(|error| error.to_string())?;
+        let made =
+            assemble_without_hdf5(&scenario, Path::new("."), &mut |_, _| {}).map_err(|error| error.to_string())?;
         let origin = Origin::Scenario { text: text.to_owned() };
         Self::of_scenario(made, scenario.integration.allow_unstable, origin, bodies, mass, inertia, dt)
     }
 
-    /// Compute the forces at the positions from [`Self::take_motions`]; returns how many bonds broke. `sample`: sum stored energies.
+    /// Compute the forces at the positions from [`Self::take_motions`] and return the number of bonds that broke. `sample`: sum stored
+    /// energies.
     ///
     /// # Errors
-    /// A time step that is not positive, a change between periodic and not periodic, an error of the solver, a force that is not
-    /// finite.
+    /// A time step that is not positive, a cell that appeared or disappeared, an error of the solver, or a force that is not finite.
     pub fn find_forces(&mut self, dt: f64, cell: Option<Cell>, sample: bool) -> Result<usize, String> {
         if !(dt > 0.0 && dt.is_finite()) {
-            return Err(format!("the time step is {dt}"));
+            return Err(format!("the time step is {dt} s, but must be positive; set O.dt"));
         }
         if cell.is_some() != self.state.cell.is_some() {
-            return Err("the host's scene has become periodic, or is so no more".into());
+            return Err(
+                "O.periodic changed after the bonds were created; keep it, or create the bonds afterwards".into()
+            );
         }
         if cell.is_some() {
             self.state.cell = cell;
@@ -227,7 +230,7 @@ impl Assembly {
         for (p, (force, torque)) in self.solver.forces().iter().zip(self.solver.torques()).enumerate() {
             if !(force.norm_squared() + torque.norm_squared()).is_finite() {
                 return Err(format!(
-                    "the force on body {} is not finite; is the time step too large?",
+                    "the force on body {} is not finite; reduce the time step",
                     self.state.particles.id[p]
                 ));
             }
@@ -238,7 +241,7 @@ impl Assembly {
         Ok(self.count(&report))
     }
 
-    /// Add the broken bonds and the dissipated energies of a step to the totals; returns how many bonds broke.
+    /// Add the broken bonds and dissipated energies of a step to the totals; return the number of bonds that broke.
     pub fn count(&mut self, report: &StepReport) -> usize {
         let mut count = 0;
         for (_, bond_event) in report.bond_events.iter().filter(|(_, bond_event)| bond_event.broke) {
@@ -254,17 +257,17 @@ impl Assembly {
         count
     }
 
-    /// Whether the host should stop its waiting OpenMP threads ([`PauseThreads`]) before `threads` threads compute here: waiting
-    /// threads spin for about 8 ms (measured) on the same cores. The host's next parallel loop restarts them. No result depends
-    /// on it.
+    /// Whether to stop the host's waiting OpenMP threads ([`PauseThreads`]) before `threads` threads compute here, because they spin on
+    /// the same cores for about 8 ms (measured). The host's next parallel loop restarts them. Results do not depend on this.
     pub fn wants_host_threads_paused(&self, threads: usize) -> bool {
         threads > 1 && self.force_time > LONG
     }
 
-    /// Read positions and velocities of all particles: several threads call `motion(k, id)` for particle `k`, the host's body `id`.
+    /// Read positions and velocities of all particles. Several threads call `motion(k, id)` for particle `k`, which is body `id` of the
+    /// host.
     ///
     /// # Errors
-    /// The error of the first particle, in their order, that `motion` refuses or whose motion is not finite.
+    /// The error of the first particle for which `motion` fails or is not finite.
     pub fn take_motions(
         &mut self,
         dt: f64,
@@ -285,7 +288,7 @@ impl Assembly {
                 };
                 let BodyState { position, velocity, angular_velocity, .. } = body;
                 if !(position + velocity + angular_velocity).iter().all(|c| c.is_finite()) {
-                    return Some(format!("place or motion of body {} is not finite", id[i]));
+                    return Some(format!("the position or velocity of body {} is not finite", id[i]));
                 }
                 (x[i], v[i], w[i]) = (position, velocity, angular_velocity);
                 if rotation {

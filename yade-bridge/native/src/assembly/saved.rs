@@ -1,8 +1,8 @@
-//! An assembly as words in the host's save file.
+//! Serializes an assembly to 32-bit words for the host's save file.
 
 use std::path::Path;
 
-use concordem_scenario::assembly::assemble;
+use concordem_scenario::assembly::assemble_without_hdf5;
 use concordem_scenario::schema::Scenario;
 use concordem_solver::Model;
 use concordem_solver::state::State;
@@ -11,10 +11,10 @@ use concordem_solver::state::columns::{ColumnData, ColumnKind, ColumnStore, Stor
 use super::{Assembly, Origin, same_length};
 
 impl Assembly {
-    /// The whole assembly as 32-bit words, which a host can save; [`Self::from_words`] reads them.
+    /// The complete assembly as 32-bit words; [`Self::from_words`] reads them.
     ///
     /// # Errors
-    /// A state that has no columns.
+    /// The state cannot be written as columns.
     pub fn to_words(&self) -> Result<Vec<i32>, String> {
         let store = ColumnStore::of(&self.state).map_err(|error| error.to_string())?;
         let mut bytes = MAGIC.to_vec();
@@ -35,15 +35,17 @@ impl Assembly {
         Ok(bytes.chunks_exact(4).map(|c| i32::from_le_bytes([c[0], c[1], c[2], c[3]])).collect())
     }
 
-    /// The assembly that [`Self::to_words`] wrote.
+    /// Read an assembly that [`Self::to_words`] wrote.
     ///
     /// # Errors
-    /// Words of another version, cut words, or an origin that is not stored here.
+    /// Words of another version, truncated words, or an origin that is not stored in the words.
     pub fn from_words(words: &[i32]) -> Result<Self, String> {
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-        let mut rest = bytes.strip_prefix(MAGIC).ok_or("the saved bonds are of another version, or no bonds")?;
+        let mut rest = bytes
+            .strip_prefix(MAGIC)
+            .ok_or("the saved bonds were written by another version of ConcorDEM; use that one")?;
         let mut take = || -> Result<&[u8], String> {
-            let cut = || "the saved bonds are cut off".to_owned();
+            let cut = || "the saved bonds are truncated".to_owned();
             let (length, tail) = rest.split_first_chunk::<8>().ok_or_else(cut)?;
             let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| cut())?;
             let (part, tail) = tail.split_at_checked(length).ok_or_else(cut)?;
@@ -67,7 +69,7 @@ impl Assembly {
         Ok(made)
     }
 
-    /// State of the right kinds of blocks, to be filled from columns, and model.
+    /// State with empty blocks of the right kinds, to be filled from columns, and the model.
     fn empty_state(origin: &Origin) -> Result<(State, Model), String> {
         Ok(match origin {
             Origin::Concrete { .. } => {
@@ -77,16 +79,19 @@ impl Assembly {
                 (state, model)
             }
             Origin::Scenario { text } => {
-                let scenario = Scenario::parse("scenario", text).map_err(|_| "the saved scenario is not valid")?;
-                let made = assemble(&scenario, Path::new("."), &mut |_, _| {}).map_err(|error| error.to_string())?;
+                let scenario = Scenario::parse("scenario", text).map_err(|_| "the saved scenario is invalid")?;
+                let made = assemble_without_hdf5(&scenario, Path::new("."), &mut |_, _| {})
+                    .map_err(|error| error.to_string())?;
                 (made.state, made.model)
             }
-            Origin::Elsewhere {} => return Err("these bonds were not made to be loaded here".into()),
+            Origin::Elsewhere {} => {
+                return Err("these bonds were saved by another engine; load them with concordem.yade.load".into());
+            }
         })
     }
 }
 
-/// Columns until the end of the words; `take` returns the next part.
+/// Read columns until the end of the words; `take` returns the next part.
 fn read_columns<'a>(take: &mut impl FnMut() -> Result<&'a [u8], String>) -> Result<ColumnStore, String> {
     let mut store = ColumnStore::default();
     while let Ok(path) = take() {
@@ -104,7 +109,7 @@ fn read_columns<'a>(take: &mut impl FnMut() -> Result<&'a [u8], String>) -> Resu
             Some(k) if k == ColumnKind::U16 as u8 => ColumnData::U16(numbers(data, u16::from_le_bytes)),
             Some(k) if k == ColumnKind::U8 as u8 => ColumnData::U8(data.to_vec()),
             Some(k) if k == ColumnKind::I8 as u8 => ColumnData::I8(numbers(data, i8::from_le_bytes)),
-            _ => return Err(format!("the saved bonds have a column {path} of an unknown kind")),
+            _ => return Err(format!("the saved bonds contain a column {path} of an unknown kind")),
         };
         let components = components.first().map_or(1, |&count| count as usize);
         store.insert(&path, StoredColumn { data, components }).map_err(|error| error.to_string())?;

@@ -1,4 +1,4 @@
-//! Three spheres of concrete that a host moves.
+//! Tests with three spheres of concrete that a host moves.
 
 use concordem_contact::law::cpm::CpmParameters;
 
@@ -33,7 +33,7 @@ fn three_spheres(kinematics: MotionMeasure) -> Assembly {
     let parameters = CpmParameters::new(25e9, 0.2, 3e6, 0.6, 1e-4, 10.0);
     let pairs = vec![PairParameters { a: 0, b: 0, parameters }];
     let origin = Origin::Concrete { kinematics, materials: 1, damping: 0.0, gravity: [0.0; 3], pairs };
-    Assembly::concrete(&bodies, &contacts, origin, None, 1e-7).expect("it is sound")
+    Assembly::concrete(&bodies, &contacts, origin, None, 1e-7).expect("the input is valid")
 }
 
 /// Move the spheres as a host does; returns the bits of the forces of all steps.
@@ -58,7 +58,7 @@ fn drive(assembly: &mut Assembly, steps: usize) -> Vec<u64> {
 }
 
 #[test]
-fn a_saved_assembly_continues_with_the_same_bits() {
+fn a_saved_assembly_continues_bitwise_equal() {
     for kinematics in [MotionMeasure::Finite, MotionMeasure::YadeRatcheting] {
         let mut straight = three_spheres(kinematics);
         drive(&mut straight, 500);
@@ -67,12 +67,12 @@ fn a_saved_assembly_continues_with_the_same_bits() {
         assert_eq!(again.to_words().expect("words"), words);
         let forces = drive(&mut straight, 500);
         assert_eq!(drive(&mut again, 500), forces);
-        assert!(forces.iter().any(|&bits| f64::from_bits(bits).abs() > 0.1), "something acts");
+        assert!(forces.iter().any(|&bits| f64::from_bits(bits).abs() > 0.1), "a force acts");
     }
 }
 
 #[test]
-fn cut_words_are_refused() {
+fn truncated_words_are_rejected() {
     let words = three_spheres(MotionMeasure::Finite).to_words().expect("words");
     for length in (0..words.len()).step_by(7) {
         assert!(Assembly::from_words(&words[..length]).is_err(), "{length} of {}", words.len());
@@ -80,7 +80,7 @@ fn cut_words_are_refused() {
 }
 
 #[test]
-fn invalid_input_is_refused() {
+fn invalid_input_is_rejected() {
     let mut assembly = three_spheres(MotionMeasure::Finite);
     let nan = Vec3::new(f64::NAN, 0.0, 0.0);
     let place = assembly.state.particles.id.iter().position(|&id| id == 11).expect("it is there");

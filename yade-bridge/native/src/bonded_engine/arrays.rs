@@ -1,6 +1,6 @@
-//! What the shim passes to the bonded engine, and its conversion into Rust.
+//! Arguments that the shim passes to the bonded engine, and their conversion to Rust types.
 
-#![allow(unsafe_code)] // pointers of the shim
+#![allow(unsafe_code)] // pointers from the shim
 
 use std::ffi::{CStr, c_char};
 
@@ -11,7 +11,7 @@ use concordem_solver::state::Cell;
 
 use crate::assembly::{Bodies, Contacts, Origin, PairParameters, cell_of, motion_measure};
 
-/// Columns of `count` bodies, see `Bodies` in `src/assembly/concrete.rs`; vectors are three reals, orientations four.
+/// Columns of `count` bodies, see `Bodies` in `src/assembly/concrete.rs`. Vectors have three reals, orientations four.
 #[repr(C)]
 #[derive(Debug)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
@@ -45,7 +45,7 @@ pub struct ContactArrays {
     history: *const f64,
 }
 
-/// Parameters of concrete between the materials `a` and `b`, as in YADE's material and law.
+/// Parameters of concrete between materials `a` and `b`, as in YADE's material and law.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
@@ -67,7 +67,7 @@ pub struct PairCoefficients {
     never_damage: i32,
 }
 
-/// Edges (m, columns), deformation gradient, and velocity gradient (1/s) of the cell, row by row.
+/// Edges (m, as columns), deformation gradient, and velocity gradient (1/s) of the cell, in row-major order.
 #[repr(C)]
 #[derive(Debug)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
@@ -77,8 +77,8 @@ pub struct CellArrays {
     rate: [f64; 9],
 }
 
-/// Counts and energies of an assembly: the energies (J) dissipated by damage, friction, and dashpots, the error of the work rule,
-/// and the stored energy.
+/// Counts and energies of an assembly. Energies in J: dissipated by damage, friction, and dashpots, error of the work rule, and
+/// stored.
 #[repr(C)]
 #[derive(Debug)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
@@ -105,9 +105,9 @@ pub struct ConcreteScene {
     pairs: *const PairCoefficients,
     pair_count: usize,
     material_count: usize,
-    /// Name of the measure of motion.
+    /// Name of the kinematics.
     kinematics: *const c_char,
-    /// Form of the law: yade-public, thesis, or woo.
+    /// Formulation of the law: yade-public, thesis, or woo.
     formulation: *const c_char,
     /// Null: not periodic.
     pub(super) cell: *const CellArrays,
@@ -115,22 +115,22 @@ pub struct ConcreteScene {
     pub(super) dt: f64,
 }
 
-/// The scene at one step.
+/// The scene in one step.
 #[repr(C)]
 #[derive(Debug)]
 #[cfg_attr(test, derive(type_layout::TypeLayout))]
 pub struct BondedStep {
-    /// Whether (1) or not (0) particle `k` is still body `id` of the scene; called from several threads with `context`. States of
-    /// bodies that are gone are not read.
+    /// Returns 1 if particle `k` is still body `id` of the scene, else 0; called from several threads with `context`. States of deleted
+    /// bodies are not read.
     pub(super) present: extern "C" fn(context: *const std::ffi::c_void, k: usize, id: u32) -> i32,
     pub(super) context: *const std::ffi::c_void,
     /// For each particle the addresses of its position, velocity, angular velocity (three reals each), and orientation (x, y, z, w).
     pub(super) states: *const [*const f64; 4],
-    /// For each particle the address of the mask of its prescribed degrees of freedom.
+    /// For each particle the address of the bit mask of its prescribed degrees of freedom.
     pub(super) blocked: *const *const u32,
     /// Null: not periodic.
     pub(super) cell: *const CellArrays,
-    /// Stops OpenMP's waiting threads (`omp_pause_resource_all`); null: there are none.
+    /// Stops OpenMP's waiting threads (`omp_pause_resource_all`); null if YADE does not use OpenMP.
     pub(super) pause: Option<unsafe extern "C" fn(kind: i32) -> i32>,
     /// Time step, s.
     pub(super) dt: f64,
@@ -141,18 +141,18 @@ pub struct BondedStep {
 /// The text at `pointer`.
 ///
 /// # Safety
-/// `pointer` must lead to a string that ends with a zero byte.
+/// `pointer` must point to a zero-terminated string.
 pub(super) unsafe fn text<'a>(pointer: *const c_char) -> Result<&'a str, String> {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { CStr::from_ptr(pointer) }.to_str().map_err(|error| error.to_string())
 }
 
 /// The cell, if there is one.
 ///
 /// # Safety
-/// `arrays` must be null or lead to a cell.
+/// `arrays` must be null or point to a cell.
 pub(super) unsafe fn cell(arrays: *const CellArrays, dt: f64) -> Option<Cell> {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let arrays = unsafe { arrays.as_ref() }?;
     let matrix = |rows: &[f64; 9]| Mat3::from_row_slice(rows);
     Some(cell_of(matrix(&arrays.edges), matrix(&arrays.gradient), matrix(&arrays.rate), dt))
@@ -164,7 +164,7 @@ impl BodyArrays {
     /// # Safety
     /// The columns must have `count` rows.
     pub(super) unsafe fn identity<'a>(&self) -> (&'a [u32], &'a [f64], &'a [f64]) {
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe { (slice(self.id, self.count), slice(self.mass, self.count), slice(self.inertia, self.count)) }
     }
 
@@ -189,7 +189,7 @@ impl BodyArrays {
 }
 
 impl ContactArrays {
-    /// `bonded` are this object's flags as truth values.
+    /// `bonded`: this object's flags as booleans.
     unsafe fn view<'a>(&self, bonded: &'a [bool]) -> Contacts<'a> {
         let n = self.count;
         // SAFETY: the columns have `count` rows.
@@ -213,7 +213,7 @@ impl PairCoefficients {
         let damage_law = match self.damage_law {
             0 => DamageLaw::Linear,
             1 => DamageLaw::Exponential,
-            other => return Err(format!("damLaw of a material is {other}; it may be 0 or 1")),
+            other => return Err(format!("damLaw of a material is {other}; give 0 or 1")),
         };
         let parameters = CpmParameters {
             mode: formulation,
@@ -237,13 +237,13 @@ impl PairCoefficients {
     }
 }
 
-/// The form of the concrete law with this name.
+/// The formulation of the concrete law with this name.
 fn formulation_of(name: &str) -> Result<CpmFormulation, String> {
     match name {
         "yade-public" => Ok(CpmFormulation::YadePublic),
         "thesis" => Ok(CpmFormulation::Thesis),
         "woo" => Ok(CpmFormulation::Woo),
-        other => Err(format!("mode is \"{other}\"; it may be \"yade-public\", \"thesis\", \"woo\"")),
+        other => Err(format!("mode is \"{other}\"; give \"yade-public\", \"thesis\", or \"woo\"")),
     }
 }
 
@@ -251,12 +251,12 @@ impl ConcreteScene {
     /// Call `take` with the bodies, the contacts, and the origin of the assembly.
     ///
     /// # Safety
-    /// The pointers must lead to what the fields say.
+    /// The pointers must point to what the fields describe.
     pub(super) unsafe fn with<T>(
         &self,
         take: impl FnOnce(&Bodies<'_>, &Contacts<'_>, Origin) -> Result<T, String>,
     ) -> Result<T, String> {
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe {
             let contacts = &*self.contacts;
             let bonded: Vec<bool> = slice(contacts.bonded, contacts.count).iter().map(|&flag| flag != 0).collect();

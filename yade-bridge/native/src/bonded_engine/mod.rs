@@ -1,8 +1,8 @@
-//! The bonded engine as C functions: the shim creates an [`Assembly`], steps it, and reads it.
+//! C interface of the bonded engine: the shim creates an [`Assembly`], steps it, and reads it.
 //!
-//! A function that can fail returns −1 or a null pointer and writes a message; none unwinds into C++.
+//! A function that can fail returns −1 or a null pointer and writes a message. No panic unwinds into C++.
 
-// C functions: the pointers are the shim's, as its header documents.
+// Called from C++ with the shim's pointers; `abi.h` documents their lengths.
 #![allow(unsafe_code, clippy::missing_safety_doc)]
 
 mod arrays;
@@ -22,16 +22,16 @@ pub use arrays::{BodyArrays, BondedStep, ConcreteScene, Facts};
 pub use arrays::{CellArrays, ContactArrays, PairCoefficients};
 use arrays::{cell, text};
 
-/// Bonds of a scene with the threads that compute their forces.
+/// Bonds of a scene, and the threads that compute their forces.
 pub struct Bonds {
     assembly: Assembly,
     pool: rayon::ThreadPool,
 }
 
-/// A new assembly with `threads` threads; null and a message if it cannot be made.
+/// Create an assembly with `threads` threads. Returns null and a message on failure.
 unsafe fn boxed(message: *const Message, threads: i32, make: impl FnOnce() -> Result<Assembly, String>) -> *mut Bonds {
     let mut made = std::ptr::null_mut();
-    // SAFETY: the message is the shim's.
+    // SAFETY: a valid message from the shim.
     unsafe {
         guarded(message, || {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1) as usize).build();
@@ -44,14 +44,14 @@ unsafe fn boxed(message: *const Message, threads: i32, make: impl FnOnce() -> Re
     made
 }
 
-/// Concrete taken over from the scene; null and a message if this is not possible.
+/// Take over concrete from the scene. Returns null and a message if this is not possible.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_concrete(
     scene: *const ConcreteScene,
     threads: i32,
     message: *const Message,
 ) -> *mut Bonds {
-    // SAFETY: the shim's arrays, of the lengths it states.
+    // SAFETY: arrays of the stated lengths.
     unsafe {
         boxed(message, threads, || {
             let scene = &*scene;
@@ -62,8 +62,8 @@ pub unsafe extern "C" fn concordem_yade_bonds_concrete(
     }
 }
 
-/// Bonds of a scenario between bodies of the scene, of which only id, mass, and inertia are read; null and a message if this is not
-/// possible.
+/// Create the bonds of a scenario between bodies of the scene; of `bodies`, only id, mass, and inertia are read. Returns null and a
+/// message if this is not possible.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_scenario(
     scenario: *const c_char,
@@ -72,7 +72,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_scenario(
     threads: i32,
     message: *const Message,
 ) -> *mut Bonds {
-    // SAFETY: the shim's arrays, of the lengths it states.
+    // SAFETY: arrays of the stated lengths.
     unsafe {
         boxed(message, threads, || {
             let (id, mass, inertia) = (*bodies).identity();
@@ -81,7 +81,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_scenario(
     }
 }
 
-/// The assembly that [`concordem_yade_bonds_words`] saved; null and a message if the words are not valid.
+/// Load the assembly that [`concordem_yade_bonds_words`] saved. Returns null and a message if the words are invalid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_load(
     words: *const i32,
@@ -89,7 +89,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_load(
     threads: i32,
     message: *const Message,
 ) -> *mut Bonds {
-    // SAFETY: the shim's array.
+    // SAFETY: an array of the stated length.
     unsafe { boxed(message, threads, || Assembly::from_words(slice(words, count))) }
 }
 
@@ -97,12 +97,12 @@ pub unsafe extern "C" fn concordem_yade_bonds_load(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_delete(bonds: *mut Bonds) {
     if !bonds.is_null() {
-        // SAFETY: made here, deleted once.
+        // SAFETY: created in this module, deleted once.
         drop(unsafe { Box::from_raw(bonds) });
     }
 }
 
-/// Save the assembly: call `take` once with `context`, the words, and their number. 0, or −1 and a message.
+/// Save the assembly: call `take` once with `context`, the words, and their number. Returns 0, or −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_words(
     bonds: *const Bonds,
@@ -110,7 +110,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_words(
     context: *mut std::ffi::c_void,
     message: *const Message,
 ) -> i64 {
-    // SAFETY: the shim's own.
+    // SAFETY: valid pointers from the shim.
     unsafe {
         guarded(message, || {
             let words = (*bonds).assembly.to_words()?;
@@ -120,10 +120,10 @@ pub unsafe extern "C" fn concordem_yade_bonds_words(
     }
 }
 
-/// Counts and energies.
+/// Write counts and energies.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_facts(bonds: *const Bonds, facts: *mut Facts) {
-    // SAFETY: the shim's own.
+    // SAFETY: valid pointers from the shim.
     unsafe {
         let Bonds { assembly: a, pool } = &*bonds;
         *facts = Facts {
@@ -143,18 +143,18 @@ pub unsafe extern "C" fn concordem_yade_bonds_facts(bonds: *const Bonds, facts: 
 /// Ids of the bodies in the order of the particles; as many as `Facts::particles`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_ids(bonds: *const Bonds) -> *const u32 {
-    // SAFETY: the shim's own.
+    // SAFETY: valid pointers from the shim.
     unsafe { (*bonds).assembly.state.particles.id.as_ptr() }
 }
 
-/// Addresses of the forces (N) and torques (N·m) of the last step, three reals for each particle.
+/// Addresses of the forces (N) and torques (N·m) of the last step, three reals per particle.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_forces(
     bonds: *const Bonds,
     force: *mut *const f64,
     torque: *mut *const f64,
 ) {
-    // SAFETY: the shim's own.
+    // SAFETY: valid pointers from the shim.
     unsafe {
         let solver = &(*bonds).assembly.solver;
         *force = solver.forces().as_ptr().cast();
@@ -162,14 +162,14 @@ pub unsafe extern "C" fn concordem_yade_bonds_forces(
     }
 }
 
-/// One step at the positions and velocities of the bodies; the number of bonds that broke, or −1 and a message.
+/// Compute one step at the positions and velocities of the bodies. Returns the number of bonds that broke, or −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_step(
     bonds: *mut Bonds,
     step: *const BondedStep,
     message: *const Message,
 ) -> i64 {
-    // SAFETY: as many rows as particles; each address is that of a living state of the scene.
+    // SAFETY: one row per particle; each address is that of an existing state of the scene.
     unsafe {
         guarded(message, || {
             let Bonds { assembly, pool } = &mut *bonds;
@@ -178,7 +178,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_step(
                 pause(PAUSE_SOFT);
             }
             let count = assembly.state.particles.len();
-            // As integers: several threads read through these addresses, and nobody writes meanwhile.
+            // As integers, which can be shared between threads; nobody writes to these addresses meanwhile.
             let states = slice(step.states.cast::<[usize; 4]>(), count);
             let blocked = slice(step.blocked.cast::<usize>(), count);
             let (rotation, constraint) = (assembly.needs_rotation, assembly.needs_constraint);
@@ -189,7 +189,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_step(
                 assembly.take_motions(dt, |k, body| {
                     if present(context as *const std::ffi::c_void, k, body) == 0 {
                         return Err(format!(
-                            "body {body} is gone or was replaced; its bonds cannot go on. release() the engine first"
+                            "body {body} was deleted or replaced, but has bonds; call release() of the engine before"
                         ));
                     }
                     if let Some(next) = states.get(k + AHEAD) {
@@ -212,7 +212,8 @@ pub unsafe extern "C" fn concordem_yade_bonds_step(
     }
 }
 
-/// `Σ l⊗f` over all contacts at the current positions, J: nine reals row by row, branch first. 0, or −1 and a message.
+/// Write the virial `Σ l⊗f` over all contacts at the current positions, J: nine reals in row-major order, branch vector first. Returns
+/// 0, or −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_virial(
     bonds: *mut Bonds,
@@ -226,7 +227,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_virial(
             let forces =
                 pool.install(|| assembly.solver.record(&mut assembly.state)).map_err(|error| error.to_string())?;
             let contacts = forces.contacts.set(&assembly.state.particles).map_err(|error| error.to_string())?;
-            // Over a volume of 1 the stress is the sum.
+            // With volume 1, the stress equals the sum.
             let all = Region::All { volume: 1.0 };
             let sum =
                 region_stress(&contacts, &all, Truncation::BranchClipped, None).map_err(|error| error.to_string())?;
@@ -236,12 +237,12 @@ pub unsafe extern "C" fn concordem_yade_bonds_virial(
     }
 }
 
-/// Components of a tensor, row by row.
+/// Components of a tensor in row-major order.
 fn row_by_row(tensor: &Mat3) -> [f64; 9] {
     std::array::from_fn(|k| tensor[(k / 3, k % 3)])
 }
 
-/// Hash of the C header that this library was built with; the shim compares it with its own.
+/// Hash of the C header that this library was built with. The shim compares it to the hash of its own header.
 #[unsafe(no_mangle)]
 pub extern "C" fn concordem_yade_header_hash() -> u64 {
     concordem_c_abi::header_hash(include_bytes!("../../shim/abi.h"))

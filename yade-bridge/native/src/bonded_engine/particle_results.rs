@@ -1,4 +1,4 @@
-//! Results per particle that YADE shows in `CpmState`.
+//! Results per particle for YADE's `CpmState`.
 
 #![allow(unsafe_code, clippy::missing_safety_doc)] // a C function
 
@@ -11,7 +11,7 @@ use concordem_solver::state::contacts::ContactFlags;
 
 use super::{Bonds, row_by_row};
 
-/// Fraction of its strength that a bond has lost: `1 − (1−ω)κ/ε₀` for concrete, as in YADE, the damage for other laws.
+/// Lost strength of a bond: `1 − (1−ω)κ/ε₀` for concrete, as in YADE, and the damage for other laws.
 fn strength_lost(block: &dyn EvaluatedContacts, k: usize, crack_onset: f64) -> f64 {
     let (fields, reals) = block.history_reals();
     let at = |name: &str| fields.iter().take_while(|f| f.name != name).map(|f| f.components).sum::<usize>();
@@ -23,7 +23,7 @@ fn strength_lost(block: &dyn EvaluatedContacts, k: usize, crack_onset: f64) -> f
     if kappa < crack_onset { 0.0 } else { 1.0 - (1.0 - omega) * kappa / crack_onset }
 }
 
-/// For each particle the number of its intact bonds and the sum of their losses of strength.
+/// For each particle, the number of its intact bonds and the sum of their lost strengths.
 fn losses_of_strength(state: &State, crack_onset: f64) -> (Vec<u32>, Vec<f64>) {
     let count = state.particles.len();
     let (mut bonds, mut sums) = (vec![0_u32; count], vec![0.0; count]);
@@ -43,9 +43,9 @@ fn losses_of_strength(state: &State, crack_onset: f64) -> (Vec<u32>, Vec<f64>) {
     (bonds, sums)
 }
 
-/// What `CpmState` shows of each particle: mean loss of strength of its bonds (1 for a broken one), number of broken bonds, and mean
-/// stress (Pa, nine reals row by row, symmetric) over the volume of the sphere at a packing fraction of 0.62, half of each branch
-/// on either side. 0, or −1 and a message.
+/// Compute the attributes of `CpmState` for each particle: mean lost strength of its bonds (1 for a broken one), number of broken
+/// bonds, and mean stress (Pa, nine reals, symmetric). The volume is that of the sphere divided by a solid fraction of 0.62; each
+/// particle gets half of every branch vector. Returns 0, or −1 and a message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn concordem_yade_bonds_particles(
     bonds: *mut Bonds,
@@ -55,7 +55,7 @@ pub unsafe extern "C" fn concordem_yade_bonds_particles(
     stress_of: *mut [f64; 9],
     message: *const Message,
 ) -> i64 {
-    // SAFETY: as many entries as particles in each array.
+    // SAFETY: one entry per particle in each array.
     unsafe {
         guarded(message, || {
             let Bonds { assembly, pool } = &mut *bonds;

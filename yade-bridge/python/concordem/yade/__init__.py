@@ -1,12 +1,12 @@
 """ConcorDEM's operators, solver, and bonds in a YADE script.
 
-Import it inside YADE (``yade script.py``). The import finds the data of YADE's objects in memory and compares them with YADE's own
-Python; it raises :class:`concordem.YadeError` on any difference. On a version of YADE that was not tested, only the native plugin
-works; everything else raises when it is called.
+Import this inside YADE (``yade script.py``). The import locates the data of YADE's objects in memory and compares them to the values
+that YADE's Python returns; it raises :class:`concordem.YadeError` on any difference. On an untested version of YADE, only the native
+plugin works; all other functions raise YadeError.
 
 * :func:`snapshot`: the current scene as arrays, with stress, couple stress, strain, and fabric.
-* :func:`advance`: the solver computes steps of a concrete scene and writes the result back.
-* :func:`take_over`, :func:`bond`: the bonded engine stores and computes the bonds; everything else stays with YADE.
+* :func:`advance`: our solver computes steps of a concrete scene and writes the result back.
+* :func:`take_over`, :func:`bond`: the bonded engine stores and computes the bonds; YADE does the rest.
 * :func:`save`, :func:`load`: `O.save` and `O.load` with the bonds of bonded engines.
 * :func:`load_native`, :func:`use_rust_cpm`: the native plugin, built by ``python3 -m concordem.yade build``.
 """
@@ -33,7 +33,7 @@ __all__ = [
     "use_rust_cpm",
 ]
 
-# Find and compare now: a YADE that does not fit fails at import, not during a run.
+# Check now, so that an incompatible YADE fails at import and not during a run.
 try:
     host()
 except YadeError as error:

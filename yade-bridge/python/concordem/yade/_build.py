@@ -1,7 +1,7 @@
 """Builds the native plugin for the YADE of this machine: ``python3 -m concordem.yade build``.
 
-Needed: YADE's headers of the same version (from ``YADE_SRC``, else ``apt-get source``), g++, and the libraries that the headers
-include. No Rust: the wheel carries the compiled library.
+The build needs YADE's headers of the same version (from ``YADE_SRC``, else by ``apt-get source``), g++, and the libraries that the
+headers include. It does not need Rust: the wheel contains the compiled library.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any, NoReturn
 from .._errors import YadeError
 from . import _native
 
-#: What each feature that YADE was configured with adds to the compiler's definitions (YADE's CMakeLists.txt).
+#: Compiler definitions for each feature of a YADE build (from YADE's CMakeLists.txt).
 DEFINITIONS: dict[str, tuple[str, ...]] = {
     "LOGGER": ("YADE_BOOST_LOG", "BOOST_LOG_DYN_LINK"),
     "COMPLEX_MP": ("YADE_COMPLEX_MP",),
@@ -48,9 +48,9 @@ DEFINITIONS: dict[str, tuple[str, ...]] = {
     "POTENTIAL_PARTICLES": ("YADE_POTENTIAL_PARTICLES",),
     "POTENTIAL_BLOCKS": ("YADE_POTENTIAL_BLOCKS",),
 }
-#: Features that change no header.
+#: Features that do not affect headers.
 SILENT = {"USEFUL_ERRORS", "MPC", "ENABLE_POTENTIAL_BLOCKS"}
-#: Definitions of every build with reals of 64 bits.
+#: Definitions of every build with 64-bit reals.
 ALWAYS = (
     "YADE_REAL_BIT=64",
     "YADE_REAL_DEC=15",
@@ -72,25 +72,25 @@ NEEDED = {
 
 
 def fail(message: str, kind: str) -> NoReturn:
-    """Stop, with what to do."""
+    """Raise YadeError."""
     raise YadeError(message, kind)
 
 
 def installed(yade: str) -> dict[str, Any]:
-    """Facts of the YADE that a command starts."""
+    """Facts about the YADE that the command `yade` starts."""
     script = "import json\nfrom concordem.yade import _native\nprint('FACTS ' + json.dumps(_native.facts()))\n"
     text = inside(yade, script)
     for line in text.splitlines():
         if line.startswith("FACTS "):
             found: dict[str, Any] = json.loads(line[6:])
             return found
-    fail(f"`{yade}` started, but did not tell what it is. Its last words:\n{text[-2000:]}", "NoYade")
+    fail(f"`{yade}` started, but did not report its version; check that it is YADE. Its last output:\n{text[-2000:]}", "NoYade")
 
 
 def inside(yade: str, script: str) -> str:
-    """What YADE prints when it runs a script that can import this package."""
+    """Run a script that imports this package in YADE; return its output."""
     if shutil.which(yade) is None:
-        fail(f"there is no program `{yade}`; install it (Debian: apt install yade), or name it: build --yade PROGRAM", "NoYade")
+        fail(f"there is no program `{yade}`; install it (Debian: apt install yade), or give its name: build --yade PROGRAM", "NoYade")
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "ask.py"
         file.write_text(script)
@@ -103,18 +103,18 @@ def inside(yade: str, script: str) -> str:
 
 
 def version_of(tree: Path) -> str | None:
-    """Version that a source tree says it has."""
+    """Version of a source tree; None if it has no file RELEASE."""
     release = tree / "RELEASE"
     return release.read_text().strip() if release.is_file() else None
 
 
 def headers(version: str, log: Any = print) -> Path:
-    """A source tree of this version of YADE."""
+    """Source tree of this version of YADE."""
     given = os.environ.get("YADE_SRC")
     if given:
         tree = Path(given)
         if not (tree / "core/Scene.hpp").is_file():
-            fail(f"YADE_SRC is {given}, but there is no core/Scene.hpp in it; it must be the root of YADE's sources", "NoHeaders")
+            fail(f"YADE_SRC is {given}, which has no core/Scene.hpp; give the root of YADE's sources", "NoHeaders")
         return check_version(tree, version, f"YADE_SRC ({given})")
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "concordem" / f"yade-{version}"
     if not (cache / "core/Scene.hpp").is_file():
@@ -123,40 +123,40 @@ def headers(version: str, log: Any = print) -> Path:
 
 
 def check_version(tree: Path, version: str, what: str) -> Path:
-    """The tree, if it is of that version."""
+    """The tree; raises YadeError unless it has this version."""
     found = version_of(tree)
     if found is not None and found != version:
-        fail(f"{what} holds YADE {found}, but {version} is installed; headers of exactly that version are needed", "WrongVersion")
+        fail(f"{what} contains YADE {found}, but {version} is installed; get the headers of that version", "WrongVersion")
     if found is None:
-        fail(f"{what} has no file RELEASE, so its version is unknown; {version} is needed", "WrongVersion")
+        fail(f"{what} has no file RELEASE, so its version is unknown; get the complete sources of {version}", "WrongVersion")
     return tree
 
 
 def fetch(version: str, to: Path, log: Any) -> None:
-    """YADE's sources by apt, as far as headers go."""
+    """Download YADE's sources with apt and extract the headers to `to`."""
     remedy = (
         f"get the sources of YADE {version} (its release at https://gitlab.com/yade-dev/trunk, or Debian's "
-        f"yade_{version}.orig.tar) and say where they are: YADE_SRC=<folder> python3 -m concordem.yade build"
+        f"yade_{version}.orig.tar) and give their folder: YADE_SRC=<folder> python3 -m concordem.yade build"
     )
     if shutil.which("apt-get") is None:
-        fail(f"there is no apt-get to fetch YADE's headers with; {remedy}", "NoHeaders")
+        fail(f"apt-get, which fetches YADE's headers, is missing; {remedy}", "NoHeaders")
     package = subprocess.run(["dpkg-query", "-W", "-f", "${source:Version}", "yade"], capture_output=True, text=True, check=False)
     if package.returncode:
-        fail(f"YADE was not installed by apt, so apt has no sources of it; {remedy}", "NoHeaders")
+        fail(f"YADE was not installed by apt, so apt cannot fetch its sources; {remedy}", "NoHeaders")
     log(f"fetching the sources of yade {package.stdout} with apt-get source")
     with tempfile.TemporaryDirectory() as folder:
-        # The archive of upstream's sources alone: mirrors lose the other parts sooner.
+        # Only the upstream archive, because mirrors delete the other parts earlier.
         command = ["apt-get", "source", "--download-only", "--tar-only", "-qq", f"yade={package.stdout}"]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         archives = sorted(Path(folder).glob("*.orig.tar.*"))
         if done.returncode or not archives:
             reason = (done.stderr or done.stdout).strip().splitlines()
-            fail(f"apt-get source yade={package.stdout} failed ({reason[-1] if reason else 'no archive came'}); {remedy}", "NoHeaders")
+            fail(f"apt-get source yade={package.stdout} failed ({reason[-1] if reason else 'no archive was downloaded'}); {remedy}", "NoHeaders")
         unpack(archives[0], to)
 
 
 def unpack(archive: Path, to: Path) -> None:
-    """Headers of an archive of sources, into `to` as a whole or not at all."""
+    """Extract the headers of a source archive to `to`, atomically."""
     partial = to.with_name(to.name + ".partial")
     shutil.rmtree(partial, ignore_errors=True)
     partial.mkdir(parents=True)
@@ -173,18 +173,18 @@ def unpack(archive: Path, to: Path) -> None:
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(source.read())
     if not (partial / "core/Scene.hpp").is_file():
-        fail(f"{archive.name} has no core/Scene.hpp", "NoHeaders")
+        fail(f"{archive.name} has no core/Scene.hpp, so it is not an archive of YADE", "NoHeaders")
     shutil.rmtree(to, ignore_errors=True)
     partial.rename(to)
 
 
 def definitions(found: dict[str, Any]) -> list[str]:
-    """The compiler's definitions with which that YADE was made."""
+    """Compiler definitions of this YADE build."""
     if found["bits"] != 64:
-        fail(f"this YADE computes with reals of {found['bits']} bits; the plugin is made for double precision", "Precision")
+        fail(f"this YADE uses {found['bits']}-bit reals; the plugin supports double precision only", "Precision")
     unknown = [name for name in found["features"] if name not in DEFINITIONS and name not in SILENT]
     if unknown:
-        fail(f"YADE has features {unknown} whose effect on its classes is not known here; no plugin is built for it", "Features")
+        fail(f"YADE has features {unknown}, which the plugin does not support; use a YADE without them", "Features")
     names = list(ALWAYS)
     for feature in found["features"]:
         names += DEFINITIONS.get(feature, ())
@@ -192,7 +192,7 @@ def definitions(found: dict[str, Any]) -> list[str]:
 
 
 def include_folders(compiler: str, found: dict[str, Any]) -> list[str]:
-    """Folders with the headers of other libraries; what is missing is named with its package."""
+    """Compiler flags for the headers of other libraries. Raises YadeError with the packages of missing ones."""
     system = [Path("/usr/include")]
     missing = sorted({package for header, package in NEEDED.items() if not any((root / header).is_file() for root in system)})
     python = sysconfig.get_path("include")
@@ -215,7 +215,7 @@ def include_folders(compiler: str, found: dict[str, Any]) -> list[str]:
     if shutil.which(compiler) is None:
         missing.insert(0, "g++")
     if missing:
-        fail(f"to build the plugin these packages are needed: apt install {' '.join(missing)}", "MissingPackages")
+        fail(f"packages are missing; install them with: apt install {' '.join(missing)}", "MissingPackages")
     return flags
 
 
@@ -228,27 +228,27 @@ def header_exists(compiler: str, header: str) -> bool:
 
 
 def check_compiler(compiler: str, found: dict[str, Any]) -> None:
-    """The compiler and boost must be those YADE was made with: both decide about the layout of classes."""
+    """Raise YadeError unless compiler and boost match those of YADE, because both determine the layout of classes."""
     text = '#include <boost/version.hpp>\nBOOST BOOST_LIB_VERSION GCC __GNUC__\n'
     done = subprocess.run([compiler, "-E", "-P", "-x", "c++", "-"], input=text, capture_output=True, text=True, check=False)
     match = re.search(r'BOOST "(\d+)_(\d+)(?:_(\d+))?" GCC (\d+)', done.stdout)
     if match is None:
-        fail(f"{compiler} does not tell its version:\n{done.stderr[-1000:]}", "Compiler")
+        fail(f"{compiler} cannot preprocess boost/version.hpp:\n{done.stderr[-1000:]}", "Compiler")
     boost, gcc = ".".join(part or "0" for part in match.groups()[:3]), match.group(4)
     if found["boost"] and found["boost"] != boost:
-        fail(f"YADE was made with boost {found['boost']}; the headers here are of {boost}", "Compiler")
+        fail(f"YADE was built with boost {found['boost']}, but the installed headers are {boost}; install those of {found['boost']}", "Compiler")
     made = re.search(r"gcc (\d+)", found["compiler"])
     if made and made.group(1) != gcc:
-        fail(f"YADE was made with {found['compiler']}; {compiler} is version {gcc}. Name the right one: build --compiler g++-{made.group(1)}", "Compiler")
+        fail(f"YADE was built with {found['compiler']}, but {compiler} is version {gcc}; give the right one: build --compiler g++-{made.group(1)}", "Compiler")
 
 
 def build(yade: str = "yade", compiler: str = "g++", log: Any = print) -> Path:
-    """Compile the plugin for a YADE, and test it there; where it is."""
+    """Compile the plugin for a YADE and check it there; return its path."""
     parts = _native.staged()
     library = parts / "libconcordem_yade.a"
     sources = sorted(parts.glob("*.cpp"))
     if not library.is_file() or not sources:
-        fail(f"this installation carries nothing to build the plugin from ({parts} is missing or empty)", "NothingStaged")
+        fail(f"this installation lacks the sources of the plugin ({parts} is missing or empty); install the wheel", "NothingStaged")
     found = installed(yade)
     log(f"YADE {found['version']} ({found['compiler']}, boost {found['boost']}), features {' '.join(found['features'])}")
     defined = definitions(found)
@@ -257,24 +257,21 @@ def build(yade: str = "yade", compiler: str = "g++", log: Any = print) -> Path:
     tree = headers(found["version"], log)
     target = _native.place(found)
     target.parent.mkdir(parents=True, exist_ok=True)
-    # -O2 without fused operations, as Debian's packages: bits depend on it.
+    # -O2 without fused operations, as in Debian's packages, because results must be bitwise equal.
     common = ["-std=c++17", "-O2", "-fPIC", "-fopenmp", "-ffp-contract=off", "-w", *defined, "-isystem", str(tree), *flags, "-I", str(parts)]
     if "CGAL" in found["features"]:
         common.append("-frounding-math")
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
-        objects = [Path(folder) / f"{source.stem}.o" for source in sources]
-        log(f"compiling {', '.join(source.name for source in sources)} (about a minute each)")
-        running = [
-            subprocess.Popen([compiler, *common, "-c", str(source), "-o", str(made)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-            for source, made in zip(sources, objects)
-        ]
-        words = [process.communicate()[0] for process in running]
-        for process, source, text in zip(running, sources, words):
-            if process.returncode:
-                fail(f"{source.name} does not compile against the headers in {tree}:\n{text[-4000:]}", "Compiler")
+        # One unit: most of the time goes into YADE's own headers, which each unit would read again.
+        unit, compiled = Path(folder) / "unit.cpp", Path(folder) / "unit.o"
+        unit.write_text("".join(f'#include "{source.name}"\n' for source in sources))
+        log(f"compiling {', '.join(source.name for source in sources)} (some minutes)")
+        done = subprocess.run([compiler, *common, "-c", str(unit), "-o", str(compiled)], capture_output=True, text=True, check=False)
+        if done.returncode:
+            fail(f"the plugin does not compile against the headers in {tree}:\n{done.stdout[-2000:]}{done.stderr[-4000:]}", "Compiler")
         made = Path(folder) / "plugin.so"
-        # The library's own symbols stay inside; those of the shim's C++ classes must be seen by boost::serialization.
-        command = [compiler, "-shared", "-fopenmp", "-o", str(made), *map(str, objects), str(library)]
+        # Hide the library's symbols, but not those of the shim's C++ classes, which boost::serialization needs.
+        command = [compiler, "-shared", "-fopenmp", "-o", str(made), str(compiled), str(library)]
         command += ["-Wl,--exclude-libs,libconcordem_yade.a", "-Wl,--gc-sections", "-lpthread", "-ldl", "-lm"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
@@ -282,7 +279,7 @@ def build(yade: str = "yade", compiler: str = "g++", log: Any = print) -> Path:
         log("comparing its layout with YADE's")
         words_of_yade = inside(yade, TEST.format(path=str(made)))
         if "\nPLUGIN FITS" not in words_of_yade:
-            fail(f"the plugin was built, but does not fit and was thrown away:\n{words_of_yade[-3000:]}", "Layout")
+            fail(f"the plugin was built, but does not match this YADE and was deleted:\n{words_of_yade[-3000:]}", "Layout")
         os.replace(made, target)
     log(f"built {target}")
     return target
@@ -297,7 +294,7 @@ print("\\nPLUGIN FITS")
 
 
 def main(arguments: list[str]) -> int:
-    """The command line."""
+    """Run the command line."""
     import argparse
 
     parser = argparse.ArgumentParser(prog="python3 -m concordem.yade", description="ConcorDEM in YADE")

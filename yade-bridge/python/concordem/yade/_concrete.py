@@ -1,4 +1,4 @@
-"""Concrete (YADE's CPM) from a live scene to our solver, and back, with all history."""
+"""Transfers concrete (YADE's CPM) with its history from a scene to our solver and back."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from .._errors import YadeError
 from ._memory import address_of
 from ._scene import Reals, bodies, gather, host, interactions, of_class
 
-#: Engines whose work our solver takes over while it advances a scene.
+#: Engines that our solver replaces while it advances a scene.
 REPLACED = {"ForceResetter", "InsertionSortCollider", "InteractionLoop", "NewtonIntegrator"}
-#: Engines that only look, or run scripts; they pause meanwhile.
+#: Engines that only observe or run scripts; they do not run meanwhile.
 PAUSED = {"PyRunner", "CpmStateUpdater", "VTKRecorder", "SnapshotEngine", "PeriodicEngine"}
 
 
@@ -30,15 +30,15 @@ def class_of(instance: Any) -> str:
 
 
 def engine_of(name: str) -> Any:
-    """The one engine of that class."""
+    """The only active engine of this class; an error if there is not exactly one."""
     found = [engine for engine in host().omega.engines if class_of(engine) == name and not engine.dead]
     if len(found) != 1:
-        raise refuse(f"O.engines has {len(found)} engines {name}; the bridge needs one", "Engines")
+        raise refuse(f"O.engines has {len(found)} active engines {name}; keep exactly one", "Engines")
     return found[0]
 
 
 class Settings:
-    """What the engines of a scene say about concrete."""
+    """Settings of a scene's engines that affect concrete."""
 
     def __init__(self) -> None:
         omega = host().omega
@@ -46,15 +46,15 @@ class Settings:
         laws = {class_of(functor): functor for functor in loop.lawDispatcher.functors}
         law = laws.get("Law2_ScGeom_CpmPhys_Cpm")
         if law is None:
-            raise refuse(f"no Law2_ScGeom_CpmPhys_Cpm among the laws {sorted(laws)}: this is no scene of concrete", "NotConcrete")
+            raise refuse(f"InteractionLoop has the laws {sorted(laws)}; add Law2_ScGeom_CpmPhys_Cpm", "NotConcrete")
         self.omega_threshold, self.eps_soft, self.rel_kn_soft = law.omegaThreshold, law.epsSoft, law.relKnSoft
         geometry = {class_of(functor): functor for functor in loop.geomDispatcher.functors}.get("Ig2_Sphere_Sphere_ScGeom")
         if geometry is None:
-            raise refuse("no Ig2_Sphere_Sphere_ScGeom in the InteractionLoop", "Engines")
+            raise refuse("InteractionLoop has no Ig2_Sphere_Sphere_ScGeom; add it", "Engines")
         if geometry.interactionDetectionFactor not in (1.0, -1.0):
             raise refuse(
-                f"Ig2_Sphere_Sphere_ScGeom.interactionDetectionFactor is {geometry.interactionDetectionFactor}: new contacts "
-                "would begin at a distance. Set it to 1 once the bonds are made",
+                f"Ig2_Sphere_Sphere_ScGeom.interactionDetectionFactor is {geometry.interactionDetectionFactor}, so new contacts "
+                "would start at a distance; set it to 1 after the bonds have been created",
                 "Engines",
             )
         self.ratcheting = bool(geometry.avoidGranularRatcheting)
@@ -63,28 +63,28 @@ class Settings:
                 limit = functor.cohesiveThresholdIter
                 if limit < 0 or omega.iter < limit:
                     raise refuse(
-                        f"until iteration {limit if limit >= 0 else 'infinity'} (cohesiveThresholdIter) new contacts of YADE "
-                        "are bonds; hand over after it",
+                        f"YADE creates bonds until iteration {limit if limit >= 0 else 'infinity'} (cohesiveThresholdIter); hand "
+                        "over after it",
                         "Engines",
                     )
         newton = engine_of("NewtonIntegrator")
-        # By its dictionary: asking for the attribute prints a warning.
+        # Use the dictionary, because reading the attribute prints a warning.
         if newton.dict().get("densityScaling") or newton.mask != -1:
-            raise refuse("NewtonIntegrator has densityScaling or a mask, which the bridge does not know", "Engines")
+            raise refuse("the bridge does not support densityScaling and mask of NewtonIntegrator; unset them", "Engines")
         self.damping, self.gravity = newton.damping, tuple(newton.gravity)
         if not newton.dampGravity and any(self.gravity):
-            raise refuse("NewtonIntegrator.dampGravity=False is not known to the bridge", "Engines")
+            raise refuse("the bridge does not support NewtonIntegrator.dampGravity=False; set it to True", "Engines")
         if not omega.dt > 0 or not np.isfinite(omega.dt):
-            raise refuse(f"O.dt is {omega.dt}", "TimeStep")
+            raise refuse(f"O.dt is {omega.dt}; set it to a positive number", "TimeStep")
         self.dt = omega.dt
 
     @property
     def kinematics(self) -> str:
-        """Measure of motion that is YADE's."""
+        """Name of the kinematics that YADE uses."""
         return "yade-ratcheting" if self.ratcheting else "yade"
 
     def parameters(self, one: Any, two: Any, mode: str) -> dict[str, Any]:
-        """Parameters between two materials, as `Ip2_CpmMat_CpmMat_CpmPhys` makes them."""
+        """Parameters between two materials, computed as in `Ip2_CpmMat_CpmMat_CpmPhys`."""
 
         def mean(name: str) -> float:
             a, b = getattr(one, name), getattr(two, name)
@@ -119,7 +119,7 @@ class Concrete:
         self.bodies = everything.of(ball)
         self.others = everything.of(~ball)
         if not len(self.bodies.ids):
-            raise refuse("the scene has no spheres of CpmMat", "NotConcrete")
+            raise refuse("the scene has no spheres of CpmMat; add them", "NotConcrete")
         self.materials, self.material = self._materials()
         self._row = np.full(int(everything.ids.max()) + 1, -1, np.int64)
         self._row[self.bodies.ids] = np.arange(len(self.bodies.ids))
@@ -127,14 +127,14 @@ class Concrete:
         one, two = self._row[found.id1], self._row[found.id2]
         inner = (one >= 0) & (two >= 0)
         if not of_class(found.phys[inner], "CpmPhys.vtable").all() or not of_class(found.geom[inner], "ScGeom.vtable").all():
-            raise refuse("spheres of CpmMat touch with another physics than CpmPhys, or another geometry than ScGeom")
+            raise refuse("a contact between spheres of CpmMat does not have CpmPhys and ScGeom; use only these functors")
         self.foreign = int((~inner).sum())
-        """Interactions with other bodies."""
+        """Number of interactions with other bodies."""
         self.contacts = found.of(inner)
         self.pair = np.stack([one, two], axis=1)[inner].astype(np.uint32)
         for body in omega.bodies:
             if body is not None and (body.isClump or body.isClumpMember):
-                raise refuse(f"body {body.id} belongs to a clump; the bridge does not hand over clumps of concrete", "Clumps")
+                raise refuse(f"body {body.id} belongs to a clump, which the bridge does not support; remove clumps", "Clumps")
 
     def _materials(self) -> tuple[list[Any], NDArray[np.uint32]]:
         omega = host().omega
@@ -142,7 +142,7 @@ class Concrete:
         materials = [omega.bodies[int(self.bodies.ids[k])].material for k in first]
         for material in materials:
             if class_of(material) != "CpmMat":
-                raise refuse(f"a sphere with a CpmState is of {class_of(material)}, not of CpmMat", "NotConcrete")
+                raise refuse(f"a sphere with CpmState has material {class_of(material)}; give it a CpmMat", "NotConcrete")
         assert len(distinct) == len(materials)
         return materials, number.astype(np.uint32).reshape(-1)
 
@@ -156,12 +156,12 @@ class Concrete:
         ]
 
     def hosted(self, kinematics: str, mode: str, damping: bool, threads: int | None) -> _core.Hosted:
-        """All of it in our solver; with YADE's damping and gravity if the solver is to move the bodies."""
+        """The assembly in our solver. `damping`: our solver moves the bodies, with YADE's damping and gravity."""
         omega = host().omega
         state = self.bodies.state
         inertia = gather(state, "State.inertia", components=3)
         if not (inertia[:, 0] == inertia[:, 1]).all() or not (inertia[:, 0] == inertia[:, 2]).all():
-            raise refuse("a sphere has different moments of inertia about its axes")
+            raise refuse("a sphere has different moments of inertia about its axes; give it equal ones")
         arrays: dict[str, Any] = {
             "id": self.bodies.ids.astype(np.uint32),
             "position": self.bodies.positions,
@@ -178,7 +178,7 @@ class Concrete:
         if omega.periodic:
             cell = cell_of(omega)
             if damping:
-                # YADE moves its cell at the beginning of a step, our solver at the end.
+                # YADE deforms the cell at the beginning of a step, our solver at the end.
                 edges, gradient, rate = cell
                 cell = (edges + self.settings.dt * rate @ edges, gradient + self.settings.dt * rate @ gradient, rate)
         settings = self.settings
@@ -211,17 +211,17 @@ class Concrete:
         fresh = ~np.isfinite(length)
         if fresh.any():
             raise refuse(
-                f"{int(fresh.sum())} of {len(length)} contacts were made but never answered by their law: take one step "
-                "(O.step()) before the hand-over",
+                f"{int(fresh.sum())} of {len(length)} contacts have not been evaluated by their law; take one step (O.step()) "
+                "before the hand-over",
                 "Fresh",
             )
         self._check_parameters()
         radii = geometry("refR1") + geometry("refR2")
         if not np.allclose(radii, radius[self.pair[:, 0]] + radius[self.pair[:, 1]], rtol=1e-12, atol=0.0):
-            raise refuse("radii of contacts are not those of their bodies")
-        # What YADE keeps is the overlap at the reference; both say the same unless somebody has changed one of them.
+            raise refuse("the radii stored in contacts differ from those of their bodies; do not change radii after bonding")
+        # refPD, the overlap at the reference length, is redundant unless a script has changed one of them.
         if not np.allclose(physics("refPD"), radii - length, rtol=0.0, atol=1e-12 * float(radii.max(initial=0.0))):
-            raise refuse("refPD and refLength of contacts contradict each other")
+            raise refuse("refPD and refLength of contacts are inconsistent; do not change only one of them")
         prestress = np.zeros(len(length))
         for i, j, row in self.laws(mode):
             if row["isotropic_prestress"]:
@@ -241,7 +241,7 @@ class Concrete:
             axis=1,
         )
         if np.abs(contacts.image).max(initial=0) > 127:
-            raise refuse("a contact reaches over more than 127 periodic cells")
+            raise refuse("a contact spans more than 127 periodic cells, which is the maximum")
         return {
             "pair": self.pair,
             "image": contacts.image.astype(np.int8),
@@ -254,7 +254,7 @@ class Concrete:
         }
 
     def _check_parameters(self) -> None:
-        """Contacts must have what their materials say now: physics is made once, and may have been changed since."""
+        """Raise unless contacts match their current materials. YADE sets contact parameters only once, and scripts can change them."""
         one, two = self.material[self.pair[:, 0]], self.material[self.pair[:, 1]]
         fields = ("E", "G", "tanFrictionAngle", "undamagedCohesion", "epsCrackOnset", "epsFracture")
         found = {name: gather(self.contacts.phys, f"CpmPhys.{name}") for name in fields}
@@ -272,14 +272,14 @@ class Concrete:
                 wrong = np.abs(found[name][between] - value) > 1e-12 * abs(value)
                 if wrong.any():
                     raise refuse(
-                        f"{int(wrong.sum())} contacts have {name} = {found[name][between][wrong][0]:.6g} where their "
-                        f"materials make {value:.6g}: physics that was changed by hand cannot be handed over",
+                        f"{int(wrong.sum())} contacts have {name} = {found[name][between][wrong][0]:.6g}, but their materials "
+                        f"give {value:.6g}; contacts with changed parameters cannot be handed over",
                         "Parameters",
                     )
 
 
 def cell_of(omega: Any) -> tuple[Reals, Reals, Reals]:
-    """Edges (as columns), deformation gradient, and velocity gradient of the periodic cell."""
+    """Edges (m, as columns), deformation gradient, and velocity gradient (1/s) of the periodic cell."""
 
     def matrix(value: Any) -> Reals:
         return np.array([[value[i, j] for j in range(3)] for i in range(3)])
@@ -294,8 +294,7 @@ def scatter(addresses: NDArray[np.uint64], field: str, values: Any) -> None:
 
 
 def _keys(one: Any, two: Any, bonded: Any) -> NDArray[np.int64]:
-    """A number for each contact: its pair, whatever the order, and whether it is a bond (a pair whose bond broke may have
-    met again)."""
+    """A number for each contact from its unordered pair and whether it is a bond (particles of a broken bond may touch again)."""
     one, two = np.asarray(one, np.int64), np.asarray(two, np.int64)
     return np.minimum(one, two) << 32 | np.maximum(one, two) << 1 | np.asarray(bonded, np.int64)
 
@@ -306,7 +305,7 @@ def _keys_of_yade(concrete: Concrete) -> NDArray[np.int64]:
 
 
 def write_bodies(concrete: Concrete, solver: _core.Hosted) -> None:
-    """Places and motion back to YADE."""
+    """Write positions and motion back to YADE."""
     now = solver.bodies()
     place = np.full(int(concrete.bodies.ids.max()) + 1, -1, np.int64)
     place[concrete.bodies.ids] = np.arange(len(concrete.bodies.ids))
@@ -318,7 +317,7 @@ def write_bodies(concrete: Concrete, solver: _core.Hosted) -> None:
 
 
 def write_contacts(solver: _core.Hosted, mode: str) -> dict[str, int]:
-    """Contacts back to YADE: histories of those it has, those that opened erased, those that began made."""
+    """Write contacts back to YADE: update histories, erase opened contacts, create new ones."""
     yade = host()
     omega = yade.omega
     concrete = Concrete()
@@ -326,7 +325,7 @@ def write_contacts(solver: _core.Hosted, mode: str) -> dict[str, int]:
     table = np.concatenate([tables[name] for name in ("cpm", "unbonded") if name in tables])
     theirs, ours = _keys_of_yade(concrete), _keys(table["a"], table["b"], table["bonded"])
     if len(np.unique(ours >> 1)) != len(ours):
-        raise refuse("two bodies touch through two periodic images: YADE has no place for that", "TwoImages")
+        raise refuse("two bodies touch through two periodic images, which YADE cannot store; enlarge the cell", "TwoImages")
     gone = ~np.isin(theirs, ours)
     for one, two in zip(concrete.contacts.id1[gone], concrete.contacts.id2[gone]):
         omega.interactions.erase(int(one), int(two))
@@ -341,7 +340,7 @@ def write_contacts(solver: _core.Hosted, mode: str) -> dict[str, int]:
             if omega.interactions.has(one, two):
                 omega.interactions.erase(one, two)
             contact = createInteraction(one, two)
-            # Not of this iteration: the law would take it for a fresh one and forget its history.
+            # Not this iteration: the law would treat the contact as new and discard its history.
             contact.iterMadeReal = max(omega.iter - 1, 0)
             physics = contact.phys
             physics.isCohesive = False
@@ -384,7 +383,7 @@ def _write_history(concrete: Concrete, table: Any, sign: Reals, mode: str) -> No
     bonded = table["bonded"]
     omega, kappa = table["omega"], table["kappa"]
     stress = (1.0 - np.where(effective > 0, omega, 0.0)) * modulus * effective
-    # YADE notes slip so that elastic strain times modulus lies beyond the bound while a contact flows; what acts is the bound.
+    # While a contact slips, YADE stores a plastic strain with which the elastic traction exceeds the bound; the bound acts.
     bound = np.maximum(0.0, physics("undamagedCohesion") * (1.0 - omega) - stress * physics("tanFrictionAngle"))
     traction = shear_modulus[:, None] * (shear - slip)
     size = np.linalg.norm(traction, axis=1)
@@ -417,14 +416,14 @@ def _write_history(concrete: Concrete, table: Any, sign: Reals, mode: str) -> No
 
 
 def add_to_clock(steps: int, dt: float) -> None:
-    """Let YADE's clock count steps that were taken here."""
+    """Advance YADE's clock by `steps` steps of `dt` (s)."""
     yade = host()
     scene = address_of(yade.omega._sceneObj)
     iteration = ctypes.c_long.from_address(scene + yade.layout["Scene.iter"])
     time = ctypes.c_double.from_address(scene + yade.layout["Scene.time"])
     if iteration.value != yade.omega.iter or time.value != yade.omega.time:
-        raise refuse("YADE's clock is not where it was found", "Layout")
+        raise refuse("YADE's clock was not found at its offset in memory; restart YADE", "Layout")
     iteration.value += steps
-    # Step by step, as YADE adds it up.
+    # Add step by step, for the same rounding as in YADE.
     for _ in range(steps):
         time.value += dt

@@ -1,8 +1,8 @@
-"""The bonded engine: bonds that belong to us, in a scene that stays YADE's.
+"""The bonded engine: our solver computes the bonds in a scene that YADE integrates.
 
-In every step YADE moves its bodies, and a PyRunner asks for the forces of all bonds at once. Bonds are contiguous arrays in
-our solver and no interactions of YADE; bodies are masked against each other in YADE's collider, so that contacts between
-them after breakage are ours, too. Forces are added through YADE's own `ForceContainer::addForce`.
+In every step, YADE moves its bodies, and a PyRunner computes the forces of all bonds. Bonds are contiguous arrays in our solver, not
+YADE interactions. A mask excludes contacts between the bodies from YADE's collider, so our solver also computes contacts after
+breakage. Forces are added through YADE's `ForceContainer::addForce`.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from ._concrete import Concrete, cell_of, class_of, engine_of, refuse, scatter
 from ._memory import address_of, memory
 from ._scene import Bodies, Reals, at_rest, bodies, gather, host, interactions, of_class
 
-#: Engines that read O.interactions and would silently find nothing there, with what to do instead.
+#: Engines that read O.interactions, which no longer contains the bonds, and their replacements.
 BLIND = {
-    "CpmStateUpdater": "take_over(update_states=n) takes its place",
-    "GlobalStiffnessTimeStepper": "set O.dt yourself, from O.dt before or engine.largest_time_step",
+    "CpmStateUpdater": "use take_over(update_states=n)",
+    "GlobalStiffnessTimeStepper": "set O.dt yourself",
     "PeriTriaxController": "drive the cell from a PyRunner with engine.stress()",
     "Peri3dController": "drive the cell from a PyRunner with engine.stress()",
     "PeriIsoCompressor": "drive the cell from a PyRunner with engine.stress()",
-    "KinemSimpleShearBox": "it reads contact forces",
+    "KinemSimpleShearBox": "there is no replacement",
     "TesselationWrapper": "use concordem.operators",
-    "FlowEngine": "it reads contacts",
+    "FlowEngine": "there is no replacement",
 }
-#: Recorders of VTKRecorder that walk the interactions.
+#: Recorders of VTKRecorder that read O.interactions.
 BLIND_RECORDERS = {"all", "intr", "stress", "bstresses", "cpm", "force", "cracks", "moments", "coordNumber"}
 
 _registered: dict[str, BondedEngine] = {}
@@ -44,8 +44,8 @@ def _run(name: str) -> None:
     engine = _registered.get(name)
     if engine is None:
         raise YadeError(
-            f'the bonded engine "{name}" is in O.engines, but its bonds are not here: YADE saves the engine, not its bonds. '
-            "Save with concordem.yade.save and load with concordem.yade.load",
+            f'the bonded engine "{name}" is in O.engines, but its bonds are missing, because O.save does not save them; use '
+            "concordem.yade.save and concordem.yade.load",
             "NotLoaded",
         )
     engine._step()
@@ -60,8 +60,8 @@ def _is_in_engines(name: str) -> bool:
 
 
 def _sort_anew() -> None:
-    """Make the collider look at all pairs in the next step: those that were only possible have been forgotten. It cannot be
-    told to, so a new one with the same settings takes its place."""
+    """Make the collider check all pairs in the next step, because erased interactions included potential contacts. The collider has no
+    command for this, so replace it by a new one with the same settings."""
     yade = host()
     old = engine_of("InsertionSortCollider")
     own = {"newton", "boundDispatcher", "numAction", "numReinit", "fastestBodyMaxDist", "doSort"}
@@ -79,30 +79,30 @@ def _check_engines(replaced: str = "") -> None:
             continue
         if name in BLIND:
             raise refuse(
-                f"O.engines has {name}, which looks for contacts in O.interactions and would find none: {BLIND[name]}. Take "
-                "it out, or make it dead=True",
+                f"O.engines has {name}, which reads O.interactions, where the bonds no longer are; remove it or set dead=True "
+                f"({BLIND[name]})",
                 "BlindEngine",
             )
         if name == "VTKRecorder":
             blind = BLIND_RECORDERS & set(engine.recorders)
             if blind:
                 raise refuse(
-                    f"VTKRecorder records {sorted(blind)}, which it would look for in O.interactions and not find; leave "
-                    "recorders of spheres, velocity, and the like",
+                    f"VTKRecorder records {sorted(blind)} from O.interactions, where the bonds no longer are; keep only "
+                    "recorders of bodies, such as spheres and velocity",
                     "BlindEngine",
                 )
 
 
 class BondedEngine:
-    """Bonds of some spheres of the scene. Made by :func:`take_over` or :func:`bond`."""
+    """Bonds of some spheres of the scene. Created by :func:`take_over` or :func:`bond`."""
 
     def __init__(self, name: str, solver: _core.Hosted, ids: NDArray[np.int32], kind: dict[str, Any]) -> None:
         if name in _registered and _is_in_engines(name):
-            raise refuse(f'there is a bonded engine "{name}" already', "Name")
+            raise refuse(f'there already is a bonded engine "{name}"; choose another name', "Name")
         self.name = name
         #: The assembly in our solver.
         self.solver = solver
-        #: Bodies whose bonds are here.
+        #: Ids of the bonded bodies.
         self.ids = ids
         self._kind = kind
         self._scene = 0
@@ -123,7 +123,7 @@ class BondedEngine:
         self.attached = True
 
     def _insert(self) -> None:
-        """Put the engine behind the InteractionLoop."""
+        """Put the engine after InteractionLoop in O.engines."""
         yade = host()
         engines = list(yade.omega.engines)
         place = next(k for k, engine in enumerate(engines) if class_of(engine) == "InteractionLoop") + 1
@@ -131,19 +131,19 @@ class BondedEngine:
         yade.omega.engines = engines[:place] + [runner] + engines[place:]
 
     def _mask(self) -> None:
-        """Let YADE's collider leave the bodies alone among themselves."""
+        """Exclude contacts between the bodies from YADE's collider."""
         omega = host().omega
         everything = bodies()
         masks = gather(everything.address, "Body.groupMask", "i32")
         mine = np.isin(everything.ids, self.ids)
         distinct = np.unique(masks[mine])
         if len(distinct) != 1:
-            raise refuse(f"the bodies have {len(distinct)} different masks; YADE can only keep bodies of one mask apart", "Masks")
+            raise refuse(f"the bodies have {len(distinct)} different groupMasks; give all bonded bodies the same", "Masks")
         collider = engine_of("InsertionSortCollider")
         used = int(np.bitwise_or.reduce(masks)) | collider.avoidSelfInteractionMask
         free = [bit for bit in range(30) if not used >> bit & 1]
         if not free:
-            raise refuse("all bits of the masks are in use", "Masks")
+            raise refuse("all bits of the bodies' groupMask are in use; free one", "Masks")
         bit = 1 << free[-1]
         for number in self.ids:
             omega.bodies[int(number)].groupMask = int(distinct[0]) | bit
@@ -153,7 +153,7 @@ class BondedEngine:
         _sort_anew()
 
     def _clear_interactions(self) -> None:
-        """Take the interactions among our bodies out of YADE."""
+        """Remove the interactions between our bodies from YADE."""
         omega = host().omega
         found = interactions()
         inner = np.isin(found.id1, self.ids) & np.isin(found.id2, self.ids)
@@ -162,18 +162,18 @@ class BondedEngine:
             return
         for one, two in zip(found.id1[inner], found.id2[inner]):
             omega.interactions.erase(int(one), int(two))
-        # Erasing by ids leaves them as contacts to come, which would be real again where spheres overlap.
+        # Erasing by ids leaves potential contacts, which would become real again where spheres overlap.
         omega.interactions.eraseNonReal()
 
     def remove(self) -> None:
-        """Take the engine out of O.engines; its bonds are gone, and the bodies may touch as YADE's again."""
+        """Remove the engine from O.engines and delete its bonds; YADE handles contacts between the bodies again."""
         yade = host()
         yade.omega.engines = [e for e in yade.omega.engines if getattr(e, "command", "") != _command(self.name)]
         bit = self._kind.get("mask", 0)
         if bit:
             for number in self.ids:
                 body = yade.omega.bodies[int(number)]
-                if body is not None:  # it may be gone, which is a reason to remove the engine
+                if body is not None:  # it may have been deleted
                     body.groupMask &= ~bit
             collider = engine_of("InsertionSortCollider")
             collider.avoidSelfInteractionMask &= ~bit
@@ -188,7 +188,7 @@ class BondedEngine:
         omega = yade.omega
         scene = address_of(omega._sceneObj)
         if scene != self._scene or memory.pointer(scene + yade.layout["Scene.bodies"]) != self._container:
-            raise YadeError(f'the bonded engine "{self.name}" belongs to another scene', "OtherScene")
+            raise YadeError(f'the bonded engine "{self.name}" belongs to another scene; remove it from O.engines', "OtherScene")
         if omega.iter % 256 == 0:
             _check_engines()
         try:
@@ -198,38 +198,38 @@ class BondedEngine:
         if self._update_states and omega.iter % self._update_states == 0:
             self.update_states()
 
-    # -- looking at it ------------------------------------------------------------------------------------------------
+    # -- results ------------------------------------------------------------------------------------------------------
 
     @property
     def bond_count(self) -> int:
-        """Bonds that have not broken."""
+        """Number of intact bonds."""
         return self.solver.bond_count
 
     @property
     def broken(self) -> int:
-        """Bonds that broke since the engine was made."""
+        """Number of bonds broken since the engine was created."""
         return self.solver.broken
 
     def contacts(self) -> dict[str, NDArray[np.void]]:
-        """Tables of bonds by law and of `unbonded` contacts with their histories; `a` and `b` are ids of bodies."""
+        """Tables of bonds by law and of `unbonded` contacts, with their histories; `a` and `b` are body ids."""
         return self.solver.contacts()
 
     def forces(self) -> tuple[Reals, Contacts]:
-        """Places of the particles (m) and contacts with forces, as :mod:`concordem.operators` reads them."""
+        """Positions of the particles, m, (n, 3), and contacts with forces, for :mod:`concordem.operators`."""
         return self.solver.bodies()["position"], self.solver.forces()
 
     def stress(self, volume: float | None = None) -> Reals:
-        """Stress of the cell, or of a body of this volume (m^3), by bonds and contacts: Pa, tension positive, (3, 3)."""
+        """Stress of the periodic cell, or of a body of this volume (m^3), from bonds and contacts, Pa, tension positive, (3, 3)."""
         cell = self.solver.cell
         if volume is None:
             if cell is None:
-                raise ValueError("give the volume of the body: only a periodic cell has one of its own")
+                raise ValueError("the volume is missing; give stress(volume), which only a periodic scene can omit")
             volume = abs(float(np.linalg.det(cell[0])))
         x, contacts = self.forces()
         return operators.region_stress(x, contacts, operators.Region.all(volume)).stress
 
     def update_states(self) -> None:
-        """Write damage, broken bonds, and stress of the particles into YADE's CpmState, as CpmStateUpdater would."""
+        """Write damage, broken bonds, and stress of the particles to YADE's CpmState, as CpmStateUpdater does."""
         yade = host()
         everything = bodies()
         row = np.full(int(everything.ids.max()) + 1, -1, np.int64)
@@ -237,7 +237,7 @@ class BondedEngine:
         now = self.solver.bodies()
         state = everything.state[row[now["id"]]]
         if not of_class(state, "CpmState.vtable").all():
-            raise refuse("update_states writes to CpmState, which these bodies do not have", "NotConcrete")
+            raise refuse("update_states needs CpmState, which some bodies do not have; do not use it", "NotConcrete")
         count = len(now["id"])
         tables = self.solver.contacts()
         links, damage = np.zeros(count), np.zeros(count)
@@ -256,7 +256,7 @@ class BondedEngine:
         total = links + broken
         scatter(state, "CpmState.normDmg", np.where(total > 0, (damage + broken) / np.where(total > 0, total, 1), 0.0))
         _core.memory_scatter_i32(state, yade.layout["CpmState.numBrokenCohesive"], broken)
-        # YADE's volume of a particle: the sphere over a packing fraction of 0.62; half of each branch for either side.
+        # As in YADE: the volume of a particle is that of the sphere over a solid fraction of 0.62, with half of each branch vector.
         moments = operators.particle_moments(now["position"], self.solver.forces(), partition="half-branch")
         volume = operators.particle_volumes(now["radius"], packing_fraction=0.62)
         stress = np.asarray(moments) / volume[:, None, None]
@@ -270,11 +270,12 @@ def take_over(
     update_states: int = 0,
     threads: int | None = None,
 ) -> BondedEngine:
-    """Take the bonds of a live scene of concrete (YADE's CPM) over, with their histories, and go on with them here.
+    """Take over the bonds of a concrete scene (YADE's CPM) with their histories; our solver computes them from now on.
 
-    After this line `O.run` works as before; interactions between the spheres are gone from O.interactions. With the
-    defaults it is YADE's law to rounding; `kinematics="finite", mode="thesis"` is the corrected law. `update_states`:
-    write CpmState every so many steps, in place of YADE's CpmStateUpdater, which is made dead. Bits do not depend on the number of threads, of YADE (``-j``) or here.
+    `O.run` works as before, but O.interactions no longer contains the contacts between the spheres. The defaults reproduce YADE's law
+    up to rounding; `kinematics="finite", mode="thesis"` is the corrected law. `update_states`: write CpmState every `update_states`
+    steps; YADE's CpmStateUpdater is then set to dead=True. Results are bitwise equal for any number of threads, here and in YADE
+    (``-j``). Raises YadeError if the scene is not supported.
     """
     at_rest()
     concrete = Concrete()
@@ -292,7 +293,7 @@ def take_over(
         "materials": len(concrete.materials),
     }
     if update_states and len({material.epsCrackOnset for material in concrete.materials}) > 1:
-        raise refuse("update_states knows one crack onset strain; the materials have several", "Materials")
+        raise refuse("the materials have different crack onset strains, which update_states does not support; do not use it", "Materials")
     engine = _begin(BondedEngine(name, solver, concrete.bodies.ids, kind))
     for other in host().omega.engines:
         if class_of(other) == replaced:
@@ -322,10 +323,11 @@ def bond(
     threads: int | None = None,
     **tables: Any,
 ) -> BondedEngine:
-    """Bond spheres of the live scene with any of our laws: concrete, cohesive beams, brittle links, deformable particles.
+    """Bond spheres of the scene with any ConcorDEM law: concrete, cohesive beams, linear bonds, with or without deformable particles.
 
-    `material`, `bonds`, and `contacts` are the tables of a scenario; `ids` the spheres (all if not given); other tables of
-    a scenario (`deformable`, `dimension`, ...) may follow. Masses and motion are those of YADE's bodies.
+    `material`, `bonds`, and `contacts` are tables of a scenario; `tables` are its other tables and keys (`deformable`, `dimension`,
+    ...). `ids`: the spheres; default all. Masses and motion are those of YADE's bodies. Raises YadeError if the scene is not supported,
+    ScenarioError if the tables are invalid.
 
     >>> concordem.yade.bond(                                                       # doctest: +SKIP
     ...     material={"name": "glass", "density": 2500, "cohesive_beam":
@@ -335,21 +337,21 @@ def bond(
     at_rest()
     omega = host().omega
     if omega.periodic:
-        raise refuse("bond() knows no periodic scenes yet; take_over() does", "Periodic")
+        raise refuse("bond() does not support periodic scenes; use take_over()", "Periodic")
     _check_engines()
     everything = bodies()
     ball = of_class(everything.shape, "Sphere.vtable")
     if ids is not None:
         wanted = np.isin(everything.ids, np.asarray(ids))
         if int(wanted.sum()) != len(set(map(int, ids))):
-            raise refuse("some of `ids` are no bodies of the scene", "OtherBodies")
+            raise refuse("`ids` contains ids without a body; give ids of spheres in the scene", "OtherBodies")
         if not ball[wanted].all():
-            raise refuse(f"body {int(everything.ids[wanted & ~ball][0])} is no sphere", "OtherBodies")
+            raise refuse(f"body {int(everything.ids[wanted & ~ball][0])} is not a sphere; give ids of spheres", "OtherBodies")
         ball = wanted
     mine = everything.of(ball)
     for number in mine.ids:
         if not omega.bodies[int(number)].isStandalone:
-            raise refuse(f"body {int(number)} belongs to a clump", "Clumps")
+            raise refuse(f"body {int(number)} belongs to a clump and cannot be bonded; exclude it by `ids`", "Clumps")
     radius = gather(mine.shape, "Sphere.radius")
     spheres = np.concatenate([mine.positions, radius[:, None]], axis=1)
     description = dict(
@@ -387,7 +389,7 @@ def _hosted_of(scenario: _core.Scenario, mine: Bodies, dt: float, threads: int |
 
 
 def _fingerprint() -> str:
-    """Hash of where all bodies are and how they move, and of the clock."""
+    """Hash of the positions and velocities of all bodies and of the clock."""
     omega = host().omega
     found = bodies()
     digest = hashlib.sha256()
@@ -409,7 +411,7 @@ def _beside(path: str | os.PathLike[str], name: str) -> str:
 
 
 def save(path: str | os.PathLike[str]) -> list[str]:
-    """`O.save(path)`, and the bonds of every bonded engine in a file beside it; the names of all files."""
+    """Call `O.save(path)` and save the bonds of every bonded engine in a separate file next to it; return the paths of all files."""
     at_rest()
     yade = host()
     files = [os.fspath(path)]
@@ -432,7 +434,7 @@ def save(path: str | os.PathLike[str]) -> list[str]:
 
 
 def load(path: str | os.PathLike[str], threads: int | None = None) -> list[BondedEngine]:
-    """`O.load(path)`, and the bonds that :func:`save` wrote beside it. A file that belongs to another scene is refused."""
+    """Call `O.load(path)` and load the bonds that :func:`save` wrote. Raises YadeError if a file is missing or belongs to another scene."""
     yade = host()
     omega = yade.omega
     omega.load(os.fspath(path))
@@ -442,10 +444,10 @@ def load(path: str | os.PathLike[str], threads: int | None = None) -> list[Bonde
         name = command.rsplit("(", 1)[1].rstrip(")").strip("'\"")
         beside = _beside(path, name)
         if not os.path.exists(beside):
-            raise refuse(f'the bonds of the engine "{name}" are not here: {beside} is missing', "NotLoaded")
+            raise refuse(f'the bonds of the engine "{name}" are missing; put {beside} next to the scene file', "NotLoaded")
         text = json.loads(_core.hosted_text(beside))
         if text["fingerprint"] != _fingerprint():
-            raise refuse(f"{beside} does not belong to the scene in {os.fspath(path)}: bodies, motion, or clock differ", "Mismatch")
+            raise refuse(f"{beside} does not belong to the scene in {os.fspath(path)}: bodies, motion, or clock differ; load the matching file", "Mismatch")
         _registered.pop(name, None)
         engines.append(_restore(text, beside, threads))
     return engines

@@ -1,4 +1,4 @@
-"""A scene of concrete handed to our solver for a while, and back."""
+"""Hand-over: our solver computes steps of a concrete scene and writes it back."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from ._scene import at_rest, host
 
 
 class HandedOver(NamedTuple):
-    """What happened during a hand-over."""
+    """Result of a hand-over."""
 
     steps: int
-    """Steps taken by our solver."""
+    """Number of steps."""
     broken: int
-    """Bonds that broke."""
+    """Number of bonds that broke."""
     erased: int
-    """Interactions erased in YADE: broken bonds, contacts that opened."""
+    """Number of interactions erased in YADE: broken bonds and opened contacts."""
     made: int
-    """Interactions made in YADE: contacts that began."""
+    """Number of interactions created in YADE: new contacts."""
 
 
 def _check_engines(strict: bool) -> None:
@@ -30,8 +30,8 @@ def _check_engines(strict: bool) -> None:
         if engine.dead or name in REPLACED or (name in PAUSED and not strict):
             continue
         raise refuse(
-            f"O.engines has {name}, which would not act while our solver advances the scene. Make it dead=True if that is "
-            "what you want, or use concordem.yade.take_over, which leaves all engines at work",
+            f"O.engines has {name}, which does not run during a hand-over; set dead=True if that is intended, or use "
+            "concordem.yade.take_over, with which all engines run",
             "Engines",
         )
 
@@ -39,29 +39,29 @@ def _check_engines(strict: bool) -> None:
 def advance(
     steps: int, kinematics: str | None = None, mode: str = "yade-public", threads: int | None = None
 ) -> HandedOver:
-    """Let our solver take `steps` steps of the live scene of concrete, and write the result back.
+    """Compute `steps` steps of a concrete scene with our solver and write the result back to YADE.
 
-    Bodies with blocked degrees of freedom keep their velocity, as in YADE. The periodic cell deforms with its velocity
-    gradient. Scripts and recorders (PyRunner, VTKRecorder, ...) pause meanwhile; engines that move or load bodies are
-    refused. With the default `kinematics` and `mode` it is YADE's own concrete, to rounding; `kinematics="finite"` with
-    `mode="thesis"` is the corrected law, and faster. The result does not depend on the number of threads.
+    Bodies with blocked degrees of freedom keep their velocity, as in YADE. The periodic cell deforms with its velocity gradient.
+    Scripts and recorders (PyRunner, VTKRecorder, ...) do not run meanwhile; engines that move or load bodies raise YadeError. The
+    default `kinematics` and `mode` reproduce YADE's law up to rounding; `kinematics="finite"` with `mode="thesis"` is the corrected
+    law, and faster. The result does not depend on the number of threads. Raises YadeError if the scene is not supported.
     """
     at_rest()
     if steps < 0:
-        raise ValueError(f"steps is {steps}")
+        raise ValueError(f"steps is {steps}; give 0 or more")
     omega = host().omega
     _check_engines(strict=False)
     concrete = Concrete()
     if len(concrete.others.ids):
         raise refuse(
-            f"body {int(concrete.others.ids[0])} is no sphere of CpmMat: walls and other bodies cannot be handed over; "
-            "concordem.yade.take_over leaves them to YADE",
+            f"body {int(concrete.others.ids[0])} is not a sphere of CpmMat, and only these can be handed over; use "
+            "concordem.yade.take_over, which supports other bodies",
             "OtherBodies",
         )
     if omega.forces.getPermForceUsed():
-        raise refuse("permanent forces (O.forces.setPermF) cannot be handed over", "Forces")
+        raise refuse("permanent forces (O.forces.setPermF) cannot be handed over; use concordem.yade.take_over", "Forces")
     if any(body.aspherical for body in omega.bodies):
-        raise refuse("a body is aspherical")
+        raise refuse("a body is aspherical; set aspherical=False")
     solver = concrete.hosted(kinematics or concrete.settings.kinematics, mode, True, threads)
     broken = solver.advance(steps)
     write_bodies(concrete, solver)
@@ -76,13 +76,13 @@ def _write_cell(solver: _core.Hosted) -> None:
     omega = host().omega
     found = solver.cell
     assert found is not None
-    # Back by the motion that YADE will make at the beginning of its next step.
+    # Subtract the motion of the cell at the beginning of YADE's next step.
     rate = cell_of(omega)[2]
     edges, gradient = (np.linalg.solve(np.eye(3) + omega.dt * rate, part) for part in found)
 
     def matrix(values: Any) -> Any:
         return host().names.Matrix3(*(float(x) for x in values.reshape(-1)))
 
-    # The order matters: setting hSize leaves the transformation alone, setting trsf leaves hSize.
+    # Setting hSize does not change trsf, and setting trsf does not change hSize.
     omega.cell.hSize = matrix(edges)
     omega.cell.trsf = matrix(gradient)

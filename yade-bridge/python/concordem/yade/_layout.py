@@ -1,9 +1,9 @@
 """Finds where YADE stores the fields of its objects.
 
-YADE's Python returns one object at a time; reading all of them takes microseconds each. Reading their memory at once needs the offsets
-of the fields, which depend on version and compiler. :func:`probe` finds them in a scene of its own: it sets bodies in motion, reads
-every field through YADE's Python, and searches memory for these numbers. A field is found when exactly one offset agrees with all
-observations at several moments. :mod:`concordem.yade._scene` compares everything once more in the user's scene before it uses it.
+YADE's Python interface returns one object at a time, which takes microseconds per object. Reading all objects at once from memory
+needs the offsets of the fields, which depend on version and compiler. :func:`probe` finds them in a separate scene: it sets bodies in
+motion, reads every field through Python, and searches memory for the same numbers. A field is found if exactly one offset agrees with
+all observations at several moments. :mod:`concordem.yade._scene` checks samples again in the user's scene.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ def probe(yade: Any) -> Layout:
     version = str(yade.config.version)
     if version not in KNOWN_VERSIONS and not os.environ.get(ANY_VERSION):
         raise YadeError(
-            f"this is YADE {version}; the bridge knows {', '.join(KNOWN_VERSIONS)}. Where fields lie would be found and "
-            f"checked here too, but nobody has tested it: set {ANY_VERSION}=1 to try",
+            f"this is YADE {version}, but the bridge was tested only with {', '.join(KNOWN_VERSIONS)}; set {ANY_VERSION}=1 to "
+            "try it, with all checks",
             "Version",
         )
     if _real_bytes(yade) != 8:
-        raise YadeError("this YADE computes with another precision than double", "Precision")
+        raise YadeError("this YADE does not use double precision; use one that does", "Precision")
     omega = yade.O
     if omega.running:
-        raise YadeError("YADE is running: pause it (O.pause()), then import concordem.yade again", "Running")
+        raise YadeError("YADE is running; call O.pause(), then import concordem.yade again", "Running")
     before = (len(omega.bodies), len(omega.engines), omega.iter, omega.dt)
     omega.switchScene()
     try:
@@ -52,7 +52,7 @@ def probe(yade: Any) -> Layout:
         omega.switchScene()
     after = (len(omega.bodies), len(omega.engines), omega.iter, omega.dt)
     if before != after and not (before[3] != before[3]):
-        raise YadeError(f"the scene has changed while YADE's memory was probed: {before} became {after}", "Layout")
+        raise YadeError(f"the scene changed while YADE's memory was probed: {before} became {after}; please report this", "Layout")
     return layout
 
 

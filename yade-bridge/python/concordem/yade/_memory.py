@@ -15,7 +15,7 @@ _PAGE = 4096
 
 
 class Memory:
-    """The memory of this process: a wrong address gives fewer bytes, not a crash."""
+    """The memory of this process. Reading an invalid address returns fewer bytes instead of crashing."""
 
     def __init__(self) -> None:
         self._file = os.open("/proc/self/mem", os.O_RDONLY)
@@ -61,7 +61,7 @@ def pack_mask(blocked: str) -> int:
 
 
 def pack_matrix(value: Any) -> bytes:
-    """The bytes of a 3x3 matrix: Eigen stores columns."""
+    """The bytes of a 3x3 matrix, in Eigen's column-major order."""
     return struct.pack("<9d", *(float(value[i, j]) for j in range(3) for i in range(3)))
 
 
@@ -74,7 +74,7 @@ def pack_int(value: Any) -> bytes:
 
 
 class Finder:
-    """Finds the offsets of the fields of a class: those where memory agrees with all observations."""
+    """Finds the offsets of the fields of a class at which memory agrees with all observations."""
 
     def __init__(self, what: str, span: int = 1024) -> None:
         self.what = what
@@ -95,9 +95,9 @@ class Finder:
         self.observe(name, address, struct.pack("<Q", target), step=8)
 
     def adjacent(self, first: str, second: str, distance: int) -> None:
-        """Keep only places where `second` is `distance` bytes behind `first`, as a class declares them.
+        """Keep only offsets where `second` is `distance` bytes after `first`, as declared in the class.
 
-        A neighbor on the heap may repeat small numbers such as ids by chance, but hardly both.
+        Adjacent heap memory may contain one small number such as an id by chance, but hardly both.
         """
         places = {k for k in self._places.get(first, set()) if k + distance in self._places.get(second, set())}
         self._places[first], self._places[second] = places, {k + distance for k in places}
@@ -109,17 +109,16 @@ class Finder:
         """
         places = self._places.get(name, set())
         if len(self._values.get(name, ())) < 2:
-            raise YadeError(f"YADE's memory: too few different values of {self.what}.{name} were seen", "Layout")
+            raise YadeError(f"YADE's memory: {self.what}.{name} had too few different values to find its offset; please report this", "Layout")
         if len(places) > 1 and prefer_first:
             return min(places)
         if len(places) != 1:
-            found = "nowhere" if not places else f"in {len(places)} places"
-            raise YadeError(f"YADE's memory: {self.what}.{name} was found {found}, not in one", "Layout")
+            raise YadeError(f"YADE's memory: {self.what}.{name} was found at {len(places)} offsets instead of one", "Layout")
         return next(iter(places))
 
 
 def flag_offset(what: str, name: str, instance: Any, set_flag: Callable[[bool], None], span: int = 1024) -> int:
-    """Offset of a bool that `set_flag` sets: of the only byte that changes with it."""
+    """Offset of a bool that `set_flag` sets: the only byte that changes with it."""
     address = address_of(instance)
     images = []
     for value in (False, True, False, True):
@@ -128,5 +127,5 @@ def flag_offset(what: str, name: str, instance: Any, set_flag: Callable[[bool], 
     length = min(map(len, images))
     places = [k for k in range(length) if tuple(image[k] for image in images) == (0, 1, 0, 1)]
     if len(places) != 1:
-        raise YadeError(f"YADE's memory: {what}.{name} was found in {len(places)} places, not in one", "Layout")
+        raise YadeError(f"YADE's memory: {what}.{name} was found at {len(places)} offsets instead of one", "Layout")
     return places[0]

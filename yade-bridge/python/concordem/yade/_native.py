@@ -1,8 +1,8 @@
 """Finds, checks, and registers the native plugin in the running YADE.
 
-The plugin is a library compiled against the headers of exactly this YADE (:mod:`concordem.yade._build`). Its name contains a hash
-of everything that its layout depends on, so another YADE does not find it. Before registration, YADE's Python reads objects that
-the plugin wrote; a difference raises :class:`concordem.YadeError`.
+The plugin is a library that was compiled against the headers of exactly this YADE (:mod:`concordem.yade._build`). Its file name
+contains a hash of everything that affects the class layout, so another YADE does not find it. Before registration, YADE's Python reads
+objects that the plugin wrote; any difference raises :class:`concordem.YadeError`.
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ CLASSES = (
     "DeformableParticles_Rust",
     "BondedEngine_Rust",
 )
-#: Environment variable: where plugins are kept.
+#: Environment variable with the folder of plugins.
 FOLDER = "CONCORDEM_YADE_PLUGINS"
 
 _library: ctypes.PyDLL | None = None
 
 
 def facts() -> dict[str, Any]:
-    """Everything that the layout of the running YADE's classes depends on."""
+    """All facts about the running YADE that affect the layout of its classes."""
     try:
         import yade
         from yade import config
     except ImportError as error:
-        raise YadeError("the native plugin works inside YADE: run the script by `yade script.py`", "NotInYade") from error
+        raise YadeError("the native plugin works only inside YADE; run `yade script.py`", "NotInYade") from error
     try:
         from yade import libVersions
 
@@ -70,7 +70,7 @@ def facts() -> dict[str, Any]:
 
 
 def folder() -> Path:
-    """Where plugins are kept."""
+    """Folder of plugins."""
     given = os.environ.get(FOLDER)
     if given:
         return Path(given)
@@ -78,7 +78,7 @@ def folder() -> Path:
 
 
 def staged() -> Path:
-    """Folder of the library and the shim's sources in the wheel."""
+    """Folder of the compiled library and the shim's sources in the wheel."""
     return Path(__file__).parent / "native"
 
 
@@ -99,9 +99,9 @@ def place(of: dict[str, Any]) -> Path:
 
 
 def load(path: Path | None = None) -> None:
-    """Load the plugin for this YADE and add its classes to YADE's; scripts use their bare names.
+    """Load the plugin for this YADE and register its classes; scripts can use them without a prefix.
 
-    Raises YadeError if it is not built or does not fit.
+    Raises YadeError if the plugin has not been built or does not match this YADE.
     """
     global _library
     if _library is not None:
@@ -115,10 +115,10 @@ def load(path: Path | None = None) -> None:
             "NotBuilt",
         )
     try:
-        # As YADE's own plugins are loaded; a PyDLL keeps the interpreter's lock.
+        # Same mode as for YADE's plugins; a PyDLL keeps the interpreter's lock.
         library = ctypes.PyDLL(str(path), mode=ctypes.RTLD_GLOBAL | os.RTLD_NOW)
     except OSError as error:
-        raise YadeError(f"the native plugin cannot be loaded: {error}; build it again", "Layout") from error
+        raise YadeError(f"the native plugin cannot be loaded: {error}; rebuild it", "Layout") from error
     library.concordem_yade_samples.restype = ctypes.py_object
     library.concordem_yade_register.restype = ctypes.py_object
     library.concordem_yade_register.argtypes = [ctypes.py_object]
@@ -133,14 +133,14 @@ def load(path: Path | None = None) -> None:
     for name in CLASSES:
         made = getattr(yade.wrapper, name, None)
         if made is None:
-            raise YadeError(f"YADE did not take the class {name}", "Layout")
+            raise YadeError(f"YADE did not register the class {name}; please report this", "Layout")
         setattr(yade, name, made)
         setattr(builtins, name, made)
     _library = library
 
 
 def compare(samples: tuple[list[tuple[Any, dict[str, Any]]], dict[str, Any]]) -> None:
-    """Raise YadeError unless YADE reads the values that the plugin wrote into objects."""
+    """Raise YadeError unless YADE reads the values that the plugin wrote to objects."""
     import yade.wrapper
 
     objects, scene = samples
@@ -160,8 +160,8 @@ def compare(samples: tuple[list[tuple[Any, dict[str, Any]]], dict[str, Any]]) ->
     for field, yades, ours in pairs:
         if not _equal(yades, ours):
             raise YadeError(
-                f"the plugin does not fit this YADE: {field} is {yades!r} where the plugin has {ours!r}; build it again with "
-                "headers of exactly this version",
+                f"the plugin does not match this YADE: {field} is {yades!r} in YADE and {ours!r} in the plugin; rebuild it with "
+                "the headers of exactly this version",
                 "Layout",
             )
 
@@ -176,13 +176,13 @@ def loaded() -> bool:
 
 
 def library() -> ctypes.PyDLL:
-    """The plugin, loaded if it is not."""
+    """The plugin; loads it if necessary."""
     load()
     assert _library is not None
     return _library
 
 
-#: Laws of YADE and what stands in for them.
+#: YADE laws and their replacements.
 _LAWS = {"Law2_ScGeom_CpmPhys_Cpm": "Law2_ScGeom_CpmPhys_Rust"}
 
 
@@ -197,7 +197,7 @@ def use_rust_cpm(check: int = 0) -> Any:
 
     omega = yade.wrapper.Omega()
     if omega.running:
-        raise YadeError("YADE is running in the background: O.pause() or O.wait() first", "Running")
+        raise YadeError("YADE is running in the background; call O.pause() or O.wait() first", "Running")
     found = []
     for engine in omega.engines:
         if type(engine).__name__ == "InteractionLoop":
@@ -217,7 +217,7 @@ def use_rust_cpm(check: int = 0) -> Any:
                 found.append(functors[k])
         dispatcher.functors = functors
     if not found:
-        raise YadeError("O.engines has no Law2_ScGeom_CpmPhys_Cpm to put another law in the place of", "NotConcrete")
-    # Contacts remember the functor that answered them last.
+        raise YadeError("O.engines has no Law2_ScGeom_CpmPhys_Cpm to replace; add an InteractionLoop with it", "NotConcrete")
+    # Contacts cache their functor.
     library().concordem_yade_forget_laws()
     return found[0]

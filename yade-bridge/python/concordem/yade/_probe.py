@@ -1,6 +1,4 @@
-"""A scene whose objects show where YADE stores their fields: bonded spheres of concrete that shake until every part of the history is
-in use.
-"""
+"""Probing scene to find the offsets of YADE's fields: bonded spheres of concrete move until every part of the history is nonzero."""
 
 from __future__ import annotations
 
@@ -36,7 +34,7 @@ _VELOCITIES = [(3, -2, 1), (-4, 1, 2), (2, 5, -3), (-1, -3, 7), (6, 2, -5)]
 
 
 def make_scene(yade: Any) -> None:
-    """Fill the current scene: five spheres of two materials, with different numbers in every field."""
+    """Fill the current scene with five spheres of two materials and different numbers in every field."""
     w, omega = yade.wrapper, yade.O
     material = w.CpmMat(
         young=25e9, poisson=0.2, sigmaT=3e6, epsCrackOnset=1e-4, relDuctility=30.0, frictionAngle=0.1, density=4800.0
@@ -96,8 +94,7 @@ class Observer:
         """Observe all fields of all objects now."""
         omega = self._yade.O
         scene = address_of(omega._sceneObj)
-        # A sum of forces over the threads sets the count of sums to the iteration, which would show the same number as iter;
-        # one more sum makes them differ.
+        # Summing forces sets a counter to the iteration, which would look like `iter`; a second sum makes them differ.
         omega.forces.addF(0, self._yade.Vector3(0, 0, 0))
         omega.forces.f(0, True)
         self._find["Scene"].observe("iter", scene, struct.pack("<q", omega.iter), 8)
@@ -158,7 +155,7 @@ class Observer:
         found = {f"{name}.{field}": self._find[name].offset(field) for name, fields in FIELDS.items() for field in fields}
         for name, seen in self._tables.items():
             if len(seen) != 1:
-                raise YadeError(f"YADE's memory: objects of class {name} have {len(seen)} tables of methods", "Layout")
+                raise YadeError(f"YADE's memory: objects of class {name} have {len(seen)} different method tables", "Layout")
             found[f"{name}.vtable"] = next(iter(seen))
         return found
 
@@ -176,7 +173,7 @@ def find_layout(yade: Any) -> Layout:
             omega.step()
         observer.observe()
     if len(observer.real) < 5:
-        raise YadeError("YADE's memory: the probing scene fell apart", "Layout")
+        raise YadeError("YADE's memory: the spheres of the probing scene separated; please report this", "Layout")
     layout = observer.layout()
     contact = omega.interactions.nth(0)
     layout["CpmPhys.isCohesive"] = _cohesive_flag(contact.phys)
@@ -195,7 +192,7 @@ def _cohesive_flag(physics: Any) -> int:
 
 
 def _broken_count(state: Any) -> int:
-    """Offset of `CpmState.numBrokenCohesive`, which does not change in the scene: set it."""
+    """Offset of `CpmState.numBrokenCohesive`. It is set here, because it does not change in the scene."""
     finder = Finder("CpmState")
     for value in (3, 70001, -5):
         try:
@@ -259,7 +256,7 @@ def find_containers(yade: Any, layout: Layout, real: set[int]) -> None:
                 # The container also holds potential interactions.
                 if targets == expected or (expected is None and real <= set(targets)):
                     places.append((place, k))
-        # Memory behind the container or the scene may contain the same again; the smallest offset belongs to the object.
+        # Memory after the container or the scene may contain copies; the smallest offset belongs to the object.
         if not places:
             raise YadeError(f"YADE's memory: {name} of a scene were not found", "Layout")
         offset = min(k for _, k in places)
@@ -270,7 +267,7 @@ def find_containers(yade: Any, layout: Layout, real: set[int]) -> None:
 
 
 def find_forces(yade: Any, layout: Layout) -> None:
-    """Find the forces in a scene: one vector per thread; the first thread is the caller's."""
+    """Find the forces in a scene. There is one vector per thread; the first thread is the calling one."""
     omega = yade.O
     scene = address_of(omega._sceneObj)
     image = memory.read(scene, 8192)
@@ -288,7 +285,7 @@ def find_forces(yade: Any, layout: Layout) -> None:
         if seen == [pack_real(force), pack_real(torque)]:
             places_of_forces.append(place)
     if len(places_of_forces) != 1:
-        raise YadeError(f"YADE's memory: forces of a scene were found in {len(places_of_forces)} places", "Layout")
+        raise YadeError(f"YADE's memory: forces of a scene were found at {len(places_of_forces)} offsets instead of one", "Layout")
     layout["Scene.forces"] = places_of_forces[0]
     omega.forces.reset(True)
 

@@ -1,4 +1,4 @@
-"""The live scene of YADE as arrays, read at once."""
+"""The current YADE scene as arrays, read from memory at once."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Partition = Literal["contact-point", "half-branch"]
 
 
 class _Yade:
-    """The running YADE and where it keeps what; found once."""
+    """The running YADE and the memory layout of its objects."""
 
     def __init__(self) -> None:
         try:
@@ -31,8 +31,8 @@ class _Yade:
             import yade.wrapper
         except ImportError as error:
             raise YadeError(
-                "concordem.yade works inside YADE: run the script by `yade script.py`, or put YADE's folder on sys.path "
-                "before (see the tutorial)",
+                "concordem.yade works only inside YADE; run `yade script.py`, or add YADE's folder to sys.path before the import "
+                "(see the tutorial)",
                 "NotInYade",
             ) from error
         self.module: Any = yade
@@ -43,13 +43,13 @@ class _Yade:
 
 
 class _Names:
-    """What `_layout` needs of YADE under one roof, whatever the script has imported."""
+    """The names of YADE that `_layout` needs, independent of the script's imports."""
 
     def __init__(self, module: Any, omega: Any) -> None:
         self.config = module.config
         self.wrapper = module.wrapper
         self.O = omega
-        # Wherever this version keeps its vectors: those of a state, of an interaction, of a stress.
+        # Get the vector types from objects, because their modules depend on the version.
         self.Vector3: Any = type(module.wrapper.State().pos)
         self.Vector3i: Any = type(module.wrapper.Interaction().cellDist)
         self.Matrix3: Any = type(module.wrapper.CpmState().stress)
@@ -67,11 +67,11 @@ def host() -> _Yade:
 
 
 def at_rest() -> None:
-    """Refuse to look at memory that another thread is changing."""
+    """Raise YadeError if another thread may change YADE's memory."""
     omega = host().omega
     # Scripts called by YADE's own loop run in its thread, while it waits.
     if omega.running and threading.current_thread() is threading.main_thread():
-        raise YadeError("YADE is running in the background: O.pause() or O.wait() first, or ask from a PyRunner", "Running")
+        raise YadeError("YADE is running in the background; call O.pause() or O.wait() first, or call this from a PyRunner", "Running")
 
 
 class Bodies(NamedTuple):
@@ -88,10 +88,10 @@ class Bodies(NamedTuple):
     material: Addresses
     """Addresses of their materials; 0 for none."""
     positions: Reals
-    """Centres, m, (n, 3)."""
+    """Positions, m, (n, 3)."""
 
     def of(self, rows: NDArray[np.bool_]) -> Bodies:
-        """Some of them."""
+        """The selected rows."""
         columns: list[Any] = [np.ascontiguousarray(column[rows]) for column in self]
         return Bodies(*columns)
 
@@ -113,13 +113,13 @@ class Interactions(NamedTuple):
     """Addresses of their physics."""
 
     def of(self, rows: NDArray[np.bool_]) -> Interactions:
-        """Some of them."""
+        """The selected rows."""
         columns: list[Any] = [np.ascontiguousarray(column[rows]) for column in self]
         return Interactions(*columns)
 
 
 def gather(addresses: Addresses, field: str, kind: str = "f64", components: int = 1) -> NDArray[Any]:
-    """A field of all objects."""
+    """Read a field of all objects; `components` numbers of type `kind` each."""
     return _core.memory_gather(addresses, host().layout[field], kind, components)
 
 
@@ -131,7 +131,7 @@ def bodies() -> Bodies:
     container = memory.pointer(address_of(omega._sceneObj) + layout["Scene.bodies"])
     address = _core.memory_targets(container + layout["bodies.vector"])
     if len(address) != len(omega.bodies):
-        raise YadeError(f"{len(address)} bodies in memory, {len(omega.bodies)} in O.bodies", "Layout")
+        raise YadeError(f"found {len(address)} bodies in memory, but O.bodies has {len(omega.bodies)}; please report this", "Layout")
     address = np.ascontiguousarray(address[address != 0])
     ids = gather(address, "Body.id", "i32")
     state = gather(address, "Body.state", "u64")
@@ -145,7 +145,7 @@ def bodies() -> Bodies:
     )
     for k in _sample(len(ids)):
         body = omega.bodies[int(ids[k])]
-        _same("the place of body %d" % ids[k], found.positions[k].tobytes(), pack_real(body.state.pos))
+        _same("the position of body %d" % ids[k], found.positions[k].tobytes(), pack_real(body.state.pos))
         _same("the address of body %d" % ids[k], int(address[k]), address_of(body))
     return found
 
@@ -158,7 +158,7 @@ def interactions() -> Interactions:
     container = memory.pointer(address_of(omega._sceneObj) + layout["Scene.interactions"])
     address = _core.memory_targets(container + layout["interactions.vector"])
     if len(address) != len(omega.interactions):
-        raise YadeError(f"{len(address)} interactions in memory, {len(omega.interactions)} in O.interactions", "Layout")
+        raise YadeError(f"found {len(address)} interactions in memory, but O.interactions has {len(omega.interactions)}; please report this", "Layout")
     geom, phys = gather(address, "Interaction.geom", "u64"), gather(address, "Interaction.phys", "u64")
     real = (geom != 0) & (phys != 0)
     address, geom, phys = (np.ascontiguousarray(column[real]) for column in (address, geom, phys))
@@ -175,33 +175,33 @@ def interactions() -> Interactions:
         try:
             contact = omega.interactions[int(found.id1[k]), int(found.id2[k])]
         except IndexError:
-            raise YadeError(f"interaction {found.id1[k]}-{found.id2[k]} is in memory, not in O.interactions", "Layout")
+            raise YadeError(f"interaction {found.id1[k]}-{found.id2[k]} is in memory, but not in O.interactions; please report this", "Layout")
         _same("an interaction", int(address[k]), address_of(contact))
         _same("the image of an interaction", tuple(found.image[k]), tuple(contact.cellDist))
     return found
 
 
 def _sample(count: int) -> list[int]:
-    """A few places from the first to the last."""
+    """A few indices from the first to the last."""
     return sorted({0, count // 3, count // 2, (2 * count) // 3, count - 1}) if count else []
 
 
 def _same(what: str, found: Any, wanted: Any) -> None:
     if found != wanted:
-        raise YadeError(f"{what} in memory is not what YADE says: {found!r}, {wanted!r}", "Layout")
+        raise YadeError(f"{what} is {found!r} in memory, but {wanted!r} in YADE's Python; please report this", "Layout")
 
 
 def of_class(addresses: Addresses, table: str) -> NDArray[np.bool_]:
-    """Which objects have the table of methods of a class; False where there is no object."""
+    """Which objects have the method table of a class; False for null addresses."""
     return np.asarray(_core.memory_gather(addresses, 0, "u64") == np.uint64(host().layout[table]))
 
 
-#: Tables of methods of geometries and physics whose fields lie where those of ScGeom and NormShearPhys do.
+#: For each method table, whether the class derives from ScGeom or NormShearPhys.
 _trusted: dict[str, dict[int, bool]] = {"geom": {}, "phys": {}}
 
 
 def _two_ints(addresses: Addresses, one: str, two: str) -> tuple[Ints, Ints]:
-    """Two ints of the same objects, read at once where they lie side by side."""
+    """Two ints of the same objects, read together if they are adjacent."""
     layout = host().layout
     if layout[two] - layout[one] != 4:
         return gather(addresses, one, "i32"), gather(addresses, two, "i32")
@@ -210,7 +210,7 @@ def _two_ints(addresses: Addresses, one: str, two: str) -> tuple[Ints, Ints]:
 
 
 def _two_vectors(addresses: Addresses, one: str, two: str) -> Reals:
-    """Sum of two vectors of the same objects, read at once where they lie close together."""
+    """Sum of two vectors of the same objects, read together if they are close."""
     layout = host().layout
     first, second = sorted((layout[one], layout[two]))
     between = (second - first) // 8
@@ -221,7 +221,7 @@ def _two_vectors(addresses: Addresses, one: str, two: str) -> Reals:
 
 
 def _readable(found: Interactions) -> NDArray[np.bool_]:
-    """Which interactions are sphere contacts with normal and shear force; derived classes are asked through Python once."""
+    """Which interactions are sphere contacts with normal and shear force; each class is checked once through Python."""
     yade = host()
     bases = {"geom": yade.wrapper.ScGeom, "phys": yade.wrapper.NormShearPhys}
     keep = np.ones(len(found.address), bool)
@@ -250,25 +250,25 @@ def _readable(found: Interactions) -> NDArray[np.bool_]:
 
 
 class Snapshot:
-    """The scene at one moment: bodies, contacts with their forces, and operators on them.
+    """Bodies and contacts of the scene at one moment, and operators on them.
 
     >>> snapshot = concordem.yade.snapshot()             # doctest: +SKIP
     >>> snapshot.region_stress().stress                  # doctest: +SKIP
 
-    Contacts are those of spheres (ScGeom and its kin) whose physics has normal and shear force. Contacts of a sphere with a
-    body without a radius (facet, wall, box) are loads. A is the first body of an interaction; conventions are those of
-    :mod:`concordem.operators`: tension positive, ``sigma[i, j]``: i position, j force, the transpose of ``getStress()``.
+    `contacts` contains sphere contacts (ScGeom and derived classes) whose physics has normal and shear force. Contacts of a sphere with
+    a body without a radius (facet, wall, box) are `loads`. A is the first body of an interaction. Conventions are those of
+    :mod:`concordem.operators`: tension positive; ``sigma[i, j]``: i position, j force, the transpose of ``getStress()``.
     """
 
     def __init__(self) -> None:
         yade = host()
         self.bodies = bodies()
         self.interactions = interactions()
-        #: Steps done.
+        #: Number of steps so far.
         self.iter: int = yade.omega.iter
         #: Time, s.
         self.time: float = yade.omega.time
-        #: Edge vectors of the periodic cell as columns, m; None without one.
+        #: Edge vectors of the periodic cell as columns, m, (3, 3); None without a cell.
         self.cell: Reals | None = _cell_matrix(yade.omega) if yade.omega.periodic else None
         spheres = of_class(self.bodies.shape, "Sphere.vtable")
         #: Whether each body is a sphere.
@@ -283,7 +283,7 @@ class Snapshot:
         found = self.interactions
         keep = _readable(found)
         self.unread = int(len(keep) - keep.sum())
-        """Interactions of other kinds, which are left out."""
+        """Number of interactions of other classes, which are ignored."""
         if not keep.all():
             found = found.of(keep)
         self.interactions = found
@@ -293,7 +293,7 @@ class Snapshot:
         if self.cell is not None:
             branch += found.image @ self.cell.T
         point = gather(found.geom, "ScGeom.contactPoint", components=3)
-        # YADE's forces press for positive overlap and act on the first body with the opposite sign.
+        # YADE's forces act on the second body.
         force = -_two_vectors(found.phys, "CpmPhys.normalForce", "CpmPhys.shearForce")
         ball = self.is_sphere
         inner = ball[one] & ball[two]
@@ -302,9 +302,9 @@ class Snapshot:
         if not inner.all():
             columns = [column[inner] for column in columns]
         self.contacts = Contacts(*columns)
-        """Contacts between spheres, as operators read them; `pair` are rows of `bodies`."""
+        """Contacts between spheres, for operators; `pair` contains rows of `bodies`."""
         self.contact_rows = np.flatnonzero(inner)
-        """Rows of `interactions` behind `contacts`."""
+        """Rows of `interactions` for each row of `contacts`."""
         first, second = ball[one] & ~ball[two], ball[two] & ~ball[one]
         particle = np.concatenate([one[first], two[second]]).astype(np.uint32)
         loads = np.concatenate([force[first], -force[second]])
@@ -313,7 +313,7 @@ class Snapshot:
 
     @property
     def positions(self) -> Reals:
-        """Centres of all bodies, m, (n, 3)."""
+        """Positions of all bodies, m, (n, 3)."""
         return self.bodies.positions
 
     @property
@@ -338,7 +338,7 @@ class Snapshot:
 
     @property
     def period(self) -> operators.Period | None:
-        """Period for operators; None without a cell."""
+        """Periodic cell for operators; None without a cell."""
         return None if self.cell is None else operators.Period(self.cell)
 
     def _whole(self, region: operators.Region | None, volume: float | None) -> operators.Region:
@@ -348,37 +348,38 @@ class Snapshot:
             return operators.Region.all(volume)
         if self.cell is not None:
             return operators.Region.periodic_cell(self.cell)
-        raise ValueError("give a region, or the volume of the body: only a periodic cell has one of its own")
+        raise ValueError("the volume is missing; give a region or a volume, which only a periodic scene can omit")
 
     def region_stress(
         self, region: operators.Region | None = None, volume: float | None = None, truncation: Truncation = "branch-clipped"
     ) -> RegionStress:
-        """Stress of a region, of the cell, or of a body of this volume (m^3), Pa."""
+        """Stress of a region, of the periodic cell, or of a body of this volume (m^3), Pa. See operators.region_stress."""
         where = self._whole(region, volume)
         period = None if region is None else self.period
         return operators.region_stress(self.positions, self.contacts, where, truncation, period)
 
     def particle_stress(self, volumes: Reals | None = None, partition: Partition = "contact-point") -> Reals:
-        """Stress of every body (Pa, (n, 3, 3)) by its contacts and loads; volumes (m^3) are those of the spheres if not
-        given. NaN for bodies that are no spheres."""
+        """Stress of every body from its contacts and loads, Pa, (n, 3, 3); NaN for bodies that are not spheres.
+
+        `volumes` (n,), m^3: default those of the spheres. See operators.particle_stress."""
         moments = operators.particle_moments(self.positions, self.contacts, self.loads, partition)
         volume = 4.0 / 3.0 * np.pi * self.radii**3 if volumes is None else np.asarray(volumes)
         return np.asarray(moments / volume[:, None, None])
 
     def couple_stress(self, region: operators.Region, reference: Any = None) -> Any:
-        """Stress and couple stress conjugate to the affine modes of motion of a region."""
+        """Stress and couple stress conjugate to the affine modes of motion of a region. See operators.conjugate_stress."""
         return operators.conjugate_stress(self.positions, self.contacts, region, reference, self.period)
 
     def fabric(
         self, region: operators.Region | None = None, volume: float | None = None, truncation: Truncation = "branch-clipped"
     ) -> Fabric:
-        """Fabric tensor and coordination number."""
+        """Fabric tensor and coordination number of a region, of the periodic cell, or of the whole scene. See operators.fabric."""
         where = self._whole(region, volume)
         period = None if region is None else self.period
         return operators.fabric(self.positions, self.contacts, where, truncation, period)
 
     def strain(self, region: operators.Region | None = None) -> operators.AffineFit:
-        """Best affine fit of the displacements of the spheres since their reference position."""
+        """Best affine fit of the displacements of the spheres since their reference positions. See operators.affine_fit."""
         rows = np.flatnonzero(self.is_sphere)
         where = operators.Region.all(1.0) if region is None else region
         x, u = self.positions[rows], self.displacements[rows]
@@ -391,5 +392,5 @@ def _cell_matrix(omega: Any) -> Reals:
 
 
 def snapshot() -> Snapshot:
-    """The live scene at this moment."""
+    """Read the current scene."""
     return Snapshot()

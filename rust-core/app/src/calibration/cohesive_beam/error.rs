@@ -24,19 +24,19 @@ pub enum CalibrationError {
     /// The relaxation failed.
     #[error("relaxation: {0}")]
     Solver(#[from] SolverError),
-    /// The run that breaks the specimen failed.
+    /// The strength run failed.
     #[error("{0}")]
     Run(#[from] RunError),
-    /// The packing has fewer near pairs than wanted bonds.
+    /// The packing has too few near pairs for the target number of bonds.
     #[error("this packing cannot have {coordination} bonds per particle; random packings have 6 to 12 near pairs")]
     Coordination {
-        /// Wanted bonds per particle.
+        /// Target bonds per particle.
         coordination: f64,
     },
-    /// The scenario that breaks the specimen is invalid.
+    /// The scenario of the strength run is invalid.
     #[error("{0}")]
     Scenario(#[from] ScenarioError),
-    /// The scenario that breaks the specimen cannot be assembled.
+    /// The scenario of the strength run cannot be assembled.
     #[error("{0}")]
     Assembly(#[from] AssemblyError),
     /// The temporary folder cannot be used.
@@ -55,7 +55,7 @@ pub enum CalibrationError {
         "a pulse of half length {struck:.3e} m is too long for a specimen of {length:.3e} m; use less than a quarter of the length"
     )]
     Pulse {
-        /// Length over which the specimen is struck, m.
+        /// Length of the struck part of the specimen, m.
         struck: f64,
         /// Length of the specimen, m.
         length: f64,
@@ -63,24 +63,24 @@ pub enum CalibrationError {
     /// The specimen is too small to measure its deformation.
     #[error("a specimen of {count} spheres is too small to measure its deformation; use a thousand or more")]
     TooSmall {
-        /// Spheres.
+        /// Number of spheres.
         count: usize,
     },
-    /// The beams cannot give the wanted Poisson's ratio.
+    /// The beams cannot give the target Poisson's ratio.
     #[error(
         "a Poisson's ratio of {wanted} is out of reach: radius ratios from {low} to {high} give {at_low:.3} to \
          {at_high:.3}; change the coordination, or use a Poisson's ratio in this range"
     )]
     Poisson {
-        /// Wanted.
+        /// Target Poisson's ratio.
         wanted: f64,
-        /// Smallest radius ratio tried.
+        /// Smallest radius ratio.
         low: f64,
-        /// Largest radius ratio tried.
+        /// Largest radius ratio.
         high: f64,
-        /// Poisson's ratio at the smallest.
+        /// Poisson's ratio at the smallest radius ratio.
         at_low: f64,
-        /// Poisson's ratio at the largest.
+        /// Poisson's ratio at the largest radius ratio.
         at_high: f64,
     },
 }

@@ -1,4 +1,4 @@
-//! Loading of a cylinder until it breaks.
+//! Loads a cylinder until it breaks.
 
 use std::f64::consts::PI;
 
@@ -23,11 +23,12 @@ pub enum FractureCriterion {
     Particle(f64),
 }
 
-/// Strain rate (in bending and torsion: at the surface) until failure, 1/s.
+/// Strain rate of strength runs (in bending and torsion: at the surface), 1/s.
 const STRAIN_RATE: f64 = 1.0;
 
-/// Scenario that loads the specimen until it breaks: a cylinder, for bending a prism of the same length and cross-section.
-/// `packing` is the file of the periodic packing, in meters; without a file the scenario compacts it again.
+/// Scenario that loads the specimen until it breaks: a cylinder, or for bending a prism of the same length and
+/// cross-section. `packing` is the file of the periodic packing, in meters; without a file the scenario repeats the
+/// compaction.
 pub fn scenario_text(
     sample: &CylinderSpecimen,
     packing: Option<&str>,
@@ -75,7 +76,7 @@ pub fn scenario_text(
         sample.coordination,
         beam.young,
         beam.poisson,
-        // Spheres in contact are approximately as stiff as the material.
+        // This makes spheres in contact approximately as stiff as the material.
         0.25 * beam.young,
         recipe.coordination,
     )
@@ -121,19 +122,19 @@ pub struct CylinderFailure {
     pub first_break: f64,
     /// Strain at the largest stress.
     pub strain: f64,
-    /// Particles.
+    /// Number of particles.
     pub particles: usize,
-    /// Broken bonds, in order of time.
+    /// Broken bonds, in the order of breaking.
     pub events: Vec<Event>,
-    /// Fragments at the end.
+    /// Number of fragments at the end.
     pub fragments: usize,
-    /// Residual of the energy balance over the work of the boundary.
+    /// Residual of the energy balance over the boundary work.
     pub residual: f64,
-    /// Steps.
+    /// Number of steps.
     pub steps: u64,
 }
 
-/// Load a specimen until it breaks; `sphere_density` in kg/m³.
+/// Loads a specimen until it breaks; `sphere_density` in kg/m³.
 ///
 /// # Errors
 /// The scenario cannot be written, assembled, or run.

@@ -16,7 +16,7 @@ pub struct PulseSpeed {
     /// Distance of two sections over the time between the moments at which their displacement reaches half of its final
     /// value, m/s.
     pub wave_speed: f64,
-    /// The same from the peaks of their velocity, m/s.
+    /// The same from the times of peak velocity, m/s.
     pub by_peaks: f64,
     /// Distance of the sections, m.
     pub distance: f64,
@@ -26,13 +26,13 @@ pub struct PulseSpeed {
 
 /// Speed of a longitudinal pulse in a specimen with free surfaces.
 ///
-/// Jebahi et al. 2015 give neither the dimensions nor the velocity of their impact, nor the criterion of arrival. Here,
-/// spheres within `struck` (m) of the lower end start along the axis with a velocity that falls to zero as half a cosine
-/// wave; with its reflection at the end the pulse is a bell of length `2·struck`. It passes two sections at the ends of the
-/// middle half, where [`elastic`](super::elastic) measures strain. A pulse arrives when the mean displacement of a section
-/// reaches half of its final value: precursors displace nothing, and the nearly symmetric dispersion of the bell hardly
-/// shifts this moment. The run ends before the pulse returns from the other end at the `expected` wave speed (m/s).
-/// `sphere_density` in kg/m³. There is no damping.
+/// Jebahi et al. 2015 give neither the dimensions and velocity of their impact nor the criterion of arrival. Here,
+/// spheres within `struck` (m) of the lower end start along the axis with a velocity that falls to zero as half a
+/// cosine wave; together with its reflection at the end, the pulse is a bell of length `2·struck`. It passes two
+/// sections at the ends of the middle half, where [`elastic`](super::elastic) measures strain. A pulse arrives when the
+/// mean displacement of a section reaches half of its final value: precursors cause no displacement, and the nearly
+/// symmetric dispersion of the bell hardly shifts this moment. The run ends before the pulse returns from the other end
+/// at the `expected` wave speed (m/s). `sphere_density` in kg/m³. There is no damping.
 ///
 /// # Errors
 /// [`CalibrationError::Pulse`] if `struck` is not below a quarter of the length; [`CalibrationError::TooSmall`] if a section
@@ -67,7 +67,7 @@ pub fn impact(
         section.iter().map(|&p| value(p)).sum::<f64>() / section.len() as f64
     };
     let places = sections.each_ref().map(|section| mean(section, &|p| start[p].x));
-    // Slow enough for small strains.
+    // Low enough for small strains.
     let speed = 1e-9 * struck / dt;
     for (velocity, x) in state.particles.velocity.iter_mut().zip(&start) {
         let depth = (x.x + 0.5 * l) / struck;
@@ -100,14 +100,14 @@ pub fn impact(
     Ok(PulseSpeed { wave_speed: distance / (halves * dt), by_peaks: distance / (peaks * dt), distance, dt })
 }
 
-/// Index at which a trace first passes half of its largest value, by linear interpolation.
+/// Fractional index at which a trace first passes half of its largest value, by linear interpolation.
 pub(super) fn half_way(trace: &[f64]) -> Option<f64> {
     let half = 0.5 * trace.iter().copied().fold(0.0, f64::max);
     let at = (1..trace.len()).find(|&k| trace[k - 1] < half && trace[k] >= half)?;
     Some(at as f64 - (trace[at] - half) / (trace[at] - trace[at - 1]))
 }
 
-/// Index of the maximum of a trace, from a parabola through three points.
+/// Fractional index of the maximum of a trace, from a parabola through three points.
 fn peak(trace: &[f64]) -> Option<f64> {
     let at = (1..trace.len().checked_sub(1)?).max_by(|&i, &j| trace[i].total_cmp(&trace[j]))?;
     let (slope, curve) = (0.5 * (trace[at + 1] - trace[at - 1]), trace[at + 1] - 2.0 * trace[at] + trace[at - 1]);

@@ -16,11 +16,11 @@ use concordem_solver::{Model, Solver, time_step};
 /// Load on a specimen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CylinderLoad {
-    /// Ends moved apart along the axis, free across it.
+    /// The ends move apart along the axis and are free across it.
     Tension,
-    /// Ends rotated rigidly against each other about z.
+    /// The ends rotate rigidly in opposite directions about z.
     Bending,
-    /// Ends rotated rigidly against each other about the axis.
+    /// The ends rotate rigidly in opposite directions about the axis.
     Torsion,
 }
 
@@ -36,31 +36,31 @@ pub struct CylinderResponse {
     pub bounding_modulus: f64,
     /// Poisson's ratio from the relative changes of the bounding radius and the length, \[2.23\].
     pub bounding_poisson: f64,
-    /// Shares of stored energy: normal, shear, bending, twist.
+    /// Shares of the stored energy: normal, shear, bending, twist.
     pub shares: [f64; 4],
     /// Mean stresses of the particles in the middle half.
     pub pressures: ParticlePressures,
     /// Relative difference of the loads on both ends (in bending and torsion it includes shear forces in a nonuniform
     /// specimen).
     pub imbalance: f64,
-    /// Steps to equilibrium.
+    /// Number of steps to equilibrium.
     pub steps: u64,
 }
 
-/// Scatter of the mean stresses of particles, \[4.23\], by which they fail, over the stress that the load causes in a
-/// homogeneous bar: axial in tension and bending, shear in torsion.
+/// Scatter of the mean stresses \[4.23\] that decide on the failure of particles, relative to the stress that the load
+/// causes in a homogeneous bar: axial in tension and bending, shear in torsion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParticlePressures {
-    /// Mean and standard deviation over the stress at the particle, of particles deeper than two of the largest radii (in
-    /// bending and torsion: where that stress is more than half of the stress at the surface).
+    /// Mean and standard deviation, over the stress at the particle, of particles deeper than two largest radii
+    /// (in bending and torsion: where that stress is more than half of the stress at the surface).
     pub bulk: [f64; 2],
     /// The same within one largest radius of the surface.
     pub skin: [f64; 2],
-    /// Largest of all particles over the stress at the surface: the threshold over this is the stress at the first
-    /// failure.
+    /// Largest value of all particles over the stress at the surface. The failure threshold divided by this value
+    /// gives the stress at the first failure.
     pub largest: f64,
-    /// Sum over all particles, each times the volume of its sphere, over the stress at the surface and the volume of the
-    /// middle half. In equilibrium it is 1/3 in tension, 0 in bending and torsion.
+    /// Sum over all particles, weighted by the volumes of their spheres, divided by the stress at the
+    /// surface and the volume of the middle half. In equilibrium it is 1/3 in tension, and 0 in bending and torsion.
     pub sum: f64,
 }
 
@@ -134,13 +134,13 @@ pub fn elastic(
     let start = state.particles.position.clone();
     let regions = Regions::of(&state, specimen);
     deform(&mut state, &start, load, specimen.radius);
-    // The ends stay where this deformation puts their particles.
+    // The end particles stay at their positions after this deformation.
     let constraint = if load == CylinderLoad::Tension { Constraint::translation_along(0) } else { Constraint::ALL };
     for &p in regions.ends.iter().flatten() {
         state.particles.constraint[p] = constraint;
     }
     let loads = equilibrium(&mut state, &mut solver, &regions, &start, load)?;
-    // Energies are stored at a recorded step; it moves the particles by a negligible amount.
+    // Only a recorded step computes the energies; it moves the particles by a negligible amount.
     solver.step_with(&mut state, true)?;
     response(specimen, &state, &regions, &start, load, loads)
 }
@@ -176,7 +176,7 @@ fn largest_radius(specimen: &CylinderSpecimen) -> f64 {
     specimen.recipe.mean_radius * (1.0 + 0.5 * specimen.recipe.dispersion)
 }
 
-/// Displace and rotate all particles by a uniform strain, twist, or curvature of [`STRAIN`], close to the solution.
+/// Displaces and rotates all particles by a uniform strain, twist, or curvature of [`STRAIN`], close to the solution.
 fn deform(state: &mut State, start: &[Vec3], load: CylinderLoad, radius: f64) {
     for (p, x) in start.iter().enumerate() {
         let (displacement, rotation) = match load {
@@ -196,7 +196,7 @@ fn deform(state: &mut State, start: &[Vec3], load: CylinderLoad, radius: f64) {
     }
 }
 
-/// Relax the specimen; loads with which it resists at both ends, N or N·m.
+/// Relaxes the specimen; returns the reactions at both ends, N or N·m.
 fn equilibrium(
     state: &mut State,
     solver: &mut Solver,
@@ -213,7 +213,7 @@ fn equilibrium(
         }
         let values = end_loads(state, solver, regions, centers, load);
         let mean = 0.5 * (values[0] + values[1]);
-        // The end moments of a nonuniform specimen differ: it also carries a small shear force.
+        // The end moments of a nonuniform specimen differ, because it also carries a small shear force.
         let change = (values[0] - last[0]).abs().max((values[1] - last[1]).abs()) / mean.abs();
         if change < SETTLED {
             return Ok(values);
@@ -287,7 +287,7 @@ fn response(
     })
 }
 
-/// The most frequent number; 0 for none.
+/// The most frequent number; 0 if there are none.
 pub(super) fn most_frequent(names: &[u32]) -> u32 {
     let mut sorted = names.to_vec();
     sorted.sort_unstable();

@@ -1,4 +1,4 @@
-//! Search for the beam that gives wanted elastic constants.
+//! Searches for the beam parameters that give target elastic constants.
 
 use super::error::CalibrationError;
 use super::response::{CylinderLoad, CylinderResponse, elastic};
@@ -8,22 +8,22 @@ use concordem_contact::law::{CohesiveBeam, Section};
 /// Range of the radius ratio in the search.
 const RATIOS: [f64; 2] = [0.2, 1.2];
 
-/// Beam parameters that give wanted elastic constants with a specimen.
+/// Beam parameters that give a specimen its target elastic constants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElasticMatch {
     /// The beam, without strength.
     pub beam: CohesiveBeam,
     /// Response of the specimen in tension.
     pub achieved: CylinderResponse,
-    /// Number of static solutions.
+    /// Number of static solutions computed.
     pub evaluations: u32,
 }
 
-/// Find `r̃` for the wanted Poisson's ratio, then `E_μ` for the wanted Young's modulus (Pa); `poisson_beam` is `ν_μ`.
+/// Finds `r̃` for the target Poisson's ratio, then `E_μ` for the target Young's modulus (Pa); `poisson_beam` is `ν_μ`.
 /// `progress` receives the radius ratio and Poisson's ratio of each trial.
 ///
 /// # Errors
-/// A Poisson's ratio out of reach; a failed static solution.
+/// The target Poisson's ratio is out of reach, or a static solution failed.
 pub fn match_elastic(
     sample: &CylinderSpecimen,
     young: f64,
@@ -41,7 +41,7 @@ pub fn match_elastic(
         progress(ratio, response.poisson);
         Ok((beam, response))
     };
-    // Poisson's ratio falls with the radius ratio: false position with halving (Illinois method).
+    // Poisson's ratio decreases with the radius ratio: false position with halving (Illinois method).
     let [mut low, mut high] = RATIOS;
     let (mut at_low, mut at_high) = (evaluate(low)?.1.poisson - poisson, evaluate(high)?.1.poisson - poisson);
     if at_low < 0.0 || at_high > 0.0 {

@@ -41,7 +41,7 @@ impl CylinderRecipe {
 /// A cylinder along x, centered at the origin, and its periodic packing.
 #[derive(Debug, Clone)]
 pub struct CylinderSpecimen {
-    /// Recipe.
+    /// Size, packing, and bonds.
     pub recipe: CylinderRecipe,
     /// The periodic packing.
     pub unit: Packing,
@@ -62,10 +62,10 @@ pub struct CylinderSpecimen {
 }
 
 impl CylinderSpecimen {
-    /// Compact a periodic packing and cut the cylinder from it.
+    /// Compacts a periodic packing and cuts the cylinder from it.
     ///
     /// # Errors
-    /// The packing fails, or has fewer near pairs than wanted bonds.
+    /// The packing fails, or has too few near pairs for the target number of bonds.
     pub fn new(recipe: &CylinderRecipe, progress: &mut dyn FnMut(Progress)) -> Result<Self, CalibrationError> {
         let half = 0.5 * recipe.dispersion * recipe.mean_radius;
         let sizes = SizeDistribution::Uniform { low: recipe.mean_radius - half, high: recipe.mean_radius + half };
@@ -96,7 +96,7 @@ impl CylinderSpecimen {
         })
     }
 
-    /// Density of the spheres, kg/m³, that gives the cylinder the mass of a material of density `bulk` (kg/m³), \[2.26\].
+    /// Density of the spheres, kg/m³, for which the cylinder has the mass of a material of density `bulk` (kg/m³), \[2.26\].
     pub fn sphere_density(&self, bulk: f64) -> f64 {
         let solid: f64 = self.spheres.iter().map(|s| 4.0 / 3.0 * PI * s.radius * s.radius * s.radius).sum();
         bulk * PI * self.radius * self.radius * self.length / solid

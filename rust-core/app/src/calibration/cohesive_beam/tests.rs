@@ -1,4 +1,4 @@
-//! Chains with known modes, and a small specimen whose parameters the search recovers.
+//! Vibration and pulses of chains with known modes, and a small specimen whose parameters the search recovers.
 
 use std::f64::consts::PI;
 
@@ -29,11 +29,11 @@ fn chain(count: usize) -> CylinderSpecimen {
 }
 
 /// A chain of 21 touching spheres with the first one clamped has the periods of a bar of length 2R(N−1) and the same mass,
-/// times the ratios for such chains, from the eigenvalues of their matrices
-/// (`tests/physics/beams.rs`; N = 20: 1.0006, 1.0267, 0.8950; for bending that of N = 21 is 1.0254). The start is not
-/// exactly the first mode, which disturbs the crossings; the tolerance of 0.3 % allows for it.
+/// times a ratio that follows from the eigenvalues of the matrices of such chains (`tests/physics/beams.rs`; N = 20: 1.0006,
+/// 1.0267, 0.8950; for bending N = 21: 1.0254). The initial motion is not exactly the first mode, which disturbs the
+/// crossings; the tolerance of 0.3 % allows for this.
 #[test]
-fn chain_vibrates_with_its_periods() {
+fn a_clamped_chain_vibrates_with_the_periods_of_its_matrices() {
     let young = 1e9;
     let sample = chain(21);
     let beam = CohesiveBeam::new(young, 0.3, Section::Ratio(1.0)).unwrap();
@@ -54,11 +54,12 @@ fn chain_vibrates_with_its_periods() {
     }
 }
 
-/// A pulse in a free chain of 81 spheres, against the sum of the chain's modes: `ω = 2√(k/m) sin(mπ/2N)`, of which velocity
-/// Verlet makes `(2/Δt) asin(½ωΔt)`, shapes `cos(mπ(p+½)/N)`. Displacements of 1e-9 m at places of 0.08 m are known to
-/// 1e-8; the celerity, from a difference of arrivals of 80 steps, to 1e-7 with all that is summed: 1e-6. From the continuous bar's
-/// `√(k/m)·2R` it differs by less than the group velocity of the longest wave of the bell, `1 − (2πR/h)²/8`: 0.5 %,
-/// and a bell half as long by more.
+/// A pulse in a free chain of 81 spheres agrees with the sum of the modes of the chain: frequencies `ω = 2√(k/m)
+/// sin(mπ/2N)`, which velocity Verlet turns into `(2/Δt) asin(½ωΔt)`, and shapes `cos(mπ(p+½)/N)`. Displacements of
+/// 1e-9 m at positions of 0.08 m are known to 1e-8, and the wave speed, from arrivals 80 steps apart, to 1e-7; the
+/// tolerance for the sum of all errors is 1e-6. The speed differs from `√(k/m)·2R` of a continuous bar by less than the
+/// group velocity of the longest wave of the bell, `1 − (2πR/h)²/8`: 0.5 %; that of a bell half as long differs by
+/// more.
 #[test]
 fn pulse_passes_a_chain_as_its_modes_say() {
     let (count, young, density) = (81, 1e9, 3000.0);
@@ -82,7 +83,7 @@ fn pulse_passes_a_chain_as_its_modes_say() {
                 weight * (0..count).map(|p| start(p) * shape(m, p)).sum::<f64>()
             })
             .collect();
-        // Spheres with centers closer than a diameter to the sections at ∓L/4.
+        // Spheres whose centers are closer than a diameter to the sections at ∓L/4.
         let arrivals = [-0.25, 0.25].map(|at| {
             let near: Vec<usize> =
                 (0..count).filter(|&p| (2e-3 * (p as f64 - 40.0) - at * sample.length).abs() < 2e-3).collect();
@@ -117,11 +118,11 @@ fn pulse_passes_a_chain_as_its_modes_say() {
     assert!(matches!(impact(&sample, &beam, density, 0.05, bar), Err(CalibrationError::Pulse { .. })));
 }
 
-/// The search recovers the parameters of a small specimen of the book's silica. Of 600 spheres many lie at the surface and
-/// have fewer bonds, which lowers the modulus by a quarter from that of large specimens (75 GPa); 10 % and 0.02 allow for the
+/// The search recovers the parameters of a small specimen of the book's silica. Many of the 600 spheres lie at the surface
+/// and have fewer bonds, so the modulus is a quarter lower than in large specimens (75 GPa); 10 % and 0.02 allow for the
 /// scatter between seeds.
 #[test]
-fn small_sample_is_elastic_and_is_found_again() {
+fn the_search_recovers_the_parameters_of_a_small_specimen() {
     let sample = CylinderSpecimen::new(&CylinderRecipe::book(600, 1), &mut |_| {}).unwrap();
     assert!((sample.coordination - 6.2).abs() < 0.005, "{}", sample.coordination);
     let beam = CohesiveBeam::new(295.5e9, 0.3, Section::Ratio(0.68)).unwrap();
@@ -130,12 +131,12 @@ fn small_sample_is_elastic_and_is_found_again() {
     assert!((0.63..0.66).contains(&sample.solid_fraction), "{}", sample.solid_fraction);
     assert!((tension.modulus / 56e9 - 1.0).abs() < 0.10, "{tension:?}");
     assert!((tension.poisson - 0.17).abs() < 0.02, "{tension:?}");
-    // Equilibrium, except for the spheres cut by the two planes that bound the middle half: a layer of half a sphere in
-    // thirteen.
+    // In equilibrium the sum is 1/3, except for the spheres cut by the two planes that bound the middle half: a layer
+    // of half a sphere in thirteen.
     let pressures = tension.pressures;
     assert!((3.0 * pressures.sum - 1.0).abs() < 0.04, "{pressures:?}");
-    // Values of the bulk are not the mean of the whole: three standard errors of about twenty values with a deviation of 0.63
-    // in bending, and of sixty with 0.85 in torsion.
+    // The bulk differs from the mean of the whole: allow three standard errors of about twenty values with a deviation of
+    // 0.63 in bending, and of sixty with 0.85 in torsion.
     let [bending, torsion] =
         [CylinderLoad::Bending, CylinderLoad::Torsion].map(|load| elastic(&sample, &beam, load).unwrap().pressures);
     println!("{pressures:?} {bending:?} {torsion:?}");
@@ -149,8 +150,8 @@ fn small_sample_is_elastic_and_is_found_again() {
     let found =
         match_elastic(&sample, tension.modulus, tension.poisson, 0.3, &mut |ratio, nu| println!("{ratio} {nu}"))
             .unwrap();
-    // The tolerance of Poisson's ratio, 5e-4, changes the radius ratio by 5e-4/0.2, and E_μ by four times that.
-    let Section::Ratio(ratio) = found.beam.section else { panic!("a ratio is sought") };
+    // The tolerance of 5e-4 in Poisson's ratio changes the radius ratio by 5e-4/0.2, and E_μ by four times that.
+    let Section::Ratio(ratio) = found.beam.section else { panic!("the search varies the radius ratio") };
     assert!((ratio / 0.68 - 1.0).abs() < 0.005, "{ratio}");
     assert!((found.beam.young / 295.5e9 - 1.0).abs() < 0.02, "{}", found.beam.young);
     assert!((found.achieved.modulus / tension.modulus - 1.0).abs() < 1e-12);

@@ -22,14 +22,14 @@ pub struct FreeVibration {
     pub half_cycles: usize,
 }
 
-/// Zero crossings of the displacement that are measured.
+/// Number of zero crossings of the displacement that are measured.
 const CROSSINGS: usize = 7;
 
-/// First period of a specimen clamped at its lower end and free at the other, from the mean motion of the free end after a
-/// start with velocities close to the first mode. `sphere_density` in kg/m³. There is no damping.
+/// First period of a specimen clamped at its lower end and free at its upper end, from the mean motion of the free end after
+/// a start with velocities close to the first mode. `sphere_density` in kg/m³. There is no damping.
 ///
 /// # Errors
-/// Invalid beam parameters; too few crossings within the largest number of steps.
+/// Invalid beam parameters, or too few crossings within the largest number of steps.
 pub fn vibration(
     specimen: &CylinderSpecimen,
     beam: &CohesiveBeam,
@@ -75,7 +75,7 @@ pub fn vibration(
             return Err(CalibrationError::NotSettled { steps: state.clock.step, change: f64::NAN });
         }
     }
-    // The start is a crossing, too. Higher modes disturb a line through all crossings less than single crossings.
+    // The start is a crossing, too. Higher modes disturb a line fitted to all crossings less than a single crossing.
     times.insert(0, 0.0);
     let count = times.len() as f64;
     let middle = 0.5 * (count - 1.0);
@@ -84,9 +84,9 @@ pub fn vibration(
     Ok(FreeVibration { period: 2.0 * slope, free_length, half_cycles: CROSSINGS })
 }
 
-/// Clamp particles below `inner` (m) and give the others velocities close to the first mode.
+/// Clamps particles below `inner` (m) and gives the others velocities close to the first mode.
 fn set_in_motion(state: &mut State, radius: f64, load: CylinderLoad, inner: f64, free_length: f64) {
-    // Slow enough for small strains.
+    // Low enough for small strains.
     let speed = 1e-6 * free_length / state.clock.dt * 1e-3;
     let particles = &mut state.particles;
     for p in 0..particles.len() {
@@ -105,7 +105,7 @@ fn set_in_motion(state: &mut State, radius: f64, load: CylinderLoad, inner: f64,
                 particles.velocity[p] = angular_velocity.cross(&Vec3::new(0.0, x.y, x.z));
             }
             CylinderLoad::Bending => {
-                // Deflection under a uniform load, which is close to the first mode; cross-sections rotate with it.
+                // Deflection under a uniform load, which is close to the first mode; the cross-sections rotate accordingly.
                 let deflection = share * share * (6.0 - 4.0 * share + share * share) / 3.0;
                 let slope = share * (12.0 - 12.0 * share + 4.0 * share * share) / (3.0 * free_length);
                 particles.angular_velocity[p].z = speed * slope;

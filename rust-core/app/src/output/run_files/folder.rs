@@ -12,7 +12,7 @@ use crate::output::error::OutputError;
 use crate::output::hdf::{self, kind};
 use crate::output::sealed;
 
-/// Working folder of the run with the result `path`.
+/// Working folder of the run whose result is `path`.
 pub fn parts_folder(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".parts");
@@ -27,7 +27,7 @@ pub(super) fn numbered(parts: &Path, stem: &str, number: u64) -> PathBuf {
     parts.join(format!("{stem}-{number:04}.h5"))
 }
 
-/// The files `STEM-NUMBER.h5` of a folder by number.
+/// The files `STEM-NUMBER.h5` in a folder, by number.
 pub(super) fn list_numbered(parts: &Path, stem: &str) -> Result<BTreeMap<u64, PathBuf>, OutputError> {
     let failed = |error| OutputError::io(parts, "list", error);
     let mut found = BTreeMap::new();
@@ -51,13 +51,13 @@ pub(super) fn remove_folder(path: &Path) -> Result<(), OutputError> {
     fs::remove_dir_all(path).map_err(|error| OutputError::io(path, "remove", error))
 }
 
-/// Remove the rest of the folder of a finished run.
+/// Removes what remains of the working folder of a finished run.
 pub(super) fn cleared(parts: &Path) -> Result<Resumed, OutputError> {
     remove_folder(parts)?;
     Ok(Resumed::Finished)
 }
 
-/// A temporary folder in `folder`, to be renamed.
+/// Creates a temporary folder in `folder`, to be renamed.
 pub(super) fn new_folder(folder: &Path) -> Result<tempfile::TempDir, OutputError> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(UNFINISHED);
@@ -69,7 +69,7 @@ pub(super) fn new_folder(folder: &Path) -> Result<tempfile::TempDir, OutputError
     })
 }
 
-/// Lock the run for this process.
+/// Locks the run for this process.
 pub(super) fn lock(parts: &Path) -> Result<File, OutputError> {
     let path = parts.join("lock");
     let file = File::options()
@@ -81,7 +81,7 @@ pub(super) fn lock(parts: &Path) -> Result<File, OutputError> {
     match file.try_lock() {
         Ok(()) => Ok(file),
         Err(TryLockError::WouldBlock) => Err(OutputError::Busy { path: parts.to_owned() }),
-        // Some network file systems have no locks; runs there go without.
+        // Some network file systems do not support locks; runs there are not locked.
         Err(TryLockError::Error(error)) if error.kind() == std::io::ErrorKind::Unsupported => Ok(file),
         Err(TryLockError::Error(error)) => Err(OutputError::io(&path, "lock", error)),
     }
@@ -98,9 +98,9 @@ pub(super) fn new_run_id(path: &Path, header: &RunHeader) -> String {
     hasher.finalize().to_hex()[..32].to_owned()
 }
 
-/// Identity of the run that wrote the result at `path`; None without an intact result.
+/// Identity of the run that wrote the result at `path`; `None` if there is no intact result.
 pub(super) fn finished_run_id(path: &Path) -> Result<Option<String>, OutputError> {
-    // The run will overwrite an older result, even a damaged one.
+    // A damaged older result is not an error: the run will overwrite it.
     let Ok(file) = sealed::open(path) else { return Ok(None) };
     if hdf::check_identity(&file, kind::RESULT, path).is_err() {
         return Ok(None);
@@ -108,7 +108,7 @@ pub(super) fn finished_run_id(path: &Path) -> Result<Option<String>, OutputError
     hdf::read_text_attribute(&file, "run_id", path).map(Some)
 }
 
-/// Read a checkpoint; fails unless it belongs to the run and all segments it counts are intact.
+/// Reads a checkpoint; fails unless it belongs to the run and all segments before it are intact.
 pub(super) fn usable(path: &Path, run_id: &str, parts: &Path) -> Result<Checkpoint, OutputError> {
     let foreign =
         |path: &Path| OutputError::Damaged { path: path.to_owned(), problem: "it belongs to another run".to_owned() };
@@ -127,7 +127,7 @@ pub(super) fn usable(path: &Path, run_id: &str, parts: &Path) -> Result<Checkpoi
     Ok(checkpoint)
 }
 
-/// Refuse to remove a folder that no run has made.
+/// Refuses to remove a folder that no run has created.
 pub(super) fn check_own(parts: &Path) -> Result<(), OutputError> {
     let failed = |error| OutputError::io(parts, "list", error);
     let not_parts = |found: String| OutputError::NotParts { path: parts.to_owned(), found };
@@ -148,14 +148,15 @@ pub(super) fn check_own(parts: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Beginning of the names of files and folders that are not complete.
+/// Prefix of the names of incomplete files and folders.
 pub(in crate::output) const UNFINISHED: &str = ".unfinished-";
-/// A file or folder that another process has made a moment ago may not be locked yet.
+/// Leftovers must be older than this: another process may not yet have locked a file or folder that it just created.
 const YOUNGEST_LEFTOVER: Duration = Duration::from_secs(60);
 
-/// Remove what killed processes left unfinished in the folder of a result. Living processes hold locks on theirs.
+/// Removes incomplete files and folders of killed processes from the folder of a result. Running processes hold locks
+/// on theirs.
 ///
-/// Failures are ignored: what cannot be removed harms nobody.
+/// Failures are ignored, because leftovers are harmless.
 pub(super) fn sweep_leftovers(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
@@ -177,12 +178,12 @@ pub(super) fn sweep_leftovers(folder: &Path) {
     }
 }
 
-/// Whether no living process holds the lock on a file.
+/// Whether no running process holds the lock on a file.
 fn is_free(path: &Path) -> bool {
     File::options().read(true).write(true).open(path).is_ok_and(|file| file.try_lock().is_ok())
 }
 
-/// Remove files that a killed process had not finished writing.
+/// Removes files that a killed process had not finished writing.
 pub(super) fn remove_unfinished(parts: &Path) -> Result<(), OutputError> {
     let failed = |error| OutputError::io(parts, "list", error);
     for entry in fs::read_dir(parts).map_err(failed)? {

@@ -10,11 +10,11 @@ use crate::output::sealed;
 /// Description of one series: a number sampled during the run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SeriesColumn {
-    /// Name, also of the dataset under `/samples`.
+    /// Name of the series and of its dataset under `/samples`.
     pub name: String,
-    /// SI unit, "1" when dimensionless.
+    /// SI unit; "1" for a pure number.
     pub unit: String,
-    /// Meaning.
+    /// Description of the series.
     pub description: String,
 }
 
@@ -25,19 +25,19 @@ impl SeriesColumn {
     }
 }
 
-/// An operator evaluated during the run: a table of its own, `/samples/NAME`.
+/// An operator evaluated during the run; it has its own table, `/samples/NAME`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OperatorTable {
-    /// Name, also of the group under `/samples`.
+    /// Name of the operator and of its group under `/samples`.
     pub name: String,
     /// The operator and its region, in words.
     pub description: String,
-    /// Its quantities, each with its number of reals.
+    /// Its quantities, each with its number of components.
     pub quantities: Vec<(SeriesColumn, usize)>,
 }
 
 impl OperatorTable {
-    /// Real numbers per row: time, step, and all quantities.
+    /// Numbers per row: time, step, and the components of all quantities.
     pub fn width(&self) -> usize {
         2 + self.quantities.iter().map(|(_, components)| components).sum::<usize>()
     }
@@ -56,7 +56,7 @@ pub struct RunHeader {
     pub operators: Vec<OperatorTable>,
 }
 
-/// Write `header.h5` into the folder `parts`.
+/// Writes `header.h5` into the folder `parts`.
 pub(super) fn write_header(parts: &Path, header: &RunHeader, run_id: &str) -> Result<(), OutputError> {
     let path = &header_path(parts);
     sealed::write(path, parts, |file| {
@@ -91,7 +91,7 @@ pub(super) fn write_header(parts: &Path, header: &RunHeader, run_id: &str) -> Re
     })
 }
 
-/// Read `header.h5` from the folder `parts`: the header and the identity of the run.
+/// Reads the header and the identity of the run from `header.h5` in the folder `parts`.
 pub(super) fn read_header(parts: &Path) -> Result<(RunHeader, String), OutputError> {
     let path = &header_path(parts);
     let file = sealed::open(path)?;

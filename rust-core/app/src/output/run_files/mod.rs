@@ -7,14 +7,14 @@
 //! * `checkpoint-0000.h5`, …: the state at a commit, with the number of segments before it; the two newest are kept.
 //! * `lock`: held by the process that works on the run.
 //!
-//! A run killed before its first checkpoint starts again from the header. What a killed process left unfinished in the
-//! folder of the result is removed by the next run or resumption there.
+//! A run killed before its first checkpoint starts again from the header. The next run or resumption in a folder removes
+//! incomplete files that killed processes left there.
 //!
 //! Every file is written completely or not at all. A commit writes the segment first and then the checkpoint that counts
-//! it. A resumed run starts from the newest intact checkpoint and the segments it counts; it deletes later segments and
+//! it. A resumed run starts from the newest intact checkpoint and the segments before it; it deletes later segments and
 //! computes their rows again, bit for bit. At the end all segments are merged into `NAME.h5`, and the folder is removed.
 //! The finished result therefore does not depend on where, or how often, the process was killed; its attributes (wall
-//! time, number of resumptions) may.
+//! time, number of resumptions) may differ.
 
 mod folder;
 mod header;
@@ -50,7 +50,7 @@ pub struct RunFiles {
     parts: PathBuf,
     header: RunHeader,
     run_id: String,
-    /// Holds the lock while it is open; the system releases it when the process ends, in any way.
+    /// Holds the lock while it is open; the operating system releases it when the process ends, however it ends.
     _lock: File,
     segments: u64,
     next_checkpoint: u64,
@@ -61,7 +61,7 @@ pub struct RunFiles {
     operators: Vec<Vec<f64>>,
     events: Vec<Event>,
     snapshots: Vec<StoredSnapshot>,
-    /// Names and shapes of the fields of all snapshots, known from the first one.
+    /// Names and shapes of the fields of snapshots, set by the first one.
     fields: Option<Vec<(String, String)>>,
 }
 
@@ -77,20 +77,20 @@ pub enum Resumed {
         /// Why newer checkpoints could not be used.
         unusable: Vec<OutputError>,
     },
-    /// The run was killed before its first checkpoint; it starts again.
+    /// The run was killed before its first checkpoint and starts again.
     Begin {
         /// Its files.
         files: Box<RunFiles>,
     },
-    /// The run is finished and its result exists.
+    /// The run is finished, and its result exists.
     Finished,
 }
 
 impl RunFiles {
-    /// Start a run with the result `path`.
+    /// Starts a run whose result is `path`.
     ///
-    /// Fails if a result or an unfinished run exists, unless `overwrite`. An overwritten result stays until the new one
-    /// is complete.
+    /// Fails if a result or an unfinished run exists, unless `overwrite` is set. An overwritten result stays until the new
+    /// one is complete.
     pub fn create(path: &Path, mut header: RunHeader, overwrite: bool) -> Result<Self, OutputError> {
         let mut names = BTreeSet::new();
         let operators = header.operators.iter().map(|table| &table.name);
@@ -118,7 +118,7 @@ impl RunFiles {
                 return Err(OutputError::Unfinished { path: parts });
             }
             check_own(&parts)?;
-            // Another process may be working on the run to discard.
+            // Another process may be working on the run that is to be discarded.
             drop(lock(&parts)?);
             remove_folder(&parts)?;
         }
@@ -127,7 +127,8 @@ impl RunFiles {
                 header.provenance.push((name, value));
             }
         }
-        // The folder gets its name after its header is written: a folder without one is the rest of a finished run.
+        // The folder gets its name after its header is written, so a folder without a header is left over from a
+        // finished run.
         let folder = sealed::folder_of(path);
         sweep_leftovers(&folder);
         let run_id = new_run_id(path, &header);
@@ -160,7 +161,7 @@ impl RunFiles {
         }
     }
 
-    /// Resume the run with the result `path` from its newest usable checkpoint.
+    /// Resumes the run whose result is `path` from its newest usable checkpoint.
     pub fn resume(path: &Path) -> Result<Resumed, OutputError> {
         let path = &sealed::target(path)?;
         sweep_leftovers(&sealed::folder_of(path));
@@ -174,7 +175,7 @@ impl RunFiles {
         }
         let lock = lock(&parts)?;
         let header = read_header(&parts);
-        // The process was killed between renaming the result and removing the folder, or while removing it.
+        // The process may have been killed between renaming the result and removing the folder, or while removing it.
         let finished = finished_run_id(path)?;
         let (header, run_id) = match (header, finished) {
             (Ok((_, run_id)), Some(finished)) if run_id == finished => return cleared(&parts),
@@ -187,7 +188,7 @@ impl RunFiles {
         for (&number, checkpoint_path) in checkpoints.iter().rev() {
             match usable(checkpoint_path, &run_id, &parts) {
                 Ok(checkpoint) => {
-                    // What came after the checkpoint is computed again.
+                    // Everything after the checkpoint is computed again.
                     for (_, later) in checkpoints.range(number + 1..) {
                         remove(later)?;
                     }
@@ -229,7 +230,7 @@ impl RunFiles {
         &self.header
     }
 
-    /// Replace the scenario of the run, from the present checkpoint on, and add `notes` to its provenance.
+    /// Replaces the scenario of the run from the current checkpoint on, and adds `notes` to its provenance.
     ///
     /// # Errors
     /// The header cannot be written.
@@ -247,7 +248,7 @@ impl RunFiles {
         &self.path
     }
 
-    /// Add the values of the series at one moment.
+    /// Appends the values of all series at one time.
     pub fn append_sample(&mut self, values: &[f64]) -> Result<(), OutputError> {
         if values.len() != self.header.series.len() {
             return Err(OutputError::SampleWidth { expected: self.header.series.len(), found: values.len() });
@@ -256,7 +257,7 @@ impl RunFiles {
         Ok(())
     }
 
-    /// Add a row of an operator: its index in the header, time, step, values.
+    /// Appends a row of an operator, given by its index in the header: time, step, values.
     pub fn append_operator(
         &mut self,
         operator: usize,
@@ -273,17 +274,17 @@ impl RunFiles {
         Ok(())
     }
 
-    /// Add an entry to the event log.
+    /// Appends an entry to the event log.
     pub fn append_event(&mut self, event: Event) {
         self.events.push(event);
     }
 
-    /// Whether the run has a snapshot yet.
+    /// Whether the run already has a snapshot.
     pub fn has_snapshot(&self) -> bool {
         self.fields.is_some()
     }
 
-    /// Add a snapshot. It is kept in memory until the next [`Self::commit`].
+    /// Appends a snapshot. It stays in memory until the next [`Self::commit`].
     pub fn append_snapshot(&mut self, snapshot: &Snapshot<'_>) -> Result<(), OutputError> {
         let stored = StoredSnapshot::of(snapshot)?;
         let fields: Vec<_> = stored.fields.iter().map(|field| (field.name.clone(), field.shape())).collect();
@@ -302,14 +303,14 @@ impl RunFiles {
         Ok(())
     }
 
-    /// Add an attribute to the provenance of the result, such as the wall time.
+    /// Adds an attribute to the provenance of the result, such as the wall time.
     pub fn note(&mut self, name: &str, value: &str) {
         self.notes.insert(name.to_owned(), value.to_owned());
     }
 
-    /// Write everything appended since the last commit, and the state, to disk; returns the state hash.
+    /// Writes everything appended since the last commit, and the state, to disk; returns the state hash.
     ///
-    /// After a failure the last commit is still valid, nothing appended is lost, and the commit can be tried again.
+    /// After a failure, the last commit is still valid, no appended data are lost, and the commit can be tried again.
     pub fn commit(&mut self, state: &dyn WriteColumns) -> Result<String, OutputError> {
         let empty = self.samples.is_empty()
             && self.operators.iter().all(Vec::is_empty)
@@ -324,7 +325,7 @@ impl RunFiles {
         let run = RunMark { run_id: self.run_id.clone(), segments: self.segments + u64::from(!empty) };
         let checkpoint = numbered(&self.parts, "checkpoint", self.next_checkpoint);
         let hash = checkpoint::write_in_run(&checkpoint, state, &self.header.scenario, &run).inspect_err(|_| {
-            // The next commit uses the same number and replaces the file if it cannot be removed.
+            // If the file cannot be removed, the next commit replaces it, because it uses the same number.
             let _ = fs::remove_file(&segment);
         })?;
         stage("after checkpoint");
@@ -343,11 +344,10 @@ impl RunFiles {
         Ok(hash)
     }
 
-    /// Merge all segments into the result and remove the working folder.
+    /// Merges all segments into the result and removes the working folder.
     ///
-    /// Commits `last`, the state at the end, first; `tables` writes its columns below `cell/`, `contacts/`, and
-    /// `particles/`. A run killed in this function is resumed like any other: its newest checkpoint is the state at the
-    /// end.
+    /// First commits `last`, the final state; `tables` writes columns below `cell/`, `contacts/`, and `particles/`. A run
+    /// killed in this function is resumed like any other: its newest checkpoint is the final state.
     pub fn finish(mut self, last: &dyn WriteColumns, tables: &dyn WriteColumns) -> Result<(), OutputError> {
         self.commit(last)?;
         stage("before merge");
@@ -387,7 +387,7 @@ impl RunFiles {
     }
 }
 
-/// A point at which the tests kill the process.
+/// A point at which tests kill the process.
 #[cfg(not(test))]
 #[inline]
 pub(super) fn stage(_name: &str) {}

@@ -1,4 +1,4 @@
-//! Snapshots: the particles at one moment, in memory until the next commit, and in a segment.
+//! Snapshots: the particles at one time, in memory until the next commit, then in a segment.
 
 use std::path::Path;
 
@@ -8,14 +8,14 @@ use crate::output::{hdf, sealed};
 use concordem_contact::math::Vec3;
 use concordem_solver::state::columns::{Column, ColumnData, StoredColumn};
 
-/// The particles at one moment, for `/VTKHDF`.
+/// The particles at one time, for `/VTKHDF`.
 #[derive(Debug, Clone)]
 pub struct Snapshot<'a> {
     /// Time, s.
     pub time: f64,
-    /// Count of steps done.
+    /// Number of steps done.
     pub step: u64,
-    /// Stable ids; rows are written in their order, so that a row is the same particle in every snapshot.
+    /// Stable ids; rows are written in the order of ids, so that a row is the same particle in every snapshot.
     pub id: &'a [u32],
     /// Positions, m.
     pub position: &'a [Vec3],
@@ -28,13 +28,13 @@ pub struct Snapshot<'a> {
 pub struct SnapshotField<'a> {
     /// Name.
     pub name: &'a str,
-    /// Meaning.
+    /// Description of the field.
     pub description: &'a str,
     /// Values with unit.
     pub column: Column<'a>,
 }
 
-/// A snapshot kept until the next commit.
+/// A snapshot stored until the next commit.
 #[derive(Debug)]
 pub(in crate::output) struct StoredSnapshot {
     pub time: f64,
@@ -77,12 +77,12 @@ impl StoredField {
 }
 
 impl StoredSnapshot {
-    /// Check a snapshot and sort its rows by id.
+    /// Checks a snapshot and sorts its rows by id.
     pub(super) fn of(snapshot: &Snapshot<'_>) -> Result<Self, OutputError> {
         let wrong = |problem: String| OutputError::Snapshot { step: snapshot.step, problem };
         let count = snapshot.id.len();
         if snapshot.position.len() != count {
-            return Err(wrong(format!("{} positions for {count} ids", snapshot.position.len())));
+            return Err(wrong(format!("it has {} positions for {count} ids", snapshot.position.len())));
         }
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by_key(|&k| snapshot.id[k]);
@@ -95,7 +95,7 @@ impl StoredSnapshot {
         };
         let id = order.iter().map(|&k| snapshot.id[k]).collect();
         let mut fields = vec![
-            field(POSITION, "m", "Centre of the particle.", 3, ColumnData::F64(position)),
+            field(POSITION, "m", "Center of the particle.", 3, ColumnData::F64(position)),
             field(ID, "1", "Stable id of the particle.", 1, ColumnData::U32(id)),
         ];
         for given in &snapshot.fields {
@@ -116,7 +116,7 @@ impl StoredSnapshot {
     pub(super) fn write(&self, group: &hdf5::Group, path: &Path) -> Result<(), OutputError> {
         hdf::write_attribute(group, "time", &self.time, path)?;
         hdf::write_attribute(group, "step", &self.step, path)?;
-        // The number keeps the order of the fields.
+        // The number preserves the order of the fields.
         for (k, field) in self.fields.iter().enumerate() {
             let name = format!("{k:03} {}", field.name);
             hdf::write_column(group, &name, &field.column.borrow(), &field.unit, &field.description, path)?;

@@ -13,14 +13,14 @@ use concordem_solver::state::columns::{Column, ColumnData, ColumnError, ColumnSi
 const STEPS: u64 = 40;
 const COMMIT_EVERY: u64 = 7;
 
-/// Kill this process when it reaches a stage, named by the environment, for the n-th time.
+/// Kills this process when it reaches the stage named by an environment variable for the n-th time.
 pub(in crate::output) fn stage(name: &str) {
     static PASSED: AtomicU32 = AtomicU32::new(0);
     let Ok(wanted) = std::env::var("CONCORDEM_TEST_KILL") else { return };
     let (stage, count) = wanted.rsplit_once(':').unwrap();
     if stage == name && PASSED.fetch_add(1, Ordering::Relaxed) + 1 == count.parse::<u32>().unwrap() {
         Command::new("kill").args(["-9", &std::process::id().to_string()]).status().unwrap();
-        // The signal may arrive a moment later.
+        // The signal may arrive with a delay.
         std::thread::sleep(Duration::from_secs(60));
     }
 }
@@ -73,7 +73,7 @@ impl Toy {
             }
         }
         if self.step.is_multiple_of(10) {
-            // The order of particles in the solver changes; their ids do not.
+            // As in the solver, the order of particles changes, but their ids do not.
             let turn = (self.step / 10) as usize;
             // Two particles are added for a while.
             let count = if turn == 2 || turn == 3 { 14 } else { 12 };
@@ -97,7 +97,7 @@ struct Tables<'a>(&'a Toy);
 
 impl WriteColumns for Tables<'_> {
     fn write(&self, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
-        sink.described_column("contacts/toy/x", Column::f64(&self.0.x, 1, "m"), "The toy's history.")?;
+        sink.described_column("contacts/toy/x", Column::f64(&self.0.x, 1, "m"), "History of the toy.")?;
         sink.column("particles/id", Column::u32(&[3, 4]))
     }
 }
@@ -109,13 +109,13 @@ fn header() -> RunHeader {
         series: vec![
             SeriesColumn::new("time", "s", "Time."),
             SeriesColumn::new("strain", "1", ""),
-            SeriesColumn::new("a stress", "Pa", "Not in the order of the alphabet."),
+            SeriesColumn::new("a stress", "Pa", "Not in alphabetical order."),
         ],
         operators: vec![],
     }
 }
 
-/// The first commit of a toy run.
+/// Makes the first commit of a toy run.
 fn begin(mut files: RunFiles) -> Result<(RunFiles, Toy), OutputError> {
     let toy = Toy::new();
     toy.record(&mut files);
@@ -123,7 +123,7 @@ fn begin(mut files: RunFiles) -> Result<(RunFiles, Toy), OutputError> {
     Ok((files, toy))
 }
 
-/// Run or resume a toy run to its end.
+/// Runs or resumes a toy run to its end.
 fn run_toy(path: &Path, growth: usize) -> Result<(), OutputError> {
     let begun = parts_folder(path).exists() || path.exists();
     let (mut files, mut toy) = if begun {
@@ -153,7 +153,7 @@ fn run_toy(path: &Path, growth: usize) -> Result<(), OutputError> {
     files.finish(&toy, &Tables(&toy))
 }
 
-/// The body of the child processes; does nothing when run with the other tests.
+/// Runs in the child processes; does nothing when run with the other tests.
 #[test]
 fn child() {
     let Ok(path) = std::env::var("CONCORDEM_TEST_RUN") else { return };
@@ -161,10 +161,10 @@ fn child() {
     let growth = std::env::var("CONCORDEM_TEST_GROWTH").map_or(0, |growth| growth.parse().unwrap());
     if let Err(error) = run_toy(path, growth) {
         eprintln!("RUN FAILED: {error}");
-        // The failure must leave the library usable and the last commit intact in this process.
+        // After the failure this process must still be able to use the library, and the last commit must be intact.
         match RunFiles::resume(path) {
             Ok(Resumed::Continue { checkpoint, .. }) => eprintln!("AT {}", checkpoint.state_hash),
-            other => eprintln!("NO WAY BACK: {other:?}"),
+            other => eprintln!("CANNOT RESUME: {other:?}"),
         }
         std::process::exit(3);
     }
@@ -213,12 +213,12 @@ fn undisturbed(folder: &Path, growth: usize) -> BTreeMap<String, String> {
 }
 
 #[test]
-fn result_holds_what_was_put_in() {
+fn the_result_holds_everything_that_was_appended() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.h5");
     run_toy(&path, 0).unwrap();
     assert!(!parts_folder(&path).exists());
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing but the result is left");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "only the result remains");
 
     let result = ResultFile::open(&path).unwrap();
     assert_eq!(result.series(), header().series, "units, descriptions, and order of the run");
@@ -237,7 +237,7 @@ fn result_holds_what_was_put_in() {
     assert_eq!(result.samples("a stress").unwrap(), expected);
     let read = result.events().unwrap();
     assert_eq!(read.len(), events);
-    assert!(events > 10, "the toy must make events");
+    assert!(events > 10, "the toy must produce events");
     let last = read.last().unwrap();
     assert_eq!((last.damage, last.energy, last.position.x), (last_event, last_event * last_event, last_event));
     assert_eq!(last.mode_shares, [last_event, 1.0 - last_event, 0.0, 0.0]);
@@ -262,13 +262,13 @@ fn result_holds_what_was_put_in() {
     assert_eq!(lines.next(), Some("time [s],strain [1],a stress [Pa]"));
     assert_eq!(lines.clone().count() as u64, STEPS + 1);
     let stress: Vec<f64> = lines.map(|line| line.rsplit(',').next().unwrap().parse().unwrap()).collect();
-    assert_eq!(stress, expected, "text gives the same bits back");
+    assert_eq!(stress, expected, "the text restores the same bits");
     let error = result.samples("stress").unwrap_err().to_string();
     assert!(error.ends_with("has no `samples/stress`. It has: time, strain, a stress."), "{error}");
 }
 
 #[test]
-fn two_runs_give_the_same_file_but_for_attributes() {
+fn two_runs_give_the_same_file_except_for_attributes() {
     let folder = tempfile::tempdir().unwrap();
     let first = undisturbed(folder.path(), 0);
     let other = folder.path().join("other.h5");
@@ -278,7 +278,7 @@ fn two_runs_give_the_same_file_but_for_attributes() {
 }
 
 #[test]
-fn killed_at_every_stage() {
+fn a_run_killed_at_any_stage_gives_the_same_result() {
     let folder = tempfile::tempdir().unwrap();
     let expected = undisturbed(folder.path(), 0);
     let path = folder.path().join("killed.h5");
@@ -307,17 +307,17 @@ fn killed_at_every_stage() {
             let again = child_command(&path).output().unwrap();
             assert!(again.status.success(), "{stage} {count}: {again:?}");
             assert_eq!(contents(&path), expected, "{stage} {count}");
-            assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "{stage} {count}: something is left over");
+            assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "{stage} {count}: leftover files");
             fs::remove_file(&path).unwrap();
         }
     }
-    // 7 commits (the first, five on the way, the last): three stages within 7 segments, 7 checkpoints, 1 + 7 + 1
-    // stages of the merge.
+    // 7 commits (the first, five during the run, the last) with three stages per segment and one per checkpoint, and
+    // 1 + 7 + 1 stages of the merge.
     assert_eq!(kills, 3 * 7 + 7 + 1 + 7 + 1);
 }
 
 #[test]
-fn killed_again_and_again_at_any_moment() {
+fn a_run_killed_repeatedly_at_random_times_gives_the_same_result() {
     let folder = tempfile::tempdir().unwrap();
     let expected = undisturbed(folder.path(), 2000);
     let path = folder.path().join("killed.h5");
@@ -344,14 +344,14 @@ fn killed_again_and_again_at_any_moment() {
 }
 
 #[test]
-fn full_disk_leaves_the_last_commit() {
+fn a_full_disk_leaves_the_last_commit_intact() {
     let folder = tempfile::tempdir().unwrap();
     // The state grows by 16 kB per step and reaches the limit of 256 KiB per file.
     let expected = undisturbed(folder.path(), 2000);
     let path = folder.path().join("full.h5");
     let inner = child_command(&path);
     let mut command = Command::new("bash");
-    // Without the trap the system would end the process instead of refusing the write.
+    // Without the trap, the signal would end the process before the write fails.
     command
         .args(["-c", "trap '' XFSZ; ulimit -f 256; exec \"$@\"", "bash"])
         .arg(inner.get_program())
@@ -382,7 +382,7 @@ fn unfinished(path: &Path, commits: u64) {
 }
 
 #[test]
-fn two_last_checkpoints_are_kept_and_the_older_serves_when_the_newer_is_damaged() {
+fn two_checkpoints_are_kept_and_the_older_one_replaces_a_damaged_newer_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.h5");
     unfinished(&path, 5);
@@ -402,7 +402,7 @@ fn two_last_checkpoints_are_kept_and_the_older_serves_when_the_newer_is_damaged(
     assert!(matches!(RunFiles::resume(&path), Err(OutputError::Busy { .. })));
     assert!(matches!(RunFiles::create(&path, header(), true), Err(OutputError::Busy { .. })));
     drop(files);
-    // A segment that the remaining checkpoint counts is lost: the run cannot be resumed, and the error says why.
+    // A segment before the remaining checkpoint is lost: the run cannot be resumed, and the error says why.
     fs::remove_file(parts.join("segment-0001.h5")).unwrap();
     let error = RunFiles::resume(&path).unwrap_err().to_string();
     assert!(error.contains("segment-0001.h5 does not exist"), "{error}");
@@ -420,7 +420,7 @@ fn files_of_another_run_are_refused() {
 }
 
 #[test]
-fn existing_results_are_not_overwritten_unasked() {
+fn existing_results_are_overwritten_only_on_request() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.h5");
     unfinished(&path, 1);
@@ -433,7 +433,7 @@ fn existing_results_are_not_overwritten_unasked() {
     let first = fs::read(&path).unwrap();
     let error = RunFiles::create(&path, header(), false).unwrap_err().to_string();
     assert!(error.contains("--force"), "{error}");
-    // An overwriting run keeps the old result until the new one is complete, also when it is killed.
+    // An overwriting run keeps the old result until the new one is complete, even if the run is killed.
     let mut files = RunFiles::create(&path, header(), true).unwrap();
     let toy = Toy::new();
     toy.record(&mut files);
@@ -447,7 +447,7 @@ fn existing_results_are_not_overwritten_unasked() {
 }
 
 #[test]
-fn impossible_places_and_names() {
+fn impossible_paths_and_names_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let create = |path: &Path| RunFiles::create(path, header(), false).unwrap_err();
     let error = create(&folder.path().join("none/run.h5"));
@@ -460,7 +460,7 @@ fn impossible_places_and_names() {
     let locked = folder.path().join("locked");
     fs::create_dir(&locked).unwrap();
     fs::set_permissions(&locked, std::os::unix::fs::PermissionsExt::from_mode(0o555)).unwrap();
-    // The administrator may write anywhere.
+    // The superuser may write anywhere.
     if fs::write(locked.join("probe"), "").is_err() {
         let error = create(&locked.join("run.h5"));
         assert!(matches!(error, OutputError::NotWritable { .. }), "{error}");
@@ -509,10 +509,10 @@ fn wrong_rows_are_refused() {
     assert_eq!(error, "snapshot at step 5: the field `id` appears twice");
     let toy = Toy::new();
     let error = files.finish(&toy, &Elsewhere).unwrap_err().to_string();
-    assert!(error.contains("final columns belong into cell or contacts or particles"), "{error}");
+    assert!(error.contains("final columns must be below cell or contacts or particles"), "{error}");
 }
 
-/// HDF5 lists `operator-1000` before `operator-101`; the rows of every operator must come back as its own. The same holds for
+/// Rows are read back for the right operator, although HDF5 lists `operator-1000` before `operator-101`. The same holds for
 /// quantities, series, provenance, and snapshots.
 #[test]
 fn more_than_a_thousand_operators_keep_their_rows() {
@@ -549,7 +549,7 @@ fn more_than_a_thousand_operators_keep_their_rows() {
     }
 }
 
-/// A link to a result stays, and its target is replaced; devices, pipes, and folders of others are refused.
+/// A symbolic link to a result stays, and its target is replaced; devices, pipes, and other folders are refused.
 #[test]
 fn only_regular_files_and_own_folders_are_replaced() {
     let folder = tempfile::tempdir().unwrap();
@@ -575,7 +575,7 @@ fn only_regular_files_and_own_folders_are_replaced() {
     assert!(mine.join("thesis.txt").exists());
 }
 
-/// What a killed process left beside the result is removed by the next run; what a living one holds stays.
+/// The next run removes files that a killed process left beside the result, but not files that a running process has locked.
 #[test]
 fn leftovers_of_killed_processes_are_removed() {
     let folder = tempfile::tempdir().unwrap();
@@ -597,7 +597,7 @@ fn leftovers_of_killed_processes_are_removed() {
     let young = folder.path().join(".unfinished-young");
     fs::write(&young, "now").unwrap();
     run_toy(&folder.path().join("run.h5"), 0).unwrap();
-    assert!(!dead.exists() && !text.exists(), "left over");
-    assert!(alive.exists() && young.exists(), "in use");
+    assert!(!dead.exists() && !text.exists(), "leftovers are not removed");
+    assert!(alive.exists() && young.exists(), "files in use are removed");
     drop(held);
 }

@@ -22,38 +22,38 @@ use concordem_statics::{Accuracy, LinkNetwork};
 /// Strain rate in compression over that in tension, as in the published tests; compression needs ten times the strain.
 const COMPRESSION_RATE: f64 = 7.5;
 
-/// With fewer particles across, strengths depend on the width of a specimen.
+/// Number of particles across a specimen below which strengths depend on its width.
 const NARROW: f64 = 15.0;
 
 /// Arguments of `concordem calibrate concrete`.
 #[derive(Debug, clap::Args)]
 pub(super) struct CalibrateConcreteArguments {
     /// Scenario of a specimen in uniaxial loading, cut from a random dense packing, with cpm bonds and one material; its
-    /// moduli and strengths have no effect, its friction and relative ductility do
+    /// friction and relative ductility are kept, its moduli and strengths are ignored
     scenario: PathBuf,
-    /// Wanted Young's modulus, "30 GPa"
+    /// Target Young's modulus, "30 GPa"
     #[arg(long, value_name = "STRESS", value_parser = stress)]
     young: f64,
-    /// Wanted Poisson's ratio
+    /// Target Poisson's ratio
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true)]
     poisson: f64,
-    /// Wanted tensile strength, "3 MPa"
+    /// Target tensile strength, "3 MPa"
     #[arg(long, value_name = "STRESS", value_parser = stress)]
     tensile_strength: f64,
-    /// Wanted compressive strength, positive, "30 MPa"
+    /// Target compressive strength, positive, "30 MPa"
     #[arg(long, value_name = "STRESS", value_parser = stress)]
     compressive_strength: f64,
-    /// Wanted energy dissipated in tension per cross-section until the stress has fallen to a tenth of its peak, J/m^2; by
-    /// default the relative ductility of the scenario is kept
+    /// Target energy dissipated in tension per cross-section until the stress has fallen to a tenth of its peak, J/m^2; by
+    /// default, the relative ductility of the scenario is kept
     #[arg(long, value_name = "NUMBER", value_parser = energy)]
     fracture_energy: Option<f64>,
-    /// Number of packings, for the scatter; their seeds start from that of the scenario
+    /// Number of packings, for the scatter; their seeds count up from the seed of the scenario
     #[arg(long, value_name = "NUMBER", default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100))]
     seeds: u64,
-    /// File of measured values, which are used again; by default SCENARIO.strengths.json
+    /// File that stores measured values for reuse; by default SCENARIO.strengths.json
     #[arg(long, value_name = "FILE")]
     table: Option<PathBuf>,
-    /// Write the scenario with the found parameters to this file
+    /// File for the scenario with the found parameters
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Overwrite an existing file
@@ -101,13 +101,13 @@ pub(super) fn calibrate(arguments: &CalibrateConcreteArguments, console: &mut Co
     console.print(&format!("{}\n{facts}", path.display()))
 }
 
-/// Refuse a scenario without a suitable specimen.
+/// Refuses a scenario without a suitable specimen.
 fn fitting(scenario: &Scenario) -> Result<(), Failure> {
     let refuse = |key: &str, message: &str, help: &str| {
         Err(Failure::Scenario(scenario.problem(ProblemKind::Conflict, key, message.to_owned(), help)))
     };
     if scenario.bonds.as_ref().map(|bonds| bonds.law) != Some(LawName::Cpm) {
-        return refuse("bonds", "strengths are calibrated for bonds of the law cpm", "write law = \"cpm\"");
+        return refuse("bonds", "strengths can be calibrated only for cpm bonds", "write law = \"cpm\"");
     }
     if scenario.materials.len() != 1 {
         let help = "keep one [[material]], and calibrate each phase separately";
@@ -128,7 +128,7 @@ fn fitting(scenario: &Scenario) -> Result<(), Failure> {
 struct ConcreteResult {
     elastic: ElasticFit,
     fit: ConcreteFit,
-    /// Particles across the specimen.
+    /// Number of particles across the specimen.
     width: f64,
     known: usize,
 }
@@ -200,12 +200,12 @@ fn elastic(arguments: &CalibrateConcreteArguments, scenario: &Scenario, meter: &
 }
 
 /// A run ends when the stress falls (see [`ConcreteSpecimen::load`]), or at a strain that no specimen survives. The stop
-/// conditions of the scenario are left out: a balance of forces, for example, may occur long before the peak.
+/// conditions of the scenario are ignored: an equilibrium, for example, may occur long before the peak.
 fn stop() -> Stop {
     Stop { strain: Some(Number::new(0.1)), ..Stop::default() }
 }
 
-/// The specimen of a scenario, loaded at its rate times `factor`.
+/// The specimen of a scenario, loaded at the rate of the scenario times `factor`.
 fn specimen(scenario: &Scenario, factor: f64, meter: &Meter) -> Result<ConcreteSpecimen, Failure> {
     let mut scenario = scenario.clone();
     if let Loading::Uniaxial { strain_rate, .. } = &mut scenario.loading {
@@ -229,7 +229,7 @@ fn mean_radius(state: &State) -> f64 {
 }
 
 /// Identity of a table: the program, and the scenario without the arguments of the table and without keys that no run of a
-/// specimen uses; files by their contents.
+/// specimen uses. Files are identified by their contents.
 fn described(scenario: &Scenario) -> Result<String, Failure> {
     let mut described = scenario.clone();
     if let Packing::RandomDense { seed, .. } = &mut described.packing {
@@ -288,7 +288,7 @@ fn facts(arguments: &CalibrateConcreteArguments, scenario: &Scenario, found: &Co
     let ConcreteResult { elastic, fit, width, known } = found;
     let p = &fit.parameters;
     let mut facts = Facts::default();
-    facts.add("young of the links", format!("{:.6e} Pa", p.normal_modulus));
+    facts.add("young of the bonds", format!("{:.6e} Pa", p.normal_modulus));
     facts.add("shear_ratio", format!("{:.6}", p.shear_ratio));
     facts.add("crack_onset_strain", format!("{:.5e}", p.limit_strain));
     facts.add("relative_ductility", format!("{:.5}", p.relative_ductility));
@@ -308,15 +308,15 @@ fn facts(arguments: &CalibrateConcreteArguments, scenario: &Scenario, found: &Co
     };
     facts.add(
         "achieved, tension",
-        format!("{} Pa, wanted {:.4e}", row(&fit.tensile_strength), arguments.tensile_strength),
+        format!("{} Pa, target {:.4e}", row(&fit.tensile_strength), arguments.tensile_strength),
     );
     facts.add(
         "achieved, compression",
-        format!("{} Pa, wanted {:.4e}", row(&fit.compressive_strength), arguments.compressive_strength),
+        format!("{} Pa, target {:.4e}", row(&fit.compressive_strength), arguments.compressive_strength),
     );
     facts.add("modulus of the specimen", format!("{} Pa, including its ends", row(&fit.young)));
     if let (Some(energy), Some(wanted)) = (&fit.fracture_energy, arguments.fracture_energy) {
-        facts.add("fracture energy", format!("{} J/m², wanted {wanted:.4e}", row(energy)));
+        facts.add("fracture energy", format!("{} J/m², target {wanted:.4e}", row(energy)));
     }
     facts.add("reach of f_c/f_t", format!("{:.3} to {:.3} at this friction and ductility", fit.reach.0, fit.reach.1));
     facts.add("reach of poisson", format!("{:.4} to {:.4}", elastic.reach.0, elastic.reach.1));
@@ -348,7 +348,7 @@ mod tests {
     use super::*;
     use crate::calibration::concrete::StrengthFunctions;
 
-    /// A small specimen, with the additional text `more`.
+    /// Scenario of a small specimen, with the additional text `more`.
     fn scenario(more: &str) -> Scenario {
         let template =
             concordem_scenario::schema::TEMPLATES.iter().find(|template| template.name == "cpm-small").unwrap();
@@ -363,10 +363,10 @@ mod tests {
         described(&scenario(more)).unwrap_or_else(|_| panic!("{more} has no description"))
     }
 
-    /// Every change of the specimen, its motion, or the program makes another table; changes that no run of a specimen uses do
+    /// Any change to the specimen, its motion, or the program requires another table; changes that do not affect the runs do
     /// not.
     #[test]
-    fn values_of_another_specimen_are_not_used_again() {
+    fn values_of_another_specimen_are_not_reused() {
         let set = "[[set]]\nname = \"some\"\nselection = { kind = \"ids\", ids = [20, 21] }\n";
         let of_set = |more: &str| format!("{set}{more}");
         let plain = text_of("");
@@ -392,7 +392,11 @@ mod tests {
             assert!(text != *other.source.text, "{from} is not in the template");
             described(&Scenario::parse("specimen.toml", &text).unwrap()).ok().unwrap()
         };
-        assert_ne!(change("sample_interval = 10 ", "sample_interval = 5 "), plain, "peaks are those of samples");
+        assert_ne!(
+            change("sample_interval = 10 ", "sample_interval = 5 "),
+            plain,
+            "the sample interval affects the peaks"
+        );
         for (from, to) in [
             ("Small concrete prism", "The same prism"),
             ("seed = 1 ", "seed = 7 "),
@@ -404,9 +408,9 @@ mod tests {
         }
     }
 
-    /// Saved values keep all their bits; 1.0005465138252987 and similar numbers used to change in the last digit.
+    /// Saved values are read back bit for bit; 1.0005465138252987 and similar numbers used to change in the last digit.
     #[test]
-    fn tables_come_back_as_they_were() {
+    fn tables_are_read_back_bit_for_bit() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.json");
         let values = (0..2000).map(|k| {
@@ -420,7 +424,7 @@ mod tests {
         assert!(read_table(&path, "a specimen".into()).ok().unwrap() == table);
     }
 
-    /// The content of a surface file belongs to the identity of the table.
+    /// The identity of the table includes the content of surface files.
     #[test]
     fn files_of_surfaces_belong_to_the_specimen() {
         let folder = tempfile::tempdir().unwrap();
@@ -434,9 +438,9 @@ mod tests {
         assert_ne!(with("one"), with("two"));
     }
 
-    /// A bound on the balance of forces that holds at every step does not end a run before its peak.
+    /// A stop condition `unbalanced` that holds at every step does not end a strength run before its peak.
     #[test]
-    fn the_end_of_the_scenario_is_not_that_of_a_strength_run() {
+    fn strength_runs_ignore_the_stop_conditions_of_the_scenario() {
         let scenario = scenario("");
         let text = scenario.source.text.replace("steps = 20_000", "unbalanced = 1e6");
         let scenario = Scenario::parse("specimen.toml", &text).unwrap();

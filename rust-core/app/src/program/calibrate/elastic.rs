@@ -1,4 +1,4 @@
-//! `concordem calibrate elastic`: bond stiffnesses for wanted elastic constants.
+//! `concordem calibrate elastic`: bond stiffnesses for target elastic constants.
 
 use std::path::PathBuf;
 
@@ -13,30 +13,30 @@ use concordem_scenario::schema::{LawName, Scenario};
 /// Arguments of `concordem calibrate elastic`.
 #[derive(Debug, clap::Args)]
 pub(super) struct CalibrateElasticArguments {
-    /// Scenario with a periodic packing and one material; its stiffnesses have no effect. By default, with --law, 1000 equal
-    /// spheres of 1 mm
+    /// Scenario with a periodic packing and one material; its stiffnesses are ignored. By default, with --law, 1000 equal
+    /// spheres of radius 1 mm
     scenario: Option<PathBuf>,
-    /// Wanted Young's modulus, "30 GPa"
+    /// Target Young's modulus, "30 GPa"
     #[arg(long, value_name = "STRESS", value_parser = stress)]
     young: f64,
-    /// Wanted Poisson's ratio
+    /// Target Poisson's ratio
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true)]
     poisson: f64,
-    /// Law of the bonds; by default that of the scenario. Parameters missing in the scenario are filled in, for bonds that
-    /// never break
+    /// Law of the bonds; by default that of the scenario. Missing parameters are filled in such that the bonds never
+    /// break
     #[arg(long, value_enum)]
     law: Option<Law>,
-    /// Deformable particles, for linear_bond
+    /// Use deformable particles; only for linear_bond
     #[arg(long)]
     deformable: bool,
-    /// Poisson's ratio of deformable particles; by default the wanted one
+    /// Poisson's ratio of deformable particles; by default the target one
     #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, requires = "deformable")]
     particle_poisson: Option<f64>,
-    /// Normal stiffness of a bond over mean radius (of discs: unit depth) and Young's modulus of deformable particles; 0.2 by
-    /// default
+    /// Normal stiffness of a bond, divided by the mean radius (of discs: unit depth) and by Young's modulus of deformable
+    /// particles; 0.2 by default
     #[arg(long, value_name = "NUMBER", requires = "deformable", value_parser = number)]
     particle_softness: Option<f64>,
-    /// Write the scenario with the found parameters to this file
+    /// File for the scenario with the found parameters
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Overwrite an existing file
@@ -110,7 +110,7 @@ fn facts(arguments: &CalibrateElasticArguments, found: &ElasticSearch) -> Facts 
     let mut facts = Facts::default();
     for &(table, key, value) in parameters {
         match (table, key) {
-            ("cpm", "young") => facts.add("young of the links", format!("{value:.8e} Pa")),
+            ("cpm", "young") => facts.add("young of the bonds", format!("{value:.8e} Pa")),
             ("cohesive_beam", "young") => facts.add("young of the beams", format!("{value:.8e} Pa")),
             ("cohesive_beam", "radius") => facts.add("radius of the beams", format!("{value:.8e} m")),
             ("linear_bond", _) => facts.add(key, format!("{value:.8e} N/m")),
@@ -144,8 +144,8 @@ fn facts(arguments: &CalibrateElasticArguments, found: &ElasticSearch) -> Facts 
     facts.add("directions differ by", format!("{:.4} of E, {:.4} in poisson", anisotropy.young, anisotropy.poisson));
     facts.add("reach of this packing", format!("poisson {:.4} to {:.4}", fit.reach.0, fit.reach.1));
     if let Some((ratio, share)) = fit.prior {
-        facts.add("closed form", format!("predicts shear_ratio {ratio:.5}, and {share:.4} of the wanted modulus"));
+        facts.add("closed form", format!("predicts shear_ratio {ratio:.5}, and {share:.4} of the target modulus"));
     }
-    facts.add("left out", format!("{} rattlers", fit.cell.loose.rattlers));
+    facts.add("excluded", format!("{} rattlers", fit.cell.loose.rattlers));
     facts
 }

@@ -1,4 +1,4 @@
-//! Bond parameters of a scenario for wanted elastic constants, for the command `calibrate elastic` and Python's
+//! Bond parameters of a scenario for target elastic constants, for the command `calibrate elastic` and Python's
 //! `calibrate_elastic`.
 
 use std::path::Path;
@@ -16,8 +16,8 @@ use concordem_solver::coupling::convergence;
 use concordem_solver::state::State;
 use concordem_statics::{Accuracy, LinkNetwork};
 
-/// The built-in scenario.
-const CELL: &str = r#"# A periodic cell, bonded for wanted elastic constants by `concordem calibrate elastic`.
+/// The built-in scenario, used if no scenario is given.
+const CELL: &str = r#"# A periodic cell, bonded for target elastic constants by `concordem calibrate elastic`.
 version = 1
 title = "Periodic cell for elastic constants"
 
@@ -42,40 +42,40 @@ steps = 1
 "#;
 
 /// Default of the normal stiffness over radius and modulus of a deformable particle. The iteration between strains and
-/// forces converges up to 0.6 or more in packings with 8 to 14 bonds per particle; Madan 2019 has 0.09 to 0.35.
+/// forces converges up to 0.6 or more in packings with 8 to 14 bonds per particle; Madan 2019 uses 0.09 to 0.35.
 const SOFTNESS: f64 = 0.2;
 
-/// Laws whose stiffnesses are sought: their elastic keys are known here.
+/// Laws whose stiffnesses can be calibrated: the search knows their elastic keys.
 pub const CALIBRATED: [LawName; 3] = [LawName::Cpm, LawName::LinearBond, LawName::CohesiveBeam];
 
-/// The law of this name, of those in `CALIBRATED`.
+/// The law with this name, if it is in `CALIBRATED`.
 ///
 /// # Errors
-/// The names to choose from.
+/// Another name; the message lists the names to choose from.
 pub fn calibrated_law(name: &str) -> Result<LawName, String> {
     CALIBRATED.into_iter().find(|law| law.key() == name).ok_or_else(|| {
         let [first, second, third] = CALIBRATED.map(LawName::key);
-        format!("law is \"{name}\"; wanted is \"{first}\", \"{second}\", or \"{third}\"")
+        format!("law is \"{name}\"; choose \"{first}\", \"{second}\", or \"{third}\"")
     })
 }
 
-/// Wanted properties of the bonds of a scenario.
+/// Target properties of the bonds of a scenario.
 #[derive(Debug, Clone, Copy)]
 pub struct ElasticRequest {
-    /// Wanted Young's modulus, Pa.
+    /// Target Young's modulus, Pa.
     pub young: f64,
-    /// Wanted Poisson's ratio.
+    /// Target Poisson's ratio.
     pub poisson: f64,
     /// Law of the bonds; `None`: that of the scenario. Missing parameters are filled in.
     pub law: Option<LawName>,
     /// Whether particles deform; for `linear_bond`.
     pub deformable: bool,
-    /// Poisson's ratio of deformable particles; `None`: the scenario's, else the wanted one.
+    /// Poisson's ratio of deformable particles; `None`: the scenario's, else the target one.
     pub particle_poisson: Option<f64>,
-    /// Normal stiffness of a bond over mean radius (of discs: unit depth) and Young's modulus of deformable particles; `None`: the
-    /// scenario's, else 0.2.
+    /// Normal stiffness of a bond over mean radius (of discs: unit depth) and Young's modulus of deformable particles;
+    /// `None`: the scenario's, else 0.2.
     pub particle_softness: Option<f64>,
-    /// Notation of these in messages.
+    /// Notation of options in messages.
     pub spelling: Spelling,
 }
 
@@ -112,17 +112,17 @@ pub struct ElasticSearch {
     pub scenario: Scenario,
     /// Factors of the stiffnesses, and the resulting constants.
     pub fit: ElasticFit,
-    /// Found parameters, SI: table of the material, key, value.
+    /// Found parameters in SI units: table of the material, key, value.
     pub parameters: Vec<(&'static str, &'static str, f64)>,
-    /// Spectral radius of the iteration between strains and forces, of particles that the request made deformable.
+    /// Spectral radius of the iteration between strains and forces, if the request made particles deformable.
     pub spectral_radius: Option<f64>,
 }
 
-/// Bond stiffnesses of a scenario for wanted elastic constants; without a scenario, for 1000 equal spheres of 1 mm in a
-/// periodic cell. Files of the scenario are relative to `folder`. Its stiffnesses and its time step have no effect.
+/// Finds bond stiffnesses of a scenario for target elastic constants; without a scenario, for 1000 equal spheres of radius
+/// 1 mm in a periodic cell. Paths in the scenario are relative to `folder`. Its stiffnesses and time step are ignored.
 ///
 /// # Errors
-/// A request that contradicts itself or the scenario; no static solution; constants out of reach.
+/// The request contradicts itself or the scenario, there is no static solution, or the constants are out of reach.
 pub fn calibrate_elastic(
     scenario: Option<&Scenario>,
     folder: &Path,
@@ -130,11 +130,11 @@ pub fn calibrate_elastic(
     progress: Progress<'_>,
 ) -> Result<ElasticSearch, Failure> {
     check(request)?;
-    let mut scenario = asked(scenario, request)?;
+    let mut scenario = requested(scenario, request)?;
     let given = request.particle_poisson.is_some() || request.particle_softness.is_some();
     let to_deform = request.deformable && (given || scenario.materials[0].deformable.is_none());
     let mut built = scenario.clone();
-    // A given time step belongs to the old stiffnesses.
+    // A given time step was chosen for the old stiffnesses.
     built.integration.time_step = TimeStep::Auto;
     if to_deform {
         built.materials[0].deformable = None;
@@ -155,7 +155,7 @@ pub fn calibrate_elastic(
     Ok(ElasticSearch { scenario, fit, parameters, spectral_radius })
 }
 
-/// Refuse requests that no scenario can fulfill.
+/// Refuses requests that no scenario can fulfill.
 fn check(request: &ElasticRequest) -> Result<(), Failure> {
     let ElasticRequest { deformable, particle_poisson, particle_softness, spelling, .. } = *request;
     let refuse = |name: &str, message: String| Err(Failure::Usage(format!("{} {message}", spelling.name(name))));
@@ -170,7 +170,7 @@ fn check(request: &ElasticRequest) -> Result<(), Failure> {
     {
         if given && !deformable {
             let wanted = spelling.name("deformable");
-            return refuse(name, format!("is for deformable particles; add {wanted}, or leave it out"));
+            return refuse(name, format!("is for deformable particles; add {wanted}, or omit it"));
         }
     }
     Ok(())
@@ -209,21 +209,22 @@ fn parameters(scenario: &Scenario, found: &ElasticFit) -> Vec<(&'static str, &'s
             }
             parameters
         }
-        // `asked` lets no other law pass.
+        // `requested` refuses all other laws.
         Some(_) | None => Vec::new(),
     }
 }
 
 /// The given or built-in scenario with bonds of the requested law.
-fn asked(scenario: Option<&Scenario>, request: &ElasticRequest) -> Result<Scenario, Failure> {
+fn requested(scenario: Option<&Scenario>, request: &ElasticRequest) -> Result<Scenario, Failure> {
     let spelling = request.spelling;
     let scenario = match scenario {
         Some(scenario) => scenario.clone(),
         None if request.law.is_some() => Scenario::parse("the built-in cell", CELL)?,
         None => {
             let law = spelling.with("law", "cpm");
-            let message =
-                format!("give a scenario, or a law for the built-in packing: {law}, linear_bond, or cohesive_beam");
+            let message = format!(
+                "give a scenario, or choose a law for the built-in packing: {law}, linear_bond, or cohesive_beam"
+            );
             return Err(Failure::Usage(message));
         }
     };
@@ -238,7 +239,7 @@ fn asked(scenario: Option<&Scenario>, request: &ElasticRequest) -> Result<Scenar
     };
     if !CALIBRATED.contains(&law) {
         let message = format!("the elastic keys of law \"{}\" are not known to the search", law.key());
-        let help = format!("take a law whose keys are: {}", CALIBRATED.map(LawName::key).join(", "));
+        let help = format!("choose one of the laws {}", CALIBRATED.map(LawName::key).join(", "));
         return Err(problem(&scenario, "bonds.law", &message, &help));
     }
     let [material] = &scenario.materials[..] else {
@@ -249,7 +250,7 @@ fn asked(scenario: Option<&Scenario>, request: &ElasticRequest) -> Result<Scenar
     if !law.facts().deforms {
         let right = spelling.with("law", "linear_bond");
         if request.deformable {
-            let help = if request.law.is_some() { "use" } else { "leave it out, or use" };
+            let help = if request.law.is_some() { "use" } else { "omit it, or use" };
             let (option, law) = (spelling.name("deformable"), law.key());
             let message = format!("{option}: the law \"{law}\" does not support deformable particles; {help} {right}");
             return Err(Failure::Usage(message));
@@ -271,7 +272,7 @@ fn asked(scenario: Option<&Scenario>, request: &ElasticRequest) -> Result<Scenar
     Ok(scenario)
 }
 
-/// The scenario with an edited text.
+/// The scenario with edited text.
 fn edited(
     scenario: &Scenario,
     name: &str,
@@ -292,7 +293,7 @@ fn material_of(document: &mut DocumentMut) -> Option<&mut dyn TableLike> {
     document.get_mut("material")?.get_mut(0)?.as_table_like_mut()
 }
 
-/// Add a table: with a header if `has_header`, else inline. `comment` goes before the header.
+/// Adds a table: with a header if `has_header`, else inline. `comment` precedes the header.
 fn add_table(parent: &mut dyn TableLike, has_header: bool, key: &str, comment: &str, values: InlineTable) {
     if has_header {
         let mut table = values.into_table();
@@ -309,10 +310,11 @@ fn add_table(parent: &mut dyn TableLike, has_header: bool, key: &str, comment: &
     }
 }
 
-/// The scenario with bonds of another law on the same pairs: with initial stiffnesses, if the table of the law is missing,
-/// and contacts of the same law if the old contacts followed the bonds. The table of the old law is removed.
+/// The scenario with bonds of another law on the same pairs. Adds initial stiffnesses if the table of the law is missing,
+/// changes the law of contacts if it was the law of the bonds, and removes the table of the old law.
 ///
-/// A scenario without bonds gets the usual interaction ratio, or for beams the usual coordination (Jebahi et al. 2015).
+/// A scenario without bonds gets the usual interaction ratio, or for beams the usual coordination number (Jebahi et al.
+/// 2015).
 fn with_law(scenario: &Scenario, law: LawName, request: &ElasticRequest) -> Result<Scenario, Failure> {
     let old = scenario.bonds.as_ref().map(|bonds| bonds.law);
     let follow = old.is_some() && scenario.contacts.law.law() == old;
@@ -346,12 +348,12 @@ fn with_law(scenario: &Scenario, law: LawName, request: &ElasticRequest) -> Resu
     })
 }
 
-/// Parameters to start from, and what to say about them; `None` for a law whose elastic keys are not known.
+/// Initial parameters, and a comment on them; `None` for a law whose elastic keys the search does not know.
 fn start(law: LawName, young: f64) -> Option<(InlineTable, &'static str)> {
     let table = |values: &[(&str, f64)]| values.iter().map(|(key, value)| (*key, *value)).collect::<InlineTable>();
     match law {
         LawName::Cpm => {
-            // No bond reaches a cohesion as large as the modulus.
+            // A cohesion as large as the modulus is never reached.
             let mut values = table(&[
                 ("young", young),
                 ("shear_ratio", 0.2),
@@ -375,8 +377,8 @@ fn start(law: LawName, young: f64) -> Option<(InlineTable, &'static str)> {
     }
 }
 
-/// Make the particles deformable in the scenario and in the model, with given parameters, those of the scenario, or
-/// defaults; returns the spectral radius of the iteration between strains and forces, which the search does not change.
+/// Makes the particles deformable in the scenario and in the model, with given parameters, those of the scenario, or
+/// defaults. Returns the spectral radius of the iteration between strains and forces, which the search does not change.
 fn deform(scenario: &mut Scenario, request: &ElasticRequest, state: &State, model: &mut Model) -> Result<f64, Failure> {
     let material = &scenario.materials[0];
     let stiffness = material.linear_bond.as_ref().ok_or_else(|| uneditable(scenario))?.normal_stiffness.si();

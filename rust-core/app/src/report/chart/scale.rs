@@ -1,4 +1,4 @@
-//! Scales of charts: from values to places, and ticks at round values.
+//! Scales of charts: map values to positions in the drawing, and choose ticks at round values.
 
 use crate::report::html::superscript;
 
@@ -14,7 +14,7 @@ pub(super) struct Scale {
     to: f64,
 }
 
-/// Share of the range that is added at its ends.
+/// Fraction of the range that is added at each end.
 const PADDING: f64 = 0.04;
 /// Approximate number of ticks.
 const TICKS: f64 = 8.0;
@@ -34,7 +34,7 @@ impl Scale {
             return Some(Self { low: low / factor, high: high * factor, logarithmic, from, to });
         }
         let range = high - low;
-        // A single value, or values apart by rounding only, get a range of their own size.
+        // A single value, or values that differ only by rounding, get a range of the size of the value.
         let even = range <= 1e-12 * low.abs().max(high.abs());
         let padding = match (even, low == 0.0) {
             (true, true) => 1.0,
@@ -46,7 +46,7 @@ impl Scale {
         Some(Self { low, high, logarithmic, from, to })
     }
 
-    /// Place of a value.
+    /// Position of a value in the drawing.
     pub fn place(&self, value: f64) -> f64 {
         let share = if self.logarithmic {
             (value / self.low).log10() / (self.high / self.low).log10()
@@ -56,7 +56,7 @@ impl Scale {
         self.from + share * (self.to - self.from)
     }
 
-    /// The scale for the read-out: values at the ends, places of the ends, 1 if logarithmic.
+    /// The scale for the read-out: values at the ends, positions of the ends, 1 if logarithmic.
     pub fn as_attribute(&self) -> String {
         format!("{:e} {:e} {} {} {}", self.low, self.high, self.from, self.to, u8::from(self.logarithmic))
     }
@@ -68,7 +68,7 @@ impl Scale {
 
     fn round_values(&self) -> Vec<(f64, String)> {
         let largest = self.low.abs().max(self.high.abs());
-        // Labels have a power of ten where plain numbers would be long.
+        // Labels have a power of ten if plain numbers would be long.
         let plain = (1e-3..1e5).contains(&largest);
         let apart = if plain { 0 } else { largest.log10().floor() as i32 };
         let (step, power) = round_step((self.high - self.low) / if plain { TICKS } else { LONG_TICKS });
@@ -113,7 +113,7 @@ impl Scale {
 fn round_step(step: f64) -> (f64, i32) {
     let power = step.log10().floor() as i32;
     let unit = 10.0_f64.powi(power);
-    // Rounding must not lift a step that is round already.
+    // Rounding errors must not raise a step that is already round.
     let factor = [1.0, 2.0, 5.0].into_iter().find(|factor| factor * unit >= step * (1.0 - 1e-9));
     factor.map_or((10.0_f64.powi(power + 1), power + 1), |factor| (factor * unit, power))
 }

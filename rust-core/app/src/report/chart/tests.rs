@@ -28,21 +28,22 @@ fn ticks_are_round_and_within_the_scale() {
     assert_eq!(labels([1e-6, 4e-6], false), "1·10⁻⁶ 2·10⁻⁶ 3·10⁻⁶ 4·10⁻⁶");
     assert_eq!(labels([1e4, 1e9], true), "10⁴ 10⁵ 10⁶ 10⁷ 10⁸ 10⁹");
     assert_eq!(labels([0.1, 2.0], true), "0.1 0.2 0.5 1 2");
-    // A single value has a range of its own.
+    // A single value gets a range, too.
     assert!(labels([5.0, 5.0], false).contains('5'));
     assert_eq!(Scale::new([f64::NAN].into_iter(), false, 0.0, 1.0), None);
 }
 
 #[test]
-fn places_are_linear_or_logarithmic() {
+fn positions_are_linear_or_logarithmic() {
     let linear = Scale::new([0.0, 10.0].into_iter(), false, 0.0, 104.0).unwrap();
-    // Padded by 4 % at the end that is not zero; a few roundings.
+    // The scale is padded by 4 % at the end that is not zero; the tolerance is a few roundings.
     assert!((linear.place(5.0) - 50.0).abs() < 1e-12 && linear.place(0.0) == 0.0);
     let logarithmic = Scale::new([1.0, 100.0].into_iter(), true, 0.0, 108.0).unwrap();
     assert!((logarithmic.place(10.0) - 54.0).abs() < 1e-12);
 }
 
-/// Corners stay, points on a straight line go, and no point is farther from the new line than the tolerance.
+/// Simplification keeps corners, omits points on a straight line, and no point is farther from the new line than the
+/// tolerance.
 #[test]
 fn lines_are_simplified_within_the_tolerance() {
     let straight: Vec<(f64, f64)> = (0..=1000).map(|k| (f64::from(k), 2.0 * f64::from(k.min(500)))).collect();

@@ -1,5 +1,5 @@
-//! Conformance of the cohesive particle model with the parameters of concrete. Its strains of 1e-4 make rounding of positions
-//! visible.
+//! Conformance of the cohesive particle model with the parameters of concrete. Its strains are near 1e-4, so rounding
+//! of positions shows.
 
 use super::*;
 use crate::law::cpm::{Cpm, CpmFormulation, CpmParameters, DamageLaw, contact_area};
@@ -28,7 +28,7 @@ fn cpm(name: &'static str, parameters: &CpmParameters) -> Subject<Native<Cpm>> {
             continuous_failure: true,
             brittle: false,
         },
-        // Up to the limit strain, and to the residual shear strength there.
+        // Up to the crack onset strain, and to the residual shear strength there.
         elastic: Window { elongation: [-4e-4, 1.9e-4], shear: 1e-4 },
         inelastic: Window { elongation: [-2e-3, 4e-3], shear: 4e-3 },
         held: Station { elongation: 1e-4, shear: [1e-4, -2e-4], twist: 0.0 },
@@ -37,7 +37,7 @@ fn cpm(name: &'static str, parameters: &CpmParameters) -> Subject<Native<Cpm>> {
     }
 }
 
-/// Every finding passes but the `known` ones, each of which is seen to fail.
+/// All findings pass except those whose names start with one of `known`, which must fail.
 fn passes_but(report: &Report, known: &[&str]) {
     println!("{report}");
     for expected in known {
@@ -47,7 +47,7 @@ fn passes_but(report: &Report, known: &[&str]) {
     assert!(surprise.is_none(), "{surprise:?}: {report}");
 }
 
-/// Stránský 2018, (2.13)–(2.20), in plain numbers for two components of shear.
+/// Stránský 2018, (2.13)–(2.20), written out for two components of shear.
 fn cpm_closed_form(p: CpmParameters, area: f64) -> impl FnMut(&Observed) -> Option<[f64; 3]> {
     let (mut kappa, mut slip) = (0.0_f64, [0.0; 2]);
     let (young, shear_modulus) = (p.normal_modulus, p.normal_modulus * p.shear_ratio);
@@ -81,7 +81,7 @@ fn cpm_closed_form(p: CpmParameters, area: f64) -> impl FnMut(&Observed) -> Opti
     }
 }
 
-/// Both damage laws.
+/// With either damage function.
 #[test]
 fn cpm_conforms() {
     for damage_law in [DamageLaw::Exponential, DamageLaw::Linear] {
@@ -108,7 +108,7 @@ fn cpm_with_a_threshold_conforms() {
     passes_but(&check(&subject), &[]);
 }
 
-/// Unbonded.
+/// The law of an unbonded contact.
 #[test]
 fn unbonded_cpm_conforms() {
     let mut subject = cpm("cpm, unbonded", &concrete());
@@ -119,8 +119,8 @@ fn unbonded_cpm_conforms() {
     passes_but(&check(&subject), &[]);
 }
 
-/// YADE's form. Known: its slip does not rotate with the contact, so a moving path with slip is neither objective nor
-/// balanced.
+/// YADE's formulation fails known checks: its slip does not rotate with the contact, so a moving path with slip is
+/// neither objective nor balanced.
 #[test]
 fn cpm_of_yade_shows_its_quirks() {
     let subject = cpm("cpm, yade-public", &CpmParameters { mode: CpmFormulation::YadePublic, ..concrete() });
@@ -132,7 +132,7 @@ fn cpm_of_yade_shows_its_quirks() {
     passes_but(&check(&subject), &known);
 }
 
-/// Woo's form recovers slip in unloading: its friction can be negative.
+/// Woo's formulation recovers slip in unloading, so its friction can be negative.
 #[test]
 fn cpm_of_woo_conforms() {
     let mut subject = cpm("cpm, woo", &CpmParameters { mode: CpmFormulation::Woo, ..concrete() });

@@ -1,4 +1,4 @@
-//! Tests of the suite on laws with one defect each, which it must find.
+//! The suite must find the defect in each of these laws.
 
 mod cpm;
 
@@ -10,9 +10,9 @@ use crate::law::{LinearBond, LinearBondState};
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Defect {
     None,
-    /// Shear history stays in the axes of the past.
+    /// The shear history stays in the axes of the previous step.
     NoTransport,
-    /// Stored shear energy is forgotten.
+    /// Drops the stored shear energy.
     ForgetsShear,
     /// Stiffness depends on which side A is.
     OneSided,
@@ -42,17 +42,17 @@ impl Host for Defective {
             Defect::SpaceFixed => bond.normal_stiffness *= 1.0 + 1e-3 * k.normal.x,
             _ => {}
         }
-        let mut answer = bond.respond(&k, old, dt);
+        let mut response = bond.respond(&k, old, dt);
         match self.1 {
-            Defect::ForgetsShear => answer.energy.stored_shear = 0.0,
+            Defect::ForgetsShear => response.energy.stored_shear = 0.0,
             Defect::NegativeFriction => {
-                answer.energy.friction -= 1e-3;
-                answer.energy.integration += 1e-3;
+                response.energy.friction -= 1e-3;
+                response.energy.integration += 1e-3;
             }
-            Defect::DividesByElongation => answer.force *= (2.0 * k.elongation) / k.elongation,
+            Defect::DividesByElongation => response.force *= (2.0 * k.elongation) / k.elongation,
             _ => {}
         }
-        answer
+        response
     }
 }
 
@@ -102,9 +102,9 @@ fn every_defect_is_found() {
     }
 }
 
-/// A law that promises less than it keeps is found out, property by property.
+/// The suite reports every property that a law has but does not declare.
 #[test]
-fn modesty_is_found() {
+fn undeclared_properties_are_found() {
     type Change = fn(&mut Properties);
     let changes: [(Change, &str); 5] = [
         (|p| p.conservative_normal = false, "not conservative in length"),
@@ -123,8 +123,8 @@ fn modesty_is_found() {
     }
 }
 
-/// The path builder makes the deformation it was asked for, and the measure reads it back. 2e-14: the random
-/// walk of 200 steps with roundings of orientations, 1e-16, times the length of 2 and a few.
+/// The path builder produces the prescribed deformation, and the measure reads it back. 2e-14: a random walk of 200
+/// steps, each with a rounding of the orientations (1e-16) times the length 2, and a margin.
 #[test]
 fn prescribed_deformation_is_measured() {
     let subject = subject(Defect::None);
@@ -137,7 +137,7 @@ fn prescribed_deformation_is_measured() {
     }
 }
 
-/// The atlas sees a wrong closed form and a break at the wrong step.
+/// The atlas detects a wrong closed form and a break at the wrong step.
 #[test]
 fn atlas_compares() {
     let subject = subject(Defect::None);

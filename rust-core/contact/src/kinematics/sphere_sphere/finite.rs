@@ -7,7 +7,7 @@ use crate::geometry::{ContactGeometry, PreviousGeometry};
 use crate::math::{Quat, Vec3};
 
 crate::columns! {
-    /// What the finite measure reads.
+    /// Input of the finite measure.
     pub struct FiniteInput {
         /// Branch vector `x_B + shift − x_A`, m.
         pub branch: Vec3,
@@ -23,7 +23,7 @@ crate::columns! {
         pub previous: PreviousGeometry,
     }
 
-    /// What the finite measure returns.
+    /// Output of the finite measure.
     pub struct FiniteMeasure {
         length: f64,
         gap: f64,
@@ -34,7 +34,7 @@ crate::columns! {
 }
 
 impl FiniteInput {
-    /// That of contact `i` of a batch.
+    /// Input for contact `i` of a batch.
     #[inline(always)]
     pub fn of_contact<S: MotionSource>(source: &S, i: usize) -> Self {
         let ([a, b], shift) = source.poses(i);
@@ -74,14 +74,14 @@ impl FiniteInput {
 }
 
 impl FiniteMeasure {
-    /// Length (m), gap (m), and normal of a measure whose increments nobody reads, because the law's response is known.
+    /// A measure without increments, for contacts whose response is already known: length (m), gap (m), and normal.
     #[inline(always)]
     pub fn without_increments(length: f64, gap: f64, normal: Vec3) -> Self {
         let turn = Turn { bisector: normal, cosine: 1.0, sine: 0.0 };
         Self { length, gap, normal, shear_increment: Vec3::zeros(), turn }
     }
 
-    /// As the input of a law.
+    /// The measure as the input of a law.
     #[inline(always)]
     pub fn point(&self, geometry: &ContactGeometry, previous: &PreviousGeometry, bonded: bool) -> PointKinematics {
         PointKinematics {
@@ -128,8 +128,8 @@ impl Formula for Finite {
     }
 }
 
-/// [`measure`](super::measure) with [`Finite`](crate::kinematics::MotionMeasure::Finite) for the first `count` contacts of a
-/// batch, with the same bits; evaluates each.
+/// Measure the first `count` contacts of a batch with the finite measure, and evaluate each. The bits are those of
+/// [`measure`](super::measure) with [`Finite`](crate::kinematics::MotionMeasure::Finite).
 #[inline(always)]
 pub fn finite_batch<B: MotionSink<PointKinematics>>(count: usize, batch: &mut B, columns: &mut Columns) {
     let count = count.min(BATCH);

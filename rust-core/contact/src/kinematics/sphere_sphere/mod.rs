@@ -5,9 +5,9 @@
 //!
 //! **Finite** (default). This measure is exactly objective, and exactly work-conjugate to the trapezoidal rule of the
 //! integrator. Let `R` be the rotation of the contact in the step (see
-//! [`Turn::finite`](super::transport::Turn::finite)), `n_o`, `n` the old and new normal, `d_o`, `d` the lengths, `a_o`, `a`
-//! the arms, and `s_p = sin φ_p e_p` the sine vector of the rotation of particle p. A shear force that turns with the
-//! contact and keeps its magnitude does the work `T·Δu_T` with
+//! [`Turn::finite`](super::transport::Turn::finite)), `n_o`, `n` the old and new normal, `d_o`, `d` the lengths, `a_o`,
+//! `a` the arms, and `s_p = sin φ_p e_p` the sine vector of the rotation of particle p. A shear force that rotates with
+//! the contact and keeps its magnitude does the work `T·Δu_T` with
 //! `Δu_T = (1 − n n)·½(R + 1)Δl − ½Σ_p (a_o,p R s_p + a_p s_p) × n`.
 //! A rigid motion gives exactly zero. To first order the rate of `Δu_T` is (2.8) with corrected sign,
 //! `v_B − v_A + n × (a_A ω_A + a_B ω_B)`, tangential part. The remainder of the work is of third order in the step, so that

@@ -7,7 +7,7 @@ use crate::math::Vec3;
 use crate::math::yade_order::{cross, dot, norm};
 
 crate::columns! {
-    /// What YADE's measure reads, but for the image of B.
+    /// Input of YADE's measure, without the image of B.
     pub struct YadeInput {
         position_a: Vec3,
         position_b: Vec3,
@@ -25,7 +25,7 @@ crate::columns! {
         pub reference_length: f64,
     }
 
-    /// What YADE's measure returns.
+    /// Output of YADE's measure.
     pub struct YadeMeasure {
         length: f64,
         penetration: f64,
@@ -40,7 +40,7 @@ crate::columns! {
 }
 
 impl YadeInput {
-    /// Of the motions of A and B, the constants of their contact, and its geometry of the previous step.
+    /// Input from the motions of A and B, the constants of their contact, and its geometry of the previous step.
     #[inline(always)]
     pub fn new(a: &Motion, b: &Motion, geometry: &ContactGeometry, previous: &PreviousGeometry) -> Self {
         Self {
@@ -116,7 +116,7 @@ impl<const RATCHETING: bool> Yade<RATCHETING> {
 }
 
 impl YadeMeasure {
-    /// As the input of a law.
+    /// The measure as the input of a law.
     #[inline(always)]
     pub fn point(&self, geometry: &ContactGeometry, previous: &PreviousGeometry, bonded: bool) -> PointKinematics {
         PointKinematics {
@@ -154,8 +154,8 @@ impl<const RATCHETING: bool> Formula for Yade<RATCHETING> {
     }
 }
 
-/// Write the input of contact `i` of a batch in parts, which keeps registers free; returns the constants of the contact,
-/// its geometry of the previous step, and whether it is a bond.
+/// Write the input of contact `i` of a batch field by field, which keeps registers free. Returns the constants of the
+/// contact, its geometry of the previous step, and whether it is a bond.
 #[inline(always)]
 pub fn write_yade_input<S: MotionSource>(
     arrays: &mut <YadeInput as Item>::Arrays,
@@ -177,8 +177,8 @@ pub fn write_yade_input<S: MotionSource>(
     (geometry, previous, bonded)
 }
 
-/// [`measure`](super::measure) in YADE's forms for the first `count` contacts of a batch without periodic images, with the
-/// same bits; evaluates each. `dt` is the time step, s.
+/// Measure the first `count` contacts of a batch without periodic images in YADE's form, and evaluate each. The bits
+/// are those of [`measure`](super::measure). `dt` is the time step, s.
 #[inline(always)]
 pub fn yade_batch<const RATCHETING: bool, B: MotionSink<PointKinematics>>(
     count: usize,

@@ -3,7 +3,7 @@
 //! Contacts whose damage grows or that end need branches. Their damage becomes NaN in the columns, and
 //! [`evaluate_one`] evaluates them again.
 
-use super::{Answer, Cpm, CpmFormulation, CpmState};
+use super::{Cpm, CpmFormulation, CpmState, StressResponse};
 use crate::columns::{Arrays, BATCH, Columns, Formula, Item};
 use crate::geometry::{ContactGeometry, PreviousGeometry};
 use crate::kinematics::sphere_sphere::{FiniteInput, FiniteMeasure, Yade, YadeInput, YadeMeasure, write_yade_input};
@@ -23,7 +23,7 @@ crate::columns! {
         plastic_shear_strain: Vec3,
     }
 
-    /// Response of a contact; a damage of NaN marks contacts that need branches.
+    /// Response of a contact; a damage of NaN marks a contact that needs the scalar path.
     struct ColumnResponse {
         /// On A, N.
         force: Vec3,
@@ -98,17 +98,17 @@ impl From<History> for CpmState {
 
 impl ColumnResponse {
     #[inline(always)]
-    fn new(force: Vec3, answer: &Answer) -> Self {
-        let EnergySplit { stored_normal, stored_shear, friction, damage, integration, .. } = answer.energy;
-        let mut history = History::from(&answer.state);
-        if answer.lost {
+    fn new(force: Vec3, stresses: &StressResponse) -> Self {
+        let EnergySplit { stored_normal, stored_shear, friction, damage, integration, .. } = stresses.energy;
+        let mut history = History::from(&stresses.state);
+        if stresses.lost {
             history.omega = f64::NAN;
         }
         Self { force, stored_normal, stored_shear, friction, damage, integration, history }
     }
 }
 
-/// Response of contact `i`; `None` if it needs branches.
+/// Response of contact `i`; `None` if it needs the scalar path.
 #[inline(always)]
 fn response(results: &<ColumnResponse as Item>::Arrays, i: usize) -> Option<Response<CpmState>> {
     let history = results.history.get(i);
@@ -144,11 +144,11 @@ impl Formula for PlainThesis<'_> {
         // The law reads no masses.
         let geometry = ContactGeometry { reference_length, area, radius_a, radius_b, mass_a: 0.0, mass_b: 0.0 };
         let k = motion.measure().point(&geometry, &previous, bonded > 0.0);
-        let answer = law.answer_thesis(&k, &history.into(), |kappa| {
+        let stresses = law.evaluate_thesis(&k, &history.into(), |kappa| {
             if kappa <= law.parameters.limit_strain || law.parameters.never_damage { 0.0 } else { f64::NAN }
         });
-        let force = (k.normal * answer.normal_stress + answer.shear_stress) * area;
-        ThesisOutput { length: k.length, gap: k.gap, normal: k.normal, result: ColumnResponse::new(force, &answer) }
+        let force = (k.normal * stresses.normal_stress + stresses.shear_stress) * area;
+        ThesisOutput { length: k.length, gap: k.gap, normal: k.normal, result: ColumnResponse::new(force, &stresses) }
     }
 }
 
@@ -173,7 +173,7 @@ impl<const RATCHETING: bool> Formula for YadePublic<'_, RATCHETING> {
         let measure = self.kinematics.measure(&motion, &ImageShift::default());
         let k = measure.point(&geometry, &previous, bonded > 0.0);
         let old = CpmState::from(history);
-        let answer = law.answer_with_damage(&k, &old, |kappa| {
+        let stresses = law.evaluate_with_damage(&k, &old, |kappa| {
             if kappa == old.kappa {
                 old.omega
             } else if kappa < law.parameters.limit_strain || law.parameters.never_damage {
@@ -182,13 +182,14 @@ impl<const RATCHETING: bool> Formula for YadePublic<'_, RATCHETING> {
                 f64::NAN
             }
         });
-        let force = k.normal * (answer.normal_stress * area) + answer.shear_stress * area;
-        YadeOutput { measure, result: ColumnResponse::new(force, &answer) }
+        let force = k.normal * (stresses.normal_stress * area) + stresses.shear_stress * area;
+        YadeOutput { measure, result: ColumnResponse::new(force, &stresses) }
     }
 }
 
-/// [`ContactLaw::respond_batch`](crate::law::ContactLaw::respond_batch): in columns if all contacts have the same
-/// parameters, in the plain thesis form with the finite measure and in YADE's formulation with YADE's measure.
+/// [`ContactLaw::respond_batch`](crate::law::ContactLaw::respond_batch). Uses columns if all contacts have equal
+/// parameters and the formulation is either the plain thesis form with the finite measure or YADE's with YADE's
+/// measure.
 #[inline(always)]
 pub(super) fn respond_batch<B: Batch<Cpm>>(
     mode: MotionMeasure,

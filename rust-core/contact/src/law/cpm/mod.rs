@@ -6,8 +6,9 @@
 //!
 //! # The law
 //!
-//! Symbols: Ē, Ḡ normal and shear modulus (Pa), ε₀ limit elastic strain, ε_f softening strain, c₀ cohesion (Pa), φ angle of
-//! friction, L and A reference length (m) and area (m²) of the contact, n its unit normal from A to B. Tension positive.
+//! Symbols: Ē, Ḡ normal and shear modulus (Pa), ε₀ crack onset strain, ε_f softening strain, c₀ cohesion (Pa), φ angle
+//! of friction, L and A reference length (m) and area (m²) of the contact, n its unit normal from A to B. Tension
+//! positive.
 //!
 //! Normal direction, (2.3)–(2.5), (2.13)–(2.17), with e = ε_N + σ₀/Ē − ε_Np:
 //! ```text
@@ -58,21 +59,21 @@
 //!
 //! # Energies
 //!
-//! With V = A L, D = ω H(e), subscripts o and n for the two ends of a step, per step and exactly (but for rounding)
+//! With V = A L, D = ω H(e), subscripts o and n for the two ends of a step, per step and exactly (except for rounding)
 //! ```text
 //! V ½(σ_o+σ_n)·Δε = Δ stored + damage + friction + viscous + integration
 //! stored normal   V[½(1−D)Ē e² − σ₀ ε_N − ½σ₀²/Ē]        stored shear  V ½|σ_T|²/Ḡ
 //! damage          V ½Ē e_o e_n (D_n − D_o)                 while e keeps its sign, else counted as integration
 //! friction        ⟨V ½(σ_o+σ_n)·Δε_p⟩, shear and normal    viscous       V ½(σ_v,o + σ_v,n)·Δε
 //! ```
-//! because ½[(1−D_o)e_o + (1−D_n)e_n](e_n − e_o) = Δ½(1−D)e² + ½e_o e_n(D_n − D_o). The viscous overstress counts as a
-//! stress without stored energy, so its share of an unloading step can be negative. A bond that breaks releases the energy
+//! because ½[(1−D_o)e_o + (1−D_n)e_n](e_n − e_o) = Δ½(1−D)e² + ½e_o e_n(D_n − D_o). The viscous overstress is a stress
+//! without stored energy, so its work in an unloading step can be negative. A bond that breaks releases the energy
 //! stored at the end of its last step into `damage`; because the force of that end is not applied, −V ½σ_n·Δε goes to
 //! `integration`. If sliding reverses while the bound falls, the rule can give a negative friction, which goes to
-//! `integration` too (except in Woo's formulation, where unloading recovers slip for any step size). First-order transport
-//! does not preserve lengths: V ½Ḡ(|e_T|² − |transported e_T|²) is `integration`. It also leaves a part of σ_T along n, of
-//! second order in the rotations of a step, whose work is not counted. In YADE's formulation the slip is Δε_T − Δσ_T/Ḡ,
-//! which differs from the increment of YADE's ε_Tp (quirk above).
+//! `integration` too (except in Woo's formulation, where unloading recovers slip for any step size). First-order
+//! transport does not preserve lengths: V ½Ḡ(|e_T|² − |transported e_T|²) is `integration`. It also leaves a part of
+//! σ_T along n, of second order in the rotations of a step, whose work is not counted. In YADE's formulation the slip
+//! is Δε_T − Δσ_T/Ḡ, which differs from the increment of YADE's ε_Tp (quirk above).
 //!
 //! # Files
 //!
@@ -122,7 +123,7 @@ crate::law_state! {
 
 /// Stresses, history, and energies of a contact at the end of a step.
 #[derive(Debug, Clone, Copy)]
-pub struct Answer {
+pub struct StressResponse {
     /// History after the step, also of a contact that ends.
     pub state: CpmState,
     /// Normal stress on the contact, with overstress and without prestress, Pa (YADE's `sigmaN`).
@@ -208,8 +209,8 @@ impl Cpm {
 
     /// Response with force `(σ_N n + σ_T) A` from the stresses of a step.
     #[inline(always)]
-    fn response_of(k: &PointKinematics, old: &CpmState, answer: &Answer) -> Response<CpmState> {
-        let Answer { state, normal_stress, shear_stress, lost, energy } = *answer;
+    fn response_of(k: &PointKinematics, old: &CpmState, stresses: &StressResponse) -> Response<CpmState> {
+        let StressResponse { state, normal_stress, shear_stress, lost, energy } = *stresses;
         let ContactGeometry { reference_length, area, .. } = k.geometry;
         if lost {
             let inverse_length = 1.0 / reference_length;
@@ -380,7 +381,7 @@ impl ContactLaw for Cpm {
     }
 
     /// ω of a bond; 0 for an unbonded contact, which has κ = 0. (In YADE's formulation an unbonded contact can get κ > 0 from
-    /// plasticity in compression, and then counts as damaged.)
+    /// plasticity in compression, and is then reported as damaged.)
     fn damage(state: &CpmState) -> f64 {
         if state.kappa > 0.0 { state.omega } else { 0.0 }
     }

@@ -59,7 +59,7 @@ pub enum YieldSurface {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CpmParameters {
-    /// Published form to compute.
+    /// Formulation.
     #[serde(default)]
     pub mode: CpmFormulation,
     /// Normal modulus Ē, Pa (YADE `young`).
@@ -70,7 +70,7 @@ pub struct CpmParameters {
     pub cohesion: f64,
     /// Angle of friction φ, rad.
     pub friction_angle: f64,
-    /// Limit elastic strain ε₀, 1 (YADE `epsCrackOnset`).
+    /// Crack onset strain ε₀, 1 (YADE `epsCrackOnset`).
     pub limit_strain: f64,
     /// Ratio ε_f/ε₀, 1 (YADE `relDuctility`).
     pub relative_ductility: f64,
@@ -80,7 +80,7 @@ pub struct CpmParameters {
     /// Damage at which a bond in tension breaks, 1; with 1 or more a bond breaks only when its strength is zero.
     #[serde(default = "one")]
     pub omega_threshold: f64,
-    /// Whether bonds keep ω = 0.
+    /// Whether bonds never damage (ω stays 0).
     #[serde(default)]
     pub never_damage: bool,
     /// Weight ξ of shear in the equivalent strain, 1.
@@ -132,9 +132,9 @@ pub enum CpmError {
     OutOfRange {
         /// Field of [`CpmParameters`], or argument.
         name: &'static str,
-        /// The value given.
+        /// Value given.
         value: f64,
-        /// What it must be.
+        /// Range of valid values.
         requirement: &'static str,
     },
     /// An option that the formulation does not have.
@@ -143,7 +143,7 @@ pub enum CpmError {
         /// Field of [`CpmParameters`].
         name: &'static str,
     },
-    /// Two materials that cannot be averaged.
+    /// Two materials whose parameters cannot be averaged.
     #[error("CPM materials with different `{name}` cannot be averaged")]
     Unlike {
         /// Field of [`CpmParameters`].
@@ -233,7 +233,7 @@ impl CpmParameters {
 
     /// Check every value against its range, and every option against the formulation.
     ///
-    /// This is the one rule for all callers: [`CpmFormulation::Thesis`] and [`CpmFormulation::Woo`] have all options;
+    /// All callers use this rule: [`CpmFormulation::Thesis`] and [`CpmFormulation::Woo`] have all options;
     /// [`CpmFormulation::YadePublic`] has neither other yield surfaces nor viscosity, see
     /// [`CpmFormulation::has_full_model`].
     pub fn validate(&self) -> Result<(), CpmError> {

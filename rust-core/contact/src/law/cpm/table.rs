@@ -1,4 +1,4 @@
-//! The concrete particle model in scenarios: its table of parameters, and the rows made of it.
+//! The concrete particle model in scenarios: its parameter table and the pair coefficients computed from two tables.
 
 use super::{Cpm, CpmError, CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
 use crate::law::table::{Fault, LawTable, RegisteredLaw};
@@ -12,19 +12,19 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename = "Cpm", deny_unknown_fields)]
 pub struct CpmTable {
-    /// Normal modulus of a link, Pa.
+    /// Normal modulus of a bond, Pa.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub young: Stress,
-    /// Shear modulus of a link divided by its normal modulus.
+    /// Shear modulus of a bond divided by its normal modulus.
     #[schemars(extend("minimum" = 0))]
     pub shear_ratio: Number,
     /// Tensile strain at which damage begins.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub crack_onset_strain: Number,
-    /// Decay strain of the softening divided by the crack onset strain.
+    /// Softening strain divided by the crack onset strain.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub relative_ductility: Number,
-    /// Cohesion of the undamaged link: shear strength without normal stress, Pa.
+    /// Cohesion of the undamaged bond: shear strength without normal stress, Pa.
     #[schemars(extend("minimum" = 0))]
     pub cohesion: Stress,
     /// Angle of friction; or give `friction_coefficient`.
@@ -33,26 +33,26 @@ pub struct CpmTable {
     /// Tangent of the angle of friction; or give `friction_angle`.
     #[schemars(extend("minimum" = 0))]
     pub friction_coefficient: Option<Number>,
-    /// Which published form of the model.
+    /// Published form of the model.
     #[serde(default)]
     pub mode: CpmFormulation,
-    /// Shape of the softening branch.
+    /// Form of the softening branch.
     #[serde(default)]
     pub damage_law: DamageLaw,
-    /// Damage above which a link in tension is deleted; 1 keeps all.
+    /// Damage above which a bond in tension is deleted; 1 keeps all.
     #[serde(default = "one")]
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub omega_threshold: Number,
-    /// Keep the links undamaged whatever their strain.
+    /// Keep bonds undamaged at any strain.
     #[serde(default)]
     pub never_damage: bool,
-    /// Normal strain (negative) beyond which compression hardens plastically; elastic when left out.
+    /// Normal strain (negative) beyond which compression hardens plastically; elastic if left out.
     #[schemars(extend("exclusiveMaximum" = 0))]
     pub soft_strain: Option<Number>,
     /// Hardening modulus beyond `soft_strain`, divided by the normal modulus.
     #[schemars(extend("minimum" = 0, "maximum" = 1))]
     pub relative_soft_stiffness: Option<Number>,
-    /// Confinement added to the normal stress of every link, Pa.
+    /// Confinement added to the normal stress of every bond, Pa.
     #[serde(default)]
     pub isotropic_prestress: Stress,
     /// Weight of the shear strain in the equivalent strain that drives damage; not in mode `woo`.
@@ -64,13 +64,13 @@ pub struct CpmTable {
     /// Speed of the logarithmic yield surface; not in mode `yade-public`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub yield_log_speed: Option<Number>,
-    /// Characteristic time of viscous damage, s; rate independent when left out; not in mode `yade-public`.
+    /// Characteristic time of viscous damage, s; rate independent if left out; not in mode `yade-public`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub damage_time: Option<Time>,
     /// Exponent of viscous damage; not in mode `yade-public`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub damage_rate_exponent: Option<Number>,
-    /// Characteristic time of viscous plasticity, s; rate independent when left out; not in mode `yade-public`.
+    /// Characteristic time of viscous plasticity, s; rate independent if left out; not in mode `yade-public`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub plasticity_time: Option<Time>,
     /// Exponent of viscous plasticity; not in mode `yade-public`.
@@ -83,7 +83,7 @@ fn one() -> Number {
 }
 
 impl CpmTable {
-    /// Tangent of the angle of friction; 0 when neither form of it is given (such a scenario does not pass the checks).
+    /// Tangent of the angle of friction; 0 if the table gives neither form (such a scenario fails the checks).
     pub fn friction_tangent(&self) -> f64 {
         match (self.friction_coefficient, self.friction_angle) {
             (Some(coefficient), _) => coefficient.si(),
@@ -95,7 +95,7 @@ impl CpmTable {
         }
     }
 
-    /// Parameters of a link within this material.
+    /// Parameters of a bond within this material.
     fn parameters(&self) -> CpmParameters {
         let or = |value: Option<Number>, default: f64| value.map_or(default, Number::si);
         let time = |value: Option<Time>| value.map_or(0.0, Time::si);
@@ -125,7 +125,7 @@ impl CpmTable {
         }
     }
 
-    /// Faults of friction: given once, and less than a right angle.
+    /// The fault of the friction keys: given exactly once, and less than a right angle.
     fn faults_of_friction(&self) -> Option<Fault> {
         match (self.friction_coefficient, self.friction_angle) {
             (None, None) => Some(Fault::missing(
@@ -146,7 +146,7 @@ impl CpmTable {
         }
     }
 
-    /// Faults of keys that belong to one mode of the model.
+    /// Faults of keys that have no effect in the chosen mode.
     fn faults_of_mode(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
         let damage = (
@@ -216,7 +216,7 @@ impl LawTable for CpmTable {
             faults.push(Fault::missing("relative_soft_stiffness", message, help));
         }
         if self.never_damage && self.omega_threshold.si() != 1.0 {
-            let help = "links without damage do not break: remove one of the two keys";
+            let help = "bonds without damage do not break: remove one of the two keys";
             faults.push(Fault::conflict("omega_threshold", "has no effect with `never_damage`", help));
         }
         faults.extend(self.faults_of_mode());
@@ -232,7 +232,7 @@ impl LawTable for CpmTable {
     }
 }
 
-/// The same error with the key of the table in place of the field of [`CpmParameters`].
+/// The error with the key of the table in place of the field of [`CpmParameters`].
 fn by_key(error: CpmError) -> ParameterError {
     let key = |field: &'static str| match field {
         "normal_modulus" => "young",
@@ -259,7 +259,7 @@ impl RegisteredLaw for Cpm {
 
     fn row(a: &CpmTable, b: &CpmTable) -> Result<Self, ParameterError> {
         let (a, b) = (a.parameters(), b.parameters());
-        // Averaging equal parameters could round; take them as they are.
+        // Averaging equal parameters could round, so they are used unchanged.
         let mean = if a == b { a } else { a.average(&b).map_err(by_key)? };
         Self::new(&mean).map_err(by_key)
     }

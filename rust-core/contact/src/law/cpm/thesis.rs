@@ -3,7 +3,7 @@
 //!
 //! With options see [`woo`](super::woo).
 
-use super::{Answer, Cpm, CpmState, Step, omega_before};
+use super::{Cpm, CpmState, Step, StressResponse, omega_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response};
 
@@ -11,12 +11,17 @@ impl Cpm {
     /// Response in the plain thesis form.
     #[inline(always)]
     pub(super) fn respond_thesis(&self, k: &PointKinematics, old: &CpmState) -> Response<CpmState> {
-        Self::response_of(k, old, &self.answer_thesis(k, old, |kappa| self.damage_function(kappa)))
+        Self::response_of(k, old, &self.evaluate_thesis(k, old, |kappa| self.damage_function(kappa)))
     }
 
-    /// Stresses, history, and energies; `damage_of` is the damage of a bond whose κ grows.
+    /// Stresses, history, and energies; `damage_of` gives the damage ω(κ) of a bond whose κ grows.
     #[inline(always)]
-    pub(super) fn answer_thesis(&self, k: &PointKinematics, old: &CpmState, damage_of: impl Fn(f64) -> f64) -> Answer {
+    pub(super) fn evaluate_thesis(
+        &self,
+        k: &PointKinematics,
+        old: &CpmState,
+        damage_of: impl Fn(f64) -> f64,
+    ) -> StressResponse {
         let p = &self.parameters;
         let step = Step::new(k, old);
 
@@ -65,6 +70,6 @@ impl Cpm {
         };
         // A bond without strength breaks even with a threshold of 1 (linear damage beyond ε_f).
         let lost = step.strain > 0.0 && (!k.bonded || omega > p.omega_threshold || omega >= 1.0);
-        Answer { state, normal_stress, shear_stress, lost, energy }
+        StressResponse { state, normal_stress, shear_stress, lost, energy }
     }
 }

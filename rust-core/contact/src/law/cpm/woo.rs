@@ -4,7 +4,7 @@
 //! [`thesis`](super::thesis) is the same model without options. The [parent module](super) lists Woo's quirks.
 
 use super::parameters::{CpmFormulation, YieldSurface};
-use super::{Answer, Cpm, CpmState, Step, omega_before};
+use super::{Cpm, CpmState, Step, StressResponse, omega_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response};
 use crate::math::{self, Vec3};
@@ -42,15 +42,15 @@ impl Cpm {
     /// Response in the thesis formulation with options, or in Woo's.
     #[inline(always)]
     pub(super) fn respond_full(&self, k: &PointKinematics, old: &CpmState, dt: f64) -> Response<CpmState> {
-        Self::response_of(k, old, &self.answer_full(k, old, dt))
+        Self::response_of(k, old, &self.evaluate_full(k, old, dt))
     }
 
     #[inline(always)]
-    fn answer_full(&self, k: &PointKinematics, old: &CpmState, dt: f64) -> Answer {
+    fn evaluate_full(&self, k: &PointKinematics, old: &CpmState, dt: f64) -> StressResponse {
         let p = &self.parameters;
         let woo = p.mode == CpmFormulation::Woo;
         let step = Step::new(k, old);
-        // An unbonded contact was never prestressed, but Woo subtracts the prestress from every contact.
+        // An unbonded contact has no prestress, but Woo subtracts the prestress from every contact.
         let (shift, prestress) = if k.bonded {
             (self.prestress_strain, p.isotropic_prestress)
         } else {
@@ -91,7 +91,7 @@ impl Cpm {
         };
         // A bond without strength breaks even with a threshold of 1 (linear damage beyond ε_f).
         let lost = adjusted > 0.0 && (!k.bonded || omega > p.omega_threshold || omega >= 1.0);
-        Answer { state, normal_stress, shear_stress, lost, energy }
+        StressResponse { state, normal_stress, shear_stress, lost, energy }
     }
 
     /// Normal direction: damage, and plasticity in compression. `shift` is the strain of the prestress.
@@ -172,7 +172,7 @@ impl Cpm {
             let mean_stress = (step.carried_elastic() * self.shear_modulus + shear_stress) * 0.5;
             let work = step.volume * mean_stress.dot(&(plastic_shear - carried_plastic)) - energy.viscous;
             if woo {
-                // Recovered slip gives work back for any step size, so a negative value is no error of the rule.
+                // Recovered slip returns work for any step size, so a negative value is not an error of the rule.
                 energy.friction += work;
             } else {
                 energy.add_friction(work);

@@ -1,7 +1,7 @@
 //! YADE's public form of the cohesive particle model, `Law2_ScGeom_CpmPhys_Cpm`, bit for bit.
 
 use super::parameters::{CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
-use super::{Answer, Cpm, CpmState, omega_before, release, strain_before};
+use super::{Cpm, CpmState, StressResponse, omega_before, release, strain_before};
 use crate::kinematics::PointKinematics;
 use crate::law::{EnergySplit, Response, Status};
 use crate::math::Vec3;
@@ -38,7 +38,8 @@ pub struct YadeParameters {
 }
 
 impl Cpm {
-    /// The law of one contact of YADE, for [`Self::answer_as_yade`] alone. Nothing is validated: YADE has its own values.
+    /// The law of one contact of YADE, only for [`Self::evaluate_as_yade`]. The parameters are not checked: YADE accepts
+    /// any.
     #[inline(always)]
     pub fn of_yade(contact: &YadeParameters) -> Self {
         let c = contact;
@@ -80,43 +81,44 @@ impl Cpm {
     /// Response in YADE's formulation.
     #[inline(always)]
     pub(super) fn respond_yade(&self, k: &PointKinematics, old: &CpmState) -> Response<CpmState> {
-        let answer = self.answer_as_yade::<true>(k, old);
+        let stresses = self.evaluate_as_yade::<true>(k, old);
         let length = k.geometry.reference_length;
         let area = k.geometry.area;
-        if answer.lost {
-            let strain_step = answer.state.normal_strain - strain_before(k, old, 1.0 / length);
+        if stresses.lost {
+            let strain_step = stresses.state.normal_strain - strain_before(k, old, 1.0 / length);
             let shear_step = k.shear_increment / length;
-            let Answer { normal_stress, shear_stress, energy, .. } = &answer;
+            let StressResponse { normal_stress, shear_stress, energy, .. } = &stresses;
             return release(k, area * length, *normal_stress, shear_stress, strain_step, &shear_step, energy);
         }
         Response {
-            force: k.normal * (answer.normal_stress * area) + answer.shear_stress * area,
+            force: k.normal * (stresses.normal_stress * area) + stresses.shear_stress * area,
             moment: Vec3::zeros(),
-            state: answer.state,
+            state: stresses.state,
             status: Status::Lives,
-            energy: answer.energy,
+            energy: stresses.energy,
         }
     }
 
     /// The operations of YADE's `Law2_ScGeom_CpmPhys_Cpm::go` in their order, whatever the formulation of `self`.
     ///
-    /// `CONSISTENT`: whether the history satisfies ω = g(κ), as those of this library do. If not, ω is computed in every step
-    /// as in YADE, whose users may set one of the two (`setDamage`). The compiler removes energies that nobody reads.
+    /// `CONSISTENT`: whether the history satisfies ω = g(κ), as histories of this library do. If not, every step
+    /// computes ω as YADE does, whose users may set only one of the two (`setDamage`). The compiler removes unused
+    /// energies.
     #[inline(always)]
-    pub fn answer_as_yade<const CONSISTENT: bool>(&self, k: &PointKinematics, old: &CpmState) -> Answer {
-        self.answer_with_damage(k, old, |kappa| {
+    pub fn evaluate_as_yade<const CONSISTENT: bool>(&self, k: &PointKinematics, old: &CpmState) -> StressResponse {
+        self.evaluate_with_damage(k, old, |kappa| {
             if CONSISTENT && kappa == old.kappa { old.omega } else { self.damage_function_yade(kappa) }
         })
     }
 
-    /// [`Self::answer_as_yade`] with the damage `damage(κ)` of a bond.
+    /// [`Self::evaluate_as_yade`], where `damage` gives the damage ω(κ) of a bond.
     #[inline(always)]
-    pub(super) fn answer_with_damage(
+    pub(super) fn evaluate_with_damage(
         &self,
         k: &PointKinematics,
         old: &CpmState,
         damage: impl Fn(f64) -> f64,
-    ) -> Answer {
+    ) -> StressResponse {
         use crate::math::yade_order::{dot, norm};
         let p = &self.parameters;
         let (young, shear_modulus) = (p.normal_modulus, self.shear_modulus);
@@ -201,7 +203,7 @@ impl Cpm {
             plastic_shear_strain: plastic_shear,
         };
         let lost = adjusted > 0.0 && (!k.bonded || omega > p.omega_threshold);
-        Answer { state, normal_stress: applied, shear_stress, lost, energy }
+        StressResponse { state, normal_stress: applied, shear_stress, lost, energy }
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
-//! Checks keys, types, units, and ranges against the JSON Schema of a scenario, and reports all faults at once.
+//! Checks keys, types, units, and ranges against the JSON Schema of a scenario, and reports all problems at once.
 //!
 //! The schema comes from the same structs as the reader, so every key is declared once. A general JSON Schema validator
-//! knows neither the positions in the text nor the units.
+//! would know neither positions in the text nor units.
 
 mod json_schema;
 mod value;
@@ -18,7 +18,7 @@ use json_schema::{items_are_tables, kinds, resolve, type_name, words};
 use value::kind_name;
 use wording::{YADE_NAMES, about, join, last_key, listing, nearest, strip_indices};
 
-/// All faults of structure.
+/// All problems of structure.
 pub(super) fn check(document: &Document<'_>, schema: &Value) -> Vec<Problem> {
     let mut checker = Checker { document, schema, problems: Vec::new() };
     let root = document.root.get_ref();
@@ -28,25 +28,25 @@ pub(super) fn check(document: &Document<'_>, schema: &Value) -> Vec<Problem> {
 
 struct Checker<'a> {
     document: &'a Document<'a>,
-    /// The whole schema, for its references.
+    /// The whole schema, to resolve references.
     schema: &'a Value,
     problems: Vec<Problem>,
 }
 
-/// A key under check.
+/// The key that is being checked.
 struct Key<'a> {
     /// Path, such as `material[0].cpm.young`.
     path: &'a str,
-    /// Schema as the key declares it, with bounds and description beside a reference.
+    /// Schema as declared for the key: a reference, with bounds and description.
     declared: &'a Value,
-    /// Schema behind references.
+    /// Schema that the reference resolves to.
     schema: &'a Value,
     /// Description for help texts.
     about: String,
 }
 
 impl Checker<'_> {
-    /// Reports a problem at a place of the text, with the text of the value if it is to be shown.
+    /// Reports a problem at a position in the text, with the text of the value if the message shows it.
     fn report(
         &mut self,
         kind: ProblemKind,
@@ -59,7 +59,7 @@ impl Checker<'_> {
         self.problems.push(Problem { kind, key: path.to_owned(), value, span, message, help });
     }
 
-    /// A value of any type; `place` is where its key or table header stands.
+    /// Checks a value of any type; `place` is the position of its key or table header.
     fn value(&mut self, value: &Spanned<DeValue<'_>>, place: &Range<usize>, declared: &Value, path: &str) {
         let schema = resolve(self.schema, declared);
         let description = declared["description"].as_str().or(schema["description"].as_str()).unwrap_or("");
@@ -78,7 +78,7 @@ impl Checker<'_> {
         }
     }
 
-    /// A value where the schema requires a table.
+    /// Reports a value where the schema requires a table.
     fn no_table(&mut self, value: &DeValue<'_>, span: Range<usize>, place: &Range<usize>, key: &Key<'_>) {
         let path = key.path;
         let tables = value.as_array().is_some_and(|array| array.iter().all(|item| item.get_ref().is_table()));
@@ -99,7 +99,7 @@ impl Checker<'_> {
         self.report(ProblemKind::WrongType, path, (span, text), message, &help);
     }
 
-    /// A table, or one variant of a tagged choice of tables.
+    /// Checks a table, or one variant of a tagged choice of tables.
     fn table(&mut self, table: &DeTable<'_>, place: &Range<usize>, schema: &Value, path: &str) {
         let Some(variants) = schema["oneOf"].as_array() else {
             self.keys(table, place, schema, path);
@@ -126,11 +126,11 @@ impl Checker<'_> {
         }
     }
 
-    /// The keys of a table: values of known ones, unknown ones, and missing ones.
+    /// Checks the keys of a table: values of known keys, unknown keys, and missing keys.
     fn keys(&mut self, table: &DeTable<'_>, place: &Range<usize>, schema: &Value, path: &str) {
         let empty = Map::new();
         let properties = schema["properties"].as_object().unwrap_or(&empty);
-        // Keys that an unknown key probably means; they do not count as missing.
+        // Keys that the user probably meant by an unknown key; they are not reported as missing.
         let mut meant: Vec<&str> = Vec::new();
         for (key, value) in table {
             let name = key.get_ref().as_ref();
@@ -156,7 +156,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The key that an unknown key probably means, if any, and the help text.
+    /// The key that the user probably meant by an unknown key, if any, and the help text.
     fn help_for_unknown_key<'s>(
         &self,
         name: &str,

@@ -41,7 +41,7 @@ fn quote(words: &[&str]) -> Vec<String> {
 type TomlValue<'a> = Spanned<DeValue<'a>>;
 
 impl Checker<'_> {
-    /// Reports a value that is wrong, with its text.
+    /// Reports a wrong value, with its text.
     fn wrong(&mut self, kind: ProblemKind, key: &Key<'_>, value: &TomlValue<'_>, message: String, help: &str) {
         let text = Some(self.document.excerpt(&value.span())).filter(|text| !text.is_empty());
         self.report(kind, key.path, (value.span(), text), message, help);
@@ -53,10 +53,10 @@ impl Checker<'_> {
         self.wrong(ProblemKind::WrongType, key, value, message, help);
     }
 
-    /// A value that must be one of several words.
+    /// Checks a value that must be one of several words.
     pub(super) fn word(&mut self, value: &TomlValue<'_>, words: &[&str], key: &Key<'_>) {
         let allowed = listing(&quote(words));
-        // Words that mean something, but not here: the schema has the message.
+        // Words that are valid elsewhere but not for this key: the schema has the message.
         let refused = &key.schema["x-refused"];
         let is_refused = |text: &str| refused["words"].as_array().is_some_and(|words| words.iter().any(|w| w == text));
         match value.get_ref() {
@@ -76,7 +76,7 @@ impl Checker<'_> {
         }
     }
 
-    /// A quantity: a number in SI units, a string with a unit, or one of a few words such as "auto".
+    /// Checks a quantity: a number in SI units, a string with a unit, or one of a few words such as "auto".
     pub(super) fn quantity(&mut self, value: &TomlValue<'_>, key: &Key<'_>) {
         let name = key.schema["x-dimension"].as_str().unwrap_or("");
         let Some(&(dimension, units)) = DIMENSIONS.iter().find(|(dimension, _)| *dimension == name) else { return };
@@ -117,7 +117,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The bounds that the schema sets to a number, in SI units.
+    /// Checks the bounds that the schema sets for a number, in SI units.
     fn bounds(&mut self, value: &TomlValue<'_>, number: f64, key: &Key<'_>, unit: &str) {
         let bound = |name: &str| key.declared[name].as_f64().or(key.schema[name].as_f64());
         let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
@@ -149,7 +149,7 @@ impl Checker<'_> {
         self.wrong(ProblemKind::OutOfRange, key, value, format!("must be {demands}"), &(hint + &about));
     }
 
-    /// A string, a boolean, an integer, or a list.
+    /// Checks a string, a boolean, an integer, or a list.
     pub(super) fn plain(&mut self, value: &TomlValue<'_>, place: &Range<usize>, key: &Key<'_>) {
         let about = &key.about;
         match (type_name(key.schema), value.get_ref()) {
@@ -162,7 +162,7 @@ impl Checker<'_> {
             ("array", DeValue::Array(array)) => self.array(value, array, place, key),
             ("array", DeValue::Table(_)) if items_are_tables(self.schema, key.schema) => {
                 let message = "expected a list of tables, found a single table".to_owned();
-                let help = format!("there may be several: write [[{}]] with double brackets. {about}", key.path);
+                let help = format!("there may be several tables: write [[{}]] with double brackets. {about}", key.path);
                 self.report(ProblemKind::WrongType, key.path, (place.clone(), None), message, &help);
             }
             ("array", _) => {
@@ -183,7 +183,7 @@ impl Checker<'_> {
                 let number = i128::from_str_radix(integer.as_str(), integer.radix()).ok();
                 let number = number.filter(|n| (i128::from(i64::MIN)..=i128::from(u64::MAX)).contains(n));
                 let Some(number) = number else {
-                    let message = "beyond the range of 64-bit integers".to_owned();
+                    let message = "exceeds the range of 64-bit integers".to_owned();
                     return self.wrong(ProblemKind::OutOfRange, key, value, message, about);
                 };
                 let Some(allowed) = key.schema["enum"].as_array() else {

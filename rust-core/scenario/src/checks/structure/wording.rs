@@ -20,7 +20,7 @@ pub(in crate::checks) fn nearest<'a>(word: &str, candidates: impl IntoIterator<I
     let mut best: Option<(f64, &str)> = None;
     for candidate in candidates {
         let other = plain(candidate);
-        // A shortened or lengthened word counts as similar; otherwise about two thirds of the letters must agree.
+        // A word that begins another one counts as similar; otherwise about two thirds of the letters must agree.
         let likeness = if !word.is_empty() && (other.starts_with(&word) || word.starts_with(&other)) {
             0.9 + 0.1 * strsim::normalized_damerau_levenshtein(&word, &other)
         } else {
@@ -33,7 +33,7 @@ pub(in crate::checks) fn nearest<'a>(word: &str, candidates: impl IntoIterator<I
     best.map(|(_, candidate)| candidate)
 }
 
-/// Names of parameters in YADE's concrete model, and the keys of a scenario.
+/// Parameter names of YADE's concrete model, with the corresponding keys of a scenario.
 pub(super) const YADE_NAMES: &[(&str, &str)] = &[
     ("sigmaT", "cohesion"),
     ("epsCrackOnset", "crack_onset_strain"),
@@ -84,7 +84,7 @@ pub(super) fn strip_indices(path: &str) -> String {
     out
 }
 
-/// What a key means, as the end of a help text: the first paragraph of its description.
+/// The meaning of a key, to end a help text: the first paragraph of its description.
 pub(super) fn about(path: &str, description: &str) -> String {
     let summary = description.split("\n\n").next().unwrap_or_default().replace('\n', " ");
     if summary.is_empty() { String::new() } else { format!("`{}`: {summary}", last_key(path)) }

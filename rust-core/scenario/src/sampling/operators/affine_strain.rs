@@ -50,7 +50,7 @@ fn evaluate(sampling: &Sampling<'_>, kind: MotionKind, row: &mut Row) -> Result<
     Ok(())
 }
 
-/// The affine fit in the region.
+/// Fits an affine motion to the particles in the region.
 pub(super) fn fit(sampling: &Sampling<'_>, kind: MotionKind) -> Result<AffineFit, OperatorError> {
     let m = sampling.state.motion(kind);
     let dimension = sampling.state.dimension();

@@ -23,7 +23,7 @@ pub(super) const STRAIN: OperatorDefinition = OperatorDefinition {
 
 pub(super) const RATE: OperatorDefinition = OperatorDefinition {
     quantities: RATE_QUANTITIES,
-    // The mesh is that of the initial positions here, too.
+    // The rate uses the mesh of the initial positions, too.
     needs_initial_positions: true,
     evaluate: |sampling, row| evaluate(sampling, MotionKind::Rate, row),
     ..STRAIN

@@ -10,7 +10,7 @@ const QUANTITIES: &[SampledQuantity] = &[
     scalar("density", "kg/m^3", "Mass density"),
     vector("velocity", "m/s", "Momentum divided by mass density"),
     tensor("stress", "Pa", "Contact stress; tension positive"),
-    tensor("kinetic_stress", "Pa", "Kinetic stress, not in `stress`"),
+    tensor("kinetic_stress", "Pa", "Kinetic stress, not included in `stress`"),
 ];
 
 pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
@@ -23,7 +23,7 @@ pub(super) const DEFINITION: OperatorDefinition = OperatorDefinition {
 };
 
 fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError> {
-    // In two dimensions a sphere of a scenario is a cylinder of unit depth.
+    // In two dimensions, a sphere in the scenario becomes a cylinder of unit depth.
     let (Region::Sphere { center, radius } | Region::Cylinder { center, radius, .. }) = sampling.region else {
         return Err(OperatorError::Singular {
             what: "a coarse-grained field",

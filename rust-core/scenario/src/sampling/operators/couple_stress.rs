@@ -28,7 +28,7 @@ fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError>
     let of = |contacts| couple_stress::conjugate(contacts, sampling.region, &center, sampling.period());
     let c = of(&sampling.carrying)?;
     let counted = match of(&sampling.contacts) {
-        // Forces inside rigid bodies are no contacts.
+        // Forces inside rigid bodies do not count as contacts.
         Err(OperatorError::EmptyRegion { .. }) => 0,
         other => other?.contacts,
     };

@@ -1,4 +1,4 @@
-//! Damage tensors of the bonds whose midpoints lie in a region, or of those of a list of particles.
+//! Damage tensors of the bonds whose midpoints lie in a region, or of the bonds of a list of particles.
 
 use crate::sampling::definition::{
     CONTACTS, OperatorDefinition, RegionRule, Row, SampledQuantity, Sampling, scalar, tensor,
@@ -42,10 +42,10 @@ fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError>
     Ok(())
 }
 
-/// Bonds of a region, and what each entry counts for.
+/// Bonds of a region, and the weight of each entry.
 ///
-/// A bond belongs to a region with a shape if its midpoint lies inside, with all its periodic images. A list of particles has
-/// half of the bonds that leave it, as of contacts: entries count for one half, and a bond within the list has two.
+/// A bond belongs to a region with a shape if its midpoint lies inside; all periodic images are counted. For a list of
+/// particles an entry is half a bond, as for contacts: a bond that leaves the list has one entry, a bond within it two.
 fn inside(region: &Region, bonds: &Bonds, period: Option<&Period>) -> (Vec<usize>, f64) {
     let all = 0..bonds.midpoint.len();
     if let Region::Particles { member, .. } = region {

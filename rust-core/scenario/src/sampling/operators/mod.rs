@@ -36,7 +36,7 @@ macro_rules! operators {
                 match self { $(Self::$variant => $name,)* }
             }
 
-            /// Its definition.
+            /// Definition of the operator.
             pub fn definition(self) -> &'static OperatorDefinition {
                 match self { $(Self::$variant => &$file::$definition,)* }
             }
@@ -51,7 +51,7 @@ operators! {
     ParticleStress = "particle-stress": particle_stress::DEFINITION,
     /// Stress and couple stress of the whole body from the forces of walls and supports.
     BoundaryStress = "boundary-stress": boundary_stress::DEFINITION,
-    /// Force of the particles on a wall, and that force divided by an area.
+    /// Force of the particles on a wall, and the traction on a given area.
     WallTraction = "wall-traction": wall_traction::DEFINITION,
     /// Force and moment on a set of particles from outside it, and the reaction of its prescribed motion.
     SetForce = "set-force": set_force::DEFINITION,
@@ -86,17 +86,17 @@ operators! {
 }
 
 impl Operator {
-    /// The operator of a name.
+    /// The operator with this name.
     pub fn of_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|operator| operator.name() == name)
     }
 
-    /// What it gives, in the order of the values.
+    /// Quantities that the operator returns, in the order of the values.
     pub fn quantities(self) -> &'static [SampledQuantity] {
         self.definition().quantities
     }
 
-    /// Number of values of a row.
+    /// Number of values in a row.
     pub fn width(self) -> usize {
         self.quantities().iter().map(|quantity| quantity.components).sum()
     }

@@ -1,4 +1,4 @@
-//! Power put into the contacts, divided into the parts of stress, couple stress, and motion that is not affine.
+//! Power put into the contacts, divided into the parts of stress, couple stress, and non-affine motion.
 
 use super::affine_strain;
 use crate::sampling::definition::{OperatorDefinition, RegionRule, Row, SampledQuantity, Sampling, scalar};

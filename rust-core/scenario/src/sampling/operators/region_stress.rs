@@ -9,7 +9,7 @@ use concordem_operator::{OperatorError, Period};
 
 const QUANTITIES: &[SampledQuantity] = &[
     tensor("stress", "Pa", "Branch sum with the forces inside clumps, rows: normal, columns: force; tension positive"),
-    tensor("kinetic_stress", "Pa", "Kinetic part, -sum m v'v'/V, not in `stress`"),
+    tensor("kinetic_stress", "Pa", "Kinetic part, -sum m v'v'/V, not included in `stress`"),
     VOLUME,
     CONTACTS,
 ];
@@ -27,7 +27,7 @@ fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError>
     let of = |contacts| region_stress(contacts, sampling.region, sampling.sample.truncation, sampling.period());
     let mean = of(&sampling.contacts)?;
     let counted = mean.full + mean.partial;
-    // Forces inside rigid bodies are no contacts.
+    // Forces inside rigid bodies do not count as contacts.
     let stress = if sampling.state.links.pair.is_empty() { mean.stress } else { of(&sampling.carrying)?.stress };
     let kinetic = match kinetic(sampling) {
         Err(OperatorError::EmptyRegion { .. }) if counted > 0.0 || stress != Mat3::zeros() => Mat3::zeros(),
@@ -37,10 +37,10 @@ fn evaluate(sampling: &Sampling<'_>, row: &mut Row) -> Result<(), OperatorError>
     Ok(())
 }
 
-/// Kinetic stress, Pa. In a deforming cell it counts the velocity relative to the motion of the cell.
+/// Kinetic stress, Pa. In a deforming cell, velocities are relative to the motion of the cell.
 ///
 /// # Errors
-/// A region without particles.
+/// The region has no particles.
 fn kinetic(sampling: &Sampling<'_>) -> Result<Mat3, OperatorError> {
     let (particles, cell) = (sampling.state.particles, sampling.state.cell);
     let gradient = cell.map_or_else(Mat3::zeros, |cell| cell.velocity_gradient);

@@ -1,4 +1,4 @@
-//! Force of the particles on a wall, and that force divided by an area.
+//! Force of the particles on a wall, and the traction on a given area.
 
 use crate::sampling::definition::{
     CONTACTS, OperatorDefinition, RegionRule, Row, SampleKey, SampledQuantity, Sampling, vector,

@@ -8,7 +8,7 @@ use crate::law::LawState;
 use crate::math::{Quat, any_perpendicular, quaternion_of_rotation_vector, rotate};
 use proptest::prelude::*;
 
-/// A free pair that moves by a script of strain, shear, and rotation; the solver's kinematics measures it.
+/// A free pair that follows a script of strain, shear, and rotation; the solver's kinematics measures it.
 struct Pair {
     law: Cpm,
     mode: MotionMeasure,
@@ -43,7 +43,7 @@ impl Pair {
         let (xa, xb) = (Vec3::zeros(), Vec3::new(0.0, 1.2, 1.6));
         let previous = initial_geometry(&xa, &xb, &Vec3::zeros());
         assert_eq!(previous.length, 2.0);
-        // Woo's prestress acts from the first evaluation on
+        // Woo's prestress acts from the first evaluation on.
         let parameters = law.parameters();
         let at_rest = if parameters.mode == CpmFormulation::Woo { -parameters.isotropic_prestress } else { 0.0 };
         Self {
@@ -61,8 +61,8 @@ impl Pair {
         }
     }
 
-    /// Shear stress of a history: Ḡ times the elastic strain, in YADE mode cut off at the bound. (The force
-    /// does not determine it: first-order transport leaves a part of the shear stress along the normal.)
+    /// Shear stress of a history: Ḡ times the elastic strain, in YADE's formulation limited by the bound. (The force
+    /// does not determine it, because first-order transport leaves a part of the shear stress along the normal.)
     fn shear_stress(&self, state: &CpmState) -> Vec3 {
         let trial = (state.shear_strain - state.plastic_shear_strain) * self.law.shear_modulus;
         if self.law.parameters.mode != CpmFormulation::YadePublic {
@@ -101,7 +101,7 @@ impl Pair {
         let normal_old = self.normal_force;
         let normal_new = (response.force - shear_new).dot(&k.normal);
         let along = (response.force - shear_new - k.normal * normal_new).norm();
-        // ε_T − ε_Tp is known to a rounding of ε_T
+        // ε_T − ε_Tp is known to a rounding of ε_T.
         let rounding = self.law.shear_modulus * geometry.area * response.state.shear_strain.norm() * 1e-15;
         assert!(along <= 1e-12 * response.force.norm() + rounding, "force is not normal plus shear: {along:e}");
         let normal_work = 0.5 * (normal_old + normal_new) * (k.length - k.length_old);
@@ -127,7 +127,7 @@ impl Pair {
     }
 }
 
-/// Options that take part in the random paths.
+/// Parameters for the random paths, by number of the option.
 fn option(index: usize) -> CpmParameters {
     let base = CpmParameters { omega_threshold: 0.97, ..concrete() };
     match index {
@@ -160,8 +160,8 @@ fn check_balance(
             break;
         }
     }
-    // roundings: a strain of 1e-4 is the difference of lengths of 2 m, known to 1e-16/1e-4 = 1e-12 relative, but the
-    // same difference enters work and ledger; what remains is rounding of the sums
+    // A strain of 1e-4 is a difference of lengths of 2 m, known to 1e-16/1e-4 = 1e-12 relative. Work and ledger contain
+    // the same difference, so only rounding of the sums remains.
     prop_assert!(error <= 1e-12 * size, "error {:e} of {:e}", error, size);
     Ok(())
 }
@@ -169,7 +169,7 @@ fn check_balance(
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
 
-    /// The energy ledger closes on random paths of stretch, slip, rolling, twist and rotation, in every step.
+    /// The energy ledger closes in every step on random paths of stretch, slip, rolling, twist, and rotation.
     #[test]
     fn energy_balance_thesis(
         index in 0..6_usize,
@@ -183,7 +183,7 @@ proptest! {
         }
     }
 
-    /// The same in the compatibility modes, with the kinematics they are used with.
+    /// The same for the compatibility formulations, each with its own kinematics.
     #[test]
     fn energy_balance_compatibility_modes(
         index in 0..6_usize,
@@ -200,7 +200,7 @@ proptest! {
         check_balance(law(viscous(CpmFormulation::Woo)), MotionMeasure::FirstOrder, bonded, &path)?;
     }
 
-    /// Damage never dissipates a negative energy in thesis mode.
+    /// Damage never dissipates negative energy in the thesis formulation.
     #[test]
     fn damage_dissipation_is_not_negative(
         index in 0..6_usize,
@@ -224,7 +224,7 @@ proptest! {
         path in prop::collection::vec((-5e-4..1e-3, small_vector(4e-4)), 20),
     ) {
         let mode = [CpmFormulation::Thesis, CpmFormulation::YadePublic, CpmFormulation::Woo][mode_index];
-        // Option 4 has a yield surface that YADE's formulation refuses.
+        // Option 4 has a yield surface that YADE's formulation rejects.
         let index = if mode == CpmFormulation::YadePublic { index % 4 } else { index };
         let law = law(CpmParameters { mode, ..option(index) });
         let (mut state, mut swapped) = (CpmState::default(), CpmState::default());
@@ -247,10 +247,10 @@ proptest! {
     }
 }
 
-/// In thesis mode a step's friction is not negative while the normal stress rests: σ_T and Δε_Tp are parallel to the
-/// trial stress, and both ends of the step lie on or inside the same circle.
+/// In the thesis formulation the friction of a step is not negative while the normal stress is constant: σ_T and Δε_Tp
+/// are parallel to the trial stress, and both ends of the step lie on or inside the same circle.
 #[test]
-fn friction_is_positive_at_rest() {
+fn friction_is_positive_at_constant_normal_stress() {
     let mut bond = Bond::new(law(concrete()));
     for step in 0..200 {
         let angle = 0.1 * f64::from(step);
@@ -260,9 +260,9 @@ fn friction_is_positive_at_rest() {
     assert!(bond.dissipated.friction > 0.0);
 }
 
-/// Difference between YADE's ε_Tp and the slip that its stresses imply. In steady slip by δ yield strains a step, the trial
-/// stress settles at a = 1/(1−δ) yield stresses; from then on both grow alike, and what ε_Tp misses in all is
-/// (a−1)²/a = δ²/(1−δ) yield strains. Work counted with ε_Tp misses that much times y.
+/// Difference between YADE's ε_Tp and the slip that its stresses imply. In steady slip by δ yield strains per step the
+/// trial stress settles at a = 1/(1−δ) yield stresses. From then on both slips grow equally, and ε_Tp is short by
+/// (a−1)²/a = δ²/(1−δ) yield strains in total. Work computed with ε_Tp is short by that times y.
 #[test]
 fn yade_recorded_slip_misses_dissipation() {
     for delta in [0.1_f64, 0.01] {
@@ -279,13 +279,13 @@ fn yade_recorded_slip_misses_dissipation() {
         }
         assert!(bond.imbalance().abs() < 1e-12 * bond.work);
         let missed = bond.dissipated.friction - recorded;
-        // the approach to steady slip shrinks by (1−δ)² a step, 10/δ steps leave e^-18
+        // The distance from steady slip shrinks by (1−δ)² per step; 10/δ steps leave e^-18.
         close(missed, std::f64::consts::TAU * 3e6 * 5e-4 * delta * delta / (1.0 - delta), 1e-6);
     }
 }
 
-/// A stressed pair turned as a rigid body by 2π keeps its stresses (finite kinematics).
-/// Tolerance: 360 steps, each a rounding of lengths of 2 m against strains of 1e-4, adding up like a random walk.
+/// A stressed pair keeps its stresses when it rotates as a rigid body by 2π (finite kinematics). Tolerance: 360 steps,
+/// each with a rounding of lengths of 2 m relative to strains of 1e-4, which add up like a random walk.
 #[test]
 fn rigid_rotation_changes_no_stress() {
     let mut pair = Pair::new(law(concrete()), MotionMeasure::Finite, true);
@@ -304,7 +304,7 @@ fn rigid_rotation_changes_no_stress() {
     assert!((pair.state.shear_strain - state.shear_strain).norm() < 1e-13);
 }
 
-/// Extreme input gives finite answers.
+/// Responses to extreme input are finite.
 #[test]
 fn no_nan_at_extremes() {
     let mut cases: Vec<CpmParameters> = (0..6).map(option).collect();

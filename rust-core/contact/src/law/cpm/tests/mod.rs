@@ -26,7 +26,7 @@ fn law(parameters: CpmParameters) -> Cpm {
     Cpm::new(&parameters).expect("test parameters are valid")
 }
 
-/// Kinematics of a pair that keeps its direction x: strain `to`, shear displacement `shear` in this step.
+/// Kinematics of a pair along x: strain from `from` to `to`, shear displacement `shear` (m) in this step.
 fn straight(from: f64, to: f64, shear: Vec3, bonded: bool) -> PointKinematics {
     let geometry = geometry();
     let length = geometry.reference_length;
@@ -133,7 +133,7 @@ fn single_bond_in_tension() {
         let computed = bond.pull(strain);
         assert!((computed - stress).abs() < 0.051, "{computed} {stress}");
         assert!((bond.state.omega - omega).abs() < 5.1e-7);
-        // 8 roundings of 1.1e-16, amplified by 1/(1-ω) ≤ 12
+        // 8 roundings of 1.1e-16, amplified by 1/(1−ω) ≤ 12.
         close(computed, 1e5 * (-(strain - 1e-4) / 1.5e-4).exp(), 1e-14);
     }
     // Cycle: unloading along the secant, full stiffness in compression.
@@ -145,7 +145,7 @@ fn single_bond_in_tension() {
     assert_eq!(bond.status, Status::Lives);
 }
 
-/// A single bond in YADE 2023.02a: the printed digits, and the closed forms to 1e-12.
+/// A single bond gives the printed digits of YADE 2023.02a, and the closed forms to 1e-12.
 #[test]
 fn both_damage_laws_meet_the_reference() {
     let table = [
@@ -188,8 +188,9 @@ fn linear_damage_breaks_at_the_softening_strain() {
     }
 }
 
-/// Work of pulling a bond apart: damage takes all of it, L A Ē ε₀(ε₀/2 + ε_f(1 − e^{-x})) + what is stored at the
-/// break. The trapezoid over n = 20000 equal steps of h = 1e-6 errs by h²/(12 ε_f²) ≈ 1e-8 of the softening part.
+/// Damage takes all the work of pulling a bond apart: L A Ē ε₀(ε₀/2 + ε_f(1 − e^{-x})) plus the energy stored at the
+/// break. The trapezoidal rule over n = 20000 equal steps of h = 1e-6 has an error of h²/(12 ε_f²) ≈ 1e-8 of the
+/// softening part.
 #[test]
 fn a_broken_bond_has_dissipated_its_fracture_energy() {
     let threshold = 0.999;
@@ -209,7 +210,7 @@ fn a_broken_bond_has_dissipated_its_fracture_energy() {
     assert!(bond.dissipated.integration.abs() < 1e-3 * bond.dissipated.damage);
 }
 
-/// Plateau max(0, (1−ω)c₀ − σ_N tan φ), unloading slope Ḡ, exact in one step of any size (modes thesis and yade).
+/// Plateau max(0, (1−ω)c₀ − σ_N tan φ) and unloading slope Ḡ, exact in one step of any size (thesis and YADE).
 #[test]
 fn shear_plateau_and_unloading() {
     for mode in [CpmFormulation::Thesis, CpmFormulation::YadePublic] {
@@ -221,7 +222,7 @@ fn shear_plateau_and_unloading() {
                 bond.go(strain, Vec3::new(0.0, 3e-4, 4e-4));
             }
             let plateau = ((1.0 - bond.state.omega) * 3e6 - normal * 0.8).max(0.0);
-            // tan(atan 0.8) and a norm: a few roundings
+            // tan(atan 0.8) and a norm: a few roundings.
             assert!((bond.shear_stress.norm() - plateau).abs() <= 1e-14 * 3e6);
             if plateau > 0.0 {
                 close(bond.shear_stress.y / bond.shear_stress.z, 0.75, 1e-14);
@@ -266,7 +267,7 @@ fn woo_shear_has_no_memory() {
     close(back(CpmFormulation::Thesis), 6e9 * (5e-4 - 4e-4), 1e-12);
 }
 
-/// Each yield surface against its formula, its zero, and (3) its smoothness at σ_N = 0.
+/// Each yield surface against its formula and its zero; the third also for smoothness at σ_N = 0.
 #[test]
 fn yield_surfaces() {
     let (c, t, v): (f64, f64, f64) = (3e6, 0.8, 0.1);
@@ -280,7 +281,7 @@ fn yield_surfaces() {
             ];
             let check = |yield_surface, expected: f64| {
                 let y = surface(yield_surface).yield_stress(s, omega);
-                // rounding of terms as large as |σ_N| t and c
+                // Rounding of terms as large as |σ_N| t and c.
                 assert!((y - expected.max(0.0)).abs() <= 1e-15 * (s.abs() + 4.0 * c), "{yield_surface:?} {s} {y}");
             };
             check(YieldSurface::MohrCoulomb, expected[0]);
@@ -289,7 +290,7 @@ fn yield_surfaces() {
             check(YieldSurface::LogarithmicLinear, expected[if s > 0.0 { 0 } else { 2 }]);
         }
     }
-    // derivative −tan φ on both sides of 0; one-sided differences of h = 1 Pa err by h/(2 c v) = 2e-6
+    // Derivative −tan φ on both sides of 0; one-sided differences of h = 1 Pa are off by h/(2 c v) = 2e-6.
     let f = |s| surface(YieldSurface::LogarithmicLinear).yield_stress(s, 0.2);
     assert!((f(0.0) - f(-1.0) + t).abs() < 2e-6);
     assert!((f(1.0) - f(0.0) + t).abs() < 1e-8);
@@ -297,7 +298,7 @@ fn yield_surfaces() {
     assert!(surface(YieldSurface::LogarithmicLinear).yield_stress(-4e8, 0.0) < 0.02 * 3.2e8);
 }
 
-/// Residual of the equation of β at the answer, over 20 decades of c; closed form for exponent 1.
+/// Residual of the equation of β at its solution, over 20 decades of c; closed form for exponent 1.
 #[test]
 fn beta_solves_its_equation() {
     for n in [0.05, 0.1, 0.3, 0.5, 1.0, 1.7, 3.0] {
@@ -326,7 +327,7 @@ fn viscous(mode: CpmFormulation) -> CpmParameters {
     }
 }
 
-/// Slow loading gives the law without viscosity, fast loading the elastic one, in both directions.
+/// Slow loading gives the law without viscosity, fast loading the elastic law, in both directions.
 ///
 /// Slow, Δt = 1e30 s: c = ε₀(1−ω)/Δt^0.3 (..)^(−0.7) ≈ 1e-9, the overstress that fraction of the stress. Fast,
 /// Δt = 1e-60 s: eᵝ = c^(−1/M) is below 1e-50.
@@ -370,17 +371,17 @@ fn stress_relaxation_of_damage() {
     let ratio = 1.0 / (1.0 + bond.dt / ((1.0 - omega) * 1e-4 * tau));
     for step in 1..=1000 {
         let expected = 30e9 * ((1.0 - omega) * strain + omega * strain * ratio.powi(step));
-        // each step rounds the distance a few times: 1000·4·1.1e-16
+        // Each step rounds the distance a few times: 1000·4·1.1e-16.
         close(bond.normal_stress, expected, 5e-13);
         bond.pull(strain);
     }
-    // against the differential equation: backward Euler errs by t Δt/(2 T²) with T = 0.175 s, here 1.6e-2
+    // The differential equation: backward Euler is off by t Δt/(2 T²) with T = 0.175 s, here 1.6e-2.
     let time_constant = (1.0 - omega) * 1e-4 * tau;
     let exact = (1.0 - omega) * strain + omega * strain * (-1000.0 * bond.dt / time_constant).exp();
     close(bond.normal_stress, 30e9 * exact, 2e-2);
 }
 
-/// Relaxation of slip at constant shear strain, exponent 1: |σ_T| − y decays by 1/(1 + ḠΔt/(c₀τ)) a step.
+/// Relaxation of slip at constant shear strain, exponent 1: |σ_T| − y decays by 1/(1 + ḠΔt/(c₀τ)) per step.
 #[test]
 fn stress_relaxation_of_slip() {
     let tau = 5.0;
@@ -398,7 +399,8 @@ fn stress_relaxation_of_slip() {
     assert!(bond.imbalance().abs() <= 1e-13 * bond.work);
 }
 
-/// Plastic branch in compression: slope K̃Ē for any step size (thesis); YADE's slope depends on the step size.
+/// The plastic branch in compression has the slope K̃Ē for any step size (thesis); YADE's slope depends on the step
+/// size.
 #[test]
 fn compression_plasticity() {
     let slope = |mode, steps: i32| {
@@ -421,7 +423,7 @@ fn compression_plasticity() {
     close(slope(CpmFormulation::YadePublic, 3000), 0.3 / 0.7 * 1e-6 / 2e-3, 1e-6);
 }
 
-/// Confinement shifts the origin: no force at rest, Ē as slope, Mohr–Coulomb radius raised by |σ₀| tan φ.
+/// Confinement shifts the origin: no force at rest, slope Ē, and a Mohr–Coulomb radius larger by |σ₀| tan φ.
 #[test]
 fn isotropic_prestress() {
     for mode in [CpmFormulation::Thesis, CpmFormulation::YadePublic] {
@@ -433,7 +435,7 @@ fn isotropic_prestress() {
         close(bond.shear_stress.y, 3e6 + 0.8 * 5e6, 1e-14);
         assert!(bond.imbalance().abs() < 1e-13 * bond.work);
     }
-    // beyond the plastic limit the shift follows the plastic branch
+    // Beyond the plastic limit the shift follows the plastic branch.
     let p =
         CpmParameters { isotropic_prestress: -60e6, soft_strain: -1e-3, relative_soft_stiffness: 0.5, ..concrete() };
     let mut bond = Bond::new(law(p));
@@ -441,7 +443,7 @@ fn isotropic_prestress() {
     close(bond.pull(1e-4), 30e9 * 1e-4, 1e-11);
 }
 
-/// An unbonded contact: friction only, no tension, ends when it opens.
+/// An unbonded contact has friction only, no tension, and ends when it opens.
 #[test]
 fn unbonded_contact() {
     for mode in [CpmFormulation::Thesis, CpmFormulation::YadePublic, CpmFormulation::Woo] {
@@ -472,7 +474,7 @@ fn stresses_scale_with_stiffness_and_cohesion() {
     }
 }
 
-/// Inverses: g(g⁻¹(ω)) = ω to a few roundings, likewise ω̂; and the definition (6.6).
+/// The inverses: g(g⁻¹(ω)) = ω to a few roundings, and the same for ω̂; and the definition (6.6).
 #[test]
 fn damage_functions_and_their_inverses() {
     for damage_law in [DamageLaw::Linear, DamageLaw::Exponential] {
@@ -480,11 +482,11 @@ fn damage_functions_and_their_inverses() {
             let law = law(CpmParameters { damage_law, relative_ductility: ductility, ..concrete() });
             for omega in [1e-12, 1e-6, 0.01, 0.1, 0.5, 0.9, 0.999, 1.0 - 1e-9] {
                 let kappa = law.kappa_of_damage(omega).expect("in range");
-                // the derivative dω/dκ·κ is at most 1+ε₀/ε_f times (1−ω)+…, so roundings stay roundings of 1
+                // The derivative dω/dκ·κ is at most 1+ε₀/ε_f times (1−ω)+…, so errors stay roundings of 1.
                 assert!((law.damage_function(kappa) - omega).abs() < 4e-16 * (1.0 + ductility / 1e4));
                 let hat = law.strength_damage(kappa);
                 let definition = 1.0 - (1.0 - law.damage_function(kappa)) * kappa / 1e-4;
-                // the definition cancels: 1 − (1−ω)κ/ε₀ loses κ/ε₀ roundings
+                // The definition cancels: 1 − (1−ω)κ/ε₀ loses κ/ε₀ roundings.
                 assert!((hat - definition).abs() < 4e-16 * (1.0 + kappa / 1e-4), "{hat} {definition}");
                 assert!((law.relative_residual_strength(kappa) - (1.0 - hat)).abs() == 0.0);
                 let again = law.kappa_of_strength_damage(omega).expect("in range");
@@ -525,7 +527,7 @@ fn parameters_are_checked() {
     assert_eq!(concrete().average(&linear), Err(CpmError::Unlike { name: "damage_law" }));
 }
 
-/// One validator for all callers: the thesis formulation and Woo's have all options, YADE's refuses them.
+/// The thesis formulation and Woo's accept all options; YADE's rejects them.
 #[test]
 fn options_belong_to_formulations() {
     type Set = fn(&mut CpmParameters);
