@@ -260,7 +260,7 @@ class ScenarioPages:
         lines, inner = [], []
         kinds = self.schema.kinds(schema)
         if kinds:
-            lines += ["`kind` chooses one of these:", ""]
+            lines += ["`kind` selects one of these:", ""]
             for kind, variant in kinds.items():
                 lines += [f"{'#' * level} `{path}`, kind `{kind}`", "", sentence(variant.get("description", "")), ""]
                 keys = self.keys(name, kind, variant)
@@ -304,7 +304,7 @@ class ScenarioPages:
         if many:
             lines += ["May occur several times." + (" At least one is required." if key in root["required"] else ""), ""]
         else:
-            lines += ["Required.", ""] if key in root["required"] else ["May be left out.", ""]
+            lines += ["Required.", ""] if key in root["required"] else ["Optional.", ""]
         table = items if many else resolved
         if key == "interface":
             # Its laws have the keys of a material's.
@@ -372,11 +372,11 @@ GROUPS = {
     "samples": "The time series: one value per sample.",
     "events": "One row per event: a bond whose damage passed `output.events_damage`, or that broke.",
     "particles": "The particles at the end of the run, one row each.",
-    "contacts": "The contacts at the end of the run by law, one row each; `unbonded_LAW` holds contacts that are not bonds. "
-    "Columns that begin with `history_` are the law's memory.",
-    "cell": "The periodic cell at the end of the run, where there is one.",
+    "contacts": "The contacts at the end of the run by law, one row each; `unbonded_LAW` contains unbonded contacts. "
+    "Columns that begin with `history_` are the history of the law.",
+    "cell": "The periodic cell at the end of the run, if there is one.",
     "VTKHDF": "Snapshots for ParaView: an unstructured grid with one vertex per particle (VTKHDF 2.0).",
-    "provenance": "Where the result comes from. `scenario` is the text of the scenario; the rest are attributes.",
+    "provenance": "Provenance of the result. `scenario` is the text of the scenario; the rest are attributes.",
 }
 
 
@@ -418,7 +418,7 @@ def results(program, run):
 
                 file.visititems(note)
                 attributes = {"/": list(file.attrs), "/provenance": list(file["provenance"].attrs)}
-    lines = ["# Datasets of a result", "", "Read from results of small runs. A shape such as (n, 3) has a row per particle, contact, event, or sample.", ""]
+    lines = ["# Datasets of a result", "", "This list was read from results of small runs. An array of shape (n, 3) has one row per particle, contact, event, or record.", ""]
     for group, text in GROUPS.items():
         rows = tables.get(group)
         lines += [f"## /{group}", "", text, ""]
@@ -465,7 +465,7 @@ def listing(rows):
 
 
 def meaning(name):
-    """Meaning of a dataset that its file does not tell."""
+    """Description of a dataset that its file lacks."""
     _, group, *_, key = name.split("/")
     return MEANINGS.get(f"{group}/{key}") or MEANINGS.get(key, "")
 
@@ -501,7 +501,7 @@ MEANINGS = {
     "id": "Stable id of the particle, in the order of the packing",
     "ids": "Stable ids of A and B",
     "length": "Distance of the centers",
-    "lost_strength": "Share of its strength that the contact has lost",
+    "lost_strength": "Fraction of its strength that the contact has lost",
     "mass": "Mass",
     "material": "Number of the material in the scenario, from 0",
     "moment": "Moment on A, or on the particle, about the contact point",
@@ -632,7 +632,7 @@ def python():
                 yield from ((one.name, one.asname or one.name) for one in node.names)
 
     lines = ["# Python package", "", "Arrays are in SI units; tension is positive. `Reals` is an array of 64-bit floats, `Path` a string or path, `Progress` true,",
-             "false, or a function of a stage and a share. Truncation and partition are the words of the scenario.", "", "## concordem", ""]
+             "false, or a function of a stage and a fraction from 0 to 1. Truncation and partition take the words of a scenario.", "", "## concordem", ""]
     described = []
 
     def add(path, prefix):
@@ -649,7 +649,7 @@ def python():
     lines += add("__init__.py", "")
     lines += ["## concordem.operators", "", *add("operators.py", "")]
     lines += ["## concordem.packing", "", *add("packing.py", "")]
-    lines += ["## What functions return", "", *named_tuples()]
+    lines += ["## Result types", "", *named_tuples()]
     lines += ["## Errors", ""]
     for node in python_tree("_errors.py").body:
         if isinstance(node, ast.ClassDef):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Make the pictures of gallery.md from small runs of the templates. They are committed; run this when the program changes.
+"""Generate the pictures of gallery.md from small runs of the templates. They are committed; run this when the program changes.
 
     docs/book/make_gallery.py [--concordem PROGRAM]        some twenty seconds
 """
@@ -45,7 +45,7 @@ def save(figure, name):
 
 
 def curves(program, folder):
-    """Stress and strain of a concrete prism in tension and in compression, and where the energy goes."""
+    """Stress and strain of a concrete prism in tension and in compression, and its energies."""
     figure, (tension, compression, energy) = plt.subplots(1, 3, figsize=(10, 3))
     pulled = run(program, folder, "cpm-small")
     pressed = run(program, folder, "cpm-small", [('strain_rate = "0.4 1/s"', 'strain_rate = "-3 1/s"'), ("drop_to = 0.2", "drop_to = 0.5")])
@@ -80,7 +80,7 @@ def cracks(program, folder):
 
 
 def grains(program, folder):
-    """A column of grains collapses: start and end."""
+    """A column of particles collapses: start and end."""
     figure, axes = plt.subplots(1, 3, figsize=(10, 2.2), sharex=True, sharey=True)
     result = run(program, folder, "granular-box", [("snapshot_interval = 1_000", "snapshot_interval = 100")])
     steps, points = result["VTKHDF/Steps"], result["VTKHDF/Points"]

@@ -232,7 +232,7 @@ def main():
     options = parser.parse_args()
     options.concordem = options.concordem.resolve()
     if not options.concordem.is_file():
-        raise SystemExit(f"{options.concordem} is missing: cargo build --release -p concordem")
+        raise SystemExit(f"{options.concordem} is missing; run cargo build --release -p concordem")
     if options.one:
         options.schema = json.loads(subprocess.run([options.concordem, "schema"], check=True, capture_output=True).stdout)
         return one_page(options)
