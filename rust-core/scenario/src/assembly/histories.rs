@@ -1,7 +1,8 @@
 //! Histories of motions, walls, and loads, and the stages of the loading.
 
 use super::bodies::{is_rigid, members};
-use crate::schedule::{Histories, History, Stage, Stop, TimedLoads, TimedMotion, TimedWall};
+use super::{AssemblyError, unfit};
+use crate::schedule::{Histories, History, Loading, Stage, Stop, TimedLoads, TimedMotion, TimedWall};
 use crate::schema::quantity::{Component, vector};
 use crate::schema::{self, AppliedForce, HistoryShape, Prescribe, Quantity, Scenario, WallShape};
 use concordem_solver::state::{Particles, PointOfAction, State};
@@ -41,8 +42,12 @@ pub(super) fn stages(scenario: &Scenario) -> Vec<Stage> {
 }
 
 /// Everything that histories drive. Velocities of the state become those of the first step.
-pub(super) fn build(scenario: &Scenario, state: &mut State) -> Histories {
+///
+/// # Errors
+/// A component of a motion that follows a history is prescribed twice, or belongs to an end layer.
+pub(super) fn build(scenario: &Scenario, loading: &Loading, state: &mut State) -> Result<Histories, AssemblyError> {
     let mut histories = Histories::default();
+    check_owners(scenario, loading, &state.particles)?;
     for prescribe in &scenario.prescribed {
         if let Some(history) = prescribe.history.as_deref().and_then(|name| history(scenario, name)) {
             histories.motions.push(TimedMotion {
@@ -67,7 +72,46 @@ pub(super) fn build(scenario: &Scenario, state: &mut State) -> Histories {
     }
     add_loads(scenario, &state.particles, &mut histories);
     histories.start(state);
-    histories
+    Ok(histories)
+}
+
+/// Refuses two motions of one component of a particle, if one of them follows a history: the later one could not simply
+/// replace the velocity of the earlier one.
+fn check_owners(scenario: &Scenario, loading: &Loading, particles: &Particles) -> Result<(), AssemblyError> {
+    if scenario.prescribed.iter().all(|prescribe| prescribe.history.is_none()) {
+        return Ok(());
+    }
+    let layers: &[Vec<u32>] = match loading {
+        Loading::Uniaxial { layers, .. } | Loading::Turning { layers, .. } => layers,
+        _ => &[],
+    };
+    // Bit `i` of the components: velocity 0 to 2, angular velocity 3 to 5.
+    let mut constant = vec![0_u8; particles.len()];
+    let mut timed = vec![0_u8; particles.len()];
+    for &p in layers.iter().flatten() {
+        constant[p as usize] = particles.constraint[p as usize].0;
+    }
+    for (number, prescribe) in scenario.prescribed.iter().enumerate() {
+        let components = (0..3).fold(0_u8, |bits, i| {
+            let moves = prescribe.velocity[i].si().or(prescribe.displacement[i].si()).is_some();
+            let rotates = prescribe.angular_velocity[i].si().is_some();
+            bits | u8::from(moves) << i | u8::from(rotates) << (3 + i)
+        });
+        for p in members(scenario, particles, &prescribe.set) {
+            let others = if prescribe.history.is_some() { constant[p] | timed[p] } else { timed[p] };
+            if others & components != 0 {
+                let message = format!(
+                    "particle {} has another prescribed motion of the same component, or belongs to an end layer of the loading; \
+                     with a history, give each component one motion",
+                    particles.id[p]
+                );
+                return Err(unfit(&format!("prescribe[{number}].set"), message));
+            }
+            let bits = if prescribe.history.is_some() { &mut timed[p] } else { &mut constant[p] };
+            *bits |= components;
+        }
+    }
+    Ok(())
 }
 
 /// The loads of `[[force]]` with a history, and the constant ones beside them.

@@ -159,7 +159,7 @@ pub fn assemble_placed(
     let step = time_step::choose(scenario, &model, &state)?;
     state.clock.dt = step.dt;
     schedule.loading.tune(step.cell_stiffness, step.dt);
-    schedule.histories = histories::build(scenario, &mut state);
+    schedule.histories = histories::build(scenario, &schedule.loading, &mut state)?;
     let particles = state.particles.len();
     let summary = Summary {
         particles,
