@@ -220,6 +220,13 @@ impl Run {
                     ));
                 }
             }
+            if let Some(end) = &advance.stage {
+                let clock = self.simulation.state.clock;
+                let name = &self.simulation.schedule.stages[end.stage].name;
+                let text =
+                    format!("stage `{name}` ended at {:.6e} s, step {}: {}", clock.time(), clock.step, end.reason);
+                meter.bar.println(text);
+            }
             if let Some(last) = advance.last {
                 self.files.append_sample(&last.to_row())?;
             }
@@ -299,6 +306,11 @@ impl Run {
         let path = self.files.path().to_owned();
         let reason = self.simulation.stopped().map(|reason| reason.to_string()).unwrap_or_default();
         self.files.note("stopped_because", &reason);
+        let stages = self.simulation.ended_stages();
+        let stages: Vec<String> = stages.map(|(name, time, step)| format!("{name}: {time:e} s, step {step}")).collect();
+        if !stages.is_empty() {
+            self.files.note("stages_ended", &stages.join("; "));
+        }
         self.files.note("threads", &rayon::current_num_threads().to_string());
         self.files.note("wall_time_s", &format!("{:.3}", time.as_secs_f64()));
         let displacement = self.displacement();

@@ -42,6 +42,9 @@ pub(super) struct MeasureArguments {
     /// Reference area, for wall-traction: "36 mm^2"
     #[arg(long, value_name = "AREA", requires = "operator")]
     area: Option<String>,
+    /// Name of the set, for set-force and set-motion; twice for gauge
+    #[arg(long, value_name = "NAME", requires = "operator")]
+    set: Vec<String>,
     /// Number of cells of a box along x, y, z; gives one row per cell
     #[arg(long, value_name = "NX,NY,NZ", value_parser = grid, requires = "region")]
     grid: Option<[usize; 3]>,
@@ -121,6 +124,9 @@ pub(super) fn measure(arguments: &MeasureArguments, console: &mut Console<'_>) -
                 partition: arguments.partition,
                 wall: arguments.wall.clone(),
                 area,
+                set: arguments.set.first().filter(|_| arguments.set.len() == 1).cloned(),
+                sets: <[String; 2]>::try_from(arguments.set.clone()).ok(),
+                about: None,
                 velocity: [Velocity::new(0.0); 3],
                 velocity_gradient: [[StrainRate::new(0.0); 3]; 3],
                 interval: None,
@@ -301,10 +307,10 @@ impl Moment {
                 }
             }
         }
-        apply_loads(scenario, &mut particles);
-        let links = rigid_links(&particles, &forces, &samples::rigid_bodies(scenario, &particles))?;
         // Every run ends with a snapshot.
         let time = result.snapshot_times()?.last().copied().unwrap_or_default();
+        apply_loads(scenario, &mut particles, time);
+        let links = rigid_links(&particles, &forces, &samples::rigid_bodies(scenario, &particles))?;
         let gravity = vector(&scenario.integration.gravity);
         let plane = scenario.dimension == 2;
         Ok(Self { particles, cell, time, bonds, forces, links, places, mesh: OnceLock::new(), gravity, plane })

@@ -1,15 +1,16 @@
 //! Initial velocities, prescribed motions, forces, and clumps.
 
+use super::histories::{fastest, history};
 use super::particles::ClumpMembers;
 use super::selection::member_of_clump;
 use super::{AssemblyError, set_index, unfit};
 use crate::schema::quantity::vector;
-use crate::schema::{self, Prescribe, Scenario};
+use crate::schema::{self, Scenario};
 use concordem_contact::math::Vec3;
 use concordem_solver::state::{Clump, Constraint, Particles, PointOfAction, State};
 
 /// Indices of the particles of a set.
-fn members(scenario: &Scenario, particles: &Particles, name: &str) -> Vec<usize> {
+pub(super) fn members(scenario: &Scenario, particles: &Particles, name: &str) -> Vec<usize> {
     let bit = 1u64 << set_index(scenario, name);
     (0..particles.len()).filter(|&p| particles.tags[p] & bit != 0).collect()
 }
@@ -35,33 +36,41 @@ pub(super) fn apply_motions(scenario: &Scenario, state: &mut State) -> Result<()
             );
             return Err(unfit(&format!("prescribe[{number}].set"), message));
         }
+        let fastest = fastest(scenario, prescribe);
         for p in members {
-            apply_prescribed(prescribe, p, &mut state.particles);
+            apply_prescribed(&fastest, p, &mut state.particles);
         }
     }
-    apply_loads(scenario, &mut state.particles);
+    apply_loads(scenario, &mut state.particles, 0.0);
     Ok(())
 }
 
-/// Applies the constant loads of `[[force]]`. On rigid particles they act at the center, whatever `acts` says.
-pub fn apply_loads(scenario: &Scenario, particles: &mut Particles) {
-    let rigid = scenario.materials.iter().all(|material| material.deformable.is_none());
+/// Whether no material is deformable.
+pub(super) fn is_rigid(scenario: &Scenario) -> bool {
+    scenario.materials.iter().all(|material| material.deformable.is_none())
+}
+
+/// Applies the loads of `[[force]]` at `time` (s). On rigid particles they act at the center, whatever `acts` says.
+pub fn apply_loads(scenario: &Scenario, particles: &mut Particles, time: f64) {
+    let rigid = is_rigid(scenario);
     for force in &scenario.forces {
         let acts = if rigid { PointOfAction::Body } else { force.acts };
+        let found = force.history.as_deref().and_then(|name| history(scenario, name));
+        let factor = found.map_or(1.0, |history| history.at(time));
         for p in members(scenario, particles, &force.set) {
-            particles.add_load_at(p as u32, vector(&force.force), vector(&force.moment), acts);
+            particles.add_load_at(p as u32, vector(&force.force) * factor, vector(&force.moment) * factor, acts);
         }
     }
 }
 
-/// Sets and constrains the prescribed components of a particle's motion.
-fn apply_prescribed(prescribe: &Prescribe, p: usize, particles: &mut Particles) {
+/// Sets and constrains the prescribed components of a particle's motion: velocity (m/s) and angular velocity (rad/s).
+fn apply_prescribed([velocity, angular_velocity]: &[[Option<f64>; 3]; 2], p: usize, particles: &mut Particles) {
     for i in 0..3 {
-        if let Some(v) = prescribe.velocity[i].si() {
+        if let Some(v) = velocity[i] {
             particles.velocity[p][i] = v;
             particles.constraint[p].0 |= 1 << i;
         }
-        if let Some(w) = prescribe.angular_velocity[i].si() {
+        if let Some(w) = angular_velocity[i] {
             particles.angular_velocity[p][i] = w;
             particles.constraint[p].0 |= 8 << i;
         }

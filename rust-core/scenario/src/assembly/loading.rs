@@ -1,5 +1,6 @@
 //! Loading of a scenario: chooses end layers, platens, or the cell, and sets initial velocities and constraints.
 
+use super::histories::stages;
 use super::selection::{bounds_along, extents, layer, member_of_clump};
 use super::{AssemblyError, material_index, place::Placed, unfit, walls};
 use crate::schedule::Loading;
@@ -18,7 +19,9 @@ pub(super) fn build(
     state: &mut State,
 ) -> Result<Loading, AssemblyError> {
     let largest = state.particles.radius.iter().copied().fold(0.0, f64::max);
-    let mut builder = Builder { scenario, placed, bond_reach: (1.0 + 2.0 * interaction_ratio) * largest, state };
+    let first_factor = stages(scenario).first().map_or(1.0, |stage| stage.factor(0.0));
+    let bond_reach = (1.0 + 2.0 * interaction_ratio) * largest;
+    let mut builder = Builder { scenario, placed, bond_reach, first_factor, state };
     match &scenario.loading {
         schema::Loading::None => Ok(Loading::None),
         schema::Loading::Uniaxial {
@@ -88,6 +91,8 @@ struct Builder<'a> {
     placed: &'a Placed,
     /// Default thickness of end layers, m.
     bond_reach: f64,
+    /// Factor of the loading's rate at the start, from the first stage.
+    first_factor: f64,
     state: &'a mut State,
 }
 
@@ -104,9 +109,10 @@ impl Builder<'_> {
         let rate = test.strain_rate.si();
         let middle = 0.5 * (bottom + top);
         let half = 0.5 * rate * length;
+        let factor = self.first_factor;
         if test.initial_velocity_field {
             start(self.state, |position, velocity, _| {
-                velocity[axis] = (rate * (position[axis] - middle)).clamp(-half.abs(), half.abs());
+                velocity[axis] = factor * (rate * (position[axis] - middle)).clamp(-half.abs(), half.abs());
             });
         }
         let constraint = match test.lateral {
@@ -121,7 +127,8 @@ impl Builder<'_> {
             }
         }
         let gauge = Gauge::new(self.state, axis, bottom, top);
-        Ok(Loading::Uniaxial { axis, layers: [lower, upper].map(indices), distance, length, area, gauge })
+        let layers = [lower, upper].map(indices);
+        Ok(Loading::Uniaxial { axis, layers, speed: half, distance, length, area, gauge })
     }
 
     fn platens(
@@ -135,24 +142,26 @@ impl Builder<'_> {
         let (low, high) = bounds_along(extents(&self.state.particles, axis));
         let area = self.area(axis, area);
         let first = self.state.walls.len();
+        let speed = 0.5 * closing_velocity.si();
         let material = material_index(self.scenario, material);
         for (name, at, sign) in [("lower platen", low, 1.0), ("upper platen", high, -1.0)] {
             let mut normal = Vec3::zeros();
             normal[axis] = sign;
             let mut point = Vec3::zeros();
             point[axis] = at;
-            let velocity = normal * (0.5 * closing_velocity.si());
+            let velocity = normal * speed;
             self.state.walls.push(walls::new(name.into(), WallShape::Plane { point, normal }, material, velocity));
         }
         let gauge = Gauge::new(self.state, axis, low, high);
-        Loading::Platens { axis, walls: [first, first + 1], length: high - low, area, gauge }
+        Loading::Platens { axis, walls: [first, first + 1], speed, length: high - low, area, gauge }
     }
 
     fn cell_strain(&mut self, gradient: Mat3) -> Result<Loading, AssemblyError> {
         let cell = self.state.cell.as_mut().ok_or_else(no_cell)?;
-        cell.velocity_gradient = gradient;
+        let initial_gradient = gradient * self.first_factor;
+        cell.velocity_gradient = initial_gradient;
         let initial_volume = cell.volume();
-        start(self.state, |position, velocity, _| *velocity = gradient * position);
+        start(self.state, |position, velocity, _| *velocity = initial_gradient * position);
         Ok(Loading::CellStrain { initial_volume, velocity_gradient: gradient })
     }
 
@@ -184,7 +193,7 @@ impl Builder<'_> {
         let centers = [mean(&layers[0]), mean(&layers[1])];
         let length = centers[1][axis] - centers[0][axis];
         if initial_field {
-            self.start_rotation([axis, about], rate, length, (centers[0] + centers[1]) * 0.5);
+            self.start_rotation([axis, about], rate * self.first_factor, length, (centers[0] + centers[1]) * 0.5);
         }
         for &p in layers.iter().flatten() {
             let particles = &mut self.state.particles;

@@ -7,6 +7,7 @@ mod bodies;
 pub mod checked_hdf5;
 mod error;
 pub mod hdf5_text;
+mod histories;
 mod loading;
 mod memory;
 mod model;
@@ -24,7 +25,7 @@ mod walls;
 
 use std::path::Path;
 
-use crate::schedule::{Schedule, Stop};
+use crate::schedule::{Histories, Schedule, Stop};
 use crate::schema::{Problem, Quantity, Scenario};
 use concordem_contact::law::cpm::Cpm;
 use concordem_packing::TIE;
@@ -158,6 +159,7 @@ pub fn assemble_placed(
     let step = time_step::choose(scenario, &model, &state)?;
     state.clock.dt = step.dt;
     schedule.loading.tune(step.cell_stiffness, step.dt);
+    schedule.histories = histories::build(scenario, &schedule.loading, &mut state)?;
     let particles = state.particles.len();
     let summary = Summary {
         particles,
@@ -301,6 +303,8 @@ fn schedule(
     let operators = samples::of(scenario, &state.particles, state.cell.as_ref())?;
     Ok(Schedule {
         loading,
+        stages: histories::stages(scenario),
+        histories: Histories::default(),
         initial_positions: samples::initial_positions(&operators, state),
         operators,
         planar: scenario.dimension == 2,

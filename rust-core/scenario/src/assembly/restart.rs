@@ -99,7 +99,8 @@ fn allowed(change: &Change, [before, after]: [&Scenario; 2], continuation: Conti
     match first {
         "title" | "stop" | "prescribe" | "force" => true,
         "output" => continuation == Continuation::NewResult || change.key != "output.file",
-        "sample" => continuation == Continuation::NewResult,
+        // A result describes one program of loading.
+        "sample" | "stage" | "history" => continuation == Continuation::NewResult,
         "loading" => loading_allowed(change, &before.loading, &after.loading),
         "integration" => {
             let keys = ["integration.damping", "integration.gravity", "integration.allow_unstable"];
@@ -147,7 +148,7 @@ pub fn check(before: &Scenario, after: &Scenario, continuation: Continuation) ->
         let message = format!("the scenario of the state has {}; a restart cannot change this key", change.before);
         let help = "restore the value, or start a new run. A restart may change stop, output, loading (not bending, torsion, or \
                     the kind of platens), prescribe, force, gravity, damping, velocities of walls, numbers in the tables of \
-                    laws, and, in a new result, sample";
+                    laws, and in a new result sample, stage, and history";
         let key = change.key.clone();
         Problem { kind: ProblemKind::Conflict, key, value, span, message, help: help.to_owned() }
     };
@@ -185,14 +186,16 @@ pub fn apply(
             wall.velocity = fresh.velocity;
         }
     }
-    if ["material", "interface", "loading", "prescribe", "wall"].into_iter().any(changed) {
+    if ["material", "interface", "loading", "prescribe", "wall", "history"].into_iter().any(changed) {
         // These changes make stored and kinetic energy jump without work, so the energy balance starts again.
         state.ledger = Ledger::default();
         simulation::forget_turnover(&mut state.schedule_memory);
     }
     if further {
         not_over(state, scenario)?;
-        simulation::continue_memory(&mut state.schedule_memory, changed("loading"));
+        let clock = state.clock;
+        let new_stages = changed("stage").then_some((clock.time(), clock.step));
+        simulation::continue_memory(&mut state.schedule_memory, changed("loading"), new_stages);
     }
     if !changes.is_empty() {
         stable(assembly, scenario)?;

@@ -1,7 +1,7 @@
 //! Builds the operators of a scenario with their regions.
 
 use super::{AssemblyError, material_index, set_index, unfit};
-use crate::sampling::{RegionRule, SampledRegion, SampledWall, ScheduledOperator};
+use crate::sampling::{SampledRegion, SampledWall, ScheduledOperator};
 use crate::schema::quantity::vector;
 use crate::schema::{self, SampleRegion, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
@@ -36,11 +36,14 @@ pub fn one(
     key: &str,
     sample: &schema::OperatorSample,
 ) -> Result<ScheduledOperator, AssemblyError> {
-    let region = match sample.operator.definition().region {
-        // Walls need no region; this volume is not used.
-        RegionRule::Wall => Some(Region::All { volume: 1.0 }),
-        _ => region(scenario, particles, cell, key, sample.region.as_ref())?,
+    let region = if sample.operator.definition().region.has_region() {
+        region(scenario, particles, cell, key, sample.region.as_ref())?
+    } else {
+        // The operator reads a wall or sets; the volume is not used.
+        Some(Region::All { volume: 1.0 })
     };
+    let names = sample.set.iter().chain(sample.sets.iter().flatten());
+    let sets = names.map(|name| members(scenario, particles, name)).collect::<Result<Vec<_>, _>>()?;
     let is_list = sample.region.as_ref().is_some_and(SampleRegion::is_list);
     let default = if is_list { Truncation::HalfCrossing } else { Truncation::default() };
     let wall = sample.wall.as_ref().zip(sample.area).and_then(|(name, area)| {
@@ -60,8 +63,20 @@ pub fn one(
         truncation: sample.truncation.unwrap_or(default),
         partition: sample.partition.unwrap_or_default(),
         wall,
+        sets,
+        about: sample.about.as_ref().map(vector),
         interval: sample.interval.unwrap_or(scenario.output.sample_interval),
     })
+}
+
+/// Particles of a set, by index.
+fn members(scenario: &Scenario, particles: &Particles, name: &str) -> Result<Vec<u32>, AssemblyError> {
+    let bit = 1_u64 << set_index(scenario, name);
+    let members: Vec<u32> = (0..particles.len()).filter(|&p| particles.tags[p] & bit != 0).map(|p| p as u32).collect();
+    if members.is_empty() {
+        return Err(unfit("sample.set", format!("the set `{name}` has no particles")));
+    }
+    Ok(members)
 }
 
 /// The region; `None` for the periodic cell.

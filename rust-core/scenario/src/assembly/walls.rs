@@ -3,6 +3,7 @@
 use std::io::BufReader;
 use std::path::Path;
 
+use super::histories::largest;
 use super::{AssemblyError, material_index, unfit};
 use crate::files::open_regular;
 use crate::schema::quantity::vector;
@@ -14,7 +15,8 @@ use concordem_solver::state::{State, Wall, WallShape};
 pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Result<(), AssemblyError> {
     for (number, wall) in scenario.walls.iter().enumerate() {
         let name = wall.name.clone().unwrap_or_else(|| format!("wall {number}"));
-        let velocity = vector(&wall.velocity);
+        // The fastest motion bounds the time step; `histories::build` sets that of the first step.
+        let velocity = vector(&wall.velocity) * largest(scenario, wall.history.as_deref());
         let material = material_index(scenario, &wall.material);
         for (name, shape) in shapes(name, &wall.shape, folder)? {
             state.walls.push(new(name, shape, material, velocity));

@@ -36,9 +36,10 @@ impl Checker<'_> {
         for (at, prescribed) in scenario.prescribed.iter().enumerate() {
             self.known_set(&format!("prescribe[{at}].set"), &prescribed.set);
             let free = prescribed.velocity.iter().all(|component| *component == Component::Free)
+                && prescribed.displacement.iter().all(|component| *component == Component::Free)
                 && prescribed.angular_velocity.iter().all(|component| *component == Component::Free);
             if free {
-                let help = "give `velocity` or `angular_velocity`, with \"free\" for components that follow the forces";
+                let help = "give `velocity`, `displacement`, or `angular_velocity`, with \"free\" for components that follow the forces";
                 self.conflict(&format!("prescribe[{at}]"), "prescribes no component of the motion", help);
             }
         }

@@ -162,7 +162,7 @@ impl Checker<'_> {
             && stop.time.is_none()
             && stop.steps.is_none()
             && stop.unbalanced.is_none();
-        if never {
+        if never && scenario.stages.is_empty() {
             let help = "add [stop] with at least one of `steps`, `time`, `strain`, `drop_to`, and `unbalanced`";
             self.missing("stop", "the run has no end", help);
         }

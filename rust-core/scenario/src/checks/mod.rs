@@ -6,6 +6,7 @@
 
 mod bodies;
 mod files;
+mod histories;
 mod laws;
 mod loading;
 mod packing;
@@ -32,7 +33,9 @@ fn check_meaning(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem> {
     checker.materials();
     checker.laws();
     checker.loading();
+    checker.stages();
     checker.stop();
+    checker.histories();
     checker.walls();
     checker.sets();
     checker.clumps();

@@ -145,6 +145,8 @@ impl Checker<'_> {
             let velocity = one.velocity.map(|component| Component::si(component).unwrap_or(0.0));
             let angular_velocity = one.angular_velocity.map(|component| Component::si(component).unwrap_or(0.0));
             vectors.push((format!("prescribe[{at}].velocity"), velocity, false));
+            let displacement = one.displacement.map(|component| Component::si(component).unwrap_or(0.0));
+            vectors.push((format!("prescribe[{at}].displacement"), displacement, false));
             vectors.push((format!("prescribe[{at}].angular_velocity"), angular_velocity, true));
         }
         for (at, one) in scenario.forces.iter().enumerate() {

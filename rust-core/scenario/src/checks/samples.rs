@@ -31,7 +31,7 @@ impl OperatorSample {
     /// not accept.
     pub fn misuse(&self, dimension: u8) -> Option<Misuse> {
         self.unused_key()
-            .or_else(|| self.missing_wall())
+            .or_else(|| self.missing_object())
             .or_else(|| self.unfit_region())
             .or_else(|| self.region_out_of_plane(dimension))
             .or_else(|| self.unfit_options(dimension))
@@ -50,10 +50,15 @@ impl OperatorSample {
         Some(Misuse::new(key.name(), format!("the operator {} does not use this key", self.operator.name()), help))
     }
 
-    /// A missing wall or area, if the operator reads a wall.
-    fn missing_wall(&self) -> Option<Misuse> {
+    /// The wall with its area, or the sets, of an operator that reads these.
+    fn missing_object(&self) -> Option<Misuse> {
         let rule = self.operator.definition().region;
-        let missing = rule == RegionRule::Wall && (self.wall.is_none() || self.area.is_none());
+        let missing = match rule {
+            RegionRule::Wall => self.wall.is_none() || self.area.is_none(),
+            RegionRule::Set => self.set.is_none(),
+            RegionRule::TwoSets => self.sets.is_none(),
+            _ => false,
+        };
         missing.then(|| {
             Misuse::new("operator", format!("{} {}", self.operator.name(), rule.requirement()), rule.example())
         })
@@ -74,7 +79,7 @@ impl OperatorSample {
         let rule = self.operator.definition().region;
         let whole = matches!(self.region, Some(SampleRegion::All { .. }));
         let accepted = match rule {
-            RegionRule::Any | RegionRule::Wall => true,
+            RegionRule::Any | RegionRule::Wall | RegionRule::Set | RegionRule::TwoSets => true,
             RegionRule::WholeBody => whole,
             RegionRule::WholeBodyOrCell => whole || self.is_cell(),
             RegionRule::PeriodicCell => self.is_cell(),
@@ -158,6 +163,11 @@ impl Checker<'_> {
                 let names: Vec<&str> = names.iter().map(String::as_str).collect();
                 self.known(&format!("{path}.wall"), "wall", wall, &names);
             }
+            for (key, set) in
+                sample.set.iter().map(|set| ("set", set)).chain(sample.sets.iter().flatten().map(|set| ("sets", set)))
+            {
+                self.known_set(&format!("{path}.{key}"), set);
+            }
             self.sample_region(sample, &path, misused);
         }
     }
@@ -180,7 +190,7 @@ impl Checker<'_> {
 
     fn sample_region(&mut self, sample: &OperatorSample, path: &str, misused: bool) {
         let key = format!("{path}.region");
-        let needs_region = sample.operator.definition().region != RegionRule::Wall;
+        let needs_region = sample.operator.definition().region.has_region();
         match &sample.region {
             None | Some(SampleRegion::Cell) if needs_region && !misused && !self.scenario.packing.is_periodic() => {
                 let key = if sample.region.is_some() { &key } else { path };

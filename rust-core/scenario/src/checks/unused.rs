@@ -38,6 +38,7 @@ impl Scenario {
         checker.unused_tables();
         checker.unused_materials();
         checker.unused_keys();
+        checker.unused_histories();
         let mut problems = checker.problems;
         problems.sort_by_key(|problem| (problem.span.start, problem.span.end));
         problems
@@ -45,7 +46,7 @@ impl Scenario {
 }
 
 impl Checker<'_> {
-    fn warn(&mut self, key: &str, message: impl Into<String>, help: impl Into<String>) {
+    pub(super) fn warn(&mut self, key: &str, message: impl Into<String>, help: impl Into<String>) {
         self.add(ProblemKind::Warning, key, message, help);
     }
 

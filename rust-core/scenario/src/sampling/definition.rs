@@ -50,9 +50,18 @@ pub enum RegionRule {
     Shape,
     /// No region: the operator reads a wall.
     Wall,
+    /// No region: the operator reads a set of particles.
+    Set,
+    /// No region: the operator reads two sets of particles.
+    TwoSets,
 }
 
 impl RegionRule {
+    /// Whether the operator is evaluated in a region.
+    pub fn has_region(self) -> bool {
+        !matches!(self, Self::Wall | Self::Set | Self::TwoSets)
+    }
+
     /// What the operator needs and why, to complete a sentence that begins with its name.
     pub fn requirement(self) -> &'static str {
         match self {
@@ -63,6 +72,8 @@ impl RegionRule {
             Self::Sphere => "needs a sphere: the support of its kernel",
             Self::Shape => "needs a region with a shape: a list of particles has none",
             Self::Wall => "needs a wall and its area",
+            Self::Set => "needs a set of particles",
+            Self::TwoSets => "needs two sets of particles",
         }
     }
 
@@ -76,6 +87,8 @@ impl RegionRule {
             Self::Sphere => "write region = { kind = \"sphere\", center = [0, 0, 0], radius = \"5 mm\" }",
             Self::Any | Self::Shape => "use a box, a sphere, or another region with a shape",
             Self::Wall => "write wall = \"box z maximum\", area = \"36 mm^2\"",
+            Self::Set => "write set = \"NAME\" with the name of a [[set]]",
+            Self::TwoSets => "write sets = [\"LOWER\", \"UPPER\"] with the names of two [[set]] tables",
         }
     }
 }
@@ -99,11 +112,17 @@ pub enum SampleKey {
     Wall,
     /// `area`.
     Area,
+    /// `set`.
+    Set,
+    /// `sets`.
+    Sets,
+    /// `about`.
+    About,
 }
 
 impl SampleKey {
     /// All keys, in the order in which the checks look at them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 11] = [
         Self::Region,
         Self::Grid,
         Self::Velocity,
@@ -112,6 +131,9 @@ impl SampleKey {
         Self::Wall,
         Self::Area,
         Self::Partition,
+        Self::Set,
+        Self::Sets,
+        Self::About,
     ];
 
     /// The key as written in a scenario.
@@ -125,6 +147,9 @@ impl SampleKey {
             Self::Partition => "partition",
             Self::Wall => "wall",
             Self::Area => "area",
+            Self::Set => "set",
+            Self::Sets => "sets",
+            Self::About => "about",
         }
     }
 }
@@ -150,7 +175,7 @@ impl OperatorDefinition {
     pub fn uses(&self, key: SampleKey) -> bool {
         match key {
             SampleKey::Region | SampleKey::Grid | SampleKey::Velocity | SampleKey::VelocityGradient => {
-                self.region != RegionRule::Wall
+                self.region.has_region()
             }
             key => self.keys.contains(&key),
         }

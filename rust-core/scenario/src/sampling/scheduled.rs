@@ -50,6 +50,10 @@ pub struct ScheduledOperator {
     pub partition: Partition,
     /// The wall, for tractions.
     pub wall: Option<SampledWall>,
+    /// Particles of the sets, by index, for the operators that read sets: none, one list, or two.
+    pub sets: Vec<Vec<u32>>,
+    /// Point that moments refer to, m; the mean position of the set if `None`.
+    pub about: Option<Vec3>,
     /// Steps between two evaluations.
     pub interval: u64,
 }
@@ -111,7 +115,7 @@ impl ScheduledOperator {
     /// # Errors
     /// The region has no valid shape.
     pub fn is_empty(&self, state: &SampledState<'_>) -> Result<bool, OperatorError> {
-        if self.wall.is_some() {
+        if !self.operator.definition().region.has_region() {
             return Ok(false);
         }
         let (contacts, period) = (state.forces.contacts.set(state.particles)?, state.period());

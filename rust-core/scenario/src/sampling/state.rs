@@ -193,10 +193,7 @@ impl SampledState<'_> {
     }
 
     /// External loads on the body: the forces of walls, given forces and moments, and the reactions of prescribed degrees of
-    /// freedom.
-    ///
-    /// A reaction is the opposite of what contacts, walls, given loads, and weight exert along its degree of freedom; this
-    /// is exact if the prescribed motion has no acceleration.
+    /// freedom ([`Self::reactions`]).
     pub(super) fn external_loads(&self, contacts: &ContactSet<'_>) -> Loads {
         let particles = self.particles;
         let walls = &self.forces.walls;
@@ -215,11 +212,25 @@ impl SampledState<'_> {
             loads.moment.push(load.moment);
             loads.surface += surface_moment(particles, load);
         }
+        for reaction in self.reactions(contacts) {
+            loads.particle.push(reaction.particle);
+            loads.point.push(particles.position[reaction.particle as usize]);
+            loads.force.push(reaction.force);
+            loads.moment.push(reaction.moment);
+        }
+        loads
+    }
+
+    /// Reactions of prescribed degrees of freedom: the opposite of what contacts, walls, given loads, and weight exert along
+    /// them. This holds as long as the prescribed motion has no acceleration.
+    pub(super) fn reactions(&self, contacts: &ContactSet<'_>) -> Vec<Reaction> {
+        let particles = self.particles;
+        let walls = &self.forces.walls;
         // Discs stay in the plane without supports.
         let given = if self.planar { Constraint(!Constraint::OUT_OF_PLANE.0) } else { Constraint::ALL };
         let prescribed = |constraint: &Constraint| Constraint(constraint.0 & given.0);
         if particles.constraint.iter().all(|constraint| prescribed(constraint) == Constraint::FREE) {
-            return loads;
+            return Vec::new();
         }
         let mut net = couple_stress::resultants(contacts);
         for k in 0..walls.particle.len() {
@@ -231,6 +242,7 @@ impl SampledState<'_> {
             net[load.particle as usize].force += load.force;
             net[load.particle as usize].moment += load.moment;
         }
+        let mut reactions = Vec::new();
         for (p, constraint) in particles.constraint.iter().enumerate() {
             let constraint = prescribed(constraint);
             if constraint == Constraint::FREE {
@@ -240,13 +252,38 @@ impl SampledState<'_> {
                 Vec3::from_fn(|k, _| if prescribed(k) { -load[k] } else { 0.0 })
             };
             let load = net[p].force + self.gravity * particles.mass[p];
-            loads.particle.push(p as u32);
-            loads.point.push(particles.position[p]);
-            loads.force.push(reaction(&|k| constraint.translation(k), load));
-            loads.moment.push(reaction(&|k| constraint.rotation(k), net[p].moment));
+            reactions.push(Reaction {
+                particle: p as u32,
+                force: reaction(&|k| constraint.translation(k), load),
+                moment: reaction(&|k| constraint.rotation(k), net[p].moment),
+            });
         }
-        loads
+        reactions
     }
+
+    /// Position of a particle without jumps at periodic borders, m.
+    pub(super) fn unwrapped(&self, p: u32) -> Vec3 {
+        let p = p as usize;
+        self.particles.position[p] + self.particles.unwrapping(p, self.cell.as_ref())
+    }
+
+    /// Mean of a quantity over the particles `members`.
+    pub(super) fn mean_over(members: &[u32], value: impl Fn(u32) -> Vec3) -> Vec3 {
+        members.iter().map(|&p| value(p)).sum::<Vec3>() / members.len().max(1) as f64
+    }
+
+    /// Mean displacement of the particles `members` since the start, m.
+    pub(super) fn mean_displacement(&self, members: &[u32]) -> Vec3 {
+        Self::mean_over(members, |p| self.unwrapped(p) - self.initial_positions[p as usize])
+    }
+}
+
+/// Force (N) and moment (N·m) about its center with which a prescribed motion acts on a particle.
+pub(super) struct Reaction {
+    /// Index of the particle.
+    pub(super) particle: u32,
+    pub(super) force: Vec3,
+    pub(super) moment: Vec3,
 }
 
 /// `R n⊗f` (N·m) of a load that acts on the surface of its particle; zero for loads on the body.

@@ -16,6 +16,8 @@ pub enum Loading {
         axis: usize,
         /// Indices of the particles of the lower and the upper layer.
         layers: [Vec<u32>; 2],
+        /// Speed of each layer, m/s; positive in tension.
+        speed: f64,
         /// Initial distance between the mean positions of the layers, m.
         distance: f64,
         /// Length that the strain refers to, m.
@@ -72,6 +74,8 @@ pub enum Loading {
         axis: usize,
         /// Indices of the lower and the upper wall.
         walls: [usize; 2],
+        /// Speed of each plate towards the specimen, m/s.
+        speed: f64,
         /// Initial distance between the plates, m.
         length: f64,
         /// Cross-section, m².
@@ -148,16 +152,29 @@ pub struct Measure {
 }
 
 impl Loading {
-    /// Drives the cell or the rotating ends; to be called before every step.
+    /// Drives the cell, the ends, or the plates; called before every step.
     ///
-    /// `axial_forces`: the result of [`Self::axial_forces`] after the last step.
-    pub(super) fn apply(&self, state: &State, solver: &mut Solver, last: &StepReport, axial_forces: [f64; 2]) {
+    /// `axial_forces`: the result of [`Self::axial_forces`] after the last step. `factor`: of the rate, from the present stage;
+    /// `None` without stages.
+    pub(super) fn apply(
+        &self,
+        state: &mut State,
+        solver: &mut Solver,
+        last: &StepReport,
+        axial_forces: [f64; 2],
+        factor: Option<f64>,
+    ) {
+        if let Some(factor) = factor {
+            self.apply_factor(state, solver, factor);
+        }
+        let factor = factor.unwrap_or(1.0);
         if let (Self::CellStress { stress, maximum_rate, gain, .. }, Some(cell)) = (self, &state.cell) {
-            let error = stress - last.virial / cell.volume();
+            let error = stress * factor - last.virial / cell.volume();
             let rate = (error + error.transpose()) * (0.5 * gain);
             solver.set_velocity_gradient(cell, rate.map(|r| r.clamp(-maximum_rate, *maximum_rate)));
         }
         if let Self::Turning { axis, about, layers, rate, .. } = self {
+            let rate = rate * factor;
             let dt = state.clock.dt;
             let particles = &state.particles;
             let targets = solver.targets_mut(particles);
@@ -179,6 +196,31 @@ impl Loading {
         }
     }
 
+    /// Sets the motions that are constant without stages to `factor` times their rate.
+    fn apply_factor(&self, state: &mut State, solver: &mut Solver, factor: f64) {
+        match self {
+            Self::None | Self::Turning { .. } | Self::CellStress { .. } => {}
+            Self::Uniaxial { axis, layers, speed, .. } => {
+                let targets = solver.targets_mut(&state.particles);
+                for (layer, speed) in layers.iter().zip([-speed * factor, speed * factor]) {
+                    for &p in layer {
+                        targets[p as usize].0[*axis] = speed;
+                    }
+                }
+            }
+            Self::Platens { axis, walls, speed, .. } => {
+                for (wall, speed) in walls.iter().zip([speed * factor, -speed * factor]) {
+                    state.walls[*wall].velocity[*axis] = speed;
+                }
+            }
+            Self::CellStrain { velocity_gradient, .. } => {
+                if let Some(cell) = &state.cell {
+                    solver.set_velocity_gradient(cell, velocity_gradient * factor);
+                }
+            }
+        }
+    }
+
     /// Constant velocity gradient of the periodic cell, 1/s; `None` if a servo sets it.
     pub(super) fn cell_gradient(&self) -> Option<Mat3> {
         match self {
@@ -194,8 +236,9 @@ impl Loading {
         [0, 1].map(|side: usize| layers[side].iter().map(|&p| solver.forces()[p as usize][*axis]).sum())
     }
 
-    /// Strain at `state`; its positions must be those at which the next step evaluates the forces.
-    pub(super) fn strain(&self, state: &State) -> f64 {
+    /// Strain at `state`, whose positions must be those at which the next step evaluates the forces. `loaded_time`: time of a
+    /// run at constant rate that has turned its ends as far, s.
+    pub(super) fn strain(&self, state: &State, loaded_time: f64) -> f64 {
         match self {
             Self::None => 0.0,
             Self::Uniaxial { axis, layers, distance, length, .. } => {
@@ -204,7 +247,7 @@ impl Loading {
                 };
                 (mean(&layers[1]) - mean(&layers[0]) - distance) / length
             }
-            Self::Turning { rate, length, lever, .. } => rate * state.clock.time() * lever / length,
+            Self::Turning { rate, length, lever, .. } => rate * loaded_time * lever / length,
             Self::CellStrain { .. } | Self::CellStress { .. } => {
                 let (i, j) = self.component(state);
                 state.cell.as_ref().map_or(0.0, |cell| (cell.deformation_gradient - Mat3::identity())[(i, j)])
@@ -216,12 +259,12 @@ impl Loading {
     }
 
     /// Strain of the middle half of the specimen; [`Self::strain`] for loadings without a gauge.
-    pub(super) fn gauge_strain(&self, state: &State) -> f64 {
+    pub(super) fn gauge_strain(&self, state: &State, loaded_time: f64) -> f64 {
         let gauged = match self {
             Self::Uniaxial { axis, gauge, .. } | Self::Platens { axis, gauge, .. } => gauge.strain(state, *axis),
             _ => None,
         };
-        gauged.unwrap_or_else(|| self.strain(state))
+        gauged.unwrap_or_else(|| self.strain(state, loaded_time))
     }
 
     /// Stress of the last step.
@@ -289,13 +332,13 @@ impl Loading {
         }
     }
 
-    /// Whether a servo has reached its target (and, unless the target is zero, contacts carry forces). `contact_force`:
-    /// root mean square of the contact forces, N.
-    pub(super) fn reached(&self, measure: &Measure, contact_force: f64) -> bool {
+    /// Whether a servo has reached its target, and contacts carry forces unless the target is zero. `contact_force`: root mean
+    /// square of the contact forces, N; `factor`: of the target, from the present stage.
+    pub(super) fn reached(&self, measure: &Measure, contact_force: f64, factor: f64) -> bool {
         match self {
             Self::CellStress { stress, tolerance, reference, .. } => {
                 let wanted = contact_force > 0.0 || *stress == Mat3::zeros();
-                wanted && (measure.tensor - stress).abs().max() <= tolerance * reference
+                wanted && (measure.tensor - stress * factor).abs().max() <= tolerance * reference
             }
             _ => contact_force > 0.0,
         }

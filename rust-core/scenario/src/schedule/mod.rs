@@ -1,14 +1,18 @@
 //! The schedule of a run: loading, samples, and stop conditions; [`Simulation`] runs it.
 
 mod guard;
+mod history;
 pub mod loading;
 pub mod simulation;
+mod stage;
 pub mod stop;
 
 pub use crate::sampling::{Operator, Record, ScheduledOperator, SeriesColumn};
 pub use guard::EnergyFault;
+pub use history::{Histories, History, TimedLoads, TimedMotion, TimedWall};
 pub use loading::Loading;
 pub use simulation::{Advance, Simulation};
+pub use stage::{Stage, StageEnd, StageReason};
 pub use stop::{Stop, StopReason};
 
 use concordem_contact::math::Vec3;
@@ -18,6 +22,10 @@ use concordem_contact::math::Vec3;
 pub struct Schedule {
     /// Loading of the specimen.
     pub loading: Loading,
+    /// Stages of the loading; without any, its rate is constant.
+    pub stages: Vec<Stage>,
+    /// Motions, walls, and loads that change with time.
+    pub histories: Histories,
     /// Conditions that end the run.
     pub stop: Stop,
     /// Whether the run continues even if integration errors have changed its energy.
@@ -40,6 +48,8 @@ impl Default for Schedule {
     fn default() -> Self {
         Self {
             loading: Loading::None,
+            stages: Vec::new(),
+            histories: Histories::default(),
             stop: Stop::default(),
             allow_energy_error: false,
             sample_interval: 10,

@@ -3,8 +3,9 @@
 use std::sync::OnceLock;
 
 use super::guard::{self, EnergyFault, Guard};
+use super::stage::{StageEnd, StageProgress};
 use super::stop::{self, StopReason, StopValues};
-use super::{Record, Schedule};
+use super::{Record, Schedule, Stage, StageReason};
 use crate::sampling::{Bonds, SampledState, ScheduledOperator, rigid_links};
 use concordem_operator::OperatorError;
 use concordem_operator::tessellation::Mesh;
@@ -73,6 +74,8 @@ pub struct Advance {
     pub last: Option<Record>,
     /// Bonds that broke or passed the damage threshold in this step.
     pub events: Vec<Event>,
+    /// The stage that ended with this step, if one did.
+    pub stage: Option<StageEnd>,
     /// Why the run has ended, if it has.
     pub stopped: Option<StopReason>,
 }
@@ -100,12 +103,20 @@ mod memory {
     pub const AXIAL: usize = 13;
     /// Largest energy present or dissipated so far, J.
     pub const ENERGY: usize = 15;
-    pub const COUNT: usize = 16;
+    /// First value of [`super::StageProgress`]. After it come time (s) and step of the end of each stage.
+    pub const STAGE: usize = 16;
+    pub const COUNT: usize = STAGE + super::StageProgress::LENGTH;
 }
 
 /// Prepares the memory of an earlier run for its continuation: clears the reason for stopping, and the peak stress if
 /// the loading is new.
-pub(crate) fn continue_memory(memory: &mut [f64], new_loading: bool) {
+/// `new_stages`: the first of them starts at this time (s) and step.
+pub(crate) fn continue_memory(memory: &mut Vec<f64>, new_loading: bool, new_stages: Option<(f64, u64)>) {
+    memory.resize(memory.len().max(memory::COUNT), 0.0);
+    if let Some((time, step)) = new_stages {
+        memory.truncate(memory::COUNT);
+        StageProgress::read(&memory[memory::STAGE..]).begin(0, time, step).write(&mut memory[memory::STAGE..]);
+    }
     if let Some(stopped) = memory.get_mut(memory::STOPPED) {
         *stopped = 0.0;
     }
@@ -154,11 +165,13 @@ impl Simulation {
     /// # Errors
     /// The solver refuses the state.
     pub fn new(mut state: State, model: Model, schedule: Schedule) -> Result<Self, SolverError> {
-        state.schedule_memory.resize(memory::COUNT, 0.0);
+        let length = state.schedule_memory.len().max(memory::COUNT);
+        state.schedule_memory.resize(length, 0.0);
         let mut solver = Solver::new(model, &mut state)?;
         // A restart may begin another stage of loading. The particles follow the change in the motion of the cell.
         if let (Some(cell), Some(gradient)) = (&state.cell, schedule.loading.cell_gradient())
             && cell.velocity_gradient != gradient
+            && schedule.stages.is_empty()
         {
             solver.set_velocity_gradient(cell, gradient);
         }
@@ -244,16 +257,19 @@ impl Simulation {
 
     /// Takes one step, with the record and the operators that are due, or with all of them.
     fn step(&mut self, all: bool) -> Result<Advance, RunError> {
+        self.schedule.histories.apply(&mut self.state, &mut self.solver);
         let operators = self.operators(all)?;
         let step = self.state.clock.step;
         let due = all || step.is_multiple_of(self.schedule.sample_interval);
         let axial = [self.state.schedule_memory[memory::AXIAL], self.state.schedule_memory[memory::AXIAL + 1]];
-        self.schedule.loading.apply(&self.state, &mut self.solver, &self.last, axial);
+        let (factor, loaded_time) = (self.stage_factor(), self.loaded_time());
+        let loading = &self.schedule.loading;
         let (strain, gauge_strain) = if due {
-            (self.schedule.loading.strain(&self.state), self.schedule.loading.gauge_strain(&self.state))
+            (loading.strain(&self.state, loaded_time), loading.gauge_strain(&self.state, loaded_time))
         } else {
             (0.0, 0.0)
         };
+        loading.apply(&mut self.state, &mut self.solver, &self.last, axial, factor);
         let volume = self.state.cell.map_or(1.0, |cell| cell.volume());
         let before = BeforeStep { time: self.state.clock.time(), step, strain, gauge_strain, volume };
         let guarded = !self.schedule.allow_energy_error && (due || step.is_multiple_of(guard::INTERVAL));
@@ -266,17 +282,22 @@ impl Simulation {
         }
         let events = self.events(&report, before.time, step);
         self.remember(&report);
-        let (sample, mut stopped) = match due.then(|| self.record(&before, &report)) {
-            Some((record, stopped)) => (Some(record), stopped),
+        let (sample, values) = match due.then(|| self.record(&before, &report, factor.unwrap_or(1.0))) {
+            Some((record, values)) => (Some(record), Some(values)),
             None => (None, None),
         };
+        let stage = self.advance_stage(factor, values.as_ref());
+        let mut stopped = values.and_then(|values| self.schedule.stop.reason(&values));
         if stopped.is_none() && self.schedule.stop.steps.is_some_and(|limit| self.state.clock.step >= limit) {
             stopped = Some(StopReason::Steps);
+        }
+        if stopped.is_none() && stage.as_ref().is_some_and(|end| end.stage + 1 == self.schedule.stages.len()) {
+            stopped = Some(StopReason::Stages);
         }
         // The state stores the reason, so that a run killed while writing its result is known to have ended.
         self.state.schedule_memory[memory::STOPPED] = stopped.map_or(0.0, StopReason::code);
         self.last = report;
-        Ok(Advance { sample, operators, last: None, events, stopped })
+        Ok(Advance { sample, operators, last: None, events, stage, stopped })
     }
 
     /// Stores in the state the data of this step that the next step and a resumed run need.
@@ -289,22 +310,72 @@ impl Simulation {
             .copy_from_slice(&self.schedule.loading.axial_forces(&self.solver));
     }
 
-    /// The record of a step, and the reason if the run ends with it.
-    fn record(&mut self, before: &BeforeStep, report: &StepReport) -> (Record, Option<StopReason>) {
+    /// The present stage, and the progress in it; `None` without stages, and after the last one.
+    fn stage(&self) -> Option<(&Stage, StageProgress)> {
+        let progress = StageProgress::read(&self.state.schedule_memory[memory::STAGE..]);
+        Some((self.schedule.stages.get(progress.stage)?, progress))
+    }
+
+    /// Factor of the loading's rate for the coming step, in its middle. After the last stage the loading stands still.
+    fn stage_factor(&self) -> Option<f64> {
+        let clock = &self.state.clock;
+        match self.stage() {
+            Some((stage, progress)) => Some(stage.factor(clock.time() + 0.5 * clock.dt - progress.time)),
+            None => (!self.schedule.stages.is_empty()).then_some(0.0),
+        }
+    }
+
+    /// Time of a run at constant rate that has come as far, s.
+    fn loaded_time(&self) -> f64 {
+        if self.schedule.stages.is_empty() {
+            return self.state.clock.time();
+        }
+        StageProgress::read(&self.state.schedule_memory[memory::STAGE..]).loaded_time
+    }
+
+    /// Books the step in the present stage, and begins the next one if it has ended. `values`: of a record, if one was due.
+    fn advance_stage(&mut self, factor: Option<f64>, values: Option<&StopValues>) -> Option<StageEnd> {
+        let clock = self.state.clock;
+        let (stage, mut progress) = self.stage()?;
+        progress.loaded_time += factor.unwrap_or(1.0) * clock.dt;
+        let values = values.map(|values| StopValues { time: values.time - progress.time, ..*values });
+        let by_steps = stage.stop.steps.is_some_and(|limit| clock.step - progress.step >= limit);
+        let reason = values
+            .and_then(|values| stage.reason(&mut progress, &values))
+            .or_else(|| by_steps.then_some(StageReason::Stop(StopReason::Steps)));
+        let end = reason.map(|reason| StageEnd { stage: progress.stage, reason });
+        if end.is_some() {
+            progress = progress.begin(progress.stage + 1, clock.time(), clock.step);
+        }
+        progress.write(&mut self.state.schedule_memory[memory::STAGE..]);
+        if end.is_some() {
+            self.state.schedule_memory.extend([clock.time(), clock.step as f64]);
+        }
+        end
+    }
+
+    /// Name, end time (s), and last step of each stage that has ended.
+    pub fn ended_stages(&self) -> impl Iterator<Item = (&str, f64, u64)> {
+        let ends = self.state.schedule_memory[memory::COUNT..].chunks_exact(2);
+        self.schedule.stages.iter().zip(ends).map(|(stage, end)| (stage.name.as_str(), end[0], end[1] as u64))
+    }
+
+    /// The record of a step, and the values that end runs and stages. `factor`: of the loading, from the present stage.
+    fn record(&mut self, before: &BeforeStep, report: &StepReport, factor: f64) -> (Record, StopValues) {
         let &BeforeStep { time, step, strain, gauge_strain, volume } = before;
         let measure = self.schedule.loading.stress(&self.state, &self.solver, report, volume);
         stop::update_peak(&mut self.state.schedule_memory[memory::PEAK], measure.stress);
         let contacts: u64 = report.active.iter().sum();
         let unbalanced = report.unbalanced(self.radius);
         let (loading, contact_force) = (&self.schedule.loading, report.contact_force());
-        let stopped = self.schedule.stop.reason(&StopValues {
+        let values = StopValues {
             time,
             strain,
             stress: measure.stress,
             peak: self.state.schedule_memory[memory::PEAK],
             unbalanced: if loading.is_rounding(contact_force, self.radius) { 0.0 } else { unbalanced },
-            at_rest: loading.reached(&measure, contact_force),
-        });
+            at_rest: loading.reached(&measure, contact_force, factor),
+        };
         let ledger = &self.state.ledger;
         let record = Record {
             time,
@@ -333,7 +404,7 @@ impl Simulation {
             contacts: contacts as f64,
             unbalanced,
         };
-        (record, stopped)
+        (record, values)
     }
 
     /// Entries of the event log for the bonds of a step.
@@ -370,7 +441,7 @@ impl Simulation {
             fraction = fraction.max(self.state.clock.time() / time);
         }
         if let Some(strain) = stop.strain {
-            fraction = fraction.max(self.schedule.loading.strain(&self.state).abs() / strain);
+            fraction = fraction.max(self.schedule.loading.strain(&self.state, self.loaded_time()).abs() / strain);
         }
         fraction.min(1.0)
     }

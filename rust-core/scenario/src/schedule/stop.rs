@@ -28,10 +28,12 @@ pub enum StopReason {
     Steps,
     /// Equilibrium was reached, and with a stress servo the target stress, too.
     Equilibrium,
+    /// The last stage ended.
+    Stages,
 }
 
 impl StopReason {
-    const ALL: [Self; 5] = [Self::Drop, Self::Strain, Self::Time, Self::Steps, Self::Equilibrium];
+    const ALL: [Self; 6] = [Self::Drop, Self::Strain, Self::Time, Self::Steps, Self::Equilibrium, Self::Stages];
 
     /// Number of the reason in the state, from 1; 0 means that the run has not stopped.
     pub(super) fn code(self) -> f64 {
@@ -52,6 +54,7 @@ impl std::fmt::Display for StopReason {
             Self::Time => "the given time was reached",
             Self::Steps => "the given number of steps was reached",
             Self::Equilibrium => "equilibrium was reached",
+            Self::Stages => "the last stage ended",
         })
     }
 }
@@ -64,6 +67,7 @@ pub(super) fn update_peak(peak: &mut f64, stress: f64) {
 }
 
 /// Values that the conditions compare.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct StopValues {
     /// Time, s.
     pub(super) time: f64,

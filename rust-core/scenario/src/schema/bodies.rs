@@ -20,6 +20,8 @@ pub struct Wall {
     /// Velocity of the wall, m/s; default: zero. Example: `velocity = [0, 0, "-1 mm/s"]`.
     #[serde(default)]
     pub velocity: [Velocity; 3],
+    /// Name of a history that multiplies the velocity; default: constant velocity.
+    pub history: Option<String>,
 }
 
 /// Surface of a wall.
@@ -157,6 +159,12 @@ pub struct Prescribe {
     /// Example: `angular_velocity = [0, 0, 0]`.
     #[serde(default)]
     pub angular_velocity: [Component<super::quantity::dimension::OfAngularVelocity>; 3],
+    /// Displacement since the start, m, which needs a `history`: the particles move to its factor times this vector. A component
+    /// "free" follows the forces, or `velocity`. Default: all components free. Example: `displacement = ["free", "free", "1 mm"]`.
+    #[serde(default)]
+    pub displacement: [Component<super::quantity::dimension::OfLength>; 3],
+    /// Name of a history that multiplies velocity, angular velocity, and displacement; default: constant velocities.
+    pub history: Option<String>,
 }
 
 /// A rigid body made of several spheres.
@@ -183,7 +191,7 @@ pub struct Clump {
     pub angular_velocity: Option<[AngularVelocity; 3]>,
 }
 
-/// A constant force on each particle of a set.
+/// A force on each particle of a set.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AppliedForce {
@@ -195,6 +203,8 @@ pub struct AppliedForce {
     /// Moment on each particle, N·m; default: zero.
     #[serde(default)]
     pub moment: [Moment; 3],
+    /// Name of a history that multiplies force and moment; default: constant.
+    pub history: Option<String>,
     /// Point of action of the force on deformable particles; default: "body". Rigid particles ignore it.
     #[serde(default)]
     pub acts: PointOfAction,

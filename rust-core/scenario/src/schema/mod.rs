@@ -28,6 +28,7 @@
 mod bodies;
 mod document;
 mod error;
+mod history;
 mod material;
 mod motion;
 mod packing;
@@ -43,6 +44,7 @@ use serde::{Deserialize, Serialize};
 pub use bodies::{AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Selection, Side, Wall, WallShape};
 pub use document::Document;
 pub use error::{Problem, ProblemKind, ReadError, ScenarioError, Source};
+pub use history::{History, HistoryShape, Stage, StageStop};
 pub use material::{
     BeamModel, BendingTerm, Bonds, Condition, ContactLawName, Contacts, CpmFormulation, DamageLaw, Deformable,
     DeformableUpdate, Interface, LawName, Material, ParticleElasticity, YieldSurface,
@@ -93,6 +95,12 @@ pub struct Scenario {
     /// Loading of the specimen; default: none.
     #[serde(default)]
     pub loading: Loading,
+    /// Stages of the loading, in their order; default: one stage of constant rate, until [stop] ends it.
+    #[serde(default, rename = "stage")]
+    pub stages: Vec<Stage>,
+    /// Factors that change with time, for motions, forces, walls, and stages; default: none.
+    #[serde(default, rename = "history")]
+    pub histories: Vec<History>,
     /// Rigid walls; default: none.
     #[serde(default, rename = "wall")]
     pub walls: Vec<Wall>,
@@ -105,7 +113,7 @@ pub struct Scenario {
     /// Rigid bodies made of several spheres; default: none.
     #[serde(default, rename = "clump")]
     pub clumps: Vec<Clump>,
-    /// Constant forces on particles; default: none.
+    /// Forces on particles; default: none.
     #[serde(default, rename = "force")]
     pub forces: Vec<AppliedForce>,
     /// Initial velocities; default: zero. A later one overrides an earlier one.
@@ -114,7 +122,7 @@ pub struct Scenario {
     /// Operators that are evaluated during the run; default: none.
     #[serde(default, rename = "sample")]
     pub samples: Vec<OperatorSample>,
-    /// End of the run. Required: at least one of its keys.
+    /// End of the run. Required without stages: at least one of its keys.
     #[serde(default)]
     pub stop: Stop,
     /// Output; default: see its keys.

@@ -33,6 +33,12 @@ pub struct OperatorSample {
     /// Area that the traction refers to, m²; required for `wall-traction`. Example: `area = "36 mm^2"`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub area: Option<Area>,
+    /// Name of the set of particles; required for `set-force` and `set-motion`. Example: `set = "top"`.
+    pub set: Option<String>,
+    /// Names of the two sets between which `gauge` measures. Example: `sets = ["lower mark", "upper mark"]`.
+    pub sets: Option<[String; 2]>,
+    /// Point that the moment of `set-force` refers to, m; default: the mean position of the set. Example: `about = [0, 0, 0]`.
+    pub about: Option<[Length; 3]>,
     /// Velocity of the region, m/s; default: zero. Example: `velocity = [0, 0, "1 mm/s"]`.
     #[serde(default)]
     pub velocity: [Velocity; 3],
@@ -62,6 +68,9 @@ impl OperatorSample {
             SampleKey::Partition => self.partition.is_some(),
             SampleKey::Wall => self.wall.is_some(),
             SampleKey::Area => self.area.is_some(),
+            SampleKey::Set => self.set.is_some(),
+            SampleKey::Sets => self.sets.is_some(),
+            SampleKey::About => self.about.is_some(),
         }
     }
 }

@@ -8,10 +8,13 @@ mod contact_cell_strain;
 mod couple_stress;
 mod damage_tensor;
 mod fabric;
+mod gauge;
 mod particle_stress;
 mod porosity;
 mod power;
 mod region_stress;
+mod set_force;
+mod set_motion;
 mod wall_traction;
 
 use super::definition::{OperatorDefinition, SampledQuantity};
@@ -50,6 +53,12 @@ operators! {
     BoundaryStress = "boundary-stress": boundary_stress::DEFINITION,
     /// Force of the particles on a wall, and the traction on a given area.
     WallTraction = "wall-traction": wall_traction::DEFINITION,
+    /// Force and moment on a set of particles from outside it, and the reaction of its prescribed motion.
+    SetForce = "set-force": set_force::DEFINITION,
+    /// Mean position, displacement, and velocity of a set of particles.
+    SetMotion = "set-motion": set_motion::DEFINITION,
+    /// Length, elongation, strain, and opening between two sets of particles.
+    Gauge = "gauge": gauge::DEFINITION,
     /// Stress and couple stress about the center of the region, from contacts internal to the region.
     CoupleStress = "couple-stress": couple_stress::DEFINITION,
     /// Best affine fit of displacement and rotation since the start: gradient, Cosserat strain, curvature.

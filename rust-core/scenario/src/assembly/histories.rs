@@ -1,0 +1,161 @@
+//! Histories of motions, walls, and loads, and the stages of the loading.
+
+use super::bodies::{is_rigid, members};
+use super::{AssemblyError, unfit};
+use crate::schedule::{Histories, History, Loading, Stage, Stop, TimedLoads, TimedMotion, TimedWall};
+use crate::schema::quantity::{Component, vector};
+use crate::schema::{self, AppliedForce, HistoryShape, Prescribe, Quantity, Scenario, WallShape};
+use concordem_solver::state::{Particles, PointOfAction, State};
+
+/// The history of a name; the checks of the scenario guarantee that it exists.
+pub(super) fn history(scenario: &Scenario, name: &str) -> Option<History> {
+    let found = scenario.histories.iter().find(|history| history.name == name)?;
+    Some(match &found.shape {
+        HistoryShape::Table { points, repeat, smooth } => History::Table {
+            points: points.iter().map(|(time, factor)| [time.si(), factor.si()]).collect(),
+            repeat: *repeat,
+            smooth: *smooth,
+        },
+        HistoryShape::Sine { period, amplitude, mean, phase } => {
+            History::Sine { mean: mean.si(), amplitude: amplitude.si(), period: period.si(), phase: phase.si() }
+        }
+    })
+}
+
+/// The stages of the loading.
+pub(super) fn stages(scenario: &Scenario) -> Vec<Stage> {
+    let stage = |stage: &schema::Stage| Stage {
+        name: stage.name.clone(),
+        rate: stage.rate.si(),
+        history: stage.history.as_deref().and_then(|name| history(scenario, name)),
+        strain: stage.stop.strain.map(Quantity::si),
+        stress: stage.stop.stress.map(Quantity::si),
+        stop: Stop {
+            drop_to: stage.stop.drop_to.map(Quantity::si),
+            strain: None,
+            time: stage.stop.time.map(Quantity::si),
+            steps: stage.stop.steps,
+            unbalanced: stage.stop.unbalanced.map(Quantity::si),
+        },
+    };
+    scenario.stages.iter().map(stage).collect()
+}
+
+/// Everything that histories drive. Velocities of the state become those of the first step.
+///
+/// # Errors
+/// A component of a motion that follows a history is prescribed twice, or belongs to an end layer.
+pub(super) fn build(scenario: &Scenario, loading: &Loading, state: &mut State) -> Result<Histories, AssemblyError> {
+    let mut histories = Histories::default();
+    check_owners(scenario, loading, &state.particles)?;
+    for prescribe in &scenario.prescribed {
+        if let Some(history) = prescribe.history.as_deref().and_then(|name| history(scenario, name)) {
+            histories.motions.push(TimedMotion {
+                history,
+                particles: members(scenario, &state.particles, &prescribe.set).into_iter().map(|p| p as u32).collect(),
+                velocity: prescribe.velocity.map(Component::si),
+                angular_velocity: prescribe.angular_velocity.map(Component::si),
+                displacement: prescribe.displacement.map(Component::si),
+            });
+        }
+    }
+    let mut first = 0;
+    for wall in &scenario.walls {
+        // A box has six faces.
+        let faces = if matches!(wall.shape, WallShape::Box { .. }) { 6 } else { 1 };
+        if let Some(history) = wall.history.as_deref().and_then(|name| history(scenario, name)) {
+            let velocity = vector(&wall.velocity);
+            let timed = |wall| TimedWall { history: history.clone(), wall, velocity };
+            histories.walls.extend((first..first + faces).map(timed));
+        }
+        first += faces;
+    }
+    add_loads(scenario, &state.particles, &mut histories);
+    histories.start(state);
+    Ok(histories)
+}
+
+/// Refuses two motions of one component of a particle, if one of them follows a history: the later one could not simply
+/// replace the velocity of the earlier one.
+fn check_owners(scenario: &Scenario, loading: &Loading, particles: &Particles) -> Result<(), AssemblyError> {
+    if scenario.prescribed.iter().all(|prescribe| prescribe.history.is_none()) {
+        return Ok(());
+    }
+    let layers: &[Vec<u32>] = match loading {
+        Loading::Uniaxial { layers, .. } | Loading::Turning { layers, .. } => layers,
+        _ => &[],
+    };
+    // Bit `i` of the components: velocity 0 to 2, angular velocity 3 to 5.
+    let mut constant = vec![0_u8; particles.len()];
+    let mut timed = vec![0_u8; particles.len()];
+    for &p in layers.iter().flatten() {
+        constant[p as usize] = particles.constraint[p as usize].0;
+    }
+    for (number, prescribe) in scenario.prescribed.iter().enumerate() {
+        let components = (0..3).fold(0_u8, |bits, i| {
+            let moves = prescribe.velocity[i].si().or(prescribe.displacement[i].si()).is_some();
+            let rotates = prescribe.angular_velocity[i].si().is_some();
+            bits | u8::from(moves) << i | u8::from(rotates) << (3 + i)
+        });
+        for p in members(scenario, particles, &prescribe.set) {
+            let others = if prescribe.history.is_some() { constant[p] | timed[p] } else { timed[p] };
+            if others & components != 0 {
+                let message = format!(
+                    "particle {} has another prescribed motion of the same component, or belongs to an end layer of the loading; \
+                     with a history, give each component one motion",
+                    particles.id[p]
+                );
+                return Err(unfit(&format!("prescribe[{number}].set"), message));
+            }
+            let bits = if prescribe.history.is_some() { &mut timed[p] } else { &mut constant[p] };
+            *bits |= components;
+        }
+    }
+    Ok(())
+}
+
+/// The loads of `[[force]]` with a history, and the constant ones beside them.
+fn add_loads(scenario: &Scenario, particles: &Particles, histories: &mut Histories) {
+    if scenario.forces.iter().all(|force| force.history.is_none()) {
+        return;
+    }
+    let acts = |force: &AppliedForce| if is_rigid(scenario) { PointOfAction::Body } else { force.acts };
+    // Every loaded particle has an entry, also one whose loads all follow histories. Only the list of loads is used here.
+    let mut constant = Particles::default();
+    for force in &scenario.forces {
+        let factor = if force.history.is_none() { 1.0 } else { 0.0 };
+        for p in members(scenario, particles, &force.set) {
+            let (force, moment) = (vector(&force.force) * factor, vector(&force.moment) * factor);
+            constant.add_load_at(p as u32, force, moment, PointOfAction::Body);
+        }
+    }
+    for force in &scenario.forces {
+        let mut single = Particles::default();
+        single.add_load_at(0, vector(&force.force), vector(&force.moment), acts(force));
+        let load = single.loads[0];
+        let place = |p: usize| constant.loads.binary_search_by_key(&(p as u32), |load| load.particle).ok();
+        let members = members(scenario, particles, &force.set);
+        let places: Vec<_> = members.into_iter().filter_map(|p| Some((place(p)?, load))).collect();
+        match force.history.as_deref().and_then(|name| history(scenario, name)) {
+            Some(history) => histories.loads.push(TimedLoads { history, loads: places }),
+            None => places.iter().for_each(|(at, load)| constant.loads[*at].virial += load.virial),
+        }
+    }
+    histories.constant_loads = constant.loads;
+}
+
+/// The components of a prescribed motion in SI units, with the largest factor of its history: the fastest motion of the run.
+pub(super) fn fastest(scenario: &Scenario, prescribe: &Prescribe) -> [[Option<f64>; 3]; 2] {
+    let history = prescribe.history.as_deref().and_then(|name| history(scenario, name));
+    let (largest, steepest) = history.map_or((1.0, 0.0), |history| (history.largest(), history.steepest()));
+    let scaled = |value: Option<f64>| value.map(|value| value * largest);
+    let velocity = std::array::from_fn(|i| {
+        prescribe.displacement[i].si().map(|u| u * steepest).or_else(|| scaled(prescribe.velocity[i].si()))
+    });
+    [velocity, prescribe.angular_velocity.map(|component| scaled(component.si()))]
+}
+
+/// Largest factor of a history, 1 without one.
+pub(super) fn largest(scenario: &Scenario, name: Option<&str>) -> f64 {
+    name.and_then(|name| history(scenario, name)).map_or(1.0, |history| history.largest())
+}

@@ -1,0 +1,130 @@
+//! Checks of histories, of what follows them, and of stages.
+
+use super::Checker;
+use crate::schema::quantity::Component;
+use crate::schema::{HistoryShape, Loading, Prescribe, Stage};
+use concordem_contact::kinematics::MotionMeasure;
+
+impl Checker<'_> {
+    /// Histories and the tables that name them.
+    pub(super) fn histories(&mut self) {
+        let scenario = self.scenario;
+        let names: Vec<&str> = scenario.histories.iter().map(|history| history.name.as_str()).collect();
+        self.unique("history", &names);
+        for (at, history) in scenario.histories.iter().enumerate() {
+            let HistoryShape::Table { points, repeat, .. } = &history.shape else { continue };
+            let key = format!("history[{at}].shape.points");
+            if let Some(k) = points.windows(2).position(|pair| pair[0].0.si() >= pair[1].0.si()) {
+                let message = format!("the time of point {} is not later than that of point {k}", k + 1);
+                self.range(&key, message, "sort the points by time, and give each time once");
+            }
+            if *repeat && points.len() < 2 {
+                self.range(&key, "one point cannot repeat", "give at least two points");
+            }
+        }
+        for (key, name) in scenario.named_histories() {
+            self.known(&key, "history", name, &names);
+        }
+        for (at, prescribe) in scenario.prescribed.iter().enumerate() {
+            self.prescribed_history(at, prescribe);
+        }
+        for (at, wall) in scenario.walls.iter().enumerate() {
+            if wall.history.is_some() && wall.velocity.iter().all(|v| v.si() == 0.0) {
+                let help = "give the `velocity` that the history multiplies, or remove `history`";
+                self.conflict(&format!("wall[{at}].history"), "multiplies a velocity of zero", help);
+            }
+        }
+    }
+
+    fn prescribed_history(&mut self, at: usize, prescribe: &Prescribe) {
+        let key = format!("prescribe[{at}]");
+        let moved: Vec<usize> = (0..3).filter(|&i| prescribe.displacement[i] != Component::Free).collect();
+        if !moved.is_empty() && prescribe.history.is_none() {
+            let help = "name a [[history]] whose factor the displacement follows: history = \"NAME\"";
+            self.missing(&format!("{key}.displacement"), "a displacement needs a history", help);
+        }
+        for i in moved {
+            if prescribe.velocity[i] != Component::Free {
+                let help = "write \"free\" for this component of `velocity` or of `displacement`";
+                self.conflict(
+                    &format!("{key}.displacement[{i}]"),
+                    "the velocity of this component is given, too",
+                    help,
+                );
+            }
+        }
+        let carried = matches!(self.scenario.kinematics, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
+        if prescribe.history.is_some() && carried && self.scenario.loading.drives_cell() {
+            let message = "in a driven cell the kinematics of YADE change prescribed velocities, too";
+            self.conflict(&format!("{key}.history"), message, "use kinematics = \"finite\"");
+        }
+    }
+
+    /// Stages of the loading.
+    pub(super) fn stages(&mut self) {
+        let scenario = self.scenario;
+        let names: Vec<&str> = scenario.stages.iter().map(|stage| stage.name.as_str()).collect();
+        self.unique("stage", &names);
+        for (at, stage) in scenario.stages.iter().enumerate() {
+            self.stage(&format!("stage[{at}]"), stage);
+        }
+    }
+
+    fn stage(&mut self, key: &str, stage: &Stage) {
+        let stop = &stage.stop;
+        let never = stop.strain.is_none()
+            && stop.stress.is_none()
+            && stop.drop_to.is_none()
+            && stop.time.is_none()
+            && stop.steps.is_none()
+            && stop.unbalanced.is_none();
+        if never {
+            let help = "give at least one of `strain`, `stress`, `drop_to`, `time`, `steps`, and `unbalanced`";
+            self.missing(&format!("{key}.stop"), "nothing ever ends the stage", help);
+        }
+        let loading = &self.scenario.loading;
+        if matches!(loading, Loading::None) {
+            let help = "add [loading], or remove the key";
+            for (name, given) in [
+                ("rate", stage.rate.si() != 1.0),
+                ("history", stage.history.is_some()),
+                ("stop.strain", stop.strain.is_some()),
+                ("stop.stress", stop.stress.is_some()),
+            ] {
+                if given {
+                    self.conflict(&format!("{key}.{name}"), "has no effect on a run without loading", help);
+                }
+            }
+        }
+        if stop.drop_to.is_some() && matches!(loading, Loading::None | Loading::CellStress { .. }) {
+            let help = "use it with \"uniaxial\", \"platens\", or \"cell-strain\" loading";
+            self.conflict(&format!("{key}.stop.drop_to"), "this loading has no peak stress to drop from", help);
+        }
+    }
+
+    /// Warns of histories that no table names.
+    pub(super) fn unused_histories(&mut self) {
+        let scenario = self.scenario;
+        for (at, history) in scenario.histories.iter().enumerate() {
+            if scenario.named_histories().iter().all(|(_, name)| *name != history.name) {
+                let help = "name it in a [[prescribe]], [[force]], [[wall]], or [[stage]], or remove it";
+                self.warn(&format!("history[{at}].name"), "nothing follows this history", help);
+            }
+        }
+    }
+}
+
+impl crate::schema::Scenario {
+    /// The histories that the tables name, with the keys that name them.
+    fn named_histories(&self) -> Vec<(String, &str)> {
+        fn each<'a>(table: &str, names: impl Iterator<Item = &'a Option<String>>) -> Vec<(String, &'a str)> {
+            let given = names.enumerate().filter_map(|(at, name)| Some((at, name.as_deref()?)));
+            given.map(|(at, name)| (format!("{table}[{at}].history"), name)).collect()
+        }
+        let mut all = each("prescribe", self.prescribed.iter().map(|table| &table.history));
+        all.extend(each("force", self.forces.iter().map(|table| &table.history)));
+        all.extend(each("wall", self.walls.iter().map(|table| &table.history)));
+        all.extend(each("stage", self.stages.iter().map(|table| &table.history)));
+        all
+    }
+}

@@ -1,0 +1,213 @@
+//! A factor that changes with time, and what it multiplies: motions, walls, and loads.
+
+use concordem_contact::math::Vec3;
+use concordem_solver::Solver;
+use concordem_solver::state::State;
+use concordem_solver::state::particles::Load;
+
+/// A factor that changes with time.
+///
+/// ```
+/// use concordem_scenario::schedule::History;
+///
+/// let history = History::Table { points: vec![[0.0, 0.0], [1e-3, 1.0], [3e-3, 0.0]], repeat: false, smooth: false };
+/// assert_eq!(history.at(0.5e-3), 0.5);
+/// assert_eq!(history.at(2e-3), 0.5);
+/// assert_eq!(history.at(1.0), 0.0);
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub enum History {
+    /// Straight lines, or smooth steps, between points `[time (s), factor]`; constant before the first and after the last.
+    Table {
+        /// Points, at least one, with increasing times.
+        points: Vec<[f64; 2]>,
+        /// Whether the table begins again after its last point.
+        repeat: bool,
+        /// Whether `s³(10 − 15 s + 6 s²)` replaces the straight line `s` between two points.
+        smooth: bool,
+    },
+    /// `mean + amplitude sin(2π t/period + phase)`.
+    Sine {
+        /// Mean.
+        mean: f64,
+        /// Amplitude.
+        amplitude: f64,
+        /// Period, s.
+        period: f64,
+        /// Phase at time zero, rad.
+        phase: f64,
+    },
+}
+
+impl History {
+    /// The factor at `time` (s).
+    pub fn at(&self, time: f64) -> f64 {
+        match self {
+            Self::Sine { mean, amplitude, period, phase } => {
+                mean + amplitude * libm::sin(2.0 * std::f64::consts::PI * (time / period) + phase)
+            }
+            Self::Table { points, repeat, smooth } => {
+                let (Some(first), Some(last)) = (points.first(), points.last()) else { return 1.0 };
+                let length = last[0] - first[0];
+                let time = if *repeat && length > 0.0 && time > last[0] {
+                    first[0] + (time - first[0]).rem_euclid(length)
+                } else {
+                    time
+                };
+                let after = points.partition_point(|point| point[0] <= time);
+                if after == 0 {
+                    return first[1];
+                }
+                let Some(end) = points.get(after) else { return last[1] };
+                let start = points[after - 1];
+                let s = (time - start[0]) / (end[0] - start[0]);
+                let s = if *smooth { s * s * s * (10.0 + s * (6.0 * s - 15.0)) } else { s };
+                start[1] + (end[1] - start[1]) * s
+            }
+        }
+    }
+
+    /// Largest magnitude of the factor.
+    pub fn largest(&self) -> f64 {
+        match self {
+            Self::Sine { mean, amplitude, .. } => mean.abs() + amplitude.abs(),
+            Self::Table { points, .. } => points.iter().fold(0.0, |largest, point| largest.max(point[1].abs())),
+        }
+    }
+
+    /// Largest magnitude of the factor's derivative, 1/s.
+    pub fn steepest(&self) -> f64 {
+        match self {
+            Self::Sine { amplitude, period, .. } => amplitude.abs() * 2.0 * std::f64::consts::PI / period,
+            Self::Table { points, smooth, .. } => {
+                // The smooth step is 15/8 as steep in its middle as the straight line.
+                let factor = if *smooth { 1.875 } else { 1.0 };
+                let slope = |pair: &[[f64; 2]]| ((pair[1][1] - pair[0][1]) / (pair[1][0] - pair[0][0])).abs();
+                points.windows(2).map(slope).fold(0.0, f64::max) * factor
+            }
+        }
+    }
+}
+
+/// A motion of particles that a history drives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TimedMotion {
+    /// The history.
+    pub history: History,
+    /// Indices of the particles.
+    pub particles: Vec<u32>,
+    /// Velocity at the factor 1, m/s, by component; `None` for components that this motion leaves alone.
+    pub velocity: [Option<f64>; 3],
+    /// Angular velocity at the factor 1, rad/s, by component.
+    pub angular_velocity: [Option<f64>; 3],
+    /// Displacement since the start at the factor 1, m, by component.
+    pub displacement: [Option<f64>; 3],
+}
+
+impl TimedMotion {
+    /// Sets the components that this motion drives, for the step from `time` (s) to `time + dt`.
+    fn set(&self, time: f64, dt: f64, velocity: &mut Vec3, angular_velocity: &mut Vec3) {
+        let factor = self.history.at(time + 0.5 * dt);
+        let rate = (self.history.at(time + dt) - self.history.at(time)) / dt;
+        for i in 0..3 {
+            if let Some(v) = self.velocity[i] {
+                velocity[i] = v * factor;
+            }
+            if let Some(u) = self.displacement[i] {
+                velocity[i] = u * rate;
+            }
+            if let Some(w) = self.angular_velocity[i] {
+                angular_velocity[i] = w * factor;
+            }
+        }
+    }
+}
+
+/// A wall whose velocity follows a history.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TimedWall {
+    /// The history.
+    pub history: History,
+    /// Index of the wall.
+    pub wall: usize,
+    /// Velocity at the factor 1, m/s.
+    pub velocity: Vec3,
+}
+
+/// Loads that follow a history.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TimedLoads {
+    /// The history.
+    pub history: History,
+    /// Loads at the factor 1, each with the index of its entry in the list of all loads.
+    pub loads: Vec<(usize, Load)>,
+}
+
+/// Everything that histories drive.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Histories {
+    /// Motions of particles.
+    pub motions: Vec<TimedMotion>,
+    /// Velocities of walls.
+    pub walls: Vec<TimedWall>,
+    /// Loads on particles.
+    pub loads: Vec<TimedLoads>,
+    /// All loads of the run at the factor 0: the constant ones.
+    pub constant_loads: Vec<Load>,
+}
+
+impl Histories {
+    /// Sets the velocities of the first step.
+    pub(crate) fn start(&self, state: &mut State) {
+        let between = 0.5 * state.clock.dt;
+        for wall in &self.walls {
+            state.walls[wall.wall].velocity = wall.velocity * wall.history.at(between);
+        }
+        let particles = &mut state.particles;
+        for motion in &self.motions {
+            for &p in &motion.particles {
+                let p = p as usize;
+                motion.set(0.0, state.clock.dt, &mut particles.velocity[p], &mut particles.angular_velocity[p]);
+            }
+        }
+    }
+
+    /// Loads for the forces at the present positions, velocities for the step to the next ones.
+    pub(super) fn apply(&self, state: &mut State, solver: &mut Solver) {
+        let (time, dt) = (state.clock.time(), state.clock.dt);
+        let between = time + 0.5 * dt;
+        self.apply_loads(state, time);
+        for wall in &self.walls {
+            state.walls[wall.wall].velocity = wall.velocity * wall.history.at(between);
+        }
+        if self.motions.is_empty() {
+            return;
+        }
+        let targets = solver.targets_mut(&state.particles);
+        for motion in &self.motions {
+            for &p in &motion.particles {
+                let (velocity, angular_velocity) = &mut targets[p as usize];
+                motion.set(time, dt, velocity, angular_velocity);
+            }
+        }
+    }
+
+    /// Sets the loads at `time` (s).
+    fn apply_loads(&self, state: &mut State, time: f64) {
+        if self.loads.is_empty() {
+            return;
+        }
+        let all = &mut state.particles.loads;
+        all.clone_from(&self.constant_loads);
+        for timed in &self.loads {
+            let factor = timed.history.at(time);
+            for (at, load) in &timed.loads {
+                let entry = &mut all[*at];
+                entry.force += load.force * factor;
+                entry.moment += load.moment * factor;
+                // The force and the side on which it acts both change sign.
+                entry.virial += load.virial * factor.abs();
+            }
+        }
+    }
+}

@@ -1,0 +1,387 @@
+//! Histories, stages, and operators on sets: closed forms, and the same bits after a restart.
+
+use std::f64::consts::PI;
+use std::path::Path;
+
+use concordem_contact::math::Vec3;
+use concordem_scenario::assembly::assemble;
+use concordem_scenario::sampling::Record;
+use concordem_scenario::schedule::{Advance, Simulation, StopReason};
+use concordem_scenario::schema::Scenario;
+
+fn simulation(text: &str) -> Simulation {
+    let scenario = Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"));
+    let assembly = assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap_or_else(|error| panic!("{error}"));
+    Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap()
+}
+
+/// All steps of a run to its end.
+fn run(simulation: &mut Simulation) -> Vec<Advance> {
+    let mut all = Vec::new();
+    while all.last().is_none_or(|advance: &Advance| advance.stopped.is_none()) {
+        all.push(simulation.advance().unwrap());
+    }
+    all
+}
+
+/// Rows of a quantity of the operator `name`: step and values.
+fn rows(simulation: &Simulation, steps: &[Advance], name: &str, quantity: &str) -> Vec<(u64, Vec<f64>)> {
+    let operators = &simulation.schedule.operators;
+    let k = operators.iter().position(|sample| sample.name == name).unwrap();
+    let quantities = operators[k].operator.quantities();
+    let at = quantities.iter().position(|q| q.name == quantity).unwrap();
+    let first: usize = quantities[..at].iter().map(|q| q.components).sum();
+    let range = first..first + quantities[at].components;
+    let all = steps.iter().flat_map(|advance| &advance.operators).filter(|row| row.operator == k);
+    all.map(|row| (row.step, row.values[range.clone()].to_vec())).collect()
+}
+
+/// A chain of `count` touching spheres of radius 10 mm along x, bonded by springs of 1 MN/m, with the sets of its ends.
+fn chain(count: usize, more: &str) -> String {
+    let spheres: Vec<String> = (0..count).map(|k| format!("[{}, 0, 0, 0.01]", 0.02 * k as f64)).collect();
+    format!(
+        "version = 1
+        {more}
+        [packing]
+        kind = \"spheres\"
+        spheres = [{}]
+        [[material]]
+        name = \"m\"
+        density = 2500
+        linear_bond = {{ normal_stiffness = 1e6, shear_stiffness = 5e5 }}
+        [bonds]
+        law = \"linear_bond\"
+        interaction_ratio = 1.01
+        [contacts]
+        law = \"none\"
+        [[set]]
+        name = \"first\"
+        selection = {{ kind = \"ids\", ids = [0] }}
+        [[set]]
+        name = \"last\"
+        selection = {{ kind = \"ids\", ids = [{}] }}",
+        spheres.join(", "),
+        count - 1
+    )
+}
+
+/// A displacement that follows a table reaches every value of the table; the reaction is that of a spring, and both end sets
+/// see it with opposite signs. Local damping lets the single free particle follow.
+#[test]
+fn displacements_follow_tables() {
+    let text = chain(
+        2,
+        "[integration]\ntime_step = 1e-6
+        [stop]\nsteps = 3000
+        [output]\nsample_interval = 100",
+    ) + "
+        [[history]]
+        name = \"up and down\"
+        shape = { kind = \"table\", points = [[0, 0], [\"1 ms\", 1], [\"2 ms\", 1], [\"3 ms\", -0.5]] }
+        [[prescribe]]
+        set = \"first\"
+        velocity = [0, 0, 0]
+        [[prescribe]]
+        set = \"last\"
+        velocity = [\"free\", 0, 0]
+        displacement = [\"0.01 mm\", \"free\", \"free\"]
+        history = \"up and down\"
+        [[sample]]
+        operator = \"set-motion\"
+        set = \"last\"
+        [[sample]]
+        operator = \"set-force\"
+        set = \"last\"
+        [[sample]]
+        name = \"support\"
+        operator = \"set-force\"
+        set = \"first\"
+        [[sample]]
+        operator = \"gauge\"
+        sets = [\"first\", \"last\"]";
+    let mut simulation = simulation(&text);
+    let steps = run(&mut simulation);
+    let displacement = rows(&simulation, &steps, "set-motion", "displacement");
+    let reaction = rows(&simulation, &steps, "set-force", "reaction");
+    let force = rows(&simulation, &steps, "set-force", "force");
+    let support = rows(&simulation, &steps, "support", "reaction");
+    let elongation = rows(&simulation, &steps, "gauge", "elongation");
+    let strain = rows(&simulation, &steps, "gauge", "strain");
+    assert_eq!(displacement.len(), 31);
+    let points = [(0, 0.0), (500, 0.5e-5), (1000, 1e-5), (1500, 1e-5), (2000, 1e-5), (2500, 0.25e-5), (3000, -0.5e-5)];
+    for (step, expected) in points {
+        let at = displacement.iter().position(|row| row.0 == step).unwrap();
+        // The position of 20 mm rounds by 3e-18 m in each of 3000 steps.
+        assert!((displacement[at].1[0] - expected).abs() < 1e-14, "step {step}: {:?}", displacement[at]);
+        assert!((elongation[at].1[0] - expected).abs() < 1e-14);
+        assert!((strain[at].1[0] - expected / 0.02).abs() < 1e-12);
+        let spring = 1e6 * expected;
+        // The reaction is that of the held degrees of freedom alone.
+        for (row, sign) in [(&reaction, 1.0), (&force, -1.0), (&support, -1.0)] {
+            assert!((row[at].1[0] - sign * spring).abs() < 1e-6, "step {step}: {:?}, {spring}", row[at]);
+        }
+    }
+}
+
+/// A free particle under `F sin(2πt/T)` has the momentum `F T/π` after half a period, and none after a whole one. Leapfrog sums
+/// the force at its steps: an error of `(π/n)²/3` of n steps per half period.
+#[test]
+fn forces_follow_histories() {
+    let text = "version = 1
+        [packing]
+        kind = \"spheres\"
+        spheres = [[0, 0, 0, 0.01], [1, 0, 0, 0.01]]
+        [[material]]
+        name = \"m\"
+        density = 2500
+        [contacts]
+        law = \"none\"
+        [integration]
+        time_step = 1e-6
+        [[set]]
+        name = \"one\"
+        selection = { kind = \"ids\", ids = [0] }
+        [[set]]
+        name = \"both\"
+        selection = { kind = \"all\" }
+        [[history]]
+        name = \"wave\"
+        shape = { kind = \"sine\", period = \"2 ms\" }
+        [[force]]
+        set = \"one\"
+        force = [0, 10, 0]
+        history = \"wave\"
+        [[force]]
+        set = \"both\"
+        force = [1, 0, 0]
+        [[sample]]
+        operator = \"set-motion\"
+        set = \"one\"
+        interval = 1000
+        [stop]
+        steps = 2000";
+    let mut simulation = simulation(text);
+    let mass = simulation.state.particles.mass[0];
+    let steps = run(&mut simulation);
+    let velocity = rows(&simulation, &steps, "set-motion", "velocity");
+    let at = |step: u64| Vec3::from_column_slice(&velocity.iter().find(|row| row.0 == step).unwrap().1);
+    let expected = 10.0 * 2e-3 / PI / mass;
+    assert!((at(1000).y / expected - 1.0).abs() < 1e-5, "{} {expected}", at(1000).y);
+    assert!(at(2000).y.abs() < 1e-5 * expected);
+    // The constant force acts beside the changing one.
+    assert!((at(2000).x / (2e-3 / mass) - 1.0).abs() < 1e-9);
+}
+
+/// A wall whose velocity follows a table has moved by its integral; forces that change do not disturb it.
+#[test]
+fn walls_follow_histories() {
+    let text = "version = 1
+        [packing]
+        kind = \"spheres\"
+        spheres = [[0, 0, 1, 0.01]]
+        [[material]]
+        name = \"m\"
+        density = 2500
+        frictional = { normal_stiffness = 1e5, shear_stiffness = 1e5 }
+        [contacts]
+        law = \"frictional\"
+        [integration]
+        time_step = 1e-5
+        [[history]]
+        name = \"there and back\"
+        shape = { kind = \"table\", points = [[0, 0], [1e-3, 1], [3e-3, -1], [4e-3, 0]], smooth = true }
+        [[wall]]
+        shape = { kind = \"plane\", point = [0, 0, 0], normal = [0, 0, 1] }
+        material = \"m\"
+        velocity = [0, 0, 0.5]
+        history = \"there and back\"
+        [stop]
+        steps = 400";
+    let mut simulation = simulation(text);
+    let mut highest: f64 = 0.0;
+    loop {
+        let stopped = simulation.advance().unwrap().stopped;
+        highest = highest.max(simulation.state.walls[0].displacement.z);
+        if stopped.is_some() {
+            break;
+        }
+    }
+    // 0.5 m/s · (½ + ½) ms; the smooth steps are symmetric about the middle of each segment.
+    assert!((highest / 0.5e-3 - 1.0).abs() < 1e-4, "{highest}");
+    assert!(simulation.state.walls[0].displacement.z.abs() < 1e-9);
+}
+
+const CYCLE: &str = "
+    [[stage]]
+    name = \"load\"
+    stop = { strain = 1e-4 }
+    [[stage]]
+    name = \"unload\"
+    rate = -1
+    stop = { stress = 0 }
+    [[stage]]
+    name = \"hold\"
+    rate = 0
+    stop = { time = \"1 ms\" }
+    [[stage]]
+    name = \"ramp\"
+    rate = 2
+    history = \"ramp\"
+    stop = { steps = 1000 }
+    [[history]]
+    name = \"ramp\"
+    shape = { kind = \"table\", points = [[0, 0], [\"0.5 ms\", 1]] }";
+
+/// A chain that is pulled, released, held, and pulled again: every stage ends where it should. The mean of the two end forces
+/// is that of the springs as long as waves are small beside it.
+#[test]
+fn stages_follow_each_other() {
+    let text = cyclic();
+    let mut simulation = simulation(&text);
+    let steps = run(&mut simulation);
+    let ends: Vec<(String, f64, u64)> =
+        simulation.ended_stages().map(|(name, time, step)| (name.to_owned(), time, step)).collect();
+    let names: Vec<&str> = ends.iter().map(|end| end.0.as_str()).collect();
+    assert_eq!(names, ["load", "unload", "hold", "ramp"]);
+    assert_eq!(steps.last().unwrap().stopped, Some(StopReason::Stages));
+    let dt = simulation.state.clock.dt;
+    // Strain 1e-4 at 0.1/s after 1 ms; records are due every 10 steps.
+    assert!((ends[0].1 - 1e-3).abs() <= 11.0 * dt, "{ends:?}");
+    assert!((ends[2].1 - ends[1].1 - 1e-3).abs() <= 11.0 * dt, "{ends:?}");
+    assert_eq!(ends[3].2 - ends[2].2, 1000);
+    let samples: Vec<Record> = steps.iter().filter_map(|advance| advance.sample).collect();
+    let at = |time: f64| samples.iter().min_by(|a, b| (a.time - time).abs().total_cmp(&(b.time - time).abs())).unwrap();
+    // Released to zero stress, it stays as long as it is held.
+    let held = at(ends[1].1 + 0.5e-3).strain;
+    assert!((at(ends[2].1).strain - held).abs() < 1e-15, "{held}");
+    // Twice the rate after a ramp of 0.5 ms: 2·0.1·(0.25 + 0.5) ms.
+    let last = samples.last().unwrap();
+    let expected = held + 0.2 * (ends[3].1 - ends[2].1 - 0.25e-3);
+    assert!((last.strain - expected).abs() < 11.0 * dt * 0.2, "{} {expected}", last.strain);
+    assert!(last.residual.abs() < 1e-12 * last.boundary_work.abs().max(1e-9), "{last:?}");
+}
+
+fn cyclic() -> String {
+    chain(
+        5,
+        "[loading]\nkind = \"uniaxial\"\naxis = \"x\"\nstrain_rate = 0.1\nlayer_thickness = 0.001\narea = 1e-4\n[integration]\ntime_step = 1e-6\n",
+    ) + CYCLE
+}
+
+/// A run that stops anywhere and continues from its state goes through the same states as one that does not stop.
+#[test]
+fn a_restart_continues_within_a_stage() {
+    let text = cyclic()
+        + "
+        [[history]]
+        name = \"wave\"
+        shape = { kind = \"sine\", period = \"0.7 ms\", mean = 0.5 }
+        [[force]]
+        set = \"last\"
+        force = [0, 3, 0]
+        history = \"wave\"";
+    let mut whole = simulation(&text);
+    let steps = run(&mut whole).len();
+    for stop in [1, 500, 1003, steps / 2, steps - 200] {
+        let mut first = simulation(&text);
+        for _ in 0..stop {
+            first.advance().unwrap();
+        }
+        let fresh = simulation(&text);
+        let mut second =
+            Simulation::new(first.state.clone(), fresh.solver.model().clone(), fresh.schedule.clone()).unwrap();
+        run(&mut second);
+        assert_eq!(second.state.particles.position, whole.state.particles.position, "stopped at {stop}");
+        assert_eq!(second.state.schedule_memory, whole.state.schedule_memory, "stopped at {stop}");
+    }
+}
+
+/// A servo whose target follows stages, and a cell that is sheared there and back.
+#[test]
+fn cells_follow_stages() {
+    let cell = "version = 1
+        [packing]
+        kind = \"lattice\"
+        lattice = \"fcc\"
+        radius = 0.01
+        repeats = [2, 2, 2]
+        shape = { kind = \"periodic\" }
+        [[material]]
+        name = \"m\"
+        density = 2500
+        linear_bond = { normal_stiffness = 1e6, shear_stiffness = 5e5 }
+        [bonds]
+        law = \"linear_bond\"
+        interaction_ratio = 1.01
+        [contacts]
+        law = \"none\"";
+    let shear = format!(
+        "{cell}
+        [loading]
+        kind = \"cell-strain\"
+        velocity_gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]]
+        [[stage]]
+        name = \"there\"
+        stop = {{ strain = 1e-3 }}
+        [[stage]]
+        name = \"back\"
+        rate = -1
+        stop = {{ strain = 0 }}"
+    );
+    let mut simulation = self::simulation(&shear);
+    let samples: Vec<Record> = run(&mut simulation).iter().filter_map(|advance| advance.sample).collect();
+    let largest = samples.iter().map(|sample| sample.strain).fold(0.0, f64::max);
+    let step = simulation.state.clock.dt * 11.0;
+    assert!((largest - 1e-3).abs() <= step, "{largest}");
+    assert!(samples.last().unwrap().strain.abs() <= step);
+    let servo = format!(
+        "{cell}
+        [integration]
+        damping = {{ kind = \"local\", coefficient = 0.3 }}
+        [loading]
+        kind = \"cell-stress\"
+        stress = [[-1e5, 0, 0], [0, -1e5, 0], [0, 0, -1e5]]
+        maximum_strain_rate = 1
+        [[stage]]
+        name = \"press\"
+        stop = {{ unbalanced = 1e-2 }}
+        [[stage]]
+        name = \"half\"
+        rate = 0.5
+        stop = {{ unbalanced = 1e-2 }}
+        [stop]
+        steps = 200_000"
+    );
+    let mut simulation = self::simulation(&servo);
+    let steps = run(&mut simulation);
+    assert_eq!(steps.last().unwrap().stopped, Some(StopReason::Stages));
+    let last = steps.iter().rev().find_map(|advance| advance.sample).unwrap();
+    // The tolerance of the servo is 0.5 % of the whole target.
+    assert!((last.stress / -0.5e5 - 1.0).abs() < 0.01, "{}", last.stress);
+}
+
+/// What contradicts itself is refused by its key.
+#[test]
+fn contradictions_are_refused() {
+    let base = chain(2, "") + "\n[stop]\nsteps = 10\n";
+    let cases = [
+        ("[[prescribe]]\nset = \"last\"\nvelocity = [0, 0, 1]\nhistory = \"none\"", "prescribe[0].history"),
+        ("[[prescribe]]\nset = \"last\"\ndisplacement = [0, 0, 1e-3]", "prescribe[0].displacement"),
+        (
+            "[[history]]\nname = \"a\"\nshape = { kind = \"table\", points = [[1, 0], [1, 1]] }\n[[force]]\nset = \"last\"\nforce = [1, 0, 0]\nhistory = \"a\"",
+            "history[0].shape.points",
+        ),
+        ("[[stage]]\nname = \"a\"\nstop = {}", "stage[0].stop"),
+        ("[[stage]]\nname = \"a\"\nrate = 2\nstop = { steps = 3 }", "stage[0].rate"),
+        ("[[sample]]\noperator = \"set-force\"", "sample[0].operator"),
+        ("[[sample]]\noperator = \"set-force\"\nset = \"nobody\"", "sample[0].set"),
+        ("[[sample]]\noperator = \"gauge\"\nset = \"last\"", "sample[0].set"),
+        ("[[sample]]\noperator = \"fabric\"\nset = \"last\"\nregion = { kind = \"all\", volume = 1 }", "sample[0].set"),
+    ];
+    for (text, key) in cases {
+        let error =
+            Scenario::parse("test.toml", &format!("{base}{text}")).err().unwrap_or_else(|| panic!("accepted: {text}"));
+        let keys: Vec<&str> = error.problems.iter().map(|problem| problem.key.as_str()).collect();
+        assert!(keys.contains(&key), "{text}: {keys:?}");
+    }
+}
