@@ -7,15 +7,16 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps fuzz test test-full test-build $(TEST_STEPS) test-lint check lint-bench bench docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps fuzz test test-full test-build $(TEST_STEPS) test-lint check lint-bench mutants bench docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
 	@echo "make liggghts       the styles for LIGGGHTS and their launcher, into target/liggghts"
 	@echo "make lammps         LAMMPS and the plugin for it, into .venv-lammps and target/lammps"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
-	@echo "make test-full      make test, then validate-full, fuzz, and the slow code blocks of the book (nightly)"
+	@echo "make test-full      make test, then validate-full, fuzz, mutants, and the slow code blocks of the book (nightly)"
 	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
+	@echo "make mutants        do the tests notice wrong physics? Some 350 mistakes, one by one (hours; resumable)"
 	@echo "make check          formatting and lints"
 	@echo "make bench          speed of laws, neighbor search, and whole steps; ratio to YADE"
 	@echo "make docs           documentation of the library, into target/doc"
@@ -113,17 +114,23 @@ test-docs:
 # once.
 test-lint:
 	$(CARGO) fmt --all --check
+	@.ci/timed mutants-apply tests/mutants/run.py --check
 	@.ci/timed clippy $(CARGO) clippy $(TESTED) --all-targets -- -D warnings
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test lint-bench fuzz validate-full
+test-full: test lint-bench fuzz mutants validate-full
 	docs/build --hosts --slow
 
 # Mutated inputs for every reader, overnight; the tests run 2,000 of them. SEED=N chooses other inputs.
 SEED ?= 1
 fuzz:
 	CONCORDEM_FUZZ_INPUTS=1000000 CONCORDEM_FUZZ_SEED=$(SEED) $(CARGO) test $(TESTED) --test fuzz -- --nocapture
+
+# Mistakes of physics, one at a time; tests/mutants/result.json says which ones the tests notice. It goes on where it was stopped.
+mutants:
+	.ci/setup build
+	tests/mutants/run.py --jobs $(JOBS)
 
 check: lint-bench
 	.ci/setup build

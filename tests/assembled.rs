@@ -5,7 +5,7 @@ use std::path::Path;
 use concordem::assembly::{Assembly, AssemblyError, assemble};
 use concordem::math::{Vec3, rotate};
 use concordem::scenario::Scenario;
-use concordem::schedule::Loading;
+use concordem::schedule::{Loading, Simulation};
 use concordem::solver::Solver;
 
 fn built(text: &str) -> Result<Assembly, AssemblyError> {
@@ -432,4 +432,72 @@ fn doubtful_bonds_are_reported() {
     let none = none.replace("steps = 10", "steps = 10\n[integration]\ntime_step = 1e-3");
     let warnings = keys(&none);
     assert!(warnings.len() == 1 && warnings[0].contains("so there are no bonds"), "{warnings:?}");
+}
+
+/// Two spheres of 1 m between platens: three contacts of the stiffness `k` in series. Closed by `Δ`, the column bears `kΔ/3`;
+/// stress is that over the given area, strain `Δ/4 m`, both negative. The platens close at 1 mm/s, a thousandth of the speed at which
+/// the column answers, so that inertia and damping leave 1 %.
+#[test]
+fn platens_measure_the_column_between_them() {
+    let text = "version = 1
+        [packing]
+        kind = \"spheres\"
+        spheres = [[0, 0, 1, 1], [0, 0, 3, 1]]
+        [[material]]
+        name = \"m\"
+        density = 1000
+        frictional = { normal_stiffness = 1e6, shear_stiffness = 0 }
+        [contacts]
+        law = \"frictional\"
+        [loading]
+        kind = \"platens\"
+        axis = \"z\"
+        closing_velocity = 1e-3
+        material = \"m\"
+        area = 2
+        [integration]
+        damping = { kind = \"local\", coefficient = 0.5 }
+        [stop]
+        time = 5
+        [output]
+        sample_interval = 1";
+    let Assembly { state, model, schedule, .. } = made(text);
+    let mut simulation = Simulation::new(state, model, schedule).unwrap();
+    let record = loop {
+        let advance = simulation.advance().unwrap();
+        if advance.stopped.is_some() {
+            break advance.sample.unwrap();
+        }
+    };
+    let closed = 1e-3 * record.time;
+    // The sum of 10⁴ or so displacements of 1e-7 m.
+    assert!((record.strain + closed / 4.0).abs() < 1e-12, "{} {closed}", record.strain);
+    let expected = -1e6 * closed / 3.0 / 2.0;
+    assert!((record.stress / expected - 1.0).abs() < 0.01, "{} {expected}", record.stress);
+}
+
+/// A bar breaks in tension: every event names its bond by ids in ascending order, and the modes of its energy, which sum up to one.
+/// A bond of a straight bar is stretched and nothing else.
+#[test]
+fn events_name_bonds_and_modes() {
+    let text = bar(PULL).replace("shear_stiffness = 1e5", "shear_stiffness = 1e5, normal_strength = 1e4");
+    let Assembly { state, model, schedule, .. } = made(&text.replace("steps = 10\n", "steps = 20000\n"));
+    let mut simulation = Simulation::new(state, model, schedule).unwrap();
+    let mut events = Vec::new();
+    while events.is_empty() {
+        let advance = simulation.advance().unwrap();
+        events.extend(advance.events);
+        assert!(advance.stopped.is_none(), "nothing breaks");
+    }
+    let ids = &simulation.state.particles.id;
+    for event in &events {
+        assert!(event.id_a < event.id_b && event.damage == 1.0, "{event:?}");
+        let [a, b] = [event.id_a, event.id_b].map(|id| ids.iter().position(|other| *other == id).unwrap());
+        let position = &simulation.state.particles.position;
+        // The step moves its ends on by up to 1 m/s for 0.05 s.
+        assert!((event.position - (position[a] + position[b]) * 0.5).norm() < 0.1, "{event:?}");
+        // Four roundings; the bar starts with a field of velocities that strains along the axis alone.
+        assert!((event.mode_shares.iter().sum::<f64>() - 1.0).abs() < 1e-15, "{event:?}");
+        assert!(event.mode_shares[0] > 0.99, "{event:?}");
+    }
 }

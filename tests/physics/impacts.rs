@@ -104,6 +104,23 @@ fn stiff_contacts_that_form_later_bound_the_step() {
     assert_eq!((a.as_str(), b.as_str(), wall), ("stiff", "stiff", None));
 }
 
+/// The stiffest contact to come in closed form: two equal spheres that meet at ±v and fall from 50 mm above a floor. Both move and
+/// turn, so `ω² = k_t(2/m + 2r²/I) = 7k_t/m`, here above that of the normal spring, `2k_n/m`; they are as fast relative to each other
+/// as after the fall, `√((2v)² + 2gh)`. Some roundings.
+#[test]
+fn the_stiffest_contact_to_come_has_its_closed_form() {
+    let spheres = [([0.0, 0.0, 0.0, 0.01], [2.0, 0.0], "m"), ([0.1, 0.0, 0.0, 0.01], [-2.0, 0.0], "m")];
+    let more = "[contacts]\nlaw = \"frictional\"\n[[wall]]\nname = \"floor\"\nmaterial = \"m\"\n\
+         shape = { kind = \"plane\", point = [0, 0, -0.05], normal = [0, 0, 1] }\n";
+    let gravity = until("gravity = [0, 0, -9.81]", 1.0);
+    let assembly = built(&scene(&spheres, &(frictional("m", 1e6, 0.5) + more), &gravity));
+    let pair = assembly.unwrap_or_else(|error| panic!("{error}")).summary.collision.unwrap();
+    let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-6;
+    let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-14;
+    assert!(pair.wall.is_none() && near(pair.frequency, (7.0 * 0.5e6 / mass).sqrt()), "{pair:?}");
+    assert!(near(pair.speed, (16.0 + 2.0 * 9.81 * 0.05_f64).sqrt()), "{pair:?}");
+}
+
 /// A soft bonded bar hits a stiff wall below it later. The step is 0.5 of the bound of that contact: the energy stays within
 /// the 5 % of the guard, and within 1 % with `contact_safety = 0.1`.
 #[test]

@@ -80,3 +80,16 @@ pub fn contact_area(radius_a: f64, radius_b: f64) -> f64 {
     };
     PI * (radius * radius)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The smaller sphere limits the cross-section; a wall or facet has none of its own.
+    #[test]
+    fn the_smaller_sphere_has_the_area() {
+        for (a, b, radius) in [(1.0, 3.0, 1.0), (3.0, 1.0, 1.0), (2.0, 0.0, 2.0), (0.0, 2.0, 2.0)] {
+            assert_eq!(contact_area(a, b), PI * (radius * radius), "{a} {b}");
+        }
+    }
+}

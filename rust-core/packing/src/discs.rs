@@ -130,6 +130,10 @@ mod tests {
     fn loose_discs_do_not_touch() {
         let radii = vec![1e-3; 100];
         let packing = random_discs(&radii, 0.6, 2.0, &mut Random::new(3), &mut |_| ()).unwrap();
+        let edges = packing.cell.unwrap().matrix;
+        // Two roots: some roundings.
+        approx::assert_relative_eq!(edges[(0, 0)], 2.0 * edges[(1, 1)], max_relative = 1e-14);
+        approx::assert_relative_eq!(edges[(0, 0)] * edges[(1, 1)], 1e-4 * PI / 0.6, max_relative = 1e-14);
         let summary = PackingSummary::new(&packing, 1.0).unwrap();
         assert!(summary.coordination < 0.05 && summary.largest_overlap < 1e-3, "{summary:?}");
     }

@@ -243,6 +243,7 @@ fn unbalanced(report: &StepReport) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use concordem_solver::state::contacts::ContactFlags;
 
     /// Grown spheres rest under the requested pressure, equal on all walls, and are dense. A wall touches some 15
     /// spheres, whose forces scatter by as much as their mean: 26 % of scatter, three times that allowed. Random loose
@@ -275,6 +276,23 @@ mod tests {
             let normal = grown.state.walls[k].force[k / 2].abs() / (recipe.edge * recipe.edge);
             assert!((normal / 1e5 - 1.0).abs() < 0.78, "wall {k}: {normal}");
         }
+        // Spheres of the given density that touch at the sum of their radii, whatever they were before they grew. The factors of
+        // up to 400,000 steps round by 1e-16 each.
+        let particles = &grown.state.particles;
+        for p in 0..particles.len() {
+            let (r, mass) = (particles.radius[p], particles.mass[p]);
+            approx::assert_relative_eq!(mass, 2650.0 * 4.0 / 3.0 * PI * r * r * r, max_relative = 1e-9);
+            approx::assert_relative_eq!(particles.inertia[p], 0.4 * mass * r * r, max_relative = 1e-9);
+        }
+        let block = grown.state.contacts.as_ref().unwrap().contacts();
+        let touching = (0..block.len()).map(|k| block.view(k)).filter(|view| view.flags.has(ContactFlags::ACTIVE));
+        let mut count = 0;
+        for view in touching {
+            let sum = particles.radius[view.pair.a as usize] + particles.radius[view.pair.b as usize];
+            approx::assert_relative_eq!(view.reference.length, sum, max_relative = 1e-9);
+            count += 1;
+        }
+        assert!(count > 80, "{count} contacts");
         let refused = GrownBox { pressure: 0.0, ..recipe };
         assert!(matches!(grown_box(&refused, &mut |_, _, _, _| ()), Err(PackingError::NotPositive { .. })));
     }

@@ -182,6 +182,27 @@ mod tests {
         assert_ne!(sizes.radii(50, 3).unwrap(), sizes.radii(50, 4).unwrap());
     }
 
+    /// Each slice has one quantile, and the quantile lies anywhere in its slice: the mean of its place squared, measured from
+    /// the middle, is 1/12. A thousand of them scatter by 1/√(180·1000) = 2.4e-3; four times that are allowed. The places of two
+    /// slices have nothing to do with each other, nor have those of two seeds.
+    #[test]
+    fn quantiles_lie_anywhere_in_their_slices() {
+        let count = 1000;
+        let places = |seed| {
+            let mut radii = SizeDistribution::Uniform { low: 1.0, high: 3.0 }.radii(count, seed).unwrap();
+            radii.sort_by(f64::total_cmp);
+            let place = |(k, r): (usize, &f64)| 0.5 * (r - 1.0) * count as f64 - k as f64 - 0.5;
+            radii.iter().enumerate().map(place).collect::<Vec<f64>>()
+        };
+        let mean_product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / a.len() as f64;
+        let (one, other) = (places(3), places(4));
+        assert!(one.iter().all(|place| place.abs() < 0.5 + 1e-9), "a slice without a quantile");
+        approx::assert_abs_diff_eq!(mean_product(&one, &one), 1.0 / 12.0, epsilon = 0.01);
+        // Products of independent places have the mean 0 and scatter by (1/12)/√1000 = 2.6e-3.
+        approx::assert_abs_diff_eq!(mean_product(&one, &other), 0.0, epsilon = 0.011);
+        approx::assert_abs_diff_eq!(mean_product(&one[1..], &one[..count - 1]), 0.0, epsilon = 0.011);
+    }
+
     #[test]
     fn invalid_parameters_are_refused() {
         let bad = [

@@ -142,19 +142,24 @@ mod tests {
         let packing = loose_packing();
         let cell = packing.cell.unwrap();
         let shape = Shape::new_sphere(Vec3::new(0.2, -0.4, 0.7), 1.7).unwrap();
-        let body = tile_and_crop(&packing, &shape, Crop::Centers, Vec3::zeros()).unwrap();
-        let mut expected = 0;
+        let anchor = Vec3::new(0.35, -0.15, 0.6);
+        let body = tile_and_crop(&packing, &shape, Crop::Centers, anchor).unwrap();
+        let (mut expected, mut nearest) = (0, f64::INFINITY);
         for sphere in &packing.spheres {
             for i in -12..12 {
                 for j in -12..12 {
                     for k in -12..12 {
                         let image = Vec3::new(f64::from(i), f64::from(j), f64::from(k));
-                        expected += usize::from(shape.contains(&(sphere.position + cell.matrix * image), 0.0));
+                        let position = anchor + sphere.position + cell.matrix * image;
+                        expected += usize::from(shape.contains(&position, 0.0));
+                        nearest = nearest.min((position - body.spheres[0].position).norm());
                     }
                 }
             }
         }
         assert_eq!(body.spheres.len(), expected);
+        // The spheres lie where the copies are, to rounding.
+        assert!(nearest < 1e-14, "{nearest:e}");
     }
 
     #[test]

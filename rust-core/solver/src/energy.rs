@@ -206,3 +206,51 @@ impl Ledger {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Terms that vanish beside the sum come back when it is small again.
+    #[test]
+    fn sums_keep_small_terms() {
+        let mut sum = Sum::default();
+        [1.0, 1e100, 1.0, -1e100].into_iter().for_each(|term| sum.add(term));
+        assert_eq!(sum.get(), 2.0);
+    }
+
+    /// A ledger after two steps without contacts: kinetic energy and energy of strained particles (J) at both, and what damping
+    /// dissipates between them.
+    fn after(kinetic: [f64; 2], deformation: [f64; 2], damping: f64) -> Ledger {
+        let mut ledger = Ledger::default();
+        for step in 0..2 {
+            // Half of it before the second instant, half after the first.
+            let damping = if step == 0 { [0.0, 0.5 * damping] } else { [0.5 * damping, 0.0] };
+            let kick = KickSums { kinetic: kinetic[step], damping, ..KickSums::default() };
+            let sums = DeformationSums { stored: deformation[step], ..DeformationSums::default() };
+            ledger.book(&EnergySplit::default(), &kick, &sums, [0.0; 2]);
+        }
+        ledger
+    }
+
+    /// Energy that damping takes has a sink, energy that it makes or that comes from nowhere has no source. All numbers are exact.
+    #[test]
+    fn energy_without_a_source_is_named() {
+        for (kinetic, damping, residual, created) in [
+            ([1.0, 0.5], 0.5, 0.0, 0.0),
+            ([1.0, 1.5], -0.5, 0.0, 0.5),
+            ([1.0, 1.5], 0.0, -0.5, 0.5),
+            ([1.0, 0.75], 0.0, 0.25, -0.25),
+        ] {
+            let ledger = after(kinetic, [0.0; 2], damping);
+            assert_eq!((ledger.residual(), ledger.created()), (residual, created), "{kinetic:?} {damping}");
+        }
+    }
+
+    /// Particles that are strained at the start hold energy, which may become motion.
+    #[test]
+    fn strained_particles_hold_energy_from_the_start() {
+        let ledger = after([0.0, 0.25], [0.25, 0.0], 0.0);
+        assert_eq!((ledger.initial, ledger.residual(), ledger.turnover()), (0.25, 0.0, 0.25));
+    }
+}

@@ -368,6 +368,35 @@ fn between_plates() {
     assert!(force / sphere > 0.01 * squeeze, "the sphere hardly deforms");
 }
 
+/// Two discs apart by more than the skin, which loads along y widen until they overlap along x: they are found, and push each
+/// other with `k_n(gap − W_A − W_B)`, `W = ν(1+ν)2F/πE` (2.48). A difference of lengths of 2 mm against 6 µm: 1e-13, and some more.
+#[test]
+fn discs_that_widen_meet() {
+    let (young, poisson, widening, gap) = (2e11, 0.35, 5e-3 * RADIUS, 4e-3 * RADIUS);
+    let load = widening * PI * young / (2.0 * poisson * (1.0 + poisson));
+    let mut particles = discs(&[(0.0, 0.0), (2.0 * RADIUS + gap, 0.0)], |_| RADIUS);
+    for p in 0..2 {
+        for force in [load, -load] {
+            particles.add_load_at(p, Vec3::new(0.0, force, 0.0), Vec3::zeros(), LoadLever::Push);
+        }
+    }
+    let contact = Frictional::new(ContactStiffness::Given { normal: NORMAL, shear: 0.0 }, 0.0, 0.0).unwrap();
+    let contacts = Box::new(ContactBlock::new(vec![contact]));
+    let mut state = State { particles, contacts: Some(contacts), ..State::default() };
+    state.clock.dt = 1e-9;
+    let mut rows = PairCoefficients::new(1);
+    rows.set(0, 0, 0);
+    let model = Model { contact_rows: rows, skin: 1e-3, ..model(&deformable(young, poisson)) };
+    let mut solver = Solver::new(model, &mut state).unwrap();
+    // The strains of a step are those of the forces of the step before.
+    assert_eq!(solver.step(&mut state).unwrap().active, [0; 3]);
+    let report = solver.step(&mut state).unwrap();
+    let expected = NORMAL * (gap - 2.0 * widening);
+    let found = solver.forces()[0].x;
+    assert!(report.rebuilt && report.active == [0, 1, 0], "{report:?}");
+    assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+}
+
 // -------------------------------------------------------------------------------------------------------------------
 // Dynamics
 

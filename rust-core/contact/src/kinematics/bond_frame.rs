@@ -460,4 +460,45 @@ mod tests {
             assert!((AnyAngles::twice(-s, -c) - angle).abs() <= 1e-15 * angle.abs().max(1.0), "{angle}");
         }
     }
+
+    /// What the ends of a bond across the border of a sheared cell move relative to each other in a step is the change of the
+    /// branch vector, to first order in the rotation of the cell (1e-6): half of it comes from the border here.
+    #[test]
+    fn displacement_is_the_change_of_the_branch_vector() {
+        use crate::Cell;
+        use crate::kinematics::{ImageShift, Motion};
+        use crate::math::Mat3;
+
+        let dt = 1e-3;
+        let mut cell = Cell::new_box(Vec3::new(2.0, 3.0, 4.0));
+        cell.velocity_gradient = Mat3::new(1e-3, 5e-4, 0.0, -2e-4, 0.0, 3e-4, 0.0, 0.0, -1e-3);
+        let motion = |position: Vec3, velocity: Vec3| Motion {
+            position,
+            velocity,
+            angular_velocity: Vec3::zeros(),
+            rotation_increment: Quat::identity(),
+            orientation: Quat::identity(),
+        };
+        let image = [1, -1, 0];
+        let (a, b) = (Vec3::new(1.9, 0.2, 1.0), Vec3::new(0.3, 2.9, 1.5));
+        let (va, vb) = (Vec3::new(1e-3, 0.0, 2e-3), Vec3::new(-1e-3, 1e-3, 0.0));
+        let before = b + cell.shift(image) - a;
+        cell.matrix += cell.velocity_gradient * cell.matrix * dt;
+        let (a, b) = (motion(a + va * dt, va), motion(b + vb * dt, vb));
+        let geometry = ContactGeometry {
+            reference_length: 1.0,
+            area: 1.0,
+            radius_a: 0.5,
+            radius_b: 0.5,
+            mass_a: 1.0,
+            mass_b: 1.0,
+        };
+        let previous = PreviousGeometry { normal: before.normalize(), length: before.norm() };
+        let shift = ImageShift::of(&cell, image, MotionMeasure::Finite);
+        let input =
+            ContactInput { a: &a, b: &b, image: &shift, geometry: &geometry, previous: &previous, bonded: true, dt };
+        let change = input.branch() - before;
+        let found = FrameKinematics::new(&input).displacement;
+        assert!(change.norm() > 1e-6 && (found - change).norm() < 1e-5 * change.norm(), "{found} {change}");
+    }
 }

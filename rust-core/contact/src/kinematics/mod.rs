@@ -182,3 +182,40 @@ pub fn torques(normal: &Vec3, force: &Vec3, arms: [f64; 2]) -> [Vec3; 2] {
     let torque_per_arm = normal.cross(force);
     arms.map(|arm| torque_per_arm * arm)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Surfaces that have moved towards each other shorten elongation and gap, each by what they had moved at its time; centers and
+    /// rates stay. Exact numbers.
+    #[test]
+    fn surfaces_move_and_centers_stay() {
+        let geometry = ContactGeometry {
+            reference_length: 2.5,
+            area: 1.0,
+            radius_a: 1.0,
+            radius_b: 1.0,
+            mass_a: 1.0,
+            mass_b: 1.0,
+        };
+        let rigid = PointKinematics {
+            geometry,
+            length: 2.75,
+            length_old: 2.5,
+            elongation: 0.25,
+            elongation_old: 0.0,
+            gap: 0.75,
+            normal: Vec3::x(),
+            shear_increment: Vec3::y() * 0.5,
+            arm_a: 1.375,
+            arm_b: 1.375,
+            bonded: true,
+            transport: Transport::identity(Vec3::x()),
+        };
+        let k = rigid.with_surface_displacement(0.5, 0.125);
+        assert_eq!((k.elongation, k.elongation_old, k.gap), (-0.25, -0.125, 0.25));
+        assert_eq!((k.length, k.length_old, k.arm_a, k.arm_b), (2.75, 2.5, 1.375, 1.375));
+        assert_eq!((k.shear_increment, k.normal_velocity(0.5)), (rigid.shear_increment, 0.5));
+    }
+}

@@ -159,6 +159,18 @@ mod tests {
         }
     }
 
+    /// A sphere that rolls while it approaches the wall by 0.2 m in the step: the increment has the mean of the arms at both ends
+    /// of the step, so that a shear force of constant size does exactly the work of its torque under the trapezoidal rule,
+    /// `½(a_o + a) f sin φ`. The arm at one end would be wrong in first order.
+    #[test]
+    fn rolling_has_the_mean_of_both_arms() {
+        let (old_length, roll) = (DISTANCE + 0.2, 20.0);
+        let k = measured(MotionMeasure::Finite, Vec3::zeros(), Vec3::y() * roll, -Vec3::z(), old_length);
+        let expected = 0.1 * DT + 0.5 * (old_length + DISTANCE) * (roll * DT).sin();
+        // Some ten roundings of numbers of the size of the result.
+        assert!((k.shear_increment.x - expected).abs() < 2e-15 * expected, "{} {expected}", k.shear_increment.x);
+    }
+
     /// Where the normal rotates (at the edge of a mesh) and the sphere rotates about it, all modes agree to second
     /// order in the step: rotations of 1e-3 and 0.02 rad differ at most by their squares.
     #[test]

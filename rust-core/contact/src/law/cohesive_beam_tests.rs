@@ -324,3 +324,49 @@ fn bad_parameters_are_named() {
     assert!(CohesiveBeam { model: BeamModel::Timoshenko { shear_coefficient: 0.0 }, ..beam() }.validate().is_err());
     assert!(CohesiveBeam { model: BeamModel::DualSpring { ratio: -0.1 }, ..beam() }.validate().is_err());
 }
+
+/// A section is that of the mean radius of all particles, or a given one, whatever the two particles are; the axial force is `ES` times
+/// the strain; and the faces of a crack touch where they parted.
+#[test]
+fn sections_belong_to_the_specimen() {
+    let ratio = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(0.5)).unwrap();
+    assert_eq!(ratio.bonded_area(0.8, 1.2, 2.0), PI);
+    assert_eq!(beam().bonded_area(0.8, 1.2, 2.0), PI * (0.3 * 0.3));
+    let geometry = subject("beam", beam()).geometry;
+    let force = beam().axial_force(&geometry, 2.1 * 1.25).unwrap();
+    // A few roundings.
+    assert!((force / (YOUNG * geometry.area * 0.25) - 1.0).abs() < 1e-14, "{force}");
+    let reference = Reference { length: 2.1, area: 0.5 };
+    assert_eq!(beam().kept_reference(reference), Some(reference));
+}
+
+/// A beam that is stretched, bent, and twisted when its particles let go of it releases all that it stores, by whatever mode; and one
+/// that turns by more than 3 rad breaks however strong it is.
+#[test]
+fn a_beam_releases_all_it_stores() {
+    let geometry = subject("beam", beam()).geometry;
+    let respond = |twist: f64, bonded: bool| {
+        let turned = |theta: Vec3| crate::math::quaternion_of_rotation_vector(&theta);
+        let length = 2.2;
+        let k = FrameKinematics {
+            point: BranchVector { length, normal: Vec3::x() }.point(
+                &geometry,
+                &crate::geometry::PreviousGeometry { normal: Vec3::x(), length },
+                bonded,
+            ),
+            orientation_a: turned(Vec3::new(0.0, 0.1, 0.05)),
+            orientation_b: turned(Vec3::x() * twist) * turned(Vec3::new(0.0, -0.2, 0.1)),
+            displacement: Vec3::zeros(),
+            turn_a: Vec3::zeros(),
+            turn_b: Vec3::zeros(),
+        };
+        let rest = CohesiveBeamState { rest_direction: Vec3::x(), rest_rotation: Vec3::zeros() };
+        beam().respond(&k, &rest, 1e-3)
+    };
+    let (held, released) = (respond(0.3, true), respond(0.3, false));
+    let EnergySplit { stored_normal, stored_shear, stored_bending, stored_twist, .. } = held.energy;
+    assert!([stored_normal, stored_shear, stored_bending, stored_twist].iter().all(|energy| *energy > 1.0));
+    assert_eq!((held.status, released.status), (Status::Lives, Status::Broke));
+    assert_eq!(released.energy.damage, stored_normal + stored_shear + stored_bending + stored_twist);
+    assert_eq!((respond(2.9, true).status, respond(3.05, true).status), (Status::Lives, Status::Broke));
+}

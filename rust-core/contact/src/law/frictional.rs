@@ -472,4 +472,76 @@ mod tests {
         assert!(Frictional::new(moduli, 0.1, 0.0).is_err());
         assert!(Frictional::new(stiffness, 0.1, f64::NAN).is_err());
     }
+
+    fn table(young: f64, friction: f64, damping: f64) -> FrictionalTable {
+        FrictionalTable {
+            young: Some(Stress::new(young)),
+            stiffness_ratio: Some(Number::new(0.25)),
+            normal_stiffness: None,
+            shear_stiffness: None,
+            friction_coefficient: Number::new(friction),
+            damping_ratio: Number::new(damping),
+        }
+    }
+
+    /// Two materials: the smoother surface slides, dashpots and stiffnesses in N/m are means, and each sphere keeps its own
+    /// modulus: two springs `2Er` in series, whoever is A. All numbers are exact.
+    #[test]
+    fn two_materials_share_a_contact() {
+        let (soft, stiff) = (table(1e6, 0.75, 0.0), table(3e6, 0.25, 0.5));
+        let row = Frictional::row(&soft, &stiff).unwrap();
+        assert_eq!((row.friction, row.damping_ratio), (0.25, 0.25));
+        // 2·(1e6·1)(3e6·2)/(1e6·1 + 3e6·2); at a wall, both with the radius of the sphere.
+        let geometry = ContactGeometry { radius_a: 1.0, radius_b: 2.0, ..GEOMETRY };
+        let expected = (12e12 / 7e6, 0.25 * (12e12 / 7e6));
+        assert_eq!(row.stiffness.of(&geometry), expected);
+        let mirrored = ContactGeometry { radius_a: 2.0, radius_b: 1.0, ..GEOMETRY };
+        assert_eq!(row.exchanged().stiffness.of(&mirrored), expected);
+        let wall = ContactGeometry { radius_a: 1.0, radius_b: 0.0, ..GEOMETRY };
+        assert_eq!(row.stiffness.of(&wall).0, 1.5e6);
+        let given = |normal: f64| FrictionalTable {
+            young: None,
+            stiffness_ratio: None,
+            normal_stiffness: Some(quantity::Stiffness::new(normal)),
+            shear_stiffness: Some(quantity::Stiffness::new(0.5 * normal)),
+            ..soft.clone()
+        };
+        let row = Frictional::row(&given(1e6), &given(3e6)).unwrap();
+        assert_eq!(row.stiffness, ContactStiffness::Given { normal: 2e6, shear: 1e6 });
+        assert!(Frictional::row(&soft, &given(1e6)).is_err());
+    }
+
+    /// The Coulomb limit is that of the whole normal force, dashpot included: a contact that approaches holds a shear force that
+    /// its spring alone would not let it hold, `k_t u_t + c_t u̇_t` with `c = 2ξ√(m k)`. Some roundings.
+    #[test]
+    fn dashpots_count_for_friction() {
+        let (kn, kt, xi, mass) = (1e6, 5e5, 0.2, 2.0 / 3.0);
+        let law = Frictional::new(ContactStiffness::Given { normal: kn, shear: kt }, 0.5, xi).unwrap();
+        let (cn, ct) = (2.0 * xi * f64::sqrt(mass * kn), 2.0 * xi * f64::sqrt(mass * kt));
+        let (dt, rate, shear, shear_rate) = (1e-6, -1.0, 1.2e-3, 0.1);
+        let k = PointKinematics {
+            geometry: GEOMETRY,
+            length: 1.999,
+            length_old: 1.999 - rate * dt,
+            elongation: -1e-3,
+            elongation_old: -1e-3 - rate * dt,
+            gap: -1e-3,
+            normal: Vec3::x(),
+            shear_increment: Vec3::y() * (shear_rate * dt),
+            arm_a: 0.8,
+            arm_b: 1.199,
+            bonded: false,
+            transport: crate::kinematics::Transport::identity(Vec3::x()),
+        };
+        let before =
+            FrictionalState { shear_displacement: Vec3::y() * (shear - shear_rate * dt), ..FrictionalState::default() };
+        let answer = law.respond(&k, &before, dt);
+        let (normal, tangential) = (-kn * 1e-3 + cn * rate, kt * shear + ct * shear_rate);
+        assert!(0.5 * kn * 1e-3 < kt * shear && tangential < -0.5 * normal, "the case must tell");
+        // The rate is a difference of lengths of 2 over 1e-6.
+        assert!((answer.force - Vec3::new(normal, tangential, 0.0)).norm() < 1e-6, "{}", answer.force);
+        assert_eq!(answer.energy.friction, 0.0);
+        let viscous = Frictional::viscous_force(&k.normal, &answer.state);
+        assert!((viscous - Vec3::new(cn * rate, ct * shear_rate, 0.0)).norm() < 1e-6, "{viscous}");
+    }
 }

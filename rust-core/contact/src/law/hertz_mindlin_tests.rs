@@ -363,3 +363,66 @@ fn bad_parameters_are_named() {
     assert!(HertzMindlin::new(Elastic { poisson: 0.6, ..BODY }, BODY, 0.1, 1.0).is_err());
     assert!(HertzMindlin::new(BODY, BODY, 0.1, 0.5).unwrap().with_tension_from_damping(-0.1).is_err());
 }
+
+/// Two materials: the restitution and the shear damping of the mean, the friction of the smoother surface, and the compliances
+/// of both bodies added.
+#[test]
+fn two_materials_share_a_contact() {
+    let table = |young: f64, poisson: f64, restitution: f64, other: f64| HertzMindlinTable {
+        young: Stress::new(young),
+        poisson: Number::new(poisson),
+        friction_coefficient: Number::new(other),
+        restitution: Number::new(restitution),
+        shear_damping_ratio: Number::new(0.5 * other),
+    };
+    let row = HertzMindlin::row(&table(1e9, 0.25, 0.5, 0.75), &table(4e9, 0.0, 0.75, 0.25)).unwrap();
+    let bodies = [Elastic { young: 1e9, poisson: 0.25 }, Elastic { young: 4e9, poisson: 0.0 }];
+    let expected = HertzMindlin::new(bodies[0], bodies[1], 0.25, 0.625).unwrap();
+    assert_eq!(row, HertzMindlin { shear_damping_ratio: 0.25, ..expected });
+    // (1−ν²)/E and 2(1+ν)(2−ν)/E; a few roundings.
+    assert!((row.effective_young * (0.9375 / 1e9 + 1.0 / 4e9) - 1.0).abs() < 1e-15);
+    assert!((row.effective_shear * (2.0 * 1.25 * 1.75 / 1e9 + 4.0 / 4e9) - 1.0).abs() < 1e-15);
+}
+
+/// What the time step knows of a contact follows from its force: the stiffness at an overlap is the slope of the force there, the
+/// dashpot is that of the law, and an elastic impact stores all its kinetic energy, `½mv² = ∫f dδ`. Finite differences of 1e-6 of the
+/// overlap leave 1e-9; the integral is exact.
+#[test]
+fn bounds_follow_from_the_force() {
+    let law = HertzMindlin::new(Elastic { young: 1e9, poisson: 0.25 }, Elastic { young: 4e9, poisson: 0.0 }, 0.5, 0.6)
+        .unwrap();
+    let geometry =
+        ContactGeometry { reference_length: 3.0, area: 1.0, radius_a: 1.0, radius_b: 2.0, mass_a: 2.0, mass_b: 6.0 };
+    // Force (N) and dashpot (N·s/m) at an overlap, for an approach at this rate (m/s).
+    let force = |overlap: f64, rate: f64| {
+        let dt = 1e-6;
+        let k = PointKinematics {
+            geometry,
+            length: 3.0 - overlap,
+            length_old: 3.0 - overlap + rate * dt,
+            elongation: -overlap,
+            elongation_old: -overlap + rate * dt,
+            gap: -overlap,
+            normal: Vec3::x(),
+            shear_increment: Vec3::zeros(),
+            arm_a: 1.0,
+            arm_b: 2.0,
+            bonded: false,
+            transport: Transport::identity(Vec3::x()),
+        };
+        -law.respond(&k, &HertzMindlinState::default(), dt).force.x
+    };
+    let overlap = 0.02;
+    let h = 1e-6 * overlap;
+    let slope = (force(overlap + h, 0.0) - force(overlap - h, 0.0)) / (2.0 * h);
+    let found = law.stiffness_at(&geometry, overlap);
+    assert!((found.normal / slope - 1.0).abs() < 1e-8, "{} {slope}", found.normal);
+    let dashpot = force(overlap, 1.0) - force(overlap, 0.0);
+    assert!((found.normal_damping / dashpot - 1.0).abs() < 1e-8, "{} {dashpot}", found.normal_damping);
+    // Mindlin: k_t/k_n = 4G*/E*.
+    assert!((found.shear / found.normal - 4.0 * law.effective_shear / law.effective_young).abs() < 1e-14);
+    let speed = 3.0;
+    let deepest = law.impact_overlap(&geometry, speed);
+    let (stored, kinetic) = (0.4 * force(deepest, 0.0) * deepest, 0.5 * 1.5 * speed * speed);
+    assert!((stored / kinetic - 1.0).abs() < 1e-12, "{stored} {kinetic}");
+}

@@ -131,6 +131,94 @@ fn which_strength_breaks() {
     assert_eq!(broken.energy.damage, 0.5 * (1e6 * 1.1e-3) * 1.1e-3);
 }
 
+/// The dashpots count: a bond breaks by the whole force, elastic and viscous, not by the elastic force alone. At half of the
+/// elastic strength in tension or shear it breaks as soon as the dashpot bears the other half; and a bond stretched beyond
+/// its elastic strength holds as long as it shortens fast enough.
+#[test]
+fn dashpots_break_bonds() {
+    let bond = LinearBond::new(1e6, 4e5, 0.2, 1e3, 1e3).unwrap();
+    let geometry = subject("bond", bond).geometry;
+    let (normal_viscosity, shear_viscosity) = bond.dashpots(&geometry);
+    let dt = 1e-3;
+    let status = |elongation: f64, rate: f64, shear: f64, shear_rate: f64| {
+        let k = PointKinematics {
+            geometry,
+            length: 2.1 + elongation,
+            length_old: 2.1 + elongation - rate * dt,
+            elongation,
+            elongation_old: elongation - rate * dt,
+            gap: 0.1 + elongation,
+            normal: Vec3::x(),
+            shear_increment: Vec3::new(0.0, shear_rate * dt, 0.0),
+            arm_a: 1.0,
+            arm_b: 1.0,
+            bonded: true,
+            transport: crate::kinematics::Transport::identity(Vec3::x()),
+        };
+        let shear_displacement = Vec3::new(0.0, shear - shear_rate * dt, 0.0);
+        bond.respond(&k, &LinearBondState { shear_displacement, ..LinearBondState::default() }, dt).status
+    };
+    // 500 N of the spring; the dashpot takes the other 500 N at this rate.
+    let (rate, shear_rate) = (500.0 / normal_viscosity, 500.0 / shear_viscosity);
+    for (factor, expected) in [(0.99, Status::Lives), (1.01, Status::Broke)] {
+        assert_eq!(status(0.5e-3, factor * rate, 0.0, 0.0), expected);
+        assert_eq!(status(0.0, 0.0, 1.25e-3, factor * shear_rate), expected);
+    }
+    assert_eq!(status(1.2e-3, -rate, 0.0, 0.0), Status::Lives);
+    assert_eq!(status(0.0, 0.0, 3e-3, -shear_rate), Status::Lives);
+}
+
+/// What a bond exerts is its springs' force and what it names as viscous, in both directions.
+#[test]
+fn the_rest_of_the_force_is_viscous() {
+    let bond = LinearBond::new(1e6, 4e5, 0.2, f64::INFINITY, f64::INFINITY).unwrap();
+    let k = PointKinematics {
+        geometry: subject("bond", bond).geometry,
+        length: 2.11,
+        length_old: 2.108,
+        elongation: 0.01,
+        elongation_old: 0.008,
+        gap: 0.11,
+        normal: Vec3::x(),
+        shear_increment: Vec3::new(0.0, 1e-3, -2e-3),
+        arm_a: 1.0,
+        arm_b: 1.0,
+        bonded: true,
+        transport: crate::kinematics::Transport::identity(Vec3::x()),
+    };
+    let answer = bond.respond(&k, &LinearBondState::default(), 1e-2);
+    let elastic = Vec3::new(1e6 * 0.01, 4e5 * 1e-3, -4e5 * 2e-3);
+    let viscous = LinearBond::viscous_force(&k.normal, &answer.state);
+    assert!(viscous.iter().all(|component| component.abs() > 1.0), "{viscous}");
+    // Some roundings of 1e4 N.
+    assert!((answer.force - elastic - viscous).norm() < 1e-11, "{viscous}");
+}
+
+/// Between two materials all parameters are means, but for strengths that only one of them has; a broken bond goes on with the
+/// same springs and dashpots, and with the friction of the smoother surface. All numbers are exact.
+#[test]
+fn two_materials_share_a_bond() {
+    let table = |factor: f64, strength: Option<f64>, friction: f64| LinearBondTable {
+        normal_stiffness: quantity::Stiffness::new(4e6 * factor),
+        shear_stiffness: quantity::Stiffness::new(1e6 * factor),
+        damping_ratio: Number::new(0.25 * factor),
+        normal_strength: Some(Force::new(100.0 * factor)),
+        shear_strength: strength.map(Force::new),
+        friction_coefficient: Number::new(friction),
+        subtract_initial_gap: true,
+    };
+    let (one, other) = (table(1.0, Some(50.0), 0.5), table(3.0, None, 0.25));
+    let bond = LinearBond::row(&one, &other).unwrap();
+    assert_eq!(bond, LinearBond::new(8e6, 2e6, 0.5, 200.0, 50.0).unwrap());
+    let after = LinearBond::unbonded_row(&one, &other).unwrap();
+    let stiffness = crate::law::ContactStiffness::Given { normal: 8e6, shear: 2e6 };
+    assert_eq!(after, Frictional::new(stiffness, 0.25, 0.5).unwrap());
+    // Springs under their initial gap have no length of their own that a crack could keep.
+    let gap = LinearBond { subtract_initial_gap: false, ..bond };
+    let reference = Reference { length: 2.1, area: 1.0 };
+    assert_eq!((bond.kept_reference(reference), gap.kept_reference(reference)), (Some(reference), None));
+}
+
 #[test]
 fn bad_parameters_are_named() {
     let message = LinearBond::new(1e6, -1.0, 0.0, 1.0, 1.0).unwrap_err().to_string();

@@ -80,6 +80,9 @@ fn affine_fields(dimension: Dimension, seed: u64, jitter: f64) {
     let bagi = bagi_strain(&mesh, &reference, &displacement, None).unwrap();
     exact(&bagi.gradient, &g);
     exact(&bagi.unity, &unit(dimension));
+    // Both count the volume of the same body.
+    let cells = cell_strain(&mesh, &reference, &displacement, None).unwrap().volume;
+    assert!((bagi.volume - cells).abs() < EXACT, "{} {cells}", bagi.volume);
     exact(&boundary_strain(&mesh, &reference, &displacement).unwrap(), &g);
     // Satake with particle rotations and walls that move along.
     let domain = Domain::Box { low: Vec3::repeat(-0.05), high: Vec3::repeat(1.05) };

@@ -1,12 +1,13 @@
 //! P1 to P24 of the operators on random data.
 
 use super::super::affine_stiffness::{AffineLink, affine_forces, affine_stiffness, isotropic_moduli};
+use super::super::coarse_grain::{Kernel, coarse_grain};
 use super::super::couple_stress::{conjugate, external, from_resultants, internal};
 use super::super::power::power;
 use super::super::strain::{Dimension, affine_fit};
 use super::super::stress::{
-    ParticleVolume, Partition, axial, boundary_stress, particle_moments, particle_stress, region_stress,
-    region_stress_from_particles,
+    ParticleVolume, Partition, axial, boundary_stress, kinetic_stress, particle_moments, particle_stress,
+    region_stress, region_stress_from_particles,
 };
 use super::*;
 
@@ -477,6 +478,54 @@ proptest! {
             s.stress * s.volume
         }).sum();
         close(&sum, &(stress_of(&c.set()) * 2.5), c.pair.len() as f64);
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(64))]
+
+    /// P8 for loads: a force away from the center of its particle is one at the center and a moment.
+    #[test]
+    fn p8_loads_away_from_the_centers(seed in any::<u64>()) {
+        let c = Cluster::random(seed);
+        let mut r = Random::new(seed ^ 0x0a);
+        let (mut loads, centroid) = (c.reactions(), r.vector());
+        let central = external(&c.position, &loads.set(), 2.5, &centroid).unwrap();
+        for k in 0..loads.point.len() {
+            let arm = r.vector() * 0.2;
+            loads.point[k] += arm;
+            loads.moment[k] -= arm.cross(&loads.force[k]);
+        }
+        close(&external(&c.position, &loads.set(), 2.5, &centroid).unwrap(), &central, 20.0 * c.pair.len() as f64);
+    }
+
+    /// P8 for the kinetic stress: an observer who moves sees the same stress, in a region and by coarse-graining, and a body that
+    /// moves as a whole has none. Two particles that part at `±v` have `−(m v⊗v + m v⊗v)/V`, whatever else they do together.
+    #[test]
+    fn p8_kinetic_stress_does_not_depend_on_the_observer(seed in any::<u64>()) {
+        let mut c = Cluster::random(seed);
+        let mut r = Random::new(seed ^ 1);
+        let mass: Vec<f64> = c.radius.iter().map(|_| 0.5 + r.share()).collect();
+        let part = Region::Sphere { center: c.position[0], radius: 1.2 };
+        let kernel = Kernel::new(1.2, Dimension::Three).unwrap();
+        let of = |c: &Cluster| {
+            let stress = |region: &Region| kinetic_stress(&c.position, &mass, &c.velocity, region, None).unwrap();
+            let fields = coarse_grain(&c.set(), &mass, &c.velocity, &kernel, &c.position[..1], None).unwrap();
+            [stress(&WHOLE), stress(&part), fields[0].kinetic_stress]
+        };
+        let size = 16.0 * mass.iter().sum::<f64>();
+        let boost = r.vector() * 3.0;
+        let before = of(&c);
+        prop_assert!(before[0].trace() < 0.0);
+        c.velocity.iter_mut().for_each(|v| *v += boost);
+        for (a, b) in before.iter().zip(of(&c)) {
+            close(a, &b, size);
+        }
+        let (v, n) = (r.vector(), c.position.len());
+        c.velocity = vec![boost; n];
+        of(&c).iter().for_each(|stress| close(stress, &Mat3::zeros(), size));
+        let pair = kinetic_stress(&c.position[..2], &[0.7, 0.7], &[boost + v, boost - v], &WHOLE, None).unwrap();
+        close(&pair, &(v * v.transpose() * (-2.0 * 0.7 / 2.5)), size);
     }
 }
 

@@ -1,5 +1,6 @@
 //! Printed tables (Stránský 2018, Tables 4.1, 6.1, A.1), discs of Madan 2019, particle strains, and moduli.
 
+use super::super::affine_stiffness::{affine_forces, voigt_plane};
 use super::super::couple_stress::external;
 use super::super::damage::{damage_tensor, damage_tensor_exact, strength_damage, strength_damage_exponential};
 use super::super::strain::{ElasticConstants, ElasticState, cosserat};
@@ -197,4 +198,26 @@ fn beam_end_loads() {
         all.push(couple_stress::internal(&contacts, 1.0, &Vec3::zeros()).unwrap());
     }
     close(&all[0], &all[1], 10.0);
+}
+
+/// Voigt's moduli of the plane are what contacts in even directions answer to expansion and to shear, `σ = 2Kε` and `σ = 2Gε`: (4.15) to
+/// (4.18). The sums over the directions are exact but for rounding.
+#[test]
+fn voigt_moduli_are_those_of_even_directions() {
+    let (count, radius, area, normal, tangential) = (12, 0.4, 3.0, 2.0, 0.7);
+    let branch: Vec<Vec3> = (0..count)
+        .map(|k| {
+            let (sin, cos) = (std::f64::consts::PI * f64::from(k) / f64::from(count)).sin_cos();
+            Vec3::new(cos, sin, 0.0) * (2.0 * radius)
+        })
+        .collect();
+    let stress = |strain: Mat3| {
+        let force = affine_forces(&branch, &vec![(normal, tangential); branch.len()], &strain).unwrap();
+        branch.iter().zip(&force).map(|(l, f)| l * f.transpose()).sum::<Mat3>() / area
+    };
+    let (bulk, shear) = voigt_plane(f64::from(count), radius, area, normal, tangential).unwrap();
+    let expansion = Mat3::from_diagonal(&Vec3::new(1.0, 1.0, 0.0));
+    close(&stress(expansion), &(expansion * (2.0 * bulk)), 10.0);
+    let shearing = Mat3::new(0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    close(&stress(shearing), &(shearing * (2.0 * shear)), 10.0);
 }

@@ -317,3 +317,64 @@ fn fabric_of_an_even_network() {
     // Every particle has one contact: 2·N_c/N_p = 1 within the scatter of the contacts across the border.
     assert!((f.coordination - 1.0).abs() < 0.05, "{}", f.coordination);
 }
+
+/// A particle on the border of two boxes of a grid belongs to one of them, and the volume of a cylinder is that of its whole length;
+/// an infinite one has unit depth. Exact numbers.
+#[test]
+fn borders_and_volumes() {
+    let places: Vec<f64> = (0..4).map(|k| 0.5 * f64::from(k)).collect();
+    let mut position = Vec::new();
+    for x in &places {
+        for y in &places {
+            position.extend(places.iter().map(|z| Vec3::new(*x, *y, *z)));
+        }
+    }
+    let grid = Region::grid(Vec3::zeros(), Vec3::repeat(2.0), [4; 3]);
+    let (mut count, one) = (0.0, vec![1.0; position.len()]);
+    for cell in &grid {
+        let inside = solid_fraction(&position, &one, cell, None).unwrap() * cell.volume().unwrap();
+        assert_eq!(inside, 1.0);
+        count += inside;
+    }
+    assert_eq!(count, 64.0);
+    let cylinder =
+        |half_length: f64| Region::Cylinder { center: Vec3::zeros(), axis: Vec3::z(), radius: 2.0, half_length };
+    assert_eq!(cylinder(3.0).volume().unwrap(), std::f64::consts::PI * 4.0 * 6.0);
+    assert_eq!(cylinder(f64::INFINITY).volume().unwrap(), std::f64::consts::PI * 4.0);
+}
+
+/// Coarse-grained fields of a deforming cell are those of its copies, whose velocities change from cell to cell.
+#[test]
+fn coarse_fields_across_a_moving_border() {
+    let mut r = Random::new(17);
+    let period = Period { edges: Mat3::new(1.0, 0.2, 0.0, 0.0, 0.9, -0.1, 0.0, 0.0, 1.1), change: r.matrix() };
+    let mut c = Cluster::default();
+    for _ in 0..10 {
+        c.position.push(period.edges * Vec3::new(r.share(), r.share(), r.share()));
+        c.velocity.push(r.vector());
+    }
+    for k in 0..20 {
+        c.push(k % 10, (k + 3) % 10, &mut r);
+    }
+    let mass: Vec<f64> = (0..10).map(|_| 0.5 + r.share()).collect();
+    let mut copies = Cluster::default();
+    for k in 0..125 {
+        let image = Vec3::new(f64::from(k % 5) - 2.0, f64::from(k / 5 % 5) - 2.0, f64::from(k / 25) - 2.0);
+        let (shift, base) = (period.edges * image, copies.position.len() as u32);
+        copies.position.extend(c.position.iter().map(|x| x + shift));
+        copies.velocity.extend(c.velocity.iter().map(|v| v + period.change * image));
+        copies.pair.extend(c.pair.iter().map(|p| p.map(|p| p + base)));
+        copies.branch.extend(&c.branch);
+        copies.point.extend(c.point.iter().map(|x| x + shift));
+        copies.force.extend(&c.force);
+        copies.moment.extend(&c.moment);
+    }
+    let kernel = Kernel::new(0.4, Dimension::Three).unwrap();
+    let point = [period.edges * Vec3::repeat(0.95)];
+    let one = coarse_grain(&c.set(), &mass, &c.velocity, &kernel, &point, Some(&period)).unwrap()[0];
+    let many = coarse_grain(&copies.set(), &mass.repeat(125), &copies.velocity, &kernel, &point, None).unwrap()[0];
+    assert!(one.density > 0.0 && (one.density - many.density).abs() < ROUNDING * 100.0);
+    close_vector(&one.momentum, &many.momentum, 300.0);
+    close(&one.kinetic_stress, &many.kinetic_stress, 1000.0);
+    close(&one.stress, &many.stress, 300.0);
+}

@@ -138,3 +138,36 @@ pub(super) fn p_wave(scenario: &Scenario, particles: &Particles) -> Option<f64> 
     let stiffest = tables.filter_map(|(_, table)| table.modulus()).reduce(f64::max)?;
     Some(time_step::p_wave(particles, stiffest))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use concordem_contact::elastic::Elastic;
+    use concordem_contact::kinematics::deformable::Condition;
+
+    /// With the relaxation `w` the change of the strains is multiplied by `1 − w(1+ρ)` in each iteration: it decays below
+    /// `w(1+ρ) = 2`, and with the modulus that the message gives, which divides ρ, it just does.
+    #[test]
+    fn strains_must_settle() {
+        let refusal = |update: Update, spectral_radius: f64| {
+            let elasticity = vec![Elastic { young: 3e9, poisson: 0.3 }, Elastic::RIGID];
+            let deformable = Deformable { elasticity, condition: Condition::Solid, update, dashpots: false };
+            let found = Convergence { spectral_radius, uncertainty: 0.0, bound: 9.0, iterations: 1 };
+            assert!(settles(&deformable, &found, true).is_ok());
+            match settles(&deformable, &found, false) {
+                Ok(()) => None,
+                Err(AssemblyError::NotConvergent { relaxation, young, .. }) => Some((relaxation, young)),
+                Err(other) => panic!("{other}"),
+            }
+        };
+        let iterated = |relaxation: f64| Update::Iterated { tolerance: 1e-9, maximum: 100, relaxation };
+        for (update, factor) in [(Update::Lagged, 1.0), (iterated(1.0), 1.0), (iterated(0.5), 0.5)] {
+            let limit = 2.0 / factor - 1.0;
+            assert_eq!(refusal(update, 0.99 * limit), None);
+            let (relaxation, young) = refusal(update, 1.25 * limit).unwrap();
+            // Some roundings.
+            assert!((relaxation * (1.0 + 1.25 * limit) - 2.0).abs() < 1e-14, "{relaxation}");
+            assert!((young / (1.25 * 3e9) - 1.0).abs() < 1e-14, "{young}");
+        }
+    }
+}

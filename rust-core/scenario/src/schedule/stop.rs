@@ -106,3 +106,52 @@ impl Stop {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reason(stop: Stop, time: f64, strain: f64, stress: f64, peak: f64) -> Option<StopReason> {
+        stop.reason(&StopValues { time, strain, stress, peak, unbalanced: 0.1, at_rest: true })
+    }
+
+    /// A specimen in compression has negative stresses and strains; it stops where its mirror image in tension does.
+    #[test]
+    fn tension_and_compression_stop_alike() {
+        for sign in [1.0, -1.0] {
+            let mut peak = 0.0;
+            for stress in [1.0, 3.0, 2.0, -2.5] {
+                update_peak(&mut peak, sign * stress);
+            }
+            assert_eq!(peak, sign * 3.0);
+            let drop = Stop { drop_to: Some(0.5), ..Stop::default() };
+            for (stress, expected) in
+                [(2.0, None), (1.6, None), (1.4, Some(StopReason::Drop)), (-0.1, Some(StopReason::Drop))]
+            {
+                assert_eq!(reason(drop, 0.0, 0.0, sign * stress, peak), expected, "{sign} {stress}");
+            }
+            // Before any stress is carried, none can have dropped.
+            assert_eq!(reason(drop, 0.0, 0.0, 0.0, 0.0), None);
+            let strain = Stop { strain: Some(0.01), ..Stop::default() };
+            for (value, expected) in [(0.009, None), (0.01, Some(StopReason::Strain)), (0.02, Some(StopReason::Strain))]
+            {
+                assert_eq!(reason(strain, 0.0, sign * value, 0.0, 0.0), expected, "{sign} {value}");
+            }
+        }
+    }
+
+    /// The record at the given time is the last one; equilibrium counts only where the loading is content with it.
+    #[test]
+    fn time_and_equilibrium() {
+        let time = Stop { time: Some(2.0), ..Stop::default() };
+        for (value, expected) in [(1.9, None), (2.0, Some(StopReason::Time)), (2.1, Some(StopReason::Time))] {
+            assert_eq!(reason(time, value, 0.0, 0.0, 0.0), expected);
+        }
+        let rest = |limit: f64, at_rest: bool| {
+            let values = StopValues { time: 0.0, strain: 0.0, stress: 0.0, peak: 0.0, unbalanced: 0.1, at_rest };
+            Stop { unbalanced: Some(limit), ..Stop::default() }.reason(&values)
+        };
+        assert_eq!(rest(0.11, true), Some(StopReason::Equilibrium));
+        assert_eq!((rest(0.1, true), rest(0.11, false)), (None, None));
+    }
+}

@@ -51,3 +51,36 @@ pub fn count(fragments: &[u32]) -> usize {
     names.dedup();
     names.len()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::state::contacts::{ContactBlock, Pair};
+    use crate::state::{Clump, Particles, Sphere};
+    use concordem_contact::kinematics::PreviousGeometry;
+    use concordem_contact::law::{LinearBond, Reference};
+    use concordem_contact::math::Vec3;
+
+    /// Six particles: 1–2 and 4–5 bonded, the bond 2–3 broken, 0 and 4 in one body. Fragments are {0, 4, 5}, {1, 2}, {3}, each
+    /// named by its smallest id; the ids run backwards here.
+    #[test]
+    fn bodies_and_intact_bonds_join() {
+        let mut particles = Particles::default();
+        for k in 0..6 {
+            particles.push(Sphere { position: Vec3::x() * (2.0 * f64::from(k)), radius: 1.0 }, 0, 1.0, 0.4);
+        }
+        particles.id = (0..6).map(|k| 105 - k).collect();
+        let clump = Clump::new(vec![0, 4], &particles, None, None);
+        (particles.clump[0], particles.clump[4]) = (0, 0);
+        let mut bonds = ContactBlock::new(vec![LinearBond::new(1.0, 1.0, 0.0, 1.0, 1.0).unwrap()]);
+        for (a, b, broken) in [(1, 2, 0), (2, 3, ContactFlags::BROKEN), (4, 5, 0)] {
+            let flags =
+                ContactFlags { bits: ContactFlags::BONDED | ContactFlags::ACTIVE | broken, ..Default::default() };
+            bonds.push(Pair { a, b }, flags, Reference::default(), PreviousGeometry::default());
+        }
+        let state = State { particles, clumps: vec![clump], bonds: vec![Box::new(bonds)], ..State::default() };
+        let found = fragments(&state);
+        assert_eq!(found, [100, 103, 103, 102, 100, 100]);
+        assert_eq!(count(&found), 3);
+    }
+}

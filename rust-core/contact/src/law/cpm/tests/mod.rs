@@ -549,3 +549,18 @@ fn options_belong_to_formulations() {
         }
     }
 }
+
+/// A bond whose damage has passed the threshold holds as long as its crack is closed, and breaks when it opens; its lost strength is
+/// `1 − (1−ω)κ/ε₀`, less than the loss of stiffness.
+#[test]
+fn a_closed_crack_does_not_break() {
+    let law = law(CpmParameters { omega_threshold: 0.9, ..concrete() });
+    let old = law.damaged_state(0.95).unwrap();
+    for (strain, expected) in [(-1e-5, Status::Lives), (1e-5, Status::Broke)] {
+        let answer = law.respond(&straight(0.0, strain, Vec3::zeros(), true), &old, 1.0);
+        assert_eq!(answer.status, expected, "{strain}");
+    }
+    let expected = 1.0 - (1.0 - 0.95) * old.kappa / 1e-4;
+    // The inverse of the damage function is exact to some roundings.
+    assert!((law.lost_strength(&old) - expected).abs() < 1e-13 && expected < 0.9, "{expected}");
+}
