@@ -255,6 +255,7 @@ fn name_of(reason: StopReason) -> &'static str {
         StopReason::Time => "time",
         StopReason::Steps => "steps",
         StopReason::Equilibrium => "equilibrium",
+        StopReason::Stages => "stages",
     }
 }
 

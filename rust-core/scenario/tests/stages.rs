@@ -328,10 +328,10 @@ fn cells_follow_stages() {
         rate = -1
         stop = {{ strain = 0 }}"
     );
-    let mut simulation = self::simulation(&shear);
-    let samples: Vec<Record> = run(&mut simulation).iter().filter_map(|advance| advance.sample).collect();
+    let mut sheared = simulation(&shear);
+    let samples: Vec<Record> = run(&mut sheared).iter().filter_map(|advance| advance.sample).collect();
     let largest = samples.iter().map(|sample| sample.strain).fold(0.0, f64::max);
-    let step = simulation.state.clock.dt * 11.0;
+    let step = sheared.state.clock.dt * 11.0;
     assert!((largest - 1e-3).abs() <= step, "{largest}");
     assert!(samples.last().unwrap().strain.abs() <= step);
     let servo = format!(
@@ -352,8 +352,8 @@ fn cells_follow_stages() {
         [stop]
         steps = 200_000"
     );
-    let mut simulation = self::simulation(&servo);
-    let steps = run(&mut simulation);
+    let mut pressed = simulation(&servo);
+    let steps = run(&mut pressed);
     assert_eq!(steps.last().unwrap().stopped, Some(StopReason::Stages));
     let last = steps.iter().rev().find_map(|advance| advance.sample).unwrap();
     // The tolerance of the servo is 0.5 % of the whole target.

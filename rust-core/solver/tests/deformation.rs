@@ -377,7 +377,7 @@ fn discs_that_widen_meet() {
     let mut particles = discs(&[(0.0, 0.0), (2.0 * RADIUS + gap, 0.0)], |_| RADIUS);
     for p in 0..2 {
         for force in [load, -load] {
-            particles.add_load_at(p, Vec3::new(0.0, force, 0.0), Vec3::zeros(), LoadLever::Push);
+            particles.add_load_at(p, Vec3::new(0.0, force, 0.0), Vec3::zeros(), PointOfAction::Push);
         }
     }
     let contact = Frictional::new(ContactStiffness::Given { normal: NORMAL, shear: 0.0 }, 0.0, 0.0).unwrap();
