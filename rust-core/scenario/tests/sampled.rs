@@ -77,11 +77,16 @@ fn near(a: &Mat3, b: &Mat3, error: f64) {
 fn all_operators_of_a_periodic_cell() {
     let text = template("cpm-periodic").unwrap().text.replace("count = 1000", "count = 120");
     let text = text.replace("[0, 0, 0.4]", "[2, 0, 4]");
-    let mut samples = String::new();
+    let mut samples = "[[set]]\nname = \"all\"\nselection = { kind = \"all\" }\n".to_owned();
+    for (name, id) in [("first", 0), ("second", 1)] {
+        let _ = writeln!(samples, "[[set]]\nname = \"{name}\"\nselection = {{ kind = \"ids\", ids = [{id}] }}");
+    }
     for operator in Operator::ALL {
         let region = match operator {
             Operator::BoundaryStress | Operator::WallTraction => continue,
             Operator::CoarseGrain => "region = { kind = \"sphere\", center = [0, 0, 0], radius = \"9 mm\" }\n",
+            Operator::SetForce | Operator::SetMotion => "set = \"all\"\n",
+            Operator::Gauge => "sets = [\"first\", \"second\"]\n",
             _ => "",
         };
         let _ = write!(samples, "[[sample]]\noperator = \"{}\"\ninterval = 299\n{region}", operator.name());
