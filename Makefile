@@ -7,16 +7,17 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that none is left alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-lint test-gold test-docs
 
-.PHONY: help demo liggghts lammps fuzz test test-full test-build $(TEST_STEPS) check bench docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps fuzz new-law test test-full test-build $(TEST_STEPS) check format bench docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
 	@echo "make liggghts       the styles for LIGGGHTS and their launcher, into target/liggghts"
 	@echo "make lammps         LAMMPS and the plugin for it, into .venv-lammps and target/lammps"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be there (as root)"
-	@echo "make test-full      make test, then validate-full, fuzz, and the slow code blocks of the book (nightly)"
+	@echo "make test-full      make test, then new-law, fuzz, validate-full, and the slow code blocks of the book (nightly)"
+	@echo "make new-law        the laws of the tutorial 'Write your own law' in a copy of the sources, in every host (minutes)"
 	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
-	@echo "make check          formatting and lints"
+	@echo "make check          formatting and lints; make format formats"
 	@echo "make bench          speed of laws, neighbour search, and whole steps; ratio to YADE"
 	@echo "make docs           documentation of the library, into target/doc"
 	@echo "make book           the book, into docs/book/_build/html; runs its code blocks"
@@ -49,7 +50,7 @@ clean-demo:
 	rm -rf $(DEMO)
 
 # A missing peer is a failure here and in the long studies, and so is to be without root, which Debian 13 for YADE needs.
-test test-build $(TEST_STEPS) validate-full: export CI := 1
+test test-build $(TEST_STEPS) new-law validate-full: export CI := 1
 
 # One build, then independent steps, two at a time. Each says how long it took; the table is target/test-times.txt.
 JOBS ?= 2
@@ -67,7 +68,7 @@ test:
 # packages in every call of cargo: another one may choose other features of dependencies, and compile them again.
 TESTED := --release --workspace --exclude concordem-python --exclude concordem-bench
 test-build:
-	$(CARGO) fmt --all --check
+	.ci/format --check
 	$(CARGO) build $(TESTED) --lib --bins --examples --tests
 	liggghts-bridge/build
 	liggghts-bridge/lammps/build
@@ -117,7 +118,7 @@ test-lint:
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(LINT) --no-deps --exclude concordem-python --exclude concordem-bench
 
 # What is too long for every commit. The studies keep what is finished and go on there.
-test-full: test fuzz validate-full
+test-full: test new-law fuzz validate-full
 	docs/build --hosts --slow
 
 # A night of mutated inputs for every reader; the tests run 2,000 of them. SEED=N gives others.
@@ -125,10 +126,18 @@ SEED ?= 1
 fuzz:
 	CONCORDEM_FUZZ_INPUTS=1000000 CONCORDEM_FUZZ_SEED=$(SEED) $(CARGO) test $(TESTED) --test fuzz -- --nocapture
 
+# One law is one file and one line: two new laws, the first from the text of the tutorial, run in every host.
+new-law:
+	.ci/setup test
+	@.ci/timed $@ tests/new_law/run.sh
+
 check:
 	.ci/setup build
-	$(CARGO) fmt --all --check
+	.ci/format --check
 	$(MAKE) --no-print-directory test-lint
+
+format:
+	.ci/format
 
 bench:
 	.ci/setup test
