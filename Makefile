@@ -7,17 +7,18 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps fuzz test test-full test-build $(TEST_STEPS) test-lint check lint-bench mutants bench docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps fuzz test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law bench docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
 	@echo "make liggghts       the styles for LIGGGHTS and their launcher, into target/liggghts"
 	@echo "make lammps         LAMMPS and the plugin for it, into .venv-lammps and target/lammps"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
-	@echo "make test-full      make test, then validate-full, fuzz, mutants, and the slow code blocks of the book (nightly)"
+	@echo "make test-full      make test, then new-law, fuzz, mutants, validate-full, and the slow code blocks of the book (nightly)"
+	@echo "make new-law        the laws of the tutorial 'Write your own law', in a copy of the sources, in every host (minutes)"
 	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
 	@echo "make mutants        do the tests notice wrong physics? Some 350 mistakes, one by one (hours; resumable)"
-	@echo "make check          formatting and lints"
+	@echo "make check          formatting and lints; make format formats"
 	@echo "make bench          speed of laws, neighbor search, and whole steps; ratio to YADE"
 	@echo "make docs           documentation of the library, into target/doc"
 	@echo "make book           the book, into docs/book/_build/html; runs its code blocks"
@@ -50,7 +51,7 @@ clean-demo:
 	rm -rf $(DEMO)
 
 # Here and in the long studies a missing peer is an error, and so is a lack of root rights, which Debian 13 for YADE needs.
-test test-build test-lint $(TEST_STEPS) validate-full: export CI := 1
+test test-build test-lint $(TEST_STEPS) new-law validate-full: export CI := 1
 
 # One build, then independent steps, two at a time. Each step prints how long it took; target/test-times.txt has the table.
 JOBS ?= 2
@@ -113,19 +114,24 @@ test-docs:
 # Formatting, lints, and the documentation of the library. With the profile of the tests, so that procedural macros are compiled
 # once.
 test-lint:
-	$(CARGO) fmt --all --check
+	.ci/format --check
 	@.ci/timed mutants-apply tests/mutants/run.py --check
 	@.ci/timed clippy $(CARGO) clippy $(TESTED) --all-targets -- -D warnings
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test lint-bench fuzz mutants validate-full
+test-full: test lint-bench new-law fuzz mutants validate-full
 	docs/build --hosts --slow
 
 # Mutated inputs for every reader, overnight; the tests run 2,000 of them. SEED=N chooses other inputs.
 SEED ?= 1
 fuzz:
 	CONCORDEM_FUZZ_INPUTS=1000000 CONCORDEM_FUZZ_SEED=$(SEED) $(CARGO) test $(TESTED) --test fuzz -- --nocapture
+
+# One law is one file and one line: two new laws, the first from the text of the tutorial, run in every host.
+new-law:
+	.ci/setup test
+	@.ci/timed $@ tests/new_law/run.sh
 
 # Mistakes of physics, one at a time; tests/mutants/result.json says which ones the tests notice. It goes on where it was stopped.
 mutants:
@@ -135,6 +141,9 @@ mutants:
 check: lint-bench
 	.ci/setup build
 	$(MAKE) --no-print-directory test-lint
+
+format:
+	.ci/format
 
 # Apart, since it brings dependencies of its own.
 lint-bench:

@@ -127,7 +127,6 @@ pub struct BeamStiffness {
     pub twist: f64,
 }
 
-
 impl CohesiveBeam {
     /// An unbreakable Euler-Bernoulli beam with the given modulus (Pa), Poisson's ratio, and section.
     pub fn new(young: f64, poisson: f64, section: Section) -> Result<Self, ParameterError> {

@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# "One law is one file and one line": the laws of the tutorial "Write your own law", in a copy of the sources, in every host.
+#   tests/new_law/run.sh        needs what `make test` needs; keeps the copy and what it built in target/new-law
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+here=$PWD/tests/new_law
+target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
+unset CARGO_TARGET_DIR
+root=$target/new-law
+tree=$root/tree
+python=$PWD/.venv/bin/python
+"$python" "$here/scratch.py" "$PWD" "$tree"
+# Dependencies that are compiled already.
+if [ ! -d "$tree/target" ] && [ -d "$target/release" ]; then
+  mkdir "$tree/target"
+  cp -a "$target/release" "$tree/target/"
+fi
+cd "$tree"
+cargo=${CARGO:-cargo}
+started=$SECONDS
+# The law files themselves: formatted, and with the conformance tests that the tutorial asks for.
+rustfmt --edition 2024 --check rust-core/contact/src/law/{adhesive,hinge}.rs
+$cargo test --quiet --release -p concordem-contact --lib -- law::adhesive law::hinge | tee "$root/conformance.txt"
+grep -q '2 passed' "$root/conformance.txt"
+# As the tutorial says.
+liggghts-bridge/build
+liggghts-bridge/lammps/build
+yade-bridge/native/build
+rm -rf target/wheels "$root/site"
+PYO3_PYTHON=$python .venv/bin/maturin build --quiet --release --manifest-path yade-bridge/Cargo.toml --out target/wheels
+"$python" -m zipfile -e target/wheels/concordem-*.whl "$root/site"
+# The program of the package, which is the program: another one would compile everything again.
+printf '#!/bin/sh\nPYTHONPATH=%q exec %q -m concordem "$@"\n' "$root/site" "$python" >"$root/concordem"
+chmod +x "$root/concordem"
+export CONCORDEM=$root/concordem
+echo "built in $((SECONDS - started)) s"
+started=$SECONDS
+"$python" "$here/hosts.py" "$tree" "$root"
+CI=1 PYTHONPATH=validation:$root/site "$python" -m concordem_validate run --verbose --fresh --output "$root/validate" new-adhesion new-hinge
+echo "ran in $((SECONDS - started)) s"
