@@ -292,6 +292,7 @@ fn schedule(
     Ok(Schedule {
         loading,
         initial_positions: samples::initial_positions(&operators, state),
+        initial_edges: state.cell.map(|cell| cell.matrix),
         operators,
         planar: scenario.dimension == 2,
         stop: Stop {
