@@ -7,15 +7,16 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that none is left alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-lint test-gold test-docs
 
-.PHONY: help demo liggghts lammps fuzz test test-full test-build $(TEST_STEPS) check bench docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps fuzz combinations test test-full test-build $(TEST_STEPS) check bench docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
 	@echo "make liggghts       the styles for LIGGGHTS and their launcher, into target/liggghts"
 	@echo "make lammps         LAMMPS and the plugin for it, into .venv-lammps and target/lammps"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be there (as root)"
-	@echo "make test-full      make test, then validate-full, fuzz, and the slow code blocks of the book (nightly)"
+	@echo "make test-full      make test, then validate-full, fuzz, combinations, and the slow code blocks of the book (nightly)"
 	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
+	@echo "make combinations   2,000 random scenarios against oracles (minutes); COUNT=N makes more, SEED=N others"
 	@echo "make check          formatting and lints"
 	@echo "make bench          speed of laws, neighbour search, and whole steps; ratio to YADE"
 	@echo "make docs           documentation of the library, into target/doc"
@@ -117,13 +118,18 @@ test-lint:
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(LINT) --no-deps --exclude concordem-python --exclude concordem-bench
 
 # What is too long for every commit. The studies keep what is finished and go on there.
-test-full: test fuzz validate-full
+test-full: test fuzz combinations validate-full
 	docs/build --hosts --slow
 
 # A night of mutated inputs for every reader; the tests run 2,000 of them. SEED=N gives others.
 SEED ?= 1
 fuzz:
 	CONCORDEM_FUZZ_INPUTS=1000000 CONCORDEM_FUZZ_SEED=$(SEED) $(CARGO) test $(TESTED) --test fuzz -- --nocapture
+
+# Random scenarios; the tests run 100 of them.
+COUNT ?= 2000
+combinations:
+	CONCORDEM_COMBINATIONS=$(COUNT) CONCORDEM_COMBINATIONS_SEED=$(SEED) $(CARGO) test $(TESTED) --test combinations -- --nocapture
 
 check:
 	.ci/setup build
