@@ -17,7 +17,9 @@ use concordem::sweep::Sweep;
 use concordem::sweep::journal::Journal;
 use concordem::sweep::point::Outcome;
 
-use crate::mutate::{Random, mutate};
+use concordem_tests::random::Random;
+
+use crate::mutate::mutate;
 
 /// A reader of one kind of input.
 pub struct Reader {
