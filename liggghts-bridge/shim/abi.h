@@ -53,9 +53,9 @@ struct ConcordemFacts {
   int32_t creation;
   /// Whether to sum stored energies at every step.
   int32_t sample_every_step;
-  /// Name of the law of contacts without a bond, with zeros behind it.
+  /// Name of the contact law, padded with zeros.
   char contacts[32];
-  /// Step at which bonds are made; negative: the first one.
+  /// Step at which bonds are created; negative: the first step.
   int64_t at;
   /// Bonds join atoms closer than this factor times the sum of their radii.
   double factor;
@@ -448,4 +448,4 @@ static_assert(offsetof(ConcordemPairArrays, torque) == 128 && sizeof(ConcordemPa
 static_assert(offsetof(ConcordemPairArrays, dt) == 136 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 144 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x1fc77d6175c58363)
+#define CONCORDEM_HEADER_HASH UINT64_C(0xb12a94c10db16f7a)
