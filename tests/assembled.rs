@@ -501,3 +501,25 @@ fn events_name_bonds_and_modes() {
         assert!(event.mode_shares[0] > 0.99, "{event:?}");
     }
 }
+
+/// A lattice that stretches evenly: nine chains of bonds, each with `k` times its share of the stretch, over the 6 m × 6 m of the
+/// bounding box. The strain is the given rate times time, whatever length it refers to, and the layers move accordingly.
+#[test]
+fn stress_of_a_stretched_lattice() {
+    for (gauge, length) in [("", 18.0), ("gauge_length = 9", 9.0)] {
+        let text = bar(&format!("{PULL}\n{gauge}\n[output]\nsample_interval = 1"));
+        let Assembly { state, model, schedule, .. } = made(&text);
+        let mut simulation = Simulation::new(state, model, schedule).unwrap();
+        let mut last = simulation.advance().unwrap();
+        while last.stopped.is_none() {
+            last = simulation.advance().unwrap();
+        }
+        let record = last.sample.unwrap();
+        // Some roundings of positions of 20 m, over displacements of millimeters.
+        assert!(record.time > 0.0 && (record.strain / (0.1 * record.time) - 1.0).abs() < 1e-10, "{gauge}: {record:?}");
+        if gauge.is_empty() {
+            let expected = 9.0 * 1e6 * (record.strain * length / 9.0) / 36.0;
+            assert!((record.stress / expected - 1.0).abs() < 1e-9, "{} {expected}", record.stress);
+        }
+    }
+}

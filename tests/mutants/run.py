@@ -333,13 +333,14 @@ class Suite:
 def kill(mutant, suite, old):
     """Run the tests with a mutant until one fails; returns which or None, and the hash of each binary that passes.
 
-    First the test that killed it last, then the tests of its package, the quick ones of all others, and the slow ones. Binaries that
-    are the same as when it survived are not run again.
+    First the test that killed it last, then the quick tests of its package and of all others, then the slow ones. Binaries that are
+    the same as when it survived are not run again.
     """
     package, passed = mutant["file"].split("/")[0], dict(old.get("passed", {}))
     todo = [binary for binary in suite.binaries if passed.get(binary["name"]) != binary["hash"]]
     own = [binary for binary in todo if binary["package"] == package]
-    others = [binary for binary in todo if binary["package"] != package]
+    # Tests of behavior notice more than the unit tests of other packages.
+    others = sorted((b for b in todo if b["package"] != package), key=lambda binary: binary["package"] != "tests")
 
     def run(binary, tests):
         seconds = suite.seconds(binary)
@@ -354,11 +355,10 @@ def kill(mutant, suite, old):
         for binary in todo:
             if binary["name"] == name and test in suite.seconds(binary) and (killer := run(binary, [test])):
                 return killer, {}
-    for quick, group in [(True, own), (False, own), (True, others)]:
-        for binary in group:
-            if killer := run(binary, tests_of(binary, quick)):
-                return killer, {}
-    slow = [(suite.seconds(binary)[test], binary["name"], test, binary) for binary in others for test in tests_of(binary, False)]
+    for binary in own + others:
+        if killer := run(binary, tests_of(binary, True)):
+            return killer, {}
+    slow = [(suite.seconds(binary)[test], binary["name"], test, binary) for binary in todo for test in tests_of(binary, False)]
     for _, _, test, binary in sorted(slow, key=lambda entry: entry[:3]):
         if killer := run(binary, [test]):
             return killer, {}

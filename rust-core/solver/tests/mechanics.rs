@@ -1,0 +1,304 @@
+//! Small systems whose first steps are known in closed form: damping, prescribed motion, cells, walls, bonds, tiles.
+
+use std::f64::consts::PI;
+
+use concordem_contact::law::{CohesiveBeam, ContactStiffness, Frictional, LinearBond, Section};
+use concordem_contact::math::{Mat3, Vec3};
+use concordem_packing::bonding::bond;
+use concordem_packing::lattice::Lattice;
+use concordem_solver::forces::LawLoops;
+use concordem_solver::fracture::virial::mean_stress;
+use concordem_solver::integrate::{Damping, KickSums};
+use concordem_solver::state::contacts::ContactBlock;
+use concordem_solver::state::{Cell, Clump, Constraint, Particles, Sphere, State, Wall, WallShape};
+use concordem_solver::{Model, PairCoefficients, Solver, StepReport, time_step};
+
+/// Spheres of radius ½, mass 2, and moment of inertia 0.2.
+fn spheres(places: &[[f64; 3]]) -> Particles {
+    let mut particles = Particles::default();
+    for place in places {
+        particles.push(Sphere { position: Vec3::from(*place), radius: 0.5 }, 0, 2.0, 0.2);
+    }
+    particles
+}
+
+fn rows() -> PairCoefficients {
+    let mut rows = PairCoefficients::new(1);
+    rows.set(0, 0, 0);
+    rows
+}
+
+fn bonded<L: LawLoops>(particles: Particles, cell: Option<Cell>, law: L) -> State {
+    let mut bonds = ContactBlock::new(vec![law]);
+    bond(&mut bonds, &rows(), &particles, cell.as_ref(), 1.2).unwrap();
+    State { particles, cell, bonds: vec![Box::new(bonds)], ..State::default() }
+}
+
+fn spring(shear: f64) -> LinearBond {
+    LinearBond::new(100.0, shear, 0.0, f64::INFINITY, f64::INFINITY).unwrap()
+}
+
+fn contact(damping_ratio: f64) -> Frictional {
+    Frictional::new(ContactStiffness::Given { normal: 100.0, shear: 0.0 }, 0.0, damping_ratio).unwrap()
+}
+
+fn wall(shape: WallShape) -> Wall {
+    Wall {
+        name: "wall".into(),
+        shape,
+        material: 0,
+        displacement: Vec3::zeros(),
+        velocity: Vec3::zeros(),
+        force: Vec3::zeros(),
+        torque: Vec3::zeros(),
+    }
+}
+
+/// Walls under the contact law, and a model for them.
+fn with_walls(particles: Particles, walls: Vec<Wall>, damping_ratio: f64) -> (State, Model) {
+    let wall_contacts: Option<Box<dyn concordem_solver::forces::EvaluatedContacts>> =
+        Some(Box::new(ContactBlock::new(vec![contact(damping_ratio)])));
+    let mut state = State { particles, walls, wall_contacts, ..State::default() };
+    state.clock.dt = 1e-3;
+    (state, Model { wall_rows: rows(), ..Model::default() })
+}
+
+/// Local damping opposes a force along the motion half a step on: a particle that moves against the force and turns round in the
+/// step is slowed down. In a cell only the motion relative to it counts. Some roundings of numbers of order 1.
+#[test]
+fn local_damping_looks_half_a_step_ahead() {
+    let model = |gravity: f64| Model {
+        gravity: Vec3::x() * gravity,
+        damping: Damping::Local { translation: 0.5, rotation: 0.0 },
+        ..Model::default()
+    };
+    let mut state = State { particles: spheres(&[[0.0; 3]]), ..State::default() };
+    state.clock.dt = 0.1;
+    state.particles.velocity[0].x = -0.04;
+    Solver::new(model(1.0), &mut state).unwrap().step(&mut state).unwrap();
+    assert!((state.particles.velocity[0].x - 0.01).abs() < 1e-15, "{}", state.particles.velocity[0]);
+
+    let mut cell = Cell::new_box(Vec3::repeat(4.0));
+    cell.velocity_gradient[(0, 0)] = -1.0;
+    let mut state = State { particles: spheres(&[[0.5, 0.0, 0.0]]), cell: Some(cell), ..State::default() };
+    state.clock.dt = 0.1;
+    state.particles.velocity[0].x = -0.5;
+    Solver::new(model(1.0), &mut state).unwrap().step(&mut state).unwrap();
+    assert!((state.particles.velocity[0].x + 0.45).abs() < 1e-15, "{}", state.particles.velocity[0]);
+    let strongest = Damping::Local { translation: 0.2, rotation: 0.75 };
+    assert_eq!(strongest.stiffening(), 1.75);
+}
+
+/// A prescribed velocity is one in space: it stays while the cell begins to move. Where it changes, the support does the work of the
+/// change, `½mv²`, and the ledger closes.
+#[test]
+fn prescribed_velocities_do_work() {
+    let mut state =
+        State { particles: spheres(&[[1.0; 3]]), cell: Some(Cell::new_box(Vec3::repeat(4.0))), ..State::default() };
+    state.clock.dt = 0.01;
+    state.particles.constraint[0] = Constraint::translation_along(0);
+    state.particles.velocity[0].x = 0.25;
+    let mut solver = Solver::new(Model::default(), &mut state).unwrap();
+    solver.set_velocity_gradient(&state.cell.unwrap(), Mat3::repeat(0.125));
+    solver.step(&mut state).unwrap();
+    assert_eq!(state.particles.velocity[0], Vec3::new(0.25, 0.375, 0.375));
+
+    let mut state = State { particles: spheres(&[[1.0; 3]]), ..State::default() };
+    state.clock.dt = 0.01;
+    state.particles.constraint[0] = Constraint::ALL;
+    let mut solver = Solver::new(Model::default(), &mut state).unwrap();
+    solver.step(&mut state).unwrap();
+    solver.targets_mut(&state.particles)[0] = (Vec3::new(0.5, 0.0, 0.0), Vec3::new(0.0, 2.0, 0.0));
+    for _ in 0..3 {
+        solver.step(&mut state).unwrap();
+    }
+    assert_eq!((state.particles.velocity[0].x, state.particles.angular_velocity[0].y), (0.5, 2.0));
+    let work = 0.5 * 2.0 * 0.25 + 0.5 * 0.2 * 4.0;
+    assert!((state.ledger.boundary_work.get() - work).abs() < 1e-15, "{:?}", state.ledger);
+    assert!(state.ledger.residual().abs() < 1e-15);
+}
+
+/// The edges of a cell are its deformation gradient times those at the start, however far it deforms. Rounding of 200 products.
+#[test]
+fn edges_follow_the_deformation_gradient() {
+    let edges = Mat3::new(2.0, 0.3, 0.0, 0.0, 2.0, 0.1, 0.0, 0.0, 3.0);
+    let mut cell = Cell::new(edges);
+    cell.velocity_gradient = Mat3::new(0.3, 0.5, 0.0, -0.2, 0.1, 0.4, 0.0, 0.0, -0.3);
+    let mut state = State { particles: spheres(&[[0.0; 3]]), cell: Some(cell), ..State::default() };
+    state.clock.dt = 0.01;
+    let mut solver = Solver::new(Model::default(), &mut state).unwrap();
+    for _ in 0..100 {
+        solver.step(&mut state).unwrap();
+    }
+    let cell = state.cell.unwrap();
+    assert!((cell.matrix - cell.deformation_gradient * edges).norm() < 1e-13, "{}", cell.matrix);
+    assert!((cell.deformation_gradient - Mat3::identity()).norm() > 0.5);
+}
+
+/// The virial has the position first: a bond along x that is sheared along y has `l_x f_y` in row x. Exact but for roundings.
+#[test]
+fn the_virial_has_the_position_first() {
+    let mut state = bonded(spheres(&[[0.0; 3], [1.0, 0.0, 0.0]]), Some(Cell::new_box(Vec3::repeat(8.0))), spring(50.0));
+    state.clock.dt = 1e-3;
+    state.particles.velocity[1].y = 1.0;
+    let mut solver = Solver::new(Model::default(), &mut state).unwrap();
+    solver.step(&mut state).unwrap();
+    let report = solver.step(&mut state).unwrap();
+    // B has moved by 1 mm: the force on A is 50 N/m of that along y.
+    assert!((report.virial[(0, 1)] - 50.0 * 1e-3).abs() < 1e-6, "{}", report.virial);
+    assert!(report.virial[(1, 0)].abs() < 1e-3 * report.virial[(0, 1)], "{}", report.virial);
+}
+
+/// A cell that is sheared does the work that its bonds store: the ledger closes to the geometric error of the rule, 1e-6 of it here.
+#[test]
+fn a_sheared_cell_does_the_work_of_its_bonds() {
+    let packing = Lattice::FaceCentered.periodic(0.5, [2; 3]).unwrap();
+    let mut particles = Particles::default();
+    packing.spheres.iter().for_each(|sphere| particles.push(*sphere, 0, 2.0, 0.2));
+    let mut state = bonded(particles, packing.cell, spring(40.0));
+    state.clock.dt = 0.1 * time_step::bounds(&state).spectral;
+    let mut solver = Solver::new(Model::default(), &mut state).unwrap();
+    let gradient = Mat3::new(0.0, 0.0, 1e-2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0) / state.clock.dt * 1e-2;
+    solver.set_velocity_gradient(&state.cell.unwrap(), gradient);
+    for _ in 0..50 {
+        solver.step(&mut state).unwrap();
+    }
+    let (work, residual) = (state.ledger.boundary_work.get(), state.ledger.residual());
+    assert!(work > 0.0 && residual.abs() < 1e-4 * work, "{work} {residual}");
+}
+
+/// Forces and torques do not depend on the cut into tiles: 2,000 particles that move at random, in tiles of 1024 and in one. Rounding
+/// of sums of twelve forces.
+#[test]
+fn tiles_do_not_matter() {
+    let packing = Lattice::SimpleCubic.periodic(0.5, [20, 10, 10]).unwrap();
+    let mut particles = Particles::default();
+    packing.spheres.iter().for_each(|sphere| particles.push(*sphere, 0, 2.0, 0.2));
+    for p in 0..particles.len() {
+        let u = |k: usize| ((p * 7919 + k * 104_729) % 1009) as f64 / 504.0 - 1.0;
+        particles.velocity[p] = Vec3::new(u(1), u(2), u(3));
+        particles.angular_velocity[p] = Vec3::new(u(4), u(5), u(6));
+    }
+    let beam = CohesiveBeam::new(1e3, 0.3, Section::Radius(0.3)).unwrap();
+    let run = |whole: bool| {
+        let mut state = bonded(particles.clone(), None, beam);
+        state.clock.dt = 1e-3;
+        Solver::new(Model::default(), &mut state).unwrap().step(&mut state).unwrap();
+        let mut solver = if whole {
+            let owned = vec![true; state.particles.len()];
+            Solver::for_subdomain(Model::default(), &mut state, owned).unwrap()
+        } else {
+            Solver::new(Model::default(), &mut state).unwrap()
+        };
+        solver.find_forces(&mut state, false).unwrap();
+        (solver.forces().to_vec(), solver.torques().to_vec())
+    };
+    let ((forces, torques), (all_forces, all_torques)) = (run(false), run(true));
+    let largest = |list: &[Vec3]| list.iter().map(Vec3::amax).fold(0.0, f64::max);
+    for (found, expected) in [(&forces, &all_forces), (&torques, &all_torques)] {
+        let worst = found.iter().zip(expected).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max);
+        assert!(largest(expected) > 0.0 && worst < 1e-13 * largest(expected), "{worst:e}");
+    }
+}
+
+/// The step of a sphere at a wall has the frequency `√(k/m)`; a body with small moments of inertia that of the moments.
+#[test]
+fn walls_and_light_bodies_bound_the_step() {
+    let plane = wall(WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() });
+    let (mut state, model) = with_walls(spheres(&[[0.0, 0.0, 0.5]]), vec![plane], 0.0);
+    Solver::new(model, &mut state).unwrap();
+    let bounds = time_step::bounds(&state);
+    let exact = (100.0_f64 / 2.0).sqrt();
+    assert!((bounds.frequency / exact - 1.0).abs() < 1e-9, "{bounds:?}");
+    assert!((bounds.per_particle * exact / 2.0 - 1.0).abs() < 1e-9, "{bounds:?}");
+
+    let particles = spheres(&[[0.0; 3], [0.5, 0.0, 0.0]]);
+    let whole = Clump::new(vec![0, 1], &particles, None, None);
+    let light = Clump::new(vec![0, 1], &particles, None, Some(whole.inertia * 0.25));
+    assert!((whole.mass_fraction(&particles) - 1.0).abs() < 1e-14);
+    assert!((light.mass_fraction(&particles) - 0.25).abs() < 1e-14);
+}
+
+/// A ridge of two triangles touches a sphere above it once, not once per triangle.
+#[test]
+fn a_ridge_acts_once() {
+    let [low, high] = [Vec3::new(0.0, -1.0, 0.0), Vec3::new(0.0, 1.0, 0.0)];
+    let triangles = vec![[low, high, Vec3::new(-1.0, 0.0, -1.0)], [high, low, Vec3::new(1.0, 0.0, -1.0)]];
+    let (mut state, model) = with_walls(spheres(&[[0.0, 0.1, 0.45]]), vec![wall(WallShape::Facets { triangles })], 0.0);
+    let mut solver = Solver::new(model, &mut state).unwrap();
+    let report = solver.step(&mut state).unwrap();
+    assert_eq!(report.active[2], 1);
+    assert!((solver.forces()[0] - Vec3::z() * 5.0).norm() < 1e-12, "{}", solver.forces()[0]);
+}
+
+/// A contact has its dashpot from its first step: with a wall, and with a particle that only the motion of the cell brings near.
+#[test]
+fn contacts_begin_with_a_rate() {
+    // c = 2ξ√(mk), with the reduced mass between particles.
+    let viscosity = |mass: f64| 2.0 * 0.1 * (mass * 100.0_f64).sqrt();
+    let plane = wall(WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() });
+    let (mut state, model) = with_walls(spheres(&[[0.0, 0.0, 0.4995]]), vec![plane], 0.1);
+    state.particles.velocity[0].z = -1.0;
+    let mut solver = Solver::new(model, &mut state).unwrap();
+    solver.step(&mut state).unwrap();
+    let expected = 100.0 * 0.0005 + viscosity(2.0);
+    assert!((solver.forces()[0].z / expected - 1.0).abs() < 1e-9, "{}", solver.forces()[0]);
+
+    let mut cell = Cell::new_box(Vec3::new(4.0, 8.0, 8.0));
+    cell.velocity_gradient[(0, 0)] = -0.25;
+    let contacts: Option<Box<dyn concordem_solver::forces::EvaluatedContacts>> =
+        Some(Box::new(ContactBlock::new(vec![contact(0.1)])));
+    let mut state = State {
+        particles: spheres(&[[0.2, 0.0, 0.0], [3.2005, 0.0, 0.0]]),
+        cell: Some(cell),
+        contacts,
+        ..State::default()
+    };
+    state.clock.dt = 1e-3;
+    let mut solver = Solver::new(Model { contact_rows: rows(), ..Model::default() }, &mut state).unwrap();
+    solver.step(&mut state).unwrap();
+    // The image of B approaches at 0.25/s of the edge of 4 m; the overlap is 0.5 mm.
+    let expected = 100.0 * 0.0005 + viscosity(1.0) * 1.0;
+    assert!((solver.forces()[0].x / expected - 1.0).abs() < 1e-6, "{} {expected}", solver.forces()[0]);
+}
+
+/// A bond of overlapping spheres is all there is between them, whatever law contacts have.
+#[test]
+fn bonded_spheres_have_no_other_contact() {
+    let mut state = bonded(spheres(&[[0.0; 3], [0.9, 0.0, 0.0]]), None, spring(50.0));
+    state.contacts = Some(Box::new(ContactBlock::new(vec![contact(0.0)])));
+    state.clock.dt = 1e-3;
+    let mut solver = Solver::new(Model { contact_rows: rows(), ..Model::default() }, &mut state).unwrap();
+    let report = solver.step(&mut state).unwrap();
+    assert_eq!((report.active, solver.forces()[0]), ([1, 0, 0], Vec3::zeros()));
+}
+
+/// The mean stress of a particle is `½lf` over its volume times the number of dimensions: two for discs, three for spheres.
+#[test]
+fn mean_stress_in_plane_and_space() {
+    let beam = CohesiveBeam::new(1e3, 0.3, Section::Radius(0.25)).unwrap();
+    let mut state = bonded(spheres(&[[0.0; 3], [1.0, 0.0, 0.0]]), None, beam);
+    state.particles.position[1].x = 1.01;
+    state.clock.dt = 1e-6;
+    Solver::new(Model::default(), &mut state).unwrap().step(&mut state).unwrap();
+    let half = 0.5 * 1.01 * (1e3 * PI * 0.0625 * 0.01);
+    let disc = mean_stress(&state, true).unwrap()[0];
+    let sphere = mean_stress(&state, false).unwrap()[0];
+    assert!((disc / (half / (2.0 * PI * 0.25)) - 1.0).abs() < 1e-12, "{disc}");
+    assert!((sphere / (half / (3.0 * 4.0 / 3.0 * PI * 0.125)) - 1.0).abs() < 1e-12, "{sphere}");
+}
+
+/// Out of balance: root mean square net force per body over that per contact, and the same for moments, whichever is larger.
+#[test]
+fn out_of_balance_in_force_and_moment() {
+    let kick = KickSums {
+        net_force_squared: 4.0 * 9.0,
+        free_particles: 4,
+        net_torque_squared: 2.0 * 16.0,
+        free_rotations: 2,
+        ..KickSums::default()
+    };
+    let report = StepReport { kick, active: [10, 0, 6], force_squared: 16.0 * 36.0, ..StepReport::default() };
+    // 3/6, or 4/(r·6).
+    assert_eq!((report.unbalanced(2.0), report.unbalanced(1.0)), (0.5, 4.0 / 6.0));
+}
