@@ -49,8 +49,7 @@ impl Balance {
         let yade = case.kinematics.starts_with("yade") && case.cell.is_some();
         let servo = matches!(case.loading, Loading::CellStress(..));
         let free = |axis: usize, rotation: bool| {
-            !damped
-                && !(yade || servo)
+            !(damped || yade || servo)
                 && (0..particles.len()).filter(|&p| particles.clump[p] == u32::MAX).all(|p| {
                     let c = particles.constraint[p];
                     !(if rotation { c.rotation(axis) } else { c.translation(axis) })
@@ -79,7 +78,7 @@ impl Balance {
         balance
     }
 
-    pub fn before(&self, state: &State) -> Before {
+    pub fn before(state: &State) -> Before {
         Before {
             walls: state.walls.iter().map(|wall| wall.displacement).collect(),
             positions: state.particles.position.clone(),

@@ -1,5 +1,7 @@
 //! Random scenarios: a seed gives one.
 
+#![expect(clippy::format_push_string, reason = "scenarios are short; one line per key reads better than write!")]
+
 use concordem::math::{Mat3, Vec3};
 use concordem_tests::random::Random;
 
@@ -54,7 +56,7 @@ pub fn case(seed: u64, number: u64) -> Case {
     walls(random, &mut case, counts);
     clumps(random, &mut case);
     actions(random, &mut case);
-    for _ in 0..1 + random.below(4) {
+    for _ in 0..=random.below(4) {
         let sample = sample(random, &case, counts);
         case.samples.push(sample);
     }

@@ -11,6 +11,9 @@ use crate::case::{Action, Case, Loading, Shape, Turn};
 use crate::compare::{Differences, NOISE, chaotic, differences, excess, turnover};
 use crate::run::{Options, Outcome, Run, run};
 
+/// Name of a part of the energy, and where a record has it.
+type Part = (&'static str, fn(&Record) -> f64);
+
 /// What an oracle found.
 #[derive(Debug)]
 pub struct Finding {
@@ -79,8 +82,7 @@ fn energy(case: &Case, run: &Run, add: &mut dyn FnMut(&'static str, String)) {
     let woo = case.materials.contains("woo");
     // Overstress counts as a stress without stored energy: its share of an unloading step can be negative.
     let overstress = case.materials.contains("damage_time");
-    let of_record: [(&str, fn(&Record) -> f64); 3] =
-        [("damage", |r| r.damage), ("friction", |r| r.friction), ("viscous", |r| r.viscous)];
+    let of_record: [Part; 3] = [("damage", |r| r.damage), ("friction", |r| r.friction), ("viscous", |r| r.viscous)];
     for (name, of) in of_record {
         if woo && name == "friction" || overstress && name == "viscous" {
             continue;

@@ -106,7 +106,7 @@ fn run_inside(case: &Case, folder: &Path, options: Options) -> Outcome {
         if options.restart == Some(simulation.state.clock.step) {
             simulation = restarted(&scenario, folder, &simulation.state);
         }
-        let before = balance.before(&simulation.state);
+        let before = Balance::before(&simulation.state);
         let Advance { sample, operators: values, last, stopped, .. } = match simulation.advance() {
             Ok(advance) => advance,
             Err(error) => break Some(error.to_string()),

@@ -35,7 +35,7 @@ pub fn mutate(bytes: &mut Vec<u8>, random: &mut Random, text: bool) {
         let at = random.below(bytes.len());
         match random.below(if text { 8 } else { 6 }) {
             0 => bytes[at] ^= 1 << random.below(8),
-            1 => bytes[at] = random.next() as u8,
+            1 => bytes[at] = random.number() as u8,
             2 => {
                 let border = BORDERS[random.below(BORDERS.len())].to_le_bytes();
                 let length = [1, 2, 4, 8][random.below(4)].min(bytes.len() - at);

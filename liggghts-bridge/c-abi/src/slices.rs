@@ -10,7 +10,7 @@ pub unsafe fn slice<'a, T>(pointer: *const T, length: usize) -> &'a [T] {
     if pointer.is_null() || length == 0 { &[] } else { unsafe { std::slice::from_raw_parts(pointer, length) } }
 }
 
-/// Mutable counterpart of [`slice`].
+/// Mutable counterpart of [`slice()`].
 ///
 /// # Safety
 /// `pointer` must be null or point to `length` elements that nobody else reads or writes during `'a`.

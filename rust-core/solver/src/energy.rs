@@ -216,7 +216,9 @@ mod tests {
     #[test]
     fn sums_keep_small_terms() {
         let mut sum = Sum::default();
-        [1.0, 1e100, 1.0, -1e100].into_iter().for_each(|term| sum.add(term));
+        for term in [1.0, 1e100, 1.0, -1e100] {
+            sum.add(term);
+        }
         assert_eq!(sum.get(), 2.0);
     }
 

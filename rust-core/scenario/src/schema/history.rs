@@ -69,7 +69,7 @@ fn no_phase() -> Angle {
 pub struct Stage {
     /// Name of the stage. Required. Example: `name = "unload"`.
     pub name: String,
-    /// Factor of the rate of [loading], or of the target of "cell-stress" loading; default: 1. -1 reverses the motion, 0 holds
+    /// Factor of the rate of `loading`, or of the target of "cell-stress" loading; default: 1. -1 reverses the motion, 0 holds
     /// it.
     #[serde(default = "one")]
     pub rate: Number,
@@ -97,7 +97,7 @@ pub struct StageStop {
     /// Steps since the start of the stage. Example: `steps = 2000`.
     #[schemars(range(min = 1))]
     pub steps: Option<u64>,
-    /// Equilibrium, as in [stop]. Example: `unbalanced = 1e-3`.
+    /// Equilibrium, as in `stop` of the run. Example: `unbalanced = 1e-3`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub unbalanced: Option<Number>,
 }

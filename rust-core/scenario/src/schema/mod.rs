@@ -95,7 +95,7 @@ pub struct Scenario {
     /// Loading of the specimen; default: none.
     #[serde(default)]
     pub loading: Loading,
-    /// Stages of the loading, in their order; default: one stage of constant rate, until [stop] ends it.
+    /// Stages of the loading, in their order; default: one stage of constant rate, until `stop` ends it.
     #[serde(default, rename = "stage")]
     pub stages: Vec<Stage>,
     /// Factors that change with time, for motions, forces, walls, and stages; default: none.
