@@ -17,9 +17,7 @@ use concordem::sweep::Sweep;
 use concordem::sweep::journal::Journal;
 use concordem::sweep::point::Outcome;
 
-use concordem_tests::random::Random;
-
-use crate::mutate::mutate;
+use crate::mutate::{Random, mutate};
 
 /// A reader of one kind of input.
 pub struct Reader {
@@ -165,7 +163,7 @@ impl Samples {
         let mut bytes = good[random.below(good.len())].clone();
         if !reader.sealed {
             if reader.name == "state" {
-                return [random.number().to_le_bytes(), random.number().to_le_bytes()].concat();
+                return [random.next().to_le_bytes(), random.next().to_le_bytes()].concat();
             }
             mutate(&mut bytes, &mut random, reader.text);
             return bytes;

@@ -2,7 +2,6 @@
 
 mod beams;
 mod bodies;
-mod breaking;
 mod chung_ooi;
 mod concrete;
 mod deformable;

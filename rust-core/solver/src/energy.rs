@@ -142,9 +142,8 @@ impl Ledger {
 
     /// All energy present or dissipated so far, J: the scale against which [`Self::created`] is judged.
     pub fn turnover(&self) -> f64 {
-        // Under a prestress the stored energy can be negative.
         self.kinetic.abs()
-            + self.stored_total().abs()
+            + self.stored_total()
             + self.deformation
             + self.damage.get()
             + self.friction.get()

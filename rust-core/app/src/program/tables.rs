@@ -182,10 +182,10 @@ fn contacts(
     let gone = broken.iter().map(|&BrokenBond { pair, image, reference, previous, .. }| Row {
         pair,
         branch: branch_of(pair, image),
-        // Half way between its particles.
+        // The last contact point, relative to A.
         position: particles.position[pair.a as usize]
             + state.unwrapping(pair.a as usize)
-            + branch_of(pair, image) * 0.5,
+            + previous.normal * (0.5 * previous.length),
         force: Vec3::zeros(),
         moment: Vec3::zeros(),
         previous,
