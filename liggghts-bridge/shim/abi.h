@@ -202,7 +202,7 @@ void concordem_network_delete(ConcordemNetwork *network);
 /// Fill the memory of a new atom, `ConcordemFacts::atom_width` reals.
 void concordem_network_initial_memory(const ConcordemNetwork *network, double *memory);
 
-///
+/// Rebuild the lists of bonds and contacts after atoms have moved to other processors; lengths in m.
 int64_t concordem_network_rebuild(ConcordemNetwork *network,
                                   const ConcordemAtoms *atoms,
                                   double skin,
@@ -434,4 +434,4 @@ static_assert(offsetof(ConcordemPairArrays, torque) == 128 && sizeof(ConcordemPa
 static_assert(offsetof(ConcordemPairArrays, dt) == 136 && sizeof(ConcordemPairArrays::dt) == 8, "ConcordemPairArrays::dt");
 static_assert(sizeof(ConcordemPairArrays) == 144 && alignof(ConcordemPairArrays) == 8, "ConcordemPairArrays");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x1fc77d6175c58363)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x48c13a1fce9b4efa)
