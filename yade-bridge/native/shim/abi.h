@@ -207,6 +207,12 @@ struct ConcordemLinearBondContact {
   double integrationEnergy;
 };
 
+/// Elastic constants of a particle: `young` (Pa; infinite for a rigid particle) and `poisson`.
+struct ConcordemElasticity {
+  double young;
+  double poisson;
+};
+
 /// A body of a contact.
 struct ConcordemLawBody {
   ConcordemBodyMotion motion;
@@ -250,12 +256,6 @@ struct ConcordemLawContact {
   double frictionEnergy;
   double viscousEnergy;
   double integrationEnergy;
-};
-
-/// Elastic constants of a particle: `young` (Pa; infinite for a rigid particle) and `poisson`.
-struct ConcordemElasticity {
-  double young;
-  double poisson;
 };
 
 /// A deformable body with the addresses of its history and results, six reals each (xx, yy, zz, yz, xz, xy).
@@ -800,4 +800,4 @@ static_assert(offsetof(ConcordemBondedStep, dt) == 48 && sizeof(ConcordemBondedS
 static_assert(offsetof(ConcordemBondedStep, sample) == 56 && sizeof(ConcordemBondedStep::sample) == 4, "ConcordemBondedStep::sample");
 static_assert(sizeof(ConcordemBondedStep) == 64 && alignof(ConcordemBondedStep) == 8, "ConcordemBondedStep");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x43413fdabb519444)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x5ee8c8bb15bd4258)
