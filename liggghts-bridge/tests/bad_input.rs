@@ -76,7 +76,7 @@ fn invalid_input_stops_all_processors_with_a_remedy() {
               fix bonds all concordem/bond linear_bond normal_stiffness 1e5 shear_stiffness 1e4 contact frictional \
               contact.normal_stiffness 1 contact.shear_stiffness 1 contact.friction_coefficient 0 bond none\n",
             ),
-            "the restart file holds contacts of law none, not frictional",
+            "the restart file contains contacts of law none, not frictional",
         ),
         (with("linear_bond normal_stiffness 1e5 shear_stiffness 1e4 bond distance 1.2", "none"), "computes no forces"),
         (

@@ -87,7 +87,7 @@ def test_two_rounds_from_nothing_give_the_same_bits(tmp_path, capsys):
         round_ = runner.Runner(folder, quiet=True).run(few)
         assert all(o.status == "done" and not o.kept for o in round_.outcomes.values()), [o.message for o in round_.outcomes.values()]
     assert cli.main(["compare", *map(str, folders)]) == 0
-    assert "11 results of concordem compared, all with the same bits" in capsys.readouterr().out
+    assert "11 results of concordem compared, all bitwise equal" in capsys.readouterr().out
     # one changed bit is detected, and so is a missing result
     path = next((folders[1] / "runs").glob("slip-to-roll.finite.concordem.*.h5"))
     result = compare.Result.read(path)
