@@ -40,6 +40,8 @@ TABLES = {
     "initial": "initial",
     "integration": "integration",
     "loading": "loading",
+    "stage": "stage",
+    "history": "history",
     "sample": "sample",
     "stop": "stop",
     "output": "output",
@@ -199,6 +201,8 @@ def type_of(schema, root):
     elif root.is_table(inner):
         text = "table"
     elif inner.get("type") == "array" or "array" in inner.get("type", []):
+        if "prefixItems" in inner:
+            return f"[{', '.join(type_of(item, root) for item in inner['prefixItems'])}]"
         items, low, high = inner["items"], inner.get("minItems"), inner.get("maxItems")
         count = f"{low} × " if low == high and low else ""
         text = f"list: {count}{type_of(items, root)}"

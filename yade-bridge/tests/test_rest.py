@@ -118,7 +118,7 @@ def test_calibrations_that_cannot_be():
     ]:
         with pytest.raises(ValueError, match=message):
             concordem.calibrate_elastic(scenario, 30e9, 0.2, **options)
-    with pytest.raises(ValueError, match='give a scenario, or a law .*: law="cpm"'):
+    with pytest.raises(ValueError, match='give a scenario, or choose a law .*: law="cpm"'):
         concordem.calibrate_elastic(None, 30e9, 0.2)
     with pytest.raises(concordem.CalibrationError, match="particle_softness=9: .* would not converge"):
         concordem.calibrate_elastic(scenario, 30e9, 0.2, law="linear_bond", deformable=True, particle_softness=9.0)

@@ -226,7 +226,7 @@ def test_other_threads_of_python_run_and_are_told_to_wait(concrete):
 def test_runs_without_an_end_are_refused(two):
     data = two.to_dict()
     del data["stop"]
-    with pytest.raises(concordem.ScenarioError, match="nothing ever stops"):
+    with pytest.raises(concordem.ScenarioError, match="the run has no end"):
         concordem.Scenario.from_dict(data)
 
 
