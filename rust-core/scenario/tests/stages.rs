@@ -123,6 +123,24 @@ fn displacements_follow_tables() {
     }
 }
 
+/// A factor that does not start at zero does not move the particles at the start: a cosine from 1 to −1 displaces by −2.
+/// Tolerance: roundings of 20 mm in 1000 steps.
+#[test]
+fn displacements_start_at_the_packing() {
+    let text = chain(2, "[integration]\ntime_step = 1e-6\n[stop]\nsteps = 1000")
+        + "
+        [[history]]
+        name = \"cosine\"
+        shape = { kind = \"sine\", period = \"2 ms\", phase = \"90 deg\" }
+        [[prescribe]]
+        set = \"last\"
+        displacement = [\"0.01 mm\", 0, 0]
+        history = \"cosine\"";
+    let mut simulation = simulation(&text);
+    run(&mut simulation);
+    assert!((simulation.state.particles.position[1].x - (0.02 - 2e-5)).abs() < 1e-14);
+}
+
 /// A free particle under `F sin(2πt/T)` has the momentum `F T/π` after half a period, and none after a whole one. Leapfrog sums
 /// the force at its steps: an error of `(π/n)²/3` of n steps per half period.
 #[test]

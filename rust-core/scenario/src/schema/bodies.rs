@@ -159,8 +159,9 @@ pub struct Prescribe {
     /// Example: `angular_velocity = [0, 0, 0]`.
     #[serde(default)]
     pub angular_velocity: [Component<super::quantity::dimension::OfAngularVelocity>; 3],
-    /// Displacement since the start, m, which needs a `history`: the particles move to its factor times this vector. A component
-    /// "free" follows the forces, or `velocity`. Default: all components free. Example: `displacement = ["free", "free", "1 mm"]`.
+    /// Displacement, m, which needs a `history`: this vector times the change of the factor since the start, so that the particles
+    /// start where the packing has them. A component "free" follows the forces, or `velocity`. Default: all components free.
+    /// Example: `displacement = ["free", "free", "1 mm"]`.
     #[serde(default)]
     pub displacement: [Component<super::quantity::dimension::OfLength>; 3],
     /// Name of a history that multiplies velocity, angular velocity, and displacement; default: constant velocities.
