@@ -30,6 +30,7 @@ TABLES = {
     "material": "material",
     "interface": "interface",
     "bonds": "bonds",
+    "cut": "cut",
     "contacts": "contacts",
     "deformable": "deformable",
     "wall": "wall",

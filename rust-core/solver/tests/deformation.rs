@@ -326,14 +326,13 @@ fn end_loads_on_body_and_surface_differ() {
 #[test]
 fn between_plates() {
     let squeeze = 1e-3 * RADIUS;
-    let plate = |x: f64, normal: f64| Wall {
-        name: "plate".into(),
-        shape: WallShape::Plane { point: Vec3::new(x, 0.0, 0.0), normal: Vec3::new(normal, 0.0, 0.0) },
-        material: 0,
-        displacement: Vec3::zeros(),
-        velocity: Vec3::zeros(),
-        force: Vec3::zeros(),
-        torque: Vec3::zeros(),
+    let plate = |x: f64, normal: f64| {
+        Wall::new(
+            "plate".into(),
+            WallShape::Plane { point: Vec3::new(x, 0.0, 0.0), normal: Vec3::new(normal, 0.0, 0.0) },
+            0,
+            Vec3::zeros(),
+        )
     };
     let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);

@@ -139,7 +139,10 @@ fn most_steps(scenario: &Scenario, schedule: &Schedule, dt: f64) -> Option<(f64,
         Loading::Bending { rate, .. } | Loading::Torsion { rate, .. } => {
             schedule.loading.strain_of_angle().map(|per_angle| rate.si().abs() * per_angle)
         }
-        Loading::None | Loading::CellStress { .. } => None,
+        Loading::CellStress { strain_rate, .. } => {
+            strain_rate.iter().filter_map(|rate| rate.si()).map(f64::abs).reduce(f64::max)
+        }
+        Loading::None => None,
     };
     let limits = [
         stop.steps.map(|steps| (steps as f64, "steps")),

@@ -2,14 +2,14 @@
 
 use super::histories::stages;
 use super::selection::{bounds_along, extents, layer, member_of_clump};
-use super::{AssemblyError, material_index, place::Placed, unfit, walls};
+use super::{AssemblyError, material_index, place::Placed, unfit};
 use crate::schedule::Loading;
 use crate::schedule::loading::Gauge;
-use crate::schema::quantity::{CrossSection, Length, StrainRate, Velocity};
+use crate::schema::quantity::{Component, CrossSection, Length, StrainRate, Velocity};
 use crate::schema::{self, Axis, End, Lateral, Quantity, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_packing::smallest_section;
-use concordem_solver::state::{Constraint, Particles, State, WallShape};
+use concordem_solver::state::{Constraint, Particles, State, Wall, WallShape};
 
 /// Builds the loading of a scenario whose bonds have this interaction ratio.
 pub(super) fn build(
@@ -53,9 +53,9 @@ pub(super) fn build(
         schema::Loading::CellStrain { velocity_gradient } => {
             builder.cell_strain(Mat3::from_fn(|i, j| velocity_gradient[i][j].si()))
         }
-        schema::Loading::CellStress { stress, maximum_strain_rate, tolerance } => {
+        schema::Loading::CellStress { stress, strain_rate, maximum_strain_rate, tolerance } => {
             let stress = Mat3::from_fn(|i, j| stress[i][j].si());
-            builder.cell_stress(stress, maximum_strain_rate.si(), tolerance.si())
+            builder.cell_stress(stress, strain_rate.map(Component::si), maximum_strain_rate.si(), tolerance.si())
         }
         schema::Loading::Platens { axis, closing_velocity, material, area } => {
             Ok(builder.platens(*axis, *closing_velocity, material, *area))
@@ -150,7 +150,7 @@ impl Builder<'_> {
             let mut point = Vec3::zeros();
             point[axis] = at;
             let velocity = normal * speed;
-            self.state.walls.push(walls::new(name.into(), WallShape::Plane { point, normal }, material, velocity));
+            self.state.walls.push(Wall::new(name, WallShape::Plane { point, normal }, material, velocity));
         }
         let gauge = Gauge::new(self.state, axis, low, high);
         Loading::Platens { axis, walls: [first, first + 1], speed, length: high - low, area, gauge }
@@ -165,7 +165,13 @@ impl Builder<'_> {
         Ok(Loading::CellStrain { initial_volume, velocity_gradient: gradient })
     }
 
-    fn cell_stress(&self, stress: Mat3, maximum_rate: f64, tolerance: f64) -> Result<Loading, AssemblyError> {
+    fn cell_stress(
+        &self,
+        stress: Mat3,
+        strain_rate: [Option<f64>; 3],
+        maximum_rate: f64,
+        tolerance: f64,
+    ) -> Result<Loading, AssemblyError> {
         if self.state.cell.is_none() {
             return Err(no_cell());
         }
@@ -174,7 +180,7 @@ impl Builder<'_> {
         let largest = stress.abs().max();
         let gain = maximum_rate / (0.1 * largest.max(1.0));
         let reference = if largest > 0.0 { largest } else { 1.0 };
-        Ok(Loading::CellStress { stress, maximum_rate, gain, tolerance, reference })
+        Ok(Loading::CellStress { stress, strain_rate, maximum_rate, gain, tolerance, reference })
     }
 
     /// End layers that rotate in opposite directions; `axes`: of the specimen, and of the rotation.

@@ -1,8 +1,9 @@
 //! Checks of the loading, of initial velocities that conflict with it, and of the end of the run.
 
 use super::{Checker, SYMMETRY, components, length};
-use crate::schema::quantity::{AngularVelocity, CrossSection, Length, StrainRate, Stress};
-use crate::schema::{Axis, Loading, Shape};
+use crate::schema::quantity::dimension::OfStrainRate;
+use crate::schema::quantity::{AngularVelocity, Component, CrossSection, Length, StrainRate, Stress};
+use crate::schema::{Axis, Control, Loading, Shape};
 
 impl Checker<'_> {
     pub(super) fn loading(&mut self) {
@@ -43,7 +44,10 @@ impl Checker<'_> {
                     self.range("loading.velocity_gradient", "all components are zero", help);
                 }
             }
-            Loading::CellStress { stress, .. } => self.cell_stress(stress),
+            Loading::CellStress { stress, strain_rate, .. } => {
+                self.cell_stress(stress);
+                self.cell_rates(stress, strain_rate);
+            }
             Loading::Platens { material, .. } => self.known_material("loading.material", material),
         }
         self.initial_field();
@@ -117,6 +121,28 @@ impl Checker<'_> {
         }
     }
 
+    /// Checks the strain rates of axes of a cell whose other axes follow their stress.
+    fn cell_rates(&mut self, stress: &[[Stress; 3]; 3], strain_rate: &[Component<OfStrainRate>; 3]) {
+        let by_stress = self.scenario.stages.iter().any(|stage| stage.control == Control::Stress);
+        let driven: Vec<usize> = (0..3).filter(|&axis| strain_rate[axis] != Component::Free).collect();
+        if by_stress && driven.is_empty() {
+            let at = self.scenario.stages.iter().position(|stage| stage.control == Control::Stress).unwrap_or(0);
+            let help = "give `loading.strain_rate`, or remove `control`";
+            self.conflict(&format!("stage[{at}].control"), "all axes follow their stress in every stage", help);
+        }
+        if driven.len() == 3 {
+            let help = "leave at least one axis \"free\", or use \"cell-strain\" loading";
+            self.conflict("loading.strain_rate", "no axis is left that follows its stress", help);
+        }
+        for axis in driven {
+            if stress[axis][axis].si() != 0.0 && !by_stress {
+                let help = "write 0, or add a [[stage]] with control = \"stress\"";
+                let message = "has no effect, because this axis follows its strain rate";
+                self.conflict(&format!("loading.stress[{axis}][{axis}]"), message, help);
+            }
+        }
+    }
+
     /// Refuses initial velocities that the loading would overwrite.
     fn initial_field(&mut self) {
         let scenario = self.scenario;
@@ -166,7 +192,7 @@ impl Checker<'_> {
             let help = "add [stop] with at least one of `steps`, `time`, `strain`, `drop_to`, and `unbalanced`";
             self.missing("stop", "the run has no end", help);
         }
-        if stop.drop_to.is_some() && matches!(scenario.loading, Loading::None | Loading::CellStress { .. }) {
+        if stop.drop_to.is_some() && !scenario.loading.has_peak() {
             let help = "use it with \"uniaxial\", \"platens\", or \"cell-strain\" loading";
             self.conflict("stop.drop_to", "this loading measures no stress with a peak", help);
         }

@@ -58,6 +58,8 @@ pub enum Loading {
     CellStress {
         /// Target stress, Pa.
         stress: Mat3,
+        /// Strain rates of axes that do not follow the stress, 1/s.
+        strain_rate: [Option<f64>; 3],
         /// Largest rate of any strain component, 1/s.
         maximum_rate: f64,
         /// Gain of the servo: strain rate divided by the error of the stress, 1/(Pa·s).
@@ -163,15 +165,23 @@ impl Loading {
         last: &StepReport,
         axial_forces: [f64; 2],
         factor: Option<f64>,
+        by_stress: bool,
     ) {
         if let Some(factor) = factor {
             self.apply_factor(state, solver, factor);
         }
         let factor = factor.unwrap_or(1.0);
-        if let (Self::CellStress { stress, maximum_rate, gain, .. }, Some(cell)) = (self, &state.cell) {
-            let error = stress * factor - last.virial / cell.volume();
+        if let (Self::CellStress { stress, strain_rate, maximum_rate, gain, .. }, Some(cell)) = (self, &state.cell) {
+            let driven = self.driven(by_stress);
+            // The factor belongs to the strain rates, if there are any.
+            let target = if driven.contains(&true) { *stress } else { stress * factor };
+            let error = target - last.virial / cell.volume();
             let rate = (error + error.transpose()) * (0.5 * gain);
-            solver.set_velocity_gradient(cell, rate.map(|r| r.clamp(-maximum_rate, *maximum_rate)));
+            let mut rate = rate.map(|r| r.clamp(-maximum_rate, *maximum_rate));
+            for axis in (0..3).filter(|&axis| driven[axis]) {
+                rate[(axis, axis)] = strain_rate[axis].unwrap_or(0.0) * factor;
+            }
+            solver.set_velocity_gradient(cell, rate);
         }
         if let Self::Turning { axis, about, layers, rate, .. } = self {
             let rate = rate * factor;
@@ -193,6 +203,14 @@ impl Loading {
                     targets[p as usize] = ((rotate(&turn, &arm) - arm) / dt + drift, angular_velocity);
                 }
             }
+        }
+    }
+
+    /// Axes of the cell that follow a strain rate and not their stress. `by_stress`: see [`Stage::by_stress`](super::Stage::by_stress).
+    fn driven(&self, by_stress: bool) -> [bool; 3] {
+        match self {
+            Self::CellStress { strain_rate, .. } if !by_stress => strain_rate.map(|rate| rate.is_some()),
+            _ => [false; 3],
         }
     }
 
@@ -302,9 +320,12 @@ impl Loading {
     }
 
     /// The component that strain and stress of a periodic cell refer to: the first one of the largest magnitude in the
-    /// velocity gradient or the target stress.
+    /// velocity gradient, in the strain rates of axes, or in the target stress.
     fn component(&self, state: &State) -> (usize, usize) {
         let matrix = match self {
+            Self::CellStress { strain_rate, .. } if strain_rate.iter().flatten().any(|rate| *rate != 0.0) => {
+                Mat3::from_diagonal(&Vec3::from(strain_rate.map(|rate| rate.unwrap_or(0.0))))
+            }
             Self::CellStress { stress, .. } => *stress,
             Self::CellStrain { velocity_gradient, .. } => *velocity_gradient,
             _ => state.cell.as_ref().map_or_else(Mat3::zeros, |cell| cell.velocity_gradient),
@@ -323,22 +344,28 @@ impl Loading {
     /// Sets reference and gain of a servo whose target is zero. `stiffness`: upper bound on the stiffness of the cell,
     /// Pa; `dt`: time step, s.
     pub(crate) fn tune(&mut self, stiffness: f64, dt: f64) {
-        if let Self::CellStress { stress, maximum_rate, gain, reference, .. } = self
-            && *stress == Mat3::zeros()
-            && stiffness > 0.0
-        {
+        let Self::CellStress { stress, strain_rate, maximum_rate, gain, reference, .. } = self else { return };
+        if stiffness <= 0.0 {
+            return;
+        }
+        if *stress == Mat3::zeros() {
             *reference = ZERO_STRESS_STRAIN * stiffness;
             *gain = (*maximum_rate / (0.1 * *reference)).min(SERVO_STEP / (stiffness * dt));
+        } else if strain_rate.iter().any(Option::is_some) {
+            *gain = gain.min(SERVO_STEP / (stiffness * dt));
         }
     }
 
     /// Whether a servo has reached its target, and contacts carry forces unless the target is zero. `contact_force`: root mean
-    /// square of the contact forces, N; `factor`: of the target, from the present stage.
-    pub(super) fn reached(&self, measure: &Measure, contact_force: f64, factor: f64) -> bool {
+    /// square of the contact forces, N; `factor`: of the target, from the present stage, as `by_stress`.
+    pub(super) fn reached(&self, measure: &Measure, contact_force: f64, factor: f64, by_stress: bool) -> bool {
         match self {
             Self::CellStress { stress, tolerance, reference, .. } => {
                 let wanted = contact_force > 0.0 || *stress == Mat3::zeros();
-                wanted && (measure.tensor - stress * factor).abs().max() <= tolerance * reference
+                let driven = self.driven(by_stress);
+                let mut error = measure.tensor - if driven.contains(&true) { *stress } else { stress * factor };
+                (0..3).filter(|&axis| driven[axis]).for_each(|axis| error[(axis, axis)] = 0.0);
+                wanted && error.abs().max() <= tolerance * reference
             }
             _ => contact_force > 0.0,
         }

@@ -3,6 +3,7 @@
 mod guard;
 mod history;
 pub mod loading;
+mod servo;
 pub mod simulation;
 mod stage;
 pub mod stop;
@@ -11,6 +12,7 @@ pub use crate::sampling::{Operator, Record, ScheduledOperator, SeriesColumn};
 pub use guard::EnergyFault;
 pub use history::{Histories, History, TimedLoads, TimedMotion, TimedWall};
 pub use loading::Loading;
+pub use servo::{Servo, Target};
 pub use simulation::{Advance, Simulation};
 pub use stage::{Stage, StageEnd, StageReason};
 pub use stop::{Stop, StopReason};
@@ -26,6 +28,8 @@ pub struct Schedule {
     pub stages: Vec<Stage>,
     /// Motions, walls, and loads that change with time.
     pub histories: Histories,
+    /// Walls that keep a force constant.
+    pub servos: Vec<Servo>,
     /// Conditions that end the run.
     pub stop: Stop,
     /// Whether the run continues even if integration errors have changed its energy.
@@ -50,6 +54,7 @@ impl Default for Schedule {
             loading: Loading::None,
             stages: Vec::new(),
             histories: Histories::default(),
+            servos: Vec::new(),
             stop: Stop::default(),
             allow_energy_error: false,
             sample_interval: 10,

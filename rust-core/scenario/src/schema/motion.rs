@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::packing::Axis;
 use super::quantity::{
-    Acceleration, AngularVelocity, CrossSection, Length, Number, StrainRate, Stress, Time, TimeStep, Velocity,
+    Acceleration, AngularVelocity, Component, CrossSection, Length, Number, StrainRate, Stress, Time, TimeStep,
+    Velocity,
 };
 
 /// Time integration.
@@ -210,7 +211,13 @@ pub enum Loading {
         /// Target stress, symmetric, tension positive, Pa. Required.
         /// Example: `stress = [["-1 MPa", 0, 0], [0, "-1 MPa", 0], [0, 0, "-1 MPa"]]`.
         stress: [[Stress; 3]; 3],
-        /// Largest strain rate that the servo may use, 1/s. Required. Example: `maximum_strain_rate = "1 1/s"`.
+        /// Strain rates of axes that do not follow their stress, 1/s; "free" axes and shear follow it. Default: all free. The
+        /// stress of such an axis is the target of stages with `control = "stress"`; without such a stage it must be 0.
+        /// Example of a triaxial test: `strain_rate = ["free", "free", "-0.1 1/s"]`.
+        #[serde(default)]
+        strain_rate: [Component<super::quantity::dimension::OfStrainRate>; 3],
+        /// Largest strain rate that the servo may use, 1/s. Required. A servo follows a moving specimen with a relative error of
+        /// a tenth of the strain rate divided by this one. Example: `maximum_strain_rate = "1 1/s"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         maximum_strain_rate: StrainRate,
         /// Relative error at which the target stress counts as reached; default: 0.005.
@@ -247,6 +254,15 @@ impl Loading {
             Self::CellStrain { .. } => "cell-strain",
             Self::CellStress { .. } => "cell-stress",
             Self::Platens { .. } => "platens",
+        }
+    }
+
+    /// Whether the loading measures a stress that can drop from a peak.
+    pub fn has_peak(&self) -> bool {
+        match self {
+            Self::None => false,
+            Self::CellStress { strain_rate, .. } => strain_rate.iter().any(|rate| *rate != Component::Free),
+            _ => true,
         }
     }
 
