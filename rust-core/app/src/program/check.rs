@@ -136,6 +136,9 @@ fn most_steps(scenario: &Scenario, schedule: &Schedule, dt: f64) -> Option<(f64,
         Loading::Platens { closing_velocity, .. } => {
             schedule.loading.dimensions().map(|(_, length)| closing_velocity.si() / length)
         }
+        Loading::RollerBending { closing_velocity, .. } => {
+            schedule.loading.strain_of_deflection().map(|per_meter| closing_velocity.si() * per_meter)
+        }
         Loading::Bending { rate, .. } | Loading::Torsion { rate, .. } => {
             schedule.loading.strain_of_angle().map(|per_angle| rate.si().abs() * per_angle)
         }

@@ -58,7 +58,27 @@ pub(super) fn build(
             builder.cell_stress(stress, strain_rate.map(Component::si), maximum_strain_rate.si(), tolerance.si())
         }
         schema::Loading::Platens { axis, closing_velocity, material, area } => {
-            Ok(builder.platens(*axis, *closing_velocity, material, *area))
+            builder.platens(*axis, *closing_velocity, material, *area)
+        }
+        schema::Loading::RollerBending {
+            axis,
+            across,
+            span,
+            inner_span,
+            roller_radius,
+            closing_velocity,
+            material,
+        } => {
+            let across = schema::Loading::direction_across(*axis, *across, scenario.dimension);
+            let test = RollerTest {
+                axis: axis.index(),
+                across,
+                span: span.si(),
+                inner_span: inner_span.si(),
+                radius: roller_radius.si(),
+                speed: closing_velocity.si(),
+            };
+            builder.rollers(&test, material)
         }
     }
 }
@@ -74,6 +94,16 @@ struct UniaxialTest {
     initial_velocity_field: bool,
     area: Option<CrossSection>,
     gauge_length: Option<Length>,
+}
+
+/// How rollers bend a beam.
+struct RollerTest {
+    axis: usize,
+    across: usize,
+    span: f64,
+    inner_span: f64,
+    radius: f64,
+    speed: f64,
 }
 
 /// Elastic section of a specimen whose ends rotate.
@@ -105,7 +135,7 @@ impl Builder<'_> {
         let (bottom, top) = (mean(&lower), mean(&upper));
         let distance = top - bottom;
         let length = test.gauge_length.map_or(distance, Quantity::si);
-        let area = self.area(axis, test.area);
+        let area = self.area(axis, test.area)?;
         let rate = test.strain_rate.si();
         let middle = 0.5 * (bottom + top);
         let half = 0.5 * rate * length;
@@ -137,10 +167,11 @@ impl Builder<'_> {
         closing_velocity: Velocity,
         material: &str,
         area: Option<CrossSection>,
-    ) -> Loading {
+    ) -> Result<Loading, AssemblyError> {
         let axis = axis.index();
         let (low, high) = bounds_along(extents(&self.state.particles, axis));
-        let area = self.area(axis, area);
+        let sign = if area == Some(CrossSection::Splitting) { -1.0 } else { 1.0 };
+        let area = self.area(axis, area)?;
         let first = self.state.walls.len();
         let speed = 0.5 * closing_velocity.si();
         let material = material_index(self.scenario, material);
@@ -153,7 +184,52 @@ impl Builder<'_> {
             self.state.walls.push(Wall::new(name, WallShape::Plane { point, normal }, material, velocity));
         }
         let gauge = Gauge::new(self.state, axis, low, high);
-        Loading::Platens { axis, walls: [first, first + 1], speed, length: high - low, area, gauge }
+        Ok(Loading::Platens { axis, walls: [first, first + 1], speed, length: high - low, area, sign, gauge })
+    }
+
+    /// Two supports, and one or two rollers on the other side of a beam; each touches its nearest particle.
+    fn rollers(&mut self, test: &RollerTest, material: &str) -> Result<Loading, AssemblyError> {
+        let RollerTest { axis, across, span, inner_span, radius, speed } = *test;
+        let Some(schema::Shape::Box { size, .. }) = self.scenario.packing.shape() else {
+            return Err(unfit("loading.kind", "the beam must be a box".into()));
+        };
+        let third = 3 - axis - across;
+        let (height, width) = (size[across].si(), if self.scenario.dimension == 2 { 1.0 } else { size[third].si() });
+        let (low, high) = bounds_along(extents(&self.state.particles, axis));
+        let middle = 0.5 * (low + high);
+        let mut direction = Vec3::zeros();
+        direction[third] = 1.0;
+        let first = self.state.walls.len();
+        let material = material_index(self.scenario, material);
+        let half = 0.5 * inner_span;
+        let rollers: &[(&str, f64)] =
+            if inner_span > 0.0 { &[("first roller", -half), ("second roller", half)] } else { &[("roller", 0.0)] };
+        let supports = [("first support", -0.5 * span), ("second support", 0.5 * span)];
+        let sides = supports.iter().map(|one| (one, -1.0)).chain(rollers.iter().map(|one| (one, 1.0)));
+        for ((name, at), side) in sides {
+            let mut point = Vec3::zeros();
+            point[axis] = middle + at;
+            point[across] = side
+                * touching(&self.state.particles, [axis, across], point[axis], radius, side).ok_or_else(|| {
+                    unfit("loading.span", format!("no particle lies above or below the {name}; the span is too long"))
+                })?;
+            let mut velocity = Vec3::zeros();
+            velocity[across] = if side > 0.0 { -speed } else { 0.0 };
+            let shape = WallShape::Cylinder { point, axis: direction, radius, inside: false };
+            self.state.walls.push(Wall::new(*name, shape, material, velocity));
+        }
+        let arm = 0.5 * (span - inner_span);
+        Ok(Loading::Rollers {
+            across,
+            first,
+            rollers: rollers.len(),
+            speed,
+            // M = P a/2, and W = b h²/6.
+            stress_of_force: 3.0 * arm / (width * height * height),
+            strain_of_deflection: 3.0 * height / (arm * (3.0 * span - 4.0 * arm)),
+            area: width * height,
+            length: span,
+        })
     }
 
     fn cell_strain(&mut self, gradient: Mat3) -> Result<Loading, AssemblyError> {
@@ -286,12 +362,24 @@ impl Builder<'_> {
     }
 
     /// The given area, or the cross-section perpendicular to `axis`, m².
-    fn area(&self, axis: usize, given: Option<CrossSection>) -> f64 {
-        match given {
+    fn area(&self, axis: usize, given: Option<CrossSection>) -> Result<f64, AssemblyError> {
+        Ok(match given {
             Some(CrossSection::Given(area)) => area.si(),
             Some(CrossSection::Hull) => smallest_section(&self.placed.packing.spheres, axis, 8),
+            Some(CrossSection::Splitting) => match self.scenario.packing.shape() {
+                Some(schema::Shape::Cylinder { radius, height, axis: along, .. }) if along.index() != axis => {
+                    let length = if self.scenario.dimension == 2 { 1.0 } else { height.si() };
+                    std::f64::consts::PI * radius.si() * length
+                }
+                _ => {
+                    return Err(unfit(
+                        "loading.area",
+                        "\"splitting\" needs a cylinder that lies across the axis".into(),
+                    ));
+                }
+            },
             None => self.cross_section(axis),
-        }
+        })
     }
 
     /// Cross-section perpendicular to `axis`, m²: of the packing's shape, else of the bounding box; of unit depth in two
@@ -313,6 +401,17 @@ impl Builder<'_> {
         }
         (0..3).filter(|&k| k != axis).map(width).product()
     }
+}
+
+/// Distance of the axis of a cylinder from the origin, on the side `side` (±1) of the particles along the second one of `axes`, where
+/// the cylinder touches the first particle, m. Its coordinate along the first axis is `at`.
+fn touching(particles: &Particles, [axis, across]: [usize; 2], at: f64, radius: f64, side: f64) -> Option<f64> {
+    let over = |p: usize| {
+        let (x, r) = (&particles.position[p], radius + particles.radius[p]);
+        let aside = x[axis] - at;
+        (aside.abs() < r).then(|| side * x[across] + (r * r - aside * aside).sqrt())
+    };
+    (0..particles.len()).filter_map(over).reduce(f64::max)
 }
 
 fn indices(layer: Vec<usize>) -> Vec<u32> {

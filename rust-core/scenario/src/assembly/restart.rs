@@ -123,12 +123,12 @@ fn allowed(change: &Change, [before, after]: [&Scenario; 2], continuation: Conti
 fn loading_allowed(change: &Change, before: &Loading, after: &Loading) -> bool {
     // The strain in bending and torsion is the rate times the time since the start, so the rate cannot change.
     let turning = |loading: &Loading| matches!(loading, Loading::Bending { .. } | Loading::Torsion { .. });
-    let platens = |loading: &Loading| matches!(loading, Loading::Platens { .. });
+    let platens = |loading: &Loading| matches!(loading, Loading::Platens { .. } | Loading::RollerBending { .. });
     if turning(before) || turning(after) || platens(before) != platens(after) {
         return false;
     }
-    // The surfaces and the law of platens are made at the start.
-    !platens(before) || !matches!(&change.key[..], "loading.axis" | "loading.material")
+    // The surfaces and the laws of platens and rollers are made at the start.
+    !platens(before) || matches!(&change.key[..], "loading.closing_velocity" | "loading.area")
 }
 
 /// The changes from `before` to `after`, if a restart may make all of them.

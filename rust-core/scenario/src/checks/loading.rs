@@ -17,7 +17,11 @@ impl Checker<'_> {
         }
         let by_ends = matches!(
             scenario.loading,
-            Loading::Uniaxial { .. } | Loading::Platens { .. } | Loading::Bending { .. } | Loading::Torsion { .. }
+            Loading::Uniaxial { .. }
+                | Loading::Platens { .. }
+                | Loading::RollerBending { .. }
+                | Loading::Bending { .. }
+                | Loading::Torsion { .. }
         );
         if by_ends && periodic {
             let help = "use \"cell-strain\" loading, or cut out a specimen with another [packing.shape]";
@@ -32,8 +36,12 @@ impl Checker<'_> {
         }
         match &scenario.loading {
             Loading::None => {}
-            Loading::Uniaxial { axis, strain_rate, layer_thickness, .. } => {
+            Loading::Uniaxial { axis, strain_rate, layer_thickness, area, .. } => {
                 self.uniaxial(*axis, *strain_rate, *layer_thickness);
+                if *area == Some(CrossSection::Splitting) {
+                    let help = "use \"platens\" loading, or remove `area`";
+                    self.conflict("loading.area", "\"splitting\" is for plates that press on a cylinder", help);
+                }
             }
             Loading::Bending { axis, about, rate, .. } => self.bending(*axis, *about, *rate),
             Loading::Torsion { axis, rate, .. } => self.torsion(*axis, *rate),
@@ -48,7 +56,19 @@ impl Checker<'_> {
                 self.cell_stress(stress);
                 self.cell_rates(stress, strain_rate);
             }
-            Loading::Platens { material, .. } => self.known_material("loading.material", material),
+            Loading::Platens { axis, material, area, .. } => {
+                self.known_material("loading.material", material);
+                if *area == Some(CrossSection::Splitting)
+                    && !matches!(scenario.packing.shape(), Some(Shape::Cylinder { axis: along, .. }) if along != axis)
+                {
+                    let help = "give [packing.shape] kind = \"cylinder\" with another axis, or the area";
+                    self.conflict("loading.area", "\"splitting\" needs a cylinder that lies across the axis", help);
+                }
+            }
+            Loading::RollerBending { axis, across, span, inner_span, material, .. } => {
+                self.known_material("loading.material", material);
+                self.roller_bending(*axis, *across, *span, *inner_span);
+            }
         }
         self.initial_field();
     }
@@ -92,6 +112,30 @@ impl Checker<'_> {
                 "bending needs a box, or a cylinder along the same axis, to compute the stress",
                 help,
             );
+        }
+    }
+
+    fn roller_bending(&mut self, axis: Axis, across: Option<Axis>, span: Length, inner_span: Length) {
+        if across == Some(axis) {
+            let help = "the rollers press across the beam; choose another axis";
+            self.conflict("loading.across", "is the axis of the beam", help);
+        }
+        if inner_span.si() >= span.si() {
+            let help = "two rollers lie between the supports; three-point bending has inner_span = 0";
+            self.conflict("loading.inner_span", "is not shorter than `span`", help);
+        }
+        match self.scenario.packing.shape() {
+            Some(Shape::Box { size, .. }) => {
+                let along = size[axis.index()].si();
+                if span.si() > along {
+                    let message = format!("is longer than the beam, {}", length(along));
+                    self.range("loading.span", message, "let the beam stick out over its supports");
+                }
+            }
+            _ => {
+                let help = "give [packing.shape] kind = \"box\"";
+                self.conflict("loading.kind", "rollers need a beam with a known section", help);
+            }
         }
     }
 

@@ -237,10 +237,45 @@ pub enum Loading {
         material: String,
         /// Cross-section that the stress refers to, m²; default: that of the packing's shape, else of the bounding box.
         /// "hull": the smallest of eight sections; the area of a section is that of the convex hull of the spheres that
-        /// its plane cuts. Example: `area = "25 cm^2"`.
+        /// its plane cuts. "splitting": the plates split a cylinder that lies between them; the stress is the tension
+        /// `2P/(pi D L)` in its middle, positive. Example: `area = "25 cm^2"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         area: Option<CrossSection>,
     },
+    /// Rollers bend a beam in three or four points: two rigid supports, and one or two rollers that press on the other side. The
+    /// stress is that in the outer fiber of an elastic beam, `6M/(b h^2)`; the strain that of such a beam with the deflection of
+    /// the rollers, `3h w/(a (3l - 4a))` with the distance a between support and roller.
+    RollerBending {
+        /// Axis of the beam; default: "x". The packing must be a box.
+        #[serde(default = "along_x")]
+        axis: Axis,
+        /// Direction in which the supports push; the rollers push against it. Default: "z", in two dimensions "y"; "x" for a beam
+        /// along that axis.
+        across: Option<Axis>,
+        /// Distance between the supports, m. Required. Example: `span = "100 mm"`.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        span: Length,
+        /// Distance between two rollers, m; default: 0, one roller (three-point bending).
+        #[serde(default = "no_length")]
+        #[schemars(extend("minimum" = 0))]
+        inner_span: Length,
+        /// Radius of supports and rollers, m. Required.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        roller_radius: Length,
+        /// Velocity at which the rollers approach the supports, m/s. Required. Example: `closing_velocity = "10 mm/s"`.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        closing_velocity: Velocity,
+        /// Name of the material of supports and rollers. Required.
+        material: String,
+    },
+}
+
+fn along_x() -> Axis {
+    Axis::X
+}
+
+fn no_length() -> Length {
+    Length::new(0.0)
 }
 
 impl Loading {
@@ -254,7 +289,20 @@ impl Loading {
             Self::CellStrain { .. } => "cell-strain",
             Self::CellStress { .. } => "cell-stress",
             Self::Platens { .. } => "platens",
+            Self::RollerBending { .. } => "roller-bending",
         }
+    }
+
+    /// Index of the direction in which rollers bend a beam along `axis`.
+    pub fn direction_across(axis: Axis, across: Option<Axis>, dimension: u8) -> usize {
+        let default = if dimension == 2 {
+            if axis == Axis::Y { 0 } else { 1 }
+        } else if axis == Axis::Z {
+            0
+        } else {
+            2
+        };
+        across.map_or(default, Axis::index)
     }
 
     /// Whether the loading measures a stress that can drop from a peak.
