@@ -136,9 +136,10 @@ fn most_steps(scenario: &Scenario, schedule: &Schedule, dt: f64) -> Option<(f64,
         Loading::Platens { closing_velocity, .. } => {
             schedule.loading.dimensions().map(|(_, length)| closing_velocity.si() / length)
         }
-        Loading::RollerBending { closing_velocity, .. } => {
-            schedule.loading.strain_of_deflection().map(|per_meter| closing_velocity.si() * per_meter)
-        }
+        Loading::Flexure { closing_velocity, .. } => match &schedule.loading {
+            crate::schedule::Loading::Flexure(flexure) => Some(closing_velocity.si() * flexure.strain_of_deflection),
+            _ => None,
+        },
         Loading::Bending { rate, .. } | Loading::Torsion { rate, .. } => {
             schedule.loading.strain_of_angle().map(|per_angle| rate.si().abs() * per_angle)
         }

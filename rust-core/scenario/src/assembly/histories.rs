@@ -84,14 +84,15 @@ fn check_owners(scenario: &Scenario, loading: &Loading, particles: &Particles) -
     if scenario.prescribed.iter().all(|prescribe| prescribe.history.is_none()) {
         return Ok(());
     }
-    let layers: &[Vec<u32>] = match loading {
-        Loading::Uniaxial { layers, .. } | Loading::Turning { layers, .. } => layers,
-        _ => &[],
+    let layers: [&[u32]; 2] = match loading {
+        Loading::Uniaxial { layers, .. } | Loading::Turning { layers, .. } => [&layers[0], &layers[1]],
+        Loading::Flexure(flexure) => flexure.strips(),
+        _ => [&[], &[]],
     };
     // Bit `i` of the components: velocity 0 to 2, angular velocity 3 to 5.
     let mut constant = vec![0_u8; particles.len()];
     let mut timed = vec![0_u8; particles.len()];
-    for &p in layers.iter().flatten() {
+    for &p in layers.into_iter().flatten() {
         constant[p as usize] = particles.constraint[p as usize].0;
     }
     for (number, prescribe) in scenario.prescribed.iter().enumerate() {

@@ -1,5 +1,7 @@
 //! Loading of a scenario: chooses end layers, platens, or the cell, and sets initial velocities and constraints.
 
+mod flexure;
+
 use super::histories::stages;
 use super::selection::{bounds_along, extents, layer, member_of_clump};
 use super::{AssemblyError, material_index, place::Placed, unfit};
@@ -60,26 +62,7 @@ pub(super) fn build(
         schema::Loading::Platens { axis, closing_velocity, material, area } => {
             builder.platens(*axis, *closing_velocity, material, *area)
         }
-        schema::Loading::RollerBending {
-            axis,
-            across,
-            span,
-            inner_span,
-            roller_radius,
-            closing_velocity,
-            material,
-        } => {
-            let across = schema::Loading::direction_across(*axis, *across, scenario.dimension);
-            let test = RollerTest {
-                axis: axis.index(),
-                across,
-                span: span.si(),
-                inner_span: inner_span.si(),
-                radius: roller_radius.si(),
-                speed: closing_velocity.si(),
-            };
-            builder.rollers(&test, material)
-        }
+        schema::Loading::Flexure { .. } => builder.flexure(),
     }
 }
 
@@ -94,16 +77,6 @@ struct UniaxialTest {
     initial_velocity_field: bool,
     area: Option<CrossSection>,
     gauge_length: Option<Length>,
-}
-
-/// How rollers bend a beam.
-struct RollerTest {
-    axis: usize,
-    across: usize,
-    span: f64,
-    inner_span: f64,
-    radius: f64,
-    speed: f64,
 }
 
 /// Elastic section of a specimen whose ends rotate.
@@ -185,51 +158,6 @@ impl Builder<'_> {
         }
         let gauge = Gauge::new(self.state, axis, low, high);
         Ok(Loading::Platens { axis, walls: [first, first + 1], speed, length: high - low, area, sign, gauge })
-    }
-
-    /// Two supports, and one or two rollers on the other side of a beam; each touches its nearest particle.
-    fn rollers(&mut self, test: &RollerTest, material: &str) -> Result<Loading, AssemblyError> {
-        let RollerTest { axis, across, span, inner_span, radius, speed } = *test;
-        let Some(schema::Shape::Box { size, .. }) = self.scenario.packing.shape() else {
-            return Err(unfit("loading.kind", "the beam must be a box".into()));
-        };
-        let third = 3 - axis - across;
-        let (height, width) = (size[across].si(), if self.scenario.dimension == 2 { 1.0 } else { size[third].si() });
-        let (low, high) = bounds_along(extents(&self.state.particles, axis));
-        let middle = 0.5 * (low + high);
-        let mut direction = Vec3::zeros();
-        direction[third] = 1.0;
-        let first = self.state.walls.len();
-        let material = material_index(self.scenario, material);
-        let half = 0.5 * inner_span;
-        let rollers: &[(&str, f64)] =
-            if inner_span > 0.0 { &[("first roller", -half), ("second roller", half)] } else { &[("roller", 0.0)] };
-        let supports = [("first support", -0.5 * span), ("second support", 0.5 * span)];
-        let sides = supports.iter().map(|one| (one, -1.0)).chain(rollers.iter().map(|one| (one, 1.0)));
-        for ((name, at), side) in sides {
-            let mut point = Vec3::zeros();
-            point[axis] = middle + at;
-            point[across] = side
-                * touching(&self.state.particles, [axis, across], point[axis], radius, side).ok_or_else(|| {
-                    unfit("loading.span", format!("no particle lies above or below the {name}; the span is too long"))
-                })?;
-            let mut velocity = Vec3::zeros();
-            velocity[across] = if side > 0.0 { -speed } else { 0.0 };
-            let shape = WallShape::Cylinder { point, axis: direction, radius, inside: false };
-            self.state.walls.push(Wall::new(*name, shape, material, velocity));
-        }
-        let arm = 0.5 * (span - inner_span);
-        Ok(Loading::Rollers {
-            across,
-            first,
-            rollers: rollers.len(),
-            speed,
-            // M = P a/2, and W = b h²/6.
-            stress_of_force: 3.0 * arm / (width * height * height),
-            strain_of_deflection: 3.0 * height / (arm * (3.0 * span - 4.0 * arm)),
-            area: width * height,
-            length: span,
-        })
     }
 
     fn cell_strain(&mut self, gradient: Mat3) -> Result<Loading, AssemblyError> {
@@ -401,17 +329,6 @@ impl Builder<'_> {
         }
         (0..3).filter(|&k| k != axis).map(width).product()
     }
-}
-
-/// Distance of the axis of a cylinder from the origin, on the side `side` (±1) of the particles along the second one of `axes`, where
-/// the cylinder touches the first particle, m. Its coordinate along the first axis is `at`.
-fn touching(particles: &Particles, [axis, across]: [usize; 2], at: f64, radius: f64, side: f64) -> Option<f64> {
-    let over = |p: usize| {
-        let (x, r) = (&particles.position[p], radius + particles.radius[p]);
-        let aside = x[axis] - at;
-        (aside.abs() < r).then(|| side * x[across] + (r * r - aside * aside).sqrt())
-    };
-    (0..particles.len()).filter_map(over).reduce(f64::max)
 }
 
 fn indices(layer: Vec<usize>) -> Vec<u32> {

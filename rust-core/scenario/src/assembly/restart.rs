@@ -123,7 +123,7 @@ fn allowed(change: &Change, [before, after]: [&Scenario; 2], continuation: Conti
 fn loading_allowed(change: &Change, before: &Loading, after: &Loading) -> bool {
     // The strain in bending and torsion is the rate times the time since the start, so the rate cannot change.
     let turning = |loading: &Loading| matches!(loading, Loading::Bending { .. } | Loading::Torsion { .. });
-    let platens = |loading: &Loading| matches!(loading, Loading::Platens { .. } | Loading::RollerBending { .. });
+    let platens = |loading: &Loading| matches!(loading, Loading::Platens { .. } | Loading::Flexure { .. });
     if turning(before) || turning(after) || platens(before) != platens(after) {
         return false;
     }

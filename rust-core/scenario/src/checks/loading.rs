@@ -19,7 +19,7 @@ impl Checker<'_> {
             scenario.loading,
             Loading::Uniaxial { .. }
                 | Loading::Platens { .. }
-                | Loading::RollerBending { .. }
+                | Loading::Flexure { .. }
                 | Loading::Bending { .. }
                 | Loading::Torsion { .. }
         );
@@ -65,10 +65,7 @@ impl Checker<'_> {
                     self.conflict("loading.area", "\"splitting\" needs a cylinder that lies across the axis", help);
                 }
             }
-            Loading::RollerBending { axis, across, span, inner_span, material, .. } => {
-                self.known_material("loading.material", material);
-                self.roller_bending(*axis, *across, *span, *inner_span);
-            }
+            Loading::Flexure { .. } => self.flexure(),
         }
         self.initial_field();
     }
@@ -115,8 +112,34 @@ impl Checker<'_> {
         }
     }
 
-    fn roller_bending(&mut self, axis: Axis, across: Option<Axis>, span: Length, inner_span: Length) {
-        if across == Some(axis) {
+    fn flexure(&mut self) {
+        let Loading::Flexure { axis, across, span, inner_span, strip_width, roller_radius, material, .. } =
+            &self.scenario.loading
+        else {
+            return;
+        };
+        match (strip_width, roller_radius, material) {
+            (None, None, _) => {
+                let help = "give the width of the strips of particles that are held and moved, or `roller_radius`";
+                self.missing("loading", "gives neither `strip_width` nor `roller_radius`", help);
+            }
+            (Some(_), Some(_), _) => {
+                let help = "keep one of them";
+                self.conflict("loading.strip_width", "gives both `strip_width` and `roller_radius`", help);
+            }
+            (None, Some(_), None) => {
+                self.missing("loading", "rollers need a material", "give `material`, the name of a [[material]]");
+            }
+            (Some(_), None, Some(_)) => {
+                let help = "remove `material`; strips are particles of the beam";
+                self.conflict("loading.material", "strips of particles have no material of their own", help);
+            }
+            _ => {}
+        }
+        if let Some(material) = material {
+            self.known_material("loading.material", material);
+        }
+        if *across == Some(*axis) {
             let help = "the rollers press across the beam; choose another axis";
             self.conflict("loading.across", "is the axis of the beam", help);
         }
@@ -134,7 +157,7 @@ impl Checker<'_> {
             }
             _ => {
                 let help = "give [packing.shape] kind = \"box\"";
-                self.conflict("loading.kind", "rollers need a beam with a known section", help);
+                self.conflict("loading.kind", "bending needs a beam with a known section", help);
             }
         }
     }

@@ -112,10 +112,10 @@ impl Checker<'_> {
                 let help = "write axis = \"x\" or axis = \"y\"";
                 self.conflict("loading.axis", "the loading acts along z, out of the plane", help);
             }
-            Loading::RollerBending { axis: Axis::Z, .. } => {
+            Loading::Flexure { axis: Axis::Z, .. } => {
                 self.conflict("loading.axis", "the beam points out of the plane", "write axis = \"x\" or axis = \"y\"");
             }
-            Loading::RollerBending { across: Some(Axis::Z), .. } => {
+            Loading::Flexure { across: Some(Axis::Z), .. } => {
                 self.conflict("loading.across", "points out of the plane", "remove `across`");
             }
             Loading::Bending { about: Axis::X | Axis::Y, .. } => {

@@ -1,5 +1,6 @@
 //! Loading of a specimen, and measurement of its stress and strain.
 
+use super::Flexure;
 use concordem_contact::math::{Mat3, Vec3, quaternion_of_rotation_vector, rotate};
 use concordem_packing::TIE;
 use concordem_solver::state::State;
@@ -87,25 +88,8 @@ pub enum Loading {
         /// Particles for measuring the strain away from the plates.
         gauge: Gauge,
     },
-    /// Rollers that bend a beam between two supports.
-    Rollers {
-        /// Direction in which the supports push, 0 to 2.
-        across: usize,
-        /// Index of the first support; the second one and the rollers follow.
-        first: usize,
-        /// Number of rollers, 1 or 2.
-        rollers: usize,
-        /// Speed of the rollers towards the supports, m/s.
-        speed: f64,
-        /// Stress in the outer fiber divided by the force of all rollers, 1/m².
-        stress_of_force: f64,
-        /// Strain of the outer fiber divided by the deflection of the rollers, 1/m.
-        strain_of_deflection: f64,
-        /// Cross-section, m².
-        area: f64,
-        /// Distance of the supports, m.
-        length: f64,
-    },
+    /// A beam on two supports, bent by rollers.
+    Flexure(Flexure),
 }
 
 /// With a target stress of zero, the reference is the stress at this strain.
@@ -252,11 +236,7 @@ impl Loading {
                     state.walls[*wall].velocity[*axis] = speed;
                 }
             }
-            Self::Rollers { across, first, rollers, speed, .. } => {
-                for wall in &mut state.walls[first + 2..first + 2 + rollers] {
-                    wall.velocity[*across] = -speed * factor;
-                }
-            }
+            Self::Flexure(flexure) => flexure.move_rollers(state, solver, factor),
             Self::CellStrain { velocity_gradient, .. } => {
                 if let Some(cell) = &state.cell {
                     solver.set_velocity_gradient(cell, velocity_gradient * factor);
@@ -299,10 +279,7 @@ impl Loading {
             Self::Platens { axis, walls, length, .. } => {
                 (state.walls[walls[1]].displacement[*axis] - state.walls[walls[0]].displacement[*axis]) / length
             }
-            Self::Rollers { across, first, strain_of_deflection, .. } => {
-                // All rollers move together, and the supports rest.
-                -state.walls[first + 2].displacement[*across] * strain_of_deflection
-            }
+            Self::Flexure(flexure) => flexure.strain(state),
         }
     }
 
@@ -345,13 +322,7 @@ impl Loading {
                 // In compression the force on the lower plate points down.
                 sign * 0.5 * (state.walls[walls[0]].force[*axis] - state.walls[walls[1]].force[*axis]) / area
             }
-            Self::Rollers { across, first, rollers, stress_of_force, .. } => {
-                // The beam pushes the rollers up and the supports down. The mean of both evens out waves.
-                let force =
-                    |walls: std::ops::Range<usize>| state.walls[walls].iter().map(|w| w.force[*across]).sum::<f64>();
-                let (supports, rollers) = (force(*first..first + 2), force(first + 2..first + 2 + rollers));
-                0.5 * (rollers - supports) * stress_of_force
-            }
+            Self::Flexure(flexure) => flexure.stress(state, solver),
         };
         measure
     }
@@ -424,18 +395,13 @@ impl Loading {
         if let Self::Turning { length, lever, .. } = self { Some(lever / length) } else { None }
     }
 
-    /// Strain divided by the deflection of rollers, 1/m, if rollers bend a beam.
-    pub fn strain_of_deflection(&self) -> Option<f64> {
-        if let Self::Rollers { strain_of_deflection, .. } = self { Some(*strain_of_deflection) } else { None }
-    }
-
     /// Cross-section (m²) and length (m) of the loaded specimen.
     pub fn dimensions(&self) -> Option<(f64, f64)> {
         match self {
             Self::Uniaxial { area, length, .. }
-            | Self::Rollers { area, length, .. }
             | Self::Platens { area, length, .. }
             | Self::Turning { area, length, .. } => Some((*area, *length)),
+            Self::Flexure(Flexure { area, span, .. }) => Some((*area, *span)),
             _ => None,
         }
     }

@@ -1,5 +1,6 @@
 //! The schedule of a run: loading, samples, and stop conditions; [`Simulation`] runs it.
 
+mod flexure;
 mod guard;
 mod history;
 pub mod loading;
@@ -9,6 +10,7 @@ mod stage;
 pub mod stop;
 
 pub use crate::sampling::{Operator, Record, ScheduledOperator, SeriesColumn};
+pub use flexure::{Bearings, Flexure};
 pub use guard::EnergyFault;
 pub use history::{Histories, History, TimedLoads, TimedMotion, TimedWall};
 pub use loading::Loading;

@@ -159,7 +159,7 @@ impl Scenario {
         if let Loading::Platens { .. } = self.loading {
             names.extend(["lower platen", "upper platen"].map(str::to_owned));
         }
-        if let Loading::RollerBending { inner_span, .. } = &self.loading {
+        if let Loading::Flexure { inner_span, roller_radius: Some(_), .. } = &self.loading {
             let rollers: &[&str] = if inner_span.si() > 0.0 { &["first roller", "second roller"] } else { &["roller"] };
             names.extend(["first support", "second support"].iter().chain(rollers).map(|name| (*name).to_owned()));
         }

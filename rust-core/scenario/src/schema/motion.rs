@@ -242,10 +242,10 @@ pub enum Loading {
         #[schemars(extend("exclusiveMinimum" = 0))]
         area: Option<CrossSection>,
     },
-    /// Rollers bend a beam in three or four points: two rigid supports, and one or two rollers that press on the other side. The
-    /// stress is that in the outer fiber of an elastic beam, `6M/(b h^2)`; the strain that of such a beam with the deflection of
-    /// the rollers, `3h w/(a (3l - 4a))` with the distance a between support and roller.
-    RollerBending {
+    /// A beam on two supports is bent in three or four points: one or two rollers press on its other side. The stress is that in
+    /// the outer fiber of an elastic beam, `6M/(b h^2)`; the strain that of such a beam with the deflection w under the rollers,
+    /// `3h w/(a (3l - 4a))` with the distance a between support and roller.
+    Flexure {
         /// Axis of the beam; default: "x". The packing must be a box.
         #[serde(default = "along_x")]
         axis: Axis,
@@ -259,14 +259,20 @@ pub enum Loading {
         #[serde(default = "no_length")]
         #[schemars(extend("minimum" = 0))]
         inner_span: Length,
-        /// Radius of supports and rollers, m. Required.
+        /// Width of the strips of particles on the surface of the beam that supports and rollers hold and move along `across`; they
+        /// move freely along the other axes, and rotate. m. Required unless `roller_radius` is given. Take two to three radii of
+        /// the particles: wider strips clamp the beam.
         #[schemars(extend("exclusiveMinimum" = 0))]
-        roller_radius: Length,
+        strip_width: Option<Length>,
+        /// Radius of supports and rollers as cylindrical walls that touch the nearest particle, m. Required unless `strip_width` is
+        /// given. On a rough surface they touch single particles, on which a beam in three dimensions can roll.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        roller_radius: Option<Length>,
         /// Velocity at which the rollers approach the supports, m/s. Required. Example: `closing_velocity = "10 mm/s"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         closing_velocity: Velocity,
-        /// Name of the material of supports and rollers. Required.
-        material: String,
+        /// Name of the material of supports and rollers. Required with `roller_radius`.
+        material: Option<String>,
     },
 }
 
@@ -289,11 +295,11 @@ impl Loading {
             Self::CellStrain { .. } => "cell-strain",
             Self::CellStress { .. } => "cell-stress",
             Self::Platens { .. } => "platens",
-            Self::RollerBending { .. } => "roller-bending",
+            Self::Flexure { .. } => "flexure",
         }
     }
 
-    /// Index of the direction in which rollers bend a beam along `axis`.
+    /// Index of the direction in which a beam along `axis` is bent.
     pub fn direction_across(axis: Axis, across: Option<Axis>, dimension: u8) -> usize {
         let default = if dimension == 2 {
             if axis == Axis::Y { 0 } else { 1 }
