@@ -228,7 +228,7 @@ fn the_unbalanced_force_counts_clumps_as_bodies() {
 }
 
 fn wall(shape: WallShape) -> Wall {
-    Wall::new("floor".into(), shape, 1, Vec3::zeros())
+    Wall::new("floor", shape, 1, Vec3::zeros())
 }
 
 fn floor() -> WallShape {

@@ -328,7 +328,7 @@ fn between_plates() {
     let squeeze = 1e-3 * RADIUS;
     let plate = |x: f64, normal: f64| {
         Wall::new(
-            "plate".into(),
+            "plate",
             WallShape::Plane { point: Vec3::new(x, 0.0, 0.0), normal: Vec3::new(normal, 0.0, 0.0) },
             0,
             Vec3::zeros(),

@@ -43,7 +43,7 @@ fn contact(damping_ratio: f64) -> Frictional {
 }
 
 fn wall(shape: WallShape) -> Wall {
-    Wall::new("wall".into(), shape, 0, Vec3::zeros())
+    Wall::new("wall", shape, 0, Vec3::zeros())
 }
 
 /// Walls under the contact law, and a model for them.

@@ -38,7 +38,7 @@ impl Checker<'_> {
         match (servo.force.is_some(), servo.pressure.is_some()) {
             (false, false) => self.missing(&key, "gives neither `force` nor `pressure`", "give one of them"),
             (true, true) => {
-                self.conflict(&format!("{key}.force"), "gives both `force` and `pressure`", "keep one of them")
+                self.conflict(&format!("{key}.force"), "gives both `force` and `pressure`", "keep one of them");
             }
             (true, false) if is_box => {
                 self.conflict(&format!("{key}.force"), "a box has six faces", "give `pressure`, or six planes");

@@ -147,18 +147,15 @@ impl Checker<'_> {
             let help = "two rollers lie between the supports; three-point bending has inner_span = 0";
             self.conflict("loading.inner_span", "is not shorter than `span`", help);
         }
-        match self.scenario.packing.shape() {
-            Some(Shape::Box { size, .. }) => {
-                let along = size[axis.index()].si();
-                if span.si() > along {
-                    let message = format!("is longer than the beam, {}", length(along));
-                    self.range("loading.span", message, "let the beam stick out over its supports");
-                }
-            }
-            _ => {
-                let help = "give [packing.shape] kind = \"box\"";
-                self.conflict("loading.kind", "bending needs a beam with a known section", help);
-            }
+        let Some(Shape::Box { size, .. }) = self.scenario.packing.shape() else {
+            let help = "give [packing.shape] kind = \"box\"";
+            self.conflict("loading.kind", "bending needs a beam with a known section", help);
+            return;
+        };
+        let along = size[axis.index()].si();
+        if span.si() > along {
+            let message = format!("is longer than the beam, {}", length(along));
+            self.range("loading.span", message, "let the beam stick out over its supports");
         }
     }
 

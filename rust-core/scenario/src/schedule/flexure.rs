@@ -63,7 +63,9 @@ impl Flexure {
             }
             Bearings::Strips { moved, .. } => {
                 let targets = solver.targets_mut(&state.particles);
-                moved.iter().for_each(|&p| targets[p as usize].0[self.across] = velocity);
+                for &p in moved {
+                    targets[p as usize].0[self.across] = velocity;
+                }
             }
         }
     }

@@ -302,7 +302,7 @@ impl Loading {
     /// Index of the direction in which a beam along `axis` is bent.
     pub fn direction_across(axis: Axis, across: Option<Axis>, dimension: u8) -> usize {
         let default = if dimension == 2 {
-            if axis == Axis::Y { 0 } else { 1 }
+            usize::from(axis != Axis::Y)
         } else if axis == Axis::Z {
             0
         } else {
