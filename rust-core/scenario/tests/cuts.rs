@@ -153,6 +153,9 @@ fn lines_cut_discs() {
     }
 }
 
+/// Whether a point lies in a solid.
+type Inside = fn(f64, f64, f64) -> bool;
+
 /// The bonds of a cut sphere, box, and cylinder are those of which a fine row of points has one inside.
 #[test]
 fn solids_agree_with_points() {
@@ -180,7 +183,6 @@ fn solids_agree_with_points() {
         )
     };
     let whole = assembled(&text(""));
-    type Inside = fn(f64, f64, f64) -> bool;
     let cases: [(&str, Inside); 3] = [
         ("kind = \"sphere\", center = [\"1 mm\", \"2 mm\", 0], radius = \"2.5 mm\"", |x, y, z| {
             (x - 1e-3).powi(2) + (y - 2e-3).powi(2) + z * z <= 2.5e-3_f64.powi(2)
