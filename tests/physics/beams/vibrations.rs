@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use concordem::calibration::cohesive_beam::{CylinderLoad, CylinderRecipe, CylinderSpecimen, elastic, impact};
-use concordem::law::{CohesiveBeam, ContactGeometry, Section};
+use concordem::law::{CohesiveBeam, ContactGeometry, ContactLaw as _, Section};
 use concordem::solver::{Model, Scheme, time_step};
 use concordem::state::State;
 use concordem_tests::{on_threads, solver};
