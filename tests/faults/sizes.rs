@@ -116,35 +116,112 @@ fn child() {
     std::fs::write(format!("{scenario}.peak"), kilobytes).expect("a file");
 }
 
-/// `check` predicts the peak memory of the run within 15 %, from the assembly to the result.
+/// Predicted and measured peak memory (bytes) of the run of a scenario, from the assembly to the result.
+#[cfg(target_os = "linux")]
+fn peaks(source: &str) -> (f64, f64) {
+    let folder = TempDir::new().expect("a folder");
+    let scenario = write(folder.path(), "run.toml", source);
+    let checked = concordem(["check", "-q", text(&scenario)]);
+    let line = checked.out.lines().find(|line| line.contains("peak memory"));
+    let line = line.unwrap_or_else(|| panic!("no prediction: {}", checked.err));
+    let word = line.split_whitespace().rev().nth(1).expect("a number");
+    assert!(line.ends_with("MB"), "{line}");
+    let predicted = word.parse::<f64>().expect("a number") * 1e6;
+    let process = std::process::Command::new(std::env::current_exe().expect("this test"))
+        .args(["--exact", "sizes::child", "--ignored"])
+        .env(CHILD, &scenario)
+        .output()
+        .expect("a child");
+    assert!(process.status.success(), "{}", String::from_utf8_lossy(&process.stdout));
+    let peak = std::fs::read_to_string(format!("{}.peak", text(&scenario))).expect("the peak");
+    (predicted, peak.parse::<f64>().expect("a number") * 1024.0)
+}
+
+const CPM: &str = "cpm = { young = \"25 GPa\", shear_ratio = 0.2, crack_onset_strain = 1e-4, relative_ductility = 5, \
+                   cohesion = \"3 MPa\", friction_coefficient = 0.8 }";
+const LINEAR: &str = "linear_bond = { normal_stiffness = 1e6, shear_stiffness = 2e5 }";
+const BEAM: &str = "cohesive_beam = { young = 1e9, radius_ratio = 0.5 }";
+const FRICTION: &str = "frictional = { normal_stiffness = 1e5, shear_stiffness = 3e4, friction_coefficient = 0.5 }";
+const HERTZ: &str = "hertz_mindlin = { young = \"1 GPa\", poisson = 0.2, friction_coefficient = 0.5 }";
+
+/// A block of spheres with a radius of 1 mm that touch, and tables of laws in one material.
+fn block(lattice: &str, repeats: [u32; 3], tables: &[&str], rest: &str) -> String {
+    format!(
+        "version = 1\n[packing]\nkind = \"lattice\"\nlattice = \"{lattice}\"\nradius = \"1 mm\"\nrepeats = {repeats:?}\n\
+         [[material]]\nname = \"m\"\ndensity = 4800\n{}\n{rest}\n",
+        tables.join("\n")
+    )
+}
+
+/// Bonds and unbonded contacts of a scenario, and a tensile test of three steps.
+fn pulled(law: &str, ratio: f64, contacts: &str) -> String {
+    format!(
+        "[bonds]\nlaw = \"{law}\"\ninteraction_ratio = {ratio}\n[contacts]\nlaw = \"{contacts}\"\n\
+         [loading]\nkind = \"uniaxial\"\nstrain_rate = 0.4\n[stop]\nsteps = 3"
+    )
+}
+
+/// `check` predicts the peak memory of the run within 15 %: the kinds of runs to which its constants were fitted.
 #[test]
 #[cfg(target_os = "linux")]
 fn predicted_memory_agrees_with_the_measured_peak() {
-    const CPM: &str = "cpm = { young = \"25 GPa\", shear_ratio = 0.2, crack_onset_strain = 1e-4, relative_ductility = 5, \
-                       cohesion = \"3 MPa\", friction_coefficient = 0.8 }";
-    const LINEAR: &str = "linear_bond = { normal_stiffness = 1e6, shear_stiffness = 2e5 }";
     for (law, table, ratio, contacts) in [("linear_bond", LINEAR, 1.05, "none"), ("cpm", CPM, 1.5, "cpm")] {
-        let folder = TempDir::new().expect("a folder");
-        let source = format!(
-            "version = 1\n[packing]\nkind = \"lattice\"\nlattice = \"hcp\"\nradius = \"1 mm\"\nrepeats = [30, 25, 25]\n\
-             [[material]]\nname = \"m\"\ndensity = 4800\n{table}\n[bonds]\nlaw = \"{law}\"\ninteraction_ratio = {ratio}\n\
-             [contacts]\nlaw = \"{contacts}\"\n[loading]\nkind = \"uniaxial\"\nstrain_rate = 0.4\n[stop]\nsteps = 3\n"
-        );
-        let scenario = write(folder.path(), "run.toml", &source);
-        let checked = concordem(["check", "-q", text(&scenario)]);
-        let line = checked.out.lines().find(|line| line.contains("peak memory")).expect("the prediction");
-        let word = line.split_whitespace().rev().nth(1).expect("a number");
-        assert!(line.ends_with("MB"), "{line}");
-        let predicted: f64 = word.parse::<f64>().expect("a number") * 1e6;
-        let process = std::process::Command::new(std::env::current_exe().expect("this test"))
-            .args(["--exact", "sizes::child", "--ignored"])
-            .env(CHILD, &scenario)
-            .output()
-            .expect("a child");
-        assert!(process.status.success(), "{}", String::from_utf8_lossy(&process.stdout));
-        let peak = std::fs::read_to_string(format!("{}.peak", text(&scenario))).expect("the peak");
-        let measured: f64 = peak.parse::<f64>().expect("a number") * 1024.0;
+        let (predicted, measured) = peaks(&block("hcp", [30, 25, 25], &[table], &pulled(law, ratio, contacts)));
         println!("{law}: predicted {predicted:e}, measured {measured:e}, {:+.3}", predicted / measured - 1.0);
         assert!((predicted / measured - 1.0).abs() < 0.15, "{law}: {predicted:e} instead of {measured:e}");
     }
+}
+
+/// The same for kinds of runs to which they were not fitted: other laws, deformable particles, operators, clumps, snapshots,
+/// periodic cells, particles without contacts.
+#[test]
+#[ignore = "not measured yet: run it, and correct the model where it is off"]
+#[cfg(target_os = "linux")]
+fn predicted_memory_holds_for_other_scenarios() {
+    let deformable = "deformable = { young = \"200 GPa\", poisson = 0.3 }";
+    let loose = |law: &str| format!("[contacts]\nlaw = \"{law}\"\n[stop]\nsteps = 3");
+    let operators = "[[sample]]\noperator = \"region-stress\"\ninterval = 1\n\
+                     region = { kind = \"box\", minimum = [0, 0, 0], maximum = [0.05, 0.05, 0.05] }\ngrid = [4, 4, 4]\n\
+                     [[sample]]\noperator = \"fabric\"\ninterval = 1\n\
+                     region = { kind = \"sphere\", center = [0.02, 0.02, 0.02], radius = 0.01 }\n\
+                     [[sample]]\noperator = \"damage-tensor\"\ninterval = 1\n\
+                     region = { kind = \"sphere\", center = [0.02, 0.02, 0.02], radius = 0.01 }\n";
+    let snapshots = "[output]\nsnapshot_interval = 1\n";
+    // 200 clumps of 60 spheres each, beside the block.
+    let clumps: String = (0..200)
+        .map(|clump| {
+            let spheres: Vec<String> = (0..60)
+                .map(|k| format!("[{}, {}, -0.01, 0.001]", 0.0021 * f64::from(k), 0.0021 * f64::from(clump)))
+                .collect();
+            format!("[[clump]]\nmaterial = \"m\"\nspheres = [{}]\n", spheres.join(", "))
+        })
+        .collect();
+    let cell = "[packing.shape]\nkind = \"periodic\"\n";
+    let strained = "[loading]\nkind = \"cell-strain\"\nvelocity_gradient = [[-1, 0, 0], [0, 0, 0], [0, 0, 0]]\n";
+    let beams = pulled("cohesive_beam", 1.05, "frictional");
+    let bonded = pulled("linear_bond", 1.05, "none");
+    let runs = [
+        ("beams with friction", block("hcp", [30, 25, 25], &[BEAM, FRICTION], &beams)),
+        ("hertz-mindlin", block("fcc", [30, 25, 25], &[HERTZ], &loose("hertz_mindlin"))),
+        ("spheres without contacts", block("sc", [60, 50, 50], &[FRICTION], &loose("frictional"))),
+        ("deformable", block("hcp", [30, 25, 25], &[LINEAR, deformable], &bonded)),
+        ("operators", block("hcp", [30, 25, 25], &[LINEAR], &format!("{bonded}\n{operators}"))),
+        ("snapshots", block("hcp", [30, 25, 25], &[LINEAR], &format!("{bonded}\n{snapshots}"))),
+        ("clumps", block("sc", [40, 40, 40], &[FRICTION], &format!("{}\n{clumps}", loose("frictional")))),
+        (
+            "periodic",
+            block("bcc", [40, 35, 35], &[FRICTION], &format!("{}\n{strained}", loose("frictional")))
+                .replace("[[material]]", &format!("{cell}[[material]]")),
+        ),
+    ];
+    let mut wrong = Vec::new();
+    for (name, source) in &runs {
+        let (predicted, measured) = peaks(source);
+        let error = predicted / measured - 1.0;
+        println!("{name}: predicted {predicted:e}, measured {measured:e}, {error:+.3}");
+        if error.abs() > 0.15 {
+            wrong.push(format!("{name}: {predicted:e} instead of {measured:e}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

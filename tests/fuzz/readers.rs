@@ -123,6 +123,9 @@ impl Samples {
         let assembly = assemble(&scenario, folder, &mut |_, _| ()).expect("an assembly");
         let packing = concordem::assembly::pack(&scenario, folder, &mut |_, _| ()).expect("a packing");
         sphere_pack::write(&file("pack.h5"), &packing).expect("a pack");
+        let cell = Some(concordem::state::Cell::new_box(concordem::math::Vec3::repeat(0.01)));
+        let periodic = concordem::packing::Packing { cell, ..packing.clone() };
+        sphere_pack::write(&file("periodic.h5"), &periodic).expect("a pack");
         let mut text = Vec::new();
         concordem::packing::export_text(&packing, &mut text).expect("a text");
         let columns = ColumnStore::of(&assembly.state).expect("columns");
@@ -145,7 +148,7 @@ impl Samples {
             ("sweep", vec![SWEEP.into()]),
             ("spheres", vec![text, b"##PERIODIC:: 1 2 3\n0 0 0 1\n".to_vec()]),
             ("surface", vec![SURFACE.into(), binary]),
-            ("pack", vec![bytes(&file("pack.h5"))]),
+            ("pack", vec![bytes(&file("pack.h5")), bytes(&file("periodic.h5"))]),
             ("result", vec![bytes(&file("cell.h5"))]),
             ("checkpoint", vec![bytes(&parts.join("checkpoint-0000.h5"))]),
             ("header", vec![bytes(&parts.join("header.h5"))]),

@@ -16,6 +16,7 @@ use crate::arrays::{matrix6, result, scalars};
 use crate::errors::{OrRaise, of_assembly};
 use crate::scenario::Scenario;
 use crate::simulation::guarded;
+use crate::warnings::warn;
 
 type Any<'py> = PyResult<Bound<'py, PyAny>>;
 
@@ -56,7 +57,7 @@ fn elastic_constants<'py>(
     }
     let Scenario { inner, folder } = scenario.get();
     let found = guarded(py, threads, progress.as_ref(), |progress| {
-        let Assembly { state, model, .. } = assemble(inner, folder, progress)?;
+        let Assembly { state, model, summary, .. } = assemble(inner, folder, progress)?;
         let answers = || {
             let network = LinkNetwork::of_model(&state, &model)?;
             let cell = cell_stiffness(&network, accuracy)?;
@@ -70,9 +71,10 @@ fn elastic_constants<'py>(
             let (affine, statics) = (cell.affine_constants()?, cell.constants()?);
             Ok((closed, affine, statics, relaxed, cell))
         };
-        Ok(answers())
+        Ok((summary.warnings, answers()))
     })?;
-    let found: Result<_, StaticsError> = found.map_err(|error| of_assembly(inner, error))?;
+    let (warnings, found): (_, Result<_, StaticsError>) = found.map_err(|error| of_assembly(inner, error))?;
+    warn(py, inner, &warnings)?;
     let (closed, affine, statics, relaxed, cell) = found.or_raise()?;
     let relaxed = relaxed.map(|constants| constants_of(py, &constants)).transpose()?;
     let (affine, statics) = (constants_of(py, &affine)?, constants_of(py, &statics)?);

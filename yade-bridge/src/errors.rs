@@ -11,17 +11,34 @@ use concordem::operator::OperatorError;
 use concordem::output::OutputError;
 use concordem::packing::PackingError;
 use concordem::program::Failure;
-use concordem::scenario::{ReadError, Scenario, ScenarioError};
+use concordem::scenario::{Problem, ReadError, Scenario, ScenarioError, Source};
 use concordem::schedule::simulation::RunError;
 use concordem::solver::SolverError;
 use concordem::state::ColumnError;
 use concordem::statics::StaticsError;
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
+use pyo3::panic::PanicException;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// Run `work` without the interpreter's lock. A panic becomes `concordem.InternalError`, because `except Exception` does not catch
-/// pyo3's `PanicException`.
+/// Make pyo3's class of panics a subclass of `concordem.InternalError`, with its name.
+///
+/// pyo3 raises that class for every panic between Python and this library that nobody has caught: while arguments are converted, in
+/// getters, in `__repr__`. Its own base is `BaseException`, which `except Exception` does not catch. A Python that does not allow
+/// the change keeps pyo3's class.
+pub fn adopt_panics(py: Python<'_>) -> PyResult<()> {
+    let (panic, base) = (py.get_type::<PanicException>(), py.import("concordem._errors")?.getattr("InternalError")?);
+    if panic.setattr("__bases__", (base,)).is_ok() {
+        for (name, value) in
+            [("__name__", "InternalError"), ("__qualname__", "InternalError"), ("__module__", "concordem")]
+        {
+            panic.setattr(name, value)?;
+        }
+    }
+    Ok(())
+}
+
+/// Run `work` without the interpreter's lock. A panic becomes `concordem.InternalError` here, so that the caller can react to it.
 pub fn detach<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     py.detach(|| catch_unwind(AssertUnwindSafe(work))).map_err(|payload| internal(&*payload))
 }
@@ -38,7 +55,6 @@ pub fn internal(payload: &(dyn Any + Send)) -> PyErr {
         .map(ToString::to_string)
         .or_else(|| payload.downcast_ref::<String>().cloned())
         .unwrap_or_default();
-    let message = format!("{message} (internal error; please report it with the scenario)");
     exception("InternalError", &message, "Panic")
 }
 
@@ -103,19 +119,21 @@ impl Raise for ScenarioError {
     }
 }
 
+/// Fields of a Python `Problem`.
+type Entry<'a> = (String, &'a str, Option<&'a str>, usize, usize, &'a str, &'a str);
+
+/// A problem of the scenario with this text, as the fields of a Python `Problem`.
+pub fn entry<'a>(source: &Source, problem: &'a Problem) -> Entry<'a> {
+    let (line, column) = source.position(problem.span.start);
+    let kind = format!("{:?}", problem.kind);
+    (kind, &*problem.key, problem.value.as_deref(), line, column, &*problem.message, &*problem.help)
+}
+
 fn scenario(class: &str, error: &ScenarioError) -> PyErr {
     Python::attach(|py| {
         let make = || -> PyResult<PyErr> {
             let source = &error.source_text;
-            let problems: Vec<_> = error
-                .problems
-                .iter()
-                .map(|problem| {
-                    let (line, column) = source.position(problem.span.start);
-                    let kind = format!("{:?}", problem.kind);
-                    (kind, &*problem.key, problem.value.as_deref(), line, column, &*problem.message, &*problem.help)
-                })
-                .collect();
+            let problems: Vec<_> = error.problems.iter().map(|problem| entry(source, problem)).collect();
             let class = py.import("concordem._errors")?.getattr(class)?;
             Ok(PyErr::from_value(class.call1((error.to_string(), &*source.name, problems))?))
         };

@@ -5,7 +5,6 @@
 
 use std::ffi::{CStr, c_void};
 use std::path::PathBuf;
-use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use concordem::assembly::assemble;
@@ -13,7 +12,7 @@ use concordem::law::cpm::{CpmParameters, CpmState};
 use concordem::math::Vec3;
 use concordem::output::{checkpoint, hash};
 use concordem::prefetch::{AHEAD, prefetch};
-use concordem::solver::Solver;
+use concordem::solver::{Solver, SolverError};
 use concordem::state::Cell;
 use concordem_yade::assembly::{
     Assembly, Bodies, BodyState, Contacts, Origin, PAUSE_SOFT, PairParameters, PauseThreads, cell_of, motion_measure,
@@ -26,11 +25,13 @@ use serde::Deserialize;
 use crate::arrays::{
     Flags, Images, Indices, Pairs, Rows, Scalars, Tensor, Vector, Vectors, rows, scalars, tensor, vectors,
 };
-use crate::errors::{OrRaise, caught, detach, of_assembly};
+use crate::errors::{OrRaise, caught, of_assembly};
 use crate::memory::{peek, targets};
 use crate::scenario::{Scenario, table_of};
+use crate::shared::{Access, Shared};
 use crate::simulation::{guarded, inside, pool};
 use crate::state::contact_table;
+use crate::warnings::warn;
 
 /// A host function that adds a vector to the force or torque of a body. Arguments: `this`, id, vector.
 type AddVector = unsafe extern "C" fn(*mut c_void, i32, *const f64);
@@ -76,7 +77,7 @@ struct Inner {
 /// An assembly that a host drives.
 #[pyclass(frozen, weakref, module = "concordem._core")]
 pub struct Hosted {
-    inner: Mutex<Inner>,
+    inner: Shared<Inner>,
     pool: Option<rayon::ThreadPool>,
 }
 
@@ -117,8 +118,8 @@ fn cell_from((edges, gradient, rate): (Tensor, Tensor, Tensor), dt: f64) -> Cell
 }
 
 impl Hosted {
-    fn lock(&self) -> PyResult<MutexGuard<'_, Inner>> {
-        self.inner.try_lock().map_err(|_| PyRuntimeError::new_err("another thread is using the assembly; wait for it"))
+    fn lock(&self) -> PyResult<Access<'_, Inner>> {
+        self.inner.lock()
     }
 }
 
@@ -214,6 +215,7 @@ impl Hosted {
         let folder: &PathBuf = folder;
         let assembly = guarded(py, threads, None, |progress| assemble(inner, folder, progress))?;
         let assembly = assembly.map_err(|error| of_assembly(inner, error))?;
+        warn(py, inner, &assembly.summary.warnings)?;
         let (bodies, mass, inertia) = (bodies.get()?, mass.get()?, inertia.get()?);
         let allow = inner.integration.allow_unstable;
         let made = Assembly::of_scenario(assembly, allow, Origin::Elsewhere {}, bodies, mass, inertia, dt);
@@ -224,21 +226,19 @@ impl Hosted {
     fn advance(&self, py: Python<'_>, steps: u64) -> PyResult<u64> {
         let mut left = steps;
         while left > 0 {
-            let mut inner = self.lock()?;
-            let (inner, left) = (&mut *inner, &mut left);
-            let pool = self.pool.as_ref();
-            detach(py, || {
+            let (left, pool) = (&mut left, self.pool.as_ref());
+            let steps = |Inner { assembly, .. }: &mut Inner| {
                 inside(pool, || {
                     let start = Instant::now();
                     while *left > 0 && start.elapsed() < Duration::from_millis(50) {
-                        let report = inner.assembly.solver.step_with(&mut inner.assembly.state, false)?;
-                        inner.assembly.count(&report);
+                        let report = assembly.solver.step_with(&mut assembly.state, false)?;
+                        assembly.count(&report);
                         *left -= 1;
                     }
-                    Ok(())
+                    Ok::<(), SolverError>(())
                 })
-            })?
-            .map_err(|error: concordem::solver::SolverError| crate::errors::Raise::raise(error))?;
+            };
+            self.lock()?.change(py, steps)?.or_raise()?;
             py.check_signals()?;
         }
         Ok(self.lock()?.assembly.broken)
@@ -248,7 +248,7 @@ impl Hosted {
     ///
     /// `container`: the vector of bodies; `forces`: the object of the forces; `offsets`: of the state in a body, and of
     /// position, velocity, angular velocity, orientation, and prescribed degrees of freedom in a state.
-    fn attach(&self, container: usize, forces: usize, offsets: [usize; 6]) -> PyResult<()> {
+    fn attach(&self, py: Python<'_>, container: usize, forces: usize, offsets: [usize; 6]) -> PyResult<()> {
         let add_force = symbol(c"_ZN4yade14ForceContainer8addForceEiRKN5Eigen6MatrixIdLi3ELi1ELi0ELi3ELi1EEE")?;
         let add_torque = symbol(c"_ZN4yade14ForceContainer9addTorqueEiRKN5Eigen6MatrixIdLi3ELi1ELi0ELi3ELi1EEE")?;
         // Safety: a member function of that mangled name takes `this`, an int, and a reference to three doubles.
@@ -270,7 +270,7 @@ impl Hosted {
         let ids = &inner.assembly.state.particles.id;
         let mut by_id: Vec<u32> = (0..ids.len() as u32).collect();
         by_id.sort_unstable_by_key(|&p| ids[p as usize]);
-        inner.host = Some(Host {
+        let host = Host {
             bodies: container,
             state: offsets[0],
             fields: [offsets[1], offsets[2], offsets[3], offsets[4], offsets[5]],
@@ -280,31 +280,34 @@ impl Hosted {
             pause,
             seen,
             by_id,
-        });
-        Ok(())
+        };
+        inner.change(py, |inner| inner.host = Some(host))
     }
 
     /// Compute the forces at the positions of the host's bodies and add them to the host's forces; returns the number of bonds that
     /// broke.
     #[pyo3(signature = (dt, cell=None))]
     fn contact_step(&self, py: Python<'_>, dt: f64, cell: Option<(Tensor, Tensor, Tensor)>) -> PyResult<usize> {
+        const NO_HOST: &str = "no host is attached; call attach() first";
         let mut inner = self.lock()?;
-        let Inner { assembly, host } = &mut *inner;
-        let host = host.as_ref().ok_or_else(|| PyRuntimeError::new_err("no host is attached; call attach() first"))?;
         let cell = cell.map(|cell| cell_from(cell, dt));
         let pool = self.pool.as_ref();
         let threads = pool.map_or_else(rayon::current_num_threads, rayon::ThreadPool::current_num_threads);
-        if let Some(pause) = host.pause.filter(|_| assembly.wants_host_threads_paused(threads)) {
+        let pause = inner.host.as_ref().and_then(|host| host.pause);
+        if let Some(pause) = pause.filter(|_| inner.assembly.wants_host_threads_paused(threads)) {
             // Safety: OpenMP's function, called by the thread that starts the host's parallel loops.
             unsafe { pause(PAUSE_SOFT) };
         }
-        let broken = detach(py, || {
+        let broken = inner.change(py, |Inner { assembly, host }| {
+            let host = host.as_ref().ok_or(NO_HOST)?;
             inside(pool, || {
                 gather(assembly, host, dt)?;
                 assembly.find_forces(dt, cell, false)
             })
         })?;
         let broken = broken.map_err(PyRuntimeError::new_err)?;
+        let Inner { assembly, host } = &*inner;
+        let host = host.as_ref().ok_or_else(|| PyRuntimeError::new_err(NO_HOST))?;
         let this = host.forces as *mut c_void;
         let (ids, force, torque) = (&assembly.state.particles.id, assembly.solver.forces(), assembly.solver.torques());
         for &p in &host.by_id {
@@ -350,8 +353,8 @@ impl Hosted {
     /// Contact forces at the current positions, for operators: pair (rows of `bodies`), branch, point, force, moment.
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let mut inner = self.lock()?;
-        let Assembly { state, solver, .. } = &mut inner.assembly;
-        let forces = detach(py, || solver.record(state))?.or_raise()?;
+        let forces = inner.change(py, |Inner { assembly: Assembly { state, solver, .. }, .. }| solver.record(state))?;
+        let forces = forces.or_raise()?;
         let c = &forces.contacts;
         let fields = (
             rows::<_, u32>(py, &c.pair, 2)?,
@@ -420,12 +423,13 @@ impl Hosted {
     }
 
     /// Replace the state by one that `save` wrote. `losses`: number of bonds that each particle has lost.
-    fn restore(&self, path: PathBuf, losses: Indices<'_>) -> PyResult<()> {
+    fn restore(&self, py: Python<'_>, path: PathBuf, losses: Indices<'_>) -> PyResult<()> {
         let mut checkpoint = checkpoint::read(&path).or_raise()?;
         let mut inner = self.lock()?;
-        let Assembly { state, solver, broken, losses: lost, .. } = &mut inner.assembly;
+        let Assembly { state, solver, .. } = &inner.assembly;
         let count = state.particles.len();
-        same_length("losses", losses.get()?.len(), count)?;
+        let losses = losses.get()?;
+        same_length("losses", losses.len(), count)?;
         // Read into a copy, so that a file of other bodies does not change the state.
         let mut stored = state.clone();
         caught(|| stored.read(&mut checkpoint.columns).and_then(|()| stored.check_indices()))?.or_raise()?;
@@ -439,11 +443,13 @@ impl Hosted {
                 "the file contains other bodies than the scene; load the file that was saved with this scene",
             ));
         }
-        *state = stored;
-        lost.copy_from_slice(losses.get()?);
-        *broken = lost.iter().map(|&n| u64::from(n)).sum::<u64>() / 2;
-        *solver = Solver::new(solver.model().clone(), state).or_raise()?;
-        Ok(())
+        let solver = caught(|| Solver::new(solver.model().clone(), &mut stored))?.or_raise()?;
+        inner.change(py, |Inner { assembly, .. }| {
+            assembly.state = stored;
+            assembly.solver = solver;
+            assembly.losses.copy_from_slice(losses);
+            assembly.broken = losses.iter().map(|&n| u64::from(n)).sum::<u64>() / 2;
+        })
     }
 }
 
@@ -455,7 +461,12 @@ fn hosted_text(path: PathBuf) -> PyResult<String> {
 
 impl Hosted {
     fn new(assembly: Assembly, threads: Option<usize>) -> PyResult<Self> {
-        Ok(Self { inner: Mutex::new(Inner { assembly, host: None }), pool: pool(threads)? })
+        let inner = Shared::new(
+            Inner { assembly, host: None },
+            "another thread is using the assembly; wait for it",
+            "the assembly failed in the middle of a step, so its state is invalid; build it again",
+        );
+        Ok(Self { inner, pool: pool(threads)? })
     }
 }
 

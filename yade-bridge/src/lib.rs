@@ -20,9 +20,11 @@ mod packing;
 mod regions;
 mod results;
 mod scenario;
+mod shared;
 mod simulation;
 mod state;
 mod strain;
+mod warnings;
 
 use std::io::IsTerminal;
 
@@ -40,15 +42,36 @@ fn run_program(py: Python<'_>, arguments: Vec<String>) -> PyResult<u8> {
     })
 }
 
-/// Panic, to test the conversion of panics to exceptions.
+/// Where [`_panic`] panics.
+struct PanicAt(String);
+
+impl<'a, 'py> FromPyObject<'a, 'py> for PanicAt {
+    type Error = PyErr;
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        let place: String = object.extract()?;
+        assert!(place != "argument", "intended panic");
+        Ok(Self(place))
+    }
+}
+
+/// Panic, to test the conversion of panics to exceptions: in the conversion of an "argument", "with" or "without" the interpreter's
+/// lock, or while a simulation is "read" or "changed".
 #[pyfunction]
-fn _panic(py: Python<'_>) -> PyResult<()> {
-    errors::detach(py, || panic!("intended panic"))
+#[pyo3(signature = (place, simulation=None))]
+fn _panic(py: Python<'_>, place: PanicAt, simulation: Option<&Bound<'_, simulation::Simulation>>) -> PyResult<()> {
+    let data = simulation.map(|simulation| simulation.get().lock()).transpose()?;
+    match (place.0.as_str(), data) {
+        ("without", _) => errors::detach(py, || panic!("intended panic")),
+        ("changed", Some(mut data)) => data.change(py, |_| panic!("intended panic")),
+        // With "read", the simulation is locked here.
+        _ => panic!("intended panic"),
+    }
 }
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    errors::adopt_panics(module.py())?;
     module.add_function(wrap_pyfunction!(run_program, module)?)?;
     module.add_function(wrap_pyfunction!(_panic, module)?)?;
     scenario::register(module)?;

@@ -11,6 +11,7 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyString};
 use crate::errors::{OrRaise, caught, of_assembly};
 use crate::packing::packing_of;
 use crate::simulation::{Simulation, guarded};
+use crate::warnings::warn;
 
 /// A scenario: the input of a run.
 #[pyclass(frozen, module = "concordem")]
@@ -74,8 +75,14 @@ pub fn table_of(mapping: &Bound<'_, PyAny>, path: &str) -> PyResult<toml::Table>
 }
 
 impl Scenario {
-    fn parse(name: &str, text: &str, folder: PathBuf) -> PyResult<Self> {
-        Ok(Self { inner: caught(|| scenario::Scenario::parse(name, text))?.or_raise()?, folder })
+    /// A scenario that Python has given; its warnings go to Python.
+    pub fn with_warnings(py: Python<'_>, inner: scenario::Scenario, folder: PathBuf) -> PyResult<Self> {
+        warn(py, &inner, &caught(|| inner.warnings())?)?;
+        Ok(Self { inner, folder })
+    }
+
+    fn parse(py: Python<'_>, name: &str, text: &str, folder: PathBuf) -> PyResult<Self> {
+        Self::with_warnings(py, caught(|| scenario::Scenario::parse(name, text))?.or_raise()?, folder)
     }
 
     fn of_mapping(mapping: &Bound<'_, PyAny>, folder: PathBuf) -> PyResult<Self> {
@@ -90,7 +97,7 @@ impl Scenario {
             }
         }
         let text = toml::to_string_pretty(&table).map_err(|error| PyValueError::new_err(error.to_string()))?;
-        Self::parse("<scenario>", &text, folder)
+        Self::parse(mapping.py(), "<scenario>", &text, folder)
     }
 }
 
@@ -117,26 +124,26 @@ impl Scenario {
     /// A scenario from TOML text; `name` appears in messages. Raises ScenarioError if it is invalid.
     #[staticmethod]
     #[pyo3(signature = (text, name="<text>", folder=None))]
-    fn from_text(text: &str, name: &str, folder: Option<PathBuf>) -> PyResult<Self> {
-        Self::parse(name, text, folder.unwrap_or_default())
+    fn from_text(py: Python<'_>, text: &str, name: &str, folder: Option<PathBuf>) -> PyResult<Self> {
+        Self::parse(py, name, text, folder.unwrap_or_default())
     }
 
     /// A scenario from a TOML file; paths in it are relative to its folder. Raises ScenarioError if it is invalid.
     #[staticmethod]
-    fn from_file(path: PathBuf) -> PyResult<Self> {
+    fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let inner = caught(|| scenario::Scenario::read(&path))?.or_raise()?;
         let folder = inner.directory();
-        Ok(Self { inner, folder })
+        Self::with_warnings(py, inner, folder)
     }
 
     /// A scenario that is included in the program; see `templates`.
     #[staticmethod]
-    fn template(name: &str) -> PyResult<Self> {
+    fn template(py: Python<'_>, name: &str) -> PyResult<Self> {
         let template = scenario::template(name).ok_or_else(|| {
             let names: Vec<_> = TEMPLATES.iter().map(|template| template.name).collect();
             PyValueError::new_err(format!("there is no template \"{name}\"; choose one of {}", names.join(", ")))
         })?;
-        Self::parse(template.name, template.text, PathBuf::new())
+        Self::parse(py, template.name, template.text, PathBuf::new())
     }
 
     /// Names of the templates.

@@ -6,7 +6,6 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
-use std::sync::{Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
 
 use concordem::assembly::restart::{self, Continuation};
@@ -22,7 +21,9 @@ use pyo3::types::PyDict;
 use crate::arrays::{TableColumn, result, rows, scalars, table, tensor, vectors};
 use crate::errors::{OrRaise, caught, detach, internal, of_assembly, of_restart};
 use crate::scenario::Scenario;
+use crate::shared::{Access, Shared};
 use crate::state::{Addresses, State};
+use crate::warnings::warn;
 
 /// Interval between checks for signals.
 const SLICE: Duration = Duration::from_millis(50);
@@ -37,14 +38,12 @@ pub struct Inner {
     operators: Vec<Vec<OperatorRow>>,
     events: Vec<Event>,
     addresses: Addresses,
-    /// Whether a panic has left the state in the middle of a step.
-    fault: bool,
 }
 
 /// A simulation of a scenario.
 #[pyclass(frozen, weakref, module = "concordem")]
 pub struct Simulation {
-    inner: Mutex<Inner>,
+    inner: Shared<Inner>,
     pool: Option<rayon::ThreadPool>,
     scenario: Py<Scenario>,
     summary: Summary,
@@ -172,6 +171,7 @@ impl Simulation {
         let Scenario { inner, folder } = scenario.get();
         let assembly = guarded(py, threads, progress, |progress| assemble(inner, folder, progress))?;
         let mut assembly = assembly.map_err(|error| of_assembly(inner, error))?;
+        warn(py, inner, &assembly.summary.warnings)?;
         if let Some(mut checkpoint) = checkpoint {
             let before = concordem::scenario::Scenario::parse("<checkpoint>", &checkpoint.provenance).or_raise()?;
             let changes = caught(|| restart::check(&before, inner, Continuation::NewResult))?.or_raise()?;
@@ -184,20 +184,18 @@ impl Simulation {
         let operators = vec![Vec::new(); schedule.operators.len()];
         let run = detach(py, || Run::new(state, model, schedule))?.or_raise()?;
         let addresses = Addresses::of(&run.state.particles);
-        let inner = Inner { run, samples: Vec::new(), operators, events: Vec::new(), addresses, fault: false };
-        Ok(Self { inner: Mutex::new(inner), pool: pool(threads)?, scenario: scenario.clone().unbind(), summary })
+        let inner = Inner { run, samples: Vec::new(), operators, events: Vec::new(), addresses };
+        let inner = Shared::new(
+            inner,
+            "the simulation is running in another thread; access it from its progress function, or wait",
+            "the simulation failed in the middle of a step, so its state is invalid; load a checkpoint, or start again",
+        );
+        Ok(Self { inner, pool: pool(threads)?, scenario: scenario.clone().unbind(), summary })
     }
 
-    /// Lock the data; an error if another thread is stepping.
-    pub fn lock(&self) -> PyResult<MutexGuard<'_, Inner>> {
-        match self.inner.try_lock() {
-            Ok(inner) if inner.fault => Err(faulty()),
-            Ok(inner) => Ok(inner),
-            Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
-                "the simulation is running in another thread; access it from its progress function, or wait",
-            )),
-            Err(TryLockError::Poisoned(_)) => Err(faulty()),
-        }
+    /// Lock the data; an error if another thread is stepping, or if a step failed.
+    pub fn lock(&self) -> PyResult<Access<'_, Inner>> {
+        self.inner.lock()
     }
 
     /// Compute up to `steps` steps, with checks for signals and progress reports.
@@ -207,10 +205,8 @@ impl Simulation {
         let mut last = Instant::now();
         let outcome = loop {
             let mut inner = self.lock()?;
-            let (inner_ref, left_ref, pool) = (&mut *inner, &mut left, self.pool.as_ref());
-            let stopped = detach(py, move || inside(pool, || inner_ref.advance(left_ref)));
-            inner.fault = stopped.is_err();
-            let stopped = stopped?;
+            let (left_ref, pool) = (&mut left, self.pool.as_ref());
+            let stopped = inner.change(py, move |inner| inside(pool, || inner.advance(left_ref)))?;
             if Addresses::of(&inner.run.state.particles) != inner.addresses {
                 // The core guarantees not to move the particle arrays; otherwise views would dangle.
                 eprintln!("internal error of concordem, please report it: the particle arrays have moved");
@@ -242,12 +238,6 @@ impl Simulation {
     }
 }
 
-fn faulty() -> PyErr {
-    PyRuntimeError::new_err(
-        "the simulation failed in the middle of a step, so its state is invalid; load a checkpoint, or start again",
-    )
-}
-
 fn name_of(reason: StopReason) -> &'static str {
     match reason {
         StopReason::Drop => "drop",
@@ -276,7 +266,7 @@ impl Simulation {
         } else {
             let inner = concordem::scenario::Scenario::parse(&path.display().to_string(), &checkpoint.provenance);
             let folder = path.parent().map(PathBuf::from).unwrap_or_default();
-            Bound::new(py, Scenario { inner: inner.or_raise()?, folder })?
+            Bound::new(py, Scenario::with_warnings(py, inner.or_raise()?, folder)?)?
         };
         Self::build(&scenario, threads, None, Some(checkpoint))
     }
@@ -284,8 +274,8 @@ impl Simulation {
     /// Write the complete state to a checkpoint; returns the state hash.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<String> {
         let inner = self.lock()?;
-        let text = self.scenario.get().inner.source.text.clone();
-        detach(py, || checkpoint::write(&path, &inner.run.state, &text))?.or_raise()
+        let (state, text) = (&inner.run.state, &self.scenario.get().inner.source.text);
+        detach(py, || checkpoint::write(&path, state, text))?.or_raise()
     }
 
     /// Run until a condition of the scenario's `[stop]` is met; returns its name.
@@ -410,9 +400,9 @@ impl Simulation {
     /// Forces of all contacts at the current positions, for operators. Returns Forces.
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let mut inner = self.lock()?;
-        let Inner { run, .. } = &mut *inner;
         let pool = self.pool.as_ref();
-        let forces = detach(py, || inside(pool, || run.solver.record(&mut run.state)))?.or_raise()?;
+        let record = |Inner { run, .. }: &mut Inner| inside(pool, || run.solver.record(&mut run.state));
+        let forces = inner.change(py, record)?.or_raise()?;
         let (c, w) = (&forces.contacts, &forces.walls);
         let contacts = (
             rows::<_, u32>(py, &c.pair, 2)?,

@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import warnings
 
 import concordem
 import numpy as np
@@ -81,3 +82,70 @@ def test_schemas_are_of_scenarios_and_sweeps():
     assert "axis" in sweep and "packing" not in sweep
     with pytest.raises(ValueError, match="sweep"):
         concordem.schema("wing")
+
+
+DOUBTFUL = {
+    **TWO,
+    "material": {**TWO["material"], "frictional": {"normal_stiffness": 1e6, "shear_stiffness": 1e6}},
+    # Twice the distance of the spheres is not reached by this ratio.
+    "packing": {"kind": "spheres", "spheres": [[0, 0, 0, "1 mm"], ["4 mm", 0, 0, "1 mm"]]},
+}
+
+
+def texts(caught):
+    assert all(issubclass(each.category, concordem.ConcordemWarning) for each in caught)
+    return [str(each.message) for each in caught]
+
+
+def test_every_way_to_a_scenario_warns_once(tmp_path):
+    """Unused tables are found in the text, missing bonds only when the scenario is built."""
+    with pytest.warns(concordem.ConcordemWarning) as caught:
+        scenario = concordem.Scenario(**DOUBTFUL)
+    assert len(caught) == 1 and "material[0].frictional" in texts(caught)[0]
+    assert caught[0].filename == __file__ and issubclass(concordem.ConcordemWarning, UserWarning)
+    problem = caught[0].message.problem
+    assert problem.kind == "Warning" and problem.key == "material[0].frictional" and "remove the table" in problem.help
+    (tmp_path / "doubtful.toml").write_text(scenario.text)
+    for make in (
+        lambda: concordem.Scenario.from_dict(DOUBTFUL),
+        lambda: concordem.Scenario.from_text(scenario.text),
+        lambda: concordem.Scenario.from_file(tmp_path / "doubtful.toml"),
+    ):
+        with pytest.warns(concordem.ConcordemWarning) as caught:
+            make()
+        assert len(caught) == 1 and "neither bonds nor contacts use this law" in texts(caught)[0]
+    # The packing needs no bonds, so it adds no warning: pytest makes any other warning an error.
+    assert len(scenario.pack().radii) == 2
+    with pytest.warns(concordem.ConcordemWarning) as caught:
+        simulation = scenario.simulation()
+    assert len(caught) == 1 and "there are no bonds" in texts(caught)[0]
+    simulation.step(10)
+    simulation.save(tmp_path / "half.h5")
+    with pytest.warns(concordem.ConcordemWarning) as caught:
+        concordem.Simulation.load(tmp_path / "half.h5")
+    assert [("frictional" in text, "no bonds" in text) for text in texts(caught)] == [(True, False), (False, True)]
+
+
+def test_elastic_constants_warn_of_ties():
+    data = {
+        "packing": {"kind": "lattice", "lattice": "fcc", "radius": "1 mm", "repeats": [2, 2, 2], "shape": {"kind": "periodic"}},
+        "material": TWO["material"],
+        "bonds": {"law": "linear_bond", "interaction_ratio": 1.0},
+        "contacts": {"law": "none"},
+        "stop": {"steps": 1},
+    }
+    scenario = concordem.Scenario(**data)
+    with pytest.warns(concordem.ConcordemWarning, match="as long as the longest that the interaction ratio allows") as caught:
+        concordem.elastic_constants(scenario)
+    assert len(caught) == 1 and caught[0].message.problem.key == "bonds.interaction_ratio"
+
+
+def test_warnings_can_be_errors():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", concordem.ConcordemWarning)
+        with pytest.raises(concordem.ConcordemWarning, match="frictional"):
+            concordem.Scenario(**DOUBTFUL)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("ignore")
+        concordem.Scenario(**DOUBTFUL).simulation()
+    assert not caught

@@ -2,6 +2,7 @@
 
 import _thread
 import gc
+import pickle
 import subprocess
 import sys
 import threading
@@ -88,10 +89,47 @@ def test_another_scenario_is_applied_or_refused_by_key(tmp_path):
     assert caught.value.key == "packing.repeats[2]"
 
 
-def test_a_panic_is_an_error_of_the_package():
-    with pytest.raises(concordem.InternalError, match="intended panic") as caught:
-        concordem._core._panic()
-    assert isinstance(caught.value, concordem.ConcordemError) and isinstance(caught.value, Exception)
+@pytest.mark.parametrize("place", ["with", "without", "argument"])
+def test_a_panic_is_an_error_of_the_package(place):
+    """With and without the interpreter's lock, and while pyo3 converts an argument, outside of any function of ours."""
+    with pytest.raises(Exception, match=r"^intended panic \(internal error; please report it") as caught:
+        concordem._core._panic(place)
+    error = caught.value
+    assert isinstance(error, concordem.InternalError) and isinstance(error, concordem.ConcordemError)
+    assert error.kind == "Panic" and type(error).__name__ == "InternalError"
+    again = pickle.loads(pickle.dumps(error))
+    assert isinstance(again, concordem.InternalError) and str(again) == str(error)
+
+
+def test_a_panic_while_reading_leaves_the_simulation_usable(two):
+    simulation = two.simulation()
+    simulation.step(5)
+    before = simulation.state_hash()
+    with pytest.raises(concordem.InternalError):
+        concordem._core._panic("read", simulation)
+    assert simulation.state_hash() == before and len(simulation.samples) > 0
+    simulation.step(5)
+    assert simulation.state.step == 10
+
+
+def test_a_panic_during_a_step_ends_the_simulation(two):
+    simulation = two.simulation()
+    with pytest.raises(concordem.InternalError):
+        concordem._core._panic("changed", simulation)
+    for use in (simulation.step, simulation.state_hash, simulation.forces, lambda: simulation.state.positions):
+        with pytest.raises(RuntimeError, match="failed in the middle of a step"):
+            use()
+
+
+def test_a_panic_in_a_progress_function_is_an_error(concrete):
+    simulation = concrete.simulation(threads=1)
+    with pytest.raises(concordem.InternalError, match="intended panic"):
+        simulation.step(10_000_000, progress=lambda text, share: concordem._core._panic("with"))
+    assert simulation.state.step > 0
+    # The packing is made inside the library, which the panic of the function unwinds.
+    specimen = concordem.Scenario.template("cpm-specimen-tension")
+    with pytest.raises(concordem.InternalError, match="intended panic"):
+        specimen.pack(threads=1, progress=lambda stage, share: concordem._core._panic("without"))
 
 
 def test_views_show_what_happens_and_outlive_the_simulation():

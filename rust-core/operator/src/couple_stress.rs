@@ -108,7 +108,7 @@ pub fn conjugate(
     period: Option<&Period>,
 ) -> Result<Conjugate, OperatorError> {
     let position = contacts.position();
-    let volume = super::region::check(region, Truncation::InternalOnly, position.len())?;
+    let volume = super::region::check(region, Truncation::InternalOnly, position.len(), period)?;
     let images = region.images(period);
     sums!(Sums { xf: Mat3, xm: Mat3, force: Vec3, total: Vec3, moment: Vec3, contacts: f64 });
     let sums: Sums = sum_tiles(contacts.len(), |range| {

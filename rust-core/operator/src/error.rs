@@ -60,8 +60,8 @@ pub enum OperatorError {
     },
     /// Half-spaces that contain infinitely many periodic images.
     #[error(
-        "the half-spaces are unbounded along edge {axis} of the periodic cell, where infinitely many images lie in them; add \
-         planes, or align those there are with the edges"
+        "the half-spaces are unbounded along edge {axis} of the periodic cell, where infinitely many images lie in them; use a \
+         box, add planes, or make the planes parallel to the edge"
     )]
     Unbounded {
         /// Edge of the cell: 0, 1, 2.

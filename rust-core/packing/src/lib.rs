@@ -38,7 +38,7 @@ use concordem_solver::neighbor::NeighborError;
 use concordem_solver::state::Cell;
 use concordem_solver::state::particles::Sphere;
 
-/// Relative difference up to which a distance equals a limit: for bonds, layers, and selections.
+/// Relative difference up to which a distance equals a limit: for bonds, layers, selections, and crops.
 ///
 /// Distances of lattices and of files with 15 digits have rounding errors of some 1e-16 times coordinate over distance:
 /// 1e-12 in a body ten thousand particles across. The tolerance exceeds that by three orders of magnitude and is small

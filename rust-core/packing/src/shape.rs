@@ -109,10 +109,10 @@ impl Shape {
         Ok(Self::Sphere { center, radius })
     }
 
-    /// Whether a point (m) lies inside, at least `margin` (m) away from the surface. A negative margin means 0. With
-    /// the radius of a sphere as margin: whether the whole sphere lies inside.
+    /// Whether a point (m) lies inside, at least `margin` (m) away from the surface. With the radius of a sphere as margin:
+    /// whether the whole sphere lies inside. With a negative margin, points outside count as inside up to this distance,
+    /// which is measured along the axes of a box, and along and across the axis of a body of revolution.
     pub fn contains(&self, point: &Vec3, margin: f64) -> bool {
-        let margin = margin.max(0.0);
         match self {
             Self::Box { low, high } => (point - low).min().min((high - point).min()) >= margin,
             Self::Cylinder { base, top, radius } => {
@@ -162,7 +162,8 @@ fn meridian(base: &Vec3, top: &Vec3, point: &Vec3) -> (f64, f64, f64) {
 }
 
 /// Whether the point at radius `rho` and height `z ≥ 0` above the waist lies within the hyperbola
-/// `x(ζ) = a √(1 + ζ²/c²)`, through `(a, 0)` and `(end, half_height)`, by `margin` or more.
+/// `x(ζ) = a √(1 + ζ²/c²)`, through `(a, 0)` and `(end, half_height)`, by `margin` or more; for a negative margin, whether
+/// it lies outside by at most `-margin` across the axis.
 ///
 /// The outside of the hyperboloid, `x ≥ x(ζ)`, is convex in the meridian plane, so its nearest point is unique. It is
 /// where `(x(ζ) − ρ) x'(ζ) + ζ − z`, half the derivative of the squared distance, changes sign in [0, z]; bisection
@@ -171,8 +172,9 @@ fn inside_hyperbola(a: f64, end: f64, half_height: f64, rho: f64, z: f64, margin
     // 1/c², from x(half_height) = end; zero for a cylinder.
     let inverse_c2 = (end / a - 1.0) * (end / a + 1.0) / (half_height * half_height);
     let surface = |zeta: f64| a * (1.0 + zeta * zeta * inverse_c2).sqrt();
-    if rho > surface(z) {
-        return false;
+    let outside = rho - surface(z);
+    if outside > 0.0 || margin <= 0.0 {
+        return outside <= -margin;
     }
     let (mut low, mut high) = (0.0, z);
     loop {

@@ -1,6 +1,6 @@
 //! Copies of a periodic packing: larger periodic cells, and bodies of any shape cut from them.
 
-use super::{Packing, PackingError, Shape, affordable, within};
+use super::{Packing, PackingError, Shape, TIE, affordable, within};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_solver::state::Cell;
 use concordem_solver::state::particles::Sphere;
@@ -12,19 +12,20 @@ const MAX_COPIES: f64 = 4.0e9;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Crop {
-    /// Those that lie entirely inside the shape: no sphere sticks out.
+    /// Those that lie entirely inside the shape: no sphere sticks out. A sphere that touches the surface from inside stays.
     #[default]
     WholeSpheres,
-    /// Those whose centers lie inside: the density near the surface is that of the bulk.
+    /// Those whose centers lie inside or on the surface: the density near the surface is that of the bulk.
     Centers,
 }
 
 impl Crop {
-    /// Whether a sphere stays. A sphere that touches the surface from inside lies inside, whatever the last digit says.
+    /// Whether a sphere stays. Distances to the surface count up to [`TIE`] times the radius, so that spheres that touch it
+    /// and centers that lie on it stay, whatever the last digit says.
     pub fn keeps(self, sphere: &Sphere, shape: &Shape) -> bool {
         let margin = match self {
-            Self::WholeSpheres => sphere.radius * (1.0 - 1.0e-9),
-            Self::Centers => 0.0,
+            Self::WholeSpheres => sphere.radius * (1.0 - TIE),
+            Self::Centers => -sphere.radius * TIE,
         };
         shape.contains(&sphere.position, margin)
     }
@@ -105,7 +106,8 @@ pub fn tile_and_crop(packing: &Packing, shape: &Shape, crop: Crop, anchor: Vec3)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{PackingSummary, Random};
+    use crate::shape::Mesh;
+    use crate::{Lattice, PackingSummary, Random};
 
     /// Spheres placed at random without overlap in a skewed cell; some positions lie outside the cell.
     fn loose_packing() -> Packing {
@@ -175,6 +177,56 @@ mod tests {
         );
         let contacts = |p: &Packing| PackingSummary::new(p, 1.4).unwrap().coordination;
         assert_eq!(contacts(&larger), contacts(&packing));
+    }
+
+    /// Centers on the border and spheres that touch it stay for every radius and place of the body, whether their
+    /// coordinates are rounded up or down: simple cubic lattices of 7 layers along each axis, whose outermost centers lie on
+    /// the faces of a box, and the same with whole spheres. Without the tolerance, 24 of the 80 boxes for centers lose
+    /// layers.
+    #[test]
+    fn layers_on_the_border_stay_for_every_radius() {
+        let length = |count: u32| -> f64 { format!("{count}e-4").parse().unwrap() };
+        for k in 1..=40 {
+            let radius = length(k);
+            for center in [0.0, length(14 * k)].map(Vec3::repeat) {
+                for (crop, size) in [(Crop::Centers, length(12 * k)), (Crop::WholeSpheres, length(14 * k))] {
+                    let half = Vec3::repeat(0.5 * size);
+                    let body = Shape::new_box(center - half, center + half).unwrap();
+                    let filled = Lattice::SimpleCubic.fill(radius, &body, crop, Vec3::zeros()).unwrap();
+                    assert_eq!(filled.spheres.len(), 343, "{radius} {center:?} {crop:?}");
+                    let unit = Lattice::SimpleCubic.periodic(radius, [2, 3, 1]).unwrap();
+                    let cut = tile_and_crop(&unit, &body, crop, Vec3::zeros()).unwrap();
+                    assert_eq!(cut.spheres.len(), 343, "{radius} {center:?} {crop:?}");
+                }
+            }
+        }
+    }
+
+    /// The tolerance is that of all shapes: a point on the surface stays, one that is 1e-6 of the radius outside does not.
+    #[test]
+    fn centers_on_every_surface_stay() {
+        let mesh = Mesh::new(
+            vec![Vec3::zeros(), Vec3::x() * 0.3, Vec3::y() * 0.3, Vec3::z() * 0.3],
+            vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        );
+        let z = Vec3::z() * 0.3;
+        let cases = [
+            (Shape::new_box(Vec3::zeros(), Vec3::repeat(0.3)).unwrap(), Vec3::new(0.1, 0.2, 0.3), Vec3::z()),
+            (Shape::new_cylinder(Vec3::zeros(), z, 0.3).unwrap(), Vec3::new(0.18, 0.24, 0.1), Vec3::new(0.6, 0.8, 0.0)),
+            (Shape::new_cylinder(Vec3::zeros(), z, 0.3).unwrap(), Vec3::new(0.1, 0.0, 0.3), Vec3::z()),
+            (Shape::new_hyperboloid(Vec3::zeros(), z, 0.4, 0.3).unwrap(), Vec3::new(0.18, 0.24, 0.15), Vec3::x()),
+            (Shape::new_sphere(Vec3::zeros(), 0.3).unwrap(), Vec3::new(0.18, 0.24, 0.0), Vec3::new(0.6, 0.8, 0.0)),
+            (Shape::Mesh(mesh.unwrap()), Vec3::repeat(0.1), Vec3::repeat(3.0_f64.sqrt().recip())),
+        ];
+        let radius = 0.01;
+        for (shape, place, outward) in cases {
+            let keeps = |distance: f64| {
+                Crop::Centers.keeps(&Sphere { position: place + outward * (distance * radius), radius }, &shape)
+            };
+            // Coordinates of 0.3 are rounded by some 1e-16, that is 1e-14 of the radius.
+            assert!([-1e-6, -1e-12, 0.0, 1e-12, 1e-10].into_iter().all(keeps), "{shape:?}");
+            assert!(!keeps(1e-6) && !keeps(1e-2), "{shape:?}");
+        }
     }
 
     #[test]

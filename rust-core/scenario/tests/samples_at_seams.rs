@@ -237,6 +237,48 @@ fn unbounded_half_spaces_are_refused_in_a_periodic_cell() {
     assert!(message.starts_with("sample[1].region: the half-spaces are unbounded along edge 0"), "{message}");
 }
 
+/// A slab whose faces are not parallel to the edges of the deforming cell any more would contain infinitely many images. It
+/// is refused before the run, whether the loading prescribes shear or a servo may cause it; a box is not.
+#[test]
+fn slabs_in_a_sheared_cell_are_refused() {
+    let stretch = "velocity_gradient = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]";
+    let message = |text: &str| {
+        let scenario = Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"));
+        assemble(&scenario, Path::new(""), &mut |_, _| ()).err().map(|error| error.to_string())
+    };
+    assert!(halves().contains(stretch));
+    assert_eq!(message(&halves()), None);
+    // The second edge turns towards x, where the slabs have their faces.
+    let sheared = halves().replace(stretch, "velocity_gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]]");
+    let servo = halves()
+        .replace("kind = \"cell-strain\"", "kind = \"cell-stress\"")
+        .replace(stretch, "stress = [[-1e5, 0, 0], [0, -1e5, 0], [0, 0, -1e5]]\nmaximum_strain_rate = 0.1");
+    for text in [&sheared, &servo] {
+        let message = message(text).expect("refused");
+        assert!(message.starts_with("sample[1].region: the loading may turn the edges of the cell"), "{message}");
+        assert!(message.contains("unbounded along edge") && message.contains("use a box"), "{message}");
+    }
+}
+
+/// A slab whose faces stay parallel to the edges of a sheared cell keeps half of the particles. Before, slabs in sheared cells
+/// gave not-a-number.
+#[test]
+fn slabs_along_the_shear_stay_slabs() {
+    let sheared = halves().replace("[[1, 0, 0], [0, 1, 0], [0, 0, 1]]", "[[0, 1, 0], [0, 0, 0], [0, 0, 0]]");
+    let boxes_only: Vec<&str> = sheared.split("[[sample]]").filter(|part| !part.contains("half-spaces")).collect();
+    let text = boxes_only[0].to_owned()
+        + "[[sample]]
+           operator = \"fabric\"
+           name = \"slab\"
+           region = { kind = \"half-spaces\", volume = 256e-9, planes = [
+               { point = [0, 2.5e-3, 0], normal = [0, 1, 0] }, { point = [0, -1.5e-3, 0], normal = [0, -1, 0] }] }
+           ";
+    let mut run = simulation(&text);
+    let last = to_the_end(&mut run);
+    assert_eq!(reals(&run, &last, "slab", "particles")[0], 32.0);
+    assert!(run.state.cell.unwrap().matrix[(0, 1)] > 0.0);
+}
+
 /// Three bonded spheres of concrete in a row; the ends move apart.
 fn chain() -> String {
     let places = [0.0, 2e-3, 4e-3].map(|x| [x, 0.0, 0.0, 1e-3]);

@@ -1,4 +1,4 @@
-"""Exceptions, one class per stage of the solver. Messages give the problem, its position, and the remedy."""
+"""Exceptions, one class per stage of the solver, and warnings. Messages give the problem, its position, and the remedy."""
 
 from __future__ import annotations
 
@@ -24,8 +24,20 @@ class Problem(NamedTuple):
     """Remedy."""
 
 
+class ConcordemWarning(UserWarning):
+    """A scenario is valid, but may not do what its author expects."""
+
+    def __init__(self, message: str, problem: Sequence[Any] | None = None) -> None:
+        super().__init__(message)
+        self.problem = None if problem is None else Problem(*problem)
+        """The doubtful key, with its position in the text and the remedy."""
+
+
 class ConcordemError(Exception):
     """Base of all exceptions of this package."""
+
+    # Without fields of its own, a class can become the base of another one later; see `InternalError`.
+    __slots__ = ()
 
     def __init__(self, message: str, kind: str = "") -> None:
         super().__init__(message)
@@ -100,7 +112,17 @@ class ResultError(ConcordemError, RuntimeError):
 
 
 class InternalError(ConcordemError, RuntimeError):
-    """An internal error; please report it. The simulation in which it occurred cannot be used any more."""
+    """An internal error; please report it. A simulation in which it occurs during a step cannot be used any more."""
+
+    # The library makes this the base of the class that pyo3 raises for panics.
+    __slots__ = ()
+
+    def __init__(self, message: str, kind: str = "Panic") -> None:
+        note = "(internal error; please report it with the scenario)"
+        super().__init__(message if message.endswith(note) else f"{message} {note}".strip(), kind)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return InternalError, (str(self), self.kind)
 
 
 class YadeError(ConcordemError, RuntimeError):

@@ -159,7 +159,7 @@ pub(crate) fn write_array<T: H5Type>(
 pub(crate) fn read_array<T: H5Type>(group: &Group, name: &str, path: &Path) -> Result<Vec<T>, OutputError> {
     let dataset = group.dataset(name).at(path)?;
     let length = std::fs::metadata(path).map_err(|error| OutputError::io(path, "read", error))?.len();
-    checked::values(&dataset, length, false).map_err(|problem| damaged(path, format!("`{name}` {problem}")))
+    checked::values(&dataset, length).map_err(|problem| damaged(path, format!("`{name}` {problem}")))
 }
 
 /// Writes a column with its unit and description.

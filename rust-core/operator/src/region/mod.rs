@@ -236,8 +236,14 @@ pub(super) fn weight(region: &Region, truncation: Truncation, a: usize, b: usize
     }
 }
 
-/// Reject invalid arguments.
-pub(super) fn check(region: &Region, truncation: Truncation, particles: usize) -> Result<f64, OperatorError> {
+/// Reject invalid arguments, and regions that contain infinitely many images of a period. Returns the volume, m³.
+pub(super) fn check(
+    region: &Region,
+    truncation: Truncation,
+    particles: usize,
+    period: Option<&Period>,
+) -> Result<f64, OperatorError> {
+    region.check_period(period)?;
     if let Region::Particles { member, .. } = region {
         super::error::check_length("member", member.len(), particles, "particle")?;
         if truncation == Truncation::BranchClipped {

@@ -6,8 +6,10 @@ use concordem_contact::math::{Mat3, Vec3};
 
 /// Regions that reach further than this many edges are unbounded.
 const FARTHEST: f64 = 1e3;
-/// Relative size below which a component is zero: rounding of edges and normals.
+/// Relative size below which a determinant is zero: rounding of edges and normals.
 const ROUNDING: f64 = 1e-12;
+/// Sine of the angle below which a plane is parallel to an edge. In a driven cell, the rounding errors of many steps add up.
+const PARALLEL: f64 = 1e-9;
 
 /// Extent along each edge of the cell with the edge vectors `edges` (m). In reduced coordinates `x = H s` the half-space
 /// `n·(x − p) < 0` is `(Hᵀn)·s < n·p`. The extent is that of the corners of the polyhedron.
@@ -20,7 +22,7 @@ pub(super) fn reduced_bounds(planes: &[HalfSpace], edges: &Mat3) -> [Extent; 3] 
             (normal / size, plane.normal.dot(&plane.point) / size)
         })
         .collect();
-    let invariant: [bool; 3] = std::array::from_fn(|k| faces.iter().all(|(normal, _)| normal[k].abs() <= ROUNDING));
+    let invariant: [bool; 3] = std::array::from_fn(|k| faces.iter().all(|(normal, _)| normal[k].abs() <= PARALLEL));
     // A large box closes the polyhedron; a unit box does so where the region is invariant.
     for k in 0..3 {
         for sign in [-1.0, 1.0] {
@@ -89,6 +91,14 @@ mod tests {
         for (extent, far) in reduced_bounds(&tetrahedron, &edges).into_iter().zip([4.0, 2.0, 1.0]) {
             let Extent::Bounded([from, to]) = extent else { panic!("{extent:?}") };
             assert!(from.abs() < 1e-12 && (to - far).abs() < 1e-12, "{from} {to} {far}");
+        }
+        // In a cell with a tilted edge, a slab across x is unbounded along that edge, unless rounding tilts it.
+        for (tilt, unbounded) in [(0.1, true), (1e-6, true), (1e-10, false)] {
+            let mut tilted = edges;
+            tilted[(0, 1)] = tilt;
+            let found = reduced_bounds(&slab, &tilted);
+            assert_eq!(found.contains(&Extent::Unbounded), unbounded, "{tilt} {found:?}");
+            assert_eq!(found[1] == Extent::Invariant, !unbounded, "{tilt} {found:?}");
         }
         let nothing = [plane([0.0; 3], [1.0, 0.0, 0.0]), plane([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0])];
         assert_eq!(reduced_bounds(&nothing, &edges)[0], Extent::Bounded([0.0, -1.0]));

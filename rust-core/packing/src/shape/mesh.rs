@@ -115,7 +115,8 @@ impl Mesh {
         (self.low, self.high)
     }
 
-    /// Whether a point (m) lies inside and at least `margin` (m) away from all triangles.
+    /// Whether a point (m) lies inside and at least `margin` (m) away from all triangles; for a negative margin, whether it
+    /// lies inside, or nearer than `-margin` to a triangle.
     pub fn contains(&self, point: &Vec3, margin: f64) -> bool {
         // Also false for NaN.
         if !((point - self.low).min() >= margin && (self.high - point).min() >= margin) {
@@ -123,7 +124,8 @@ impl Mesh {
         }
         let column = self.column_of(point.x, point.y);
         let crossings = self.column(column).iter().filter(|index| self.ray_crosses(point, **index)).count();
-        crossings % 2 == 1 && (margin == 0.0 || self.is_clear(point, margin))
+        let inside = crossings % 2 == 1;
+        if margin < 0.0 { inside || !self.is_clear(point, -margin) } else { inside && self.is_clear(point, margin) }
     }
 
     fn corners(&self, triangle: u32) -> [Vec3; 3] {

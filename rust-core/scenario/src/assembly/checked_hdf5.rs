@@ -24,19 +24,17 @@ pub fn checked_len(dataset: &Dataset, bytes: usize, file_length: u64) -> Result<
     Ok(count)
 }
 
-/// Values of a dataset, of exactly the type `T` unless `convert`.
+/// Values of a dataset, of exactly the type `T`.
 ///
 /// # Errors
 /// The dataset has another type, or claims more values than the file can hold.
-pub fn values<T: H5Type>(dataset: &Dataset, file_length: u64, convert: bool) -> Result<Vec<T>, String> {
+pub fn values<T: H5Type>(dataset: &Dataset, file_length: u64) -> Result<Vec<T>, String> {
     let count = checked_len(dataset, size_of::<T>(), file_length)?;
     // The library fails to read an empty dataset.
     if count == 0 {
         return Ok(Vec::new());
     }
-    let reader = dataset.as_reader();
-    let reader = if convert { reader } else { reader.no_convert() };
-    let values = reader.read_raw().map_err(|error| error.to_string())?;
+    let values = dataset.as_reader().no_convert().read_raw().map_err(|error| error.to_string())?;
     if values.len() == count { Ok(values) } else { Err("changed its size while it was read".to_owned()) }
 }
 

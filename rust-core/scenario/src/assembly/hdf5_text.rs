@@ -59,28 +59,46 @@ fn address(object: &Location) -> Result<u64, String> {
     digits.parse().map_err(|_| format!("has no address ({shown})"))
 }
 
+/// A message in an object header.
+pub(super) struct Message {
+    /// Type.
+    pub(super) kind: u16,
+    /// Whether the content is stored elsewhere; this program does not write such messages.
+    pub(super) shared: bool,
+    /// Content.
+    pub(super) data: Vec<u8>,
+}
+
 /// A file that is read at checked offsets.
-struct Bytes {
+pub(super) struct Bytes {
     file: File,
     length: u64,
 }
 
 impl Bytes {
-    fn open(path: &Path) -> Result<Self, String> {
+    /// Length of the file.
+    pub(super) fn length(&self) -> u64 {
+        self.length
+    }
+
+    pub(super) fn open(path: &Path) -> Result<Self, String> {
         let say = |error: io::Error| error.to_string();
         let file = File::open(path).map_err(say)?;
         let length = file.metadata().map_err(say)?.len();
         let mut bytes = Self { file, length };
         let head = bytes.array::<16>(0)?;
         // Version 0 with addresses and lengths of 8 bytes.
-        if &head[..8] != b"\x89HDF\r\n\x1a\n" || head[8] != 0 || head[13..15] != [8, 8] {
+        if &head[..8] != b"\x89HDF\r\n\x1a\n" {
+            return Err("is not in an HDF5 file".to_owned());
+        }
+        if head[8] != 0 || head[13..15] != [8, 8] {
             return Err("is in a file with a layout that this program does not write".to_owned());
         }
         Ok(bytes)
     }
 
     /// Reads `count` bytes at offset `at`.
-    fn read(&mut self, at: u64, count: u64) -> Result<Vec<u8>, String> {
+    pub(super) fn read(&mut self, at: u64, count: u64) -> Result<Vec<u8>, String> {
         let end = at.checked_add(count).filter(|end| *end <= self.length);
         if end.is_none() {
             return Err("refers to an address beyond the end of the file".to_owned());
@@ -93,7 +111,8 @@ impl Bytes {
         Ok(bytes)
     }
 
-    fn array<const N: usize>(&mut self, at: u64) -> Result<[u8; N], String> {
+    /// Reads an array of bytes at offset `at`.
+    pub(super) fn array<const N: usize>(&mut self, at: u64) -> Result<[u8; N], String> {
         let bytes = self.read(at, N as u64)?;
         bytes.try_into().map_err(|_| "is cut off".to_owned())
     }
@@ -108,13 +127,28 @@ impl Bytes {
         Err("does not exist".to_owned())
     }
 
+    /// Whether the object whose header is at `at` has an attribute of this name.
+    pub(super) fn has_attribute(&mut self, at: u64, name: &[u8]) -> Result<bool, String> {
+        let messages = self.attribute_messages(at)?;
+        Ok(messages.iter().filter_map(|message| Attribute::of(message)).any(|attribute| attribute.name == name))
+    }
+
     /// The messages of all attributes of the object whose header is at `at`.
     fn attribute_messages(&mut self, at: u64) -> Result<Vec<Vec<u8>>, String> {
+        let messages = self.messages(at)?.into_iter();
+        Ok(messages
+            .filter(|message| message.kind == ATTRIBUTE && !message.shared)
+            .map(|message| message.data)
+            .collect())
+    }
+
+    /// All messages of the object whose header is at `at`.
+    pub(super) fn messages(&mut self, at: u64) -> Result<Vec<Message>, String> {
         let head = self.array::<16>(at)?;
         if head[0] != 1 {
             return Err(format!("belongs to an object with a header of version {}", head[0]));
         }
-        let mut blocks = vec![(at + 16, u64::from(u32_at(&head, 8)))];
+        let mut blocks = vec![(at.saturating_add(16), u64::from(u32_at(&head, 8)))];
         let (mut next, mut messages) = (0, Vec::new());
         while let Some(&(from, length)) = blocks.get(next) {
             next += 1;
@@ -126,10 +160,7 @@ impl Bytes {
                 if kind == CONTINUATION && size >= 16 && blocks.len() < MOST_BLOCKS {
                     blocks.push((u64_at(message, 0), u64_at(message, 8)));
                 }
-                // Bit 1: the message is shared and stored elsewhere; this program does not write such messages.
-                if kind == ATTRIBUTE && flags & 2 == 0 {
-                    messages.push(message.to_vec());
-                }
+                messages.push(Message { kind, shared: flags & 2 != 0, data: message.to_vec() });
                 rest = &rest[8 + size..];
             }
         }
@@ -212,15 +243,15 @@ fn text_reference(message: &[u8], name: &[u8]) -> Result<Option<[u8; 16]>, Strin
     }
 }
 
-fn u16_at(bytes: &[u8], at: usize) -> u16 {
+pub(super) fn u16_at(bytes: &[u8], at: usize) -> u16 {
     u16::from_le_bytes([bytes[at], bytes[at + 1]])
 }
 
-fn u32_at(bytes: &[u8], at: usize) -> u32 {
+pub(super) fn u32_at(bytes: &[u8], at: usize) -> u32 {
     u32::from(u16_at(bytes, at)) | u32::from(u16_at(bytes, at + 2)) << 16
 }
 
-fn u64_at(bytes: &[u8], at: usize) -> u64 {
+pub(super) fn u64_at(bytes: &[u8], at: usize) -> u64 {
     u64::from(u32_at(bytes, at)) | u64::from(u32_at(bytes, at + 4)) << 32
 }
 

@@ -7,6 +7,7 @@ mod bodies;
 pub mod checked_hdf5;
 mod cuts;
 mod error;
+pub mod flat_hdf5;
 pub mod hdf5_text;
 mod histories;
 mod loading;

@@ -17,12 +17,58 @@ pub fn of(
     particles: &Particles,
     cell: Option<&Cell>,
 ) -> Result<Vec<ScheduledOperator>, AssemblyError> {
-    let each = scenario
-        .samples
-        .iter()
-        .enumerate()
-        .map(|(k, sample)| one(scenario, particles, cell, &format!("sample[{k}].region"), sample));
+    let each = scenario.samples.iter().enumerate().map(|(k, sample)| {
+        let key = format!("sample[{k}].region");
+        let operator = one(scenario, particles, cell, &key, sample)?;
+        if let (SampledRegion::Moving { region, gradient, .. }, Some(cell)) = (&operator.region, cell) {
+            stays_bounded(scenario, cell, &key, region, gradient)?;
+        }
+        Ok(operator)
+    });
     each.collect()
+}
+
+/// Strain of the cell at which regions are tried.
+const TRIAL: f64 = 1e-3;
+
+/// Refuses half-spaces that the driven cell will no longer bound, such as a slab across x in a cell whose other edges turn
+/// towards x. `gradient`: with which the region deforms, 1/s.
+fn stays_bounded(
+    scenario: &Scenario,
+    cell: &Cell,
+    key: &str,
+    region: &Region,
+    gradient: &Mat3,
+) -> Result<(), AssemblyError> {
+    for rate in cell_rates(scenario) {
+        let time = TRIAL / rate.amax();
+        let edges = (rate * time).exp() * cell.matrix;
+        let moved = region.moved(&(gradient * time).exp(), &Vec3::zeros(), &Vec3::zeros());
+        moved.check_period(Some(&Period::of(edges))).map_err(|error| {
+            let message = format!("the loading may turn the edges of the cell, and then {error}");
+            unfit(key, message)
+        })?;
+    }
+    Ok(())
+}
+
+/// Velocity gradients (1/s) with which the loading may deform the periodic cell.
+fn cell_rates(scenario: &Scenario) -> Vec<Mat3> {
+    match &scenario.loading {
+        schema::Loading::CellStrain { velocity_gradient } => {
+            let rate = Mat3::from_fn(|i, j| velocity_gradient[i][j].si());
+            if rate == Mat3::zeros() { Vec::new() } else { vec![rate] }
+        }
+        // The servo drives every component, because the stress of a packing is never exactly the target.
+        schema::Loading::CellStress { .. } => {
+            let axes = usize::from(scenario.dimension);
+            let pairs = (0..axes).flat_map(|i| (0..=i).map(move |j| (i, j)));
+            let unit =
+                |(i, j)| Mat3::from_fn(|row, column| f64::from((row, column) == (i, j) || (row, column) == (j, i)));
+            pairs.map(unit).collect()
+        }
+        _ => Vec::new(),
+    }
 }
 
 /// The operator of one table; error messages about its region name `key`.

@@ -1,10 +1,11 @@
 //! Sphere packs in HDF5: `position` (N×3, m), `radius` (N, m), and for a periodic pack `cell` (3×3, m; a row is an
-//! edge vector). Units are attributes. Any program may write such files. Files of this program end with a seal
-//! ([`super::seal`]); their attribute `kind` says that the seal is required. A seal is always checked if present.
+//! edge vector). Units are attributes. Any program may write such files, as plain HDF5 ([`super::flat_hdf5`]). Files of this
+//! program end with a seal ([`super::seal`]); their attribute `kind` says that the seal is required. A seal is always
+//! checked if present. The HDF5 library writes packs, but does not read them.
 
 use std::path::Path;
 
-use super::checked_hdf5 as checked;
+use super::flat_hdf5::{FlatFile, Numbers, REMEDY};
 use super::seal::{self, SealError};
 use crate::files;
 use concordem_contact::math::{Mat3, Vec3};
@@ -30,22 +31,25 @@ const KIND: &str = "kind";
 /// # Errors
 /// The file cannot be read; the message says what is missing or wrong.
 pub fn read(path: &Path) -> Result<Packing, String> {
-    hdf5::silence_errors(true);
-    let length = files::open_regular(path).and_then(|file| file.metadata()).map_err(|error| error.to_string())?.len();
+    files::open_regular(path).map_err(|error| error.to_string())?;
     let sealed = match seal::check(path) {
         Ok(()) => true,
         Err(SealError::Missing) => false,
         Err(error) => return Err(format!("is damaged: {error}. Use an intact copy, or pack it again")),
     };
-    let file = options().open(path).map_err(|error| format!("not a readable HDF5 file: {error}"))?;
-    if !sealed && file.attr(KIND).is_ok() {
+    let unreadable = |problem| format!("cannot be read as HDF5: it {problem}. {REMEDY}");
+    let mut file = FlatFile::open(path).map_err(unreadable)?;
+    if !sealed && file.has_attribute(KIND).map_err(unreadable)? {
         return Err("is cut off or changed: its seal is missing. Use an intact copy, or pack it again".to_owned());
     }
-    let column = |name: &str| -> Result<(Vec<usize>, Vec<f64>), String> {
-        let dataset = file.dataset(name).map_err(|_| format!("has no dataset `{name}`"))?;
-        let values = checked::values::<f64>(&dataset, length, true)
-            .map_err(|error| format!("dataset `{name}` does not hold real numbers: {error}"))?;
-        Ok((dataset.shape(), values))
+    let has_cell = file.has("cell");
+    let mut column = |name: &str| -> Result<(Vec<usize>, Vec<f64>), String> {
+        if !file.has(name) {
+            return Err(format!("has no dataset `{name}`"));
+        }
+        let read = file.numbers(name).map_err(|problem| format!("cannot be read: `{name}` {problem}. {REMEDY}"))?;
+        let Numbers { shape, values } = read;
+        Ok((shape, values))
     };
     let (shape, positions) = column("position")?;
     let (radius_shape, radii) = column("radius")?;
@@ -55,7 +59,7 @@ pub fn read(path: &Path) -> Result<Packing, String> {
             "`position` and `radius` have the shapes {shape:?} and {radius_shape:?}; they must be [N, 3] and [N]"
         ));
     }
-    let cell = if file.link_exists("cell") {
+    let cell = if has_cell {
         let (shape, edges) = column("cell")?;
         if shape != [3, 3] {
             return Err(format!("`cell` has the shape {shape:?}; it must be [3, 3]"));
@@ -180,10 +184,84 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("pack.h5");
         let file = options().create(&path).expect("created");
-        file.new_dataset::<f64>().chunk([16, 3]).shape([1 << 40, 3]).create("position").expect("a dataset");
-        file.new_dataset::<f64>().chunk([16]).shape([1 << 40]).create("radius").expect("a dataset");
+        file.new_dataset::<f64>().shape([1 << 40, 3]).create("position").expect("a dataset");
+        file.new_dataset::<f64>().shape([1 << 40]).create("radius").expect("a dataset");
         drop(file);
         let error = read(&path).expect_err("terabytes");
         assert!(error.contains("claims the shape"), "{error}");
+    }
+
+    /// Packs of other programs are read without the HDF5 library: single precision, big-endian numbers, and so many other
+    /// datasets that the list of members is a tree of several levels.
+    #[test]
+    fn packs_of_other_programs_are_read() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("pack.h5");
+        let file = options().create(&path).expect("created");
+        for k in 0..400 {
+            file.new_dataset::<i32>().shape([1]).create(&*format!("other {k}")).expect("a dataset");
+        }
+        let place = file.new_dataset::<f32>().shape([2, 3]).create("position").expect("a dataset");
+        place.write_raw(&[0.5_f32, 0.25, -1.5, 3.0, 4.0, 5.0]).expect("written");
+        let radius = file.new_dataset::<f64>().shape([2]).create("radius").expect("a dataset");
+        radius.write_raw(&[0.125, 1.0 / 3.0]).expect("written");
+        drop((place, radius, file));
+        let packing = read(&path).expect("read");
+        assert_eq!(packing.cell, None);
+        let spheres = [
+            Sphere { position: Vec3::new(0.5, 0.25, -1.5), radius: 0.125 },
+            Sphere { position: Vec3::new(3.0, 4.0, 5.0), radius: 1.0 / 3.0 },
+        ];
+        assert_eq!(packing.spheres, spheres);
+        // The same file with the bytes of its radii in the other order, which the flag of their type says.
+        let mut bytes = std::fs::read(&path).expect("bytes");
+        let find = |what: &[u8]| bytes.windows(what.len()).position(|window| window == what).expect("found");
+        let radii = [0.125_f64, 1.0 / 3.0].map(f64::to_le_bytes).concat();
+        let (at, kind) = (find(&radii), find(&[0x11, 0x20, 0x3f, 0, 8, 0, 0, 0]));
+        bytes[at..at + 16].copy_from_slice(&[0.125_f64, 1.0 / 3.0].map(f64::to_be_bytes).concat());
+        bytes[kind + 1] |= 1;
+        std::fs::write(&path, bytes).expect("written");
+        assert_eq!(read(&path).expect("read").spheres, spheres);
+    }
+
+    /// What is not plain is refused with a remedy: chunks, integers, text, no values, another format.
+    #[test]
+    fn other_layouts_are_refused_with_a_remedy() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("pack.h5");
+        let refuse = |what: &str, make: &dyn Fn(&hdf5::File)| {
+            let file = options().create(&path).expect("created");
+            file.new_dataset::<f64>()
+                .shape([1])
+                .create("radius")
+                .expect("a dataset")
+                .write_raw(&[1.0])
+                .expect("written");
+            make(&file);
+            drop(file);
+            let error = read(&path).expect_err(what);
+            assert!(error.contains(what) && error.contains("h5repack") && error.contains("x y z r"), "{what}: {error}");
+        };
+        refuse("is stored in chunks", &|file| {
+            let place = file.new_dataset::<f64>().chunk([1, 3]).shape([1, 3]).create("position").expect("a dataset");
+            place.write_raw(&[1.0, 2.0, 3.0]).expect("written");
+        });
+        refuse("does not hold real numbers", &|file| {
+            let place = file.new_dataset::<i64>().shape([1, 3]).create("position").expect("a dataset");
+            place.write_raw(&[1_i64, 2, 3]).expect("written");
+        });
+        refuse("does not hold real numbers", &|file| {
+            let text: hdf5::types::VarLenUnicode = "1 2 3".parse().expect("text");
+            let place = file.new_dataset::<hdf5::types::VarLenUnicode>().create("position").expect("a dataset");
+            place.write_scalar(&text).expect("written");
+        });
+        refuse("has fewer values", &|file| {
+            file.new_dataset::<f64>().shape([1, 3]).create("position").expect("a dataset");
+        });
+        let mut newer = options();
+        newer.with_fapl(|fapl| fapl.libver_latest());
+        drop(newer.create(&path).expect("created"));
+        let error = read(&path).expect_err("another format");
+        assert!(error.contains("layout") && error.contains("h5repack"), "{error}");
     }
 }

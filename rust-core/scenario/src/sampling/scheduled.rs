@@ -66,19 +66,18 @@ impl ScheduledOperator {
 
     /// Values at a state: the components of each of [`Operator::quantities`], for each cell of the grid (x fastest).
     ///
-    /// An empty region gives not-a-number, not an error, because a moving region may pass through empty space; so do
-    /// half-spaces that the deforming cell no longer bounds.
+    /// An empty region gives not-a-number, not an error, because a moving region may pass through empty space.
     ///
     /// # Errors
-    /// The operator cannot be evaluated on this state.
+    /// The operator cannot be evaluated on this state; also if the deforming cell no longer bounds half-spaces.
     pub fn evaluate(&self, state: &SampledState<'_>) -> Result<Vec<f64>, OperatorError> {
         let rows = self
             .regions(state)
             .iter()
             .map(|region| match self.row(region, state) {
-                Err(
-                    OperatorError::EmptyRegion { .. } | OperatorError::Flat { .. } | OperatorError::Unbounded { .. },
-                ) => Ok(vec![f64::NAN; self.operator.width()]),
+                Err(OperatorError::EmptyRegion { .. } | OperatorError::Flat { .. }) => {
+                    Ok(vec![f64::NAN; self.operator.width()])
+                }
                 other => other,
             })
             .collect::<Result<Vec<_>, _>>()?;

@@ -227,8 +227,9 @@ pub enum Shape {
         size: [Length; 3],
         /// Coordinates of the center, m; default: the origin. Example: `center = ["0 mm", "0 mm", "25 mm"]`.
         center: Option<[Length; 3]>,
-        /// Which spheres stay: "centers" keeps those whose centers lie inside, "whole-spheres" those that lie entirely
-        /// inside; default: "whole-spheres" for a lattice, "centers" for other packings.
+        /// Which spheres stay: "centers" keeps those whose centers lie inside or on the surface, "whole-spheres" those that
+        /// lie entirely inside, both up to 1e-9 of the radius; default: "whole-spheres" for a lattice, "centers" for other
+        /// packings.
         keep: Option<Crop>,
     },
     /// A circular cylinder.
@@ -244,8 +245,9 @@ pub enum Shape {
         axis: Axis,
         /// Coordinates of the center, m; default: the origin. Example: `center = ["0 mm", "0 mm", "25 mm"]`.
         center: Option<[Length; 3]>,
-        /// Which spheres stay: "centers" keeps those whose centers lie inside, "whole-spheres" those that lie entirely
-        /// inside; default: "whole-spheres" for a lattice, "centers" for other packings.
+        /// Which spheres stay: "centers" keeps those whose centers lie inside or on the surface, "whole-spheres" those that
+        /// lie entirely inside, both up to 1e-9 of the radius; default: "whole-spheres" for a lattice, "centers" for other
+        /// packings.
         keep: Option<Crop>,
     },
     /// A hyperboloid of one sheet: a cylinder with a waist.
@@ -264,8 +266,9 @@ pub enum Shape {
         axis: Axis,
         /// Coordinates of the center, m; default: the origin. Example: `center = ["0 mm", "0 mm", "25 mm"]`.
         center: Option<[Length; 3]>,
-        /// Which spheres stay: "centers" keeps those whose centers lie inside, "whole-spheres" those that lie entirely
-        /// inside; default: "whole-spheres" for a lattice, "centers" for other packings.
+        /// Which spheres stay: "centers" keeps those whose centers lie inside or on the surface, "whole-spheres" those that
+        /// lie entirely inside, both up to 1e-9 of the radius; default: "whole-spheres" for a lattice, "centers" for other
+        /// packings.
         keep: Option<Crop>,
     },
     /// The interior of a closed triangulated surface.
@@ -276,8 +279,9 @@ pub enum Shape {
         #[serde(default = "one_meter")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         unit: Length,
-        /// Which spheres stay: "centers" keeps those whose centers lie inside, "whole-spheres" those that lie entirely
-        /// inside; default: "whole-spheres" for a lattice, "centers" for other packings.
+        /// Which spheres stay: "centers" keeps those whose centers lie inside or on the surface, "whole-spheres" those that
+        /// lie entirely inside, both up to 1e-9 of the radius; default: "whole-spheres" for a lattice, "centers" for other
+        /// packings.
         keep: Option<Crop>,
     },
     /// The periodic cell itself, optionally repeated.

@@ -1,0 +1,71 @@
+//! Data that one thread of Python uses at a time.
+//!
+//! A panic during a change leaves the data half changed: from then on they are refused. A panic while they are only read leaves them
+//! as they were, so they stay usable.
+
+use std::ops::Deref;
+use std::sync::{Mutex, MutexGuard, TryLockError};
+
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+
+use crate::errors::detach;
+
+/// Data behind a lock.
+pub struct Shared<T> {
+    content: Mutex<Content<T>>,
+    /// What to say if another thread uses the data.
+    busy: &'static str,
+    /// What to say if a change of the data was interrupted by a panic.
+    faulty: &'static str,
+}
+
+struct Content<T> {
+    data: T,
+    /// Whether a panic has left the data in the middle of a change.
+    fault: bool,
+}
+
+/// The locked data, to read; [`Access::change`] changes them.
+pub struct Access<'a, T>(MutexGuard<'a, Content<T>>);
+
+impl<T> Shared<T> {
+    /// Data with what to say while another thread uses them, and after a panic during a change.
+    pub fn new(data: T, busy: &'static str, faulty: &'static str) -> Self {
+        Self { content: Mutex::new(Content { data, fault: false }), busy, faulty }
+    }
+
+    /// Lock the data; an error if another thread uses them, or if a panic has left them half changed.
+    pub fn lock(&self) -> PyResult<Access<'_, T>> {
+        let content = match self.content.try_lock() {
+            Ok(content) => content,
+            // A thread panicked with the lock held; `fault` says whether it was changing the data.
+            Err(TryLockError::Poisoned(poisoned)) => {
+                self.content.clear_poison();
+                poisoned.into_inner()
+            }
+            Err(TryLockError::WouldBlock) => return Err(PyRuntimeError::new_err(self.busy)),
+        };
+        if content.fault { Err(PyRuntimeError::new_err(self.faulty)) } else { Ok(Access(content)) }
+    }
+}
+
+impl<T> Deref for Access<'_, T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.0.data
+    }
+}
+
+impl<T: Send> Access<'_, T> {
+    /// Change the data, without the interpreter's lock. A panic becomes `concordem.InternalError`, and the data are refused from then
+    /// on.
+    pub fn change<R: Send>(&mut self, py: Python<'_>, work: impl FnOnce(&mut T) -> R + Send) -> PyResult<R> {
+        let Content { data, fault } = &mut *self.0;
+        *fault = true;
+        let outcome = detach(py, || work(data));
+        *fault = outcome.is_err();
+        outcome
+    }
+}

@@ -1,0 +1,22 @@
+//! Warnings about scenarios, for Python.
+
+use concordem::scenario::{Problem, Scenario, ScenarioError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::errors::entry;
+
+/// Give each of these warnings about a scenario as a `concordem.ConcordemWarning` at the calling line of Python. The filters of
+/// Python's `warnings` may turn it into an exception.
+pub fn warn(py: Python<'_>, scenario: &Scenario, warnings: &[Problem]) -> PyResult<()> {
+    for problem in warnings {
+        let text = ScenarioError::new(&scenario.source, vec![problem.clone()]).to_string();
+        let class = py.import("concordem._errors")?.getattr("ConcordemWarning")?;
+        let warning = class.call1((text, entry(&scenario.source, problem)))?;
+        let options = PyDict::new(py);
+        // Functions of this library have no frame of their own, so 1 is the line that called it.
+        options.set_item("stacklevel", 1)?;
+        py.import("warnings")?.call_method("warn", (warning,), Some(&options))?;
+    }
+    Ok(())
+}
