@@ -188,14 +188,13 @@ fn predicted_memory_holds_for_other_scenarios() {
                      region = { kind = \"sphere\", center = [0.02, 0.02, 0.02], radius = 0.01 }\n";
     let snapshots = "[output]\nsnapshot_interval = 1\n";
     // 200 clumps of 60 spheres each, beside the block.
-    let clumps: String = (0..200)
-        .map(|clump| {
-            let spheres: Vec<String> = (0..60)
-                .map(|k| format!("[{}, {}, -0.01, 0.001]", 0.0021 * f64::from(k), 0.0021 * f64::from(clump)))
-                .collect();
-            format!("[[clump]]\nmaterial = \"m\"\nspheres = [{}]\n", spheres.join(", "))
-        })
-        .collect();
+    let clump = |row: u32| {
+        let spheres: Vec<String> = (0..60)
+            .map(|k| format!("[{}, {}, -0.01, 0.001]", 0.0021 * f64::from(k), 0.0021 * f64::from(row)))
+            .collect();
+        format!("[[clump]]\nmaterial = \"m\"\nspheres = [{}]\n", spheres.join(", "))
+    };
+    let clumps = (0..200).map(clump).collect::<Vec<_>>().concat();
     let cell = "[packing.shape]\nkind = \"periodic\"\n";
     let strained = "[loading]\nkind = \"cell-strain\"\nvelocity_gradient = [[-1, 0, 0], [0, 0, 0], [0, 0, 0]]\n";
     let beams = pulled("cohesive_beam", 1.05, "frictional");
