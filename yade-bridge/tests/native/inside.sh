@@ -51,7 +51,7 @@ tell() {
 run test_functor.py 1 &
 functor=$!
 for threads in 1 2; do
-  for script in test_bonds.py test_beams.py test_deformable.py; do
+  for script in test_bonds.py test_beams.py test_deformable.py test_laws.py; do
     status=0
     run "$script" "$threads" || status=$?
     tell "$script" "$threads" "$status"
