@@ -25,13 +25,9 @@ pub enum BondOutcome {
     Lives = 0,
     /// The bond broke.
     Broke = 1,
-<<<<<<< HEAD
-    /// The force is not finite.
-=======
     /// The contact without a bond opened, or was never closed.
     Opened = 2,
-    /// The force is not a number.
->>>>>>> 57c3a8b (Native functors of YADE are generated from laws (not yet proven))
+    /// The force is not finite.
     NotANumber = -1,
     /// The parameters are invalid; the check function of the law gives the reason.
     Parameters = -2,
