@@ -9,11 +9,11 @@
 
 /// Outcome of a step of one contact.
 enum class ConcordemCpmOutcome : int32_t {
-  /// The contact lives on.
+  /// The contact continues.
   Lives = 0,
-  /// The contact is to be deleted.
+  /// The contact must be deleted.
   Lost = 1,
-  /// The strain is not a number.
+  /// The strain is NaN.
   NotANumber = -1,
   /// `damLaw` is neither 0 nor 1.
   DamageLaw = -2,
@@ -23,30 +23,30 @@ enum class ConcordemCpmOutcome : int32_t {
 
 /// Outcome of a step of one bond.
 enum class ConcordemBondOutcome : int32_t {
-  /// The bond holds.
+  /// The bond is intact.
   Lives = 0,
   /// The bond broke.
   Broke = 1,
   /// The contact without a bond opened, or was never closed.
   Opened = 2,
-  /// The force is not a number.
+  /// The force is not finite.
   NotANumber = -1,
-  /// The parameters are invalid; the check function of the law writes why.
+  /// The parameters are invalid; the check function of the law gives the reason.
   Parameters = -2,
   /// The library panicked.
   Internal = -3,
 };
 
-/// Bonds of a scene with the threads that compute their forces.
+/// Bonds of a scene, and the threads that compute their forces.
 struct ConcordemBonds;
 
-/// Working memory and threads of the pass.
+/// Scratch memory and threads of the pass.
 struct ConcordemDeformationScratch;
 
 /// A row of coefficients of a law.
 struct ConcordemLawRow;
 
-/// Parameters, motion, history, and results of one contact. Names are those of YADE's classes; SI units.
+/// Parameters, motion, history, and results of one contact, named as in YADE's classes; SI units.
 struct ConcordemCpmContact {
   double young;
   double shearModulus;
@@ -85,7 +85,7 @@ struct ConcordemCpmContact {
   int32_t damageLaw;
   int32_t neverDamage;
   int32_t cohesive;
-  /// Whether the contact was made in this step.
+  /// Whether the contact was created in this step.
   int32_t fresh;
 };
 
@@ -95,13 +95,13 @@ struct ConcordemBeamParameters {
   double young;
   /// Poisson's ratio.
   double poisson;
-  /// Shear coefficient (Timoshenko) or ratio of the springs (dual spring); other models ignore it.
+  /// Shear coefficient (Timoshenko) or stiffness ratio (dual spring); other models ignore it.
   double shear;
-  /// Tensile strength, Pa; infinite: unbreakable.
+  /// Tensile strength, Pa; infinite for an unbreakable beam.
   double strength;
   /// Cross-section, m².
   double area;
-  /// Length without strain, m; 0 before the first step, which sets it.
+  /// Reference length, m; 0 before the first step, which sets it.
   double length;
   /// Index of the model, in the order of `BeamModel`.
   int32_t model;
@@ -148,15 +148,15 @@ struct ConcordemBeamContact {
   double integrationEnergy;
 };
 
-/// Buffer of the caller that receives an error message, ended by a zero byte.
+/// Caller's buffer for an error message, zero-terminated.
 struct ConcordemMessage {
-  /// First byte of the buffer; null: the message is dropped.
+  /// First byte of the buffer; if null, the message is dropped.
   char *text;
   /// Size of the buffer, bytes.
   size_t capacity;
 };
 
-/// Parameters of a brittle linear bond, as in `LinearBond`; SI units.
+/// Parameters of `LinearBond`, SI units.
 struct ConcordemLinearBondParameters {
   double normalStiffness;
   double shearStiffness;
@@ -173,8 +173,8 @@ struct ConcordemBondedBody {
   double radius;
   /// Mass, kg.
   double mass;
-  /// Surface displacement in this step and in the last one, m: addresses of six reals each (xx, yy, zz, yz, xz, xy), or null for a
-  /// rigid body.
+  /// Surface displacement in this step and in the previous one, m: addresses of six reals each (xx, yy, zz, yz, xz, xy), or null for
+  /// a rigid body.
   const double *surfaceDisplacement[2];
 };
 
@@ -186,10 +186,10 @@ struct ConcordemLinearBondContact {
   double shift[3];
   /// Time step, s.
   double dt;
-  /// Length without force, m; 0 before the first step, which sets it.
+  /// Reference length, m; 0 before the first step, which sets it.
   double referenceLength;
-  /// History: distance of the centers at the last step, m; then the direction from the first body to the second and the fields
-  /// of `LinearBondState`.
+  /// History: distance of the centers at the last step, m, then the unit vector from the first body to the second and the fields of
+  /// `LinearBondState`.
   double length;
   double normal[3];
   double shearDisplacement[3];
@@ -201,13 +201,13 @@ struct ConcordemLinearBondContact {
   double torque[2][3];
   /// Stored energy, J.
   double storedEnergy;
-  /// Energies of this step, J: released by breaking, dissipated by dashpots, error of the work rule.
+  /// Energies of this step, J: dissipated by breaking, dissipated by dashpots, error of the work rule.
   double damageEnergy;
   double viscousEnergy;
   double integrationEnergy;
 };
 
-/// Elastic constants of a particle: `young` (Pa; infinite for a rigid particle) and `poisson`.
+/// Elastic constants of a particle: Young's modulus (Pa; infinite for a rigid particle) and Poisson's ratio.
 struct ConcordemElasticity {
   double young;
   double poisson;
@@ -262,7 +262,7 @@ struct ConcordemLawContact {
 struct ConcordemDeformableBody {
   /// Index of its elasticity.
   uint32_t material;
-  /// Mask of its prescribed degrees of freedom (`Constraint`).
+  /// Bit mask of its prescribed degrees of freedom (`Constraint`).
   uint32_t blocked;
   /// Radius, m.
   double radius;
@@ -279,32 +279,32 @@ struct ConcordemDeformableBody {
   double *stress;
 };
 
-/// Result of a bond in this step.
+/// Force of a bond in this step.
 struct ConcordemBondForce {
   /// Indices of the two bodies.
   uint32_t bodies[2];
-  /// Direction from the first body to the second: address of three reals.
+  /// Unit vector from the first body to the second: address of three reals.
   const double *normal;
   /// Force on the first body, N: address of three reals.
   const double *force;
-  /// Part of the dashpots along the normal, N.
+  /// Normal force of the dashpot, N.
   double normalDashpot;
-  /// Part of the dashpots across the normal, N: address of three reals.
+  /// Shear force of the dashpot, N: address of three reals.
   const double *shearDashpot;
 };
 
-/// A scene for [`concordem_yade_deformation`].
+/// Input of [`concordem_yade_deformation`].
 struct ConcordemDeformableScene {
   const ConcordemDeformableBody *bodies;
   size_t bodyCount;
-  /// Bonds, summed in this order.
+  /// Bonds; sums follow this order.
   const ConcordemBondForce *bonds;
   size_t bondCount;
   const ConcordemElasticity *materials;
   size_t materialCount;
   /// solid, plane-strain, or plane-stress.
   const char *condition;
-  /// Whether forces of dashpots strain the particles.
+  /// Whether dashpot forces strain the particles.
   int32_t dashpots;
 };
 
@@ -316,7 +316,7 @@ struct ConcordemDeformationEnergies {
   double reactions;
 };
 
-/// Columns of `count` bodies, see `Bodies` in `src/assembly/concrete.rs`; vectors are three reals, orientations four.
+/// Columns of `count` bodies, see `Bodies` in `src/assembly/concrete.rs`. Vectors have three reals, orientations four.
 struct ConcordemBodyArrays {
   size_t count;
   const uint32_t *id;
@@ -344,7 +344,7 @@ struct ConcordemContactArrays {
   const double *history;
 };
 
-/// Parameters of concrete between the materials `a` and `b`, as in YADE's material and law.
+/// Parameters of concrete between materials `a` and `b`, as in YADE's material and law.
 struct ConcordemPairCoefficients {
   uint32_t a;
   uint32_t b;
@@ -363,7 +363,7 @@ struct ConcordemPairCoefficients {
   int32_t neverDamage;
 };
 
-/// Edges (m, columns), deformation gradient, and velocity gradient (1/s) of the cell, row by row.
+/// Edges (m, as columns), deformation gradient, and velocity gradient (1/s) of the cell, in row-major order.
 struct ConcordemCellArrays {
   double edges[9];
   double gradient[9];
@@ -378,9 +378,9 @@ struct ConcordemConcreteScene {
   const ConcordemPairCoefficients *pairs;
   size_t pairCount;
   size_t materialCount;
-  /// Name of the measure of motion.
+  /// Name of the kinematics.
   const char *kinematics;
-  /// Form of the law: yade-public, thesis, or woo.
+  /// Formulation of the law: yade-public, thesis, or woo.
   const char *formulation;
   /// Null: not periodic.
   const ConcordemCellArrays *cell;
@@ -388,8 +388,8 @@ struct ConcordemConcreteScene {
   double dt;
 };
 
-/// Counts and energies of an assembly: the energies (J) dissipated by damage, friction, and dashpots, the error of the work rule,
-/// and the stored energy.
+/// Counts and energies of an assembly. Energies in J: dissipated by damage, friction, and dashpots, error of the work rule, and
+/// stored.
 struct ConcordemFacts {
   size_t particles;
   size_t bonds;
@@ -402,19 +402,19 @@ struct ConcordemFacts {
   int32_t threads;
 };
 
-/// The scene at one step.
+/// The scene in one step.
 struct ConcordemBondedStep {
-  /// Whether (1) or not (0) particle `k` is still body `id` of the scene; called from several threads with `context`. States of
-  /// bodies that are gone are not read.
+  /// Returns 1 if particle `k` is still body `id` of the scene, else 0; called from several threads with `context`. States of deleted
+  /// bodies are not read.
   int32_t (*present)(const void *context, size_t k, uint32_t id);
   const void *context;
   /// For each particle the addresses of its position, velocity, angular velocity (three reals each), and orientation (x, y, z, w).
   const double *const (*states)[4];
-  /// For each particle the address of the mask of its prescribed degrees of freedom.
+  /// For each particle the address of the bit mask of its prescribed degrees of freedom.
   const uint32_t *const *blocked;
   /// Null: not periodic.
   const ConcordemCellArrays *cell;
-  /// Stops OpenMP's waiting threads (`omp_pause_resource_all`); null: there are none.
+  /// Stops OpenMP's waiting threads (`omp_pause_resource_all`); null if YADE does not use OpenMP.
   int32_t (*pause)(int32_t kind);
   /// Time step, s.
   double dt;
@@ -424,43 +424,43 @@ struct ConcordemBondedStep {
 
 extern "C" {
 
-/// One step of the concrete law, without energies.
+/// Compute one step of the concrete law, without energies.
 ///
 /// # Safety
 /// `contact` must point to a contact.
 ConcordemCpmOutcome concordem_yade_cpm(ConcordemCpmContact *contact);
 
-/// One step of the concrete law, with energies.
+/// Compute one step of the concrete law, with energies.
 ///
 /// # Safety
 /// `contact` must point to a contact.
 ConcordemCpmOutcome concordem_yade_cpm_with_energy(ConcordemCpmContact *contact);
 
-/// One step of a beam.
+/// Compute one step of a beam.
 ///
 /// # Safety
-/// `contact` must point to a beam whose addresses are those of living bodies and of its history.
+/// `contact` must point to a beam; its addresses must be those of existing bodies and of its history.
 ConcordemBondOutcome concordem_yade_beam(ConcordemBeamContact *contact);
 
-/// Stiffnesses of a beam of known length in tension (N/m), shear (N/m), bending (N·m/rad), and twist (N·m/rad); −1 and a message
-/// if its parameters are invalid.
+/// Write the stiffnesses of a beam of known length: tension (N/m), shear (N/m), bending (N·m/rad), and twist (N·m/rad). Returns 0, or
+/// −1 and a message if the parameters are invalid.
 ///
 /// # Safety
-/// The pointers must be the shim's.
+/// The pointers must be valid.
 int64_t concordem_yade_beam_stiffness(const ConcordemBeamParameters *parameters,
                                       double (*stiffness)[4],
                                       const ConcordemMessage *message);
 
-/// One step of a bond.
+/// Compute one step of a bond.
 ///
 /// # Safety
-/// `contact` must point to a bond whose addresses are those of living bodies.
+/// `contact` must point to a bond; its addresses must be those of existing bodies.
 ConcordemBondOutcome concordem_yade_linear_bond(ConcordemLinearBondContact *contact);
 
-/// Check the parameters of a bond and the elasticities of its two particles: 0, or −1 and a message.
+/// Check the parameters of a bond and the elastic constants of its two particles. Returns 0, or −1 and a message.
 ///
 /// # Safety
-/// The pointers must be the shim's.
+/// The pointers must be valid.
 int64_t concordem_yade_linear_bond_check(const ConcordemLinearBondParameters *parameters,
                                          const ConcordemElasticity (*elasticity)[2],
                                          const ConcordemMessage *message);
@@ -483,75 +483,78 @@ const ConcordemLawRow *concordem_yade_law_row(const char *law,
 /// this law.
 ConcordemBondOutcome concordem_yade_law_step(const ConcordemLawRow *row, ConcordemLawContact *contact);
 
-/// Working memory of the pass with `threads` threads; null and a message if they cannot be started.
+/// Create scratch memory of the pass with `threads` threads. Returns null and a message if they cannot be started.
 ///
 /// # Safety
-/// The message must be the shim's.
+/// `message` must be valid.
 ConcordemDeformationScratch *concordem_yade_deformation_scratch(int32_t threads, const ConcordemMessage *message);
 
-/// Delete working memory of the pass.
+/// Delete scratch memory of the pass.
 ///
 /// # Safety
-/// Made by [`concordem_yade_deformation_scratch`], deleted once.
+/// `scratch` must be from [`concordem_yade_deformation_scratch`] and not deleted yet.
 void concordem_yade_deformation_delete(ConcordemDeformationScratch *scratch);
 
-/// The pass after the forces of a step: from the forces of the bonds follow history, surface displacement, and stress of the
-/// bodies. 0, or −1 and a message.
+/// Run the pass after the forces of a step: compute history, surface displacement, and stress of the bodies from the bond forces.
+/// Returns 0, or −1 and a message.
 ///
 /// # Safety
-/// Arrays of the stated lengths, with addresses in living objects; bodies of bonds are below `body_count`, materials of bodies
-/// below `material_count`.
+/// Arrays must have the stated lengths and contain addresses in existing objects. Body indices must be below `body_count`, material
+/// indices below `material_count`.
 int64_t concordem_yade_deformation(ConcordemDeformationScratch *scratch,
                                    const ConcordemDeformableScene *scene,
                                    ConcordemDeformationEnergies *energies,
                                    const ConcordemMessage *message);
 
-/// Concrete taken over from the scene; null and a message if this is not possible.
+/// Take over concrete from the scene. Returns null and a message if this is not possible.
 ConcordemBonds *concordem_yade_bonds_concrete(const ConcordemConcreteScene *scene,
                                               int32_t threads,
                                               const ConcordemMessage *message);
 
-/// Bonds of a scenario between bodies of the scene, of which only id, mass, and inertia are read; null and a message if this is not
-/// possible.
+/// Create the bonds of a scenario between bodies of the scene; of `bodies`, only id, mass, and inertia are read. Returns null and a
+/// message if this is not possible.
 ConcordemBonds *concordem_yade_bonds_scenario(const char *scenario,
                                               const ConcordemBodyArrays *bodies,
                                               double dt,
                                               int32_t threads,
                                               const ConcordemMessage *message);
 
-/// The assembly that [`concordem_yade_bonds_words`] saved; null and a message if the words are not valid.
+/// Load the assembly that [`concordem_yade_bonds_words`] saved. Returns null and a message if the words are invalid.
 ConcordemBonds *concordem_yade_bonds_load(const int32_t *words, size_t count, int32_t threads, const ConcordemMessage *message);
 
 /// Delete an assembly.
 void concordem_yade_bonds_delete(ConcordemBonds *bonds);
 
-/// Save the assembly: call `take` once with `context`, the words, and their number. 0, or −1 and a message.
+/// Save the assembly: call `take` once with `context`, the words, and their number. Returns 0, or −1 and a message.
 int64_t concordem_yade_bonds_words(const ConcordemBonds *bonds,
                                    void (*take)(void *context, const int32_t *words, size_t count),
                                    void *context,
                                    const ConcordemMessage *message);
 
-/// Counts and energies.
+/// Write counts and energies.
 void concordem_yade_bonds_facts(const ConcordemBonds *bonds, ConcordemFacts *facts);
 
 /// Ids of the bodies in the order of the particles; as many as `Facts::particles`.
 const uint32_t *concordem_yade_bonds_ids(const ConcordemBonds *bonds);
 
-/// Addresses of the forces (N) and torques (N·m) of the last step, three reals for each particle.
+/// Addresses of the forces (N) and torques (N·m) of the last step, three reals per particle.
 void concordem_yade_bonds_forces(const ConcordemBonds *bonds, const double **force, const double **torque);
 
-/// One step at the positions and velocities of the bodies; the number of bonds that broke, or −1 and a message.
+/// Compute one step at the positions and velocities of the bodies. Returns the number of bonds that broke, or −1 and a message.
 int64_t concordem_yade_bonds_step(ConcordemBonds *bonds, const ConcordemBondedStep *step, const ConcordemMessage *message);
 
-/// `Σ l⊗f` over all contacts at the current positions, J: nine reals row by row, branch first. 0, or −1 and a message.
-int64_t concordem_yade_bonds_virial(ConcordemBonds *bonds, double (*virial)[9], const ConcordemMessage *message);
+/// Write the virial `Σ l⊗f` over all contacts at the current positions, J: nine reals in row-major order, branch vector first. Returns
+/// 0, or −1 and a message.
+int64_t concordem_yade_bonds_virial(ConcordemBonds *bonds,
+                                    double (*virial)[9],
+                                    const ConcordemMessage *message);
 
-/// Hash of the C header that this library was built with; the shim compares it with its own.
+/// Hash of the C header that this library was built with. The shim compares it to the hash of its own header.
 uint64_t concordem_yade_header_hash();
 
-/// What `CpmState` shows of each particle: mean loss of strength of its bonds (1 for a broken one), number of broken bonds, and mean
-/// stress (Pa, nine reals row by row, symmetric) over the volume of the sphere at a packing fraction of 0.62, half of each branch
-/// on either side. 0, or −1 and a message.
+/// Compute the attributes of `CpmState` for each particle: mean lost strength of its bonds (1 for a broken one), number of broken
+/// bonds, and mean stress (Pa, nine reals, symmetric). The volume is that of the sphere divided by a solid fraction of 0.62; each
+/// particle gets half of every branch vector. Returns 0, or −1 and a message.
 int64_t concordem_yade_bonds_particles(ConcordemBonds *bonds,
                                        double crack_onset,
                                        double *damage,
@@ -559,9 +562,9 @@ int64_t concordem_yade_bonds_particles(ConcordemBonds *bonds,
                                        double (*stress_of)[9],
                                        const ConcordemMessage *message);
 
-/// What `CpmState` shows of each particle: mean loss of strength of its bonds (1 for a broken one), number of broken bonds, and mean
-/// stress (Pa, nine reals row by row, symmetric) over the volume of the sphere at a packing fraction of 0.62, half of each branch
-/// on either side. 0, or −1 and a message.
+/// Compute the attributes of `CpmState` for each particle: mean lost strength of its bonds (1 for a broken one), number of broken
+/// bonds, and mean stress (Pa, nine reals, symmetric). The volume is that of the sphere divided by a solid fraction of 0.62; each
+/// particle gets half of every branch vector. Returns 0, or −1 and a message.
 int64_t concordem_yade_bonds_particles(ConcordemBonds *bonds,
                                        double crack_onset,
                                        double *damage,
@@ -800,4 +803,4 @@ static_assert(offsetof(ConcordemBondedStep, dt) == 48 && sizeof(ConcordemBondedS
 static_assert(offsetof(ConcordemBondedStep, sample) == 56 && sizeof(ConcordemBondedStep::sample) == 4, "ConcordemBondedStep::sample");
 static_assert(sizeof(ConcordemBondedStep) == 64 && alignof(ConcordemBondedStep) == 8, "ConcordemBondedStep");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x5ee8c8bb15bd4258)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x49ba8c5a9d8a9784)
