@@ -172,11 +172,16 @@ unsafe fn step<L: ContactLaw, const BONDED: bool>(law: &L, c: &mut LawContact) -
 /// A row of coefficients of a law.
 pub struct LawRow(Box<dyn Row>);
 
-/// The table of law `L` in the text of a material.
+/// The table of law `L` in the text of a material. Failure of whole particles is refused, because a functor knows one contact only.
 fn table<L: RegisteredLaw>(text: &str) -> Result<L::Table, String> {
     let table: L::Table = toml::from_str(text).map_err(|error| error.message().trim().replace('\n', "; "))?;
     match table.faults().first() {
-        None => Ok(table),
+        None => match table.keys_of_particles().first() {
+            None => Ok(table),
+            Some(key) => {
+                Err(format!("functors cannot use {key}, which breaks all bonds of a particle; use BondedEngine_Rust"))
+            }
+        },
         Some(fault) => Err(format!(
             "{}{}{}: {}",
             fault.key,

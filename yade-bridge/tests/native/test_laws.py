@@ -103,6 +103,7 @@ def test_mistakes_are_named():
         (dict(radius=math.nan), "the radius of the beam is missing"),
         (dict(model="iron"), "unknown variant `iron`"),
         (dict(young=-1.0), "young = -1 must be positive and finite"),
+        (dict(hydrostaticStrength=1e6), "functors cannot use hydrostatic_strength"),
     ):
         generated_whip(**options)
         run(2)
