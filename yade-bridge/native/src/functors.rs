@@ -26,7 +26,7 @@ enum Kind {
 
 /// A key of a table.
 struct Key {
-    key: String,
+    name: String,
     attribute: String,
     kind: Kind,
     default: String,
@@ -104,7 +104,7 @@ fn keys<L: RegisteredLaw>() -> Vec<Key> {
             (_, default) => format!(" {default} when left out."),
         };
         Key {
-            key: key.clone(),
+            name: key.clone(),
             attribute,
             kind,
             default: match kind {
@@ -299,8 +299,8 @@ impl Law {
     fn bodies(&self, out: &mut String) -> std::fmt::Result {
         let [material, physics, ..] = classes(self);
         writeln!(out, "string {material}::table() const\n{{\n\tTomlTable table;")?;
-        for Key { key, attribute, .. } in &self.keys {
-            writeln!(out, "\ttable.add(\"{key}\", {attribute});")?;
+        for Key { name, attribute, .. } in &self.keys {
+            writeln!(out, "\ttable.add(\"{name}\", {attribute});")?;
         }
         writeln!(out, "\treturn table.text;\n}}\n\nvoid {physics}::write(double* reals) const\n{{\n\t(void)reals;")?;
         for (write, head) in [(true, ""), (false, "take")] {
@@ -344,7 +344,7 @@ pub fn source(hand_written: &str) -> Result<(String, Vec<String>), std::fmt::Err
         law.maker(&mut out)?;
         names.extend(classes(law));
     }
-    writeln!(out, "YADE_PLUGIN({});\n", names.iter().map(|name| format!("({name})")).collect::<String>())?;
+    writeln!(out, "YADE_PLUGIN(({}));\n", names.join(")("))?;
     for law in &laws {
         law.bodies(&mut out)?;
     }

@@ -242,13 +242,12 @@ pub unsafe extern "C" fn concordem_yade_law_row(
             let name = LawName::of_key(&law).ok_or_else(|| format!("there is no law `{law}`"))?;
             let key = (name, bonded != 0, one, two);
             let mut rows = ROWS.lock().unwrap_or_else(PoisonError::into_inner);
-            let row = match rows.get(&key) {
-                Some(row) => *row,
-                None => {
-                    let row: &'static LawRow = Box::leak(Box::new(row_of(name, key.1, &key.2, &key.3)?));
-                    rows.insert(key, row);
-                    row
-                }
+            let row = if let Some(row) = rows.get(&key) {
+                *row
+            } else {
+                let row: &'static LawRow = Box::leak(Box::new(row_of(name, key.1, &key.2, &key.3)?));
+                rows.insert(key, row);
+                row
             };
             found = std::ptr::from_ref(row);
             Ok::<_, String>(0)
