@@ -2,6 +2,7 @@
 """Runs the new laws of the copy TREE in every host and compares them with closed forms and with each other.
 
     hosts.py TREE FOLDER        FOLDER/site holds the Python package of the copy; results go to FOLDER
+    hosts.py TREE FOLDER native     the results of YADE's native functors in FOLDER/native.json, against those of the first call
 """
 import json
 import os
@@ -126,9 +127,19 @@ def judge_against_solver(verdicts, host, theirs, ours, hinge):
         verdicts.at_most(f"{host} and the solver: hinge, {motion}", np.abs(one - two).max() / np.abs(two).max(), PULLED if motion == "pull" else ROUNDING, "rounding")
 
 
-def main(tree, folder):
+def native(folder, adhesion, hinge):
+    found = {name: json.loads((folder / f"{name}.json").read_text()) for name in ("native", "python")}
+    verdicts = Verdicts()
+    judge_closed_forms(verdicts, {"native functors": found["native"]}, adhesion, hinge)
+    judge_against_solver(verdicts, "native functors", found["native"], found["python"], hinge)
+    return 1 if verdicts.failed else 0
+
+
+def main(tree, folder, what=""):
     tree, folder = Path(tree).resolve(), Path(folder).resolve()
     adhesion, hinge = Adhesion(tree / "pull.toml"), Hinge()
+    if what == "native":
+        return native(folder, adhesion, hinge)
     found = {"program": program(folder, adhesion, hinge), "python": python(folder, adhesion), "yade": yade(folder, adhesion)}
     for name, host, route in (("liggghts", "liggghts", "fix"), ("lammps", "lammps", "fix"), ("lammps styles", "lammps", "style")):
         found[name] = Program(host, route, tree, folder / name.replace(" ", "-")).all(adhesion, hinge)

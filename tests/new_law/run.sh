@@ -37,4 +37,28 @@ echo "built in $((SECONDS - started)) s"
 started=$SECONDS
 "$python" "$here/hosts.py" "$tree" "$root"
 CI=1 PYTHONPATH=validation:$root/site "$python" -m concordem_validate run --verbose --fresh --output "$root/validate" new-adhesion new-hinge
+# Native functors of YADE, whose classes are generated from the laws, in the Debian 13 of yade-bridge/tests/native.
+chroot=$tree/yade-bridge/tests/native/chroot.sh
+if [ "$(id -u)" != 0 ]; then
+  echo "the native functors of YADE were NOT tested: their Debian 13 needs root; run $0 as root" >&2
+  [ -z "${CI:-}" ] || exit 1
+else
+  "$chroot" make
+  shared=$root/debian-13
+  rm -rf "$shared"
+  mkdir -p "$shared/lib"
+  cp -r "$root/site" "$shared/site"
+  cp "$here"/*.py pull.toml "$shared/"
+  # The wheel is made on Debian 12 and asks for its HDF5, which Debian 13 has in another version.
+  cp -L "$(ldconfig -p | sed -n 's/.*libhdf5_serial\.so\.103 .*=> //p' | head -1)" "$shared/lib/"
+  cat >"$shared/native.sh" <<'END'
+export PYTHONPATH=/mnt/site LD_LIBRARY_PATH=/mnt/lib CONCORDEM_YADE_PLUGINS=/mnt/plugins
+export NEW_LAW_NATIVE=1 NEW_LAW_PULL=/mnt/pull.toml NEW_LAW_OUT=/mnt/native.json
+python3 -m concordem.yade build && yade -n -x -j1 /mnt/in_yade.py
+END
+  "$chroot" run "$shared" bash /mnt/native.sh >"$root/native.log" 2>&1 || { tail -n 60 "$root/native.log" >&2; exit 1; }
+  [ -f "$shared/native.json" ] || { tail -n 60 "$root/native.log" >&2; exit 1; }
+  mv "$shared/native.json" "$root/"
+  "$python" "$here/hosts.py" "$tree" "$root" native
+fi
 echo "ran in $((SECONDS - started)) s"

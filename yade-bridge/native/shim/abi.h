@@ -27,6 +27,8 @@ enum class ConcordemBondOutcome : int32_t {
   Lives = 0,
   /// The bond broke.
   Broke = 1,
+  /// The contact without a bond opened, or was never closed.
+  Opened = 2,
   /// The force is not finite.
   NotANumber = -1,
   /// The parameters are invalid; the check function of the law gives the reason.
@@ -40,6 +42,9 @@ struct ConcordemBonds;
 
 /// Scratch memory and threads of the pass.
 struct ConcordemDeformationScratch;
+
+/// A row of coefficients of a law.
+struct ConcordemLawRow;
 
 /// Parameters, motion, history, and results of one contact, named as in YADE's classes; SI units.
 struct ConcordemCpmContact {
@@ -206,6 +211,51 @@ struct ConcordemLinearBondContact {
 struct ConcordemElasticity {
   double young;
   double poisson;
+};
+
+/// A body of a contact.
+struct ConcordemLawBody {
+  ConcordemBodyMotion motion;
+  /// Radius, m.
+  double radius;
+  /// Mass, kg.
+  double mass;
+};
+
+/// Motion, history, and results of one contact; SI units.
+struct ConcordemLawContact {
+  ConcordemLawBody bodies[2];
+  /// Displacement of the second body's periodic image, m.
+  double shift[3];
+  /// Velocity of this displacement, m/s.
+  double shiftVelocity[3];
+  /// Time step, s.
+  double dt;
+  /// Mean radius of the bonded spheres, m.
+  double meanRadius;
+  /// Length without strain, m, and area, m²; a length of 0 before the first step, which sets both.
+  double referenceLength;
+  double area;
+  /// Distance of the centers at the last step, m, and the direction from the first body to the second.
+  double length;
+  double normal[3];
+  /// History: address of the reals of the law.
+  double *history;
+  /// Force on the first body, N; the second gets the opposite.
+  double force[3];
+  /// Torques on both bodies about their centers, N·m.
+  double torque[2][3];
+  /// Moment on the first body about the contact point, N·m.
+  double moment[3];
+  /// Stiffnesses in tension and shear, N/m, bending and twist, N·m/rad.
+  double stiffness[4];
+  /// Stored energy, J.
+  double storedEnergy;
+  /// Energies of this step, J: dissipated by damage, friction, dashpots; error of the work rule.
+  double damageEnergy;
+  double frictionEnergy;
+  double viscousEnergy;
+  double integrationEnergy;
 };
 
 /// A deformable body with the addresses of its history and results, six reals each (xx, yy, zz, yz, xz, xy).
@@ -415,6 +465,24 @@ int64_t concordem_yade_linear_bond_check(const ConcordemLinearBondParameters *pa
                                          const ConcordemElasticity (*elasticity)[2],
                                          const ConcordemMessage *message);
 
+/// The row of `law` between two materials, whose tables are TOML; it lives as long as the program. Null and a message if it cannot
+/// be made.
+///
+/// # Safety
+/// `law`, `one`, and `two` must be strings that end in zero.
+const ConcordemLawRow *concordem_yade_law_row(const char *law,
+                                              int32_t bonded,
+                                              const char *one,
+                                              const char *two,
+                                              const ConcordemMessage *message);
+
+/// One step of a contact.
+///
+/// # Safety
+/// `row` must come from [`concordem_yade_law_row`]; the addresses in `contact` must be those of living bodies and of a history of
+/// this law.
+ConcordemBondOutcome concordem_yade_law_step(const ConcordemLawRow *row, ConcordemLawContact *contact);
+
 /// Create scratch memory of the pass with `threads` threads. Returns null and a message if they cannot be started.
 ///
 /// # Safety
@@ -605,6 +673,30 @@ static_assert(offsetof(ConcordemLinearBondContact, damageEnergy) == 384 && sizeo
 static_assert(offsetof(ConcordemLinearBondContact, viscousEnergy) == 392 && sizeof(ConcordemLinearBondContact::viscousEnergy) == 8, "ConcordemLinearBondContact::viscousEnergy");
 static_assert(offsetof(ConcordemLinearBondContact, integrationEnergy) == 400 && sizeof(ConcordemLinearBondContact::integrationEnergy) == 8, "ConcordemLinearBondContact::integrationEnergy");
 static_assert(sizeof(ConcordemLinearBondContact) == 408 && alignof(ConcordemLinearBondContact) == 8, "ConcordemLinearBondContact");
+static_assert(offsetof(ConcordemLawBody, motion) == 0 && sizeof(ConcordemLawBody::motion) == 32, "ConcordemLawBody::motion");
+static_assert(offsetof(ConcordemLawBody, radius) == 32 && sizeof(ConcordemLawBody::radius) == 8, "ConcordemLawBody::radius");
+static_assert(offsetof(ConcordemLawBody, mass) == 40 && sizeof(ConcordemLawBody::mass) == 8, "ConcordemLawBody::mass");
+static_assert(sizeof(ConcordemLawBody) == 48 && alignof(ConcordemLawBody) == 8, "ConcordemLawBody");
+static_assert(offsetof(ConcordemLawContact, bodies) == 0 && sizeof(ConcordemLawContact::bodies) == 96, "ConcordemLawContact::bodies");
+static_assert(offsetof(ConcordemLawContact, shift) == 96 && sizeof(ConcordemLawContact::shift) == 24, "ConcordemLawContact::shift");
+static_assert(offsetof(ConcordemLawContact, shiftVelocity) == 120 && sizeof(ConcordemLawContact::shiftVelocity) == 24, "ConcordemLawContact::shiftVelocity");
+static_assert(offsetof(ConcordemLawContact, dt) == 144 && sizeof(ConcordemLawContact::dt) == 8, "ConcordemLawContact::dt");
+static_assert(offsetof(ConcordemLawContact, meanRadius) == 152 && sizeof(ConcordemLawContact::meanRadius) == 8, "ConcordemLawContact::meanRadius");
+static_assert(offsetof(ConcordemLawContact, referenceLength) == 160 && sizeof(ConcordemLawContact::referenceLength) == 8, "ConcordemLawContact::referenceLength");
+static_assert(offsetof(ConcordemLawContact, area) == 168 && sizeof(ConcordemLawContact::area) == 8, "ConcordemLawContact::area");
+static_assert(offsetof(ConcordemLawContact, length) == 176 && sizeof(ConcordemLawContact::length) == 8, "ConcordemLawContact::length");
+static_assert(offsetof(ConcordemLawContact, normal) == 184 && sizeof(ConcordemLawContact::normal) == 24, "ConcordemLawContact::normal");
+static_assert(offsetof(ConcordemLawContact, history) == 208 && sizeof(ConcordemLawContact::history) == 8, "ConcordemLawContact::history");
+static_assert(offsetof(ConcordemLawContact, force) == 216 && sizeof(ConcordemLawContact::force) == 24, "ConcordemLawContact::force");
+static_assert(offsetof(ConcordemLawContact, torque) == 240 && sizeof(ConcordemLawContact::torque) == 48, "ConcordemLawContact::torque");
+static_assert(offsetof(ConcordemLawContact, moment) == 288 && sizeof(ConcordemLawContact::moment) == 24, "ConcordemLawContact::moment");
+static_assert(offsetof(ConcordemLawContact, stiffness) == 312 && sizeof(ConcordemLawContact::stiffness) == 32, "ConcordemLawContact::stiffness");
+static_assert(offsetof(ConcordemLawContact, storedEnergy) == 344 && sizeof(ConcordemLawContact::storedEnergy) == 8, "ConcordemLawContact::storedEnergy");
+static_assert(offsetof(ConcordemLawContact, damageEnergy) == 352 && sizeof(ConcordemLawContact::damageEnergy) == 8, "ConcordemLawContact::damageEnergy");
+static_assert(offsetof(ConcordemLawContact, frictionEnergy) == 360 && sizeof(ConcordemLawContact::frictionEnergy) == 8, "ConcordemLawContact::frictionEnergy");
+static_assert(offsetof(ConcordemLawContact, viscousEnergy) == 368 && sizeof(ConcordemLawContact::viscousEnergy) == 8, "ConcordemLawContact::viscousEnergy");
+static_assert(offsetof(ConcordemLawContact, integrationEnergy) == 376 && sizeof(ConcordemLawContact::integrationEnergy) == 8, "ConcordemLawContact::integrationEnergy");
+static_assert(sizeof(ConcordemLawContact) == 384 && alignof(ConcordemLawContact) == 8, "ConcordemLawContact");
 static_assert(offsetof(ConcordemElasticity, young) == 0 && sizeof(ConcordemElasticity::young) == 8, "ConcordemElasticity::young");
 static_assert(offsetof(ConcordemElasticity, poisson) == 8 && sizeof(ConcordemElasticity::poisson) == 8, "ConcordemElasticity::poisson");
 static_assert(sizeof(ConcordemElasticity) == 16 && alignof(ConcordemElasticity) == 8, "ConcordemElasticity");
@@ -711,4 +803,4 @@ static_assert(offsetof(ConcordemBondedStep, dt) == 48 && sizeof(ConcordemBondedS
 static_assert(offsetof(ConcordemBondedStep, sample) == 56 && sizeof(ConcordemBondedStep::sample) == 4, "ConcordemBondedStep::sample");
 static_assert(sizeof(ConcordemBondedStep) == 64 && alignof(ConcordemBondedStep) == 8, "ConcordemBondedStep");
 
-#define CONCORDEM_HEADER_HASH UINT64_C(0x2692bc4080f4b25a)
+#define CONCORDEM_HEADER_HASH UINT64_C(0x49ba8c5a9d8a9784)

@@ -213,6 +213,7 @@ template <class Contact, class Physics, class Functor> bool stepBond(Functor& la
 		law.broken++;
 		return false;
 	}
+	if (outcome == ConcordemBondOutcome::Opened) return false;
 	law.show(c, phys);
 	const Vector3r f = read(c.force), n = read(c.normal);
 	phys.normalForce = -f.dot(n) * n;

@@ -25,6 +25,8 @@ pub enum BondOutcome {
     Lives = 0,
     /// The bond broke.
     Broke = 1,
+    /// The contact without a bond opened, or was never closed.
+    Opened = 2,
     /// The force is not finite.
     NotANumber = -1,
     /// The parameters are invalid; the check function of the law gives the reason.

@@ -10,6 +10,7 @@ use crate::body_motion::BodyMotion;
 use crate::bonded_engine::{BodyArrays, BondedStep, CellArrays, ConcreteScene, ContactArrays, Facts, PairCoefficients};
 use crate::concrete::CpmContact;
 use crate::deformation::{BondForce, DeformableBody, DeformableScene, DeformationEnergies, Elasticity};
+use crate::law_contact::{LawBody, LawContact};
 use crate::linear_bond::{BondedBody, LinearBondContact, LinearBondParameters};
 
 #[test]
@@ -20,6 +21,7 @@ fn c_header_is_current() {
         "concrete",
         "beam",
         "linear_bond",
+        "law_contact",
         "deformation",
         "bonded_engine/arrays",
         "bonded_engine/mod",
@@ -44,6 +46,8 @@ fn c_header_is_current() {
             LinearBondParameters::type_layout(),
             BondedBody::type_layout(),
             LinearBondContact::type_layout(),
+            LawBody::type_layout(),
+            LawContact::type_layout(),
             Elasticity::type_layout(),
             DeformableBody::type_layout(),
             BondForce::type_layout(),

@@ -11,4 +11,6 @@ mod bonded_engine;
 mod c_header;
 pub mod concrete;
 mod deformation;
+pub mod functors;
+mod law_contact;
 mod linear_bond;

@@ -6,7 +6,11 @@ cd /mnt/repo/yade-bridge/tests/native
 what=${1:-tests}
 # Waiting threads must not spin while tests run in parallel. Speed measurements keep the default, as for users.
 [ "$what" = speed ] || export OMP_WAIT_POLICY=passive
-[ "$what" = speed ] || python3 test_build.py
+started=$SECONDS
+if [ "$what" != speed ]; then
+  python3 test_build.py
+  echo "test_build.py took $((SECONDS - started)) s"
+fi
 started=$SECONDS
 python3 -m concordem.yade build
 echo "building the plugin took $((SECONDS - started)) s"
@@ -18,6 +22,7 @@ if [ "$what" = speed ]; then
   exit
 fi
 
+started=$SECONDS
 # This YADE must reproduce the gold data of YADE 2023.02a byte for byte, with its law and with ours.
 for law in Law2_ScGeom_CpmPhys_Cpm Law2_ScGeom_CpmPhys_Rust; do
   mkdir -p "/tmp/$law"
@@ -31,15 +36,20 @@ for law in Law2_ScGeom_CpmPhys_Cpm Law2_ScGeom_CpmPhys_Rust; do
   fi
 done
 
-# SCRIPT THREADS: run the script and keep its output.
+echo "both took $((SECONDS - started)) s"
+
+# SCRIPT THREADS: run the script; keep its output, and how long it took.
 run() {
+  local started=$SECONDS status=0
   # Without a terminal, YADE exits with 0 even if a script fails early, so check the last line of its output.
   mkdir -p "/tmp/$1-$2"
-  BRIDGE_WORK=/tmp/$1-$2 yade -n -x "-j$2" "$1" >"/tmp/$1-$2.log" 2>&1 && grep -q '^ALL TESTS PASSED' "/tmp/$1-$2.log"
+  { BRIDGE_WORK=/tmp/$1-$2 yade -n -x "-j$2" "$1" >"/tmp/$1-$2.log" 2>&1 && grep -q '^ALL TESTS PASSED' "/tmp/$1-$2.log"; } || status=1
+  echo $((SECONDS - started)) >"/tmp/$1-$2.seconds"
+  return $status
 }
 tell() {
   if [ "$3" = 0 ]; then
-    echo "$1 -j$2: $(grep -c '^ok ' "/tmp/$1-$2.log") tests passed"
+    echo "$1 -j$2: $(grep -c '^ok ' "/tmp/$1-$2.log") tests passed in $(cat "/tmp/$1-$2.seconds") s"
     grep '^COST' "/tmp/$1-$2.log" || true
   else
     echo "$1 -j$2 FAILED:" >&2
@@ -51,7 +61,7 @@ tell() {
 run test_functor.py 1 &
 functor=$!
 for threads in 1 2; do
-  for script in test_bonds.py test_beams.py test_deformable.py; do
+  for script in test_bonds.py test_beams.py test_deformable.py test_laws.py; do
     status=0
     run "$script" "$threads" || status=$?
     tell "$script" "$threads" "$status"
@@ -67,5 +77,7 @@ if [ "$(wc -l </tmp/bits)" != 10 ] || [ "$(sort -u /tmp/bits | wc -l)" != 5 ]; t
   failed=1
 fi
 # YADE's examples with one added line.
+started=$SECONDS
 python3 examples.py native || failed=1
+echo "the examples took $((SECONDS - started)) s"
 exit $failed

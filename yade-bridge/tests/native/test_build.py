@@ -1,10 +1,12 @@
-"""Errors of `python3 -m concordem.yade build`."""
+"""Errors of `python3 -m concordem.yade build`, and its cache of objects."""
 
 import os
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+from concordem.yade import _build
 
 
 def build(*arguments, **environment):
@@ -49,4 +51,45 @@ with tempfile.NamedTemporaryFile("w", suffix=".py") as file:
     environment = {**os.environ, "CONCORDEM_YADE_PLUGINS": "/nowhere"}
     done = subprocess.run(["yade", "-n", "-x", "-j1", file.name], capture_output=True, text=True, env=environment, check=False)
     check(done.stdout + done.stderr, "python3 -m concordem.yade build")
+
+# An object is compiled again if a header, the flags, or the compiler has changed, and only then. Objects of the cache are kept by use.
+with tempfile.TemporaryDirectory() as folder:
+    os.environ["XDG_CACHE_HOME"] = f"{folder}/cache"
+    here = Path(folder)
+    (here / "number.hpp").write_text("const int number = 1;\n")
+    # A program in front of the compiler: other bytes are another compiler.
+    compiler = here / "g++"
+
+    def compiler_says(word):
+        compiler.write_text(f'#!/bin/sh\n# {word}\nexec g++ "$@"\n')
+        compiler.chmod(0o755)
+
+    def compiled(*flags, source='#include "number.hpp"\nint found() { return number; }\n'):
+        """Whether the compiler ran, and the object."""
+        said = []
+        with tempfile.TemporaryDirectory(dir=folder) as work:
+            unit = Path(work) / "unit.cpp"
+            unit.write_text(source)
+            made = _build.object_file(str(compiler), ["-O2", f"-I{folder}", *flags], unit, "unit.cpp", said.append).read_bytes()
+        (message,) = said
+        return message.startswith("compiling"), made
+
+    compiler_says("one")
+    new, first = compiled()
+    assert new and compiled() == (False, first)
+    (here / "number.hpp").write_text("const int number = 2;\n")
+    new, second = compiled()
+    assert new and second != first and compiled() == (False, second)
+    assert compiled("-DNUMBER=1")[0] and not compiled("-DNUMBER=1")[0]
+    compiler_says("two")
+    assert compiled() == (True, second)
+    (here / "number.hpp").write_text("const int number = 1;\n")
+    compiler_says("one")
+    # The fifth object pushes out the oldest one, unless it was used since.
+    assert _build.KEPT == 4 and not compiled()[0]
+    assert compiled(source="int found() { return 5; }\n")[0] and not compiled()[0]
+    assert len(list(_build.cache_folder().glob("*"))) == 4
+    # A cache that cannot be written is no error.
+    os.environ["XDG_CACHE_HOME"] = f"{folder}/number.hpp"
+    assert compiled() == (True, first)
 print("test_build.py: passed")

@@ -1,18 +1,20 @@
 """A minimal test runner, because YADE's Python has no pytest. Every test starts with a new scene."""
 
 import sys
+import time
 import traceback
 
 
 def main(namespace):
-    """Run every function test_*; if all pass, print a line that run.sh looks for."""
+    """Run every function test_* and tell how long each took; if all pass, print a line that run.sh looks for."""
     failed = 0
     for name, function in list(namespace.items()):
         if not name.startswith("test_") or not callable(function):
             continue
+        started = time.perf_counter()
         try:
             function()
-            print("ok", name)
+            print("ok", name, f"{time.perf_counter() - started:.1f} s")
         except Exception:
             failed += 1
             print("FAILED", name)

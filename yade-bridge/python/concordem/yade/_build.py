@@ -6,6 +6,7 @@ headers include. It does not need Rust: the wheel contains the compiled library.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import re
@@ -102,6 +103,11 @@ def inside(yade: str, script: str) -> str:
     return done.stdout + done.stderr
 
 
+def cache_folder() -> Path:
+    """Folder of what can be made again: YADE's headers, compiled shims."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "concordem"
+
+
 def version_of(tree: Path) -> str | None:
     """Version of a source tree; None if it has no file RELEASE."""
     release = tree / "RELEASE"
@@ -116,7 +122,7 @@ def headers(version: str, log: Any = print) -> Path:
         if not (tree / "core/Scene.hpp").is_file():
             fail(f"YADE_SRC is {given}, which has no core/Scene.hpp; give the root of YADE's sources", "NoHeaders")
         return check_version(tree, version, f"YADE_SRC ({given})")
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "concordem" / f"yade-{version}"
+    cache = cache_folder() / f"yade-{version}"
     if not (cache / "core/Scene.hpp").is_file():
         fetch(version, cache, log)
     return check_version(cache, version, str(cache))
@@ -242,6 +248,68 @@ def check_compiler(compiler: str, found: dict[str, Any]) -> None:
         fail(f"YADE was built with {found['compiler']}, but {compiler} is version {gcc}; give the right one: build --compiler g++-{made.group(1)}", "Compiler")
 
 
+#: Compiled shims that the cache keeps.
+KEPT = 4
+
+
+def identity(compiler: str) -> bytes:
+    """Hash of the programs that turn preprocessed source into an object: driver, compiler, assembler."""
+    found = hashlib.sha256()
+    for name in ("", "cc1plus", "as"):
+        program = compiler
+        if name:
+            asked = subprocess.run([compiler, f"-print-prog-name={name}"], capture_output=True, text=True, check=False)
+            program = asked.stdout.strip()
+        path = shutil.which(program)
+        found.update(f"{program} {path}\n".encode())
+        if path:
+            found.update(Path(path).read_bytes())
+    return found.digest()
+
+
+def object_file(compiler: str, flags: list[str], unit: Path, names: str, log: Any) -> Path:
+    """The object of a unit, compiled beside it or from the cache.
+
+    An object depends on the preprocessed source, which contains every header, on the flags, and on the compiler. Their hash is its name in
+    the cache. The library is not part of it: another library is linked with the same object.
+    """
+    folder, whole = unit.parent, unit.with_suffix(".ii")
+    # Relative names, because the preprocessor writes them to its output.
+    done = subprocess.run([compiler, *flags, "-E", unit.name, "-o", whole.name], cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode:
+        fail(f"the plugin does not compile:\n{done.stderr[-4000:]}", "Compiler")
+    found = hashlib.sha256(identity(compiler))
+    found.update(json.dumps(flags).encode())
+    found.update(whole.read_bytes())
+    kept = cache_folder() / f"yade-shim-{found.hexdigest()[:32]}.o"
+    if kept.is_file():
+        log(f"{names} have not changed since they were compiled ({kept})")
+        os.utime(kept)
+        return kept
+    log(f"compiling {names} (some minutes)")
+    compiled = unit.with_suffix(".o")
+    # What was hashed is what is compiled.
+    done = subprocess.run([compiler, *flags, "-c", whole.name, "-o", compiled.name], cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode:
+        fail(f"the plugin does not compile:\n{done.stdout[-2000:]}{done.stderr[-4000:]}", "Compiler")
+    keep(compiled, kept)
+    return compiled
+
+
+def keep(compiled: Path, kept: Path) -> None:
+    """Copy an object to the cache, atomically, and delete the objects that were not used for longest. A cache that cannot be written is
+    no error."""
+    try:
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=kept.parent, delete=False) as partial:
+            partial.write(compiled.read_bytes())
+        os.replace(partial.name, kept)
+        for old in sorted(kept.parent.glob("yade-shim-*.o"), key=lambda file: file.stat().st_mtime)[:-KEPT]:
+            old.unlink(missing_ok=True)
+    except OSError:
+        pass
+
+
 def build(yade: str = "yade", compiler: str = "g++", log: Any = print) -> Path:
     """Compile the plugin for a YADE and check it there; return its path."""
     parts = _native.staged()
@@ -263,12 +331,9 @@ def build(yade: str = "yade", compiler: str = "g++", log: Any = print) -> Path:
         common.append("-frounding-math")
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         # One unit: most of the time goes into YADE's own headers, which each unit would read again.
-        unit, compiled = Path(folder) / "unit.cpp", Path(folder) / "unit.o"
+        unit = Path(folder) / "unit.cpp"
         unit.write_text("".join(f'#include "{source.name}"\n' for source in sources))
-        log(f"compiling {', '.join(source.name for source in sources)} (some minutes)")
-        done = subprocess.run([compiler, *common, "-c", str(unit), "-o", str(compiled)], capture_output=True, text=True, check=False)
-        if done.returncode:
-            fail(f"the plugin does not compile against the headers in {tree}:\n{done.stdout[-2000:]}{done.stderr[-4000:]}", "Compiler")
+        compiled = object_file(compiler, common, unit, ", ".join(source.name for source in sources), log)
         made = Path(folder) / "plugin.so"
         # Hide the library's symbols, but not those of the shim's C++ classes, which boost::serialization needs.
         command = [compiler, "-shared", "-fopenmp", "-o", str(made), str(compiled), str(library)]

@@ -18,7 +18,7 @@ from typing import Any
 
 from .._errors import YadeError
 
-#: Classes of the plugin, bases first.
+#: Classes of the plugin that are written by hand, bases first; those of other laws are generated (:func:`classes`).
 CLASSES = (
     "CpmPhys_Rust",
     "Ip2_CpmMat_CpmMat_CpmPhys_Rust",
@@ -82,6 +82,12 @@ def staged() -> Path:
     return Path(__file__).parent / "native"
 
 
+def classes() -> tuple[str, ...]:
+    """All classes of the plugin, bases first."""
+    generated = staged() / "classes.txt"
+    return (*CLASSES, *(generated.read_text().split() if generated.is_file() else ()))
+
+
 def stamp() -> str:
     """Hash of the files in :func:`staged`."""
     parts = staged()
@@ -126,11 +132,11 @@ def load(path: Path | None = None) -> None:
     library.concordem_yade_difference.restype = ctypes.py_object
     library.concordem_yade_difference.argtypes = [ctypes.py_object, ctypes.py_object]
     compare(library.concordem_yade_samples())
-    library.concordem_yade_register(list(CLASSES))
+    library.concordem_yade_register(list(classes()))
     import yade
     import yade.wrapper
 
-    for name in CLASSES:
+    for name in classes():
         made = getattr(yade.wrapper, name, None)
         if made is None:
             raise YadeError(f"YADE did not register the class {name}; please report this", "Layout")
