@@ -326,7 +326,7 @@ def build(yade: str = "yade", compiler: str = "g++", log: Any = print) -> Path:
     target = _native.place(found)
     target.parent.mkdir(parents=True, exist_ok=True)
     # -O2 without fused operations, as in Debian's packages, because results must be bitwise equal.
-    common = ["-std=c++17", "-O2", "-fPIC", "-fopenmp", "-ffp-contract=off", "-w", *defined, "-isystem", str(tree), *flags, "-I", str(parts)]
+    common = ["-std=c++17", "-O1", "-fPIC", "-fopenmp", "-ffp-contract=off", "-w", *defined, "-isystem", str(tree), *flags, "-I", str(parts)]
     if "CGAL" in found["features"]:
         common.append("-frounding-math")
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
