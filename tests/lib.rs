@@ -4,6 +4,7 @@
 
 pub mod deformable;
 pub mod gold;
+pub mod random;
 
 use concordem::law::cpm::{Cpm, CpmParameters};
 use concordem::math::Vec3;

@@ -142,8 +142,9 @@ impl Ledger {
 
     /// All energy present or dissipated so far, J: the scale against which [`Self::created`] is judged.
     pub fn turnover(&self) -> f64 {
+        // Under a prestress the stored energy can be negative.
         self.kinetic.abs()
-            + self.stored_total()
+            + self.stored_total().abs()
             + self.deformation
             + self.damage.get()
             + self.friction.get()

@@ -306,6 +306,7 @@ fn schedule(
         stages: histories::stages(scenario),
         histories: Histories::default(),
         initial_positions: samples::initial_positions(&operators, state),
+        initial_edges: state.cell.map(|cell| cell.matrix),
         operators,
         planar: scenario.dimension == 2,
         stop: Stop {

@@ -62,6 +62,11 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             end(flags, history, response.status, response.state);
             if response.status == Status::Broke {
                 let position = self.context.poses[a].position + normal * arm_a;
+                let undone = not_released(point, &response.energy);
+                if counted {
+                    totals.energy.damage -= undone;
+                    totals.energy.integration += undone;
+                }
                 let (energy, stored) = (response.energy.damage, stored_by_mode(&response.energy));
                 log_event(&mut totals.bond_events, pair, 1.0, position, energy, stored, true);
             }
@@ -174,6 +179,22 @@ fn inherited_energy(point: &PointKinematics, force: &Vec3, energy: &EnergySplit)
     let along = point.normal * (point.elongation - point.elongation_old);
     let work = 0.5 * force.dot(&(along + point.shear_increment));
     energy.stored() + energy.dissipated() + energy.integration - work
+}
+
+/// Part of the damage of a breaking step that the particles never stored, J.
+///
+/// Laws book the energy at the end of the step as damage, and take back as `integration` the half of the step's work that the
+/// void forces of its end did not do. Both together are what the particles lose: for a spring `½k u_old u`, between the energies
+/// before and after the step. It is the damage, and no error, as long as it is not negative.
+///
+/// Under pressure the contact that follows takes over the normal energy after the step, so that the normal half stays an error.
+#[inline(always)]
+fn not_released(point: &PointKinematics, energy: &EnergySplit) -> f64 {
+    if point.elongation < 0.0 {
+        let normal = energy.stored_normal * (1.0 - point.elongation_old / point.elongation);
+        return (-energy.integration - normal).min(energy.damage - energy.stored_normal);
+    }
+    (-energy.integration).min(energy.damage)
 }
 
 /// Mark a contact that broke or opened. `last`: its history after the step.

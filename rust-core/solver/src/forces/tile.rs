@@ -14,6 +14,7 @@ use concordem_contact::law::{
 use concordem_contact::math::{Quat, Symmetric, Vec3};
 use concordem_contact::prefetch::prefetch_row;
 
+use super::activate::{activate, length_of};
 use super::tile_map::is_local;
 use super::{StepContext, Totals, Wrench, motion_of};
 use crate::state::contacts::{ContactFlags, Pair};
@@ -240,7 +241,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         let tile = &mut self.tile;
         let (flags, reference, previous) = (&mut tile.flags[k], &mut tile.reference[k], &mut tile.previous[k]);
         let radii = [radius_a, radius_b];
-        super::activate::activate::<L>(flags, reference, previous, &between, &before, radii, surface_displacement)
+        let length = length_of(&between, self.context.mode);
+        activate::<L>(flags, reference, previous, length, &before, radii, surface_displacement)
     }
 }
 
