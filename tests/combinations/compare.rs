@@ -41,7 +41,7 @@ pub fn differences(base: &Run, other: &Run, turn: &Turn) -> Differences {
         found.insert(name.to_owned(), worst / scale.max(f64::MIN_POSITIVE));
     };
     // As velocities of surfaces at 1 mm.
-    let fastest = base.state.particles.velocity.iter().map(Vec3::norm).fold(0.0, f64::max);
+    let fastest = base.fastest();
     let spin = base.state.particles.angular_velocity.iter().map(Vec3::norm).fold(fastest / 1e-3, f64::max);
     of_particles("angular velocity", &|run, p| run.state.particles.angular_velocity[p], Some(spin));
     // What images of a particle in a moving cell have in common: velocity and displacement beside those of the cell.
@@ -115,7 +115,7 @@ fn of_records(base: &Run, other: &Run, found: &mut Differences) {
 
 /// Quantities of one unit have one scale: a part of a sum can vanish.
 fn of_rows(base: &Run, other: &Run, turn: &Turn, found: &mut Differences) {
-    let fastest = base.state.particles.velocity.iter().map(Vec3::norm).fold(0.0, f64::max);
+    let fastest = base.fastest();
     for (k, sample) in base.operators.iter().enumerate() {
         let mut first = 0;
         let cells = sample.cells();
@@ -123,6 +123,8 @@ fn of_rows(base: &Run, other: &Run, turn: &Turn, found: &mut Differences) {
         let mut scales: BTreeMap<&str, f64> =
             BTreeMap::from([("m/s", fastest), ("rad/s", fastest / 1e-3), ("1/s", fastest / 1e-3), ("m", 1e-3)]);
         scales.insert("W", fastest * base.balance.largest_force);
+        // The density is 2500 kg/m³.
+        scales.insert("Pa", 2500.0 * fastest * fastest);
         let mut differences = Vec::new();
         for quantity in sample.operator.quantities() {
             let width = quantity.components;

@@ -42,6 +42,12 @@ pub struct Run {
 }
 
 impl Run {
+    /// Largest speed at the start and at the end, m/s.
+    pub fn fastest(&self) -> f64 {
+        let speeds = |state: &State| state.particles.velocity.iter().map(Vec3::norm).fold(0.0, f64::max);
+        speeds(&self.initial).max(speeds(&self.state))
+    }
+
     /// Index in the state of every particle, by id.
     pub fn by_id(&self) -> Vec<usize> {
         let ids = &self.state.particles.id;

@@ -96,7 +96,9 @@ impl Ledger {
             }
         } else {
             self.started = true;
-            self.initial = self.kinetic + self.stored.iter().sum::<f64>() + self.deformation;
+            // Bonds that break at once held energy, too: a contact that follows takes a part of it back.
+            self.damage.add(contacts.damage);
+            self.initial = self.kinetic + self.stored.iter().sum::<f64>() + self.deformation + contacts.damage;
         }
         self.pending = [kick.damping[1], kick.boundary[1] + others[1], kick.external[1]];
     }

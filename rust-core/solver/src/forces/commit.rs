@@ -62,7 +62,9 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             end(flags, history, response.status, response.state);
             if response.status == Status::Broke {
                 let position = self.context.poses[a].position + normal * arm_a;
-                let undone = not_released(point, &response.energy);
+                let row = flags.row as usize;
+                let offset = point.geometry.reference_length - self.rows[row].unstrained_length(&point.geometry);
+                let undone = not_released([point.elongation_old + offset, point.elongation + offset], &response.energy);
                 if counted {
                     totals.energy.damage -= undone;
                     totals.energy.integration += undone;
@@ -188,10 +190,11 @@ fn inherited_energy(point: &PointKinematics, force: &Vec3, energy: &EnergySplit)
 /// before and after the step. It is the damage, and no error, as long as it is not negative.
 ///
 /// Under pressure the contact that follows takes over the normal energy after the step, so that the normal half stays an error.
+/// `old`, `now`: elongation of the normal spring before and after the step, m.
 #[inline(always)]
-fn not_released(point: &PointKinematics, energy: &EnergySplit) -> f64 {
-    if point.elongation < 0.0 {
-        let normal = energy.stored_normal * (1.0 - point.elongation_old / point.elongation);
+fn not_released([old, now]: [f64; 2], energy: &EnergySplit) -> f64 {
+    if now < 0.0 {
+        let normal = energy.stored_normal * (1.0 - old / now);
         return (-energy.integration - normal).min(energy.damage - energy.stored_normal);
     }
     (-energy.integration).min(energy.damage)

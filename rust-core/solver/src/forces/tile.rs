@@ -137,7 +137,7 @@ pub(super) const LOCAL: u32 = u32::MAX;
 /// The constants say what the loop supports: a periodic cell, a sample, deformable particles.
 pub(super) struct TileEvaluator<'a, L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> {
     pub(super) context: &'a StepContext<'a>,
-    rows: &'a [L],
+    pub(super) rows: &'a [L],
     pub(super) tile: Tile<'a, L>,
     pub(super) totals: Totals,
     pub(super) pending: [PendingContact; BATCH],
