@@ -47,9 +47,14 @@ impl Balance {
         // Artificial damping acts on every particle by itself. YADE's cell accelerates particles.
         let damped = !case.damping.contains("none");
         let yade = case.kinematics.starts_with("yade") && case.cell.is_some();
-        let servo = matches!(case.loading, Loading::CellStress(..));
+        // Particles follow every change of the cell's velocity gradient.
+        let driven = match &case.loading {
+            Loading::CellStress(..) => true,
+            Loading::CellStrain(_) => !case.stages.is_empty(),
+            _ => false,
+        };
         let free = |axis: usize, rotation: bool| {
-            !(damped || yade || servo)
+            !(damped || yade || driven)
                 && (0..particles.len()).filter(|&p| particles.clump[p] == u32::MAX).all(|p| {
                     let c = particles.constraint[p];
                     !(if rotation { c.rotation(axis) } else { c.translation(axis) })

@@ -20,6 +20,8 @@ pub enum Shape {
 pub struct Wall {
     pub shape: Shape,
     pub velocity: Vec3,
+    /// Number of the history that multiplies the velocity.
+    pub history: Option<usize>,
 }
 
 /// A rigid body: packed particles by number, or added spheres.
@@ -57,6 +59,10 @@ pub enum Region {
     Ellipsoid(Vec3, Vec3),
     /// Particles by number, and their volume.
     Set(Vec<usize>, f64),
+    /// The operator reads a set: particles by number, and the point of its moments.
+    OfSet(Vec<usize>, Option<Vec3>),
+    /// The operator reads two sets.
+    Between([Vec<usize>; 2]),
 }
 
 /// An operator.
@@ -70,13 +76,33 @@ pub struct Sample {
     pub velocity: Vec3,
 }
 
+/// A prescribed motion; `None` is free.
+#[derive(Clone, Debug, Default)]
+pub struct Motion {
+    pub velocity: [Option<f64>; 3],
+    pub angular_velocity: [Option<f64>; 3],
+    /// Displacement at the factor 1 of the history.
+    pub displacement: [Option<f64>; 3],
+    /// Number of the history.
+    pub history: Option<usize>,
+}
+
+/// A stage of the loading.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    pub rate: f64,
+    /// Number of the history.
+    pub history: Option<usize>,
+    /// Conditions, as text.
+    pub stop: String,
+}
+
 /// What a set of particles, given by number, is prescribed, loaded with, or starts with.
 #[derive(Clone, Debug)]
 pub enum Action {
-    /// Velocity and angular velocity; `None` is free.
-    Prescribe([Option<f64>; 3], [Option<f64>; 3]),
-    /// Force and moment.
-    Force(Vec3, Vec3),
+    Prescribe(Motion),
+    /// Force, moment, number of a history, and where the force acts on deformable particles.
+    Force(Vec3, Vec3, Option<usize>, &'static str),
     /// Initial velocity and angular velocity.
     Initial(Vec3, Vec3),
 }
@@ -106,6 +132,9 @@ pub struct Case {
     /// Time step; "auto" if `None`.
     pub time_step: Option<f64>,
     pub loading: Loading,
+    /// Factors over time, as text.
+    pub histories: Vec<String>,
+    pub stages: Vec<Stage>,
     pub walls: Vec<Wall>,
     pub clumps: Vec<Clump>,
     pub actions: Vec<(Vec<usize>, Action)>,
@@ -200,11 +229,12 @@ impl Case {
         }
         for (_, action) in &mut case.actions {
             match action {
-                Action::Prescribe(velocity, spin) => {
-                    *velocity = turn.components(velocity);
-                    *spin = turn.components(spin);
+                Action::Prescribe(motion) => {
+                    for given in [&mut motion.velocity, &mut motion.angular_velocity, &mut motion.displacement] {
+                        *given = turn.components(given);
+                    }
                 }
-                Action::Force(a, b) | Action::Initial(a, b) => {
+                Action::Force(a, b, ..) | Action::Initial(a, b) => {
                     v(a);
                     v(b);
                 }
@@ -223,7 +253,8 @@ impl Case {
                     v(center);
                     *axes = turn.lengths(axes);
                 }
-                Region::None | Region::All(_) | Region::Cell | Region::Set(..) => {}
+                Region::OfSet(_, about) => about.iter_mut().for_each(v),
+                Region::None | Region::All(_) | Region::Cell | Region::Set(..) | Region::Between(_) => {}
             }
         }
         case
@@ -254,6 +285,7 @@ impl Case {
         }
         let _ = writeln!(text, "damping = {}\ngravity = {}", self.damping, list(&self.gravity));
         text += &self.loading_text();
+        self.write_time(&mut text);
         self.write_bodies(&mut text, surface);
         self.write_samples(&mut text);
         let _ = writeln!(text, "[output]\nsample_interval = {}\n[stop]\nsteps = {}", self.interval, self.steps);
@@ -284,6 +316,20 @@ impl Case {
         }
     }
 
+    /// Histories and stages.
+    fn write_time(&self, text: &mut String) {
+        for (k, shape) in self.histories.iter().enumerate() {
+            let _ = writeln!(text, "[[history]]\nname = \"h{k}\"\nshape = {shape}");
+        }
+        for (k, Stage { rate, history, stop }) in self.stages.iter().enumerate() {
+            let _ = writeln!(text, "[[stage]]\nname = \"stage {k}\"\nstop = {{ {stop} }}");
+            if *rate != 1.0 {
+                let _ = writeln!(text, "rate = {rate:?}");
+            }
+            *text += &follows(*history);
+        }
+    }
+
     /// Walls, sets, bodies, and what acts on sets.
     fn write_bodies(&self, text: &mut String, surface: &dyn Fn(usize, &[[Vec3; 3]]) -> String) {
         for (k, wall) in self.walls.iter().enumerate() {
@@ -304,6 +350,7 @@ impl Case {
                 "[[wall]]\nname = \"w{k}\"\nmaterial = \"m\"\nshape = {shape}\nvelocity = {}",
                 list(&wall.velocity)
             );
+            *text += &follows(wall.history);
         }
         let mut sets = 0;
         let mut set = |text: &mut String, ids: &[usize], material: &str| {
@@ -332,12 +379,24 @@ impl Case {
         for (ids, action) in &self.actions {
             let name = set(text, ids, "");
             let (table, keys) = match action {
-                Action::Prescribe(velocity, spin) => (
-                    "prescribe",
-                    format!("velocity = {}\nangular_velocity = {}", components(velocity), components(spin)),
-                ),
-                Action::Force(force, moment) => {
-                    ("force", format!("force = {}\nmoment = {}", list(force), list(moment)))
+                Action::Prescribe(motion) => {
+                    let keys = format!(
+                        "velocity = {}\nangular_velocity = {}\ndisplacement = {}\n{}",
+                        components(&motion.velocity),
+                        components(&motion.angular_velocity),
+                        components(&motion.displacement),
+                        follows(motion.history)
+                    );
+                    ("prescribe", keys)
+                }
+                Action::Force(force, moment, history, acts) => {
+                    let keys = format!(
+                        "force = {}\nmoment = {}\nacts = \"{acts}\"\n{}",
+                        list(force),
+                        list(moment),
+                        follows(*history)
+                    );
+                    ("force", keys)
                 }
                 Action::Initial(velocity, spin) => {
                     ("initial", format!("velocity = {}\nangular_velocity = {}", list(velocity), list(spin)))
@@ -346,9 +405,14 @@ impl Case {
             let _ = writeln!(text, "[[{table}]]\nset = \"{name}\"\n{keys}");
         }
         for (k, sample) in self.samples.iter().enumerate() {
-            if let Region::Set(ids, _) = &sample.region {
-                let _ =
-                    writeln!(text, "[[set]]\nname = \"sampled {k}\"\nselection = {{ kind = \"ids\", ids = {ids:?} }}");
+            let sets: &[Vec<usize>] = match &sample.region {
+                Region::Set(ids, _) | Region::OfSet(ids, _) => std::slice::from_ref(ids),
+                Region::Between(sets) => sets,
+                _ => &[],
+            };
+            for (at, ids) in sets.iter().enumerate() {
+                let selection = format!("{{ kind = \"ids\", ids = {ids:?} }}");
+                let _ = writeln!(text, "[[set]]\nname = \"sampled {k}-{at}\"\nselection = {selection}");
             }
         }
     }
@@ -358,6 +422,17 @@ impl Case {
             let _ = writeln!(text, "[[sample]]\noperator = \"{}\"\nname = \"o{k}\"", sample.operator);
             let region = match &sample.region {
                 Region::None => None,
+                Region::OfSet(_, about) => {
+                    let _ = writeln!(text, "set = \"sampled {k}-0\"");
+                    if let Some(about) = about {
+                        let _ = writeln!(text, "about = {}", list(about));
+                    }
+                    None
+                }
+                Region::Between(_) => {
+                    let _ = writeln!(text, "sets = [\"sampled {k}-0\", \"sampled {k}-1\"]");
+                    None
+                }
                 Region::All(volume) => Some(format!("kind = \"all\", volume = {volume:?}")),
                 Region::Cell => Some("kind = \"cell\"".to_owned()),
                 Region::Box(low, high) => {
@@ -374,7 +449,7 @@ impl Case {
                 Region::Ellipsoid(center, axes) => {
                     Some(format!("kind = \"ellipsoid\", center = {}, half_axes = {}", list(center), list(axes)))
                 }
-                Region::Set(_, volume) => Some(format!("kind = \"set\", set = \"sampled {k}\", volume = {volume:?}")),
+                Region::Set(_, volume) => Some(format!("kind = \"set\", set = \"sampled {k}-0\", volume = {volume:?}")),
             };
             if let Some(region) = region {
                 let _ = writeln!(text, "region = {{ {region} }}");
@@ -389,6 +464,11 @@ impl Case {
 
 fn list(v: &Vec3) -> String {
     format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z)
+}
+
+/// The key that names a history.
+fn follows(history: Option<usize>) -> String {
+    history.map_or_else(String::new, |k| format!("history = \"h{k}\"\n"))
 }
 
 fn matrix(m: &Mat3) -> String {

@@ -5,7 +5,8 @@
 use concordem::math::{Mat3, Vec3};
 use concordem_tests::random::Random;
 
-use crate::case::{Action, Case, Clump, Loading, Region, Sample, Shape, Wall};
+use crate::case::{Action, Case, Clump, Loading, Motion, Region, Sample, Shape, Wall};
+use crate::in_time;
 
 /// Distance of neighbors, m.
 const SPACING: f64 = 2e-3;
@@ -42,6 +43,8 @@ pub fn case(seed: u64, number: u64) -> Case {
         gravity: Vec3::zeros(),
         time_step: None,
         loading: Loading::None,
+        histories: Vec::new(),
+        stages: Vec::new(),
         walls: Vec::new(),
         clumps: Vec::new(),
         actions: Vec::new(),
@@ -60,19 +63,24 @@ pub fn case(seed: u64, number: u64) -> Case {
         let sample = sample(random, &case, counts);
         case.samples.push(sample);
     }
+    // Numbers of their own, so that the other half of the scenarios stays as it was before there were histories.
+    let random = &mut Random::new(!seed, number);
+    if random.happens(0.5) {
+        in_time::add(random, &mut case);
+    }
     case
 }
 
 /// A vector with components up to `size`.
-fn vector(random: &mut Random, size: f64) -> Vec3 {
+pub fn vector(random: &mut Random, size: f64) -> Vec3 {
     Vec3::from_fn(|_, _| random.between(-size, size))
 }
 
-fn planar(dimension: u8, v: Vec3) -> Vec3 {
+pub fn planar(dimension: u8, v: Vec3) -> Vec3 {
     if dimension == 2 { Vec3::new(v.x, v.y, 0.0) } else { v }
 }
 
-fn spin(dimension: u8, w: Vec3) -> Vec3 {
+pub fn spin(dimension: u8, w: Vec3) -> Vec3 {
     if dimension == 2 { Vec3::new(0.0, 0.0, w.z) } else { w }
 }
 
@@ -344,12 +352,12 @@ fn walls(random: &mut Random, case: &mut Case, counts: [usize; 3]) {
         let lowest = case.spheres.iter().map(|(x, r)| x[axis] - r).fold(f64::INFINITY, f64::min);
         let mut point = Vec3::zeros();
         point[axis] = single(lowest - 1e-6);
-        case.walls.push(Wall { shape: Shape::Plane(point, normal), velocity });
+        case.walls.push(Wall { shape: Shape::Plane(point, normal), velocity, history: None });
         if case.cell.is_none() && random.happens(0.4) {
             let highest = case.spheres.iter().map(|(x, r)| x[axis] + r).fold(f64::NEG_INFINITY, f64::max);
             let mut point = Vec3::zeros();
             point[axis] = single(highest + 1e-6);
-            case.walls.push(Wall { shape: Shape::Plane(point, -normal), velocity: Vec3::zeros() });
+            case.walls.push(Wall { shape: Shape::Plane(point, -normal), velocity: Vec3::zeros(), history: None });
         } else if let Some(cell) = &mut case.cell {
             // Room for the sheet between the cell's two ends.
             cell[axis] += 0.3e-3;
@@ -359,12 +367,12 @@ fn walls(random: &mut Random, case: &mut Case, counts: [usize; 3]) {
         let middle = Vec3::new(counts[0] as f64, counts[1] as f64, 0.0) * (0.5 * SPACING);
         let reach = case.spheres.iter().map(|(x, r)| (x - middle).xy().norm() + r).fold(0.0, f64::max);
         let shape = Shape::Cylinder(middle, 2, reach + 1e-6, true);
-        case.walls.push(Wall { shape, velocity: Vec3::zeros() });
+        case.walls.push(Wall { shape, velocity: Vec3::zeros(), history: None });
     }
 }
 
 /// Some different numbers below `count`, in ascending order.
-fn ids(random: &mut Random, count: usize, most: usize) -> Vec<usize> {
+pub fn ids(random: &mut Random, count: usize, most: usize) -> Vec<usize> {
     let mut ids: Vec<usize> = (0..=random.below(most)).map(|_| random.below(count)).collect();
     ids.sort_unstable();
     ids.dedup();
@@ -421,14 +429,14 @@ fn actions(random: &mut Random, case: &mut Case) {
             angular_velocity[1] = None;
         }
         if velocity.iter().chain(&angular_velocity).any(Option::is_some) {
-            actions.push((some, Action::Prescribe(velocity, angular_velocity)));
+            actions.push((some, Action::Prescribe(Motion { velocity, angular_velocity, ..Motion::default() })));
         }
     }
     if random.happens(0.3) {
         let some = ids(random, count, 4);
         let size = if dimension == 2 { 1e3 } else { 10.0 };
         let (f, m) = (vector(random, size), vector(random, 1e-3 * size));
-        actions.push((some, Action::Force(planar(dimension, f), spin(dimension, m))));
+        actions.push((some, Action::Force(planar(dimension, f), spin(dimension, m), None, "body")));
     }
     actions.retain(|(ids, _)| !ids.is_empty());
     case.actions = actions;

@@ -2,12 +2,13 @@
 //!
 //! `CONCORDEM_COMBINATIONS` is the number of scenarios (default 100; a night: 2,000 and more), `CONCORDEM_COMBINATIONS_SEED` that
 //! of the random numbers (default 1), `CONCORDEM_COMBINATIONS_ONLY` the number of a single scenario. Scenarios that fail are kept
-//! in `target/combinations`.
+//! in `target/combinations`. `CONCORDEM_COMBINATIONS_RESULT` is a file for the counts; `result.json` here is the last long run.
 
 mod balance;
 mod case;
 mod compare;
 mod generator;
+mod in_time;
 mod known;
 mod oracles;
 mod report;
@@ -34,6 +35,7 @@ fn combinations_run_or_are_refused() {
     std::fs::create_dir_all(&kept).expect("a folder");
     // Panics are findings; their messages go to the report.
     std::panic::set_hook(Box::new(|_| {}));
+    let start = std::time::Instant::now();
     let (next, report) = (AtomicU64::new(range.start), Mutex::new(Report::default()));
     std::thread::scope(|scope| {
         for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
@@ -46,6 +48,10 @@ fn combinations_run_or_are_refused() {
     let _ = std::panic::take_hook();
     let report = report.into_inner().expect("no panic");
     println!("{report}");
+    if let Some(path) = std::env::var_os("CONCORDEM_COMBINATIONS_RESULT") {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path);
+        std::fs::write(path, report.json(seed, start.elapsed().as_secs_f64() / 60.0)).expect("a file");
+    }
     assert!(report.passed(), "{} of {} scenarios failed; see above", report.failed(), range.end - range.start);
 }
 

@@ -37,6 +37,39 @@ impl Report {
         }
     }
 
+    /// The counts as JSON, with the commit and the machine.
+    pub fn json(&self, seed: u64, minutes: f64) -> String {
+        let refused: u64 = self.refused.values().sum();
+        let ended: usize = self.ended.values().map(Vec::len).sum();
+        let output = |program: &str, arguments: &[&str]| {
+            let output = std::process::Command::new(program).args(arguments).output().ok();
+            output.map_or_else(String::new, |o| String::from_utf8_lossy(&o.stdout).trim().to_owned())
+        };
+        let processors = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let processor = processors.lines().find_map(|line| line.strip_prefix("model name")?.split(": ").nth(1));
+        let result = serde_json::json!({
+            "commit": output("git", &["rev-parse", "--short", "HEAD"]),
+            "date": output("date", &["+%F"]),
+            "machine": {
+                "processor": processor,
+                "cores": std::thread::available_parallelism().map_or(1, usize::from),
+                "system": std::env::consts::OS,
+            },
+            "minutes": (minutes * 10.0).round() / 10.0,
+            "seed": seed,
+            "scenarios": self.ran + refused + ended as u64,
+            "ran": self.ran,
+            "ran_too_sensitive_to_compare": self.chaotic,
+            "refused": refused,
+            "ended_by_an_error": ended,
+            "failed": self.failed(),
+            "refused_by_reason": self.refused,
+            "ended_by_reason": self.ended.iter().map(|(k, all)| (k, all.len())).collect::<BTreeMap<_, _>>(),
+            "failed_by_oracle": self.findings.iter().map(|(k, all)| (k, all.len())).collect::<BTreeMap<_, _>>(),
+        });
+        format!("{result:#}\n")
+    }
+
     /// Whether every scenario passed.
     pub fn passed(&self) -> bool {
         self.findings.is_empty()

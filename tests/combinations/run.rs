@@ -11,8 +11,8 @@ use concordem::sampling::{Record, ScheduledOperator};
 use concordem::scenario::Scenario;
 use concordem::schedule::simulation::OperatorRow;
 use concordem::schedule::{Advance, Simulation};
-use concordem::state::State;
 use concordem::state::columns::ColumnStore;
+use concordem::state::{Clump, State};
 use concordem_tests::noise_vector;
 
 use crate::balance::Balance;
@@ -146,17 +146,20 @@ fn restarted(scenario: &Scenario, folder: &Path, state: &State) -> Simulation {
     Simulation::new(assembly.state, assembly.model, assembly.schedule).expect("the same scenario")
 }
 
-/// Moves free particles by random vectors of size `noise` (m).
+/// Moves particles and clumps by random vectors of size `noise` (m).
 fn disturb(state: &mut State, noise: f64, planar: bool) {
+    let change = |id: u32| {
+        let change = noise_vector(id as usize, 5) * noise;
+        if planar { Vec3::new(change.x, change.y, 0.0) } else { change }
+    };
+    let first = |clump: &Clump| state.particles.id[clump.members[0] as usize];
+    let of_clumps: Vec<Vec3> = state.clumps.iter().map(|clump| change(first(clump))).collect();
     for p in 0..state.particles.len() {
-        let id = state.particles.id[p] as usize;
-        let mut change = noise_vector(id, 5) * noise;
-        if planar {
-            change.z = 0.0;
-        }
-        if state.particles.clump[p] == u32::MAX {
-            state.particles.position[p] += change;
-        }
+        let of_clump = of_clumps.get(state.particles.clump[p] as usize).copied();
+        state.particles.position[p] += of_clump.unwrap_or_else(|| change(state.particles.id[p]));
+    }
+    for (clump, change) in state.clumps.iter_mut().zip(&of_clumps) {
+        clump.position += change;
     }
 }
 

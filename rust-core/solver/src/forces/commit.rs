@@ -48,7 +48,9 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             && !flags.has(ContactFlags::NOT_OWNED)
             && point.elongation_old < 0.0
         {
-            totals.energy.damage -= inherited_energy(point, &response.force, &response.energy);
+            let [regained, undone] = inherited_energy::<L>(point, &response.force, &response.energy);
+            totals.energy.damage -= regained;
+            totals.energy.integration -= undone;
         }
         self.tile.previous[k] = PreviousGeometry { normal, length: point.length };
         let counted = !flags.has(ContactFlags::NOT_OWNED);
@@ -172,15 +174,21 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 }
 
-/// Energy of a contact at its first evaluation that no work of this step explains, J.
+/// Energy of a contact at its first evaluation that no work of this step explains, in two parts, J.
 ///
-/// The contact continues a bond that broke under compression. The energy of that bond was booked as released; the
-/// contact regains a part of it.
+/// The contact continues a bond that broke under compression. The energy of that bond was booked as released; the contact regains
+/// the part that it stores at the overlap of the breaking step. The rest is an error: because the forces of the breaking step are
+/// void, half of this step's work is not done.
 #[inline(always)]
-fn inherited_energy(point: &PointKinematics, force: &Vec3, energy: &EnergySplit) -> f64 {
+fn inherited_energy<L: ContactLaw>(point: &PointKinematics, force: &Vec3, energy: &EnergySplit) -> [f64; 2] {
     let along = point.normal * (point.elongation - point.elongation_old);
     let work = 0.5 * force.dot(&(along + point.shear_increment));
-    energy.stored() + energy.dissipated() + energy.integration - work
+    let unexplained = energy.stored() + energy.dissipated() + energy.integration - work;
+    if point.elongation >= 0.0 {
+        return [unexplained, 0.0];
+    }
+    let regained = energy.stored_normal * L::energy_ratio(point.elongation_old / point.elongation);
+    [regained, unexplained - regained]
 }
 
 /// Part of the damage of a breaking step that the particles never stored, J.
