@@ -150,8 +150,14 @@ fn of_rows(base: &Run, other: &Run, turn: &Turn, found: &mut Differences) {
             first += width * cells;
         }
         for (quantity, worst) in differences {
+            // Orientations round, also those of bodies that never turn: 1e-15 rad, over a length of 1 mm.
+            let least = match quantity.unit {
+                "rad" => 1e-15 / FLOOR,
+                "1/m" => 1e-12 / FLOOR,
+                _ => f64::MIN_POSITIVE,
+            };
             let entry = found.entry(format!("{} {}", sample.operator.name(), quantity.name)).or_insert(0.0);
-            *entry = max(*entry, worst / scales[quantity.unit].max(f64::MIN_POSITIVE));
+            *entry = max(*entry, worst / scales[quantity.unit].max(least));
         }
     }
 }
