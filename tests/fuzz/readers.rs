@@ -17,7 +17,9 @@ use concordem::sweep::journal::Journal;
 use concordem::sweep::point::Outcome;
 use concordem_tests::commands::concordem;
 
-use crate::mutate::{Random, mutate};
+use concordem_tests::random::Random;
+
+use crate::mutate::mutate;
 
 /// A reader of one kind of input.
 pub struct Reader {
@@ -166,7 +168,7 @@ impl Samples {
         let mut bytes = good[random.below(good.len())].clone();
         if !reader.sealed {
             if reader.name == "state" {
-                return [random.next().to_le_bytes(), random.next().to_le_bytes()].concat();
+                return [random.number().to_le_bytes(), random.number().to_le_bytes()].concat();
             }
             mutate(&mut bytes, &mut random, reader.text);
             return bytes;

@@ -2,6 +2,7 @@
 
 mod beams;
 mod bodies;
+mod breaking;
 mod chung_ooi;
 mod concrete;
 mod deformable;

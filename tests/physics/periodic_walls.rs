@@ -121,3 +121,26 @@ fn walls_that_do_not_repeat_are_refused() {
         assert!(key == "wall.shape" && message.contains(word), "{key}: {message}");
     }
 }
+
+/// The start check sees images, too: a particle may start in any cell, and overlaps with an image of a wall are refused.
+#[test]
+fn overlaps_with_images_of_walls_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("floor.stl"), FLOOR).expect("a file");
+    for shape in
+        ["{ kind = \"plane\", point = [0, 0, 0.2], normal = [0, 0, 1] }", "{ kind = \"facets\", path = \"floor.stl\" }"]
+    {
+        for cell in [-2.0, -1.0, 0.0, 3.0] {
+            let at = |z: f64| built(&scene([0.3, 0.6, z + cell], [0.0; 3], shape, "[stop]\nsteps = 1"), folder.path());
+            // Between two sheets, above and below the one in the cell.
+            for z in [0.7, 0.1] {
+                assert!(at(z).is_ok(), "{shape} {z} {cell}");
+            }
+            // From both sides.
+            for z in [0.21, 0.19] {
+                let Err(error) = at(z) else { panic!("accepted: {shape} {z} {cell}") };
+                assert!(error.to_string().contains("deep in the wall \"w\""), "{error}");
+            }
+        }
+    }
+}

@@ -131,6 +131,13 @@ impl<'a> ContactSet<'a> {
             moment: self.moment.map_or_else(Vec3::zeros, |m| m[k]),
         }
     }
+
+    /// Half of the way from the image of B that A reaches to B itself, m; zero up to rounding unless the contact crosses the
+    /// border of a periodic cell. Moved by it, a contact lies in the middle of its two places, one with A and one with B where
+    /// they are listed: sums over positions then do not depend on which particle is called A.
+    pub fn between_images(&self, contact: &Contact) -> Vec3 {
+        (self.position[contact.b] - (contact.position_a + contact.branch)) * 0.5
+    }
 }
 
 /// External loads on particles: walls, supports, gravity. Force and moment act on the particle.

@@ -79,8 +79,8 @@ impl std::ops::AddAssign for Resultant {
 /// O11; ERDC 2019, (33), (44), (45) in our conventions): with the net wrenches `F`, `M` of the contacts internal to the
 /// region, `σ = −(1/V) Σ_p x⊗F = (1/V) Σ_c l⊗f^A`, `μ = −(1/V) Σ_p (x−x⁰)⊗M`.
 ///
-/// In equilibrium only particles at the region's border have a net wrench. A contact across the border of a periodic
-/// cell belongs to the image of B that it reaches; in equilibrium the choice of image does not matter.
+/// In equilibrium only particles at the region's border have a net wrench. A contact across the border of a periodic cell
+/// counts half where A is and half where B is ([`ContactSet::between_images`]); in equilibrium the place does not matter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conjugate {
     /// Stress, Pa.
@@ -110,6 +110,8 @@ pub fn conjugate(
     let position = contacts.position();
     let volume = super::region::check(region, Truncation::InternalOnly, position.len(), period)?;
     let images = region.images(period);
+    // A region with a shape contains the images that lie in it; others have the particles where they are listed.
+    let listed = period.is_some() && matches!(region, Region::All { .. } | Region::Particles { .. });
     sums!(Sums { xf: Mat3, xm: Mat3, force: Vec3, total: Vec3, moment: Vec3, contacts: f64 });
     let sums: Sums = sum_tiles(contacts.len(), |range| {
         let mut sums = Sums::default();
@@ -120,8 +122,9 @@ pub fn conjugate(
                 (Vec3::zeros(), c.force, c.arm_a.cross(&c.force) + c.moment),
                 (c.branch, -c.force, -(c.arm_b.cross(&c.force) + c.moment)),
             ];
+            let offset = if listed { contacts.between_images(&c) } else { Vec3::zeros() };
             for image in images.of(&c.position_a, &c.branch) {
-                let x = c.position_a + period.map_or_else(Vec3::zeros, |period| period.edges * image);
+                let x = c.position_a + offset + period.map_or_else(Vec3::zeros, |period| period.edges * image);
                 if !(region.contains(c.a, &x) && region.contains(c.b, &(x + c.branch))) {
                     continue;
                 }

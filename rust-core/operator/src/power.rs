@@ -33,7 +33,8 @@ pub struct PowerReport {
 ///
 /// `image_velocity` (m/s) is the velocity of the image of B in each contact relative to B itself (periodic: `Ḣ·image`;
 /// empty: none). The balance also holds in a periodic cell; only `particles` then omits the cell's motion, which the
-/// net wrenches of the particles do not include.
+/// net wrenches of the particles do not include. Contacts across the border count half where A is and half
+/// where B is.
 pub fn power(
     contacts: &ContactSet<'_>,
     velocity: &[Vec3],
@@ -55,7 +56,8 @@ pub fn power(
         for k in range {
             let c = contacts.get(k);
             let carried = image_velocity.get(k).copied().unwrap_or_default();
-            let (xa, xb) = (c.position_a, c.position_a + c.branch);
+            let xa = if image_velocity.is_empty() { c.position_a } else { c.position_a + contacts.between_images(&c) };
+            let xb = xa + c.branch;
             let power = |[va, wa, vb, wb]: [Vec3; 4]| {
                 let relative = (va + wa.cross(&c.arm_a)) - (vb + wb.cross(&c.arm_b));
                 -(relative.dot(&c.force) + (wa - wb).dot(&c.moment))

@@ -399,6 +399,105 @@ fn the_stress_of_an_empty_region_is_not_a_number() {
     }
 }
 
+/// Spheres without forces in a cell that shears, once stretched too: they go with the cell.
+fn sheared_cell(gradient: &str, steps: u64) -> String {
+    let mut spheres = String::new();
+    for k in 0..27_u32 {
+        let noise = |m: u32| f64::from((k * 7919 + m * 104_729) % 1009) / 1009.0 * 0.6;
+        let x = |m: u32, n: u32| f64::from(n) + 0.2 + noise(m);
+        let _ = write!(spheres, "[{:?}, {:?}, {:?}, 0.05],", x(1, k % 3), x(2, k / 3 % 3), x(3, k / 9));
+    }
+    format!(
+        "version = 1
+        [packing]
+        kind = \"spheres\"
+        spheres = [{spheres}]
+        cell = [3, 3, 3]
+        [[material]]
+        name = \"m\"
+        density = 1
+        [contacts]
+        law = \"none\"
+        [loading]
+        kind = \"cell-strain\"
+        velocity_gradient = {gradient}
+        [integration]
+        time_step = 0.01
+        [stop]
+        steps = {steps}
+        [output]
+        sample_interval = 10
+        [[sample]]
+        operator = \"cell-strain\"
+        [[sample]]
+        operator = \"cell-rate\"
+        "
+    )
+}
+
+/// The mesh of cell strains is that of the start: after the edges of a sheared cell were shortened, which happens at step 256, the
+/// strain is still that of the cell, and its rate, too. Tolerance: 300 roundings of edges of 3 m in cells of 1 m.
+#[test]
+fn cell_strains_survive_shortened_edges() {
+    let mut run = simulation(&sheared_cell("[[0, 0.6, 0], [0, 0, 0], [0, 0, 0]]", 300));
+    let edges = run.state.cell.unwrap().matrix;
+    let last = to_the_end(&mut run);
+    let cell = run.state.cell.unwrap();
+    assert!((cell.matrix - cell.deformation_gradient * edges).norm() > 1.0, "the edges must have been shortened");
+    let strain = tensor(&run, &last, "cell-strain", "gradient");
+    assert!((strain - (cell.deformation_gradient - Mat3::identity())).norm() < 1e-12, "{strain}");
+    let rate = tensor(&run, &last, "cell-rate", "gradient");
+    assert!((rate - cell.velocity_gradient).norm() < 1e-12, "{rate}");
+}
+
+/// A run that goes on from a stored state gives the same strains, bit for bit.
+#[test]
+fn cell_strains_survive_a_restart() {
+    use concordem_scenario::assembly::restart::apply;
+    use concordem_solver::state::columns::ColumnStore;
+    let text = sheared_cell("[[0.1, 0.3, 0], [0, -0.2, 0.1], [0.05, 0, 0.1]]", 60);
+    let run = |restart: bool| {
+        let scenario = Scenario::parse("test.toml", &text).unwrap_or_else(|error| panic!("{error}"));
+        let mut run = simulation(&text);
+        let mut rows = Vec::new();
+        while run.stopped().is_none() {
+            if restart && run.state.clock.step == 35 {
+                let mut columns = ColumnStore::of(&run.state).unwrap();
+                let mut assembly = assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap();
+                apply(&mut assembly, &mut columns, &scenario, &[], false).unwrap();
+                run = Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap();
+            }
+            let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect::<Vec<_>>();
+            rows.extend(
+                run.advance().unwrap().operators.into_iter().map(|row| (row.step, row.operator, bits(row.values))),
+            );
+        }
+        rows
+    };
+    assert_eq!(run(false), run(true));
+}
+
+/// A broken bond lies half way between its particles, whichever of them is called A.
+#[test]
+fn broken_bonds_lie_between_their_particles() {
+    let text = CHAIN
+        .replace("relative_ductility = 30", "relative_ductility = 3, omega_threshold = 0.5")
+        .replace("velocity = [0.04, 0, 0]", "velocity = [40, 0, 0]")
+        .replace("time_step = 5e-7", "time_step = 5e-7\n    allow_energy_error = true")
+        .replace("steps = 40", "steps = 200");
+    let mut run = simulation(&text.replace(
+        "region = { kind = \"all\", volume = 1e-8 }\n    interval = 1\n    [[sample]]\n    operator = \"damage-tensor\"",
+        "region = { kind = \"box\", minimum = [2.9e-3, -1e-3, -1e-3], maximum = [3.1e-3, 1e-3, 1e-3] }\n    interval = 1
+        [[sample]]\n    operator = \"damage-tensor\"",
+    ));
+    let last = to_the_end(&mut run);
+    // The first two are 2 mm + 200 · 0.5 us · 40 m/s = 6 mm apart.
+    let mut x: Vec<f64> = run.state.particles.position.iter().map(|x| x.x).collect();
+    x.sort_by(f64::total_cmp);
+    assert!((x[1] - 6e-3).abs() < 1e-12, "{x:?}");
+    assert_eq!(reals(&run, &last, "damage-tensor", "contacts"), [1.0]);
+    assert_eq!(reals(&run, &last, "damage-tensor", "mean_damage"), [1.0]);
+}
 /// Values of an operator at the start of a run.
 fn at_start(simulation: &mut Simulation, name: &str) -> Vec<f64> {
     let k = number(&simulation.schedule.operators, name);

@@ -96,7 +96,9 @@ impl Ledger {
             }
         } else {
             self.started = true;
-            self.initial = self.kinetic + self.stored.iter().sum::<f64>() + self.deformation;
+            // Bonds that break at once held energy, too: a contact that follows takes a part of it back.
+            self.damage.add(contacts.damage);
+            self.initial = self.kinetic + self.stored.iter().sum::<f64>() + self.deformation + contacts.damage;
         }
         self.pending = [kick.damping[1], kick.boundary[1] + others[1], kick.external[1]];
     }
@@ -142,8 +144,9 @@ impl Ledger {
 
     /// All energy present or dissipated so far, J: the scale against which [`Self::created`] is judged.
     pub fn turnover(&self) -> f64 {
+        // Under a prestress the stored energy can be negative.
         self.kinetic.abs()
-            + self.stored_total()
+            + self.stored_total().abs()
             + self.deformation
             + self.damage.get()
             + self.friction.get()

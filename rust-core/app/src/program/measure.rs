@@ -297,13 +297,13 @@ impl Moment {
                 contacts.moment.push(moment[k]);
             }
             if !law.starts_with(UNBONDED) {
-                let (normal, length) = (table.vectors("normal")?, table.reals("length")?);
+                let normal = table.vectors("normal")?;
                 let (damage, lost_strength) = (table.reals("damage")?, table.reals("lost_strength")?);
                 for (k, pair) in pairs.iter().enumerate() {
                     let a = particles.position.get(pair[0] as usize).copied().unwrap_or_default();
-                    // Broken bonds keep the direction that they had when they broke.
-                    let along = if broken[k] { normal[k] * length[k] } else { branch[k] };
-                    bonds.push(*pair, &a, &along, [damage[k], lost_strength[k]]);
+                    // Broken bonds keep the direction at which they broke.
+                    let along = if broken[k] { normal[k] } else { branch[k].normalize() };
+                    bonds.push(*pair, &a, &branch[k], &along, [damage[k], lost_strength[k]]);
                 }
             }
         }
@@ -346,6 +346,9 @@ impl Moment {
             forces: &self.forces,
             links: &self.links,
             initial_positions: &self.places,
+            initial_edges: self
+                .cell
+                .map(|cell| cell.deformation_gradient.try_inverse().unwrap_or_else(Mat3::identity) * cell.matrix),
             mesh: &self.mesh,
             gravity: self.gravity,
             planar: self.plane,

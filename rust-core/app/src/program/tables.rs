@@ -182,10 +182,10 @@ fn contacts(
     let gone = broken.iter().map(|&BrokenBond { pair, image, reference, previous, .. }| Row {
         pair,
         branch: branch_of(pair, image),
-        // The last contact point, relative to A.
+        // Half way between its particles.
         position: particles.position[pair.a as usize]
             + state.unwrapping(pair.a as usize)
-            + previous.normal * (0.5 * previous.length),
+            + branch_of(pair, image) * 0.5,
         force: Vec3::zeros(),
         moment: Vec3::zeros(),
         previous,

@@ -74,6 +74,22 @@ pub trait ContactLaw: Copy + Send + Sync + 'static {
         None
     }
 
+    /// Center distance, m, at which the normal spring of a bond is without force. Default: its reference length.
+    fn unstrained_length(&self, geometry: &ContactGeometry) -> f64 {
+        geometry.reference_length
+    }
+
+    /// Overlap, m, at which an unbonded contact at rest presses with `force` (N). Default: that of a linear spring.
+    fn overlap_under(&self, geometry: &ContactGeometry, force: f64) -> f64 {
+        force / self.stiffness(geometry).normal
+    }
+
+    /// Ratio of the energies that an unbonded contact stores in its normal spring at two overlaps of the given ratio. Default:
+    /// that of a linear spring, its square.
+    fn energy_ratio(overlap_ratio: f64) -> f64 {
+        overlap_ratio * overlap_ratio
+    }
+
     /// Cross-section, m², of a bond between spheres of the given radii in a packing of the given mean radius, m. Default:
     /// `π min(R)²`.
     fn bonded_area(&self, radius_a: f64, radius_b: f64, mean_radius: f64) -> f64 {

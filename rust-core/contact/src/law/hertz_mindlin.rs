@@ -254,6 +254,17 @@ impl ContactLaw for HertzMindlin {
         self.stiffness_of_contact_radius(geometry, (geometry.effective_radius() * overlap.max(0.0)).sqrt())
     }
 
+    /// `(F/k)^{2/3}`.
+    fn overlap_under(&self, geometry: &ContactGeometry, force: f64) -> f64 {
+        let hertz = 4.0 / 3.0 * self.effective_young * geometry.effective_radius().sqrt();
+        pow(force / hertz, 2.0 / 3.0)
+    }
+
+    /// `(δ₁/δ₂)^{5/2}`.
+    fn energy_ratio(overlap_ratio: f64) -> f64 {
+        overlap_ratio * overlap_ratio * overlap_ratio.sqrt()
+    }
+
     /// `(5mv²/4k)^{2/5}`: all kinetic energy is stored, `½mv² = (2/5)kδ^{5/2}` (Johnson 1985, (11.25)).
     fn impact_overlap(&self, geometry: &ContactGeometry, speed: f64) -> f64 {
         let hertz = 4.0 / 3.0 * self.effective_young * geometry.effective_radius().sqrt();

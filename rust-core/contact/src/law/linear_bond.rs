@@ -308,6 +308,10 @@ impl ContactLaw for LinearBond {
         self.subtract_initial_gap.then_some(reference)
     }
 
+    fn unstrained_length(&self, geometry: &ContactGeometry) -> f64 {
+        if self.subtract_initial_gap { geometry.reference_length } else { geometry.radius_a + geometry.radius_b }
+    }
+
     type State = LinearBondState;
     type Kinematics = PointKinematics;
     const NAME: &'static str = "linear_bond";

@@ -130,7 +130,7 @@ fn triangulate_periodic(position: &[Vec3], dimension: Dimension, edges: &Mat3) -
     if position.is_empty() {
         return Err(OperatorError::EmptyRegion { what: "particle" });
     }
-    let (home, cells) = wrapped(position, &edges)?;
+    let (home, cells) = wrapped(position, &edges, plane)?;
     let step = spacing(volume, position.len(), plane);
     let inverse = edges.try_inverse().unwrap_or_else(Mat3::identity);
     let mut outcome = Err(OperatorError::PeriodicGap { found: 0.0, expected: volume });

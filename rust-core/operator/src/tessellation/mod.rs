@@ -33,15 +33,20 @@ fn check_points(position: &[Vec3]) -> Result<(), OperatorError> {
     }
 }
 
-/// Points moved into the periodic cell at the origin, and the number of edges each was moved by.
-fn wrapped(position: &[Vec3], edges: &Mat3) -> Result<(Vec<Vec3>, Vec<[i32; 3]>), OperatorError> {
+/// Points moved into the periodic cell at the origin, and the number of edges each was moved by. In the plane z becomes 0: rounding
+/// can make it negative, which is the cell below.
+fn wrapped(position: &[Vec3], edges: &Mat3, plane: bool) -> Result<(Vec<Vec3>, Vec<[i32; 3]>), OperatorError> {
     let inverse = edges.try_inverse().ok_or(OperatorError::Volume { of: "the periodic cell", volume: 0.0 })?;
     let mut out = Vec::with_capacity(position.len());
     let mut cells = Vec::with_capacity(position.len());
     for x in position {
         let s = inverse * x;
-        let cell = [s.x.floor(), s.y.floor(), s.z.floor()];
-        out.push(x - edges * Vec3::from(cell));
+        let cell = [s.x.floor(), s.y.floor(), if plane { 0.0 } else { s.z.floor() }];
+        let mut home = x - edges * Vec3::from(cell);
+        if plane {
+            home.z = 0.0;
+        }
+        out.push(home);
         cells.push(cell.map(|c| c as i32));
     }
     Ok((out, cells))

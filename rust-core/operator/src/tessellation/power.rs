@@ -188,7 +188,7 @@ impl<'a> Bins<'a> {
         let volume = check_volume("the domain", edges.determinant().abs())?;
         let inverse = edges.try_inverse().ok_or(OperatorError::Volume { of: "the domain", volume })?;
         let relative: Vec<Vec3> = position.iter().map(|x| x - origin).collect();
-        let (home, moved) = if periodic { wrapped(&relative, &edges)? } else { (relative, vec![[0; 3]; n]) };
+        let (home, moved) = if periodic { wrapped(&relative, &edges, plane)? } else { (relative, vec![[0; 3]; n]) };
         let spacing = spacing(volume, n, plane);
         let count = [0, 1, 2].map(|k| {
             let width = 1.0 / inverse.row(k).norm();

@@ -309,7 +309,8 @@ proptest! {
         let size = ROUNDING * 100.0 * c.pair.len() as f64 / fit.spread;
         prop_assert!((report.contacts - report.particles).abs() <= size);
         prop_assert!((report.contacts - report.stress - report.couple - report.gap).abs() <= size, "{report:?}");
-        prop_assert!(report.gap.abs() > 1e-3, "random motion is not affine");
+        // The gap of random motions is as often small as any other number around zero, but hardly ever as small as its rounding.
+        prop_assert!(report.gap.abs() > size, "random motion is not affine: {report:?}");
     }
 
     /// The same in a periodic cell that deforms: images of B move with it.

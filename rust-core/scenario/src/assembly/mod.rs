@@ -317,6 +317,7 @@ fn schedule(
         histories: Histories::default(),
         servos: Vec::new(),
         initial_positions: samples::initial_positions(&operators, state),
+        initial_edges: state.cell.map(|cell| cell.matrix),
         operators,
         planar: scenario.dimension == 2,
         stop: Stop {

@@ -8,7 +8,7 @@ use crate::checks::{OVERLAP_BONDED, OVERLAP_UNBONDED, length};
 use crate::schema::{Packing, Problem, Scenario, WallShape};
 use concordem_contact::math::Vec3;
 use concordem_solver::neighbor::candidate_pairs;
-use concordem_solver::state::{State, Wall, WallShape as Shape};
+use concordem_solver::state::{Cell, State, Wall, WallShape as Shape};
 
 /// Refuses particles inside or behind walls.
 ///
@@ -16,10 +16,12 @@ use concordem_solver::state::{State, Wall, WallShape as Shape};
 /// A particle overlaps a wall by more than [`OVERLAP_UNBONDED`] of its radius.
 pub(super) fn refuse_walls(scenario: &Scenario, state: &State) -> Result<(), AssemblyError> {
     let particles = &state.particles;
-    // Deepest overlap of every particle: depth over radius, and the wall.
+    let cell = state.cell.as_ref();
+    // Deepest overlap of every particle: depth over radius, wall, particle.
     let mut deepest: BTreeMap<usize, (f64, usize)> = BTreeMap::new();
-    let mut add = |w: usize, element: usize, p: usize| {
-        let depth = 1.0 - distance(&state.walls[w], element, &particles.position[p]) / particles.radius[p];
+    let mut add = |w: usize, element: usize, p: usize, shift: Vec3| {
+        let x = particles.position[p] - shift;
+        let depth = 1.0 - distance(&state.walls[w], element, &x, cell) / particles.radius[p];
         if depth > OVERLAP_UNBONDED && deepest.get(&p).is_none_or(|(other, _)| depth > *other) {
             deepest.insert(p, (depth, w));
         }
@@ -33,17 +35,23 @@ pub(super) fn refuse_walls(scenario: &Scenario, state: &State) -> Result<(), Ass
                 position.push(center);
                 reach.push(radius);
                 triangles.push((w, element));
+            } else if let Some(cell) = cell {
+                for p in 0..particles.len() {
+                    for image in wall.images_near(&particles.position[p], particles.radius[p], cell) {
+                        add(w, element, p, cell.matrix * Vec3::from(image.map(|n| n as f64)));
+                    }
+                }
             } else {
-                (0..particles.len()).for_each(|p| add(w, element, p));
+                (0..particles.len()).for_each(|p| add(w, element, p, Vec3::zeros()));
             }
         }
     }
     if !triangles.is_empty() {
-        for pair in candidate_pairs(&position, &reach, None)? {
+        for pair in candidate_pairs(&position, &reach, cell)? {
             let (p, other) = (pair.a as usize, pair.b as usize);
             if p < particles.len() && other >= particles.len() {
                 let (w, element) = triangles[other - particles.len()];
-                add(w, element, p);
+                add(w, element, p, cell.map_or_else(Vec3::zeros, |cell| cell.shift(pair.image)));
             }
         }
     }
@@ -65,9 +73,9 @@ pub(super) fn refuse_walls(scenario: &Scenario, state: &State) -> Result<(), Ass
     Err(unfit(&key_of_wall(scenario, w), message))
 }
 
-/// Distance from `x` (m) to an element of a wall, m; negative behind it.
-fn distance(wall: &Wall, element: usize, x: &Vec3) -> f64 {
-    match (wall.closest_point(element, x), &wall.shape) {
+/// Distance from `x` (m) to an element of a wall, m; negative behind it. In a periodic cell planes have two sides.
+fn distance(wall: &Wall, element: usize, x: &Vec3, cell: Option<&Cell>) -> f64 {
+    match (wall.closest_point_of_image(element, x, cell, [0; 3]), &wall.shape) {
         (Some(closest_point), _) => closest_point.distance,
         // On the axis of a cylinder the normal is undefined.
         (None, Shape::Cylinder { radius, inside: true, .. }) => *radius,

@@ -2,13 +2,13 @@
 
 use std::sync::OnceLock;
 
-use concordem_contact::kinematics::PreviousGeometry;
 use concordem_contact::math::{Mat3, Quat, Vec3, atan2};
 use concordem_operator::strain::Dimension;
 use concordem_operator::stress::{Partition, particle_moments};
 use concordem_operator::tessellation::{Mesh, delaunay};
 use concordem_operator::{ContactSet, LoadSet, OperatorError, Period, couple_stress};
 use concordem_solver::record::{ContactForces, Forces};
+use concordem_solver::state::contacts::Pair;
 use concordem_solver::state::particles::Load;
 use concordem_solver::state::{Cell, Constraint, Particles, State};
 
@@ -30,34 +30,35 @@ pub struct Bonds {
 impl Bonds {
     /// The bonds of a state at its present positions, with the damage recorded together with `forces`, so that stress
     /// and damage of one row belong to the same positions. Broken bonds keep the direction that they had when they
-    /// broke, starting at the present position of their particle A.
+    /// broke, and lie half way between their particles.
     pub fn of(state: &State, forces: &Forces) -> Self {
         let mut bonds = Self::default();
         let mut damage = forces.contacts.damage.iter();
         let position = &state.particles.position;
+        let ends = |pair: Pair, image: [i8; 3]| {
+            let shift = state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(image));
+            [position[pair.a as usize], position[pair.b as usize] + shift]
+        };
         for block in &state.bonds {
             for k in 0..block.len() {
                 let view = block.view(k);
-                let [a, b] = [view.pair.a as usize, view.pair.b as usize];
-                let shift = state.cell.map_or_else(Vec3::zeros, |cell| cell.shift(view.flags.image));
-                let branch = position[b] + shift - position[a];
+                let [a, b] = ends(view.pair, view.flags.image);
                 let damage = damage.next().copied().unwrap_or_else(|| [block.damage(k), block.lost_strength(k)]);
-                bonds.push([view.pair.a, view.pair.b], &position[a], &branch, damage);
+                bonds.push([view.pair.a, view.pair.b], &a, &(b - a), &(b - a).normalize(), damage);
             }
         }
         for bond in &state.broken {
-            let PreviousGeometry { normal, length } = bond.previous;
-            let a = &position[bond.pair.a as usize];
-            bonds.push([bond.pair.a, bond.pair.b], a, &(normal * length), [1.0, 1.0]);
+            let [a, b] = ends(bond.pair, bond.image);
+            bonds.push([bond.pair.a, bond.pair.b], &a, &(b - a), &bond.previous.normal, [1.0, 1.0]);
         }
         bonds
     }
 
-    /// Adds a bond between the particles `pair`: position of A (m), branch vector (m), damage and lost strength.
-    pub fn push(&mut self, pair: [u32; 2], a: &Vec3, branch: &Vec3, [damage, lost_strength]: [f64; 2]) {
+    /// Adds a bond between the particles `pair`: position of A (m), branch vector (m), direction, damage and lost strength.
+    pub fn push(&mut self, pair: [u32; 2], a: &Vec3, branch: &Vec3, normal: &Vec3, [damage, lost_strength]: [f64; 2]) {
         self.pair.push(pair);
         self.midpoint.push(a + branch * 0.5);
-        self.normal.push(branch.normalize());
+        self.normal.push(*normal);
         self.damage.push(damage);
         self.lost_strength.push(lost_strength);
     }
@@ -79,6 +80,8 @@ pub struct SampledState<'a> {
     pub links: &'a ContactForces,
     /// Initial positions, m; may be empty unless an operator needs them.
     pub initial_positions: &'a [Vec3],
+    /// Edges of the periodic cell at the start, as columns, m.
+    pub initial_edges: Option<Mat3>,
     /// Delaunay mesh of the initial positions, built at its first use.
     pub mesh: &'a OnceLock<Result<Mesh, OperatorError>>,
     /// Gravity, m/s².
@@ -130,14 +133,9 @@ impl SampledState<'_> {
         self.cell.map(|cell| Period { edges: cell.matrix, change: cell.velocity_gradient * cell.matrix })
     }
 
-    /// Edges of the periodic cell at the start: `F⁻¹ h`.
-    fn initial_edges(&self) -> Option<Mat3> {
-        self.cell.map(|cell| cell.deformation_gradient.try_inverse().unwrap_or_else(Mat3::identity) * cell.matrix)
-    }
-
     /// Delaunay mesh of the initial positions.
     pub(super) fn initial_mesh(&self) -> Result<&Mesh, OperatorError> {
-        let build = || delaunay(self.initial_positions, self.dimension(), self.initial_edges().as_ref());
+        let build = || delaunay(self.initial_positions, self.dimension(), self.initial_edges.as_ref());
         self.mesh.get_or_init(build).as_ref().map_err(Clone::clone)
     }
 
@@ -165,9 +163,26 @@ impl SampledState<'_> {
             rotation: particles.orientation.iter().map(rotation_vector).collect(),
             period: self
                 .cell
-                .zip(self.initial_edges())
-                .map(|(cell, edges)| Period { edges, change: cell.matrix - edges }),
+                .zip(self.initial_edges)
+                .map(|(cell, edges)| Period { edges, change: cell.deformation_gradient * edges - edges }),
         }
+    }
+
+    /// The motion as the mesh of the initial positions takes it: of particles that were never moved back by whole cells, in a
+    /// cell whose edges were never shortened.
+    pub(super) fn motion_of_mesh(&self, kind: MotionKind) -> Motion {
+        let mut motion = self.motion(kind);
+        let (MotionKind::Rate, Some(cell)) = (kind, &self.cell) else { return motion };
+        for p in 0..self.particles.len() {
+            let way = self.particles.unwrapping(p, Some(cell));
+            motion.position[p] += way;
+            motion.displacement[p] += cell.velocity_gradient * way;
+        }
+        motion.period = self.initial_edges.map(|edges| {
+            let edges = cell.deformation_gradient * edges;
+            Period { edges, change: cell.velocity_gradient * edges }
+        });
+        motion
     }
 
     /// Moments `V_p σ_p` (J) of all particles, including the forces of walls, given loads, and rigid bodies.
@@ -291,6 +306,9 @@ fn surface_moment(particles: &Particles, load: &Load) -> Mat3 {
     load.virial.matrix() * particles.radius[load.particle as usize]
 }
 
+/// Largest relative difference of two distances that is rounding.
+const SAME_DISTANCE: f64 = 1e-9;
+
 /// Forces inside rigid bodies, as contacts between their members; stress operators need them in addition to the contacts.
 ///
 /// Contacts, walls, and given loads exert a net force `F` and moment `M` on a member, which passes them on to the body. They
@@ -325,8 +343,15 @@ pub fn rigid_links(
         let total: Vec3 = members.iter().map(|&m| net[of(m)].force).sum();
         let weighted: Vec3 = members.iter().map(|&m| particles.position[of(m)] * particles.mass[of(m)]).sum();
         let center = weighted / mass;
-        let distance = |m: u32| (particles.position[of(m)] - center).norm_squared();
-        let Some(hub) = members.iter().copied().min_by(|&a, &b| distance(a).total_cmp(&distance(b))) else { continue };
+        let distance = |m: u32| (particles.position[of(m)] - center).norm();
+        // Of members equally near that with the lowest number, so that rounding does not choose.
+        let nearer = |a: u32, b: u32| {
+            let (of_a, of_b) = (distance(a), distance(b));
+            let tie = (of_a - of_b).abs() <= SAME_DISTANCE * of_a.max(of_b);
+            let first = if tie { particles.id[of(a)] < particles.id[of(b)] } else { of_a < of_b };
+            if first { a } else { b }
+        };
+        let Some(hub) = members.iter().copied().reduce(nearer) else { continue };
         for &member in members.iter().filter(|&&member| member != hub) {
             let (start, end) = (particles.position[of(hub)], particles.position[of(member)]);
             let branch = end - start;

@@ -19,7 +19,7 @@ pub use simulation::{Advance, Simulation};
 pub use stage::{Stage, StageEnd, StageReason};
 pub use stop::{Stop, StopReason};
 
-use concordem_contact::math::Vec3;
+use concordem_contact::math::{Mat3, Vec3};
 
 /// Loading, samples, and stop conditions of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,6 +42,8 @@ pub struct Schedule {
     pub operators: Vec<ScheduledOperator>,
     /// Initial positions, m, for strains; may be empty if no operator needs them.
     pub initial_positions: Vec<Vec3>,
+    /// Edges of the periodic cell at the start, as columns, m.
+    pub initial_edges: Option<Mat3>,
     /// Whether particles are discs of unit depth.
     pub planar: bool,
     /// Steps between two snapshots; only the first and the last state if `None`.
@@ -62,6 +64,7 @@ impl Default for Schedule {
             sample_interval: 10,
             operators: Vec::new(),
             initial_positions: Vec::new(),
+            initial_edges: None,
             planar: false,
             snapshot_interval: None,
             checkpoint_interval: None,

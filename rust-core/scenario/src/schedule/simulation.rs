@@ -213,6 +213,7 @@ impl Simulation {
             forces: &forces,
             links: &links,
             initial_positions: &self.schedule.initial_positions,
+            initial_edges: self.schedule.initial_edges,
             mesh: &self.mesh,
             gravity: self.solver.model().gravity,
             planar: self.schedule.planar,

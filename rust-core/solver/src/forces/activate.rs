@@ -1,27 +1,36 @@
 //! Beginning of contacts.
 
-use concordem_contact::kinematics::PreviousGeometry;
+use concordem_contact::kinematics::{MotionMeasure, PreviousGeometry};
 use concordem_contact::law::{ContactLaw, Reference};
-use concordem_contact::math::Vec3;
+use concordem_contact::math::{Vec3, yade_order};
 
 use crate::state::contacts::ContactFlags;
 
+/// Length of a branch vector (m), with the bits of the measure that evaluates the contact. A contact that begins unstrained, as
+/// those of the concrete law, must not see a strain of its rounding: that would open it again.
+#[inline(always)]
+pub(super) fn length_of(branch: &Vec3, mode: MotionMeasure) -> f64 {
+    match mode {
+        MotionMeasure::Finite | MotionMeasure::FirstOrder => branch.norm(),
+        MotionMeasure::Yade | MotionMeasure::YadeRatcheting => yade_order::norm(branch),
+    }
+}
+
 /// Activate a candidate if its surfaces meet, or those of its broken bond; returns whether they do.
 ///
-/// `between` and `before` are the branch vectors now and one step ago (m); `surface_displacement` is how far the surfaces
-/// have moved towards each other (m), 0 for rigid particles.
+/// `length` is the [`length_of`] the branch vector (m), `before` that vector one step ago (m); `surface_displacement` is how far
+/// the surfaces have moved towards each other (m), 0 for rigid particles.
 #[cold]
 #[inline(never)]
 pub(super) fn activate<L: ContactLaw>(
     flags: &mut ContactFlags,
     reference: &mut Reference,
     previous: &mut PreviousGeometry,
-    between: &Vec3,
+    length: f64,
     before: &Vec3,
     [radius_a, radius_b]: [f64; 2],
     surface_displacement: f64,
 ) -> bool {
-    let length = between.norm();
     let opening =
         if flags.has(ContactFlags::KEPT_REFERENCE) { length - reference.length } else { length - radius_a - radius_b };
     if opening - surface_displacement >= 0.0 {

@@ -48,7 +48,9 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             && !flags.has(ContactFlags::NOT_OWNED)
             && point.elongation_old < 0.0
         {
-            totals.energy.damage -= inherited_energy(point, &response.force, &response.energy);
+            let [regained, undone] = inherited_energy::<L>(point, &response.force, &response.energy);
+            totals.energy.damage -= regained;
+            totals.energy.integration -= undone;
         }
         self.tile.previous[k] = PreviousGeometry { normal, length: point.length };
         let counted = !flags.has(ContactFlags::NOT_OWNED);
@@ -62,6 +64,13 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
             end(flags, history, response.status, response.state);
             if response.status == Status::Broke {
                 let position = self.context.poses[a].position + normal * arm_a;
+                let row = flags.row as usize;
+                let offset = point.geometry.reference_length - self.rows[row].unstrained_length(&point.geometry);
+                let undone = not_released([point.elongation_old + offset, point.elongation + offset], &response.energy);
+                if counted {
+                    totals.energy.damage -= undone;
+                    totals.energy.integration += undone;
+                }
                 let (energy, stored) = (response.energy.damage, stored_by_mode(&response.energy));
                 log_event(&mut totals.bond_events, pair, 1.0, position, energy, stored, true);
             }
@@ -165,15 +174,38 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 }
 
-/// Energy of a contact at its first evaluation that no work of this step explains, J.
+/// Energy of a contact at its first evaluation that no work of this step explains, in two parts, J.
 ///
-/// The contact continues a bond that broke under compression. The energy of that bond was booked as released; the
-/// contact regains a part of it.
+/// The contact continues a bond that broke under compression. The energy of that bond was booked as released; the contact regains
+/// the part that it stores at the overlap of the breaking step. The rest is an error: because the forces of the breaking step are
+/// void, half of this step's work is not done.
 #[inline(always)]
-fn inherited_energy(point: &PointKinematics, force: &Vec3, energy: &EnergySplit) -> f64 {
+fn inherited_energy<L: ContactLaw>(point: &PointKinematics, force: &Vec3, energy: &EnergySplit) -> [f64; 2] {
     let along = point.normal * (point.elongation - point.elongation_old);
     let work = 0.5 * force.dot(&(along + point.shear_increment));
-    energy.stored() + energy.dissipated() + energy.integration - work
+    let unexplained = energy.stored() + energy.dissipated() + energy.integration - work;
+    if point.elongation >= 0.0 {
+        return [unexplained, 0.0];
+    }
+    let regained = energy.stored_normal * L::energy_ratio(point.elongation_old / point.elongation);
+    [regained, unexplained - regained]
+}
+
+/// Part of the damage of a breaking step that the particles never stored, J.
+///
+/// Laws book the energy at the end of the step as damage, and take back as `integration` the half of the step's work that the
+/// void forces of its end did not do. Both together are what the particles lose: for a spring `½k u_old u`, between the energies
+/// before and after the step. It is the damage, and no error, as long as it is not negative.
+///
+/// Under pressure the contact that follows takes over the normal energy after the step, so that the normal half stays an error.
+/// `old`, `now`: elongation of the normal spring before and after the step, m.
+#[inline(always)]
+fn not_released([old, now]: [f64; 2], energy: &EnergySplit) -> f64 {
+    if now < 0.0 {
+        let normal = energy.stored_normal * (1.0 - old / now);
+        return (-energy.integration - normal).min(energy.damage - energy.stored_normal);
+    }
+    (-energy.integration).min(energy.damage)
 }
 
 /// Mark a contact that broke or opened. `last`: its history after the step.

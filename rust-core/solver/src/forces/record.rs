@@ -9,7 +9,7 @@ use concordem_contact::law::{ContactGeometry, ContactLaw, Kinematics, Response, 
 use concordem_contact::math::Vec3;
 use concordem_operator::{ContactSet, LoadSet, OperatorError};
 
-use super::activate::activate;
+use super::activate::{activate, length_of};
 use super::{LawLoops, ParticleSums, StepContext, motion_of};
 use crate::state::contacts::{ContactBlock, ContactFlags};
 use crate::state::{Particles, Wall};
@@ -155,7 +155,15 @@ pub fn contact_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context:
             context.surface_approach(a, b, &normal, &normal).0
         };
         let (flags, reference, previous) = (&mut flags, &mut reference, &mut previous);
-        if !activate::<L>(flags, reference, previous, &branch, &before, [radius_a, radius_b], surface_displacement) {
+        if !activate::<L>(
+            flags,
+            reference,
+            previous,
+            length_of(&branch, context.mode),
+            &before,
+            [radius_a, radius_b],
+            surface_displacement,
+        ) {
             return ContactRecord::default();
         }
     }

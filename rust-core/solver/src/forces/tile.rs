@@ -14,6 +14,7 @@ use concordem_contact::law::{
 use concordem_contact::math::{Quat, Symmetric, Vec3};
 use concordem_contact::prefetch::prefetch_row;
 
+use super::activate::{activate, length_of};
 use super::tile_map::is_local;
 use super::{StepContext, Totals, Wrench, motion_of};
 use crate::state::contacts::{ContactFlags, Pair};
@@ -136,7 +137,7 @@ pub(super) const LOCAL: u32 = u32::MAX;
 /// The constants say what the loop supports: a periodic cell, a sample, deformable particles.
 pub(super) struct TileEvaluator<'a, L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool> {
     pub(super) context: &'a StepContext<'a>,
-    rows: &'a [L],
+    pub(super) rows: &'a [L],
     pub(super) tile: Tile<'a, L>,
     pub(super) totals: Totals,
     pub(super) pending: [PendingContact; BATCH],
@@ -240,7 +241,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         let tile = &mut self.tile;
         let (flags, reference, previous) = (&mut tile.flags[k], &mut tile.reference[k], &mut tile.previous[k]);
         let radii = [radius_a, radius_b];
-        super::activate::activate::<L>(flags, reference, previous, &between, &before, radii, surface_displacement)
+        let length = length_of(&between, self.context.mode);
+        activate::<L>(flags, reference, previous, length, &before, radii, surface_displacement)
     }
 }
 

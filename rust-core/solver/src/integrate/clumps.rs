@@ -2,7 +2,8 @@
 
 use concordem_contact::math::Vec3;
 
-use super::damping::changes;
+use super::Damping;
+use super::damping::{changes, local_damping_at};
 use super::kick::Freedom;
 use super::{KickContext, KickSums, NetForces};
 use crate::state::{Clump, Constraint, Particles};
@@ -45,7 +46,9 @@ impl Resultant {
 /// Advance rigid clumps under the forces on their members, and book their energies like those of particles.
 ///
 /// The rotational kinetic energy is booked as the mean of its values before and after the kick, so a tumbling clump
-/// leaves a residual of second order in the step in the ledger. Damping acts on force and torque of the clump.
+/// leaves a residual of second order in the step in the ledger. Damping acts on force and torque of the clump; the sign of local
+/// damping is that of the mean angular velocity of the step, with all three moments of inertia: with a smaller inertia it would
+/// drive rotations that turn back.
 pub fn advance_clumps(
     context: &KickContext<'_>,
     clumps: &mut [Clump],
@@ -92,7 +95,16 @@ fn advance(
         target: None,
         is_rotation: true,
     };
-    let ((_, f_damping), (_, t_damping)) = (translation.kick(context), rotation.kick(context));
+    let (_, f_damping) = translation.kick(context);
+    let t_damping = match context.damping {
+        Damping::Local { rotation, .. } => {
+            let change = clump.angular_velocity(&torque, &clump.orientation) * (0.5 * dt);
+            let mut damping = local_damping_at(&torque, &(angular_velocity + change), rotation);
+            (0..3).filter(|&axis| clump.constraint.rotation(axis)).for_each(|axis| damping[axis] = 0.0);
+            damping
+        }
+        _ => rotation.kick(context).1,
+    };
     // Angular velocity of the members in the last step, half a step ago, like their displacements.
     let w = particles.angular_velocity.get(first).copied().unwrap_or(angular_velocity);
     let (v, rotation_before) = (velocity, clump.rotational_energy());

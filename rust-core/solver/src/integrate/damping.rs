@@ -82,6 +82,11 @@ pub(super) fn local_damping(force: &Vec3, mass: f64, fluctuation: &Vec3, coeffic
     Vec3::new(component(0), component(1), component(2))
 }
 
+/// Force of [`Damping::Local`] with λ = `coefficient` at the mean velocity `mean` (m/s) of the step, N.
+pub(super) fn local_damping_at(force: &Vec3, mean: &Vec3, coefficient: f64) -> Vec3 {
+    force.zip_map(mean, |force, mean| if mean == 0.0 { 0.0 } else { -coefficient * force.abs() * mean.signum() })
+}
+
 /// Change of force and torque since the last step. Replaces the last values in `previous`; zero without `previous`.
 #[inline(always)]
 pub(super) fn changes(previous: Option<&mut [Vec3; 2]>, force: &Vec3, torque: &Vec3) -> [Vec3; 2] {

@@ -1,7 +1,7 @@
 //! Rebuild of the neighbor list: candidates of contacts between particles and with walls, and the tile maps.
 
 use concordem_contact::kinematics::{PreviousGeometry, sphere_sphere};
-use concordem_contact::law::Reference;
+use concordem_contact::law::{ContactGeometry, Reference};
 use concordem_contact::math::Vec3;
 use rayon::prelude::*;
 
@@ -62,7 +62,8 @@ impl Solver {
     /// Move broken bonds from their blocks to [`State::broken`].
     fn remove_broken_bonds(&self, state: &mut State) -> BondedPairs {
         let mut pairs = BondedPairs::default();
-        for (index, block) in state.bonds.iter_mut().enumerate() {
+        let State { bonds, contacts, particles, broken, .. } = state;
+        for (index, block) in bonds.iter_mut().enumerate() {
             let block = block.contacts_mut();
             let mut any_broken = false;
             for k in 0..block.len() {
@@ -74,12 +75,15 @@ impl Solver {
                     if self.owned.is_empty() {
                         let (pair, image) = key;
                         let (reference, previous) = (view.reference, view.previous);
-                        state.broken.push(BrokenBond { block: index as u16, pair, image, reference, previous });
+                        broken.push(BrokenBond { block: index as u16, pair, image, reference, previous });
                     }
-                    if let Some(reference) = block.kept_reference(k) {
+                    let [a, b] = [view.pair.a, view.pair.b].map(|p| particles.material[p as usize]);
+                    if let (Some(contacts), Some(row)) = (contacts.as_ref(), self.model.contact_rows.get(a, b))
+                        && let Some(reference) = reference_after(block, k, contacts.contacts(), row, particles)
+                    {
                         pairs.kept.push((key, reference, view.previous));
                     }
-                } else if state.contacts.is_some() {
+                } else if contacts.is_some() {
                     pairs.intact.push(key);
                 }
             }
@@ -172,6 +176,54 @@ impl Solver {
         let within = |(now, then): (&Vec3, &Vec3)| (now - then).norm_squared() < allowed * allowed;
         allowed <= 0.0 || !state.particles.position.par_iter().zip(&verlet.positions).all(within)
     }
+}
+
+/// Largest relative difference of overlaps that is rounding: then the reference of the bond stays to the last bit.
+const SAME_OVERLAP: f64 = 1e-9;
+
+/// Unstrained geometry of the contact, of parameter row `row`, that follows the broken bond `k`; `None` if it is that of any
+/// other contact.
+///
+/// The faces of the crack touch where they parted: at the bond's unstrained length. Where the particles of a bond overlap, this
+/// holds for all laws whose contacts would otherwise start with the overlap, and with energy that nobody stored.
+///
+/// A bond that breaks under pressure hands its normal force over, not more: a contact stiffer than the bond gets a smaller
+/// overlap. Its force `F` at the overlap `δ` then stores less than the bond did, because `∫F dδ ≤ ½Fδ` for a force that grows at
+/// least linearly.
+fn reference_after(
+    bonds: &dyn Contacts,
+    k: usize,
+    contacts: &dyn Contacts,
+    row: u16,
+    particles: &Particles,
+) -> Option<Reference> {
+    let view = bonds.view(k);
+    let (a, b) = (view.pair.a as usize, view.pair.b as usize);
+    let (radius_a, radius_b, length) = (particles.radius[a], particles.radius[b], view.previous.length);
+    let unstrained = bonds.unstrained_length(k, particles);
+    let of_others = contacts.unbonded_reference(length, radius_a, radius_b);
+    let mut reference = match bonds.kept_reference(k) {
+        Some(reference) => reference,
+        None if of_others.length > length => Reference { length: unstrained.min(of_others.length), ..of_others },
+        None => return None,
+    };
+    let overlap = reference.length - length;
+    if overlap > 0.0 {
+        let geometry = ContactGeometry {
+            reference_length: reference.length,
+            area: reference.area,
+            radius_a,
+            radius_b,
+            mass_a: particles.mass[a],
+            mass_b: particles.mass[b],
+        };
+        let force = bonds.stiffness(k, particles, false).normal * (unstrained - length).max(0.0);
+        let carried = contacts.overlap_under(row, &geometry, force);
+        if carried < overlap * (1.0 - SAME_OVERLAP) {
+            reference.length = length + carried;
+        }
+    }
+    Some(reference)
 }
 
 /// Renew the candidates of wall contacts; contacts with history stay.

@@ -244,6 +244,10 @@ pub trait Contacts: Send + Sync {
     fn unbonded_reference(&self, length: f64, radius_a: f64, radius_b: f64) -> Reference;
     /// Reference that the broken bond `k` leaves to the unbonded contact; see [`ContactLaw::kept_reference`].
     fn kept_reference(&self, k: usize) -> Option<Reference>;
+    /// Center distance at which bond `k` is without normal force, m; see [`ContactLaw::unstrained_length`].
+    fn unstrained_length(&self, k: usize, particles: &Particles) -> f64;
+    /// Overlap at which a contact of parameter row `row` presses with `force` (N), m; see [`ContactLaw::overlap_under`].
+    fn overlap_under(&self, row: u16, geometry: &ContactGeometry, force: f64) -> f64;
     /// Fields of the history, and the histories of all contacts as numbers.
     fn history_reals(&self) -> (&'static [concordem_contact::law::Field], &[f64]);
     /// Write all columns under `path`.
@@ -400,6 +404,12 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     }
     fn kept_reference(&self, k: usize) -> Option<Reference> {
         self.rows[self.flags[k].row as usize].kept_reference(self.reference[k])
+    }
+    fn unstrained_length(&self, k: usize, particles: &Particles) -> f64 {
+        self.rows[self.flags[k].row as usize].unstrained_length(&self.geometry(k, particles, false))
+    }
+    fn overlap_under(&self, row: u16, geometry: &ContactGeometry, force: f64) -> f64 {
+        self.rows[row as usize].overlap_under(geometry, force)
     }
     fn history_reals(&self) -> (&'static [concordem_contact::law::Field], &[f64]) {
         (L::State::FIELDS, bytemuck::cast_slice(&self.history))

@@ -31,7 +31,7 @@ pub(super) const RATE: OperatorDefinition = OperatorDefinition {
 
 fn evaluate(sampling: &Sampling<'_>, kind: MotionKind, row: &mut Row) -> Result<(), OperatorError> {
     let mesh = sampling.state.initial_mesh()?;
-    let m = sampling.state.motion(kind);
+    let m = sampling.state.motion_of_mesh(kind);
     let all = cell_strain(mesh, &m.position, &m.displacement, m.period.as_ref())?;
     let mean = all.within(mesh, &m.position, sampling.region, m.period.as_ref())?;
     row.tensor(&mean.gradient).scalars([mean.volume, mean.cells.len() as f64]);

@@ -1,0 +1,482 @@
+//! A scenario whose vectors can be turned and shifted, and its text.
+
+use std::fmt::Write as _;
+
+use concordem::math::{Mat3, Vec3};
+
+/// Shape of a wall.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// Point and normal.
+    Plane(Vec3, Vec3),
+    /// Triangles.
+    Facets(Vec<[Vec3; 3]>),
+    /// A point of the axis, its direction (0 to 2), radius, and whether particles are inside.
+    Cylinder(Vec3, usize, f64, bool),
+}
+
+/// A wall.
+#[derive(Clone, Debug)]
+pub struct Wall {
+    pub shape: Shape,
+    pub velocity: Vec3,
+    /// Number of the history that multiplies the velocity.
+    pub history: Option<usize>,
+}
+
+/// A rigid body: packed particles by number, or added spheres.
+#[derive(Clone, Debug)]
+pub struct Clump {
+    pub members: Vec<usize>,
+    pub spheres: Vec<(Vec3, f64)>,
+    /// Velocity and angular velocity.
+    pub motion: Option<(Vec3, Vec3)>,
+}
+
+/// Loading of the specimen.
+#[derive(Clone, Debug)]
+pub enum Loading {
+    None,
+    CellStrain(Mat3),
+    /// Stress, and largest rate.
+    CellStress(Mat3, f64),
+    /// Axis, strain rate, and whether the ends are fixed across it.
+    Uniaxial(usize, f64, bool),
+    /// Axis, closing velocity.
+    Platens(usize, f64),
+}
+
+/// Region of an operator.
+#[derive(Clone, Debug)]
+pub enum Region {
+    /// None is given: the operator reads a wall.
+    None,
+    All(f64),
+    Cell,
+    Box(Vec3, Vec3),
+    Sphere(Vec3, f64),
+    Cylinder(Vec3, Vec3, f64, f64),
+    Ellipsoid(Vec3, Vec3),
+    /// Particles by number, and their volume.
+    Set(Vec<usize>, f64),
+    /// The operator reads a set: particles by number, and the point of its moments.
+    OfSet(Vec<usize>, Option<Vec3>),
+    /// The operator reads two sets.
+    Between([Vec<usize>; 2]),
+}
+
+/// An operator.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    pub operator: &'static str,
+    pub region: Region,
+    /// Other keys, as text.
+    pub keys: String,
+    /// Velocity of the region.
+    pub velocity: Vec3,
+}
+
+/// A prescribed motion; `None` is free.
+#[derive(Clone, Debug, Default)]
+pub struct Motion {
+    pub velocity: [Option<f64>; 3],
+    pub angular_velocity: [Option<f64>; 3],
+    /// Displacement at the factor 1 of the history.
+    pub displacement: [Option<f64>; 3],
+    /// Number of the history.
+    pub history: Option<usize>,
+}
+
+/// A stage of the loading.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    pub rate: f64,
+    /// Number of the history.
+    pub history: Option<usize>,
+    /// Conditions, as text.
+    pub stop: String,
+}
+
+/// What a set of particles, given by number, is prescribed, loaded with, or starts with.
+#[derive(Clone, Debug)]
+pub enum Action {
+    Prescribe(Motion),
+    /// Force, moment, number of a history, and where the force acts on deformable particles.
+    Force(Vec3, Vec3, Option<usize>, &'static str),
+    /// Initial velocity and angular velocity.
+    Initial(Vec3, Vec3),
+}
+
+/// A scenario.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Name in reports.
+    pub name: String,
+    pub dimension: u8,
+    pub kinematics: &'static str,
+    pub spheres: Vec<(Vec3, f64)>,
+    /// Edges of the periodic cell.
+    pub cell: Option<Vec3>,
+    /// Tables of the materials; the first is "m", the second, if any, "n".
+    pub materials: String,
+    /// Particles of the second material.
+    pub second: Vec<usize>,
+    /// Law and interaction ratio.
+    pub bonds: Option<(&'static str, f64)>,
+    pub contacts: &'static str,
+    /// Further tables.
+    pub options: String,
+    pub scheme: &'static str,
+    pub damping: String,
+    pub gravity: Vec3,
+    /// Time step; "auto" if `None`.
+    pub time_step: Option<f64>,
+    pub loading: Loading,
+    /// Factors over time, as text.
+    pub histories: Vec<String>,
+    pub stages: Vec<Stage>,
+    pub walls: Vec<Wall>,
+    pub clumps: Vec<Clump>,
+    pub actions: Vec<(Vec<usize>, Action)>,
+    pub samples: Vec<Sample>,
+    pub interval: u64,
+    pub steps: u64,
+}
+
+/// A rotation that permutes the axes, with signs.
+#[derive(Clone, Copy, Debug)]
+pub struct Turn(pub Mat3);
+
+impl Turn {
+    /// A quarter turn about z; in space the axes are then permuted in a cycle.
+    pub fn of(dimension: u8) -> Self {
+        let quarter = Mat3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+        let cycle = Mat3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
+        Self(if dimension == 2 { quarter } else { cycle * quarter })
+    }
+
+    /// The vector in the turned scenario. Adding zero makes −0 a 0.
+    pub fn vector(&self, v: &Vec3) -> Vec3 {
+        (self.0 * v).map(|c| c + 0.0)
+    }
+
+    /// Lengths along the axes.
+    pub fn lengths(&self, v: &Vec3) -> Vec3 {
+        (self.0 * v).abs()
+    }
+
+    /// The axis that `axis` becomes, and its sign.
+    pub fn axis(&self, axis: usize) -> (usize, f64) {
+        let column = self.0.column(axis);
+        let k = (0..3).find(|&k| column[k] != 0.0).unwrap_or(0);
+        (k, column[k])
+    }
+
+    pub fn tensor(&self, t: &Mat3) -> Mat3 {
+        self.0 * t * self.0.transpose()
+    }
+
+    fn components(&self, given: &[Option<f64>; 3]) -> [Option<f64>; 3] {
+        let mut turned = [None; 3];
+        for (axis, value) in given.iter().enumerate() {
+            let (to, sign) = self.axis(axis);
+            turned[to] = value.map(|value| value * sign + 0.0);
+        }
+        turned
+    }
+
+    fn corners(&self, a: &Vec3, b: &Vec3) -> (Vec3, Vec3) {
+        let (a, b) = (self.vector(a), self.vector(b));
+        (a.inf(&b), a.sup(&b))
+    }
+}
+
+impl Case {
+    /// The whole scenario, turned.
+    pub fn turned(&self, turn: &Turn) -> Self {
+        let mut case = self.clone();
+        let v = |x: &mut Vec3| *x = turn.vector(x);
+        case.spheres.iter_mut().for_each(|s| v(&mut s.0));
+        case.cell = case.cell.map(|cell| turn.lengths(&cell));
+        v(&mut case.gravity);
+        case.loading = match &case.loading {
+            Loading::None => Loading::None,
+            Loading::CellStrain(gradient) => Loading::CellStrain(turn.tensor(gradient)),
+            Loading::CellStress(stress, rate) => Loading::CellStress(turn.tensor(stress), *rate),
+            Loading::Uniaxial(axis, rate, fixed) => Loading::Uniaxial(turn.axis(*axis).0, *rate, *fixed),
+            Loading::Platens(axis, speed) => Loading::Platens(turn.axis(*axis).0, *speed),
+        };
+        for wall in &mut case.walls {
+            v(&mut wall.velocity);
+            match &mut wall.shape {
+                Shape::Plane(point, normal) => {
+                    v(point);
+                    v(normal);
+                }
+                Shape::Facets(triangles) => triangles.iter_mut().flatten().for_each(v),
+                Shape::Cylinder(center, axis, ..) => {
+                    v(center);
+                    *axis = turn.axis(*axis).0;
+                }
+            }
+        }
+        for clump in &mut case.clumps {
+            clump.spheres.iter_mut().for_each(|s| v(&mut s.0));
+            if let Some((velocity, spin)) = &mut clump.motion {
+                v(velocity);
+                v(spin);
+            }
+        }
+        for (_, action) in &mut case.actions {
+            match action {
+                Action::Prescribe(motion) => {
+                    for given in [&mut motion.velocity, &mut motion.angular_velocity, &mut motion.displacement] {
+                        *given = turn.components(given);
+                    }
+                }
+                Action::Force(a, b, ..) | Action::Initial(a, b) => {
+                    v(a);
+                    v(b);
+                }
+            }
+        }
+        for sample in &mut case.samples {
+            v(&mut sample.velocity);
+            match &mut sample.region {
+                Region::Box(low, high) => (*low, *high) = turn.corners(low, high),
+                Region::Sphere(center, _) => v(center),
+                Region::Cylinder(center, axis, ..) => {
+                    v(center);
+                    v(axis);
+                }
+                Region::Ellipsoid(center, axes) => {
+                    v(center);
+                    *axes = turn.lengths(axes);
+                }
+                Region::OfSet(_, about) => about.iter_mut().for_each(v),
+                Region::None | Region::All(_) | Region::Cell | Region::Set(..) | Region::Between(_) => {}
+            }
+        }
+        case
+    }
+
+    /// The text of the scenario; `surface` gives the file of a surface of triangles.
+    pub fn text(&self, surface: &dyn Fn(usize, &[[Vec3; 3]]) -> String) -> String {
+        let mut text = format!("version = 1\ntitle = \"{}\"\n", self.name);
+        let _ = writeln!(text, "dimension = {}\nkinematics = \"{}\"", self.dimension, self.kinematics);
+        let _ = writeln!(text, "[packing]\nkind = \"spheres\"\nspheres = [");
+        for (x, r) in &self.spheres {
+            let _ = writeln!(text, "  [{:?}, {:?}, {:?}, {r:?}],", x.x, x.y, x.z);
+        }
+        let _ = writeln!(text, "]");
+        if let Some(cell) = &self.cell {
+            let _ = writeln!(text, "cell = {}", list(cell));
+        }
+        text += &self.materials;
+        if let Some((law, ratio)) = self.bonds {
+            let _ = writeln!(text, "[bonds]\nlaw = \"{law}\"\ninteraction_ratio = {ratio:?}");
+        }
+        let _ = writeln!(text, "[contacts]\nlaw = \"{}\"", self.contacts);
+        text += &self.options;
+        let _ = writeln!(text, "[integration]\nscheme = \"{}\"", self.scheme);
+        match self.time_step {
+            Some(step) => drop(writeln!(text, "time_step = {step:?}")),
+            None => text += "time_step = \"auto\"\n",
+        }
+        let _ = writeln!(text, "damping = {}\ngravity = {}", self.damping, list(&self.gravity));
+        text += &self.loading_text();
+        self.write_time(&mut text);
+        self.write_bodies(&mut text, surface);
+        self.write_samples(&mut text);
+        let _ = writeln!(text, "[output]\nsample_interval = {}\n[stop]\nsteps = {}", self.interval, self.steps);
+        text
+    }
+
+    fn loading_text(&self) -> String {
+        let axis = |axis: usize| ["x", "y", "z"][axis];
+        match &self.loading {
+            Loading::None => String::new(),
+            Loading::CellStrain(gradient) => {
+                format!("[loading]\nkind = \"cell-strain\"\nvelocity_gradient = {}\n", matrix(gradient))
+            }
+            Loading::CellStress(stress, rate) => format!(
+                "[loading]\nkind = \"cell-stress\"\nstress = {}\nmaximum_strain_rate = {rate:?}\n",
+                matrix(stress)
+            ),
+            Loading::Uniaxial(along, rate, fixed) => format!(
+                "[loading]\nkind = \"uniaxial\"\naxis = \"{}\"\nstrain_rate = {rate:?}\nlateral = \"{}\"\n\
+                 layer_thickness = 1.1e-3\n",
+                axis(*along),
+                if *fixed { "fixed" } else { "free" }
+            ),
+            Loading::Platens(along, speed) => format!(
+                "[loading]\nkind = \"platens\"\naxis = \"{}\"\nclosing_velocity = {speed:?}\nmaterial = \"m\"\n",
+                axis(*along)
+            ),
+        }
+    }
+
+    /// Histories and stages.
+    fn write_time(&self, text: &mut String) {
+        for (k, shape) in self.histories.iter().enumerate() {
+            let _ = writeln!(text, "[[history]]\nname = \"h{k}\"\nshape = {shape}");
+        }
+        for (k, Stage { rate, history, stop }) in self.stages.iter().enumerate() {
+            let _ = writeln!(text, "[[stage]]\nname = \"stage {k}\"\nstop = {{ {stop} }}");
+            if *rate != 1.0 {
+                let _ = writeln!(text, "rate = {rate:?}");
+            }
+            *text += &follows(*history);
+        }
+    }
+
+    /// Walls, sets, bodies, and what acts on sets.
+    fn write_bodies(&self, text: &mut String, surface: &dyn Fn(usize, &[[Vec3; 3]]) -> String) {
+        for (k, wall) in self.walls.iter().enumerate() {
+            let shape = match &wall.shape {
+                Shape::Plane(point, normal) => {
+                    format!("{{ kind = \"plane\", point = {}, normal = {} }}", list(point), list(normal))
+                }
+                Shape::Facets(triangles) => format!("{{ kind = \"facets\", path = \"{}\" }}", surface(k, triangles)),
+                Shape::Cylinder(center, axis, radius, inside) => format!(
+                    "{{ kind = \"cylinder\", center = {}, axis = \"{}\", radius = {radius:?}, side = \"{}\" }}",
+                    list(center),
+                    ["x", "y", "z"][*axis],
+                    if *inside { "inside" } else { "outside" }
+                ),
+            };
+            let _ = writeln!(
+                text,
+                "[[wall]]\nname = \"w{k}\"\nmaterial = \"m\"\nshape = {shape}\nvelocity = {}",
+                list(&wall.velocity)
+            );
+            *text += &follows(wall.history);
+        }
+        let mut sets = 0;
+        let mut set = |text: &mut String, ids: &[usize], material: &str| {
+            let name = format!("s{sets}");
+            sets += 1;
+            let _ =
+                writeln!(text, "[[set]]\nname = \"{name}\"\nselection = {{ kind = \"ids\", ids = {ids:?} }}{material}");
+            name
+        };
+        if !self.second.is_empty() {
+            set(text, &self.second, "\nmaterial = \"n\"");
+        }
+        for clump in &self.clumps {
+            if clump.spheres.is_empty() {
+                let name = set(text, &clump.members, "");
+                let _ = writeln!(text, "[[clump]]\nset = \"{name}\"");
+            } else {
+                let spheres: Vec<String> =
+                    clump.spheres.iter().map(|(x, r)| format!("[{:?}, {:?}, {:?}, {r:?}]", x.x, x.y, x.z)).collect();
+                let _ = writeln!(text, "[[clump]]\nspheres = [{}]", spheres.join(", "));
+            }
+            if let Some((velocity, spin)) = &clump.motion {
+                let _ = writeln!(text, "velocity = {}\nangular_velocity = {}", list(velocity), list(spin));
+            }
+        }
+        for (ids, action) in &self.actions {
+            let name = set(text, ids, "");
+            let (table, keys) = match action {
+                Action::Prescribe(motion) => {
+                    let keys = format!(
+                        "velocity = {}\nangular_velocity = {}\ndisplacement = {}\n{}",
+                        components(&motion.velocity),
+                        components(&motion.angular_velocity),
+                        components(&motion.displacement),
+                        follows(motion.history)
+                    );
+                    ("prescribe", keys)
+                }
+                Action::Force(force, moment, history, acts) => {
+                    let keys = format!(
+                        "force = {}\nmoment = {}\nacts = \"{acts}\"\n{}",
+                        list(force),
+                        list(moment),
+                        follows(*history)
+                    );
+                    ("force", keys)
+                }
+                Action::Initial(velocity, spin) => {
+                    ("initial", format!("velocity = {}\nangular_velocity = {}", list(velocity), list(spin)))
+                }
+            };
+            let _ = writeln!(text, "[[{table}]]\nset = \"{name}\"\n{keys}");
+        }
+        for (k, sample) in self.samples.iter().enumerate() {
+            let sets: &[Vec<usize>] = match &sample.region {
+                Region::Set(ids, _) | Region::OfSet(ids, _) => std::slice::from_ref(ids),
+                Region::Between(sets) => sets,
+                _ => &[],
+            };
+            for (at, ids) in sets.iter().enumerate() {
+                let selection = format!("{{ kind = \"ids\", ids = {ids:?} }}");
+                let _ = writeln!(text, "[[set]]\nname = \"sampled {k}-{at}\"\nselection = {selection}");
+            }
+        }
+    }
+
+    fn write_samples(&self, text: &mut String) {
+        for (k, sample) in self.samples.iter().enumerate() {
+            let _ = writeln!(text, "[[sample]]\noperator = \"{}\"\nname = \"o{k}\"", sample.operator);
+            let region = match &sample.region {
+                Region::None => None,
+                Region::OfSet(_, about) => {
+                    let _ = writeln!(text, "set = \"sampled {k}-0\"");
+                    if let Some(about) = about {
+                        let _ = writeln!(text, "about = {}", list(about));
+                    }
+                    None
+                }
+                Region::Between(_) => {
+                    let _ = writeln!(text, "sets = [\"sampled {k}-0\", \"sampled {k}-1\"]");
+                    None
+                }
+                Region::All(volume) => Some(format!("kind = \"all\", volume = {volume:?}")),
+                Region::Cell => Some("kind = \"cell\"".to_owned()),
+                Region::Box(low, high) => {
+                    Some(format!("kind = \"box\", minimum = {}, maximum = {}", list(low), list(high)))
+                }
+                Region::Sphere(center, radius) => {
+                    Some(format!("kind = \"sphere\", center = {}, radius = {radius:?}", list(center)))
+                }
+                Region::Cylinder(center, axis, radius, height) => Some(format!(
+                    "kind = \"cylinder\", center = {}, axis = {}, radius = {radius:?}, height = {height:?}",
+                    list(center),
+                    list(axis)
+                )),
+                Region::Ellipsoid(center, axes) => {
+                    Some(format!("kind = \"ellipsoid\", center = {}, half_axes = {}", list(center), list(axes)))
+                }
+                Region::Set(_, volume) => Some(format!("kind = \"set\", set = \"sampled {k}-0\", volume = {volume:?}")),
+            };
+            if let Some(region) = region {
+                let _ = writeln!(text, "region = {{ {region} }}");
+            }
+            if sample.velocity != Vec3::zeros() {
+                let _ = writeln!(text, "velocity = {}", list(&sample.velocity));
+            }
+            *text += &sample.keys;
+        }
+    }
+}
+
+fn list(v: &Vec3) -> String {
+    format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z)
+}
+
+/// The key that names a history.
+fn follows(history: Option<usize>) -> String {
+    history.map_or_else(String::new, |k| format!("history = \"h{k}\"\n"))
+}
+
+fn matrix(m: &Mat3) -> String {
+    let row = |i: usize| list(&Vec3::new(m[(i, 0)], m[(i, 1)], m[(i, 2)]));
+    format!("[{}, {}, {}]", row(0), row(1), row(2))
+}
+
+fn components(v: &[Option<f64>; 3]) -> String {
+    let one = |c: &Option<f64>| c.map_or("\"free\"".to_owned(), |c| format!("{c:?}"));
+    format!("[{}, {}, {}]", one(&v[0]), one(&v[1]), one(&v[2]))
+}
