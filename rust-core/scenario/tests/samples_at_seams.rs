@@ -480,7 +480,7 @@ fn cell_strains_survive_a_restart() {
 /// A broken bond lies half way between its particles, whichever of them is called A.
 #[test]
 fn broken_bonds_lie_between_their_particles() {
-    let text = CHAIN
+    let text = chain()
         .replace("relative_ductility = 30", "relative_ductility = 3, omega_threshold = 0.5")
         .replace("velocity = [0.04, 0, 0]", "velocity = [40, 0, 0]")
         .replace("time_step = 5e-7", "time_step = 5e-7\n    allow_energy_error = true")
