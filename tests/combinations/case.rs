@@ -286,7 +286,8 @@ impl Case {
         let _ = writeln!(text, "damping = {}\ngravity = {}", self.damping, list(&self.gravity));
         text += &self.loading_text();
         self.write_time(&mut text);
-        self.write_bodies(&mut text, surface);
+        self.write_walls(&mut text, surface);
+        self.write_bodies(&mut text);
         self.write_samples(&mut text);
         let _ = writeln!(text, "[output]\nsample_interval = {}\n[stop]\nsteps = {}", self.interval, self.steps);
         text
@@ -330,8 +331,7 @@ impl Case {
         }
     }
 
-    /// Walls, sets, bodies, and what acts on sets.
-    fn write_bodies(&self, text: &mut String, surface: &dyn Fn(usize, &[[Vec3; 3]]) -> String) {
+    fn write_walls(&self, text: &mut String, surface: &dyn Fn(usize, &[[Vec3; 3]]) -> String) {
         for (k, wall) in self.walls.iter().enumerate() {
             let shape = match &wall.shape {
                 Shape::Plane(point, normal) => {
@@ -352,6 +352,10 @@ impl Case {
             );
             *text += &follows(wall.history);
         }
+    }
+
+    /// Sets, bodies, and what acts on sets.
+    fn write_bodies(&self, text: &mut String) {
         let mut sets = 0;
         let mut set = |text: &mut String, ids: &[usize], material: &str| {
             let name = format!("s{sets}");

@@ -1,5 +1,7 @@
 //! What changes with time in a random scenario, and operators that read sets.
 
+use std::fmt::Write as _;
+
 use concordem_tests::random::Random;
 
 use crate::case::{Action, Case, Loading, Motion, Region, Sample, Stage};
@@ -8,12 +10,12 @@ use concordem::math::Vec3;
 
 /// Adds histories, stages, and operators on sets. Runs last some 5 µs to 50 µs, in the plane more.
 pub fn add(random: &mut Random, case: &mut Case) {
-    for _ in 0..1 + random.below(2) {
+    for _ in 0..=random.below(2) {
         case.histories.push(history(random));
     }
     motions(random, case);
     stages(random, case);
-    for _ in 0..1 + random.below(2) {
+    for _ in 0..=random.below(2) {
         let sample = sample(random, case);
         case.samples.push(sample);
     }
@@ -98,13 +100,13 @@ fn stages(random: &mut Random, case: &mut Case) {
         let history = (loaded && random.happens(0.3)).then(|| random.below(case.histories.len()));
         let mut stop = format!("steps = {}", 20 + random.below(80));
         if random.happens(0.3) {
-            stop += &format!(", time = {:?}", random.between(1e-6, 3e-5));
+            let _ = write!(stop, ", time = {:?}", random.between(1e-6, 3e-5));
         }
         if ends && random.happens(0.4) {
-            stop += &format!(", strain = {:?}", random.between(-1e-3, 1e-3));
+            let _ = write!(stop, ", strain = {:?}", random.between(-1e-3, 1e-3));
         }
         if ends && random.happens(0.4) {
-            stop += &format!(", stress = {:?}", random.between(-1e5, 1e5));
+            let _ = write!(stop, ", stress = {:?}", random.between(-1e5, 1e5));
         }
         if random.happens(0.2) {
             stop += ", unbalanced = 0.05";
