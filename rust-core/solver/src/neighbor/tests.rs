@@ -268,3 +268,25 @@ fn verlet_criterion() {
         assert_eq!(list.needs_rebuild(&shrunk, Some(&cell(1.9))), rebuild);
     }
 }
+
+/// The skin counts along the way, not along the axes, and two particles share it. A cell uses it along the direction of its smallest
+/// stretch, whatever its largest is.
+#[test]
+fn verlet_criterion_in_oblique_directions() {
+    let positions = [Vec3::zeros(), Vec3::x(), Vec3::y()];
+    let list = VerletList::new(&positions, None, 0.1, 1.0);
+    // 0.07·√2 = 0.099, 0.08·√2 = 0.113.
+    for (u, rebuild) in [(0.07, false), (0.08, true)] {
+        let moved = [positions[0], positions[1] + Vec3::new(u, u, 0.0), positions[2]];
+        assert_eq!(list.needs_rebuild(&moved, None), rebuild, "{u}");
+    }
+    // As for the isotropic compression by 5 %: 0.95·(1 + s) > 1.
+    let (short, long) = (Vec3::new(0.6, 0.8, 0.0), Vec3::new(-0.8, 0.6, 0.0));
+    let stretch = Mat3::identity() - short * short.transpose() * 0.05 + long * long.transpose() * 0.1;
+    let moved = positions.map(|x| stretch * x);
+    let (before, after) = (Cell::new_box(Vec3::repeat(2.0)), Cell::new(stretch * 2.0));
+    for (skin, rebuild) in [(0.052, true), (0.053, false)] {
+        let list = VerletList::new(&positions, Some(&before), skin, 1.0);
+        assert_eq!(list.needs_rebuild(&moved, Some(&after)), rebuild, "{skin}");
+    }
+}
