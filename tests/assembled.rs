@@ -2,28 +2,23 @@
 
 use std::path::Path;
 
-use concordem::assembly::{Assembly, AssemblyError, assemble};
+use concordem::assembly::{Assembly, AssemblyError};
 use concordem::math::{Vec3, rotate};
-use concordem::scenario::Scenario;
-use concordem::schedule::{Loading, Simulation};
+use concordem::schedule::Loading;
 use concordem::solver::Solver;
+use concordem_tests::runs::{self, finish, refusal, sound, started};
 
 fn built(text: &str) -> Result<Assembly, AssemblyError> {
-    let scenario = Scenario::parse("assembled.toml", text).unwrap_or_else(|error| panic!("{error}"));
-    assemble(&scenario, Path::new("scenarios/good"), &mut |_, _| {})
+    runs::built(text, Path::new("scenarios/good"))
 }
 
 fn made(text: &str) -> Assembly {
-    built(text).unwrap_or_else(|error| panic!("{error}"))
+    sound(built(text))
 }
 
 /// Key and message of the error for a text that must be refused.
 fn refused(text: &str) -> (String, String) {
-    match built(text) {
-        Err(AssemblyError::Unfit { key, message }) => (key, message),
-        Err(other) => panic!("{other}"),
-        Ok(_) => panic!("accepted: {text}"),
-    }
+    refusal(built(text))
 }
 
 /// Scenario of ten planes of nine bonded spheres along z, with the text `more`.
@@ -319,8 +314,7 @@ fn discs(packing: &str) -> String {
 fn discs_of_file(folder: &Path, content: &str) -> Result<Assembly, AssemblyError> {
     std::fs::write(folder.join("discs.txt"), content).expect("a temporary folder can be written to");
     let text = discs("kind = \"file\"\npath = \"discs.txt\"");
-    let scenario = Scenario::parse("assembled.toml", &text).unwrap_or_else(|error| panic!("{error}"));
-    assemble(&scenario, folder, &mut |_, _| {})
+    runs::built(&text, folder)
 }
 
 /// Files of discs are checked like listed discs: centers in the plane, a cell of unit depth. The cell of the scenario
@@ -328,11 +322,7 @@ fn discs_of_file(folder: &Path, content: &str) -> Result<Assembly, AssemblyError
 #[test]
 fn files_of_discs_lie_in_the_plane() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let refusal = |content: &str| match discs_of_file(folder.path(), content) {
-        Err(AssemblyError::Unfit { key, message }) => (key, message),
-        Err(other) => panic!("{other}"),
-        Ok(_) => panic!("accepted: {content}"),
-    };
+    let refusal = |content: &str| refusal(discs_of_file(folder.path(), content));
     let (key, message) = refusal("0 0 0 0.01\n0.019 0 0.005 0.01\n");
     assert!(key == "packing" && message.starts_with("sphere 1 lies at z = 0.005 m"), "{key}: {message}");
     let (_, message) = refusal("##PERIODIC:: 0.04 0.04 0.04\n0.01 0.01 0 0.01\n0.03 0.01 0 0.01\n");
@@ -340,7 +330,7 @@ fn files_of_discs_lie_in_the_plane() {
     let (_, message) = refusal("# cell 0.04 0 0.001 0 0.04 0 0 0 1\n0.01 0.01 0 0.01\n");
     assert!(message.contains("leans out of the plane"), "{message}");
     let made = discs_of_file(folder.path(), "##PERIODIC:: 0.04 0.04 1\n0.01 0.01 0 0.01\n0.03 0.01 0 0.01\n");
-    let summary = made.unwrap_or_else(|error| panic!("{error}")).summary;
+    let summary = sound(made).summary;
     // Two discs of π·0.01² in a square of 0.04: π/8. Tolerance: a few roundings.
     assert!((summary.packing_fraction.expect("a cell") / std::f64::consts::PI * 8.0 - 1.0).abs() < 1e-14);
     assert_eq!(summary.bonds, 2);
@@ -461,14 +451,7 @@ fn platens_measure_the_column_between_them() {
         time = 5
         [output]
         sample_interval = 1";
-    let Assembly { state, model, schedule, .. } = made(text);
-    let mut simulation = Simulation::new(state, model, schedule).unwrap();
-    let record = loop {
-        let advance = simulation.advance().unwrap();
-        if advance.stopped.is_some() {
-            break advance.sample.unwrap();
-        }
-    };
+    let record = finish(&mut started(made(text))).expect("records");
     let closed = 1e-3 * record.time;
     // The sum of 10⁴ or so displacements of 1e-7 m.
     assert!((record.strain + closed / 4.0).abs() < 1e-12, "{} {closed}", record.strain);
@@ -481,8 +464,7 @@ fn platens_measure_the_column_between_them() {
 #[test]
 fn events_name_bonds_and_modes() {
     let text = bar(PULL).replace("shear_stiffness = 1e5", "shear_stiffness = 1e5, normal_strength = 1e4");
-    let Assembly { state, model, schedule, .. } = made(&text.replace("steps = 10\n", "steps = 20000\n"));
-    let mut simulation = Simulation::new(state, model, schedule).unwrap();
+    let mut simulation = started(made(&text.replace("steps = 10\n", "steps = 20000\n")));
     let mut events = Vec::new();
     while events.is_empty() {
         let advance = simulation.advance().unwrap();
@@ -508,13 +490,7 @@ fn events_name_bonds_and_modes() {
 fn stress_of_a_stretched_lattice() {
     for (gauge, length) in [("", 18.0), ("gauge_length = 9", 9.0)] {
         let text = bar(&format!("{PULL}\n{gauge}\n[output]\nsample_interval = 1"));
-        let Assembly { state, model, schedule, .. } = made(&text);
-        let mut simulation = Simulation::new(state, model, schedule).unwrap();
-        let mut last = simulation.advance().unwrap();
-        while last.stopped.is_none() {
-            last = simulation.advance().unwrap();
-        }
-        let record = last.sample.unwrap();
+        let record = finish(&mut started(made(&text))).expect("records");
         // Some roundings of positions of 20 m, over displacements of millimeters.
         assert!(record.time > 0.0 && (record.strain / (0.1 * record.time) - 1.0).abs() < 1e-10, "{gauge}: {record:?}");
         if gauge.is_empty() {

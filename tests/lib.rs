@@ -1,9 +1,12 @@
 //! Integration tests of ConcorDEM; one file per topic, fixtures in `scenarios/` and `golden/`.
 //!
-//! This library contains what several tests share: materials, specimens, and the reader of gold files.
+//! This library contains what several tests share: materials, specimens, commands of the program, runs of scenarios, and the
+//! reader of gold files.
 
+pub mod commands;
 pub mod deformable;
 pub mod gold;
+pub mod runs;
 
 use concordem::law::cpm::{Cpm, CpmParameters};
 use concordem::math::Vec3;

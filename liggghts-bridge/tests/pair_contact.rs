@@ -269,15 +269,7 @@ fn a_concordem_law_at_a_wall_acts_as_in_our_solver() {
     particles.push(Sphere { position: sphere.position, radius: r }, 0, mass, 0.4 * mass * (r * r));
     particles.velocity[0] = sphere.velocity;
     particles.angular_velocity[0] = sphere.spin;
-    let floor = Wall {
-        name: "floor".into(),
-        shape: WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() },
-        material: 1,
-        displacement: Vec3::zeros(),
-        velocity: Vec3::zeros(),
-        force: Vec3::zeros(),
-        torque: Vec3::zeros(),
-    };
+    let floor = Wall::new("floor", WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() }, 1, Vec3::zeros());
     let mut state = State {
         particles,
         walls: vec![floor],

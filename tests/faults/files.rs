@@ -6,9 +6,10 @@ use std::process::Command;
 
 use concordem::output::ResultFile;
 use concordem::program::exit;
+use concordem_tests::commands::{concordem, text, write};
 use tempfile::TempDir;
 
-use crate::program::{BLOCK, concordem, text, write};
+use crate::BLOCK;
 
 /// `--force` replaces regular files only: pipes and devices are refused, links stay and their targets are replaced.
 #[test]

@@ -3,9 +3,10 @@
 use concordem::output::ResultFile;
 use concordem::program::exit;
 use concordem::state::columns::ColumnData;
+use concordem_tests::commands::{concordem, text, write};
 use tempfile::TempDir;
 
-use crate::program::{BLOCK, concordem, text, write};
+use crate::BLOCK;
 
 fn hash(path: &std::path::Path) -> String {
     ResultFile::open(path).and_then(|result| result.state_hash()).expect("a result")

@@ -3,9 +3,8 @@
 use std::time::{Duration, Instant};
 
 use concordem::program::exit;
+use concordem_tests::commands::{Given, concordem, text, write};
 use tempfile::TempDir;
-
-use crate::program::{Given, concordem, text, write};
 
 const REST: &str = r#"
 [[material]]

@@ -8,7 +8,6 @@ use concordem::assembly::{assemble, sphere_pack};
 use concordem::output::{ResultFile, RunFiles, RunHeader, SeriesColumn, checkpoint, csv};
 use concordem::packing::import_text;
 use concordem::packing::shape::Mesh;
-use concordem::program::{Console, run};
 use concordem::sampling::Record;
 use concordem::scenario::{Scenario, TEMPLATES};
 use concordem::schedule::Simulation;
@@ -16,6 +15,7 @@ use concordem::state::columns::{ColumnData, ColumnStore, StoredColumn};
 use concordem::sweep::Sweep;
 use concordem::sweep::journal::Journal;
 use concordem::sweep::point::Outcome;
+use concordem_tests::commands::concordem;
 
 use crate::mutate::{Random, mutate};
 
@@ -119,7 +119,7 @@ impl Samples {
         let scenario_file = file("cell.toml");
         std::fs::write(&scenario_file, SCENARIO).expect("a file");
         let scenario = Scenario::parse("cell.toml", SCENARIO).expect("a scenario");
-        program(&["run", "-q", &scenario_file.display().to_string()]);
+        concordem(["run", "-q", &scenario_file.display().to_string()]);
         let assembly = assemble(&scenario, folder, &mut |_, _| ()).expect("an assembly");
         let packing = concordem::assembly::pack(&scenario, folder, &mut |_, _| ()).expect("a packing");
         sphere_pack::write(&file("pack.h5"), &packing).expect("a pack");
@@ -196,13 +196,6 @@ fn run_header() -> RunHeader {
     }
 }
 
-fn program(arguments: &[&str]) {
-    let (mut out, mut err) = (Vec::new(), Vec::new());
-    let mut console = Console { out: &mut out, err: &mut err, interactive: false, out_interactive: false };
-    let arguments = std::iter::once("concordem").chain(arguments.iter().copied());
-    run(arguments.map(Into::into), &mut console);
-}
-
 fn scenario(_: &Samples, bytes: &[u8]) {
     if let Err(error) = Scenario::parse("input.toml", &String::from_utf8_lossy(bytes)) {
         assert!(!error.problems.is_empty() && !error.to_string().is_empty());
@@ -245,8 +238,8 @@ fn result(samples: &Samples, bytes: &[u8]) {
     }
     drop(result);
     let name = path.display().to_string();
-    program(&["info", &name]);
-    program(&["measure", &name]);
+    concordem(["info", &name]);
+    concordem(["measure", &name]);
     let _ = checkpoint::read(&path);
 }
 

@@ -228,15 +228,7 @@ fn the_unbalanced_force_counts_clumps_as_bodies() {
 }
 
 fn wall(shape: WallShape) -> Wall {
-    Wall {
-        name: "floor".into(),
-        shape,
-        material: 1,
-        displacement: Vec3::zeros(),
-        velocity: Vec3::zeros(),
-        force: Vec3::zeros(),
-        torque: Vec3::zeros(),
-    }
+    Wall::new("floor", shape, 1, Vec3::zeros())
 }
 
 fn floor() -> WallShape {

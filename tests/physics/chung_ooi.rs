@@ -8,13 +8,9 @@
 //! those of the Kratos tests.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
-use concordem::assembly::{Assembly, assemble};
 use concordem::law::restitution::{End, damping_of_restitution};
-use concordem::scenario::Scenario;
-use concordem::schedule::Simulation;
-use concordem_tests::on_threads;
+use concordem_tests::runs::run;
 
 const RADIUS: f64 = 0.1;
 const SPEED: f64 = 0.2;
@@ -46,16 +42,6 @@ const RECOIL: [[[f64; 2]; 4]; 2] = [
     [[2.148_804, 0.052_311], [2.747_110, 1.271_662], [3.732_928, 3.241_419], [5.677_371, 7.127_333]],
     [[2.143_701, 0.095_498], [2.750_000, 1.306_958], [3.721_457, 3.271_487], [5.664_370, 7.151_432]],
 ];
-
-fn run(text: &str) -> Simulation {
-    let scenario = Scenario::parse("chung-ooi.toml", text).unwrap_or_else(|error| panic!("{error}"));
-    on_threads(1, || {
-        let Assembly { state, model, schedule, .. } = assemble(&scenario, Path::new("."), &mut |_, _| {}).unwrap();
-        let mut simulation = Simulation::new(state, model, schedule).unwrap();
-        while simulation.advance().unwrap().stopped.is_none() {}
-        simulation
-    })
-}
 
 /// Velocity of the contact patch along x divided by that before the impact, and velocity along z after the impact, of
 /// spheres with these tangents of the angle of incidence.

@@ -1,15 +1,13 @@
 //! Calibration of concrete: parameters from strengths.
 
-use std::path::Path;
-
-use concordem::assembly::assemble;
 use concordem::calibration::concrete::{
     ConcreteCalibration, ConcreteError, ConcreteSpecimen, SpecimenPair, StrengthArguments, StrengthTable,
     StrengthTargets,
 };
 use concordem::law::{Cpm, CpmParameters};
-use concordem::scenario::{Scenario, template};
+use concordem::scenario::template;
 use concordem::state::contacts::ContactBlock;
+use concordem_tests::runs::made;
 
 fn specimen(seed: u64, rate: &str) -> (ConcreteSpecimen, CpmParameters) {
     let template = template("cpm-small").expect("the template");
@@ -25,8 +23,7 @@ fn specimen(seed: u64, rate: &str) -> (ConcreteSpecimen, CpmParameters) {
         assert!(text.contains(from), "the template has no `{from}`");
         text = text.replace(from, to);
     }
-    let scenario = Scenario::parse("specimen.toml", &text).expect("a sound scenario");
-    let built = assemble(&scenario, Path::new("."), &mut |_, _| {}).expect("a specimen");
+    let built = made(&text);
     let block = built.state.bonds[0].as_any().downcast_ref::<ContactBlock<Cpm>>().expect("cpm bonds");
     let parameters = *block.rows[0].parameters();
     let area = built.summary.specimen.expect("a loaded specimen").0;

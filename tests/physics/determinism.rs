@@ -103,15 +103,7 @@ fn bouncing() -> (State, Model) {
     particles.clump[21] = 0;
     let elastic = Elastic { young: 1e5, poisson: 0.2 };
     let contact = HertzMindlin::new(elastic, elastic, 0.4, 0.6).unwrap();
-    let wall = |name: &str, shape: WallShape| Wall {
-        name: name.into(),
-        shape,
-        material: 1,
-        displacement: Vec3::zeros(),
-        velocity: Vec3::zeros(),
-        force: Vec3::zeros(),
-        torque: Vec3::zeros(),
-    };
+    let wall = |name: &str, shape: WallShape| Wall::new(name, shape, 1, Vec3::zeros());
     let corner = |y: f64, z: f64| Vec3::new(0.0, y, z);
     let triangles = vec![
         [corner(-5.0, -1.0), corner(9.0, -1.0), corner(9.0, 9.0)],

@@ -1,24 +1,12 @@
 //! Periodic flows can run indefinitely, however far particles drift or the cell is sheared.
 
-use std::path::Path;
-
-use concordem::assembly::{Assembly, assemble};
+use concordem::assembly::Assembly;
 use concordem::math::Vec3;
 use concordem::output::hash::state_hash;
-use concordem::scenario::Scenario;
 use concordem::schedule::{Simulation, StopReason};
 use concordem::state::columns::ColumnStore;
 use concordem_tests::on_threads;
-
-fn built(text: &str) -> Assembly {
-    let scenario = Scenario::parse("flow.toml", text).unwrap_or_else(|error| panic!("{error}"));
-    assemble(&scenario, Path::new("."), &mut |_, _| {}).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn simulation(text: &str) -> Simulation {
-    let Assembly { state, model, schedule, .. } = built(text);
-    Simulation::new(state, model, schedule).unwrap()
-}
+use concordem_tests::runs::{finish, made, started};
 
 const GRAINS: &str = "
 [[material]]
@@ -53,12 +41,12 @@ fn a_cell_can_be_sheared_to_a_thousand() {
         sample_interval = 100"
     );
     on_threads(1, || {
-        let mut simulation = simulation(&text);
+        let mut simulation = started(made(&text));
         // Random velocities, without which layers would slide past each other undisturbed.
         for (p, v) in simulation.state.particles.velocity.iter_mut().enumerate() {
             *v += concordem_tests::noise_vector(p, 1) * 0.1;
         }
-        while simulation.advance().unwrap_or_else(|error| panic!("{error}")).stopped.is_none() {}
+        finish(&mut simulation);
         let (state, ledger) = (&simulation.state, &simulation.state.ledger);
         assert_eq!(simulation.stopped(), Some(StopReason::Strain));
         let cell = state.cell.unwrap();
@@ -105,14 +93,14 @@ fn passing(more: &str) -> String {
 #[test]
 fn particles_can_drift_apart_by_hundreds_of_cells() {
     on_threads(1, || {
-        let mut simulation = simulation(&passing("[stop]\ntime = 0.2"));
+        let mut simulation = started(made(&passing("[stop]\ntime = 0.2")));
         let start = simulation.state.unwrapped_positions();
         let momentum = |s: &Simulation| {
             let p = &s.state.particles;
             p.velocity.iter().zip(&p.mass).map(|(v, m)| v * *m).sum::<Vec3>()
         };
         let before = momentum(&simulation);
-        while simulation.advance().unwrap_or_else(|error| panic!("{error}")).stopped.is_none() {}
+        finish(&mut simulation);
         let state = &simulation.state;
         let way: Vec3 = state
             .unwrapped_positions()
@@ -136,18 +124,18 @@ fn particles_can_drift_apart_by_hundreds_of_cells() {
 fn a_resumed_flow_has_the_same_bits() {
     on_threads(1, || {
         let text = passing("[stop]\nsteps = 6000");
-        let mut whole = simulation(&text);
+        let mut whole = started(made(&text));
         let mut saved = None;
         while whole.advance().unwrap().stopped.is_none() {
             if whole.state.clock.step == 4700 {
                 saved = Some(ColumnStore::of(&whole.state).unwrap());
             }
         }
-        let Assembly { mut state, model, schedule, .. } = built(&text);
+        let Assembly { mut state, model, schedule, .. } = made(&text);
         state.read(&mut saved.unwrap()).unwrap();
         assert!(state.particles.image.iter().flatten().any(|cells| *cells != 0), "no particle was wrapped before");
         let mut resumed = Simulation::new(state, model, schedule).unwrap();
-        while resumed.advance().unwrap().stopped.is_none() {}
+        finish(&mut resumed);
         assert_eq!(state_hash(&whole.state).unwrap(), state_hash(&resumed.state).unwrap());
     });
 }
@@ -165,8 +153,8 @@ fn particles_that_start_far_away_are_wrapped_into_the_cell() {
             )
         };
         let speed = |x: f64| {
-            let mut simulation = simulation(&text(x));
-            while simulation.advance().unwrap().stopped.is_none() {}
+            let mut simulation = started(made(&text(x)));
+            finish(&mut simulation);
             simulation.state.particles.velocity[1].x
         };
         let (home, far) = (speed(2.002e-3), speed(2.002002));

@@ -3,22 +3,21 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use concordem::assembly::{Assembly, AssemblyError, assemble};
-use concordem::scenario::Scenario;
+use concordem::assembly::{Assembly, AssemblyError};
 use concordem::schedule::simulation::RunError;
 use concordem::schedule::{EnergyFault, Simulation};
 use concordem::solver::SolverError;
 use concordem_tests::on_threads;
+use concordem_tests::runs::{self, made, started};
 
 fn built(text: &str) -> Result<Assembly, AssemblyError> {
-    let scenario = Scenario::parse("impact.toml", text).unwrap_or_else(|error| panic!("{error}"));
-    assemble(&scenario, Path::new("."), &mut |_, _| {})
+    runs::built(text, Path::new("."))
 }
 
 /// Runs a scenario to its end.
 fn run(text: &str) -> Result<Simulation, RunError> {
     on_threads(1, || {
-        let Assembly { state, model, schedule, .. } = built(text).unwrap_or_else(|error| panic!("{error}"));
+        let Assembly { state, model, schedule, .. } = made(text);
         let mut simulation = Simulation::new(state, model, schedule)?;
         while simulation.advance()?.stopped.is_none() {}
         Ok(simulation)
@@ -113,8 +112,8 @@ fn the_stiffest_contact_to_come_has_its_closed_form() {
     let more = "[contacts]\nlaw = \"frictional\"\n[[wall]]\nname = \"floor\"\nmaterial = \"m\"\n\
          shape = { kind = \"plane\", point = [0, 0, -0.05], normal = [0, 0, 1] }\n";
     let gravity = until("gravity = [0, 0, -9.81]", 1.0);
-    let assembly = built(&scene(&spheres, &(frictional("m", 1e6, 0.5) + more), &gravity));
-    let pair = assembly.unwrap_or_else(|error| panic!("{error}")).summary.collision.unwrap();
+    let assembly = made(&scene(&spheres, &(frictional("m", 1e6, 0.5) + more), &gravity));
+    let pair = assembly.summary.collision.unwrap();
     let mass = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-6;
     let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-14;
     assert!(pair.wall.is_none() && near(pair.frequency, (7.0 * 0.5e6 / mass).sqrt()), "{pair:?}");
@@ -209,11 +208,11 @@ fn unstable_motion_ends_the_run() {
     let more = "[[material]]\nname = \"m\"\ndensity = 2500\n\
          linear_bond = { normal_stiffness = 1e5, shear_stiffness = 0 }\n\
          [bonds]\nlaw = \"linear_bond\"\ninteraction_ratio = 1.01\n[contacts]\nlaw = \"none\"\n";
-    let Assembly { summary, .. } = built(&scene(&spheres, more, &until("", 1.0))).unwrap();
+    let Assembly { summary, .. } = made(&scene(&spheres, more, &until("", 1.0)));
     let given = format!("time_step = {:e}\nallow_unstable = true", 1.05 * summary.stable_step);
-    let Assembly { state, model, mut schedule, .. } = built(&scene(&spheres, more, &until(&given, 1.0))).unwrap();
-    schedule.allow_energy_error = false;
-    let mut simulation = Simulation::new(state, model, schedule).unwrap();
+    let mut assembly = made(&scene(&spheres, more, &until(&given, 1.0)));
+    assembly.schedule.allow_energy_error = false;
+    let mut simulation = started(assembly);
     let error = loop {
         match simulation.advance() {
             Ok(advance) => assert!(advance.stopped.is_none(), "the guard does not detect the instability"),

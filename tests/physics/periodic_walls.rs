@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use concordem::assembly::{Assembly, AssemblyError, assemble};
-use concordem::scenario::Scenario;
 use concordem::schedule::Simulation;
 use concordem_tests::on_threads;
+use concordem_tests::runs::{built, finish, refusal, sound, started};
 
 /// Two triangles that cover the cell at z = 0.2.
 const FLOOR: &str = "solid f
@@ -55,19 +54,12 @@ fn scene(position: [f64; 3], velocity: [f64; 3], shape: &str, more: &str) -> Str
     )
 }
 
-fn built(text: &str, folder: &Path) -> Result<Assembly, AssemblyError> {
-    let scenario = Scenario::parse("walls.toml", text).unwrap_or_else(|error| panic!("{error}"));
-    assemble(&scenario, folder, &mut |_, _| {})
-}
-
 fn run(text: &str) -> Simulation {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("floor.stl"), FLOOR).unwrap();
     on_threads(1, || {
-        let Assembly { state, model, schedule, .. } =
-            built(text, folder.path()).unwrap_or_else(|error| panic!("{error}"));
-        let mut simulation = Simulation::new(state, model, schedule).unwrap();
-        while simulation.advance().unwrap_or_else(|error| panic!("{error}")).stopped.is_none() {}
+        let mut simulation = started(sound(built(text, folder.path())));
+        finish(&mut simulation);
         simulation
     })
 }
@@ -125,12 +117,7 @@ fn walls_that_do_not_repeat_are_refused() {
         ("{ kind = \"cylinder\", center = [0.5, 0.5, 0], radius = 0.6 }", "wider than the periodic cell"),
     ] {
         let text = scene([0.2, 0.5, 0.5], [1.0, 0.0, 0.0], shape, "[stop]\nsteps = 1");
-        match built(&text, Path::new(".")) {
-            Err(AssemblyError::Unfit { key, message }) => {
-                assert!(key == "wall.shape" && message.contains(word), "{key}: {message}");
-            }
-            Err(other) => panic!("{other}"),
-            Ok(_) => panic!("accepted: {shape}"),
-        }
+        let (key, message) = refusal(built(&text, Path::new(".")));
+        assert!(key == "wall.shape" && message.contains(word), "{key}: {message}");
     }
 }

@@ -1,27 +1,14 @@
 //! A system counts as at rest only if forces and moments balance.
 
-use std::path::Path;
-
-use concordem::assembly::{Assembly, assemble};
 use concordem::law::LinearBond;
 use concordem::math::Vec3;
-use concordem::scenario::Scenario;
-use concordem::schedule::{Simulation, StopReason};
+use concordem::schedule::StopReason;
 use concordem::solver::{Model, time_step};
 use concordem::state::{Cell, Constraint, Particles, Sphere};
 use concordem::statics::relaxed::{Relaxation, relaxed_stiffness};
 use concordem::statics::{Accuracy, ElasticConstants, LinkNetwork, cell_stiffness};
+use concordem_tests::runs::run;
 use concordem_tests::{bonded, on_threads};
-
-fn run(text: &str) -> Simulation {
-    let scenario = Scenario::parse("rest.toml", text).unwrap_or_else(|error| panic!("{error}"));
-    on_threads(1, || {
-        let Assembly { state, model, schedule, .. } = assemble(&scenario, Path::new("."), &mut |_, _| {}).unwrap();
-        let mut simulation = Simulation::new(state, model, schedule).unwrap();
-        while simulation.advance().unwrap().stopped.is_none() {}
-        simulation
-    })
-}
 
 /// A chain of ten spheres is pulled and twisted at its tip. Tension settles first; a criterion of forces alone ended
 /// the run at 65 % of the twist `9 M l₀/(G I_O)`. With a remaining net moment of 1e-6 of 2 N·mm, and a softest mode

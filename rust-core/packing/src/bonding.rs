@@ -33,6 +33,21 @@ pub fn bond(
     cell: Option<&Cell>,
     interaction_ratio: f64,
 ) -> Result<BondCount, NeighborError> {
+    bond_unless(block, rows, particles, cell, interaction_ratio, &mut |_, _| false)
+}
+
+/// As [`bond`], but without the bonds for which `severed` is true; its arguments are the two centers, m.
+///
+/// # Errors
+/// Those of [`bond`].
+pub fn bond_unless(
+    block: &mut dyn Contacts,
+    rows: &PairCoefficients,
+    particles: &Particles,
+    cell: Option<&Cell>,
+    interaction_ratio: f64,
+    severed: &mut dyn FnMut(&Vec3, &Vec3) -> bool,
+) -> Result<BondCount, NeighborError> {
     let reach: Vec<f64> = particles.radius.iter().map(|r| r * interaction_ratio * (1.0 + TIE)).collect();
     let mut ties = 0;
     let mean_radius = particles.radius.iter().sum::<f64>() / particles.len().max(1) as f64;
@@ -43,6 +58,9 @@ pub fn bond(
         }
         let Some(row) = rows.get(particles.material[a], particles.material[b]) else { continue };
         let shift = cell.map_or_else(Vec3::zeros, |cell| cell.shift(candidate.image));
+        if severed(&particles.position[a], &(particles.position[b] + shift)) {
+            continue;
+        }
         let geometry = initial_geometry(&particles.position[a], &particles.position[b], &shift);
         let flags =
             ContactFlags { row, bits: ContactFlags::BONDED | ContactFlags::ACTIVE, image: candidate.image, padding: 0 };

@@ -170,15 +170,12 @@ fn small_spheres(recipe: &GrownBox) -> Result<State, PackingError> {
             let (axis, high) = (k / 2, k % 2 == 1);
             let normal = Vec3::ith(axis, if high { -1.0 } else { 1.0 });
             let point = if high { Vec3::ith(axis, recipe.edge) } else { Vec3::zeros() };
-            Wall {
-                name: format!("{} {}", ["x", "y", "z"][axis], if high { "high" } else { "low" }),
-                shape: WallShape::Plane { point, normal },
-                material: 0,
-                displacement: Vec3::zeros(),
-                velocity: Vec3::zeros(),
-                force: Vec3::zeros(),
-                torque: Vec3::zeros(),
-            }
+            Wall::new(
+                format!("{} {}", ["x", "y", "z"][axis], if high { "high" } else { "low" }),
+                WallShape::Plane { point, normal },
+                0,
+                Vec3::zeros(),
+            )
         })
         .collect();
     Ok(State {

@@ -1,24 +1,18 @@
 //! Operators of `[[sample]]` on running simulations.
 
+mod shared;
+
 use std::fmt::Write as _;
-use std::path::Path;
 
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_operator::strain::Dimension;
 use concordem_operator::strain::cosserat;
 use concordem_operator::tessellation::{Domain, power_diagram};
-use concordem_scenario::assembly::assemble;
 use concordem_scenario::sampling::{Operator, ScheduledOperator, rotation_vector};
 use concordem_scenario::schedule::Simulation;
-use concordem_scenario::schema::{Scenario, template};
+use concordem_scenario::schema::template;
 
-fn simulation(text: &str) -> Simulation {
-    let scenario = Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"));
-    let assembly = assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap();
-    let names: Vec<String> = assembly.state.walls.iter().map(|wall| wall.name.clone()).collect();
-    assert_eq!(names, scenario.wall_names());
-    Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap()
-}
+use shared::{number, place, simulation};
 
 /// The rows of all operators at one step.
 struct Rows {
@@ -44,16 +38,8 @@ impl Rows {
     }
 
     fn reals(&self, name: &str, quantity: &str) -> &[f64] {
-        let k = self.schedule.iter().position(|sample| sample.name == name).unwrap();
-        let mut first = 0;
-        for q in self.schedule[k].operator.quantities() {
-            let last = first + q.components * self.schedule[k].cells();
-            if q.name == quantity {
-                return &self.values[k][first..last];
-            }
-            first = last;
-        }
-        panic!("{name} has no {quantity}")
+        let k = number(&self.schedule, name);
+        &self.values[k][place(&self.schedule[k], quantity)]
     }
 
     fn tensor(&self, name: &str, quantity: &str) -> Mat3 {

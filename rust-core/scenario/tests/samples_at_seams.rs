@@ -1,5 +1,7 @@
 //! Operators combined with other features: given loads, rigid bodies, periodic images, damage, and the final state.
 
+mod shared;
+
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -9,26 +11,14 @@ use concordem_scenario::sampling::Record;
 use concordem_scenario::schedule::{Advance, Simulation};
 use concordem_scenario::schema::Scenario;
 
-fn simulation(text: &str) -> Simulation {
-    let scenario = Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"));
-    let assembly = assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap_or_else(|error| panic!("{error}"));
-    Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap()
-}
+use shared::{SPRING, bonded, number, place, set, simulation, spheres};
 
 /// Values of a quantity in the last row of the operator `name`.
 fn reals(simulation: &Simulation, advance: &Advance, name: &str, quantity: &str) -> Vec<f64> {
     let operators = &simulation.schedule.operators;
-    let k = operators.iter().position(|sample| sample.name == name).unwrap();
+    let k = number(operators, name);
     let row = advance.operators.iter().rev().find(|row| row.operator == k).unwrap();
-    let mut first = 0;
-    for q in operators[k].operator.quantities() {
-        let last = first + q.components * operators[k].cells();
-        if q.name == quantity {
-            return row.values[first..last].to_vec();
-        }
-        first = last;
-    }
-    panic!("{name} has no {quantity}")
+    row.values[place(&operators[k], quantity)].to_vec()
 }
 
 fn tensor(simulation: &Simulation, advance: &Advance, name: &str, quantity: &str) -> Mat3 {
@@ -51,26 +41,10 @@ fn to_the_end(simulation: &mut Simulation) -> Advance {
 
 /// Two spheres 20 mm apart along x, the first at `x`, and the text `more`; the volume of the body is 1e-5 m³.
 fn pair(x: f64, law: &str, table: &str, more: &str) -> String {
+    let start = bonded(&spheres(&[[x, 0.0, 0.0, 0.01], [x + 0.02, 0.0, 0.0, 0.01]]), law, table);
+    let sets = set("left", &[0]) + &set("right", &[1]);
     format!(
-        "version = 1
-        [packing]
-        kind = \"spheres\"
-        spheres = [[{x}, 0, 0, 0.01], [{}, 0, 0, 0.01]]
-        [[material]]
-        name = \"m\"
-        density = 2500
-        {law} = {table}
-        [bonds]
-        law = \"{law}\"
-        interaction_ratio = 1.01
-        [contacts]
-        law = \"none\"
-        [[set]]
-        name = \"left\"
-        selection = {{ kind = \"ids\", ids = [0] }}
-        [[set]]
-        name = \"right\"
-        selection = {{ kind = \"ids\", ids = [1] }}
+        "{start}{sets}
         {more}
         [[sample]]
         operator = \"boundary-stress\"
@@ -79,12 +53,9 @@ fn pair(x: f64, law: &str, table: &str, more: &str) -> String {
         operator = \"couple-stress\"
         region = {{ kind = \"all\", volume = 1e-5 }}
         [stop]
-        steps = 1",
-        x + 0.02
+        steps = 1"
     )
 }
-
-const SPRING: &str = "{ normal_stiffness = 1e6, shear_stiffness = 5e5 }";
 
 /// Boundary stress of a pair pulled by 1 kN at both ends: 20 mm · 1 kN / 1e-5 m³ = 2 MPa from the start, wherever the body
 /// is. Tolerance: rounding of positions of 0.1 m over 0.02 m.
@@ -197,32 +168,24 @@ fn rigid_bodies_carry_stress() {
     assert_eq!(reals(&run, &last, "between centers", "contacts"), [1.0]);
 }
 
+/// Parameters of concrete.
+const CONCRETE: &str = "{ young = 25e9, shear_ratio = 0.2, crack_onset_strain = 1e-4, relative_ductility = 30, \
+    cohesion = 3e6, friction_coefficient = 0.8 }";
+
 /// A periodic cube of 4³ spheres with 192 bonds, and operators in two halves of it: as boxes and as slabs between planes.
 fn halves() -> String {
-    let mut text = "
-        version = 1
-        [packing]
-        kind = \"lattice\"
+    let packing = "kind = \"lattice\"
         lattice = \"sc\"
         radius = 1e-3
         repeats = [4, 4, 4]
-        shape = { kind = \"periodic\" }
-        [[material]]
-        name = \"m\"
-        density = 2500
-        cpm = { young = 25e9, shear_ratio = 0.2, crack_onset_strain = 1e-4, relative_ductility = 30, cohesion = 3e6, friction_coefficient = 0.8 }
-        [bonds]
-        law = \"cpm\"
-        interaction_ratio = 1.2
-        [contacts]
-        law = \"none\"
-        [loading]
+        shape = { kind = \"periodic\" }";
+    let mut text = bonded(packing, "cpm", CONCRETE).replace("interaction_ratio = 1.01", "interaction_ratio = 1.2")
+        + "[loading]
         kind = \"cell-strain\"
         velocity_gradient = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
         [stop]
         steps = 100
-        "
-    .to_owned();
+        ";
     for (operator, count) in [("damage-tensor", 3), ("fabric", 3), ("region-stress", 3), ("porosity", 3)] {
         for (k, (low, high)) in
             [(-1.5e-3, 2.5e-3), (2.5e-3, 6.5e-3), (10.5e-3, 14.5e-3)].into_iter().take(count).enumerate()
@@ -275,32 +238,14 @@ fn unbounded_half_spaces_are_refused_in_a_periodic_cell() {
 }
 
 /// Three bonded spheres of concrete in a row; the ends move apart.
-const CHAIN: &str = "
-    version = 1
-    [packing]
-    kind = \"spheres\"
-    spheres = [[0, 0, 0, 1e-3], [2e-3, 0, 0, 1e-3], [4e-3, 0, 0, 1e-3]]
-    [[material]]
-    name = \"m\"
-    density = 2500
-    cpm = { young = 25e9, shear_ratio = 0.2, crack_onset_strain = 1e-4, relative_ductility = 30, cohesion = 3e6, friction_coefficient = 0.8 }
-    [bonds]
-    law = \"cpm\"
-    interaction_ratio = 1.01
-    [contacts]
-    law = \"none\"
-    [[set]]
-    name = \"left\"
-    selection = { kind = \"ids\", ids = [0] }
-    [[set]]
-    name = \"middle\"
-    selection = { kind = \"ids\", ids = [1] }
-    [[set]]
-    name = \"right\"
-    selection = { kind = \"ids\", ids = [2] }
-    [[set]]
-    name = \"first two\"
-    selection = { kind = \"ids\", ids = [0, 1] }
+fn chain() -> String {
+    let places = [0.0, 2e-3, 4e-3].map(|x| [x, 0.0, 0.0, 1e-3]);
+    let sets = [("left", &[0][..]), ("middle", &[1]), ("right", &[2]), ("first two", &[0, 1])];
+    bonded(&spheres(&places), "cpm", CONCRETE) + &sets.map(|(name, ids)| set(name, ids)).concat() + MOTION
+}
+
+/// The ends move apart, and operators measure in every step.
+const MOTION: &str = "
     [[prescribe]]
     set = \"left\"
     velocity = [0, 0, 0]
@@ -337,7 +282,7 @@ const CHAIN: &str = "
 /// to 1e-11, amplified by the slope of the damage.
 #[test]
 fn damage_belongs_to_the_positions_of_its_row() {
-    let mut run = simulation(CHAIN);
+    let mut run = simulation(&chain());
     let mut seen = 0;
     loop {
         let x = &run.state.particles.position;
@@ -365,7 +310,7 @@ fn damage_belongs_to_the_positions_of_its_row() {
 /// A bond enters the event log once when it is damaged, and counts as damaged, not as broken, however long it is damaged.
 #[test]
 fn a_damaged_bond_is_one_event() {
-    let mut run = simulation(&CHAIN.replace("[output]", "[output]\nevents_damage = 0.5"));
+    let mut run = simulation(&chain().replace("[output]", "[output]\nevents_damage = 0.5"));
     let mut events = Vec::new();
     let last = loop {
         let advance = run.advance().unwrap();
@@ -387,7 +332,7 @@ fn a_damaged_bond_is_one_event() {
 #[test]
 fn the_final_state_has_a_record() {
     let run_to = |steps: u64| {
-        let mut run = simulation(&CHAIN.replace("steps = 40", &format!("steps = {steps}")));
+        let mut run = simulation(&chain().replace("steps = 40", &format!("steps = {steps}")));
         let mut records: Vec<Record> = Vec::new();
         let mut rows: Vec<(u64, usize, Vec<u64>)> = Vec::new();
         let mut last = None;
@@ -420,7 +365,7 @@ fn the_final_state_has_a_record() {
 /// The stress of an empty region is not-a-number, not zero.
 #[test]
 fn the_stress_of_an_empty_region_is_not_a_number() {
-    let text = CHAIN.replace(
+    let text = chain().replace(
         "[[sample]]\n    operator = \"region-stress\"\n    region = { kind = \"all\", volume = 1e-8 }",
         "[[sample]]\n    operator = \"particle-stress\"\n    region = { kind = \"sphere\", center = [1, 0, 0], radius = 1e-3 }
         [[sample]]\n    operator = \"region-stress\"\n    region = { kind = \"sphere\", center = [1, 0, 0], radius = 1e-3 }",
@@ -431,9 +376,10 @@ fn the_stress_of_an_empty_region_is_not_a_number() {
         assert!(reals(&run, &first, name, "stress").iter().all(|component| component.is_nan()), "{name}");
     }
 }
+
 /// Values of an operator at the start of a run.
 fn at_start(simulation: &mut Simulation, name: &str) -> Vec<f64> {
-    let k = simulation.schedule.operators.iter().position(|sample| sample.name == name).unwrap();
+    let k = number(&simulation.schedule.operators, name);
     let first = simulation.advance().unwrap();
     first.operators.iter().find(|row| row.operator == k && row.step == 0).unwrap().values.clone()
 }
@@ -463,12 +409,6 @@ fn dumbbell(loads: &str) -> Simulation {
         law = \"frictional\"
         [[clump]]
         spheres = [[-0.01, 0, 0, 0.01], [0.01, 0, 0, 0.01]]
-        [[set]]
-        name = \"left\"
-        selection = { kind = \"ids\", ids = [0] }
-        [[set]]
-        name = \"right\"
-        selection = { kind = \"ids\", ids = [1] }
         [integration]
         time_step = 1e-6
         [stop]
@@ -480,7 +420,7 @@ fn dumbbell(loads: &str) -> Simulation {
         operator = \"couple-stress\"
         region = { kind = \"all\", volume = 1e-5 }
         ";
-    simulation(&format!("{text}{loads}"))
+    simulation(&[text, &set("left", &[0]), &set("right", &[1]), loads].concat())
 }
 
 /// A force of 100 N that pulls one end of a free dumbbell accelerates both ends: the bar between them bears one half of it, 20 mm ·
@@ -495,10 +435,8 @@ fn bodies_bear_inertia_and_moments() {
         [[force]]\nset = \"left\"\nforce = [0, -100, 0]\nmoment = [0, 0, -1]";
     let mut run = dumbbell(turned);
     let operators = &run.schedule.operators;
-    let quantities = operators.iter().find(|sample| sample.name == "couple-stress").unwrap().operator.quantities();
-    let place: usize = quantities.iter().take_while(|q| q.name != "couple_stress").map(|q| q.components).sum();
-    let values = at_start(&mut run, "couple-stress");
-    let couple = &values[place..place + 9];
+    let place = place(&operators[number(operators, "couple-stress")], "couple_stress");
+    let couple = &at_start(&mut run, "couple-stress")[place];
     // Moments of 1 N·m at 10 mm in 1e-5 m³ would be 1000 N/m each.
     assert!(couple.iter().all(|component| component.abs() < 1e-9), "{couple:?}");
 }
@@ -506,24 +444,13 @@ fn bodies_bear_inertia_and_moments() {
 /// Spheres that follow a deforming cell have no kinetic stress, however fast the cell moves: `mv²/V` would be 1e3 Pa.
 #[test]
 fn the_motion_of_the_cell_is_no_kinetic_stress() {
-    let text = "
-        version = 1
-        [packing]
-        kind = \"lattice\"
+    let packing = "kind = \"lattice\"
         lattice = \"sc\"
         radius = 0.1
         repeats = [3, 3, 3]
-        shape = { kind = \"periodic\" }
-        [[material]]
-        name = \"m\"
-        density = 2500
-        linear_bond = { normal_stiffness = 1e6, shear_stiffness = 0 }
-        [bonds]
-        law = \"linear_bond\"
-        interaction_ratio = 1.01
-        [contacts]
-        law = \"none\"
-        [loading]
+        shape = { kind = \"periodic\" }";
+    let text = bonded(packing, "linear_bond", "{ normal_stiffness = 1e6, shear_stiffness = 0 }")
+        + "[loading]
         kind = \"cell-strain\"
         velocity_gradient = [[2, 1, 0], [0, -1, 0], [0, 3, 1]]
         [stop]
@@ -532,7 +459,7 @@ fn the_motion_of_the_cell_is_no_kinetic_stress() {
         operator = \"region-stress\"
         region = { kind = \"box\", minimum = [-0.05, -0.05, -0.05], maximum = [0.35, 0.35, 0.35] }
         ";
-    let values = at_start(&mut simulation(text), "region-stress");
+    let values = at_start(&mut simulation(&text), "region-stress");
     // Rounding of velocities of 1 m/s.
     assert!(values[9..18].iter().all(|component| component.abs() < 1e-20), "{values:?}");
 }

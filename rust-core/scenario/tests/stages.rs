@@ -1,19 +1,15 @@
 //! Histories, stages, and operators on sets: closed forms, and the same bits after a restart.
 
+mod shared;
+
 use std::f64::consts::PI;
-use std::path::Path;
 
 use concordem_contact::math::Vec3;
-use concordem_scenario::assembly::assemble;
 use concordem_scenario::sampling::Record;
 use concordem_scenario::schedule::{Advance, Simulation, StopReason};
 use concordem_scenario::schema::Scenario;
 
-fn simulation(text: &str) -> Simulation {
-    let scenario = Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"));
-    let assembly = assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap_or_else(|error| panic!("{error}"));
-    Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap()
-}
+use shared::{SPRING, bonded, number, place, set, simulation, spheres};
 
 /// All steps of a run to its end.
 fn run(simulation: &mut Simulation) -> Vec<Advance> {
@@ -27,42 +23,16 @@ fn run(simulation: &mut Simulation) -> Vec<Advance> {
 /// Rows of a quantity of the operator `name`: step and values.
 fn rows(simulation: &Simulation, steps: &[Advance], name: &str, quantity: &str) -> Vec<(u64, Vec<f64>)> {
     let operators = &simulation.schedule.operators;
-    let k = operators.iter().position(|sample| sample.name == name).unwrap();
-    let quantities = operators[k].operator.quantities();
-    let at = quantities.iter().position(|q| q.name == quantity).unwrap();
-    let first: usize = quantities[..at].iter().map(|q| q.components).sum();
-    let range = first..first + quantities[at].components;
+    let k = number(operators, name);
+    let range = place(&operators[k], quantity);
     let all = steps.iter().flat_map(|advance| &advance.operators).filter(|row| row.operator == k);
     all.map(|row| (row.step, row.values[range.clone()].to_vec())).collect()
 }
 
 /// A chain of `count` touching spheres of radius 10 mm along x, bonded by springs of 1 MN/m, with the sets of its ends.
 fn chain(count: usize, more: &str) -> String {
-    let spheres: Vec<String> = (0..count).map(|k| format!("[{}, 0, 0, 0.01]", 0.02 * k as f64)).collect();
-    format!(
-        "version = 1
-        {more}
-        [packing]
-        kind = \"spheres\"
-        spheres = [{}]
-        [[material]]
-        name = \"m\"
-        density = 2500
-        linear_bond = {{ normal_stiffness = 1e6, shear_stiffness = 5e5 }}
-        [bonds]
-        law = \"linear_bond\"
-        interaction_ratio = 1.01
-        [contacts]
-        law = \"none\"
-        [[set]]
-        name = \"first\"
-        selection = {{ kind = \"ids\", ids = [0] }}
-        [[set]]
-        name = \"last\"
-        selection = {{ kind = \"ids\", ids = [{}] }}",
-        spheres.join(", "),
-        count - 1
-    )
+    let places: Vec<[f64; 4]> = (0..count).map(|k| [0.02 * k as f64, 0.0, 0.0, 0.01]).collect();
+    bonded(&spheres(&places), "linear_bond", SPRING) + &set("first", &[0]) + &set("last", &[count - 1]) + more
 }
 
 /// A displacement that follows a table reaches every value of the table; the reaction is that of a spring, and both end sets
@@ -317,34 +287,27 @@ fn a_restart_continues_within_a_stage() {
 }
 
 /// A periodic lattice of 32 bonded spheres.
-const CELL: &str = "version = 1
-    [packing]
-    kind = \"lattice\"
-    lattice = \"fcc\"
-    radius = 0.01
-    repeats = [2, 2, 2]
-    shape = { kind = \"periodic\" }
-    [[material]]
-    name = \"m\"
-    density = 2500
-    linear_bond = { normal_stiffness = 1e6, shear_stiffness = 5e5 }
-    [bonds]
-    law = \"linear_bond\"
-    interaction_ratio = 1.01
-    [contacts]
-    law = \"none\"";
+fn cell() -> String {
+    let packing = "kind = \"lattice\"
+        lattice = \"fcc\"
+        radius = 0.01
+        repeats = [2, 2, 2]
+        shape = { kind = \"periodic\" }";
+    bonded(packing, "linear_bond", SPRING)
+}
 
 /// Strain and stress of a cell are those of the component that changes most, also if it shortens: `F_yy − 1` of the exact growth of
 /// the edges, and a pressure.
 #[test]
 fn the_component_of_a_compressed_cell_is_the_largest() {
     let mut pressed = simulation(&format!(
-        "{CELL}
+        "{}
         [loading]
         kind = \"cell-strain\"
         velocity_gradient = [[0.1, 0, 0], [0, -1, 0], [0, 0, 0]]
         [stop]
-        strain = 1e-3"
+        strain = 1e-3",
+        cell()
     ));
     let last = run(&mut pressed).pop().unwrap().last.unwrap();
     let deformed = pressed.state.cell.unwrap().deformation_gradient;
@@ -357,7 +320,7 @@ fn the_component_of_a_compressed_cell_is_the_largest() {
 #[test]
 fn a_resumed_servo_knows_its_stress() {
     let text = format!(
-        "{CELL}
+        "{}
         [integration]
         damping = {{ kind = \"local\", coefficient = 0.3 }}
         [loading]
@@ -365,7 +328,8 @@ fn a_resumed_servo_knows_its_stress() {
         stress = [[-1e5, 0, 0], [0, -1e5, 0], [0, 0, -1e5]]
         maximum_strain_rate = 1
         [stop]
-        steps = 600"
+        steps = 600",
+        cell()
     );
     let mut whole = simulation(&text);
     run(&mut whole);
@@ -385,8 +349,9 @@ fn a_resumed_servo_knows_its_stress() {
 /// A servo whose target follows stages, and a cell that is sheared there and back.
 #[test]
 fn cells_follow_stages() {
+    let cell = cell();
     let shear = format!(
-        "{CELL}
+        "{cell}
         [loading]
         kind = \"cell-strain\"
         velocity_gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]]
@@ -405,7 +370,7 @@ fn cells_follow_stages() {
     assert!((largest - 1e-3).abs() <= step, "{largest}");
     assert!(samples.last().unwrap().strain.abs() <= step);
     let servo = format!(
-        "{CELL}
+        "{cell}
         [integration]
         damping = {{ kind = \"local\", coefficient = 0.3 }}
         [loading]

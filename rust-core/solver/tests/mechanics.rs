@@ -48,15 +48,7 @@ fn contact(damping_ratio: f64) -> Frictional {
 }
 
 fn wall(shape: WallShape) -> Wall {
-    Wall {
-        name: "wall".into(),
-        shape,
-        material: 0,
-        displacement: Vec3::zeros(),
-        velocity: Vec3::zeros(),
-        force: Vec3::zeros(),
-        torque: Vec3::zeros(),
-    }
+    Wall::new("wall", shape, 0, Vec3::zeros())
 }
 
 /// Walls under the contact law, and a model for them.

@@ -142,6 +142,8 @@ def planes(document):
     names = [m["name"] for m in document["material"]]
     out = []
     for wall in document.get("wall", []):
+        if "servo" in wall:
+            raise Unsupported("no translation of a wall's servo")
         shape, velocity, material = wall["shape"], vector(wall.get("velocity", [0, 0, 0])), names.index(wall["material"])
         if shape["kind"] == "box":
             low, high = vector(shape["minimum"]), vector(shape["maximum"])

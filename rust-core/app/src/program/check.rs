@@ -136,10 +136,17 @@ fn most_steps(scenario: &Scenario, schedule: &Schedule, dt: f64) -> Option<(f64,
         Loading::Platens { closing_velocity, .. } => {
             schedule.loading.dimensions().map(|(_, length)| closing_velocity.si() / length)
         }
+        Loading::Flexure { closing_velocity, .. } => match &schedule.loading {
+            crate::schedule::Loading::Flexure(flexure) => Some(closing_velocity.si() * flexure.strain_of_deflection),
+            _ => None,
+        },
         Loading::Bending { rate, .. } | Loading::Torsion { rate, .. } => {
             schedule.loading.strain_of_angle().map(|per_angle| rate.si().abs() * per_angle)
         }
-        Loading::None | Loading::CellStress { .. } => None,
+        Loading::CellStress { strain_rate, .. } => {
+            strain_rate.iter().filter_map(|rate| rate.si()).map(f64::abs).reduce(f64::max)
+        }
+        Loading::None => None,
     };
     let limits = [
         stop.steps.map(|steps| (steps as f64, "steps")),

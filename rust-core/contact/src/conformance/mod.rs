@@ -56,6 +56,8 @@ pub use atlas::{Observed, atlas, atlas_paths};
 pub use driver::{Record, drive};
 pub use path::{Path, Pose, Random, RigidMotion, at_rest, legs};
 pub use report::{Bound, Finding, Report};
+#[cfg(test)]
+pub(crate) use tests::GEOMETRY;
 
 use crate::geometry::ContactGeometry;
 use crate::kinematics::{MotionMeasure, PointKinematics};

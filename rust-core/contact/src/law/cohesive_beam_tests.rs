@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::conformance::frame::{FrameRecord, FrameStation, FrameSubject, check, drive, legs};
-use crate::conformance::{Native, Random, Report, at_rest};
+use crate::conformance::{GEOMETRY, Native, Random, Report, at_rest};
 use crate::math::Quat;
 
 const YOUNG: f64 = 2.0e9;
@@ -13,14 +13,8 @@ fn beam() -> CohesiveBeam {
 }
 
 fn subject(name: &'static str, beam: CohesiveBeam) -> FrameSubject<Native<CohesiveBeam>> {
-    let geometry = ContactGeometry {
-        reference_length: 2.1,
-        area: beam.bonded_area(0.8, 1.2, 1.0),
-        radius_a: 0.8,
-        radius_b: 1.2,
-        mass_a: 1.0,
-        mass_b: 2.0,
-    };
+    let area = beam.bonded_area(GEOMETRY.radius_a, GEOMETRY.radius_b, 1.0);
+    let geometry = ContactGeometry { reference_length: 2.1, area, ..GEOMETRY };
     FrameSubject {
         name,
         host: Native(beam),

@@ -326,10 +326,9 @@ impl RegisteredLaw for Frictional {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::{Native, Observed, Properties, Station, Subject, Window, atlas, atlas_paths, check};
-
-    const GEOMETRY: ContactGeometry =
-        ContactGeometry { reference_length: 2.0, area: 1.0, radius_a: 0.8, radius_b: 1.2, mass_a: 1.0, mass_b: 2.0 };
+    use crate::conformance::{
+        GEOMETRY, Native, Observed, Properties, Station, Subject, Window, atlas, atlas_paths, check,
+    };
 
     /// Overlaps are a large fraction of the length, so rounding of positions hides nothing.
     fn subject(name: &'static str, law: Frictional) -> Subject<Native<Frictional>> {

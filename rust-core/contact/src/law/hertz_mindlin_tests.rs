@@ -271,10 +271,8 @@ fn chung_ooi_4_digitized() {
 // -----------------------------------------------------------------------------------------------------------
 // Conformance
 
-use crate::conformance::{Native, Observed, Properties, Station, Subject, Window, atlas, atlas_paths, check};
+use crate::conformance::{GEOMETRY, Native, Observed, Properties, Station, Subject, Window, atlas, atlas_paths, check};
 
-const GEOMETRY: ContactGeometry =
-    ContactGeometry { reference_length: 2.0, area: 1.0, radius_a: 0.8, radius_b: 1.2, mass_a: 1.0, mass_b: 2.0 };
 const BODY: Elastic = Elastic { young: 1e6, poisson: 0.25 };
 
 /// Overlaps are a large fraction of the length, so rounding of positions hides nothing.

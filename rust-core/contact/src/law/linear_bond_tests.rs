@@ -1,7 +1,7 @@
 //! Tests of the brittle linear bond.
 
 use super::*;
-use crate::conformance::{Native, Observed, Properties, Station, Subject, Window, atlas, atlas_paths, check};
+use crate::conformance::{GEOMETRY, Native, Observed, Properties, Station, Subject, Window, atlas, atlas_paths, check};
 
 /// Deformations are a large fraction of the length, so rounding of positions hides nothing.
 fn subject(name: &'static str, bond: LinearBond) -> Subject<Native<LinearBond>> {
@@ -9,14 +9,7 @@ fn subject(name: &'static str, bond: LinearBond) -> Subject<Native<LinearBond>> 
     Subject {
         name,
         host: Native(bond),
-        geometry: ContactGeometry {
-            reference_length: 2.1,
-            area: 1.0,
-            radius_a: 0.8,
-            radius_b: 1.2,
-            mass_a: 1.0,
-            mass_b: 2.0,
-        },
+        geometry: ContactGeometry { reference_length: 2.1, ..GEOMETRY },
         bonded: true,
         properties: Properties {
             conservative_normal: bond.damping_ratio == 0.0,

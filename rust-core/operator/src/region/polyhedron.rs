@@ -1,6 +1,7 @@
 //! Extent of an intersection of half-spaces along the edges of a periodic cell.
 
-use super::{Extent, HalfSpace};
+use super::HalfSpace;
+use super::images::Extent;
 use concordem_contact::math::{Mat3, Vec3};
 
 /// Regions that reach further than this many edges are unbounded.

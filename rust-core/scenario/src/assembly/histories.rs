@@ -4,7 +4,7 @@ use super::bodies::{is_rigid, members};
 use super::{AssemblyError, unfit};
 use crate::schedule::{Histories, History, Loading, Stage, Stop, TimedLoads, TimedMotion, TimedWall};
 use crate::schema::quantity::{Component, vector};
-use crate::schema::{self, AppliedForce, HistoryShape, Prescribe, Quantity, Scenario, WallShape};
+use crate::schema::{self, AppliedForce, Control, HistoryShape, Prescribe, Quantity, Scenario, WallShape};
 use concordem_solver::state::{Particles, PointOfAction, State};
 
 /// The history of a name; the checks of the scenario guarantee that it exists.
@@ -27,6 +27,7 @@ pub(super) fn stages(scenario: &Scenario) -> Vec<Stage> {
     let stage = |stage: &schema::Stage| Stage {
         name: stage.name.clone(),
         rate: stage.rate.si(),
+        by_stress: stage.control == Control::Stress,
         history: stage.history.as_deref().and_then(|name| history(scenario, name)),
         strain: stage.stop.strain.map(Quantity::si),
         stress: stage.stop.stress.map(Quantity::si),
@@ -63,7 +64,9 @@ pub(super) fn build(scenario: &Scenario, loading: &Loading, state: &mut State) -
     for wall in &scenario.walls {
         // A box has six faces.
         let faces = if matches!(wall.shape, WallShape::Box { .. }) { 6 } else { 1 };
-        if let Some(history) = wall.history.as_deref().and_then(|name| history(scenario, name)) {
+        if let Some(history) = wall.history.as_deref().and_then(|name| history(scenario, name))
+            && wall.servo.is_none()
+        {
             let velocity = vector(&wall.velocity);
             let timed = |wall| TimedWall { history: history.clone(), wall, velocity };
             histories.walls.extend((first..first + faces).map(timed));
@@ -81,14 +84,15 @@ fn check_owners(scenario: &Scenario, loading: &Loading, particles: &Particles) -
     if scenario.prescribed.iter().all(|prescribe| prescribe.history.is_none()) {
         return Ok(());
     }
-    let layers: &[Vec<u32>] = match loading {
-        Loading::Uniaxial { layers, .. } | Loading::Turning { layers, .. } => layers,
-        _ => &[],
+    let layers: [&[u32]; 2] = match loading {
+        Loading::Uniaxial { layers, .. } | Loading::Turning { layers, .. } => [&layers[0], &layers[1]],
+        Loading::Flexure(flexure) => flexure.strips(),
+        _ => [&[], &[]],
     };
     // Bit `i` of the components: velocity 0 to 2, angular velocity 3 to 5.
     let mut constant = vec![0_u8; particles.len()];
     let mut timed = vec![0_u8; particles.len()];
-    for &p in layers.iter().flatten() {
+    for &p in layers.into_iter().flatten() {
         constant[p as usize] = particles.constraint[p as usize].0;
     }
     for (number, prescribe) in scenario.prescribed.iter().enumerate() {

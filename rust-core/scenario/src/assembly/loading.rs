@@ -1,15 +1,17 @@
 //! Loading of a scenario: chooses end layers, platens, or the cell, and sets initial velocities and constraints.
 
+mod flexure;
+
 use super::histories::stages;
 use super::selection::{bounds_along, extents, layer, member_of_clump};
-use super::{AssemblyError, material_index, place::Placed, unfit, walls};
+use super::{AssemblyError, material_index, place::Placed, unfit};
 use crate::schedule::Loading;
 use crate::schedule::loading::Gauge;
-use crate::schema::quantity::{CrossSection, Length, StrainRate, Velocity};
+use crate::schema::quantity::{Component, CrossSection, Length, StrainRate, Velocity};
 use crate::schema::{self, Axis, End, Lateral, Quantity, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_packing::smallest_section;
-use concordem_solver::state::{Constraint, Particles, State, WallShape};
+use concordem_solver::state::{Constraint, Particles, State, Wall, WallShape};
 
 /// Builds the loading of a scenario whose bonds have this interaction ratio.
 pub(super) fn build(
@@ -53,13 +55,14 @@ pub(super) fn build(
         schema::Loading::CellStrain { velocity_gradient } => {
             builder.cell_strain(Mat3::from_fn(|i, j| velocity_gradient[i][j].si()))
         }
-        schema::Loading::CellStress { stress, maximum_strain_rate, tolerance } => {
+        schema::Loading::CellStress { stress, strain_rate, maximum_strain_rate, tolerance } => {
             let stress = Mat3::from_fn(|i, j| stress[i][j].si());
-            builder.cell_stress(stress, maximum_strain_rate.si(), tolerance.si())
+            builder.cell_stress(stress, strain_rate.map(Component::si), maximum_strain_rate.si(), tolerance.si())
         }
         schema::Loading::Platens { axis, closing_velocity, material, area } => {
-            Ok(builder.platens(*axis, *closing_velocity, material, *area))
+            builder.platens(*axis, *closing_velocity, material, *area)
         }
+        schema::Loading::Flexure { .. } => builder.flexure(),
     }
 }
 
@@ -105,7 +108,7 @@ impl Builder<'_> {
         let (bottom, top) = (mean(&lower), mean(&upper));
         let distance = top - bottom;
         let length = test.gauge_length.map_or(distance, Quantity::si);
-        let area = self.area(axis, test.area);
+        let area = self.area(axis, test.area)?;
         let rate = test.strain_rate.si();
         let middle = 0.5 * (bottom + top);
         let half = 0.5 * rate * length;
@@ -137,10 +140,11 @@ impl Builder<'_> {
         closing_velocity: Velocity,
         material: &str,
         area: Option<CrossSection>,
-    ) -> Loading {
+    ) -> Result<Loading, AssemblyError> {
         let axis = axis.index();
         let (low, high) = bounds_along(extents(&self.state.particles, axis));
-        let area = self.area(axis, area);
+        let sign = if area == Some(CrossSection::Splitting) { -1.0 } else { 1.0 };
+        let area = self.area(axis, area)?;
         let first = self.state.walls.len();
         let speed = 0.5 * closing_velocity.si();
         let material = material_index(self.scenario, material);
@@ -150,10 +154,10 @@ impl Builder<'_> {
             let mut point = Vec3::zeros();
             point[axis] = at;
             let velocity = normal * speed;
-            self.state.walls.push(walls::new(name.into(), WallShape::Plane { point, normal }, material, velocity));
+            self.state.walls.push(Wall::new(name, WallShape::Plane { point, normal }, material, velocity));
         }
         let gauge = Gauge::new(self.state, axis, low, high);
-        Loading::Platens { axis, walls: [first, first + 1], speed, length: high - low, area, gauge }
+        Ok(Loading::Platens { axis, walls: [first, first + 1], speed, length: high - low, area, sign, gauge })
     }
 
     fn cell_strain(&mut self, gradient: Mat3) -> Result<Loading, AssemblyError> {
@@ -165,7 +169,13 @@ impl Builder<'_> {
         Ok(Loading::CellStrain { initial_volume, velocity_gradient: gradient })
     }
 
-    fn cell_stress(&self, stress: Mat3, maximum_rate: f64, tolerance: f64) -> Result<Loading, AssemblyError> {
+    fn cell_stress(
+        &self,
+        stress: Mat3,
+        strain_rate: [Option<f64>; 3],
+        maximum_rate: f64,
+        tolerance: f64,
+    ) -> Result<Loading, AssemblyError> {
         if self.state.cell.is_none() {
             return Err(no_cell());
         }
@@ -174,7 +184,7 @@ impl Builder<'_> {
         let largest = stress.abs().max();
         let gain = maximum_rate / (0.1 * largest.max(1.0));
         let reference = if largest > 0.0 { largest } else { 1.0 };
-        Ok(Loading::CellStress { stress, maximum_rate, gain, tolerance, reference })
+        Ok(Loading::CellStress { stress, strain_rate, maximum_rate, gain, tolerance, reference })
     }
 
     /// End layers that rotate in opposite directions; `axes`: of the specimen, and of the rotation.
@@ -280,12 +290,24 @@ impl Builder<'_> {
     }
 
     /// The given area, or the cross-section perpendicular to `axis`, m².
-    fn area(&self, axis: usize, given: Option<CrossSection>) -> f64 {
-        match given {
+    fn area(&self, axis: usize, given: Option<CrossSection>) -> Result<f64, AssemblyError> {
+        Ok(match given {
             Some(CrossSection::Given(area)) => area.si(),
             Some(CrossSection::Hull) => smallest_section(&self.placed.packing.spheres, axis, 8),
+            Some(CrossSection::Splitting) => match self.scenario.packing.shape() {
+                Some(schema::Shape::Cylinder { radius, height, axis: along, .. }) if along.index() != axis => {
+                    let length = if self.scenario.dimension == 2 { 1.0 } else { height.si() };
+                    std::f64::consts::PI * radius.si() * length
+                }
+                _ => {
+                    return Err(unfit(
+                        "loading.area",
+                        "\"splitting\" needs a cylinder that lies across the axis".into(),
+                    ));
+                }
+            },
             None => self.cross_section(axis),
-        }
+        })
     }
 
     /// Cross-section perpendicular to `axis`, m²: of the packing's shape, else of the bounding box; of unit depth in two

@@ -5,6 +5,7 @@
 
 mod bodies;
 pub mod checked_hdf5;
+mod cuts;
 mod error;
 pub mod hdf5_text;
 mod histories;
@@ -25,9 +26,12 @@ mod walls;
 
 use std::path::Path;
 
+use cuts::Cuts;
+
 use crate::schedule::{Histories, Schedule, Stop};
 use crate::schema::{Problem, Quantity, Scenario};
 use concordem_contact::law::cpm::Cpm;
+use concordem_contact::math::Vec3;
 use concordem_packing::TIE;
 use concordem_packing::bonding::{self, BondCount};
 use concordem_solver::Model;
@@ -139,7 +143,8 @@ pub fn assemble_placed(
     progress: Progress<'_>,
 ) -> Result<Assembly, AssemblyError> {
     memory::check_particles(scenario, placed)?;
-    let (mut state, members) = particles::build(scenario, placed)?;
+    let mut cuts = Cuts::new(scenario, folder, placed.packing.cell.as_ref())?;
+    let (mut state, members) = particles::build(scenario, placed, &cuts)?;
     if state.particles.is_empty() {
         let message = "has no particles: check the file, the shape, and the units".to_owned();
         return Err(unfit("packing", message));
@@ -149,7 +154,7 @@ pub fn assemble_placed(
     bodies::add_clumps(scenario, &members, &mut state)?;
     let mut model = model::build(scenario);
     let mut warnings = Vec::new();
-    let bonded = add_bonds(scenario, placed, &mut state, &mut warnings, progress)?;
+    let bonded = add_bonds(scenario, placed, &mut cuts, &mut state, &mut warnings, progress)?;
     add_contacts(scenario, &mut model, &mut state)?;
     walls::add(scenario, folder, &mut state)?;
     let mut schedule = schedule(scenario, placed, bonded.interaction_ratio, &mut state)?;
@@ -160,6 +165,7 @@ pub fn assemble_placed(
     state.clock.dt = step.dt;
     schedule.loading.tune(step.cell_stiffness, step.dt);
     schedule.histories = histories::build(scenario, &schedule.loading, &mut state)?;
+    schedule.servos = walls::servos(scenario, &step, &mut state);
     let particles = state.particles.len();
     let summary = Summary {
         particles,
@@ -216,6 +222,7 @@ struct Bonded {
 fn add_bonds(
     scenario: &Scenario,
     placed: &Placed,
+    cuts: &mut Cuts,
     state: &mut State,
     warnings: &mut Vec<Problem>,
     progress: Progress<'_>,
@@ -248,8 +255,10 @@ fn add_bonds(
         plane::check_reach(&placed.packing, interaction_ratio * (1.0 + TIE))?;
     }
     memory::check_bonds(particles, cell, interaction_ratio)?;
-    let count = bonding::bond(block.contacts_mut(), &rows, particles, cell, interaction_ratio)?;
+    let severed = &mut |p: &Vec3, q: &Vec3| cuts.sever(p, q);
+    let count = bonding::bond_unless(block.contacts_mut(), &rows, particles, cell, interaction_ratio, severed)?;
     warnings.extend(doubtful_bonds(scenario, &count, bulk));
+    warnings.extend(cuts.without_effect(scenario));
     state.bonds.push(block);
     Ok(Bonded { bonds: count.bonds, interaction_ratio, bulk })
 }
@@ -305,6 +314,7 @@ fn schedule(
         loading,
         stages: histories::stages(scenario),
         histories: Histories::default(),
+        servos: Vec::new(),
         initial_positions: samples::initial_positions(&operators, state),
         operators,
         planar: scenario.dimension == 2,

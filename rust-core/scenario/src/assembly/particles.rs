@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::cuts::Cuts;
 use super::selection::select;
 use super::{AssemblyError, Placed, material_index, set_index, unfit};
 use crate::schema::Scenario;
@@ -17,8 +18,8 @@ const MOST_SETS: usize = 64;
 pub(super) type ClumpMembers = Vec<Vec<u32>>;
 
 /// Builds a state with the particles and the cell of a scenario; also returns the members of its clumps.
-pub(super) fn build(scenario: &Scenario, placed: &Placed) -> Result<(State, ClumpMembers), AssemblyError> {
-    let (spheres, added) = spheres(scenario, placed);
+pub(super) fn build(scenario: &Scenario, placed: &Placed, cuts: &Cuts) -> Result<(State, ClumpMembers), AssemblyError> {
+    let (spheres, added) = spheres(scenario, placed, cuts);
     let (mut materials, tags) = sets(scenario, &spheres)?;
     for (clump, added) in scenario.clumps.iter().zip(&added) {
         if let Some(name) = &clump.material {
@@ -44,9 +45,9 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed) -> Result<(State, Clum
     Ok((State { particles, cell: placed.packing.cell, ..State::default() }, members))
 }
 
-/// Spheres of the packing, followed by those that clumps add, and the range of added spheres of every clump.
-fn spheres(scenario: &Scenario, placed: &Placed) -> (Vec<Sphere>, Vec<Range<usize>>) {
-    let mut spheres = placed.packing.spheres.clone();
+/// Spheres of the packing that no cut removes, followed by those that clumps add, and the range of added spheres of every clump.
+fn spheres(scenario: &Scenario, placed: &Placed, cuts: &Cuts) -> (Vec<Sphere>, Vec<Range<usize>>) {
+    let mut spheres = cuts.remaining(scenario, &placed.packing.spheres);
     let mut added = Vec::with_capacity(scenario.clumps.len());
     for clump in &scenario.clumps {
         let first = spheres.len();

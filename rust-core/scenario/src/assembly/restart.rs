@@ -2,7 +2,7 @@
 //!
 //! Keys that define the specimen cannot change: packing, particles, bonds, laws, clumps, walls, time step. Keys that
 //! drive it may change: the end of the run, output, samples, loading, prescribed motions, forces, gravity, damping,
-//! velocities of walls, and numbers in the tables of laws. Any other changed key is an error; no change is ignored
+//! velocities and servos of walls, and numbers in the tables of laws. Any other changed key is an error; no change is ignored
 //! silently.
 
 use super::{Assembly, AssemblyError, unfit};
@@ -106,7 +106,7 @@ fn allowed(change: &Change, [before, after]: [&Scenario; 2], continuation: Conti
             let keys = ["integration.damping", "integration.gravity", "integration.allow_unstable"];
             keys.iter().any(|key| change.key.starts_with(key))
         }
-        "wall" => change.key.contains("].velocity"),
+        "wall" => change.key.contains("].velocity") || change.key.contains("].servo"),
         // Numbers in the tables of laws.
         "material" | "interface" => {
             let number = |text: &str| text == "none" || text.parse::<f64>().is_ok();
@@ -123,12 +123,12 @@ fn allowed(change: &Change, [before, after]: [&Scenario; 2], continuation: Conti
 fn loading_allowed(change: &Change, before: &Loading, after: &Loading) -> bool {
     // The strain in bending and torsion is the rate times the time since the start, so the rate cannot change.
     let turning = |loading: &Loading| matches!(loading, Loading::Bending { .. } | Loading::Torsion { .. });
-    let platens = |loading: &Loading| matches!(loading, Loading::Platens { .. });
+    let platens = |loading: &Loading| matches!(loading, Loading::Platens { .. } | Loading::Flexure { .. });
     if turning(before) || turning(after) || platens(before) != platens(after) {
         return false;
     }
-    // The surfaces and the law of platens are made at the start.
-    !platens(before) || !matches!(&change.key[..], "loading.axis" | "loading.material")
+    // The surfaces and the laws of platens and rollers are made at the start.
+    !platens(before) || matches!(&change.key[..], "loading.closing_velocity" | "loading.area")
 }
 
 /// The changes from `before` to `after`, if a restart may make all of them.
@@ -147,7 +147,7 @@ pub fn check(before: &Scenario, after: &Scenario, continuation: Continuation) ->
         let (span, value) = document.as_ref().map_or((0..0, None), |document| document.locate(&change.key));
         let message = format!("the scenario of the state has {}; a restart cannot change this key", change.before);
         let help = "restore the value, or start a new run. A restart may change stop, output, loading (not bending, torsion, or \
-                    the kind of platens), prescribe, force, gravity, damping, velocities of walls, numbers in the tables of \
+                    the kind of platens), prescribe, force, gravity, damping, velocities and servos of walls, numbers in the tables of \
                     laws, and in a new result sample, stage, and history";
         let key = change.key.clone();
         Problem { kind: ProblemKind::Conflict, key, value, span, message, help: help.to_owned() }

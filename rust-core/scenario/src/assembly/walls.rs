@@ -3,11 +3,13 @@
 use std::io::BufReader;
 use std::path::Path;
 
-use super::histories::largest;
+use super::histories::{history, largest};
+use super::time_step::Step;
 use super::{AssemblyError, material_index, unfit};
 use crate::files::open_regular;
+use crate::schedule::{Servo, Target};
 use crate::schema::quantity::vector;
-use crate::schema::{self, Scenario, Side};
+use crate::schema::{self, Quantity, Scenario, Side};
 use concordem_contact::math::Vec3;
 use concordem_solver::state::{State, Wall, WallShape};
 
@@ -16,10 +18,13 @@ pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Resu
     for (number, wall) in scenario.walls.iter().enumerate() {
         let name = wall.name.clone().unwrap_or_else(|| format!("wall {number}"));
         // The fastest motion bounds the time step; `histories::build` sets that of the first step.
-        let velocity = vector(&wall.velocity) * largest(scenario, wall.history.as_deref());
+        let velocity = |face: usize| match &wall.servo {
+            None => vector(&wall.velocity) * largest(scenario, wall.history.as_deref()),
+            Some(servo) => pushing(servo, &wall.shape, face) * servo.maximum_speed.si(),
+        };
         let material = material_index(scenario, &wall.material);
-        for (name, shape) in shapes(name, &wall.shape, folder)? {
-            state.walls.push(new(name, shape, material, velocity));
+        for (face, (name, shape)) in shapes(name, &wall.shape, folder)?.into_iter().enumerate() {
+            state.walls.push(Wall::new(name, shape, material, velocity(face)));
         }
     }
     if let Some(cell) = &state.cell {
@@ -39,9 +44,58 @@ pub(super) fn add(scenario: &Scenario, folder: &Path, state: &mut State) -> Resu
     Ok(())
 }
 
-/// A wall at its initial position.
-pub(super) fn new(name: String, shape: WallShape, material: u16, velocity: Vec3) -> Wall {
-    Wall { name, shape, material, displacement: Vec3::zeros(), velocity, force: Vec3::zeros(), torque: Vec3::zeros() }
+/// Direction in which a servo pushes, of length 1; `face`: index of the face of a box.
+fn pushing(servo: &schema::Servo, shape: &schema::WallShape, face: usize) -> Vec3 {
+    let given = servo.direction.as_ref().map(vector);
+    let direction = match shape {
+        schema::WallShape::Plane { normal, .. } => vector(normal),
+        schema::WallShape::Box { .. } => {
+            let mut normal = Vec3::zeros();
+            normal[face / 2] = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
+            normal
+        }
+        schema::WallShape::Cylinder { .. } | schema::WallShape::Facets { .. } => given.unwrap_or_default(),
+    };
+    direction.normalize()
+}
+
+/// The servos of the walls, which are at rest before the first step.
+pub(super) fn servos(scenario: &Scenario, step: &Step, state: &mut State) -> Vec<Servo> {
+    let planar = scenario.dimension == 2;
+    let frequency = step.bounds.frequency.max(step.collision.map_or(0.0, |collision| collision.frequency));
+    let mut servos = Vec::new();
+    let mut first = 0;
+    for wall in &scenario.walls {
+        let faces = if matches!(wall.shape, schema::WallShape::Box { .. }) { 6 } else { 1 };
+        if let Some(servo) = &wall.servo {
+            // In two dimensions particles do not touch the faces of z.
+            for face in 0..if planar { faces.min(4) } else { faces } {
+                let across = |axis: usize| (!planar || axis < 2).then_some([first + 2 * axis, first + 2 * axis + 1]);
+                let axis = face / 2;
+                let target = match (servo.force, servo.pressure, servo.area) {
+                    (Some(force), ..) => Target::Force(force.si()),
+                    (None, pressure, area) => {
+                        let pressure = pressure.map_or(0.0, Quantity::si);
+                        let neighbors = [across((axis + 1) % 3), across((axis + 2) % 3)];
+                        area.map_or(Target::Face(pressure, neighbors), |area| Target::Pressure(pressure, area.si()))
+                    }
+                };
+                let mut servo = Servo {
+                    wall: first + face,
+                    direction: pushing(servo, &wall.shape, face),
+                    target,
+                    history: wall.history.as_deref().and_then(|name| history(scenario, name)),
+                    maximum_speed: servo.maximum_speed.si(),
+                    gain: 0.0,
+                };
+                servo.tune(state, frequency, planar);
+                servos.push(servo);
+            }
+            (first..first + faces).for_each(|wall| state.walls[wall].velocity = Vec3::zeros());
+        }
+        first += faces;
+    }
+    servos
 }
 
 /// Names and surfaces of a wall; a box has six.
@@ -75,7 +129,7 @@ fn shapes(name: String, shape: &schema::WallShape, folder: &Path) -> Result<Vec<
 }
 
 /// Triangles of an STL file, scaled to meters.
-fn triangles(folder: &Path, path: &str, unit: f64) -> Result<Vec<[Vec3; 3]>, AssemblyError> {
+pub(super) fn triangles(folder: &Path, path: &str, unit: f64) -> Result<Vec<[Vec3; 3]>, AssemblyError> {
     let file = folder.join(path);
     let fail = |message: String| AssemblyError::File { path: file.display().to_string(), message };
     let mut reader = BufReader::new(open_regular(&file).map_err(|error| fail(error.to_string()))?);

@@ -2,7 +2,7 @@
 
 use super::{Checker, SYMMETRY};
 use crate::schema::quantity::{Component, Length, vector};
-use crate::schema::{Clump, Packing, ParticleSet, Quantity, Selection, WallShape};
+use crate::schema::{Clump, Packing, ParticleSet, Quantity, Selection, Servo, Wall, WallShape};
 
 impl Checker<'_> {
     pub(super) fn walls(&mut self) {
@@ -22,6 +22,55 @@ impl Checker<'_> {
                 WallShape::Box { minimum, maximum } => self.corners(&path, minimum, maximum),
                 _ => {}
             }
+            if let Some(servo) = &wall.servo {
+                self.servo(&format!("wall[{at}]"), wall, servo);
+            }
+        }
+    }
+
+    fn servo(&mut self, path: &str, wall: &Wall, servo: &Servo) {
+        let key = format!("{path}.servo");
+        let is_box = matches!(wall.shape, WallShape::Box { .. });
+        if wall.velocity.iter().any(|component| component.si() != 0.0) {
+            let help = "remove `velocity`; the servo moves the wall";
+            self.conflict(&format!("{path}.velocity"), "the wall has a servo", help);
+        }
+        match (servo.force.is_some(), servo.pressure.is_some()) {
+            (false, false) => self.missing(&key, "gives neither `force` nor `pressure`", "give one of them"),
+            (true, true) => {
+                self.conflict(&format!("{key}.force"), "gives both `force` and `pressure`", "keep one of them");
+            }
+            (true, false) if is_box => {
+                self.conflict(&format!("{key}.force"), "a box has six faces", "give `pressure`, or six planes");
+            }
+            (false, true) if !is_box && servo.area.is_none() => {
+                let help = "give the `area` on which the pressure acts, or `force`";
+                self.missing(&key, "the pressure of this shape needs an area", help);
+            }
+            _ => {}
+        }
+        if servo.area.is_some() && (servo.pressure.is_none() || is_box) {
+            let message = if is_box { "the faces of a box have their own areas" } else { "a force needs no area" };
+            self.conflict(&format!("{key}.area"), message, "remove `area`");
+        }
+        let needs_direction = matches!(wall.shape, WallShape::Cylinder { .. } | WallShape::Facets { .. });
+        match &servo.direction {
+            None if needs_direction => {
+                let help = "give the direction in which the wall pushes: direction = [0, 0, -1]";
+                self.missing(&key, "a wall of this shape needs a direction", help);
+            }
+            Some(_) if !needs_direction => {
+                let help = "remove `direction`; the wall pushes along its normal";
+                self.conflict(&format!("{key}.direction"), "this shape has a direction", help);
+            }
+            Some(direction) if vector(direction).norm() == 0.0 => {
+                self.range(
+                    &format!("{key}.direction"),
+                    "must not be zero",
+                    "give the direction in which the wall pushes",
+                );
+            }
+            _ => {}
         }
     }
 

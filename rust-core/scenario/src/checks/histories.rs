@@ -2,7 +2,7 @@
 
 use super::Checker;
 use crate::schema::quantity::Component;
-use crate::schema::{HistoryShape, Loading, Prescribe, Stage};
+use crate::schema::{Control, HistoryShape, Loading, Prescribe, Stage};
 use concordem_contact::kinematics::MotionMeasure;
 
 impl Checker<'_> {
@@ -29,7 +29,7 @@ impl Checker<'_> {
             self.prescribed_history(at, prescribe);
         }
         for (at, wall) in scenario.walls.iter().enumerate() {
-            if wall.history.is_some() && wall.velocity.iter().all(|v| v.si() == 0.0) {
+            if wall.history.is_some() && wall.servo.is_none() && wall.velocity.iter().all(|v| v.si() == 0.0) {
                 let help = "give the `velocity` that the history multiplies, or remove `history`";
                 self.conflict(&format!("wall[{at}].history"), "multiplies a velocity of zero", help);
             }
@@ -96,7 +96,11 @@ impl Checker<'_> {
                 }
             }
         }
-        if stop.drop_to.is_some() && matches!(loading, Loading::None | Loading::CellStress { .. }) {
+        if stage.control == Control::Stress && !matches!(loading, Loading::CellStress { .. }) {
+            let help = "use \"cell-stress\" loading with `strain_rate`, or remove `control`";
+            self.conflict(&format!("{key}.control"), "this loading has no axes that follow their stress", help);
+        }
+        if stop.drop_to.is_some() && !loading.has_peak() {
             let help = "use it with \"uniaxial\", \"platens\", or \"cell-strain\" loading";
             self.conflict(&format!("{key}.stop.drop_to"), "this loading has no peak stress to drop from", help);
         }

@@ -1,8 +1,9 @@
 //! Checks of the loading, of initial velocities that conflict with it, and of the end of the run.
 
 use super::{Checker, SYMMETRY, components, length};
-use crate::schema::quantity::{AngularVelocity, CrossSection, Length, StrainRate, Stress};
-use crate::schema::{Axis, Loading, Shape};
+use crate::schema::quantity::dimension::OfStrainRate;
+use crate::schema::quantity::{AngularVelocity, Component, CrossSection, Length, StrainRate, Stress};
+use crate::schema::{Axis, Control, Loading, Shape};
 
 impl Checker<'_> {
     pub(super) fn loading(&mut self) {
@@ -16,7 +17,11 @@ impl Checker<'_> {
         }
         let by_ends = matches!(
             scenario.loading,
-            Loading::Uniaxial { .. } | Loading::Platens { .. } | Loading::Bending { .. } | Loading::Torsion { .. }
+            Loading::Uniaxial { .. }
+                | Loading::Platens { .. }
+                | Loading::Flexure { .. }
+                | Loading::Bending { .. }
+                | Loading::Torsion { .. }
         );
         if by_ends && periodic {
             let help = "use \"cell-strain\" loading, or cut out a specimen with another [packing.shape]";
@@ -31,8 +36,12 @@ impl Checker<'_> {
         }
         match &scenario.loading {
             Loading::None => {}
-            Loading::Uniaxial { axis, strain_rate, layer_thickness, .. } => {
+            Loading::Uniaxial { axis, strain_rate, layer_thickness, area, .. } => {
                 self.uniaxial(*axis, *strain_rate, *layer_thickness);
+                if *area == Some(CrossSection::Splitting) {
+                    let help = "use \"platens\" loading, or remove `area`";
+                    self.conflict("loading.area", "\"splitting\" is for plates that press on a cylinder", help);
+                }
             }
             Loading::Bending { axis, about, rate, .. } => self.bending(*axis, *about, *rate),
             Loading::Torsion { axis, rate, .. } => self.torsion(*axis, *rate),
@@ -43,8 +52,20 @@ impl Checker<'_> {
                     self.range("loading.velocity_gradient", "all components are zero", help);
                 }
             }
-            Loading::CellStress { stress, .. } => self.cell_stress(stress),
-            Loading::Platens { material, .. } => self.known_material("loading.material", material),
+            Loading::CellStress { stress, strain_rate, .. } => {
+                self.cell_stress(stress);
+                self.cell_rates(stress, strain_rate);
+            }
+            Loading::Platens { axis, material, area, .. } => {
+                self.known_material("loading.material", material);
+                if *area == Some(CrossSection::Splitting)
+                    && !matches!(scenario.packing.shape(), Some(Shape::Cylinder { axis: along, .. }) if along != axis)
+                {
+                    let help = "give [packing.shape] kind = \"cylinder\" with another axis, or the area";
+                    self.conflict("loading.area", "\"splitting\" needs a cylinder that lies across the axis", help);
+                }
+            }
+            Loading::Flexure { .. } => self.flexure(),
         }
         self.initial_field();
     }
@@ -91,6 +112,53 @@ impl Checker<'_> {
         }
     }
 
+    fn flexure(&mut self) {
+        let Loading::Flexure { axis, across, span, inner_span, strip_width, roller_radius, material, .. } =
+            &self.scenario.loading
+        else {
+            return;
+        };
+        match (strip_width, roller_radius, material) {
+            (None, None, _) => {
+                let help = "give the width of the strips of particles that are held and moved, or `roller_radius`";
+                self.missing("loading", "gives neither `strip_width` nor `roller_radius`", help);
+            }
+            (Some(_), Some(_), _) => {
+                let help = "keep one of them";
+                self.conflict("loading.strip_width", "gives both `strip_width` and `roller_radius`", help);
+            }
+            (None, Some(_), None) => {
+                self.missing("loading", "rollers need a material", "give `material`, the name of a [[material]]");
+            }
+            (Some(_), None, Some(_)) => {
+                let help = "remove `material`; strips are particles of the beam";
+                self.conflict("loading.material", "strips of particles have no material of their own", help);
+            }
+            _ => {}
+        }
+        if let Some(material) = material {
+            self.known_material("loading.material", material);
+        }
+        if *across == Some(*axis) {
+            let help = "the rollers press across the beam; choose another axis";
+            self.conflict("loading.across", "is the axis of the beam", help);
+        }
+        if inner_span.si() >= span.si() {
+            let help = "two rollers lie between the supports; three-point bending has inner_span = 0";
+            self.conflict("loading.inner_span", "is not shorter than `span`", help);
+        }
+        let Some(Shape::Box { size, .. }) = self.scenario.packing.shape() else {
+            let help = "give [packing.shape] kind = \"box\"";
+            self.conflict("loading.kind", "bending needs a beam with a known section", help);
+            return;
+        };
+        let along = size[axis.index()].si();
+        if span.si() > along {
+            let message = format!("is longer than the beam, {}", length(along));
+            self.range("loading.span", message, "let the beam stick out over its supports");
+        }
+    }
+
     fn torsion(&mut self, axis: Axis, rate: AngularVelocity) {
         self.rotation_rate(rate);
         if !matches!(self.scenario.packing.shape(), Some(Shape::Cylinder { axis: along, .. }) if *along == axis) {
@@ -113,6 +181,28 @@ impl Checker<'_> {
                 let message = format!("must equal the component in row {row}, column {column}");
                 let help = "the stress of a cell in equilibrium is symmetric";
                 self.conflict(&format!("loading.stress[{column}][{row}]"), message, help);
+            }
+        }
+    }
+
+    /// Checks the strain rates of axes of a cell whose other axes follow their stress.
+    fn cell_rates(&mut self, stress: &[[Stress; 3]; 3], strain_rate: &[Component<OfStrainRate>; 3]) {
+        let by_stress = self.scenario.stages.iter().any(|stage| stage.control == Control::Stress);
+        let driven: Vec<usize> = (0..3).filter(|&axis| strain_rate[axis] != Component::Free).collect();
+        if by_stress && driven.is_empty() {
+            let at = self.scenario.stages.iter().position(|stage| stage.control == Control::Stress).unwrap_or(0);
+            let help = "give `loading.strain_rate`, or remove `control`";
+            self.conflict(&format!("stage[{at}].control"), "all axes follow their stress in every stage", help);
+        }
+        if driven.len() == 3 {
+            let help = "leave at least one axis \"free\", or use \"cell-strain\" loading";
+            self.conflict("loading.strain_rate", "no axis is left that follows its stress", help);
+        }
+        for axis in driven {
+            if stress[axis][axis].si() != 0.0 && !by_stress {
+                let help = "write 0, or add a [[stage]] with control = \"stress\"";
+                let message = "has no effect, because this axis follows its strain rate";
+                self.conflict(&format!("loading.stress[{axis}][{axis}]"), message, help);
             }
         }
     }
@@ -166,7 +256,7 @@ impl Checker<'_> {
             let help = "add [stop] with at least one of `steps`, `time`, `strain`, `drop_to`, and `unbalanced`";
             self.missing("stop", "the run has no end", help);
         }
-        if stop.drop_to.is_some() && matches!(scenario.loading, Loading::None | Loading::CellStress { .. }) {
+        if stop.drop_to.is_some() && !scenario.loading.has_peak() {
             let help = "use it with \"uniaxial\", \"platens\", or \"cell-strain\" loading";
             self.conflict("stop.drop_to", "this loading measures no stress with a peak", help);
         }

@@ -5,6 +5,7 @@
 //! overlap. They report all problems at once, each with line, key, value, and remedy.
 
 mod bodies;
+mod cuts;
 mod files;
 mod histories;
 mod laws;
@@ -37,6 +38,7 @@ fn check_meaning(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem> {
     checker.stop();
     checker.histories();
     checker.walls();
+    checker.cuts();
     checker.sets();
     checker.clumps();
     checker.samples();

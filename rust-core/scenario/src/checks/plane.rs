@@ -112,6 +112,12 @@ impl Checker<'_> {
                 let help = "write axis = \"x\" or axis = \"y\"";
                 self.conflict("loading.axis", "the loading acts along z, out of the plane", help);
             }
+            Loading::Flexure { axis: Axis::Z, .. } => {
+                self.conflict("loading.axis", "the beam points out of the plane", "write axis = \"x\" or axis = \"y\"");
+            }
+            Loading::Flexure { across: Some(Axis::Z), .. } => {
+                self.conflict("loading.across", "points out of the plane", "remove `across`");
+            }
             Loading::Bending { about: Axis::X | Axis::Y, .. } => {
                 self.conflict("loading.about", "rotates the ends out of the plane", "write about = \"z\"");
             }
@@ -124,7 +130,10 @@ impl Checker<'_> {
                 let outside = places.into_iter().filter(|&(row, column)| velocity_gradient[row][column].si() != 0.0);
                 return outside.map(|(row, column)| format!("loading.velocity_gradient[{row}][{column}]")).collect();
             }
-            Loading::CellStress { stress, .. } => {
+            Loading::CellStress { stress, strain_rate, .. } => {
+                if strain_rate[2] != Component::Free {
+                    self.conflict("loading.strain_rate[2]", "points out of the plane", HELP);
+                }
                 let row = stress[2].iter().enumerate().filter(|(_, component)| component.si() != 0.0);
                 return row.map(|(column, _)| format!("loading.stress[2][{column}]")).collect();
             }
@@ -140,6 +149,9 @@ impl Checker<'_> {
             vec![("integration.gravity".to_owned(), components(&scenario.integration.gravity), false)];
         for (at, wall) in scenario.walls.iter().enumerate() {
             vectors.push((format!("wall[{at}].velocity"), components(&wall.velocity), false));
+            if let Some(direction) = wall.servo.as_ref().and_then(|servo| servo.direction.as_ref()) {
+                vectors.push((format!("wall[{at}].servo.direction"), components(direction), false));
+            }
         }
         for (at, one) in scenario.prescribed.iter().enumerate() {
             let velocity = one.velocity.map(|component| Component::si(component).unwrap_or(0.0));

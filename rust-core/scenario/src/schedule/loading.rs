@@ -1,5 +1,6 @@
 //! Loading of a specimen, and measurement of its stress and strain.
 
+use super::Flexure;
 use concordem_contact::math::{Mat3, Vec3, quaternion_of_rotation_vector, rotate};
 use concordem_packing::TIE;
 use concordem_solver::state::State;
@@ -58,6 +59,8 @@ pub enum Loading {
     CellStress {
         /// Target stress, Pa.
         stress: Mat3,
+        /// Strain rates of axes that do not follow the stress, 1/s.
+        strain_rate: [Option<f64>; 3],
         /// Largest rate of any strain component, 1/s.
         maximum_rate: f64,
         /// Gain of the servo: strain rate divided by the error of the stress, 1/(Pa·s).
@@ -80,9 +83,13 @@ pub enum Loading {
         length: f64,
         /// Cross-section, m².
         area: f64,
+        /// Factor of the stress: 1, or −1 where pressing on a cylinder pulls its middle apart.
+        sign: f64,
         /// Particles for measuring the strain away from the plates.
         gauge: Gauge,
     },
+    /// A beam on two supports, bent by rollers.
+    Flexure(Flexure),
 }
 
 /// With a target stress of zero, the reference is the stress at this strain.
@@ -163,15 +170,23 @@ impl Loading {
         last: &StepReport,
         axial_forces: [f64; 2],
         factor: Option<f64>,
+        by_stress: bool,
     ) {
         if let Some(factor) = factor {
             self.apply_factor(state, solver, factor);
         }
         let factor = factor.unwrap_or(1.0);
-        if let (Self::CellStress { stress, maximum_rate, gain, .. }, Some(cell)) = (self, &state.cell) {
-            let error = stress * factor - last.virial / cell.volume();
+        if let (Self::CellStress { stress, strain_rate, maximum_rate, gain, .. }, Some(cell)) = (self, &state.cell) {
+            let driven = self.driven(by_stress);
+            // The factor belongs to the strain rates, if there are any.
+            let target = if driven.contains(&true) { *stress } else { stress * factor };
+            let error = target - last.virial / cell.volume();
             let rate = (error + error.transpose()) * (0.5 * gain);
-            solver.set_velocity_gradient(cell, rate.map(|r| r.clamp(-maximum_rate, *maximum_rate)));
+            let mut rate = rate.map(|r| r.clamp(-maximum_rate, *maximum_rate));
+            for axis in (0..3).filter(|&axis| driven[axis]) {
+                rate[(axis, axis)] = strain_rate[axis].unwrap_or(0.0) * factor;
+            }
+            solver.set_velocity_gradient(cell, rate);
         }
         if let Self::Turning { axis, about, layers, rate, .. } = self {
             let rate = rate * factor;
@@ -196,6 +211,14 @@ impl Loading {
         }
     }
 
+    /// Axes of the cell that follow a strain rate and not their stress. `by_stress`: see [`Stage::by_stress`](super::Stage::by_stress).
+    fn driven(&self, by_stress: bool) -> [bool; 3] {
+        match self {
+            Self::CellStress { strain_rate, .. } if !by_stress => strain_rate.map(|rate| rate.is_some()),
+            _ => [false; 3],
+        }
+    }
+
     /// Sets the motions that are constant without stages to `factor` times their rate.
     fn apply_factor(&self, state: &mut State, solver: &mut Solver, factor: f64) {
         match self {
@@ -213,6 +236,7 @@ impl Loading {
                     state.walls[*wall].velocity[*axis] = speed;
                 }
             }
+            Self::Flexure(flexure) => flexure.move_rollers(state, solver, factor),
             Self::CellStrain { velocity_gradient, .. } => {
                 if let Some(cell) = &state.cell {
                     solver.set_velocity_gradient(cell, velocity_gradient * factor);
@@ -255,6 +279,7 @@ impl Loading {
             Self::Platens { axis, walls, length, .. } => {
                 (state.walls[walls[1]].displacement[*axis] - state.walls[walls[0]].displacement[*axis]) / length
             }
+            Self::Flexure(flexure) => flexure.strain(state),
         }
     }
 
@@ -293,18 +318,22 @@ impl Loading {
                 0.5 * (moment(0) - moment(1)) * stress_of_moment
             }
             Self::CellStrain { .. } | Self::CellStress { .. } => measure.tensor[self.component(state)],
-            Self::Platens { axis, walls, area, .. } => {
+            Self::Platens { axis, walls, area, sign, .. } => {
                 // In compression the force on the lower plate points down.
-                0.5 * (state.walls[walls[0]].force[*axis] - state.walls[walls[1]].force[*axis]) / area
+                sign * 0.5 * (state.walls[walls[0]].force[*axis] - state.walls[walls[1]].force[*axis]) / area
             }
+            Self::Flexure(flexure) => flexure.stress(state, solver),
         };
         measure
     }
 
     /// The component that strain and stress of a periodic cell refer to: the first one of the largest magnitude in the
-    /// velocity gradient or the target stress.
+    /// velocity gradient, in the strain rates of axes, or in the target stress.
     fn component(&self, state: &State) -> (usize, usize) {
         let matrix = match self {
+            Self::CellStress { strain_rate, .. } if strain_rate.iter().flatten().any(|rate| *rate != 0.0) => {
+                Mat3::from_diagonal(&Vec3::from(strain_rate.map(|rate| rate.unwrap_or(0.0))))
+            }
             Self::CellStress { stress, .. } => *stress,
             Self::CellStrain { velocity_gradient, .. } => *velocity_gradient,
             _ => state.cell.as_ref().map_or_else(Mat3::zeros, |cell| cell.velocity_gradient),
@@ -323,22 +352,28 @@ impl Loading {
     /// Sets reference and gain of a servo whose target is zero. `stiffness`: upper bound on the stiffness of the cell,
     /// Pa; `dt`: time step, s.
     pub(crate) fn tune(&mut self, stiffness: f64, dt: f64) {
-        if let Self::CellStress { stress, maximum_rate, gain, reference, .. } = self
-            && *stress == Mat3::zeros()
-            && stiffness > 0.0
-        {
+        let Self::CellStress { stress, strain_rate, maximum_rate, gain, reference, .. } = self else { return };
+        if stiffness <= 0.0 {
+            return;
+        }
+        if *stress == Mat3::zeros() {
             *reference = ZERO_STRESS_STRAIN * stiffness;
             *gain = (*maximum_rate / (0.1 * *reference)).min(SERVO_STEP / (stiffness * dt));
+        } else if strain_rate.iter().any(Option::is_some) {
+            *gain = gain.min(SERVO_STEP / (stiffness * dt));
         }
     }
 
     /// Whether a servo has reached its target, and contacts carry forces unless the target is zero. `contact_force`: root mean
-    /// square of the contact forces, N; `factor`: of the target, from the present stage.
-    pub(super) fn reached(&self, measure: &Measure, contact_force: f64, factor: f64) -> bool {
+    /// square of the contact forces, N; `factor`: of the target, from the present stage, as `by_stress`.
+    pub(super) fn reached(&self, measure: &Measure, contact_force: f64, factor: f64, by_stress: bool) -> bool {
         match self {
             Self::CellStress { stress, tolerance, reference, .. } => {
                 let wanted = contact_force > 0.0 || *stress == Mat3::zeros();
-                wanted && (measure.tensor - stress * factor).abs().max() <= tolerance * reference
+                let driven = self.driven(by_stress);
+                let mut error = measure.tensor - if driven.contains(&true) { *stress } else { stress * factor };
+                (0..3).filter(|&axis| driven[axis]).for_each(|axis| error[(axis, axis)] = 0.0);
+                wanted && error.abs().max() <= tolerance * reference
             }
             _ => contact_force > 0.0,
         }
@@ -366,6 +401,7 @@ impl Loading {
             Self::Uniaxial { area, length, .. }
             | Self::Platens { area, length, .. }
             | Self::Turning { area, length, .. } => Some((*area, *length)),
+            Self::Flexure(Flexure { area, span, .. }) => Some((*area, *span)),
             _ => None,
         }
     }

@@ -1,16 +1,20 @@
 //! The schedule of a run: loading, samples, and stop conditions; [`Simulation`] runs it.
 
+mod flexure;
 mod guard;
 mod history;
 pub mod loading;
+mod servo;
 pub mod simulation;
 mod stage;
 pub mod stop;
 
 pub use crate::sampling::{Operator, Record, ScheduledOperator, SeriesColumn};
+pub use flexure::{Bearings, Flexure};
 pub use guard::EnergyFault;
 pub use history::{Histories, History, TimedLoads, TimedMotion, TimedWall};
 pub use loading::Loading;
+pub use servo::{Servo, Target};
 pub use simulation::{Advance, Simulation};
 pub use stage::{Stage, StageEnd, StageReason};
 pub use stop::{Stop, StopReason};
@@ -26,6 +30,8 @@ pub struct Schedule {
     pub stages: Vec<Stage>,
     /// Motions, walls, and loads that change with time.
     pub histories: Histories,
+    /// Walls that keep a force constant.
+    pub servos: Vec<Servo>,
     /// Conditions that end the run.
     pub stop: Stop,
     /// Whether the run continues even if integration errors have changed its energy.
@@ -50,6 +56,7 @@ impl Default for Schedule {
             loading: Loading::None,
             stages: Vec::new(),
             histories: Histories::default(),
+            servos: Vec::new(),
             stop: Stop::default(),
             allow_energy_error: false,
             sample_interval: 10,

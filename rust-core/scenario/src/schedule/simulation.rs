@@ -258,6 +258,9 @@ impl Simulation {
     /// Takes one step, with the record and the operators that are due, or with all of them.
     fn step(&mut self, all: bool) -> Result<Advance, RunError> {
         self.schedule.histories.apply(&mut self.state, &mut self.solver);
+        for servo in &self.schedule.servos {
+            servo.apply(&mut self.state);
+        }
         let operators = self.operators(all)?;
         let step = self.state.clock.step;
         let due = all || step.is_multiple_of(self.schedule.sample_interval);
@@ -269,7 +272,8 @@ impl Simulation {
         } else {
             (0.0, 0.0)
         };
-        loading.apply(&mut self.state, &mut self.solver, &self.last, axial, factor);
+        let by_stress = self.stage().is_some_and(|(stage, _)| stage.by_stress);
+        loading.apply(&mut self.state, &mut self.solver, &self.last, axial, factor, by_stress);
         let volume = self.state.cell.map_or(1.0, |cell| cell.volume());
         let before = BeforeStep { time: self.state.clock.time(), step, strain, gauge_strain, volume };
         let guarded = !self.schedule.allow_energy_error && (due || step.is_multiple_of(guard::INTERVAL));
@@ -368,13 +372,14 @@ impl Simulation {
         let contacts: u64 = report.active.iter().sum();
         let unbalanced = report.unbalanced(self.radius);
         let (loading, contact_force) = (&self.schedule.loading, report.contact_force());
+        let by_stress = self.stage().is_some_and(|(stage, _)| stage.by_stress);
         let values = StopValues {
             time,
             strain,
             stress: measure.stress,
             peak: self.state.schedule_memory[memory::PEAK],
             unbalanced: if loading.is_rounding(contact_force, self.radius) { 0.0 } else { unbalanced },
-            at_rest: loading.reached(&measure, contact_force, factor),
+            at_rest: loading.reached(&measure, contact_force, factor, by_stress),
         };
         let ledger = &self.state.ledger;
         let record = Record {

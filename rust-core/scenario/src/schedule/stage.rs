@@ -10,6 +10,8 @@ pub struct Stage {
     pub name: String,
     /// Factor of the rate of the loading (of the target of a stress servo).
     pub rate: f64,
+    /// Whether all axes of the cell follow their stress, also those with a strain rate.
+    pub by_stress: bool,
     /// A further factor; its time starts with the stage.
     pub history: Option<History>,
     /// Strain that ends the stage when it is passed.

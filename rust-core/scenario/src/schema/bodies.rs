@@ -5,7 +5,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::packing::Axis;
-use super::quantity::{AngularVelocity, Component, Force, Inertia, Length, Mass, Moment, Number, Velocity};
+use super::quantity::{
+    AngularVelocity, Area, Component, Force, Inertia, Length, Mass, Moment, Number, Stress, Velocity,
+};
 
 /// A rigid wall that particles touch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -20,8 +22,35 @@ pub struct Wall {
     /// Velocity of the wall, m/s; default: zero. Example: `velocity = [0, 0, "-1 mm/s"]`.
     #[serde(default)]
     pub velocity: [Velocity; 3],
-    /// Name of a history that multiplies the velocity; default: constant velocity.
+    /// Name of a history that multiplies the velocity, or the force or pressure of the servo; default: constant.
     pub history: Option<String>,
+    /// Servo: the wall moves until it presses on the particles with a given force or pressure. Default: none, the wall moves with
+    /// `velocity`. Example: `servo = { pressure = "2 MPa", maximum_speed = "0.1 m/s" }`.
+    pub servo: Option<Servo>,
+}
+
+/// A servo: the wall moves along its direction with the speed `min(g (F0 - F), maximum_speed)`, F being the force on the particles
+/// in the last step. The gain g follows from the stiffness of the contacts, so that the wall does not oscillate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Servo {
+    /// Wanted force on the particles, N. Required unless `pressure` is given. Not for a "box".
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub force: Option<Force>,
+    /// Wanted pressure on the particles, Pa. Required unless `force` is given. Each face of a "box" has it.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub pressure: Option<Stress>,
+    /// Area on which the pressure acts, m². Required with `pressure`, but not for a "box": the pressure on its faces acts on their
+    /// present area between the neighboring faces. Example: `area = "36 mm^2"`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub area: Option<Area>,
+    /// Direction in which the wall pushes, a vector of any length. Required for "cylinder" and "facets", which move as a whole; a
+    /// "plane" and the faces of a "box" push along their normals.
+    pub direction: Option<[Number; 3]>,
+    /// Largest speed of the wall, m/s. Required. It has this speed until a tenth of the force is missing. Example:
+    /// `maximum_speed = "0.1 m/s"`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub maximum_speed: Velocity,
 }
 
 /// Surface of a wall.

@@ -69,14 +69,28 @@ fn no_phase() -> Angle {
 pub struct Stage {
     /// Name of the stage. Required. Example: `name = "unload"`.
     pub name: String,
-    /// Factor of the rate of `loading`, or of the target of "cell-stress" loading; default: 1. -1 reverses the motion, 0 holds
-    /// it.
+    /// Factor of the rate of `loading`, or of the target of "cell-stress" loading if no axis follows a strain rate; default: 1.
+    /// -1 reverses the motion, 0 holds it.
     #[serde(default = "one")]
     pub rate: Number,
+    /// What the axes with a `strain_rate` follow in "cell-stress" loading; default: "strain-rate".
+    #[serde(default)]
+    pub control: Control,
     /// Name of a history that multiplies `rate`; its time starts with the stage. Default: none.
     pub history: Option<String>,
     /// Conditions that end the stage; the first one that holds ends it. Required: at least one.
     pub stop: StageStop,
+}
+
+/// What the axes with a strain rate follow in a stage.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Control {
+    /// Their strain rate, times the `rate` of the stage.
+    #[default]
+    StrainRate,
+    /// Their stress, as all other axes: for the consolidation before a triaxial test.
+    Stress,
 }
 
 /// Conditions that end a stage; the first one that holds ends it. All are checked with each row of the results

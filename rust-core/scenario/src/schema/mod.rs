@@ -26,6 +26,7 @@
 //! ```
 
 mod bodies;
+mod cut;
 mod document;
 mod error;
 mod history;
@@ -41,10 +42,11 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use bodies::{AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Selection, Side, Wall, WallShape};
+pub use bodies::{AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Selection, Servo, Side, Wall, WallShape};
+pub use cut::{Cut, CutShape};
 pub use document::Document;
 pub use error::{Problem, ProblemKind, ReadError, ScenarioError, Source};
-pub use history::{History, HistoryShape, Stage, StageStop};
+pub use history::{Control, History, HistoryShape, Stage, StageStop};
 pub use material::{
     BeamModel, BendingTerm, Bonds, Condition, ContactLawName, Contacts, CpmFormulation, DamageLaw, Deformable,
     DeformableUpdate, Interface, LawName, Material, ParticleElasticity, YieldSurface,
@@ -85,6 +87,9 @@ pub struct Scenario {
     pub interfaces: Vec<Interface>,
     /// Bonds made at the start; default: none.
     pub bonds: Option<Bonds>,
+    /// Notches, holes, and cracks that exist from the start; default: none.
+    #[serde(default, rename = "cut")]
+    pub cuts: Vec<Cut>,
     /// Contacts between particles without a bond, and with walls. Required.
     pub contacts: Contacts,
     /// Options of deformable particles (those whose material has a table `deformable`); default: see its keys.
@@ -154,10 +159,14 @@ impl Scenario {
         if let Loading::Platens { .. } = self.loading {
             names.extend(["lower platen", "upper platen"].map(str::to_owned));
         }
+        if let Loading::Flexure { inner_span, roller_radius: Some(_), .. } = &self.loading {
+            let rollers: &[&str] = if inner_span.si() > 0.0 { &["first roller", "second roller"] } else { &["roller"] };
+            names.extend(["first support", "second support"].iter().chain(rollers).map(|name| (*name).to_owned()));
+        }
         names
     }
 
-    /// The files that the scenario reads (packing and surfaces), with their keys.
+    /// The files that the scenario reads (packing, surfaces, and cuts), with their keys.
     pub fn files(&self) -> Vec<(String, &str)> {
         let mut files = Vec::new();
         if let Packing::File { path, .. } = &self.packing {
@@ -169,6 +178,11 @@ impl Scenario {
         for (at, wall) in self.walls.iter().enumerate() {
             if let WallShape::Facets { path, .. } = &wall.shape {
                 files.push((format!("wall[{at}].shape.path"), path));
+            }
+        }
+        for (at, cut) in self.cuts.iter().enumerate() {
+            if let CutShape::Facets { path, .. } = &cut.shape {
+                files.push((format!("cut[{at}].shape.path"), path));
             }
         }
         files

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::packing::Axis;
 use super::quantity::{
-    Acceleration, AngularVelocity, CrossSection, Length, Number, StrainRate, Stress, Time, TimeStep, Velocity,
+    Acceleration, AngularVelocity, Component, CrossSection, Length, Number, StrainRate, Stress, Time, TimeStep,
+    Velocity,
 };
 
 /// Time integration.
@@ -210,7 +211,13 @@ pub enum Loading {
         /// Target stress, symmetric, tension positive, Pa. Required.
         /// Example: `stress = [["-1 MPa", 0, 0], [0, "-1 MPa", 0], [0, 0, "-1 MPa"]]`.
         stress: [[Stress; 3]; 3],
-        /// Largest strain rate that the servo may use, 1/s. Required. Example: `maximum_strain_rate = "1 1/s"`.
+        /// Strain rates of axes that do not follow their stress, 1/s; "free" axes and shear follow it. Default: all free. The
+        /// stress of such an axis is the target of stages with `control = "stress"`; without such a stage it must be 0.
+        /// Example of a triaxial test: `strain_rate = ["free", "free", "-0.1 1/s"]`.
+        #[serde(default)]
+        strain_rate: [Component<super::quantity::dimension::OfStrainRate>; 3],
+        /// Largest strain rate that the servo may use, 1/s. Required. A servo follows a moving specimen with a relative error of
+        /// a tenth of the strain rate divided by this one. Example: `maximum_strain_rate = "1 1/s"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         maximum_strain_rate: StrainRate,
         /// Relative error at which the target stress counts as reached; default: 0.005.
@@ -230,10 +237,51 @@ pub enum Loading {
         material: String,
         /// Cross-section that the stress refers to, m²; default: that of the packing's shape, else of the bounding box.
         /// "hull": the smallest of eight sections; the area of a section is that of the convex hull of the spheres that
-        /// its plane cuts. Example: `area = "25 cm^2"`.
+        /// its plane cuts. "splitting": the plates split a cylinder that lies between them; the stress is the tension
+        /// `2P/(pi D L)` in its middle, positive. Example: `area = "25 cm^2"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         area: Option<CrossSection>,
     },
+    /// A beam on two supports is bent in three or four points: one or two rollers press on its other side. The stress is that in
+    /// the outer fiber of an elastic beam, `6M/(b h^2)`; the strain that of such a beam with the deflection w under the rollers,
+    /// `3h w/(a (3l - 4a))` with the distance a between support and roller.
+    Flexure {
+        /// Axis of the beam; default: "x". The packing must be a box.
+        #[serde(default = "along_x")]
+        axis: Axis,
+        /// Direction in which the supports push; the rollers push against it. Default: "z", in two dimensions "y"; "x" for a beam
+        /// along that axis.
+        across: Option<Axis>,
+        /// Distance between the supports, m. Required. Example: `span = "100 mm"`.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        span: Length,
+        /// Distance between two rollers, m; default: 0, one roller (three-point bending).
+        #[serde(default = "no_length")]
+        #[schemars(extend("minimum" = 0))]
+        inner_span: Length,
+        /// Width of the strips of particles on the surface of the beam that supports and rollers hold and move along `across`; they
+        /// move freely along the other axes, and rotate. m. Required unless `roller_radius` is given. Take two to three radii of
+        /// the particles: wider strips clamp the beam.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        strip_width: Option<Length>,
+        /// Radius of supports and rollers as cylindrical walls that touch the nearest particle, m. Required unless `strip_width` is
+        /// given. On a rough surface they touch single particles, on which a beam in three dimensions can roll.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        roller_radius: Option<Length>,
+        /// Velocity at which the rollers approach the supports, m/s. Required. Example: `closing_velocity = "10 mm/s"`.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        closing_velocity: Velocity,
+        /// Name of the material of supports and rollers. Required with `roller_radius`.
+        material: Option<String>,
+    },
+}
+
+fn along_x() -> Axis {
+    Axis::X
+}
+
+fn no_length() -> Length {
+    Length::new(0.0)
 }
 
 impl Loading {
@@ -247,6 +295,28 @@ impl Loading {
             Self::CellStrain { .. } => "cell-strain",
             Self::CellStress { .. } => "cell-stress",
             Self::Platens { .. } => "platens",
+            Self::Flexure { .. } => "flexure",
+        }
+    }
+
+    /// Index of the direction in which a beam along `axis` is bent.
+    pub fn direction_across(axis: Axis, across: Option<Axis>, dimension: u8) -> usize {
+        let default = if dimension == 2 {
+            usize::from(axis != Axis::Y)
+        } else if axis == Axis::Z {
+            0
+        } else {
+            2
+        };
+        across.map_or(default, Axis::index)
+    }
+
+    /// Whether the loading measures a stress that can drop from a peak.
+    pub fn has_peak(&self) -> bool {
+        match self {
+            Self::None => false,
+            Self::CellStress { strain_rate, .. } => strain_rate.iter().any(|rate| *rate != Component::Free),
+            _ => true,
         }
     }
 

@@ -110,11 +110,13 @@ impl schemars::JsonSchema for TimeStep {
     }
 }
 
-/// The cross-section of a specimen: an area, or `"hull"` to measure it on the spheres.
+/// The cross-section of a specimen: an area, `"hull"` to measure it on the spheres, or `"splitting"`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CrossSection {
     /// The smallest of eight sections; the area of a section is that of the convex hull of the spheres that its plane cuts.
     Hull,
+    /// `π D L/2` of a cylinder that plates split along its length: the stress is then the tension `2P/(π D L)` in its middle.
+    Splitting,
     /// Given.
     Given(Area),
 }
@@ -123,6 +125,7 @@ impl Serialize for CrossSection {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Hull => serializer.serialize_str("hull"),
+            Self::Splitting => serializer.serialize_str("splitting"),
             Self::Given(value) => value.serialize(serializer),
         }
     }
@@ -133,7 +136,10 @@ impl<'de> Deserialize<'de> for CrossSection {
         match WordOr::<Area>::deserialize(deserializer)? {
             WordOr::Quantity(value) => Ok(Self::Given(value)),
             WordOr::Word(word) if word == "hull" => Ok(Self::Hull),
-            WordOr::Word(word) => Err(de::Error::custom(format!("`{word}` is neither \"hull\" nor an area"))),
+            WordOr::Word(word) if word == "splitting" => Ok(Self::Splitting),
+            WordOr::Word(word) => {
+                Err(de::Error::custom(format!("`{word}` is neither \"hull\", nor \"splitting\", nor an area")))
+            }
         }
     }
 }
@@ -148,7 +154,7 @@ impl schemars::JsonSchema for CrossSection {
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
         schemars::json_schema!({
             "type": ["number", "string"], "x-dimension": dimension::OfArea::NAME, "x-units": dimension::OfArea::UNITS,
-            "x-words": ["hull"]
+            "x-words": ["hull", "splitting"]
         })
     }
 }

@@ -344,10 +344,11 @@ impl Solver {
             work = [half_before, 0.5 * crossing.component_mul(&cell.matrix_change).sum()];
         }
         for wall in &mut state.walls {
-            let half = -0.5 * wall.force.dot(&wall.velocity) * dt;
-            work[0] += half;
-            work[1] += half;
+            let half = |velocity: &Vec3| -0.5 * wall.force.dot(velocity) * dt;
+            work[0] += half(&wall.previous_velocity);
+            work[1] += half(&wall.velocity);
             wall.displacement += wall.velocity * dt;
+            wall.previous_velocity = wall.velocity;
         }
         work
     }

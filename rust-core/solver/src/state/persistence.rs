@@ -278,18 +278,19 @@ fn write_cell(cell: &Cell, sink: &mut dyn ColumnSink) -> Result<(), ColumnError>
 }
 
 fn read_wall(wall: &mut Wall, path: &str, source: &mut dyn ColumnSource) -> Result<(), ColumnError> {
-    let reals = with_length(path, source.f64(path)?, 12)?;
+    let reals = with_length(path, source.f64(path)?, 15)?;
     let v = |i: usize| Vec3::new(reals[i], reals[i + 1], reals[i + 2]);
-    (wall.displacement, wall.velocity, wall.force, wall.torque) = (v(0), v(3), v(6), v(9));
+    (wall.displacement, wall.velocity, wall.force, wall.torque, wall.previous_velocity) =
+        (v(0), v(3), v(6), v(9), v(12));
     Ok(())
 }
 
 fn write_wall(wall: &Wall, path: &str, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
-    let mut reals = Vec::with_capacity(12);
-    for v in [&wall.displacement, &wall.velocity, &wall.force, &wall.torque] {
+    let mut reals = Vec::with_capacity(15);
+    for v in [&wall.displacement, &wall.velocity, &wall.force, &wall.torque, &wall.previous_velocity] {
         reals.extend_from_slice(v.as_slice());
     }
-    sink.column(path, Column::f64(&reals, 12, "m, m/s, N, N m"))
+    sink.column(path, Column::f64(&reals, 15, "m, m/s, N, N m, m/s"))
 }
 
 fn read_clump(clump: &mut Clump, path: &str, source: &mut dyn ColumnSource) -> Result<(), ColumnError> {

@@ -49,6 +49,8 @@ pub struct Wall {
     pub displacement: Vec3,
     /// Velocity, m/s.
     pub velocity: Vec3,
+    /// Velocity in the last step, m/s; the work of its second half belongs to it.
+    pub previous_velocity: Vec3,
     /// Force of the particles on the wall in the last step, N.
     pub force: Vec3,
     /// Its moment about the origin of the displaced wall, N·m.
@@ -56,6 +58,22 @@ pub struct Wall {
 }
 
 impl Wall {
+    /// A wall at its initial place, not yet loaded, with a constant velocity (m/s) so far.
+    pub fn new(name: impl Into<String>, shape: WallShape, material: u16, velocity: Vec3) -> Self {
+        let zero = Vec3::zeros();
+        let name = name.into();
+        Self {
+            name,
+            shape,
+            material,
+            displacement: zero,
+            velocity,
+            previous_velocity: velocity,
+            force: zero,
+            torque: zero,
+        }
+    }
+
     /// Number of elements: triangles, or 1.
     pub fn element_count(&self) -> usize {
         match &self.shape {

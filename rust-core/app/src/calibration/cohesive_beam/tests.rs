@@ -28,10 +28,10 @@ fn chain(count: usize) -> CylinderSpecimen {
     }
 }
 
-/// A chain of 21 touching spheres with the first one clamped has the periods of a bar of length 2R(N−1) and the same mass,
-/// times a ratio that follows from the eigenvalues of the matrices of such chains (`tests/physics/beams.rs`; N = 20: 1.0006,
-/// 1.0267, 0.8950; for bending N = 21: 1.0254). The initial motion is not exactly the first mode, which disturbs the
-/// crossings; the tolerance of 0.3 % allows for this.
+/// A chain of 21 touching spheres with the first one clamped has the periods of a bar of length 2R(N−1) and the same
+/// mass, times a ratio that follows from the eigenvalues of the matrices of such chains
+/// (`tests/physics/beams/vibrations.rs`; N = 20: 1.0006, 1.0267, 0.8950; for bending N = 21: 1.0254). The initial
+/// motion is not exactly the first mode, which disturbs the crossings; the tolerance of 0.3 % allows for this.
 #[test]
 fn a_clamped_chain_vibrates_with_the_periods_of_its_matrices() {
     let young = 1e9;

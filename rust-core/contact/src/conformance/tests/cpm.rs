@@ -12,22 +12,9 @@ fn cpm(name: &'static str, parameters: &CpmParameters) -> Subject<Native<Cpm>> {
     Subject {
         name,
         host: Native(Cpm::new(parameters).expect("valid")),
-        geometry: ContactGeometry {
-            reference_length: 2.0,
-            area: contact_area(0.8, 1.2),
-            radius_a: 0.8,
-            radius_b: 1.2,
-            mass_a: 1.0,
-            mass_b: 2.0,
-        },
+        geometry: ContactGeometry { area: contact_area(GEOMETRY.radius_a, GEOMETRY.radius_b), ..GEOMETRY },
         bonded: true,
-        properties: Properties {
-            conservative_normal: true,
-            conservative_shear: true,
-            dissipation_nonnegative: true,
-            continuous_failure: true,
-            brittle: false,
-        },
+        properties: CONSERVATIVE,
         // Up to the crack onset strain, and to the residual shear strength there.
         elastic: Window { elongation: [-4e-4, 1.9e-4], shear: 1e-4 },
         inelastic: Window { elongation: [-2e-3, 4e-3], shear: 4e-3 },

@@ -6,6 +6,19 @@ use super::*;
 use crate::kinematics::Transport;
 use crate::law::{LinearBond, LinearBondState};
 
+/// The contact of most subjects: its sides differ, so that an exchange of them shows.
+pub(crate) const GEOMETRY: ContactGeometry =
+    ContactGeometry { reference_length: 2.0, area: 1.0, radius_a: 0.8, radius_b: 1.2, mass_a: 1.0, mass_b: 2.0 };
+
+/// A law that loses energy only by damage and friction.
+const CONSERVATIVE: Properties = Properties {
+    conservative_normal: true,
+    conservative_shear: true,
+    dissipation_nonnegative: true,
+    continuous_failure: true,
+    brittle: false,
+};
+
 /// A linear bond with a defect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Defect {
@@ -61,22 +74,9 @@ fn subject(defect: Defect) -> Subject<Defective> {
     Subject {
         name: "defective bond",
         host: Defective(LinearBond::new(1e6, 4e5, 0.0, f64::INFINITY, f64::INFINITY).unwrap(), defect),
-        geometry: ContactGeometry {
-            reference_length: 2.0,
-            area: 1.0,
-            radius_a: 0.8,
-            radius_b: 1.2,
-            mass_a: 1.0,
-            mass_b: 2.0,
-        },
+        geometry: GEOMETRY,
         bonded: true,
-        properties: Properties {
-            conservative_normal: true,
-            conservative_shear: true,
-            dissipation_nonnegative: true,
-            continuous_failure: true,
-            brittle: false,
-        },
+        properties: CONSERVATIVE,
         elastic: window,
         inelastic: window,
         held: Station { elongation: 0.3, shear: [0.2, -0.3], twist: 0.0 },

@@ -70,6 +70,7 @@ fn first_order(input: &ContactInput<'_>) -> PointKinematics {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::conformance::GEOMETRY;
     use crate::geometry::{ContactGeometry, PreviousGeometry};
     use crate::math::{Quat, Vec3, quaternion_of_rotation_vector, rotate};
 
@@ -132,14 +133,7 @@ mod tests {
     fn finite_measure_is_exact_under_rigid_rotation() {
         let axis = Vec3::new(0.3, -0.5, 0.81).normalize();
         let step = quaternion_of_rotation_vector(&(axis * (std::f64::consts::TAU / 100.0)));
-        let geometry = ContactGeometry {
-            reference_length: 2.1,
-            area: 1.0,
-            radius_a: 0.8,
-            radius_b: 1.2,
-            mass_a: 1.0,
-            mass_b: 2.0,
-        };
+        let geometry = ContactGeometry { reference_length: 2.1, ..GEOMETRY };
         let (mut xa, mut xb) = (Vec3::new(0.1, 0.2, 0.3), Vec3::new(1.4, 1.1, 1.7));
         let mut previous = initial_geometry(&xa, &xb, &Vec3::zeros());
         let mut carried = crate::math::any_perpendicular(&previous.normal);

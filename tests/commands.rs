@@ -1,4 +1,4 @@
-//! Runs the program within the test process; a small scenario.
+//! Runs commands of the program within the test process.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -36,31 +36,3 @@ pub fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
 pub fn text(path: &Path) -> &str {
     path.to_str().expect("temporary folders have plain names")
 }
-
-/// A small block of bonded spheres in tension.
-pub const BLOCK: &str = r#"
-version = 1
-[packing]
-kind = "lattice"
-lattice = "hcp"
-radius = "1 mm"
-repeats = [5, 3, 5]
-[[material]]
-name = "stone"
-density = 2500
-linear_bond = { normal_stiffness = 1e6, shear_stiffness = 2e5 }
-[bonds]
-law = "linear_bond"
-interaction_ratio = 1.05
-[contacts]
-law = "none"
-[integration]
-damping = { kind = "local", coefficient = 0.2 }
-[loading]
-kind = "uniaxial"
-strain_rate = "1 1/s"
-[stop]
-steps = 100
-[output]
-sample_interval = 10
-"#;

@@ -1,0 +1,114 @@
+//! Results depend neither on the number of threads nor on interruptions.
+
+use std::process::{Child, Command, ExitStatus};
+use std::time::{Duration, Instant};
+
+use concordem::program::exit;
+use concordem_tests::commands::{concordem, text};
+use tempfile::TempDir;
+
+use crate::contents::{contents, same};
+use crate::{prism, spawn};
+
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = prism(folder.path(), 400);
+    let run = |threads: &str| {
+        let result = folder.path().join(format!("{threads}.h5"));
+        let given = concordem(["run", "-q", "-j", threads, "-o", text(&result), text(&scenario)]);
+        assert_eq!(given.code, exit::DONE, "{}", given.err);
+        contents(&result)
+    };
+    let one = run("1");
+    assert!(one["samples/stress"].2.iter().all(|bits| f64::from_bits(*bits).is_finite()), "the run is sound");
+    for threads in ["2", "3", "8"] {
+        same(&run(threads), &one, &format!("{threads} threads"));
+    }
+}
+
+/// Waits for a process, with a time limit.
+fn wait(mut process: Child) -> ExitStatus {
+    let start = Instant::now();
+    loop {
+        if let Some(status) = process.try_wait().expect("a child process") {
+            return status;
+        }
+        if start.elapsed() > Duration::from_secs(300) {
+            let _ = process.kill();
+            panic!("the program does not end");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn sigterm_writes_a_checkpoint_from_which_resume_continues() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = prism(folder.path(), 1500);
+    let (whole, broken) = (folder.path().join("whole.h5"), folder.path().join("broken.h5"));
+    assert_eq!(concordem(["run", "-q", "-o", text(&whole), text(&scenario)]).code, exit::DONE);
+    let process = spawn(&["run", "-o", text(&broken), text(&scenario)]);
+    // Wait for the first checkpoint: by then the signal handlers are installed.
+    let parts = broken.with_extension("h5.parts");
+    let start = Instant::now();
+    while !parts.join("checkpoint-0001.h5").exists() {
+        assert!(start.elapsed() < Duration::from_secs(120), "no checkpoint appears");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let killed = Command::new("kill").args(["-TERM", &process.id().to_string()]).status().expect("kill");
+    assert!(killed.success());
+    assert_eq!(wait(process).code(), Some(i32::from(exit::INTERRUPTED)));
+    assert!(!broken.exists());
+    let given = concordem(["info", text(&broken)]);
+    assert_eq!(given.code, exit::FILE);
+    assert!(given.err.contains("concordem resume"), "{}", given.err);
+    let given = concordem(["resume", "-j", "3", text(&broken)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    same(&contents(&broken), &contents(&whole), "the resumed run");
+}
+
+#[test]
+#[cfg(unix)]
+fn killed_runs_give_the_result_of_an_uninterrupted_run() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let scenario = prism(folder.path(), 600);
+    let (whole, broken) = (folder.path().join("whole.h5"), folder.path().join("broken.h5"));
+    let start = Instant::now();
+    let given = concordem(["run", "-q", "-o", text(&whole), text(&scenario)]);
+    assert_eq!(given.code, exit::DONE, "{}", given.err);
+    let duration = start.elapsed();
+    let expected = contents(&whole);
+    // Kill after growing delays until a process reaches the end, to hit all phases of a run, including the last ones.
+    let mut delay = duration / 40;
+    let mut kills = 0;
+    let mut command = "run";
+    loop {
+        let target = if command == "run" { text(&scenario) } else { text(&broken) };
+        let arguments = if command == "run" { vec!["run", "-o", text(&broken), target] } else { vec![command, target] };
+        let mut process = spawn(&arguments);
+        std::thread::sleep(delay);
+        let ended = process.try_wait().expect("a child process");
+        if let Some(status) = ended {
+            assert_eq!(status.code(), Some(0), "{command} fails after {kills} kills");
+            if broken.exists() {
+                break;
+            }
+        }
+        process.kill().expect("a child process can be killed");
+        process.wait().expect("a child process");
+        kills += 1;
+        assert!(kills < 400, "the run makes no progress");
+        // A run that was killed before its first checkpoint must be started again.
+        let begun = broken.with_extension("h5.parts").join("checkpoint-0000.h5").exists();
+        command = if begun || broken.exists() { "resume" } else { "run" };
+        if !begun {
+            let _ = std::fs::remove_dir_all(broken.with_extension("h5.parts"));
+        }
+        delay += duration / 40;
+    }
+    assert!(kills >= 3, "only {kills} kills");
+    same(&contents(&broken), &expected, &format!("after {kills} kills"));
+    assert!(!broken.with_extension("h5.parts").exists(), "the working folder is removed");
+}
