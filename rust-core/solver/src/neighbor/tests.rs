@@ -144,6 +144,16 @@ fn one_sphere_in_a_tiny_cell_sees_half_of_its_images() {
     assert!(pairs.iter().all(|pair| pair.a == 0 && pair.b == 0 && pair.image > [0; 3]));
 }
 
+/// The faces of a skewed cell are closer to each other than its edges are long: at a distance of 0.3, a sphere with a reach of 1 sees
+/// its image three cells away.
+#[test]
+fn one_sphere_in_a_skewed_cell_sees_its_images() {
+    let cell = Cell::new(Mat3::new(1.0, 0.95, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0));
+    let pairs = candidate_pairs(&[Vec3::zeros()], &[0.501], Some(&cell)).unwrap();
+    assert_eq!(pairs, brute_force(&[Vec3::zeros()], &[0.501], Some(&cell), 6));
+    assert!(pairs.iter().any(|pair| pair.image == [3, -3, 0]), "{pairs:?}");
+}
+
 #[test]
 fn distant_particles_and_dense_groups_are_found() {
     let mut positions: Vec<Vec3> =
