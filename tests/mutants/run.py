@@ -13,6 +13,9 @@ first test that fails, that ends abnormally, or that takes far longer than witho
 It works in target/mutants/, and keeps what it finds there in state.jsonl: one line per mutant. A killed mutant is not run
 again as long as its source file, its definition, and the name of the test that killed it are the same; a survivor passes again
 all tests whose binary has changed. Tests of hosts, of YADE, and of the harness take no part; neither does the fuzz tool.
+
+result.json has the last outcome of each mutant, with the commit at which it was found. A run replaces the outcomes of the mutants
+that it runs; the others stay as long as their definition does. The test recorded there is the first that a mutant meets.
 """
 
 import argparse
@@ -53,6 +56,9 @@ PACKAGES = {
     "app": "concordem",
 }
 WITHOUT = {"fuzz"}
+# The packages that are compiled: those with tests, and one that makes all dependencies have the features that they have in
+# `make test`, so that what that compiled is used here.
+SELECTED = [*PACKAGES.values(), "concordem-tests", "concordem-python"]
 
 # A mutant survives less than one time in twenty.
 WANTED = 0.95
@@ -208,7 +214,8 @@ def build():
         # Dependencies that are compiled already. What does not fit is compiled again.
         shutil.copytree(ROOT / "target" / "release", BUILD / "release", symlinks=True)
     print("compiling all mutants at once", flush=True)
-    command = ["cargo", "test", "--release", "--tests", "--no-run", "--message-format=json-render-diagnostics"]
+    selection = [argument for package in SELECTED for argument in ("-p", package)]
+    command = ["cargo", "test", "--release", *selection, "--tests", "--no-run", "--message-format=json-render-diagnostics"]
     with open(WORK / "build.log", "w") as log:
         done = subprocess.run(command, cwd=TREE, env=environment(0), stdout=subprocess.PIPE, stderr=log, text=True, check=False)
     if done.returncode != 0:
@@ -350,7 +357,7 @@ def kill(mutant, suite, old):
     def tests_of(binary, quick):
         return [test for test, seconds in suite.seconds(binary).items() if (seconds < QUICK) == quick]
 
-    if old.get("killer"):
+    if ": " in (old.get("killer") or ""):
         name, test = old["killer"].split(": ", 1)
         for binary in todo:
             if binary["name"] == name and test in suite.seconds(binary) and (killer := run(binary, [test])):
@@ -404,42 +411,60 @@ def git(*arguments):
     return subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
 
 
+def definition(mutant):
+    """Changes with the mutant, and not with the rest of its source file."""
+    parts = [mutant[key] for key in ("file", "original", "mutated")] + [mutant.get("within")]
+    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:12]
+
+
+def read_outcomes(mutants):
+    """What result.json says about the mutants whose definition has not changed since."""
+    recorded = json.loads(RESULT.read_text()).get("outcomes", {}) if RESULT.exists() else {}
+    entries = {mutant["id"]: recorded.get(mutant["id"]) for mutant in mutants}
+    return {m["id"]: entries[m["id"]] for m in mutants if entries[m["id"]] and entries[m["id"]]["definition"] == definition(m)}
+
+
 def report(mutants, suite):
-    """Write result.json; returns whether enough mutants are killed, and none survives without a reason."""
+    """Write result.json: outcomes of this tree, and those of earlier commits for mutants that were not run here.
+
+    Returns whether enough mutants are killed, none survives without a reason, and all were run.
+    """
     state = read_state()
-    known = {m["id"]: state[m["id"]] for m in mutants if is_current(state.get(m["id"]), m, suite)}
-    killed = {name for name, record in known.items() if record["killer"]}
-    survived = [m for m in mutants if m["id"] in known and m["id"] not in killed]
-    by_area = {area: [sum(m["id"] in killed for m in mutants if m["area"] == area),
-                      sum(m["id"] in known for m in mutants if m["area"] == area)] for area in AREAS}
-    killers = {}
-    for record in known.values():
-        if record["killer"]:
-            binary = record["killer"].split(": ")[0]
-            killers[binary] = killers.get(binary, 0) + 1
     changes = git("status", "--porcelain", "--untracked-files=no", "--", "rust-core", "tests", ":!tests/mutants/result.json")
+    commit = git("rev-parse", "--short", "HEAD") + ("+changes" if changes else "")
+    outcomes = read_outcomes(mutants)
+    for mutant in mutants:
+        record = state.get(mutant["id"])
+        if is_current(record, mutant, suite):
+            outcomes[mutant["id"]] = {"killer": record["killer"], "commit": commit, "definition": definition(mutant)}
+    killed = {name for name, outcome in outcomes.items() if outcome["killer"]}
+    survived = [m for m in mutants if m["id"] in outcomes and m["id"] not in killed]
+    by_area = {area: [sum(m["id"] in killed for m in mutants if m["area"] == area),
+                      sum(m["area"] == area for m in mutants)] for area in AREAS}
+    killers = {}
+    for name in killed:
+        binary = outcomes[name]["killer"].split(": ")[0]
+        killers[binary] = killers.get(binary, 0) + 1
     result = {
-        "commit": git("rev-parse", "--short", "HEAD") + ("+changes" if changes else ""),
+        "commit": commit,
         "date": time.strftime("%Y-%m-%d", time.gmtime()),
         "machine": machine(),
         "mutants": len(mutants),
-        "run": len(known),
+        "run": len(outcomes),
         "killed": len(killed),
-        "killed_fraction": round(len(killed) / max(1, len(known)), 4),
-        "hours_of_tests": round(sum(record["seconds"] for record in known.values()) / 3600, 2),
-        "tests": sum(len(entry["seconds"]) for entry in suite.known.values()),
-        "tests_seconds": round(sum(sum(entry["seconds"].values()) for entry in suite.known.values())),
-        "killed_of_run_by_area": by_area,
+        "killed_fraction": round(len(killed) / len(mutants), 4),
+        "killed_of_all_by_area": by_area,
         "killed_by": dict(sorted(killers.items(), key=lambda entry: -entry[1])),
         "survived": {m["id"]: m.get("survives", f"no test notices it: {m['breaks']}") for m in survived},
-        "not_run": [m["id"] for m in mutants if m["id"] not in known],
+        "not_run": [m["id"] for m in mutants if m["id"] not in outcomes],
+        "outcomes": dict(sorted(outcomes.items())),
     }
     RESULT.write_text(json.dumps(result, indent=1) + "\n")
-    print(f"{len(killed)} of {len(known)} mutants killed ({100 * result['killed_fraction']:.1f} %), "
-          f"{len(result['not_run'])} of {len(mutants)} not run; see {RESULT.relative_to(ROOT)}")
+    print(f"{len(killed)} of {len(mutants)} mutants killed ({100 * result['killed_fraction']:.1f} %), "
+          f"{len(result['not_run'])} not run; see {RESULT.relative_to(ROOT)}")
     for mutant in survived:
         print(f"  survived: {mutant['id']} ({mutant['area']}): {mutant['breaks']}")
-    return len(killed) >= WANTED * len(known) and all("survives" in m for m in survived) and len(known) == len(mutants)
+    return len(killed) >= WANTED * len(mutants) and all("survives" in m for m in survived) and not result["not_run"]
 
 
 # ---- The run ----------------------------------------------------------------------------------------------------------
@@ -447,13 +472,15 @@ def report(mutants, suite):
 
 def run(mutants, selected, suite, arguments):
     state = read_state()
+    # On another machine, the test that killed a mutant last is run first.
+    hints = {name: {"killer": outcome["killer"]} for name, outcome in read_outcomes(mutants).items()}
     todo = [m for m in selected if arguments.again or not is_current(state.get(m["id"]), m, suite)]
     print(f"{len(selected) - len(todo)} mutants are known, {len(todo)} to run", flush=True)
     lock, done = threading.Lock(), 0
 
     def one(mutant):
         nonlocal done
-        old = state.get(mutant["id"], {})
+        old = state.get(mutant["id"]) or hints.get(mutant["id"], {})
         if arguments.again or old.get("fingerprint") != fingerprint(mutant):
             old = {"killer": old.get("killer")}
         started = time.monotonic()

@@ -122,6 +122,7 @@ mod tests {
     use super::*;
     use crate::lattice::Lattice;
     use concordem_contact::law::LinearBond;
+    use concordem_solver::state::Sphere;
     use concordem_solver::state::contacts::ContactBlock;
 
     /// Number of bonds of a lattice at the interaction ratio 1.
@@ -170,5 +171,22 @@ mod tests {
         let (within, reached) = ratio(10.0).unwrap();
         assert!((within - 2f64.sqrt()).abs() < 1e-12 && reached == 18.0, "{within} {reached}");
         assert_eq!(ratio(1000.0), None);
+    }
+
+    /// Members of a rigid body are not bonded to each other, only to others.
+    #[test]
+    fn a_body_has_no_bonds_within() {
+        let mut particles = Particles::default();
+        for k in 0..3 {
+            particles.push(Sphere { position: Vec3::x() * 2.0 * f64::from(k), radius: 1.0 }, 0, 1.0, 1.0);
+        }
+        let mut rows = PairCoefficients::new(1);
+        rows.set(0, 0, 0);
+        let law = LinearBond::new(1.0, 1.0, 0.0, f64::INFINITY, f64::INFINITY).unwrap();
+        for (clump, bonds) in [([u32::MAX; 3], 2), ([0, 0, u32::MAX], 1), ([0, 0, 0], 0), ([u32::MAX, 0, 0], 1)] {
+            particles.clump = clump.to_vec();
+            let found = bond(&mut ContactBlock::new(vec![law]), &rows, &particles, None, 1.0).unwrap();
+            assert_eq!(found.bonds, bonds, "{clump:?}");
+        }
     }
 }

@@ -272,3 +272,18 @@ pub fn mass_of(radius: f64, density: f64, planar: bool) -> (f64, f64) {
         (mass, 0.4 * mass * radius * radius)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disc of unit depth has ½mr², a sphere ⅖mr². Roundings of a few products.
+    #[test]
+    fn discs_and_spheres_have_their_moments_of_inertia() {
+        let (mass, inertia) = mass_of(2.0, 3.0, true);
+        assert!((mass / (12.0 * std::f64::consts::PI) - 1.0).abs() < 1e-15 && inertia == 2.0 * mass);
+        let (mass, inertia) = mass_of(2.0, 3.0, false);
+        assert!((mass / (32.0 * std::f64::consts::PI) - 1.0).abs() < 1e-15, "{mass}");
+        assert!((inertia / (1.6 * mass) - 1.0).abs() < 1e-15, "{inertia}");
+    }
+}

@@ -286,4 +286,13 @@ mod tests {
         assert!(Shape::new_hyperboloid(o, Vec3::z(), 1.0, 1.5).is_err());
         assert!(Shape::new_sphere(o, f64::INFINITY).is_err());
     }
+
+    /// The box around an oblique cylinder touches its end circles: a circle with the normal `n` reaches `r √(1 − n_k²)` along axis k.
+    #[test]
+    fn oblique_cylinders_have_tight_bounds() {
+        let (low, high) = Shape::new_cylinder(Vec3::zeros(), Vec3::new(3.0, 0.0, 4.0), 5.0).unwrap().bounds();
+        let half = Vec3::new(4.0, 5.0, 3.0);
+        // Rounding of numbers up to 5.
+        assert!((low + half).amax() < 4e-15 && (high - Vec3::new(7.0, 5.0, 7.0)).amax() < 4e-15, "{low} {high}");
+    }
 }

@@ -349,6 +349,26 @@ fn damage_belongs_to_the_positions_of_its_row() {
     assert!(seen > 10, "{seen}");
 }
 
+/// A bond enters the event log once when it is damaged, and counts as damaged, not as broken, however long it is damaged.
+#[test]
+fn a_damaged_bond_is_one_event() {
+    let mut run = simulation(&chain().replace("[output]", "[output]\nevents_damage = 0.5"));
+    let mut events = Vec::new();
+    let last = loop {
+        let advance = run.advance().unwrap();
+        events.extend(advance.events);
+        if let Some(last) = advance.last {
+            break last;
+        }
+    };
+    assert_eq!(events.len(), 1, "{events:?}");
+    assert!(
+        (events[0].id_a, events[0].id_b) == (0, 1) && events[0].damage > 0.5 && events[0].damage < 0.8,
+        "{events:?}"
+    );
+    assert_eq!((last.damaged, last.broken), (1.0, 0.0));
+}
+
 /// Every run ends with a record and rows of its final state, for any intervals. They equal those of a longer run bit for
 /// bit, and writing them does not change the state.
 #[test]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use concordem_contact::math::Vec3;
 use concordem_scenario::assembly::{Assembly, assemble};
-use concordem_scenario::schedule::Loading;
+use concordem_scenario::schedule::{Loading, Simulation};
 use concordem_scenario::schema::Scenario;
 
 /// A block of spheres of radius 1 mm on a simple cubic lattice with points at multiples of 2 mm.
@@ -64,6 +64,44 @@ fn stress_refers_to_the_hull_and_strain_to_the_gauge_length() {
     let speed = |layer: &[u32]| state.particles.velocity[layer[0] as usize].x;
     assert!((speed(&layers[1]) - speed(&layers[0]) - 2.0 * 5e-3).abs() < 1e-15);
     assert!((distance - 8e-3).abs() < 1e-15);
+}
+
+/// A hyperboloid breaks at its waist, so stress refers to the section there.
+#[test]
+fn stress_of_a_hyperboloid_refers_to_its_waist() {
+    let shape = "{ kind = \"hyperboloid\", radius = 7e-3, waist_radius = 5e-3, height = 16e-3, axis = \"x\", keep = \"centers\" }";
+    let (area, _) = lattice(shape, PULL).unwrap().schedule.loading.dimensions().unwrap();
+    assert!((area / (25e-6 * std::f64::consts::PI) - 1.0).abs() < 1e-15, "{area}");
+}
+
+/// Ends that turn move freely along the axis. After a blow on the middle of a column each end follows its own net force:
+/// `v' = 0.98 v + FΔt/m`. Rounding of velocities of 1 m/s.
+#[test]
+fn turning_ends_move_freely_along_the_axis() {
+    let shape = "{ kind = \"cylinder\", radius = 1.1e-3, height = 24e-3, axis = \"x\" }";
+    let torsion = "kind = \"torsion\"\naxis = \"x\"\nrate = 1\nlayer_thickness = \"3 mm\"";
+    let Assembly { state, model, schedule, .. } = lattice(shape, torsion).unwrap();
+    let Loading::Turning { layers, .. } = schedule.loading.clone() else { panic!("torsion") };
+    let mut run = Simulation::new(state, model, schedule).unwrap();
+    let middle = run.state.particles.len() / 2;
+    run.state.particles.velocity[middle].x = 1.0;
+    let mut fastest = [0.0_f64; 2];
+    for _ in 0..60 {
+        let before = layers.each_ref().map(|layer| {
+            let sum = |of: &dyn Fn(usize) -> f64| layer.iter().map(|&p| of(p as usize)).sum::<f64>();
+            let force = sum(&|p| run.solver.forces().get(p).map_or(0.0, |force| force.x));
+            let particles = &run.state.particles;
+            let velocity = sum(&|p| particles.velocity[p].x) / layer.len() as f64;
+            0.98 * velocity + force / sum(&|p| particles.mass[p]) * run.state.clock.dt
+        });
+        run.advance().unwrap();
+        for ((layer, expected), fastest) in layers.iter().zip(before).zip(&mut fastest) {
+            let found = run.state.particles.velocity[layer[0] as usize].x;
+            assert!((found - expected).abs() < 1e-14, "{found} {expected}");
+            *fastest = fastest.max(found.abs());
+        }
+    }
+    assert!(fastest.iter().all(|speed| *speed > 1e-3), "{fastest:?}");
 }
 
 #[test]

@@ -310,15 +310,70 @@ fn a_restart_continues_within_a_stage() {
     }
 }
 
-/// A servo whose target follows stages, and a cell that is sheared there and back.
-#[test]
-fn cells_follow_stages() {
+/// A periodic lattice of 32 bonded spheres.
+fn cell() -> String {
     let packing = "kind = \"lattice\"
         lattice = \"fcc\"
         radius = 0.01
         repeats = [2, 2, 2]
         shape = { kind = \"periodic\" }";
-    let cell = bonded(packing, "linear_bond", SPRING);
+    bonded(packing, "linear_bond", SPRING)
+}
+
+/// Strain and stress of a cell are those of the component that changes most, also if it shortens: `F_yy − 1` of the exact growth of
+/// the edges, and a pressure.
+#[test]
+fn the_component_of_a_compressed_cell_is_the_largest() {
+    let mut pressed = simulation(&format!(
+        "{}
+        [loading]
+        kind = \"cell-strain\"
+        velocity_gradient = [[0.1, 0, 0], [0, -1, 0], [0, 0, 0]]
+        [stop]
+        strain = 1e-3",
+        cell()
+    ));
+    let last = run(&mut pressed).pop().unwrap().last.unwrap();
+    let deformed = pressed.state.cell.unwrap().deformation_gradient;
+    assert!(last.strain < -1e-3 && last.stress < 0.0, "{last:?}");
+    assert!((last.strain - (deformed[(1, 1)] - 1.0)).abs() < 1e-12, "{} {deformed}", last.strain);
+}
+
+/// A servo that is resumed knows the stress of the step before: the same bits as without a break, before and after it has reached its
+/// target.
+#[test]
+fn a_resumed_servo_knows_its_stress() {
+    let text = format!(
+        "{}
+        [integration]
+        damping = {{ kind = \"local\", coefficient = 0.3 }}
+        [loading]
+        kind = \"cell-stress\"
+        stress = [[-1e5, 0, 0], [0, -1e5, 0], [0, 0, -1e5]]
+        maximum_strain_rate = 1
+        [stop]
+        steps = 600",
+        cell()
+    );
+    let mut whole = simulation(&text);
+    run(&mut whole);
+    for stop in [1, 300, 590] {
+        let mut first = simulation(&text);
+        for _ in 0..stop {
+            first.advance().unwrap();
+        }
+        let (model, schedule) = (first.solver.model().clone(), first.schedule.clone());
+        let mut second = Simulation::new(first.state.clone(), model, schedule).unwrap();
+        run(&mut second);
+        assert_eq!(second.state.cell, whole.state.cell, "stopped at {stop}");
+        assert_eq!(second.state.particles.position, whole.state.particles.position, "stopped at {stop}");
+    }
+}
+
+/// A servo whose target follows stages, and a cell that is sheared there and back.
+#[test]
+fn cells_follow_stages() {
+    let cell = cell();
     let shear = format!(
         "{cell}
         [loading]

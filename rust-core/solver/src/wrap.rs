@@ -228,6 +228,10 @@ fn shift_particles(state: &mut State, cell: &Cell, shifts: &[Index]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::state::Sphere;
+    use crate::state::contacts::ContactBlock;
+    use concordem_contact::kinematics::PreviousGeometry;
+    use concordem_contact::law::{LinearBond, Reference};
 
     /// A cell sheared by 1000 gets the edges of the unsheared lattice back, and both matrices are inverse to each other.
     #[test]
@@ -242,5 +246,40 @@ mod tests {
         assert_eq!(reduced.column(1).into_owned(), Vec3::new(0.0, 2.0, 0.0));
         assert!(reduced.column(2).norm() <= 2.0 * 3.0_f64.sqrt() && reduced.determinant() == 8.0);
         assert!(reduction(&Mat3::new(2.0, 1.9, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 2.0)).is_none());
+    }
+
+    /// Particles that are moved back by whole cells of a moving lattice keep the distance and the relative velocity that their bond
+    /// sees, and the cell does the work of the change of their velocities. Whole numbers and quarters: exact.
+    #[test]
+    fn pairs_do_not_notice_that_particles_move_back() {
+        let edges = Mat3::new(2.0, 0.5, 0.0, 0.0, 2.0, 0.25, 0.0, 0.0, 2.0);
+        let mut cell = Cell::new(edges);
+        cell.velocity_gradient = Mat3::new(0.0, 0.5, 0.0, 0.25, 0.0, 0.0, 0.0, 0.0, -0.25);
+        let mut state = State { cell: Some(cell), ..State::default() };
+        for (place, velocity) in [([0.25, 0.5, 0.5], [1.0, 0.0, 0.0]), ([40.5, -2.5, 0.25], [0.0, 20.0, -1.0])] {
+            let sphere = Sphere { position: edges * Vec3::from(place), radius: 0.5 };
+            state.particles.push(sphere, 0, 2.0, 0.2);
+            *state.particles.velocity.last_mut().unwrap() = Vec3::from(velocity);
+        }
+        let mut bonds = ContactBlock::new(vec![LinearBond::new(1.0, 1.0, 0.0, f64::INFINITY, f64::INFINITY).unwrap()]);
+        let flags = ContactFlags { bits: ContactFlags::BONDED, image: [-40, 3, 1], ..ContactFlags::default() };
+        bonds.push(Pair { a: 0, b: 1 }, flags, Reference::default(), PreviousGeometry::default());
+        state.bonds.push(Box::new(bonds));
+        state.ledger.started = true;
+        let seen = |state: &State| {
+            let cell = state.cell.unwrap();
+            let shift = cell.shift(state.bonds[0].contacts().view(0).flags.image);
+            let Particles { position: x, velocity: v, mass, .. } = &state.particles;
+            let kinetic: f64 = v.iter().zip(mass).map(|(v, m)| 0.5 * m * v.norm_squared()).sum();
+            (x[1] + shift - x[0], v[1] + cell.velocity_gradient * shift - v[0], kinetic)
+        };
+        let before = seen(&state);
+        assert!(wrap(&mut state));
+        let after = seen(&state);
+        assert_eq!(state.particles.image, [[0, 0, 0], [40, -3, 0]]);
+        assert_eq!(state.particles.position[1], edges * Vec3::new(0.5, 0.5, 0.25));
+        assert_eq!((before.0, before.1), (after.0, after.1));
+        assert!(after.2 != before.2);
+        assert_eq!(state.ledger.boundary_work.get(), after.2 - before.2);
     }
 }

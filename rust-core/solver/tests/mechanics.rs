@@ -2,15 +2,20 @@
 
 use std::f64::consts::PI;
 
-use concordem_contact::law::{CohesiveBeam, ContactStiffness, Frictional, LinearBond, Section};
-use concordem_contact::math::{Mat3, Vec3};
+use concordem_contact::kinematics::PreviousGeometry;
+use concordem_contact::kinematics::deformable::{Condition, Deformable, Update};
+use concordem_contact::law::{
+    CohesiveBeam, ContactStiffness, Elastic, Frictional, HertzMindlin, LinearBond, Reference, Section,
+};
+use concordem_contact::math::{Mat3, Symmetric, Vec3};
 use concordem_packing::bonding::bond;
 use concordem_packing::lattice::Lattice;
+use concordem_solver::collision::outgrown;
 use concordem_solver::forces::LawLoops;
 use concordem_solver::fracture::virial::mean_stress;
 use concordem_solver::integrate::{Damping, KickSums};
-use concordem_solver::state::contacts::ContactBlock;
-use concordem_solver::state::{Cell, Clump, Constraint, Particles, Sphere, State, Wall, WallShape};
+use concordem_solver::state::contacts::{ContactBlock, ContactFlags, Contacts, Pair};
+use concordem_solver::state::{Cell, Clump, Constraint, Deformation, Particles, Sphere, State, Wall, WallShape};
 use concordem_solver::{Model, PairCoefficients, Solver, StepReport, time_step};
 
 /// Spheres of radius ½, mass 2, and moment of inertia 0.2.
@@ -294,4 +299,112 @@ fn out_of_balance_in_force_and_moment() {
     let report = StepReport { kick, active: [10, 0, 6], force_squared: 16.0 * 36.0, ..StepReport::default() };
     // 3/6, or 4/(r·6).
     assert_eq!((report.unbalanced(2.0), report.unbalanced(1.0)), (0.5, 4.0 / 6.0));
+}
+
+/// Deformable spheres of the material and radius used here.
+fn soft(update: Update) -> Deformable {
+    let elasticity = vec![Elastic { young: 1e3, poisson: 0.4 }];
+    Deformable { elasticity, condition: Condition::Solid, update, dashpots: false }
+}
+
+/// A virial (N) after which the surface of these spheres has moved outwards by `along` (m) on the axis `axis`, because they are pressed
+/// or pulled across it.
+fn virial_across(axis: usize, along: f64) -> Symmetric {
+    let mut virial = Symmetric([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+    virial.0[axis] = 0.0;
+    let moved = soft(Update::Lagged).compliance(0, 0.5).surface_displacement(&virial);
+    virial * (along / moved.0[axis])
+}
+
+/// A sphere that is pressed sideways widens, and touches a wall that its radius does not reach: the force is that of the widening less
+/// the gap. Some roundings of numbers of order 1.
+#[test]
+fn walls_touch_deformed_particles() {
+    let plane = wall(WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() });
+    for (widening, force) in [(0.01, 100.0 * 0.004), (0.005, 0.0)] {
+        let (mut state, model) = with_walls(spheres(&[[0.0, 0.0, 0.506]]), vec![plane.clone()], 0.0);
+        let virial = virial_across(2, widening);
+        state.particles.deformation = vec![Deformation { virial, used: virial, ..Deformation::default() }];
+        let mut solver = Solver::new(Model { deformable: Some(soft(Update::Lagged)), ..model }, &mut state).unwrap();
+        solver.step(&mut state).unwrap();
+        assert!((solver.forces()[0] - Vec3::z() * force).norm() < 1e-12, "{}", solver.forces()[0]);
+    }
+}
+
+/// The support of a held sphere bears the force of its bond and the load on the sphere, and strains it by both.
+#[test]
+fn supports_bear_loads_of_deformable_particles() {
+    let mut state = bonded(spheres(&[[0.0; 3], [1.0, 0.0, 0.0]]), None, spring(0.0));
+    state.particles.position[1].x = 1.01;
+    state.particles.constraint[0] = Constraint::TRANSLATION;
+    state.particles.add_load(0, Vec3::x() * 0.5, Vec3::zeros());
+    state.clock.dt = 1e-6;
+    let model = Model { deformable: Some(soft(Update::Lagged)), ..Model::default() };
+    Solver::new(model, &mut state).unwrap().step(&mut state).unwrap();
+    // 100 N/m · 0.01 m + 0.5 N, opposite to the bond.
+    let reaction = state.particles.deformation[0].reaction;
+    assert!((reaction.0[0] - 1.5).abs() < 1e-12 && reaction.0[1..] == [0.0; 5], "{reaction:?}");
+}
+
+/// A bond that breaks in one iteration of the strains stays broken, also if it would hold at the strains of the next one: here a sphere
+/// was pulled sideways in the last step and is narrower by 1 mm in the first iteration only. Strength 1 N, at 0.95 N and 0.1 N.
+#[test]
+fn bonds_that_break_in_an_iteration_stay_broken() {
+    let law = LinearBond::new(100.0, 0.0, 0.0, 1.0, 1.0).unwrap();
+    let iterated = Update::Iterated { tolerance: 1e-9, maximum: 100, relaxation: 0.8 };
+    for (narrowing, broken) in [(1e-3, true), (0.4e-3, false)] {
+        let mut state = bonded(spheres(&[[0.0; 3], [1.0, 0.0, 0.0]]), None, law);
+        state.particles.position[1].x = 1.0095;
+        let virial = virial_across(0, -narrowing);
+        state.particles.deformation = vec![Deformation { virial, used: virial, ..Deformation::default() }];
+        state.particles.deformation.push(Deformation::default());
+        state.clock.dt = 1e-6;
+        let model = Model { deformable: Some(soft(iterated)), ..Model::default() };
+        let mut solver = Solver::new(model, &mut state).unwrap();
+        let report = solver.step(&mut state).unwrap();
+        assert_eq!(report.bond_events.len(), usize::from(broken));
+        assert_eq!(state.bonds[0].contacts().view(0).flags.has(ContactFlags::BROKEN), broken);
+        assert_eq!(solver.forces()[0].x == 0.0, broken, "{}", solver.forces()[0]);
+    }
+}
+
+/// The overlap that Hertzian spheres will reach has the energy of the present one and that of the approach: `½m*v² = (8/15)E*√R* δ^(5/2)`
+/// for the latter.
+#[test]
+fn contacts_are_judged_by_the_overlap_to_come() {
+    let glass = Elastic { young: 1e4, poisson: 0.3 };
+    let law = HertzMindlin::new(glass, glass, 0.0, 1.0).unwrap();
+    let mut contacts = ContactBlock::new(vec![law]);
+    contacts.push(Pair { a: 0, b: 1 }, ContactFlags::default(), Reference::default(), PreviousGeometry::default());
+    let mut state = State {
+        particles: spheres(&[[0.0; 3], [0.95, 0.0, 0.0]]),
+        contacts: Some(Box::new(contacts)),
+        ..State::default()
+    };
+    state.clock.dt = 1.0;
+    for speed in [0.0, 2.0] {
+        state.particles.velocity[1].x = -speed;
+        let found = outgrown(&state, &Model { contact_rows: rows(), ..Model::default() }).unwrap();
+        let of_speed = 15.0 * speed * speed / (16.0 * (1e4 / (2.0 * 0.91)) * 0.5);
+        let expected = (0.05_f64.powf(2.5) + of_speed).powf(0.4);
+        assert!((found.overlap / expected - 1.0).abs() < 1e-12, "{found:?} {expected}");
+    }
+}
+
+/// A sphere and a wall that approach each other with equal speeds may each use half of the skin: their contact, which no list had
+/// before, begins when they touch. The skin is 0.1 m.
+#[test]
+fn wall_and_particle_share_the_skin() {
+    let plane = wall(WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() });
+    let (mut state, model) = with_walls(spheres(&[[0.0, 0.0, 0.62]]), vec![plane], 0.0);
+    state.particles.constraint[0] = Constraint::ALL;
+    state.particles.velocity[0].z = -1.0;
+    state.walls[0].velocity.z = 1.0;
+    let mut solver = Solver::new(model, &mut state).unwrap();
+    for _ in 0..80 {
+        solver.step(&mut state).unwrap();
+    }
+    // Forces belong to the positions before the step.
+    let overlap = 0.5 - (0.62 - 2.0 * 0.079);
+    assert!((solver.forces()[0].z / (100.0 * overlap) - 1.0).abs() < 1e-9, "{}", solver.forces()[0]);
 }

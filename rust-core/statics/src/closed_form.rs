@@ -59,3 +59,54 @@ pub fn closed_form(network: &LinkNetwork) -> Option<ClosedForm> {
     };
     Some(ClosedForm { young, poisson, bulk, shear })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Accuracy, Link, cell_stiffness};
+    use concordem_contact::kinematics::deformable::{Condition, Deformable, Update};
+    use concordem_contact::law::{Elastic, Stiffness};
+    use concordem_contact::math::Vec3;
+
+    /// A particle with twelve contacts in the directions of an icosahedron, as six links to its own images.
+    fn icosahedron(shear: f64) -> LinkNetwork {
+        let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
+        let axes = [[0.0, 1.0, golden], [1.0, golden, 0.0], [golden, 0.0, 1.0]];
+        let opposite = [[0.0, 1.0, -golden], [1.0, -golden, 0.0], [-golden, 0.0, 1.0]];
+        let link = |axis: [f64; 3]| {
+            let normal = Vec3::from(axis).normalize();
+            let stiffness = Stiffness { normal: 2.0, shear, ..Stiffness::default() };
+            Link { a: 0, b: 0, branch: normal * 0.4, normal, arm_a: 0.2, arm_b: 0.2, stiffness }
+        };
+        LinkNetwork::new(1, axes.into_iter().chain(opposite).map(link).collect(), Some(0.1))
+    }
+
+    /// These directions are as even as all directions together, up to the products of four that stiffness needs, and the
+    /// particle stays in equilibrium. So the closed form is exact, also for a deformable particle without shear springs.
+    /// Tolerance: rounding of six links.
+    #[test]
+    fn even_directions_have_the_closed_form() {
+        let solid = Deformable {
+            elasticity: vec![Elastic { young: 15.0, poisson: 0.3 }],
+            condition: Condition::Solid,
+            update: Update::Lagged,
+            dashpots: false,
+        };
+        for (shear, compliance) in [(0.7, vec![]), (0.0, vec![solid.compliance(0, 0.2)])] {
+            let network = LinkNetwork { compliance, ..icosahedron(shear) };
+            let closed = closed_form(&network).unwrap();
+            let cell = cell_stiffness(&network, Accuracy::default()).unwrap();
+            for exact in [cell.affine_constants().unwrap(), cell.constants().unwrap()] {
+                assert!(exact.anisotropy().shear < 1e-12, "{exact:?}");
+                for (found, expected) in [
+                    (closed.bulk, exact.bulk),
+                    (closed.shear, exact.mean_shear),
+                    (closed.young, exact.mean_young),
+                    (closed.poisson, exact.mean_poisson),
+                ] {
+                    assert!((found / expected - 1.0).abs() < 1e-12, "{closed:?} {exact:?}");
+                }
+            }
+        }
+    }
+}

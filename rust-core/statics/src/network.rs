@@ -160,3 +160,78 @@ pub(super) fn is_planar(state: &State) -> bool {
     let held = &state.particles.constraint;
     !held.is_empty() && held.iter().all(|constraint| constraint.0 & across == across)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Accuracy, cell_stiffness};
+    use concordem_contact::kinematics::PreviousGeometry;
+    use concordem_contact::law::{LinearBond, Reference, Stiffness};
+    use concordem_contact::math::Vec3;
+    use concordem_solver::state::Sphere;
+    use concordem_solver::state::contacts::{ContactBlock, Contacts, Pair};
+
+    fn link(a: u32, b: u32, normal: Vec3, stiffness: Stiffness) -> Link {
+        Link { a, b, branch: normal, normal, arm_a: 0.5, arm_b: 0.5, stiffness }
+    }
+
+    /// A triangle of three particles in the plane, two more in a row that hangs on it, and one without links.
+    fn hanging() -> LinkNetwork {
+        let stiffness = Stiffness { normal: 2.0, shear: 1.0, ..Stiffness::default() };
+        let (x, slope) = (Vec3::x(), Vec3::new(0.5, 0.75_f64.sqrt(), 0.0));
+        let links = [(0, 1, x), (0, 2, slope), (1, 2, slope - x), (0, 3, -x), (4, 3, x)];
+        let links = links.into_iter().map(|(a, b, normal)| link(a, b, normal, stiffness)).collect();
+        LinkNetwork { planar: true, ..LinkNetwork::new(6, links, Some(100.0)) }
+    }
+
+    /// Rattlers are removed one after the other. In the plane each of them has three freedoms, and all others here are held.
+    #[test]
+    fn particles_that_hang_on_one_link_are_rattlers() {
+        let mut network = hanging();
+        assert_eq!(cell_stiffness(&network, Accuracy::default()).unwrap().loose, Loose { rattlers: 3, mechanisms: 0 });
+        assert_eq!(network.remove_rattlers(), 3);
+        assert_eq!(network.links, hanging().links[..3]);
+    }
+
+    /// Two layers of one particle each, linked to its own images in the layer and to the other layer across it. Normal springs leave
+    /// each particle its rotations and the motions in its layer, because its images move with it.
+    #[test]
+    fn a_link_to_the_own_image_holds_no_translation() {
+        let spring = Stiffness { normal: 2.0, ..Stiffness::default() };
+        let ends = [(0, 0, Vec3::x()), (0, 0, Vec3::y()), (1, 1, Vec3::x()), (1, 1, Vec3::y())];
+        let across = [(0, 1, Vec3::z()), (0, 1, -Vec3::z())];
+        let links = ends.into_iter().chain(across).map(|(a, b, normal)| link(a, b, normal, spring)).collect();
+        let network = LinkNetwork::new(2, links, Some(2.0));
+        let loose = cell_stiffness(&network, Accuracy::default()).unwrap().loose;
+        assert_eq!(loose, Loose { rattlers: 0, mechanisms: 2 * 5 });
+    }
+
+    /// Exact numbers.
+    #[test]
+    fn scaling_has_one_factor_for_all_and_one_for_shear() {
+        let stiffness = Stiffness { normal: 1.0, shear: 2.0, bending: 3.0, twist: 4.0, ..Stiffness::default() };
+        let network = LinkNetwork::new(2, vec![link(0, 1, Vec3::x(), stiffness)], None).scaled(4.0, 0.25);
+        let scaled = Stiffness { normal: 4.0, shear: 2.0, bending: 12.0, twist: 16.0, ..Stiffness::default() };
+        assert_eq!(network.links[0].stiffness, scaled);
+    }
+
+    /// Only intact bonds are links.
+    #[test]
+    fn broken_bonds_are_no_links() {
+        let mut state = State::default();
+        let mut bonds = ContactBlock::new(vec![LinearBond::new(5.0, 1.0, 0.0, f64::INFINITY, f64::INFINITY).unwrap()]);
+        for p in 0..3_u32 {
+            let sphere = Sphere { position: Vec3::x() * f64::from(p), radius: 0.5 };
+            state.particles.push(sphere, 0, 1.0, 1.0);
+            if p > 0 {
+                let bits = ContactFlags::BONDED | if p == 2 { ContactFlags::BROKEN } else { ContactFlags::ACTIVE };
+                let flags = ContactFlags { bits, ..ContactFlags::default() };
+                let (pair, reference) = (Pair { a: p - 1, b: p }, Reference { length: 1.0, area: 1.0 });
+                bonds.push(pair, flags, reference, PreviousGeometry { normal: Vec3::x(), length: 1.0 });
+            }
+        }
+        state.bonds.push(Box::new(bonds));
+        let links = LinkNetwork::of_state(&state).unwrap().links;
+        assert_eq!((links.len(), links[0].a, links[0].stiffness.normal), (1, 0, 5.0));
+    }
+}

@@ -144,6 +144,16 @@ fn one_sphere_in_a_tiny_cell_sees_half_of_its_images() {
     assert!(pairs.iter().all(|pair| pair.a == 0 && pair.b == 0 && pair.image > [0; 3]));
 }
 
+/// The faces of a skewed cell are closer to each other than its edges are long: at a distance of 0.3, a sphere with a reach of 1 sees
+/// its image three cells away.
+#[test]
+fn one_sphere_in_a_skewed_cell_sees_its_images() {
+    let cell = Cell::new(Mat3::new(1.0, 0.95, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0));
+    let pairs = candidate_pairs(&[Vec3::zeros()], &[0.501], Some(&cell)).unwrap();
+    assert_eq!(pairs, brute_force(&[Vec3::zeros()], &[0.501], Some(&cell), 6));
+    assert!(pairs.iter().any(|pair| pair.image == [3, -3, 0]), "{pairs:?}");
+}
+
 #[test]
 fn distant_particles_and_dense_groups_are_found() {
     let mut positions: Vec<Vec3> =
@@ -266,5 +276,27 @@ fn verlet_criterion() {
     for (skin, rebuild) in [(0.052, true), (0.053, false)] {
         let list = VerletList::new(&positions, Some(&cell(2.0)), skin, 1.0);
         assert_eq!(list.needs_rebuild(&shrunk, Some(&cell(1.9))), rebuild);
+    }
+}
+
+/// The skin counts along the way, not along the axes, and two particles share it. A cell uses it along the direction of its smallest
+/// stretch, whatever its largest is.
+#[test]
+fn verlet_criterion_in_oblique_directions() {
+    let positions = [Vec3::zeros(), Vec3::x(), Vec3::y()];
+    let list = VerletList::new(&positions, None, 0.1, 1.0);
+    // 0.07·√2 = 0.099, 0.08·√2 = 0.113.
+    for (u, rebuild) in [(0.07, false), (0.08, true)] {
+        let moved = [positions[0], positions[1] + Vec3::new(u, u, 0.0), positions[2]];
+        assert_eq!(list.needs_rebuild(&moved, None), rebuild, "{u}");
+    }
+    // As for the isotropic compression by 5 %: 0.95·(1 + s) > 1.
+    let (short, long) = (Vec3::new(0.6, 0.8, 0.0), Vec3::new(-0.8, 0.6, 0.0));
+    let stretch = Mat3::identity() - short * short.transpose() * 0.05 + long * long.transpose() * 0.1;
+    let moved = positions.map(|x| stretch * x);
+    let (before, after) = (Cell::new_box(Vec3::repeat(2.0)), Cell::new(stretch * 2.0));
+    for (skin, rebuild) in [(0.052, true), (0.053, false)] {
+        let list = VerletList::new(&positions, Some(&before), skin, 1.0);
+        assert_eq!(list.needs_rebuild(&moved, Some(&after)), rebuild, "{skin}");
     }
 }
