@@ -353,11 +353,13 @@ fn bonds_that_break_in_an_iteration_stay_broken() {
     let law = LinearBond::new(100.0, 0.0, 0.0, 1.0, 1.0).unwrap();
     let iterated = Update::Iterated { tolerance: 1e-9, maximum: 100, relaxation: 0.8 };
     for (narrowing, broken) in [(1e-3, true), (0.4e-3, false)] {
-        let mut state = bonded(spheres(&[[0.0; 3], [1.0, 0.0, 0.0]]), None, law);
+        let mut state = bonded(spheres(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 9.0, 0.0], [1.0, 9.0, 0.0]]), None, law);
         state.particles.position[1].x = 1.0095;
+        // Another pair bears a force throughout, to which the change of an iteration is relative.
+        state.particles.position[3].x = 1.005;
         let virial = virial_across(0, -narrowing);
         state.particles.deformation = vec![Deformation { virial, used: virial, ..Deformation::default() }];
-        state.particles.deformation.push(Deformation::default());
+        state.particles.deformation.resize(4, Deformation::default());
         state.clock.dt = 1e-6;
         let model = Model { deformable: Some(soft(iterated)), ..Model::default() };
         let mut solver = Solver::new(model, &mut state).unwrap();
