@@ -14,7 +14,7 @@ use concordem_solver::collision::outgrown;
 use concordem_solver::forces::LawLoops;
 use concordem_solver::fracture::virial::mean_stress;
 use concordem_solver::integrate::{Damping, KickSums};
-use concordem_solver::state::contacts::{ContactBlock, ContactFlags, Contacts, Pair};
+use concordem_solver::state::contacts::{ContactBlock, ContactFlags, Pair};
 use concordem_solver::state::{Cell, Clump, Constraint, Deformation, Particles, Sphere, State, Wall, WallShape};
 use concordem_solver::{Model, PairCoefficients, Solver, StepReport, time_step};
 

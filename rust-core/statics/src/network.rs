@@ -169,7 +169,7 @@ mod tests {
     use concordem_contact::law::{LinearBond, Reference, Stiffness};
     use concordem_contact::math::Vec3;
     use concordem_solver::state::Sphere;
-    use concordem_solver::state::contacts::{ContactBlock, Contacts, Pair};
+    use concordem_solver::state::contacts::{ContactBlock, Pair};
 
     fn link(a: u32, b: u32, normal: Vec3, stiffness: Stiffness) -> Link {
         Link { a, b, branch: normal, normal, arm_a: 0.5, arm_b: 0.5, stiffness }
