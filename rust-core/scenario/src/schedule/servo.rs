@@ -26,7 +26,7 @@ pub struct Servo {
     pub history: Option<History>,
     /// Largest speed, m/s.
     pub maximum_speed: f64,
-    /// Gain `g`, m/(N·s); set by [`Self::tune`].
+    /// Gain `g`, m/(N·s).
     pub gain: f64,
 }
 
