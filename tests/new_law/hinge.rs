@@ -130,7 +130,13 @@ impl RegisteredLaw for Hinge {
             strength: mean_strength(a.tensile_strength.map(Force::si), b.tensile_strength.map(Force::si)),
         };
         let sound = |value: f64| value >= 0.0 && value.is_finite();
-        require(hinge.normal > 0.0 && sound(hinge.normal), Self::NAME, "normal_stiffness", hinge.normal, "positive (N/m)")?;
+        require(
+            hinge.normal > 0.0 && sound(hinge.normal),
+            Self::NAME,
+            "normal_stiffness",
+            hinge.normal,
+            "positive (N/m)",
+        )?;
         require(sound(hinge.shear), Self::NAME, "shear_stiffness", hinge.shear, "zero or positive (N/m)")?;
         require(sound(hinge.bending), Self::NAME, "bending_stiffness", hinge.bending, "zero or positive (N*m/rad)")?;
         require(sound(hinge.twist), Self::NAME, "twisting_stiffness", hinge.twist, "zero or positive (N*m/rad)")?;
