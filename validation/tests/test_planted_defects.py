@@ -152,7 +152,7 @@ DEFECTS = {
                                dict(concordem=[ours(material__0__cohesive_beam__radius="1.001 mm")])),
     "Young's modulus divided by 1 - ν²": ("hertz-normal", "spheres", "analytic",
                                           dict(concordem=[ours(material__0__hertz_mindlin__poisson=0.0)])),
-    "damping twice": ("cpm-uniaxial", "tension", "yade", dict(yade=[times("damping", 2.0)])),
+    "damping twice": ("cpm-uniaxial", "tension", "yade", dict(concordem=[ours(integration__damping__coefficient=0.6)])),
     "arm of friction at walls half way through the overlap": ("slip-to-roll", "yade-kinematics", "yade", dict(
         yade=[lambda data: data.update(spherical_bodies=True)])),
     "strength of a bond 1 % too high": ("bar-fracture", "main", "analytic", dict(
@@ -178,7 +178,7 @@ DEFECTS = {
         operator("particle_stress", lambda values: values[:, [0, 1, 2, 3, 5, 4]], 6)]}),
     "sign of the particle's stress in its strain": ("ddem-peers", "block", "yade", dict(yade=[constants(lambda e, nu: (-e, nu))])),
     "Poisson's ratio of the particles 0.01 % too high": ("ddem-peers", "bar-plane-stress", "yade", dict(
-        yade=[constants(lambda e, nu: (e, 1.0001 * nu))])),
+        concordem=[ours(material__0__deformable__poisson=1.0001 * 0.35)])),
     "loads that do not strain their particles": ("ddem-peers", "bar-plane-strain", "yade", dict(yade=[without_loads])),
     "particles a million times less stiff in the stiff limit": ("ddem-peers", "stiff-contacts", "liggghts", dict(
         concordem=[ours(material__0__deformable__young="1e14 Pa")])),

@@ -7,7 +7,7 @@ what=${1:-tests}
 # Waiting threads must not spin while tests run in parallel. Speed measurements keep the default, as for users.
 [ "$what" = speed ] || export OMP_WAIT_POLICY=passive
 started=$SECONDS
-if [ "$what" != speed ]; then
+if [ "$what" = tests ]; then
   python3 test_build.py
   echo "test_build.py took $((SECONDS - started)) s"
 fi
@@ -20,6 +20,9 @@ if [ "$what" = speed ]; then
     yade -n -x "-j$threads" speed.py 2>/dev/null | sed -n 's/^RESULT //p' | grep . || { echo "speed.py -j$threads gave no result" >&2; exit 1; }
   done
   exit
+fi
+if [ "$what" != tests ]; then
+  exec yade -n -x -j1 "$what"
 fi
 
 started=$SECONDS
@@ -51,6 +54,7 @@ tell() {
   if [ "$3" = 0 ]; then
     echo "$1 -j$2: $(grep -c '^ok ' "/tmp/$1-$2.log") tests passed in $(cat "/tmp/$1-$2.seconds") s"
     grep '^COST' "/tmp/$1-$2.log" || true
+    awk '/^ok / && $3 > 10 { print "   " $2 ": " $3 " s" }' "/tmp/$1-$2.log"
   else
     echo "$1 -j$2 FAILED:" >&2
     grep -v '^ok ' "/tmp/$1-$2.log" | tail -n 60 >&2

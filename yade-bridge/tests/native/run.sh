@@ -3,6 +3,7 @@
 # and, the first time, the network; see chroot.sh.
 #   run.sh           run the tests
 #   run.sh speed     compare speeds with YADE; prints one line of JSON per number of threads
+#   run.sh FILE.py   run one file of tests on one thread
 set -euo pipefail
 cd "$(dirname "$0")/../../.."
 here=yade-bridge/tests/native

@@ -10,7 +10,7 @@ use ndarray::{ArrayView1, ArrayView2, s};
 use super::checkpoint;
 use super::error::{At, OutputError};
 use super::hdf::{self, GroupSink, kind};
-use super::run_files::{OperatorTable, POSITION, RunHeader, StoredField, StoredSnapshot, stage};
+use super::run_files::{OperatorTable, POSITION, RunHeader, SnapshotBatch, StoredField, batches_of, stage};
 use super::sealed;
 use concordem_contact::math::Vec3;
 use concordem_solver::fracture::Event;
@@ -46,14 +46,14 @@ impl Merge<'_> {
                     rows.extend(hdf::read_array::<f64>(&segment, &operator_rows(k), segment_path)?);
                 }
                 events.extend(read_events(&segment, segment_path)?);
-                let group = segment.group("snapshots").at(segment_path)?;
-                for name in hdf::numbered_members(&group, "", segment_path)? {
-                    let snapshot = StoredSnapshot::read(&group.group(&name).at(segment_path)?, segment_path)?;
+                let (group, names) = batches_of(&segment, segment_path)?;
+                for name in names {
+                    let batch = SnapshotBatch::read(&group.group(&name).at(segment_path)?, segment_path)?;
                     if snapshots.is_none() {
                         snapshots = Some(VtkWriter::new(file, path)?);
                     }
                     if let Some(writer) = &mut snapshots {
-                        writer.append(&snapshot)?;
+                        writer.append(&batch)?;
                     }
                 }
                 stage("within merge");
@@ -198,7 +198,7 @@ struct VtkWriter<'a> {
     group: Group,
     steps: Vec<Step>,
     points: Appended,
-    fields: Vec<(String, Appended, Option<ColumnData>)>,
+    fields: Vec<(String, Appended)>,
 }
 
 struct Step {
@@ -209,11 +209,11 @@ struct Step {
     field_offsets: Vec<i64>,
 }
 
-/// A growing dataset, and the offset of the part appended last.
+/// A growing dataset, and the bytes and the offset of the part appended last.
 struct Appended {
     dataset: Dataset,
     rows: usize,
-    last: i64,
+    last: Option<(Vec<u8>, i64)>,
 }
 
 impl<'a> VtkWriter<'a> {
@@ -230,55 +230,57 @@ impl<'a> VtkWriter<'a> {
         Ok(Self { path, group, steps: Vec::new(), points, fields: Vec::new() })
     }
 
-    fn append(&mut self, snapshot: &StoredSnapshot) -> Result<(), OutputError> {
+    fn append(&mut self, batch: &SnapshotBatch) -> Result<(), OutputError> {
         let path = self.path;
         let damaged = |problem: &str| OutputError::Damaged {
             path: path.to_owned(),
-            problem: format!("snapshot at step {}: {problem}", snapshot.step),
+            problem: format!("snapshots from step {} on: {problem}", batch.step.first().copied().unwrap_or_default()),
         };
-        let position = snapshot.fields.iter().find(|field| field.name == POSITION);
+        let position = batch.fields.iter().find(|field| field.name == POSITION);
         let Some(ColumnData::F64(position)) = position.map(|field| &field.column.data) else {
-            return Err(damaged("it has no positions"));
+            return Err(damaged("they have no positions"));
         };
-        let others: Vec<&StoredField> = snapshot.fields.iter().filter(|field| field.name != POSITION).collect();
-        self.points.append(position, 3, path)?;
+        let count = batch.time.len();
+        if count == 0 || batch.step.len() != count || position.len() % (3 * count) != 0 {
+            return Err(damaged("their lengths differ"));
+        }
+        let rows = position.len() / (3 * count);
+        let others: Vec<&StoredField> = batch.fields.iter().filter(|field| field.name != POSITION).collect();
         if self.steps.is_empty() {
             let data = self.group.group("PointData").at(path)?;
             for field in &others {
-                let chunk = (position.len() / 3).clamp(1, 1 << 16);
-                let appended = Appended::of_kind(&data, field, chunk, path)?;
+                let appended = Appended::of_kind(&data, field, rows.clamp(1 << 8, 1 << 16), path)?;
                 hdf::describe(&appended.dataset, &field.unit, &field.description, path)?;
-                self.fields.push((field.name.clone(), appended, None));
+                self.fields.push((field.name.clone(), appended));
             }
         }
-        if others.len() != self.fields.len() {
-            return Err(damaged("its fields are not those of the first one"));
+        if !others.iter().map(|field| &field.name).eq(self.fields.iter().map(|(name, _)| name)) {
+            return Err(damaged("their fields are not those of the first one"));
         }
-        for ((name, appended, last), field) in self.fields.iter_mut().zip(others) {
-            if *name != field.name {
-                return Err(damaged("its fields are not those of the first one"));
-            }
-            if last.as_ref().is_some_and(|last| same_bits(last, &field.column.data)) {
-                continue;
-            }
+        let first_point = self.points.rows;
+        self.points.append(position, 3, path)?;
+        let mut offsets = Vec::new();
+        for ((_, appended), field) in self.fields.iter_mut().zip(&others) {
             let components = field.column.components;
-            match &field.column.data {
-                ColumnData::F64(data) => appended.append(data, components, path),
-                ColumnData::U64(data) => appended.append(data, components, path),
-                ColumnData::U32(data) => appended.append(data, components, path),
-                ColumnData::U16(data) => appended.append(data, components, path),
-                ColumnData::U8(data) => appended.append(data, components, path),
-                ColumnData::I8(data) => appended.append(data, components, path),
-            }?;
-            *last = Some(field.column.data.clone());
+            if field.column.borrow().rows(&field.name).at(path)? != rows * count {
+                return Err(damaged("their lengths differ"));
+            }
+            offsets.push(match &field.column.data {
+                ColumnData::F64(data) => appended.append_changed(data, components, count, path),
+                ColumnData::U64(data) => appended.append_changed(data, components, count, path),
+                ColumnData::U32(data) => appended.append_changed(data, components, count, path),
+                ColumnData::U16(data) => appended.append_changed(data, components, count, path),
+                ColumnData::U8(data) => appended.append_changed(data, components, count, path),
+                ColumnData::I8(data) => appended.append_changed(data, components, count, path),
+            }?);
         }
-        self.steps.push(Step {
-            time: snapshot.time,
-            count: snapshot.step,
-            points: (position.len() / 3) as i64,
-            point_offset: self.points.last,
-            field_offsets: self.fields.iter().map(|(_, appended, _)| appended.last).collect(),
-        });
+        self.steps.extend((0..count).map(|k| Step {
+            time: batch.time[k],
+            count: batch.step[k],
+            points: rows as i64,
+            point_offset: (first_point + k * rows) as i64,
+            field_offsets: offsets.iter().map(|offsets| offsets[k]).collect(),
+        }));
         Ok(())
     }
 
@@ -312,7 +314,7 @@ impl<'a> VtkWriter<'a> {
         hdf::write_array(&steps, "CellOffsets", &of_steps(&cells_before), 1, path)?;
         hdf::write_array(&steps, "ConnectivityIdOffsets", &of_steps(&cells_before), 1, path)?;
         let offsets = steps.create_group("PointDataOffsets").at(path)?;
-        for (k, (name, ..)) in self.fields.iter().enumerate() {
+        for (k, (name, _)) in self.fields.iter().enumerate() {
             hdf::write_array(&offsets, name, &of_steps(&|step| step.field_offsets[k]), 1, path)?;
         }
         let counts: Vec<u64> = self.steps.iter().map(|step| step.count).collect();
@@ -335,7 +337,7 @@ impl Appended {
         } else {
             builder.chunk([chunk, components]).shape((0.., components)).create(name)
         };
-        Ok(Self { dataset: dataset.at(path)?, rows: 0, last: 0 })
+        Ok(Self { dataset: dataset.at(path)?, rows: 0, last: None })
     }
 
     fn of_kind(group: &Group, field: &StoredField, chunk: usize, path: &Path) -> Result<Self, OutputError> {
@@ -350,8 +352,40 @@ impl Appended {
         }
     }
 
+    /// Appends those of `count` equally long parts whose bits differ from the part before; returns the offset of each part.
+    fn append_changed<T: H5Type + bytemuck::Pod>(
+        &mut self,
+        data: &[T],
+        components: usize,
+        count: usize,
+        path: &Path,
+    ) -> Result<Vec<i64>, OutputError> {
+        let length = data.len() / count;
+        let (mut changed, mut offsets) = (Vec::new(), Vec::with_capacity(count));
+        for k in 0..count {
+            let part = &data[k * length..(k + 1) * length];
+            // Bytes distinguish -0 from 0, and NaN equals itself.
+            let bytes: &[u8] = bytemuck::cast_slice(part);
+            let offset = match &self.last {
+                Some((last, offset)) if last == bytes => *offset,
+                _ => {
+                    let offset = (self.rows + changed.len() / components) as i64;
+                    changed.extend_from_slice(part);
+                    self.last = Some((bytes.to_vec(), offset));
+                    offset
+                }
+            };
+            offsets.push(offset);
+        }
+        self.append(&changed, components, path)?;
+        Ok(offsets)
+    }
+
     fn append<T: H5Type>(&mut self, data: &[T], components: usize, path: &Path) -> Result<(), OutputError> {
         let (start, added) = (self.rows, data.len() / components);
+        if added == 0 {
+            return Ok(());
+        }
         let end = start + added;
         if components == 1 {
             self.dataset.resize([end]).at(path)?;
@@ -362,23 +396,7 @@ impl Appended {
                 .map_err(|error| OutputError::Hdf5 { path: path.to_owned(), message: error.to_string() })?;
             self.dataset.write_slice(view, s![start..end, ..]).at(path)?;
         }
-        self.last = start as i64;
         self.rows = end;
         Ok(())
     }
-}
-
-/// Bitwise equality: distinguishes -0 from 0, and NaN equals itself.
-fn same_bits(a: &ColumnData, b: &ColumnData) -> bool {
-    fn bytes(data: &ColumnData) -> &[u8] {
-        match data {
-            ColumnData::F64(data) => bytemuck::cast_slice(data),
-            ColumnData::U64(data) => bytemuck::cast_slice(data),
-            ColumnData::U32(data) => bytemuck::cast_slice(data),
-            ColumnData::U16(data) => bytemuck::cast_slice(data),
-            ColumnData::U8(data) => data,
-            ColumnData::I8(data) => bytemuck::cast_slice(data),
-        }
-    }
-    std::mem::discriminant(a) == std::mem::discriminant(b) && bytes(a) == bytes(b)
 }

@@ -25,7 +25,7 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use super::checkpoint::{self, Checkpoint, RunMark};
-use super::error::{At, OutputError};
+use super::error::OutputError;
 use super::hdf::{self, kind};
 use super::{merge, sealed};
 use concordem_solver::fracture::Event;
@@ -39,8 +39,8 @@ use folder::{
 };
 pub use header::{OperatorTable, RunHeader, SeriesColumn};
 use header::{read_header, write_header};
-use snapshot::snapshot_fields;
-pub(super) use snapshot::{POSITION, StoredField, StoredSnapshot};
+pub(super) use snapshot::{POSITION, SnapshotBatch, StoredField, batches_of};
+use snapshot::{StoredSnapshot, snapshot_fields};
 pub use snapshot::{Snapshot, SnapshotField};
 
 /// The open files of a run.
@@ -376,11 +376,7 @@ impl RunFiles {
                 hdf::write_array(file, &merge::operator_rows(k), rows, table.width(), path)?;
             }
             merge::write_events(file, &self.events, path)?;
-            let group = file.create_group("snapshots").at(path)?;
-            for (k, snapshot) in self.snapshots.iter().enumerate() {
-                let group = group.create_group(&format!("{k:06}")).at(path)?;
-                snapshot.write(&group, path)?;
-            }
+            snapshot::write_batches(file, &self.snapshots, path)?;
             stage("within segment");
             Ok(())
         })

@@ -36,10 +36,12 @@ pub struct SnapshotField<'a> {
 
 /// A snapshot stored until the next commit.
 #[derive(Debug)]
-pub(in crate::output) struct StoredSnapshot {
-    pub time: f64,
-    pub step: u64,
-    pub fields: Vec<StoredField>,
+pub(super) struct StoredSnapshot {
+    time: f64,
+    step: u64,
+    /// Number of particles.
+    rows: usize,
+    pub(super) fields: Vec<StoredField>,
 }
 
 #[derive(Debug)]
@@ -55,18 +57,112 @@ pub(in crate::output) const POSITION: &str = "position";
 /// Name of the ids among the fields of a stored snapshot.
 const ID: &str = "id";
 
+/// Group of a segment that holds the batches of snapshots.
+const BATCHES: &str = "snapshot_batches";
+/// Rows of a batch, unless a single snapshot has more. Small runs with many snapshots would otherwise spend most of their
+/// time in creating objects of HDF5; large ones need not hold more than a snapshot in memory when segments are merged.
+const ROWS_OF_BATCH: usize = 1 << 18;
+
 /// Names and shapes of the fields of the first snapshot of the run, if there is one.
 pub(super) fn snapshot_fields(parts: &Path, segments: u64) -> Result<Option<Vec<(String, String)>>, OutputError> {
     for k in 0..segments {
         let path = numbered(parts, "segment", k);
         let file = sealed::open(&path)?;
-        let group = file.group("snapshots").at(&path)?;
-        if let Some(first) = hdf::numbered_members(&group, "", &path)?.first() {
-            let snapshot = StoredSnapshot::read(&group.group(first).at(&path)?, &path)?;
-            return Ok(Some(snapshot.fields.iter().map(|field| (field.name.clone(), field.shape())).collect()));
+        let (group, names) = batches_of(&file, &path)?;
+        if let Some(first) = names.first() {
+            let batch = SnapshotBatch::read(&group.group(first).at(&path)?, &path)?;
+            return Ok(Some(batch.fields.iter().map(|field| (field.name.clone(), field.shape())).collect()));
         }
     }
     Ok(None)
+}
+
+/// The group of the batches of a segment, and their names in order.
+pub(in crate::output) fn batches_of(
+    segment: &hdf5::Group,
+    path: &Path,
+) -> Result<(hdf5::Group, Vec<String>), OutputError> {
+    let group = segment.group(BATCHES).map_err(|_| OutputError::Damaged {
+        path: path.to_owned(),
+        problem: "it has no batches of snapshots; if another version of concordem began this run, finish it with that version"
+            .to_owned(),
+    })?;
+    let names = hdf::numbered_members(&group, "", path)?;
+    Ok((group, names))
+}
+
+/// Writes snapshots into a segment, in batches of equal numbers of particles.
+pub(super) fn write_batches(file: &hdf5::Group, snapshots: &[StoredSnapshot], path: &Path) -> Result<(), OutputError> {
+    let group = file.create_group(BATCHES).at(path)?;
+    let mut rest = snapshots;
+    let mut number = 0;
+    while let Some(first) = rest.first() {
+        let rows = first.rows;
+        let most = (ROWS_OF_BATCH / rows.max(1)).max(1);
+        let count = rest.iter().take(most).take_while(|snapshot| snapshot.rows == rows).count();
+        let (batch, others) = rest.split_at(count);
+        write_batch(&group.create_group(&format!("{number:06}")).at(path)?, batch, path)?;
+        (rest, number) = (others, number + 1);
+    }
+    Ok(())
+}
+
+/// Writes each field of all snapshots as one array.
+fn write_batch(group: &hdf5::Group, batch: &[StoredSnapshot], path: &Path) -> Result<(), OutputError> {
+    let time: Vec<f64> = batch.iter().map(|snapshot| snapshot.time).collect();
+    let step: Vec<u64> = batch.iter().map(|snapshot| snapshot.step).collect();
+    hdf::write_array(group, "time", &time, 1, path)?;
+    hdf::write_array(group, "step", &step, 1, path)?;
+    let fields = group.create_group("fields").at(path)?;
+    for (k, field) in batch[0].fields.iter().enumerate() {
+        let columns: Vec<&ColumnData> = batch.iter().map(|snapshot| &snapshot.fields[k].column.data).collect();
+        let column = StoredColumn { data: concatenated(&columns), components: field.column.components };
+        // The number preserves the order of the fields.
+        let name = format!("{k:03} {}", field.name);
+        hdf::write_column(&fields, &name, &column.borrow(), &field.unit, &field.description, path)?;
+    }
+    Ok(())
+}
+
+/// Arrays of one type, one after the other.
+fn concatenated(columns: &[&ColumnData]) -> ColumnData {
+    macro_rules! of_kind {
+        ($($kind:ident),*) => {
+            match columns[0] {
+                $(ColumnData::$kind(_) => ColumnData::$kind(
+                    columns.iter().flat_map(|c| if let ColumnData::$kind(data) = c { &data[..] } else { &[] }).copied().collect(),
+                ),)*
+            }
+        };
+    }
+    of_kind!(F64, U64, U32, U16, U8, I8)
+}
+
+/// Snapshots with equal numbers of particles, as read from a segment.
+#[derive(Debug)]
+pub(in crate::output) struct SnapshotBatch {
+    pub time: Vec<f64>,
+    pub step: Vec<u64>,
+    /// Each field of all snapshots, one after the other.
+    pub fields: Vec<StoredField>,
+}
+
+impl SnapshotBatch {
+    pub(in crate::output) fn read(group: &hdf5::Group, path: &Path) -> Result<Self, OutputError> {
+        let inner = group.group("fields").at(path)?;
+        let mut fields = Vec::new();
+        for name in hdf::numbered_members(&inner, "", path)? {
+            let (unit, description) = hdf::read_description(&inner.dataset(&name).at(path)?, path)?;
+            fields.push(StoredField {
+                name: name.split_once(' ').map_or(&name[..], |(_, name)| name).to_owned(),
+                unit,
+                description,
+                column: hdf::read_column(&inner, &name, path)?,
+            });
+        }
+        let (time, step) = (hdf::read_array(group, "time", path)?, hdf::read_array(group, "step", path)?);
+        Ok(Self { time, step, fields })
+    }
 }
 
 impl StoredField {
@@ -110,37 +206,7 @@ impl StoredSnapshot {
             let column = sorted(&given.column, &order);
             fields.push(field(given.name, given.column.unit(), given.description, given.column.components(), column));
         }
-        Ok(Self { time: snapshot.time, step: snapshot.step, fields })
-    }
-
-    pub(super) fn write(&self, group: &hdf5::Group, path: &Path) -> Result<(), OutputError> {
-        hdf::write_attribute(group, "time", &self.time, path)?;
-        hdf::write_attribute(group, "step", &self.step, path)?;
-        // The number preserves the order of the fields.
-        for (k, field) in self.fields.iter().enumerate() {
-            let name = format!("{k:03} {}", field.name);
-            hdf::write_column(group, &name, &field.column.borrow(), &field.unit, &field.description, path)?;
-        }
-        Ok(())
-    }
-
-    pub(in crate::output) fn read(group: &hdf5::Group, path: &Path) -> Result<Self, OutputError> {
-        let mut fields = Vec::new();
-        for name in hdf::numbered_members(group, "", path)? {
-            let dataset = group.dataset(&name).at(path)?;
-            let (unit, description) = hdf::read_description(&dataset, path)?;
-            fields.push(StoredField {
-                name: name.split_once(' ').map_or(&name[..], |(_, name)| name).to_owned(),
-                unit,
-                description,
-                column: hdf::read_column(group, &name, path)?,
-            });
-        }
-        Ok(Self {
-            time: hdf::read_attribute(group, "time", path)?,
-            step: hdf::read_attribute(group, "step", path)?,
-            fields,
-        })
+        Ok(Self { time: snapshot.time, step: snapshot.step, rows: count, fields })
     }
 }
 
