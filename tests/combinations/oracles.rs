@@ -4,6 +4,8 @@ use std::path::Path;
 
 use concordem::math::{Mat3, Vec3};
 use concordem::sampling::Record;
+use concordem::state::State;
+use concordem::state::columns::{ColumnStore, StoredColumn};
 use concordem_tests::on_threads;
 use concordem_tests::random::Random;
 
@@ -225,7 +227,7 @@ fn operators(run: &Run, add: &mut dyn FnMut(&'static str, String)) {
     }
 }
 
-/// The same bits on several threads and after a restart.
+/// The same bits on several threads and after a restart, and the same state with samples at other steps.
 fn repeats(case: &Case, base: &Run, folder: &Path, add: &mut dyn FnMut(&'static str, String)) {
     let half = Options { restart: Some(case.steps / 2), ..Options::default() };
     let whole = base.bits();
@@ -249,6 +251,38 @@ fn repeats(case: &Case, base: &Run, folder: &Path, add: &mut dyn FnMut(&'static 
             add(name, format!("differ: {}", parts.join(", ")));
         }
     }
+    // All conditions of stages but steps are checked with each record.
+    if case.stages.iter().any(|stage| stage.stop.contains(',')) {
+        return;
+    }
+    // Steps with a sample have loops of their own.
+    let mut sampled = case.clone();
+    sampled.interval = if case.interval == 1 { 7 } else { 1 };
+    match run(&sampled, folder, Options::default()) {
+        // Stops look at records, too.
+        Ok(Outcome::Done(other)) if other.state.clock.step != base.state.clock.step => {}
+        Ok(Outcome::Done(mut other)) => {
+            // Only steps with a sample need the stored energy.
+            other.state.ledger.stored = base.state.ledger.stored;
+            let different = different_columns(&base.state, &other.state);
+            if !different.is_empty() {
+                add("sampling", format!("with another interval of samples differ: {}", different.join(", ")));
+            }
+        }
+        // So does the guard of the energy.
+        Ok(Outcome::Failed(message, _)) if message.contains("without a s") || message.contains("unstable") => {}
+        Ok(Outcome::Refused(message) | Outcome::Failed(message, _)) | Err(message) => add("sampling", message),
+    }
+}
+
+/// Names of the columns whose bits differ.
+fn different_columns(a: &State, b: &State) -> Vec<String> {
+    let [a, b] = [a, b].map(|state| ColumnStore::of(state).expect("columns"));
+    let differs = |(name, column): &(&str, &StoredColumn)| {
+        // The schedule keeps what it has recorded.
+        *name != "plan" && b.get(name).is_none_or(|other| other.borrow().bytes() != column.borrow().bytes())
+    };
+    a.iter().filter(differs).map(|(name, _)| name.to_owned()).collect()
 }
 
 /// Another frame, other images, other walls. Returns whether the motion is too sensitive to compare.

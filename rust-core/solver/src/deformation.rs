@@ -55,6 +55,8 @@ pub struct DeformationPass {
     guess: Vec<Symmetric>,
     /// Forces that keep their values from the first iteration of a step.
     kept: Vec<Kept>,
+    /// Sum of squares of the first guess of a step, N²m².
+    first_guess: f64,
 }
 
 /// Forces on a particle besides elastic normal forces.
@@ -157,10 +159,12 @@ impl DeformationPass {
         kept.clear();
         kept.extend((0..self.virials.len()).map(|p| others(&self.virials[p].other, &self.reaction_sums[p], &force[p])));
         self.kept = kept;
+        self.first_guess = self.guess.iter().map(|guess| guess.contract(guess)).sum();
     }
 
     /// Relative difference between the particle virials of the last evaluation and those from which its strains were
-    /// computed (root of sums of squares).
+    /// computed (root of sums of squares). It is relative to the larger of these virials and those at the start of the step:
+    /// if all bonds break in a step, the present ones vanish.
     pub fn disagreement(&self, particles: &Particles) -> f64 {
         let (mut change, mut size) = (0.0, 0.0);
         for (p, guess) in self.guess.iter().enumerate() {
@@ -176,7 +180,7 @@ impl DeformationPass {
             size += result.contract(&result);
         }
         // Without any force, zero strain is the solution.
-        if change == 0.0 { 0.0 } else { (change / size).sqrt() }
+        if change == 0.0 { 0.0 } else { (change / size.max(self.first_guess)).sqrt() }
     }
 
     /// Add the fraction `relaxation` of that difference to the guess. Returns the largest norm of a particle's strain.

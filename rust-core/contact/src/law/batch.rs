@@ -25,6 +25,10 @@ pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
     /// Number of the pair coefficients of contact `i`: equal numbers mean equal parameters.
     fn row(&self, i: usize) -> u16;
 
+    /// Whether contact `i` begins with the energy of a bond that broke before. Its ledger needs the whole motion of the step,
+    /// which columns may leave out: [`evaluate_one`] evaluates it.
+    fn inherits(&self, i: usize) -> bool;
+
     /// Whether dashpot forces strain particles.
     fn dashpots_strain(&self) -> bool;
 

@@ -1,17 +1,17 @@
 //! Estimates memory and refuses scenarios that do not fit.
 //!
-//! The constants are fitted to the peak of the resident memory of whole runs (`concordem run`, two threads): 2e5 to 1e6
-//! particles on a lattice, linear bonds, beams, CPM, and frictional contacts. The estimate is within −4 and +8 % of the
-//! peaks. The peak occurs while the result is written, when tables of all contacts are in memory besides the state.
+//! The constants are fitted to the peak of the resident memory of whole runs (`concordem run`, two threads): 1e2 to 6e5
+//! particles on a lattice, with linear bonds, beams, CPM, frictional and Hertzian contacts, in and without a periodic cell.
+//! The peak occurs while the result is written, when tables of all contacts are in memory besides the state.
 
 use super::{AssemblyError, Placed, unfit};
 use crate::schema::Scenario;
-use concordem_contact::math::Vec3;
+use concordem_contact::math::{Mat3, Vec3};
 use concordem_packing::memory::affordable_bytes;
 use concordem_solver::state::{Cell, Particles, State};
 
 /// The program itself, bytes.
-const PROGRAM: f64 = 12e6;
+const PROGRAM: f64 = 27e6;
 /// State and solver of one particle, bytes.
 const PARTICLE: f64 = 272.0;
 /// Strains and virials of a deformable particle, bytes: 192 of state, 264 of scratch.
@@ -23,14 +23,18 @@ const PARTICLE_TABLES: f64 = 600.0;
 /// Forces and table row of a bond while the result is written, bytes.
 const BOND_TABLES: f64 = 320.0;
 /// The same for an unbonded contact; only contacts with a force have rows, bytes.
-const CONTACT_TABLES: f64 = 150.0;
+const CONTACT_TABLES: f64 = 235.0;
+/// Additional memory of a particle in a cell that deforms, bytes.
+const DRIVEN_CELL: f64 = 430.0;
 /// A bond in the state and in the list of candidate pairs, bytes.
 const BOND: f64 = 160.0;
 
 /// Estimated peak memory of a run, bytes.
 pub(super) fn peak(state: &State) -> usize {
     let deformable = if state.particles.deformation.is_empty() { 0.0 } else { DEFORMABLE };
-    let particles = state.particles.len() as f64 * (PARTICLE + deformable + PARTICLE_TABLES);
+    let driven = state.cell.as_ref().is_some_and(|cell| cell.velocity_gradient != Mat3::zeros());
+    let driven = if driven { DRIVEN_CELL } else { 0.0 };
+    let particles = state.particles.len() as f64 * (PARTICLE + deformable + driven + PARTICLE_TABLES);
     let block = |count: usize, bytes: usize, tables: f64| count as f64 * (bytes as f64 + HALO + tables);
     let bonds: f64 = state.bonds.iter().map(|b| block(b.len(), b.bytes_per_contact(), BOND_TABLES)).sum();
     let contacts = state.contacts.iter().chain(&state.wall_contacts);

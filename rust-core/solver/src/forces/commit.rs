@@ -2,7 +2,7 @@
 
 use concordem_contact::kinematics::deformable::{ParticleVirial, ParticleVirials};
 use concordem_contact::kinematics::{BranchVector, PointKinematics, PreviousGeometry, torques};
-use concordem_contact::law::{BatchResult, ContactLaw, EnergySplit, LawState, Response, Status};
+use concordem_contact::law::{Batch, BatchResult, ContactLaw, EnergySplit, LawState, Response, Status};
 use concordem_contact::math::Vec3;
 
 use super::tile::{LOCAL, PendingContact, TileEvaluator};
@@ -35,7 +35,8 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         response: &Response<L::State>,
         virial: Option<&ParticleVirial>,
     ) {
-        let PendingContact { contact, slot, begins } = self.pending[i];
+        let inherits = self.inherits(i);
+        let PendingContact { contact, slot, .. } = self.pending[i];
         let k = contact as usize;
         let pair = self.tile.pair[k];
         let a = pair.a as usize;
@@ -43,11 +44,7 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
         let history = &mut self.tile.history[k];
         let totals = &mut self.totals;
         let &PointKinematics { normal, arm_a, arm_b, .. } = point;
-        if begins
-            && flags.has(ContactFlags::KEPT_REFERENCE)
-            && !flags.has(ContactFlags::NOT_OWNED)
-            && point.elongation_old < 0.0
-        {
+        if inherits && !flags.has(ContactFlags::NOT_OWNED) && point.elongation_old < 0.0 {
             let [regained, undone] = inherited_energy::<L>(point, &response.force, &response.energy);
             totals.energy.damage -= regained;
             totals.energy.integration -= undone;

@@ -364,6 +364,12 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
     }
 
     #[inline(always)]
+    fn inherits(&self, i: usize) -> bool {
+        let PendingContact { contact, begins, .. } = self.pending[i];
+        begins && self.tile.flags[contact as usize].has(ContactFlags::KEPT_REFERENCE)
+    }
+
+    #[inline(always)]
     fn dashpots_strain(&self) -> bool {
         self.context.dashpots_strain
     }

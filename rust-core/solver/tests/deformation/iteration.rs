@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use concordem_contact::kinematics::deformable::Update;
+use concordem_contact::law::LinearBond;
 use concordem_solver::coupling::convergence;
 use concordem_solver::state::Constraint;
 use concordem_solver::{Solver, SolverError};
@@ -78,6 +79,29 @@ fn iterated_row_settles_in_one_step() {
     }
     assert!(matches!(run(5e10, 1.0, 200), Err(SolverError::NotConverged { .. })));
     assert!(matches!(run(1e11, 1.0, 5), Err(SolverError::NotConverged { iterations: 5, .. })));
+}
+
+/// The only bond breaks in an iteration with a relaxation below 1: no force is left, the guess is halved in every
+/// iteration, and the strains end at zero to the tolerance, relative to those at the start of the step.
+#[test]
+fn iteration_ends_if_the_only_bond_breaks() {
+    let mut particles = discs(&[(0.0, 0.0), (2.0 * RADIUS, 0.0)], |_| RADIUS);
+    particles.constraint.fill(Constraint::ALL);
+    // At an opening of 1e-6 m the rigid discs would have 70 kN.
+    let law = LinearBond::new(NORMAL, 0.0, 0.0, 100e3, f64::INFINITY).unwrap();
+    let mut state = bonded(particles, law, 1.01);
+    state.clock.dt = 1e-9;
+    let mut deformable = deformable(2e11, 0.35);
+    deformable.update = Update::Iterated { tolerance: 1e-10, maximum: 60, relaxation: 0.5 };
+    let mut solver = Solver::new(model(&deformable), &mut state).unwrap();
+    state.particles.position[1].x += 1e-6;
+    solver.step(&mut state).unwrap();
+    assert!(solver.forces()[0].x > 0.0);
+    state.particles.position[1].x += 10e-6;
+    let report = solver.step(&mut state).unwrap();
+    assert_eq!((report.bond_events.iter().filter(|(_, event)| event.broke).count(), solver.forces()[0].x), (1, 0.0));
+    // 0.5^34 < 1e-10.
+    assert!((30..40).contains(&report.evaluations), "{}", report.evaluations);
 }
 
 /// Spectral radii of the finite specimens: the limits of E_p equal the reference values (power iteration by another

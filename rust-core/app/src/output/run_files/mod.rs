@@ -40,8 +40,8 @@ use folder::{
 pub use header::{OperatorTable, RunHeader, SeriesColumn};
 use header::{read_header, write_header};
 pub(super) use snapshot::{POSITION, SnapshotBatch, StoredField, batches_of};
-use snapshot::{StoredSnapshot, snapshot_fields};
 pub use snapshot::{Snapshot, SnapshotField};
+use snapshot::{StoredSnapshot, snapshot_fields};
 
 /// The open files of a run.
 #[derive(Debug)]

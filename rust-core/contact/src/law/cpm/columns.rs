@@ -1,7 +1,7 @@
 //! Evaluation of many contacts in columns.
 //!
 //! Contacts whose damage grows or that end need branches. Their damage becomes NaN in the columns, and
-//! [`evaluate_one`] evaluates them again.
+//! [`evaluate_one`] evaluates them again; so it does contacts that inherit the energy of a bond.
 
 use super::{Cpm, CpmFormulation, CpmState, StressResponse};
 use crate::columns::{Arrays, BATCH, Columns, Formula, Item};
@@ -108,7 +108,7 @@ impl ColumnResponse {
     }
 }
 
-/// Response of contact `i`; `None` if it needs the scalar path.
+/// Response of contact `i`; `None` if its damage needs the scalar path.
 #[inline(always)]
 fn response(results: &<ColumnResponse as Item>::Arrays, i: usize) -> Option<Response<CpmState>> {
     let history = results.history.get(i);
@@ -230,7 +230,7 @@ fn thesis_batch<B: Batch<Cpm>>(law: &Cpm, count: usize, dt: f64, batch: &mut B, 
     columns.apply(&PlainThesis { law });
     for i in 0..count {
         let output = columns.output::<ThesisOutput>();
-        let Some(response) = response(&output.result, i) else {
+        let Some(response) = response(&output.result, i).filter(|_| !batch.inherits(i)) else {
             evaluate_one(MotionMeasure::Finite, i, dt, batch);
             continue;
         };
