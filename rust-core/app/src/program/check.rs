@@ -69,7 +69,12 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
         facts.add("specimen", format!("cross-section {area:.5e} m², length {length:.5e} m"));
     }
     facts.add("peak memory", format!("about {}", bytes(summary.memory)));
-    facts.add("time step", format!("{dt:.5e} s, {:.3} of the stability bound", dt / summary.stable_step));
+    let heat_step = summary.heat_step.unwrap_or(f64::INFINITY);
+    let of_bound = match summary.stable_step.min(heat_step) {
+        bound if bound.is_finite() => format!(", {:.3} of the stability bound", dt / bound),
+        _ => String::new(),
+    };
+    facts.add("time step", format!("{dt:.5e} s{of_bound}"));
     facts.add(
         "stability bounds",
         format!("spectral {:.5e} s, per particle {:.5e} s", bounds.spectral, bounds.per_particle),
@@ -84,6 +89,14 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
             "stiffest contact",
             format!("{:.5e} s is the stability bound of {what}", collision.limit(&model.damping)),
         );
+    }
+    if let (Some(bound), Some(heat)) = (summary.heat_step, &model.heat) {
+        let limit = if bound.is_finite() {
+            format!("explicit steps are stable below {bound:.5e} s (thermal time {:.5e} s)", bound * heat.time_factor)
+        } else {
+            "implicit steps, stable with any step".to_owned()
+        };
+        facts.add("heat conduction", format!("{} links, {limit}", heat.network.links.len()));
     }
     if let Some(convergence) = summary.convergence {
         let settles = if convergence.bound < 1.0 { "converges" } else { "may not converge" };

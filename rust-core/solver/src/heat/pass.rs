@@ -10,6 +10,7 @@ use super::network::Link;
 use super::supply::{Factors, Spread, factor};
 use super::{HeatModel, HeatState};
 use crate::SolverError;
+use crate::energy::Sum;
 use crate::forces::TILE;
 use crate::state::contacts::{BrokenBond, ContactFlags};
 use crate::state::{Particles, State};
@@ -178,17 +179,12 @@ impl HeatPass {
         dt: f64,
     ) -> Result<(), SolverError> {
         let n = particles.len();
-        let mut rate = std::mem::take(&mut self.rate);
-        self.conduct(&heat.temperature, &mut rate);
-        self.rate = rate;
-        self.surface.clear();
-        self.surface.resize(n, 0.0);
         self.change.clear();
         self.change.resize(n, 0.0);
         // A steady state has no end: sources stay where they are.
         let middle = if dt.is_finite() { time + 0.5 * dt } else { time };
-        self.add_sources(model, particles, heat, middle, dt);
-        self.add_surfaces(model, particles, heat);
+        let entering = self.find_rates(model, particles, heat, middle);
+        heat.ledger.sources.add(entering * dt);
         for (k, held) in model.supply.held.iter().enumerate() {
             let target = held.temperature * factor(&self.factors.held, k);
             for &p in &held.particles {
@@ -215,15 +211,35 @@ impl HeatPass {
         Ok(())
     }
 
-    /// Add the power of the sources at the thermal time `time` (s).
-    fn add_sources(&mut self, model: &HeatModel, particles: &Particles, heat: &mut HeatState, time: f64, dt: f64) {
+    /// Heat that flows into each particle at its present temperature, W, and minus the derivative of the part through the surface
+    /// with respect to the temperature, W/K; sources are those at the thermal time `time` (s).
+    pub fn rates(&mut self, model: &HeatModel, particles: &Particles, heat: &HeatState, time: f64) -> (&[f64], &[f64]) {
+        self.find_rates(model, particles, heat, time);
+        (&self.rate, &self.surface)
+    }
+
+    /// [`Self::rates`]; returns the power of all sources, W.
+    fn find_rates(&mut self, model: &HeatModel, particles: &Particles, heat: &HeatState, time: f64) -> f64 {
+        let mut rate = std::mem::take(&mut self.rate);
+        self.conduct(&heat.temperature, &mut rate);
+        self.rate = rate;
+        self.surface.clear();
+        self.surface.resize(particles.len(), 0.0);
+        let power = self.add_sources(model, particles, time);
+        self.add_surfaces(model, particles, heat);
+        power
+    }
+
+    /// Add the power of the sources at the thermal time `time` (s); returns their sum, W.
+    fn add_sources(&mut self, model: &HeatModel, particles: &Particles, time: f64) -> f64 {
+        let mut total = Sum::default();
         for (k, source) in model.supply.sources.iter().enumerate() {
             let power = source.power * factor(&self.factors.sources, k);
             match &source.spread {
                 Spread::Shares(shares) => {
                     for &(p, share) in shares {
                         self.rate[p as usize] += power * share;
-                        heat.ledger.sources.add(power * share * dt);
+                        total.add(power * share);
                     }
                 }
                 Spread::Gaussian { center, velocity, radius } => {
@@ -233,12 +249,13 @@ impl HeatPass {
                         for (rate, weight) in self.rate.iter_mut().zip(weights) {
                             let part = power * (weight / sum);
                             *rate += part;
-                            heat.ledger.sources.add(part * dt);
+                            total.add(part);
                         }
                     }
                 }
             }
         }
+        total.get()
     }
 
     /// Add the heat through the surface at the temperatures of the start of the step.
