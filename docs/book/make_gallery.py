@@ -107,7 +107,7 @@ def shock(program, folder):
     place = result["VTKHDF/Points"][-count:] * 1e3
     temperature = result["VTKHDF/PointData/temperature"][-count:]
     figure, axis = plt.subplots(figsize=(9, 2.9))
-    points = axis.scatter(place[:, 0], place[:, 1], s=22, c=temperature, cmap="inferno", linewidths=0)
+    points = axis.tricontourf(place[:, 0], place[:, 1], temperature, 24, cmap="inferno")
     of = {id: at for at, id in enumerate(result["VTKHDF/PointData/id"][-count:])}
     for a, b in zip(result["events/id_a"][:], result["events/id_b"][:]):
         ends = place[[of[a], of[b]], :2]

@@ -133,11 +133,14 @@ impl Checker<'_> {
             self.conflict(&key, "has no effect: with heat.motion = false nothing moves", "remove one of the two");
         }
         if bonds.law == LawName::LinearBond {
-            for (at, material) in scenario.materials.iter().enumerate() {
-                if material.linear_bond.as_ref().is_some_and(|table| !table.subtract_initial_gap) {
+            let materials = scenario.materials.iter().map(|material| material.linear_bond.as_ref()).enumerate();
+            let interfaces = scenario.interfaces.iter().map(|interface| interface.linear_bond.as_ref()).enumerate();
+            let tables = materials.map(|(at, table)| (format!("material[{at}]"), table));
+            for (owner, table) in tables.chain(interfaces.map(|(at, table)| (format!("interface[{at}]"), table))) {
+                if table.is_some_and(|table| !table.subtract_initial_gap) {
                     let help = "remove the key: bonds are then without force at their length at bonding";
                     let message = "bonds that are without force where spheres touch cannot expand";
-                    self.conflict(&format!("material[{at}].linear_bond.subtract_initial_gap"), message, help);
+                    self.conflict(&format!("{owner}.linear_bond.subtract_initial_gap"), message, help);
                 }
             }
         }

@@ -294,8 +294,9 @@ impl HeatPass {
         }
         let mut flows = Vec::new();
         self.conduct(&self.change, &mut flows);
-        for p in 0..flows.len() {
-            self.rate[p] += flows[p] - self.surface[p] * self.change[p];
+        let slopes = self.surface.iter().zip(&self.change);
+        for ((rate, flow), (slope, change)) in self.rate.iter_mut().zip(flows).zip(slopes) {
+            *rate += flow - slope * change;
         }
     }
 
