@@ -1,5 +1,7 @@
 //! Heat conduction and thermal expansion in a random scenario.
 
+#![expect(clippy::format_push_string, reason = "scenarios are short; one line per key reads better than write!")]
+
 use concordem_tests::random::Random;
 
 use crate::case::{Case, Heat};
