@@ -40,7 +40,7 @@ fn fitted(state: &State, x: f64, reach: f64) -> f64 {
 fn hot_plane(x: f64, t: f64) -> f64 {
     let term = |n: u32| {
         let odd = f64::from(2 * n + 1);
-        let sign = if n % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if n.is_multiple_of(2) { 1.0 } else { -1.0 };
         sign / odd * (0.5 * odd * PI * (1.0 - x)).cos() * (-0.25 * odd * odd * PI * PI * t).exp()
     };
     798.0 - 4.0 * 500.0 / PI * (0..200).map(term).sum::<f64>()

@@ -107,8 +107,11 @@ fn explicit_steps_are_stable_up_to_the_bound() {
     let pairs = network::touching(&particles, Some(&cell), 1.0).unwrap();
     let heat = model(network::ordered(&particles, &pairs, &[], false), &particles, &[PLAIN]);
     for (fraction, stable) in [(0.999, true), (1.01, false)] {
-        let start: Vec<f64> =
-            particles.position.iter().map(|x| if (x.x + x.y + x.z) as usize % 2 == 0 { 1.0 } else { 0.0 }).collect();
+        let start: Vec<f64> = particles
+            .position
+            .iter()
+            .map(|x| if ((x.x + x.y + x.z) as usize).is_multiple_of(2) { 1.0 } else { 0.0 })
+            .collect();
         let (mut state, mut solver) = run(heat.clone(), particles.clone(), start, 1.0);
         // `Δt ≤ h²/(6 a)` of the lattice.
         let bound = stable_step(&solver, &state);

@@ -55,7 +55,7 @@ fn expands_freely<L: LawLoops>(law: L) {
     let force = |state: &mut State| {
         let mut solver = solver(&heat, state, Damping::None);
         let forces = solver.record(state).unwrap();
-        forces.contacts.force.iter().map(|f| f.norm()).fold(0.0, f64::max)
+        forces.contacts.force.iter().map(concordem_contact::math::Vec3::norm).fold(0.0, f64::max)
     };
     let (free, held) = (force(&mut state), force(&mut clamped));
     let stiffness = clamped.bonds[0].stiffness(0, &clamped.particles, false).normal;
