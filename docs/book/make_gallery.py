@@ -96,12 +96,35 @@ def grains(program, folder):
     save(figure, "column-collapse")
 
 
+def shock(program, folder):
+    """A hot plate cooled at its lower face, the scenario of how-to/conduct-heat.md: temperatures and broken bonds."""
+    page = (BOOK / "how-to/conduct-heat.md").read_text(encoding="utf-8")
+    path = folder / "shock.toml"
+    path.write_text(page.split("<!-- code: file=shock.toml -->\n```toml\n")[1].split("```")[0], encoding="utf-8")
+    subprocess.run([program, "run", "--quiet", path], check=True, stdout=subprocess.DEVNULL)
+    result = h5py.File(path.with_suffix(".h5"))
+    count = len(result["particles/id"])
+    place = result["VTKHDF/Points"][-count:] * 1e3
+    temperature = result["VTKHDF/PointData/temperature"][-count:]
+    figure, axis = plt.subplots(figsize=(9, 2.9))
+    points = axis.tricontourf(place[:, 0], place[:, 1], temperature, 24, cmap="inferno")
+    of = {id: at for at, id in enumerate(result["VTKHDF/PointData/id"][-count:])}
+    for a, b in zip(result["events/id_a"][:], result["events/id_b"][:]):
+        ends = place[[of[a], of[b]], :2]
+        middle, along = ends.mean(axis=0), ends[1] - ends[0]
+        across = 0.5 * np.array([-along[1], along[0]])
+        axis.plot(*np.array([middle - across, middle + across]).T, color="tab:cyan", linewidth=1.4)
+    axis.set(aspect="equal", xlabel="x, mm", ylabel="y, mm", title=f"{len(result['events/id_a'])} broken bonds")
+    figure.colorbar(points, ax=axis, label="temperature, K", shrink=0.8)
+    save(figure, "thermal-shock")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--concordem", type=Path, default=BOOK.parents[1] / "target/release/concordem", help="the program")
     program = parser.parse_args().concordem.resolve()
     with tempfile.TemporaryDirectory() as folder:
-        for picture in (curves, cracks, grains):
+        for picture in (curves, cracks, grains, shock):
             picture(program, Path(folder))
             print(picture.__name__)
 

@@ -107,6 +107,13 @@ pub enum Action {
     Initial(Vec3, Vec3),
 }
 
+/// Heat conduction: the keys of its tables, and the particles of the set "hot".
+#[derive(Clone, Debug)]
+pub struct Heat {
+    pub keys: String,
+    pub hot: Vec<usize>,
+}
+
 /// A scenario.
 #[derive(Clone, Debug)]
 pub struct Case {
@@ -138,6 +145,8 @@ pub struct Case {
     pub walls: Vec<Wall>,
     pub clumps: Vec<Clump>,
     pub actions: Vec<(Vec<usize>, Action)>,
+    /// Heat conduction.
+    pub heat: Option<Heat>,
     pub samples: Vec<Sample>,
     pub interval: u64,
     pub steps: u64,
@@ -288,6 +297,10 @@ impl Case {
         self.write_time(&mut text);
         self.write_walls(&mut text, surface);
         self.write_bodies(&mut text);
+        if let Some(Heat { keys, hot }) = &self.heat {
+            let selection = format!("{{ kind = \"ids\", ids = {hot:?} }}");
+            let _ = writeln!(text, "[[set]]\nname = \"hot\"\nselection = {selection}\n[heat]\n{keys}");
+        }
         self.write_samples(&mut text);
         let _ = writeln!(text, "[output]\nsample_interval = {}\n[stop]\nsteps = {}", self.interval, self.steps);
         text

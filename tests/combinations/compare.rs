@@ -11,6 +11,7 @@ use concordem::math::{Mat3, Vec3};
 use concordem::sampling::Record;
 
 use crate::case::Turn;
+use crate::heat::SPECIFIC_HEAT;
 use crate::run::{Run, tensor};
 
 /// Displacements that measure the growth of roundings, m.
@@ -101,10 +102,15 @@ fn of_records(base: &Run, other: &Run, found: &mut Differences) {
         return;
     }
     let energy = turnover(base);
+    // The heat that warms all particles by 1 K, or what has entered.
+    let entered = |r: &Record| r.heat_sources.abs() + r.heat_boundary.abs();
+    let warmed = base.state.particles.mass.iter().sum::<f64>() * SPECIFIC_HEAT;
+    let heat = base.records.iter().map(entered).fold(warmed, f64::max);
     for (k, column) in Record::COLUMNS.iter().enumerate() {
         let pairs = || base.records.iter().zip(&other.records).map(|(a, b)| (a.to_row()[k], b.to_row()[k]));
         let own = pairs().map(|(a, _)| a.abs()).fold(0.0, f64::max);
         let scale = match column.unit {
+            "J" if column.name.starts_with("heat_") => heat,
             "J" => energy,
             _ => own,
         };

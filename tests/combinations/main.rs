@@ -8,6 +8,7 @@ mod balance;
 mod case;
 mod compare;
 mod generator;
+mod heat;
 mod in_time;
 mod oracles;
 mod report;

@@ -11,6 +11,7 @@ use concordem_tests::random::Random;
 
 use crate::case::{Action, Case, Loading, Shape, Turn};
 use crate::compare::{Differences, NOISE, chaotic, differences, excess, turnover};
+use crate::heat::SPECIFIC_HEAT;
 use crate::run::{Options, Outcome, Run, run};
 
 /// Name of a part of the energy, and where a record has it.
@@ -70,6 +71,7 @@ pub fn judge(case: &Case, folder: &Path) -> (Verdict, Vec<Finding>) {
     };
     energy(case, &base, &mut add);
     balance(&base, &mut add);
+    heat(&base, &mut add);
     operators(&base, &mut add);
     // The twins have the same time step: "auto" rests on a Lanczos iteration whose start vector is not that of another frame.
     let mut same = case.clone();
@@ -123,7 +125,8 @@ fn energy(case: &Case, run: &Run, add: &mut dyn FnMut(&'static str, String)) {
     let available = ledger.initial.abs()
         + prescribed(run)
         + largest(|r| r.boundary_work).max(ledger.boundary_work.get().abs())
-        + largest(|r| r.external_work).max(ledger.external_work.get().abs());
+        + largest(|r| r.external_work).max(ledger.external_work.get().abs())
+        + largest(|r| r.expansion_work).max(ledger.expansion_work.get().abs());
     // YADE's measures do not close the ledger (docs/book/theory/kinematics.md): what they create is available, too.
     let yade = case.kinematics.starts_with("yade");
     let created = run.records.iter().map(|r| -r.integration - r.residual).fold(0.0, f64::max);
@@ -142,6 +145,22 @@ fn energy(case: &Case, run: &Run, add: &mut dyn FnMut(&'static str, String)) {
     let of_walls = 0.5 * run.state.particles.mass.iter().sum::<f64>() * wall;
     if created > 0.05 * (scale.max(available) + of_walls) + 1e-16 {
         add("energy created", format!("{created:.2e} of {scale:.2e} J"));
+    }
+}
+
+/// Heat is conserved to rounding: relative to what has moved, and to the content of all particles.
+fn heat(run: &Run, add: &mut dyn FnMut(&'static str, String)) {
+    let Some(state) = &run.state.heat else { return };
+    let content = run.state.particles.mass.iter().sum::<f64>() * SPECIFIC_HEAT * 300.0;
+    for record in &run.records {
+        let scale = content + record.heat_sources.abs() + record.heat_boundary.abs();
+        if record.heat_residual.abs() > 1e-12 * scale || record.heat_residual.is_nan() {
+            add("heat", format!("residual {:.2e} of {scale:.2e} J", record.heat_residual));
+            return;
+        }
+    }
+    if state.temperature.iter().any(|t| !t.is_finite()) {
+        add("heat", "a temperature is not finite".to_owned());
     }
 }
 

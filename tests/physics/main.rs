@@ -9,6 +9,7 @@ mod deformable;
 mod determinism;
 mod energy;
 mod flows;
+mod heat;
 mod impacts;
 mod lattices;
 mod periodic_walls;

@@ -106,6 +106,13 @@ impl State {
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.particles::<_, f64>(py, |p| &p.position, false)
     }
+    /// Temperatures, K, (n,), a copy; None without heat conduction.
+    #[getter]
+    fn temperatures<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let inner = self.simulation.bind(py).get().lock()?;
+        let heat = inner.run.state.heat.as_ref();
+        Ok(heat.map(|heat| PyArray1::from_slice(py, &heat.temperature).into_any()))
+    }
     /// Velocities at the half step before the positions, m/s, (n, 3).
     #[getter]
     fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {

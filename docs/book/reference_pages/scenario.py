@@ -25,6 +25,7 @@ TABLES = {
     "prescribe": "prescribe",
     "force": "force",
     "initial": "initial",
+    "heat": "heat",
     "integration": "integration",
     "loading": "loading",
     "stage": "stage",

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::law::{self, Elastic, HasTable, LawName, LawTable, RegisteredLaw};
-use crate::quantity::{Density, Number, Stress};
+use crate::quantity::{Conductivity, Density, Expansion, Number, SpecificHeat, Stress};
 
 /// Elastic constants of particles that deform under their contacts (Madan 2019).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -16,6 +16,25 @@ pub struct ParticleElasticity {
     /// Poisson's ratio of the particles.
     #[schemars(extend("exclusiveMinimum" = -1, "maximum" = 0.5))]
     pub poisson: Number,
+}
+
+/// Thermal constants.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Thermal {
+    /// Heat capacity per mass, J/(kg·K). Required.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub specific_heat: SpecificHeat,
+    /// Thermal conductivity, W/(m·K). Required.
+    #[schemars(extend("minimum" = 0))]
+    pub conductivity: Conductivity,
+    /// Linear thermal expansion of bonds, 1/K; default: 0.
+    #[serde(default)]
+    pub expansion: Expansion,
+    /// Density of the bulk, kg/m³, which the volumes of the cells of the particles refer to; default: the mass of the particles
+    /// divided by the volume of their cells, so that all particles together have the heat capacity of their mass.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub bulk_density: Option<Density>,
 }
 
 /// Title of the table of a law, for the schema.
@@ -42,6 +61,8 @@ macro_rules! with_tables {
             )*
             /// Elastic constants of the particles themselves, which deform under their contacts; rigid if left out.
             pub deformable: Option<ParticleElasticity>,
+            /// Thermal constants. Required with `[heat]`.
+            pub thermal: Option<Thermal>,
         }
 
         /// Parameters between two materials, instead of the mean of both.

@@ -33,7 +33,7 @@ use crate::math::Vec3;
 pub trait Dimension: Copy + Default + fmt::Debug + PartialEq + Send + Sync + 'static {
     /// Name, as in messages: "stress".
     const NAME: &'static str;
-    /// Units to suggest, the SI unit first; its powers of meter, kilogram, second, and radian define the dimension.
+    /// Units to suggest, the SI unit first; its powers of meter, kilogram, second, radian, and kelvin define the dimension.
     const UNITS: &'static [&'static str];
 }
 
@@ -94,6 +94,24 @@ dimensions! {
     AngularVelocity = OfAngularVelocity, "angular velocity", ["rad/s", "deg/s", "rpm"];
     /// Strain rate or velocity gradient, 1/s.
     StrainRate = OfStrainRate, "strain rate", ["1/s", "1/min", "%/s"];
+    /// Absolute temperature, K.
+    Temperature = OfTemperature, "temperature", ["K"];
+    /// Heat capacity per mass, J/(kg·K).
+    SpecificHeat = OfSpecificHeat, "specific heat", ["J/kg/K", "kJ/kg/K"];
+    /// Thermal conductivity, W/(m·K).
+    Conductivity = OfConductivity, "thermal conductivity", ["W/m/K", "kW/m/K"];
+    /// Thermal expansion, 1/K.
+    Expansion = OfExpansion, "thermal expansion", ["1/K"];
+    /// Power, W.
+    Power = OfPower, "power", ["W", "mW", "kW"];
+    /// Power per volume, W/m³.
+    PowerDensity = OfPowerDensity, "power per volume", ["W/m^3", "W/cm^3", "W/mm^3"];
+    /// Heat flux, W/m².
+    HeatFlux = OfHeatFlux, "heat flux", ["W/m^2", "kW/m^2"];
+    /// Coefficient of heat transfer, W/(m²·K).
+    HeatTransfer = OfHeatTransfer, "heat transfer coefficient", ["W/m^2/K", "kW/m^2/K"];
+    /// Thermal resistance of an area, m²·K/W.
+    ThermalResistance = OfThermalResistance, "thermal resistance", ["m^2*K/W"];
 }
 
 /// A real with a dimension; holds the value in SI units.
@@ -193,8 +211,8 @@ pub enum QuantityError {
     },
 }
 
-/// Powers of meter, kilogram, second, and radian.
-type Powers = [i32; 4];
+/// Powers of meter, kilogram, second, radian, and kelvin.
+type Powers = [i32; 5];
 
 /// A unit: `10^exponent × factor` in SI units of these powers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -204,29 +222,30 @@ struct Unit {
     powers: Powers,
 }
 
-const NONE: Unit = Unit { exponent: 0, factor: 1.0, powers: [0; 4] };
+const NONE: Unit = Unit { exponent: 0, factor: 1.0, powers: [0; 5] };
 
-/// Symbol, power of ten, other factor, powers of m, kg, s, rad, and whether SI prefixes may precede it.
+/// Symbol, power of ten, other factor, powers of m, kg, s, rad, K, and whether SI prefixes may precede it.
 const SYMBOLS: &[(&str, i32, f64, Powers, bool)] = &[
-    ("1", 0, 1.0, [0, 0, 0, 0], false),
-    ("%", -2, 1.0, [0, 0, 0, 0], false),
-    ("m", 0, 1.0, [1, 0, 0, 0], true),
-    ("g", -3, 1.0, [0, 1, 0, 0], true),
-    ("t", 3, 1.0, [0, 1, 0, 0], false),
-    ("s", 0, 1.0, [0, 0, 1, 0], true),
-    ("min", 0, 60.0, [0, 0, 1, 0], false),
-    ("h", 0, 3600.0, [0, 0, 1, 0], false),
-    ("rad", 0, 1.0, [0, 0, 0, 1], true),
-    ("deg", 0, std::f64::consts::PI / 180.0, [0, 0, 0, 1], false),
-    ("°", 0, std::f64::consts::PI / 180.0, [0, 0, 0, 1], false),
-    ("rev", 0, 2.0 * std::f64::consts::PI, [0, 0, 0, 1], false),
-    ("rpm", 0, std::f64::consts::PI / 30.0, [0, 0, -1, 1], false),
-    ("Hz", 0, 1.0, [0, 0, -1, 0], true),
-    ("N", 0, 1.0, [1, 1, -2, 0], true),
-    ("Pa", 0, 1.0, [-1, 1, -2, 0], true),
-    ("bar", 5, 1.0, [-1, 1, -2, 0], false),
-    ("J", 0, 1.0, [2, 1, -2, 0], true),
-    ("W", 0, 1.0, [2, 1, -3, 0], true),
+    ("1", 0, 1.0, [0, 0, 0, 0, 0], false),
+    ("%", -2, 1.0, [0, 0, 0, 0, 0], false),
+    ("m", 0, 1.0, [1, 0, 0, 0, 0], true),
+    ("g", -3, 1.0, [0, 1, 0, 0, 0], true),
+    ("t", 3, 1.0, [0, 1, 0, 0, 0], false),
+    ("s", 0, 1.0, [0, 0, 1, 0, 0], true),
+    ("min", 0, 60.0, [0, 0, 1, 0, 0], false),
+    ("h", 0, 3600.0, [0, 0, 1, 0, 0], false),
+    ("rad", 0, 1.0, [0, 0, 0, 1, 0], true),
+    ("deg", 0, std::f64::consts::PI / 180.0, [0, 0, 0, 1, 0], false),
+    ("°", 0, std::f64::consts::PI / 180.0, [0, 0, 0, 1, 0], false),
+    ("rev", 0, 2.0 * std::f64::consts::PI, [0, 0, 0, 1, 0], false),
+    ("rpm", 0, std::f64::consts::PI / 30.0, [0, 0, -1, 1, 0], false),
+    ("Hz", 0, 1.0, [0, 0, -1, 0, 0], true),
+    ("N", 0, 1.0, [1, 1, -2, 0, 0], true),
+    ("Pa", 0, 1.0, [-1, 1, -2, 0, 0], true),
+    ("bar", 5, 1.0, [-1, 1, -2, 0, 0], false),
+    ("J", 0, 1.0, [2, 1, -2, 0, 0], true),
+    ("W", 0, 1.0, [2, 1, -3, 0, 0], true),
+    ("K", 0, 1.0, [0, 0, 0, 0, 1], true),
 ];
 
 const PREFIXES: &[(&str, i32)] = &[
@@ -451,6 +470,8 @@ mod tests {
         assert_eq!(Stiffness::parse("1.5e2 N / mm").unwrap().si(), 1.5e5);
         assert_eq!(Inertia::parse("2 kg m^2").unwrap().si(), 2.0);
         assert_eq!(Mass::parse("1_000 g").unwrap().si(), 1.0);
+        assert_eq!(SpecificHeat::parse("0.88 kJ/kg/K").unwrap().si(), 880.0);
+        assert_eq!(HeatTransfer::parse("2 kW m^-2 K^-1").unwrap().si(), 2000.0);
     }
 
     #[test]

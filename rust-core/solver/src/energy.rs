@@ -68,6 +68,10 @@ pub struct Ledger {
     pub deformation_lag: Sum,
     /// Lost (gained if negative) by forces that strain particles but do not depend on their strain.
     pub deformation_other: Sum,
+    /// Work of the thermal expansion of bonds.
+    pub expansion_work: Sum,
+    /// Work of the thermal expansion over the half step after the present instant.
+    pending_expansion: f64,
     /// Numerical damping, boundary work, and external work over the half step after the present instant.
     pending: [f64; 3],
 }
@@ -103,6 +107,16 @@ impl Ledger {
         self.pending = [kick.damping[1], kick.boundary[1] + others[1], kick.external[1]];
     }
 
+    /// Book the work of the thermal expansion over the half steps before and after the present instant, J. Call it before
+    /// [`Self::book`].
+    pub fn book_expansion(&mut self, [before, after]: [f64; 2]) {
+        if self.started {
+            self.expansion_work.add(self.pending_expansion);
+            self.expansion_work.add(before);
+        }
+        self.pending_expansion = after;
+    }
+
     /// Energy stored in contacts, J.
     pub fn stored_total(&self) -> f64 {
         self.stored.iter().sum()
@@ -115,6 +129,7 @@ impl Ledger {
             self.initial,
             self.boundary_work.get(),
             self.external_work.get(),
+            self.expansion_work.get(),
             -self.kinetic,
             -self.stored[0],
             -self.stored[1],
@@ -167,6 +182,18 @@ impl Ledger {
         self.deformation = stored;
         self.deformation_lag = Sum::from_parts([a, b]);
         self.deformation_other = Sum::from_parts([c, d]);
+    }
+
+    /// The terms of thermal expansion, for checkpoints.
+    pub fn expansion_reals(&self) -> [f64; 3] {
+        let [a, b] = self.expansion_work.parts();
+        [a, b, self.pending_expansion]
+    }
+
+    /// Set the terms of [`Self::expansion_reals`].
+    pub fn set_expansion(&mut self, [a, b, pending]: [f64; 3]) {
+        self.expansion_work = Sum::from_parts([a, b]);
+        self.pending_expansion = pending;
     }
 
     /// All other terms, for checkpoints.

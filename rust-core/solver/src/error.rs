@@ -64,6 +64,24 @@ pub enum SolverError {
         /// Time step, s.
         dt: f64,
     },
+    /// An implicit step of heat conduction, or a steady state, was not found.
+    #[error(
+        "heat conduction: conjugate gradients stopped at a relative residual of {residual:.1e} after {iterations} \
+         iterations. A steady state needs a prescribed temperature, convection, or radiation on every connected part of \
+         the body"
+    )]
+    HeatNotConverged {
+        /// Relative residual reached.
+        residual: f64,
+        /// Iterations done.
+        iterations: usize,
+    },
+    /// Heat conduction where it is not supported, or without temperatures.
+    #[error("heat conduction {problem}")]
+    Heat {
+        /// What is wrong.
+        problem: &'static str,
+    },
     /// A velocity is NaN or infinite.
     #[error(
         "at step {step} (t = {time} s) the motion is no longer finite; the particle with id {id} is the first one. \

@@ -8,6 +8,7 @@
 //!   [`coupling`]: whether they converge;
 //! * [`integrate`]: kick and drift; [`time_step`]: its stability limit, [`collision`]: the limit for possible contacts;
 //!   [`energy`]: the ledger;
+//! * [`heat`]: heat conduction, and thermal expansion of bonds;
 //! * [`fracture`]: event log, fragments, and failure of whole particles.
 
 pub mod collision;
@@ -17,6 +18,7 @@ pub mod energy;
 mod error;
 pub mod forces;
 pub mod fracture;
+pub mod heat;
 pub mod integrate;
 mod lanczos;
 pub mod laws;

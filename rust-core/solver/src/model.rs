@@ -6,6 +6,7 @@ use concordem_contact::math::Vec3;
 
 use crate::PairCoefficients;
 use crate::fracture::virial::HydrostaticStrength;
+use crate::heat::HeatModel;
 use crate::integrate::Damping;
 
 /// Integration scheme.
@@ -42,6 +43,8 @@ pub struct Model {
     pub hydrostatic_strength: HydrostaticStrength,
     /// How particles deform, if they do.
     pub deformable: Option<Deformable>,
+    /// How heat flows, if it does.
+    pub heat: Option<HeatModel>,
     /// Whether [`Solver::step`](crate::Solver::step) fails if the stiffness of a contact has outgrown the time step
     /// ([`collision::outgrown`](crate::collision::outgrown)).
     pub watch_contacts: bool,
@@ -60,6 +63,7 @@ impl Default for Model {
             skin: 0.2,
             hydrostatic_strength: HydrostaticStrength::default(),
             deformable: None,
+            heat: None,
             watch_contacts: false,
         }
     }

@@ -28,6 +28,8 @@ pub struct StepReport {
     pub rebuilt: bool,
     /// Evaluations of the contact forces: more than one where strains are iterated.
     pub evaluations: u32,
+    /// Work of the thermal expansion of bonds over the half steps before and after the present instant, J.
+    pub expansion: [f64; 2],
     /// Sums over deformable particles.
     pub deformation: DeformationSums,
 }

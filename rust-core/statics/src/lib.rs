@@ -10,11 +10,13 @@
 //! * [`mod@closed_form`]: links with uniformly distributed directions, rigid or deformable particles;
 //! * [`solve`]: conjugate gradients, prescribed displacements, loads; [`direct`]: a sparse factor for cells;
 //! * [`mod@cell_stiffness`]: periodic cell under six unit strains (3.58)–(3.63), exact derivatives;
+//! * [`heat`]: steady temperatures;
 //! * [`moduli`]: constants and measures of isotropy (3.64)–(3.68).
 
 pub mod cell_stiffness;
 pub mod closed_form;
 pub mod direct;
+pub mod heat;
 mod iterative;
 pub mod link;
 pub mod moduli;
@@ -87,6 +89,12 @@ pub enum StaticsError {
     /// The stiffness cannot be inverted.
     #[error("the cell has no stiffness against some strain: it is a mechanism")]
     Soft,
+    /// There is no steady state of heat conduction.
+    #[error("steady temperatures: {problem}")]
+    Steady {
+        /// What is wrong.
+        problem: String,
+    },
     /// The dynamic solver failed.
     #[error("relaxation: {0}")]
     Relaxation(String),

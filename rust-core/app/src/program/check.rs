@@ -8,6 +8,7 @@ use super::{Console, Facts, Failure, Work};
 use concordem_scenario::assembly::{Assembly, Summary};
 use concordem_scenario::schedule::{Schedule, Simulation};
 use concordem_scenario::schema::{Loading, Scenario};
+use concordem_solver::heat::HeatModel;
 
 /// Arguments of `concordem check`.
 #[derive(Debug, clap::Args)]
@@ -69,7 +70,7 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
         facts.add("specimen", format!("cross-section {area:.5e} m², length {length:.5e} m"));
     }
     facts.add("peak memory", format!("about {}", bytes(summary.memory)));
-    facts.add("time step", format!("{dt:.5e} s, {:.3} of the stability bound", dt / summary.stable_step));
+    facts.add("time step", time_step(dt, &summary));
     facts.add(
         "stability bounds",
         format!("spectral {:.5e} s, per particle {:.5e} s", bounds.spectral, bounds.per_particle),
@@ -84,6 +85,9 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
             "stiffest contact",
             format!("{:.5e} s is the stability bound of {what}", collision.limit(&model.damping)),
         );
+    }
+    if let (Some(bound), Some(heat)) = (summary.heat_step, &model.heat) {
+        facts.add("heat conduction", conduction(bound, heat));
     }
     if let Some(convergence) = summary.convergence {
         let settles = if convergence.bound < 1.0 { "converges" } else { "may not converge" };
@@ -123,6 +127,24 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
         None => facts.add("estimated time", "unknown; it depends on the stop conditions"),
     }
     Ok(facts)
+}
+
+/// The time step, and its part of the stability bound if there is one.
+fn time_step(dt: f64, summary: &Summary) -> String {
+    match summary.stable_step.min(summary.heat_step.unwrap_or(f64::INFINITY)) {
+        bound if bound.is_finite() => format!("{dt:.5e} s, {:.3} of the stability bound", dt / bound),
+        _ => format!("{dt:.5e} s"),
+    }
+}
+
+/// Heat conduction with its bound, s (time of the run).
+fn conduction(bound: f64, heat: &HeatModel) -> String {
+    let links = heat.network.links.len();
+    if bound.is_finite() {
+        let thermal = bound * heat.time_factor;
+        return format!("{links} links, explicit steps are stable below {bound:.5e} s (thermal time {thermal:.5e} s)");
+    }
+    format!("{links} links, implicit steps, stable with any step")
 }
 
 /// Largest possible number of steps, and the stop condition that sets this limit.

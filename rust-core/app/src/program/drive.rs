@@ -261,7 +261,7 @@ impl Run {
         let position = state.unwrapped_positions();
         let damage = bond_damage(state);
         let reals = |data| Column::f64(data, 1, "m");
-        let fields = vec![
+        let mut fields = vec![
             SnapshotField { name: "radius", description: "Radius", column: reals(&particles.radius) },
             SnapshotField {
                 name: "displacement",
@@ -289,6 +289,11 @@ impl Run {
                 column: Column::u16(&particles.material),
             },
         ];
+        if let Some(heat) = &state.heat {
+            let column = Column::f64(&heat.temperature, 1, "K");
+            fields.push(SnapshotField { name: "temperature", description: "Temperature", column });
+            self.pending_bytes += particles.len() * 8;
+        }
         let snapshot = Snapshot {
             time: state.clock.time(),
             step: state.clock.step,

@@ -350,6 +350,8 @@ impl Moment {
                 .cell
                 .map(|cell| cell.deformation_gradient.try_inverse().unwrap_or_else(Mat3::identity) * cell.matrix),
             mesh: &self.mesh,
+            // A result does not store the heat capacities.
+            heat: None,
             gravity: self.gravity,
             planar: self.plane,
         }

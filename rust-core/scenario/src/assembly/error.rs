@@ -97,6 +97,20 @@ pub enum AssemblyError {
         /// factor, Pa.
         young: f64,
     },
+    /// The time step exceeds the stability bound of explicit heat conduction.
+    #[error(
+        "integration.time_step is {given:.6e} s, but explicit heat conduction is stable only below {bound:.6e} s \
+         (thermal time {thermal:.6e} s); use a smaller step or a smaller heat.time_factor, write heat.scheme = \"implicit\", or \
+         set integration.allow_unstable = true to run it anyway"
+    )]
+    UnstableHeat {
+        /// Given time step, s.
+        given: f64,
+        /// Stability bound, s.
+        bound: f64,
+        /// The same in thermal time, s.
+        thermal: f64,
+    },
     /// The time step is `"auto"`, and no contact gives a bound.
     #[error("integration.time_step is \"auto\", but no contact gives a bound: give a time step in seconds")]
     NoTimeStep,

@@ -9,6 +9,7 @@ mod cuts;
 mod error;
 pub mod flat_hdf5;
 pub mod hdf5_text;
+mod heat;
 mod histories;
 mod loading;
 mod memory;
@@ -83,6 +84,8 @@ pub struct Summary {
     pub collision: Option<Collision>,
     /// Largest stable time step, s, including damping and contacts that may form.
     pub stable_step: f64,
+    /// Largest explicit step of heat conduction, s (time of the run); infinite for implicit steps; `None` without heat.
+    pub heat_step: Option<f64>,
     /// Convergence of the iteration between strains and forces of deformable particles.
     pub convergence: Option<Convergence>,
     /// `min r √(ρ/E)`, s, with the stiffest modulus of the materials, if any law has a modulus.
@@ -161,11 +164,13 @@ pub fn assemble_placed(
     let mut schedule = schedule(scenario, placed, bonded.interaction_ratio, &mut state)?;
     overlaps::refuse_walls(scenario, &state)?;
     warnings.extend(overlaps::of_particles(scenario, &state)?);
+    let heat = heat::build(scenario, &mut state, &mut model.heat)?;
     progress("time step", 0.0);
     let step = time_step::choose(scenario, &model, &state)?;
     state.clock.dt = step.dt;
     schedule.loading.tune(step.cell_stiffness, step.dt);
     schedule.histories = histories::build(scenario, &schedule.loading, &mut state)?;
+    schedule.histories.heat = heat;
     schedule.servos = walls::servos(scenario, &step, &mut state);
     let particles = state.particles.len();
     let summary = Summary {
@@ -180,6 +185,7 @@ pub fn assemble_placed(
         stable_step: step.limit,
         convergence: step.convergence,
         p_wave: time_step::p_wave(scenario, &state.particles),
+        heat_step: step.heat,
         unstable: step.unstable,
         memory: step.memory,
         warnings,

@@ -110,7 +110,7 @@ fn allowed(change: &Change, [before, after]: [&Scenario; 2], continuation: Conti
         // Numbers in the tables of laws.
         "material" | "interface" => {
             let number = |text: &str| text == "none" || text.parse::<f64>().is_ok();
-            let fixed = [".density", ".deformable", ".name", ".between"];
+            let fixed = [".density", ".deformable", ".name", ".between", ".thermal"];
             change.key.matches('.').count() >= 2
                 && !fixed.iter().any(|key| change.key.contains(key))
                 && number(&change.before)

@@ -1,6 +1,6 @@
 //! Chooses the time step from the stability bounds of the assembled system.
 
-use super::{AssemblyError, memory, unfit};
+use super::{AssemblyError, heat, memory, unfit};
 use crate::schema::{Material, Quantity, Scenario, TimeStep};
 use concordem_contact::kinematics::deformable::{Deformable, Update};
 use concordem_solver::collision::{self, Collision};
@@ -34,6 +34,8 @@ pub(super) struct Step {
     pub(super) cell_stiffness: f64,
     /// Convergence of the iteration between strains and forces of deformable particles.
     pub(super) convergence: Option<Convergence>,
+    /// Largest explicit step of heat conduction, s.
+    pub(super) heat: Option<f64>,
     /// Whether the time step exceeds the bound.
     pub(super) unstable: bool,
     /// Estimated peak memory of a run, bytes.
@@ -61,8 +63,13 @@ pub(super) fn choose(scenario: &Scenario, model: &Model, state: &State) -> Resul
     };
     let (assembled, contact) = limit(&model.damping);
     let stable = assembled.min(contact);
+    let heat = heat::bound(model.heat.as_ref(), state);
+    let rests = model.heat.as_ref().is_some_and(|heat| !heat.mechanics);
+    let stable = if rests { f64::INFINITY } else { stable };
+    let safety = integration.safety.si();
     let (dt, unstable) = match integration.time_step {
-        TimeStep::Auto if stable.is_finite() => (automatic(scenario, model, limit), false),
+        TimeStep::Auto if rests && heat.is_finite() => (safety * heat, false),
+        TimeStep::Auto if stable.is_finite() => (automatic(scenario, model, limit).min(safety * heat), false),
         TimeStep::Auto => return Err(AssemblyError::NoTimeStep),
         TimeStep::Given(step) => (step.si(), step.si() > stable),
     };
@@ -81,6 +88,10 @@ pub(super) fn choose(scenario: &Scenario, model: &Model, state: &State) -> Resul
         }
         return Err(AssemblyError::Unstable { given: dt, bound: stable, frequency: bounds.frequency });
     }
+    if dt > heat && !integration.allow_unstable {
+        let factor = model.heat.as_ref().map_or(1.0, |heat| heat.time_factor);
+        return Err(AssemblyError::UnstableHeat { given: dt, bound: heat, thermal: heat * factor });
+    }
     let cell_stiffness = time_step::cell_stiffness(&probe);
     Ok(Step {
         dt,
@@ -89,7 +100,8 @@ pub(super) fn choose(scenario: &Scenario, model: &Model, state: &State) -> Resul
         collision,
         limit: stable,
         convergence,
-        unstable,
+        heat: model.heat.is_some().then_some(heat),
+        unstable: unstable || dt > heat,
         memory: memory::peak(&probe),
     })
 }

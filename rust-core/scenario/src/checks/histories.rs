@@ -111,7 +111,7 @@ impl Checker<'_> {
         let scenario = self.scenario;
         for (at, history) in scenario.histories.iter().enumerate() {
             if scenario.named_histories().iter().all(|(_, name)| *name != history.name) {
-                let help = "name it in a [[prescribe]], [[force]], [[wall]], or [[stage]], or remove it";
+                let help = "name it in a [[prescribe]], [[force]], [[wall]], [[stage]], [[heat.source]], or [[heat.boundary]], or remove it";
                 self.warn(&format!("history[{at}].name"), "nothing follows this history", help);
             }
         }
@@ -129,6 +129,10 @@ impl crate::schema::Scenario {
         all.extend(each("force", self.forces.iter().map(|table| &table.history)));
         all.extend(each("wall", self.walls.iter().map(|table| &table.history)));
         all.extend(each("stage", self.stages.iter().map(|table| &table.history)));
+        if let Some(heat) = &self.heat {
+            all.extend(each("heat.source", heat.sources.iter().map(|table| &table.history)));
+            all.extend(each("heat.boundary", heat.boundaries.iter().map(|table| &table.history)));
+        }
         all
     }
 }

@@ -7,6 +7,7 @@
 mod bodies;
 mod cuts;
 mod files;
+mod heat;
 mod histories;
 mod laws;
 mod loading;
@@ -41,6 +42,7 @@ fn check_meaning(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem> {
     checker.cuts();
     checker.sets();
     checker.clumps();
+    checker.heat();
     checker.samples();
     checker.output();
     if scenario.dimension == 2 {

@@ -39,6 +39,7 @@ impl Scenario {
         checker.unused_materials();
         checker.unused_keys();
         checker.unused_histories();
+        checker.unused_thermal();
         let mut problems = checker.problems;
         problems.sort_by_key(|problem| (problem.span.start, problem.span.end));
         problems
@@ -97,6 +98,17 @@ impl Checker<'_> {
             if !in_use.contains(&material.name.as_str()) {
                 let help = "name it in a [[set]], [[clump]], or [[wall]], or remove it";
                 self.warn(&format!("material[{at}].name"), "no particle and no wall has this material", help);
+            }
+        }
+    }
+
+    /// Warns about thermal constants without heat conduction.
+    fn unused_thermal(&mut self) {
+        let scenario = self.scenario;
+        for (at, material) in scenario.materials.iter().enumerate() {
+            if material.thermal.is_some() && scenario.heat.is_none() {
+                let help = "add [heat] with `temperature`, or remove the table";
+                self.warn(&format!("material[{at}].thermal"), "has no effect without heat conduction", help);
             }
         }
     }

@@ -25,4 +25,4 @@ pub use definition::{OperatorDefinition, RegionRule, SampleKey, SampledQuantity}
 pub use operators::Operator;
 pub use record::{Record, SeriesColumn};
 pub use scheduled::{SampledRegion, SampledWall, ScheduledOperator};
-pub use state::{Bonds, SampledState, rigid_links, rotation_vector};
+pub use state::{Bonds, SampledHeat, SampledState, rigid_links, rotation_vector};

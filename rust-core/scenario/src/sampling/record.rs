@@ -72,8 +72,18 @@ series! {
     boundary_work: "J",
     /// Work of gravity and given forces
     external_work: "J",
+    /// Work of the thermal expansion of bonds
+    expansion_work: "J",
     /// Residual of the energy balance
     residual: "J",
+    /// Mean temperature, weighted by heat capacity; 0 without heat conduction
+    mean_temperature: "K",
+    /// Heat from sources
+    heat_sources: "J",
+    /// Heat through the surface and from prescribed temperatures
+    heat_boundary: "J",
+    /// Residual of the balance of heat
+    heat_residual: "J",
     /// Bonds broken so far
     broken: "1",
     /// Bonds whose damage passed the event threshold so far

@@ -64,6 +64,15 @@ impl Bonds {
     }
 }
 
+/// Temperatures of the particles.
+#[derive(Debug, Clone, Copy)]
+pub struct SampledHeat<'a> {
+    /// Temperature of each particle, K.
+    pub temperature: &'a [f64],
+    /// Heat capacity of each particle, J/K.
+    pub capacity: &'a [f64],
+}
+
 /// The state of a run at one moment: the input of operators.
 pub struct SampledState<'a> {
     /// Particles.
@@ -84,6 +93,8 @@ pub struct SampledState<'a> {
     pub initial_edges: Option<Mat3>,
     /// Delaunay mesh of the initial positions, built at its first use.
     pub mesh: &'a OnceLock<Result<Mesh, OperatorError>>,
+    /// Temperatures, if heat flows.
+    pub heat: Option<SampledHeat<'a>>,
     /// Gravity, m/s².
     pub gravity: Vec3,
     /// Whether particles are discs of unit depth.

@@ -2,6 +2,7 @@
 
 use concordem_contact::math::Vec3;
 use concordem_solver::Solver;
+use concordem_solver::heat::supply::Factors;
 use concordem_solver::state::State;
 use concordem_solver::state::particles::Load;
 
@@ -143,6 +144,35 @@ pub struct TimedLoads {
     pub loads: Vec<(usize, Load)>,
 }
 
+/// Histories of what heats from outside, in the order of the model; all times are thermal times.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct HeatHistories {
+    /// Thermal time that passes in one second of the run.
+    pub time_factor: f64,
+    /// Of the sources.
+    pub sources: Vec<Option<History>>,
+    /// Of the surfaces.
+    pub surfaces: Vec<Option<History>>,
+    /// Of the prescribed temperatures.
+    pub held: Vec<Option<History>>,
+}
+
+impl HeatHistories {
+    /// Factors for the step of `dt` from `time` (s, time of the run): in the middle of the step, or for prescribed
+    /// temperatures at its end.
+    pub fn factors(&self, time: f64, dt: f64) -> Factors {
+        let at = |histories: &[Option<History>], time: f64| -> Vec<f64> {
+            let thermal = time * self.time_factor;
+            histories.iter().map(|history| history.as_ref().map_or(1.0, |history| history.at(thermal))).collect()
+        };
+        Factors {
+            sources: at(&self.sources, time + 0.5 * dt),
+            surfaces: at(&self.surfaces, time + 0.5 * dt),
+            held: at(&self.held, time + dt),
+        }
+    }
+}
+
 /// Everything that histories drive.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Histories {
@@ -154,6 +184,8 @@ pub struct Histories {
     pub loads: Vec<TimedLoads>,
     /// All loads of the run at the factor 0: the constant ones.
     pub constant_loads: Vec<Load>,
+    /// Heat from outside, if heat flows.
+    pub heat: Option<HeatHistories>,
 }
 
 impl Histories {
@@ -177,6 +209,9 @@ impl Histories {
         let (time, dt) = (state.clock.time(), state.clock.dt);
         let between = time + 0.5 * dt;
         self.apply_loads(state, time);
+        if let Some(heat) = &self.heat {
+            solver.set_heat_factors(heat.factors(time, dt));
+        }
         for wall in &self.walls {
             state.walls[wall.wall].velocity = wall.velocity * wall.history.at(between);
         }

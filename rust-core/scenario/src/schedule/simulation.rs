@@ -6,10 +6,11 @@ use super::guard::{self, EnergyFault, Guard};
 use super::stage::{StageEnd, StageProgress};
 use super::stop::{self, StopReason, StopValues};
 use super::{Record, Schedule, Stage, StageReason};
-use crate::sampling::{Bonds, SampledState, ScheduledOperator, rigid_links};
+use crate::sampling::{Bonds, SampledHeat, SampledState, ScheduledOperator, rigid_links};
 use concordem_operator::OperatorError;
 use concordem_operator::tessellation::Mesh;
 use concordem_solver::fracture::Event;
+use concordem_solver::heat::HeatLedger;
 use concordem_solver::state::State;
 use concordem_solver::state::contacts::ContactFlags;
 use concordem_solver::{Model, Solver, SolverError, StepReport};
@@ -157,6 +158,8 @@ struct BeforeStep {
     gauge_strain: f64,
     /// Volume of the periodic cell, m³; 1 without a cell.
     volume: f64,
+    /// Mean temperature (K), heat from sources and through the surface, and residual of the heat (J); zero unless a record is due.
+    heat: [f64; 4],
 }
 
 impl Simulation {
@@ -205,6 +208,12 @@ impl Simulation {
         let failed = |name: &str, source| RunError::Operator { name: name.to_owned(), step, source };
         let links = rigid_links(&self.state.particles, &forces, &bodies).map_err(|error| failed("clumps", error))?;
         let needs_bonds = due().any(|(_, sample)| sample.operator.definition().needs_bonds);
+        let heat = match (&self.solver.model().heat, &self.state.heat) {
+            (Some(model), Some(heat)) => {
+                Some(SampledHeat { temperature: &heat.temperature, capacity: &model.capacity })
+            }
+            _ => None,
+        };
         let state = SampledState {
             particles: &self.state.particles,
             cell: self.state.cell,
@@ -215,6 +224,7 @@ impl Simulation {
             initial_positions: &self.schedule.initial_positions,
             initial_edges: self.schedule.initial_edges,
             mesh: &self.mesh,
+            heat,
             gravity: self.solver.model().gravity,
             planar: self.schedule.planar,
         };
@@ -273,10 +283,11 @@ impl Simulation {
         } else {
             (0.0, 0.0)
         };
+        let heat = if due { self.heat() } else { [0.0; 4] };
         let by_stress = self.stage().is_some_and(|(stage, _)| stage.by_stress);
         loading.apply(&mut self.state, &mut self.solver, &self.last, axial, factor, by_stress);
         let volume = self.state.cell.map_or(1.0, |cell| cell.volume());
-        let before = BeforeStep { time: self.state.clock.time(), step, strain, gauge_strain, volume };
+        let before = BeforeStep { time: self.state.clock.time(), step, strain, gauge_strain, volume, heat };
         let guarded = !self.schedule.allow_energy_error && (due || step.is_multiple_of(guard::INTERVAL));
         let report = self.solver.step_with(&mut self.state, due || guarded)?;
         let mut largest = self.state.schedule_memory[memory::ENERGY];
@@ -303,6 +314,13 @@ impl Simulation {
         self.state.schedule_memory[memory::STOPPED] = stopped.map_or(0.0, StopReason::code);
         self.last = report;
         Ok(Advance { sample, operators, last: None, events, stage, stopped })
+    }
+
+    /// Mean temperature (K), heat from sources and through the surface, and residual of the heat (J); zero without heat conduction.
+    fn heat(&self) -> [f64; 4] {
+        let (Some(model), Some(heat)) = (&self.solver.model().heat, &self.state.heat) else { return [0.0; 4] };
+        let HeatLedger { sources, boundary, .. } = &heat.ledger;
+        [model.mean_temperature(heat), sources.get(), boundary.get(), model.residual(heat)]
     }
 
     /// Stores in the state the data of this step that the next step and a resumed run need.
@@ -367,7 +385,8 @@ impl Simulation {
 
     /// The record of a step, and the values that end runs and stages. `factor`: of the loading, from the present stage.
     fn record(&mut self, before: &BeforeStep, report: &StepReport, factor: f64) -> (Record, StopValues) {
-        let &BeforeStep { time, step, strain, gauge_strain, volume } = before;
+        let &BeforeStep { time, step, strain, gauge_strain, volume, heat } = before;
+        let [mean_temperature, heat_sources, heat_boundary, heat_residual] = heat;
         let measure = self.schedule.loading.stress(&self.state, &self.solver, report, volume);
         stop::update_peak(&mut self.state.schedule_memory[memory::PEAK], measure.stress);
         let contacts: u64 = report.active.iter().sum();
@@ -404,7 +423,12 @@ impl Simulation {
             deformation_other: ledger.deformation_other.get(),
             boundary_work: ledger.boundary_work.get(),
             external_work: ledger.external_work.get(),
+            expansion_work: ledger.expansion_work.get(),
             residual: ledger.residual(),
+            mean_temperature,
+            heat_sources,
+            heat_boundary,
+            heat_residual,
             broken: self.state.schedule_memory[memory::BROKEN],
             damaged: self.state.schedule_memory[memory::DAMAGED],
             contacts: contacts as f64,

@@ -29,6 +29,7 @@ mod bodies;
 mod cut;
 mod document;
 mod error;
+mod heat;
 mod history;
 mod material;
 mod motion;
@@ -46,10 +47,13 @@ pub use bodies::{AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Sele
 pub use cut::{Cut, CutShape};
 pub use document::Document;
 pub use error::{Problem, ProblemKind, ReadError, ScenarioError, Source};
+pub use heat::{
+    Convection, Heat, HeatBoundary, HeatInitial, HeatNetwork, HeatPairs, HeatScheme, HeatSource, HeatSpot, Radiation,
+};
 pub use history::{Control, History, HistoryShape, Stage, StageStop};
 pub use material::{
     BeamModel, BendingTerm, Bonds, Condition, ContactLawName, Contacts, CpmFormulation, DamageLaw, Deformable,
-    DeformableUpdate, Interface, LawName, Material, ParticleElasticity, YieldSurface,
+    DeformableUpdate, Interface, LawName, Material, ParticleElasticity, Thermal, YieldSurface,
 };
 pub use motion::{Damping, DampingForm, Integration, Lateral, Loading, Output, Safety, Scheme, Stop};
 pub use packing::{Axis, Lattice, Packing, Radii, Shape};
@@ -124,6 +128,8 @@ pub struct Scenario {
     /// Initial velocities; default: zero. A later one overrides an earlier one.
     #[serde(default, rename = "initial")]
     pub initials: Vec<Initial>,
+    /// Heat conduction and thermal expansion; default: none.
+    pub heat: Option<Heat>,
     /// Operators that are evaluated during the run; default: none.
     #[serde(default, rename = "sample")]
     pub samples: Vec<OperatorSample>,

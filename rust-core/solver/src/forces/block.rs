@@ -97,6 +97,7 @@ fn tiles<'a, L: LawLoops>(
     let mut reference = &mut block.reference[..];
     let mut previous = &mut block.previous[..];
     let mut history = &mut block.history[..];
+    let mut rest_length = &block.rest_length[..];
     let mut halo = &mut map.halo[..];
     let mut virial_halo = &mut map.virial_halo[..];
     let length = map.tile_length;
@@ -111,6 +112,7 @@ fn tiles<'a, L: LawLoops>(
             reference: reference.split_off_mut(..contacts).unwrap_or_default(),
             previous: previous.split_off_mut(..contacts).unwrap_or_default(),
             history: history.split_off_mut(..contacts).unwrap_or_default(),
+            rest_length: rest_length.split_off(..contacts.min(rest_length.len())).unwrap_or_default(),
             force,
             torque,
             halo: halo.split_off_mut(..slots).unwrap_or_default(),

@@ -142,6 +142,14 @@ impl<L: ContactLaw, const PERIODIC: bool, const SAMPLE: bool, const DEFORM: bool
                 totals.crossing += force * Vec3::new(f64::from(i[0]), f64::from(i[1]), f64::from(i[2])).transpose();
             }
         }
+        if SAMPLE
+            && counted
+            && let (Some(rates), Some(&rest)) = (&self.context.expansion, self.tile.rest_length.get(k))
+        {
+            let [before, after] = rates.work(pair.a, pair.b, rest, force.dot(normal));
+            totals.expansion[0] += before;
+            totals.expansion[1] += after;
+        }
         let (a, b) = (pair.a as usize - self.tile.base, (pair.b as usize).wrapping_sub(self.tile.base));
         if let Some(virial) = virial {
             let parts = virial.parts();

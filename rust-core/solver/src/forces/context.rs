@@ -35,8 +35,27 @@ pub struct StepContext<'a> {
     pub deformable: Option<&'a Deformable>,
     /// Whether dashpot forces strain the particles.
     pub dashpots_strain: bool,
+    /// Thermal expansion of bonds, if they expand.
+    pub expansion: Option<ExpansionRates<'a>>,
     /// Prescribed translations whose reactions strain the particles: all of them, or those in the plane.
     pub reacting: Constraint,
+}
+
+/// Changes of the thermal strains of the particles.
+#[derive(Clone, Copy)]
+pub struct ExpansionRates<'a> {
+    /// In the last step.
+    pub before: &'a [f64],
+    /// In the present step.
+    pub after: &'a [f64],
+}
+
+impl ExpansionRates<'_> {
+    /// Work of the expansion of a bond of particles `a` and `b`, with the length `rest` (m) at the reference temperature,
+    /// under the axial force `force` (N), over the half steps before and after the present instant, J.
+    pub fn work(&self, a: u32, b: u32, rest: f64, force: f64) -> [f64; 2] {
+        [self.before, self.after].map(|change| -0.25 * force * rest * (change[a as usize] + change[b as usize]))
+    }
 }
 
 impl StepContext<'_> {

@@ -24,7 +24,7 @@ mod totals;
 pub mod walls;
 
 pub use block::{EvaluatedContacts, ParticleSums};
-pub use context::{StepContext, motion_of};
+pub use context::{ExpansionRates, StepContext, motion_of};
 pub use laws::LawLoops;
 pub use tile::{Tile, evaluate_tile};
 pub use tile_map::{TileMap, Wrench};

@@ -30,6 +30,8 @@ pub struct Tile<'a, L: ContactLaw> {
     pub(super) reference: &'a mut [Reference],
     pub(super) previous: &'a mut [PreviousGeometry],
     pub(super) history: &'a mut [L::State],
+    /// Empty if bonds do not expand.
+    pub(super) rest_length: &'a [f64],
     pub(super) force: &'a mut [Vec3],
     pub(super) torque: &'a mut [Vec3],
     pub(super) halo: &'a mut [Wrench],
@@ -68,8 +70,10 @@ impl<L: ContactLaw, const PERIODIC: bool, const YADE: bool, const DEFORM: bool> 
 #[inline(always)]
 pub fn evaluate_tile<L: ContactLaw>(context: &StepContext<'_>, rows: &[L], tile: Tile<'_, L>) -> Totals {
     let (mode, periodic) = (context.mode, context.cell.is_some());
-    let finite = !context.sample && (mode == MotionMeasure::Finite || L::Kinematics::ONE_MODE);
-    let yade = !context.sample && !periodic && matches!(mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
+    // The loops without a sample do not compute the work of thermal expansion.
+    let plain = !context.sample && context.expansion.is_none();
+    let finite = plain && (mode == MotionMeasure::Finite || L::Kinematics::ONE_MODE);
+    let yade = plain && !periodic && matches!(mode, MotionMeasure::Yade | MotionMeasure::YadeRatcheting);
     let arch = pulp::Arch::new();
     // Conditions on constants of the law come first, so that the compiler omits the loops they exclude.
     if L::DEFORMS && !context.surface_displacement.is_empty() {

@@ -35,6 +35,8 @@ pub struct Totals {
     pub force_squared: f64,
     /// `Σ|m|²` of the moments that contacts transmit, N²·m², in steps that sample.
     pub moment_squared: f64,
+    /// Work of the thermal expansion of bonds over the half steps before and after the present instant, J.
+    pub expansion: [f64; 2],
     /// Number of contacts with a force.
     pub active: u64,
     /// Bond events in the order of the contacts.
@@ -50,6 +52,8 @@ impl Totals {
         self.active += other.active;
         self.force_squared += other.force_squared;
         self.moment_squared += other.moment_squared;
+        self.expansion[0] += other.expansion[0];
+        self.expansion[1] += other.expansion[1];
         self.bond_events.extend(other.bond_events);
     }
 }

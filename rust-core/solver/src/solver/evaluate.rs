@@ -7,6 +7,7 @@ use super::Solver;
 use crate::StepReport;
 use crate::deformation::{self, DeformationPass};
 use crate::forces::{ParticleSums, StepContext, TileMap, Totals};
+use crate::heat::expansion::Expansion;
 use crate::integrate;
 use crate::record::Forces;
 use crate::state::{Constraint, State};
@@ -39,6 +40,7 @@ impl Solver {
             surface_displacement_before,
             deformable,
             dashpots_strain: deformable.is_some_and(|d| d.dashpots),
+            expansion: self.expansion.as_ref().map(Expansion::rates),
             reacting,
         };
         let mut crossing = Mat3::zeros();
@@ -80,6 +82,7 @@ impl Solver {
             surface_displacement_before: &self.pass.surface_displacement_before,
             deformable: self.model.deformable.as_ref(),
             dashpots_strain: false,
+            expansion: None,
             reacting: Constraint::FREE,
         };
         let mut forces = Forces::default();
@@ -101,6 +104,8 @@ fn add(report: &mut StepReport, totals: &Totals, kind: usize, crossing: &mut Mat
     report.active[kind] += totals.active;
     report.force_squared += totals.force_squared;
     report.moment_squared += totals.moment_squared;
+    report.expansion[0] += totals.expansion[0];
+    report.expansion[1] += totals.expansion[1];
 }
 
 /// Tile maps of all blocks of contacts between particles.

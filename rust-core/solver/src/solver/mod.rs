@@ -1,5 +1,6 @@
 //! The solver: advances a state step by step.
 
+mod conduct;
 mod evaluate;
 mod iterate;
 mod rebuild;
@@ -11,6 +12,9 @@ use crate::collision;
 use crate::deformation::{self, DeformationPass};
 use crate::forces::{TILE, TileMap};
 use crate::fracture::virial;
+use crate::heat::expansion::Expansion;
+use crate::heat::pass::HeatPass;
+use crate::heat::supply::Factors;
 use crate::integrate::{self, KickContext, NetForces};
 use crate::neighbor::VerletList;
 use crate::record::Forces;
@@ -34,6 +38,10 @@ pub struct Solver {
     /// Whether `poses` hold orientations.
     oriented: bool,
     pass: DeformationPass,
+    /// Heat conduction, if there is any.
+    heat: Option<HeatPass>,
+    /// Thermal expansion, if bonds expand.
+    expansion: Option<Expansion>,
     /// Largest particle strain for which the candidates are complete.
     strain_margin: f64,
     /// Change of the cell's velocity gradient at the next kick, 1/s.
@@ -89,6 +97,8 @@ impl Solver {
             poses: Vec::new(),
             oriented: false,
             pass: DeformationPass::default(),
+            heat: None,
+            expansion: None,
             strain_margin: 0.0,
             gradient_change: None,
             targets: None,
@@ -106,6 +116,7 @@ impl Solver {
         if state.clock.step == 0 && solver.owned.is_empty() {
             wrap::wrap(state);
         }
+        solver.start_heat(state)?;
         let strain = solver.begin_deformation(state);
         solver.rebuild_neighbor_list(state, strain)?;
         Ok(solver)
@@ -142,6 +153,7 @@ impl Solver {
             + self.contact_map.bytes()
             + (48 + size_of::<Pose>()) * self.force.len()
             + self.pass.bytes()
+            + self.heat.as_ref().map_or(0, HeatPass::bytes)
     }
 
     /// From the next kick on, deform the cell with this velocity gradient (1/s), and all particles with it except for
@@ -163,6 +175,18 @@ impl Solver {
         })
     }
 
+    /// Set the factors of what heats from outside, for the coming step.
+    pub fn set_heat_factors(&mut self, factors: Factors) {
+        if let Some(pass) = &mut self.heat {
+            pass.factors = factors;
+        }
+    }
+
+    /// Heat conduction, if there is any.
+    pub fn heat(&self) -> Option<&HeatPass> {
+        self.heat.as_ref()
+    }
+
     /// Advance the state by one step.
     ///
     /// 1. Deformable particles: strains from the forces of the last step.
@@ -170,10 +194,11 @@ impl Solver {
     /// 3. Contact forces: measure, evaluate the laws, sum by particle; with iterated strains repeat until strains and
     ///    forces agree.
     /// 4. Particle-level failure: release the bonds of particles whose mean stress exceeds a threshold.
-    /// 5. Kick and drift of free particles, then of clumps.
-    /// 6. Move the cell and the walls.
-    /// 7. Book the energies, advance the clock.
-    /// 8. If bonds broke, rebuild the neighbor list: their pairs continue as unbonded contacts. In a periodic cell,
+    /// 5. Heat: conduction; bonds expand at the end of the step.
+    /// 6. Kick and drift of free particles, then of clumps.
+    /// 7. Move the cell and the walls.
+    /// 8. Book the energies, advance the clock.
+    /// 9. If bonds broke, rebuild the neighbor list: their pairs continue as unbonded contacts. In a periodic cell,
     ///    particles that have drifted far are occasionally moved back ([`Particles::image`]).
     ///
     /// # Errors
@@ -191,6 +216,10 @@ impl Solver {
         // The first step sets the ledger's initial energy.
         let sample = sample || !state.ledger.started;
         let mut report = StepReport::default();
+        self.begin_heat(state)?;
+        if self.rests() {
+            return Ok(self.only_conduct(state));
+        }
         let (crossing, strain) = self.compute_forces(state, sample, &mut report)?;
         if self.model.watch_contacts && report.rebuilt {
             self.check_stiffness(state)?;
@@ -204,6 +233,7 @@ impl Solver {
         if report.bonds_broke() || wrapped {
             self.rebuild_neighbor_list(state, strain)?;
         }
+        self.finish_heat(state);
         Ok(report)
     }
 
@@ -219,6 +249,9 @@ impl Solver {
     /// # Errors
     /// Input that the neighbor search rejects, strains that do not converge.
     pub fn find_forces(&mut self, state: &mut State, sample: bool) -> Result<StepReport, SolverError> {
+        if self.heat.is_some() {
+            return Err(SolverError::Heat { problem: "needs a solver that integrates the motion itself" });
+        }
         let mut report = StepReport::default();
         let (_, strain) = self.compute_forces(state, sample, &mut report)?;
         if report.bonds_broke() {
@@ -358,6 +391,7 @@ impl Solver {
 fn book(state: &mut State, report: &mut StepReport, mut work: [f64; 2]) {
     report.kick.external[0] += report.deformation.loads;
     work[0] += report.deformation.reactions;
+    state.ledger.book_expansion(report.expansion);
     state.ledger.book(&report.energy, &report.kick, &report.deformation, work);
     state.clock.step += 1;
 }

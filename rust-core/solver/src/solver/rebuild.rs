@@ -41,6 +41,9 @@ impl Solver {
         let widest = 1.0 + self.strain_margin;
         let neighbor = |source| SolverError::Neighbor { step, source };
         let bonds = self.remove_broken_bonds(state);
+        if let (Some(pass), Some(model)) = (&mut self.heat, &self.model.heat) {
+            pass.cut(model, &state.particles, &state.broken);
+        }
         if state.contacts.is_some() {
             self.renew_contacts(state, bonds, skin).map_err(neighbor)?;
         }

@@ -2,6 +2,8 @@
 
 use std::any::Any;
 
+use rayon::prelude::*;
+
 use super::columns::{Column, ColumnError, ColumnSink, ColumnSource};
 use crate::state::Particles;
 use concordem_contact::kinematics::PreviousGeometry;
@@ -89,6 +91,8 @@ pub struct ContactBlock<L: ContactLaw> {
     pub previous: Vec<PreviousGeometry>,
     /// History.
     pub history: Vec<L::State>,
+    /// Reference lengths of the bonds at the reference temperature, m; empty if bonds do not expand.
+    pub rest_length: Vec<f64>,
 }
 
 /// One contact, whatever its law.
@@ -114,6 +118,7 @@ impl<L: ContactLaw> ContactBlock<L> {
             reference: Vec::new(),
             previous: Vec::new(),
             history: Vec::new(),
+            rest_length: Vec::new(),
         }
     }
 
@@ -134,6 +139,9 @@ impl<L: ContactLaw> ContactBlock<L> {
         self.reference.push(reference);
         self.previous.push(previous);
         self.history.push(L::State::default());
+        if !self.rest_length.is_empty() {
+            self.rest_length.push(reference.length);
+        }
     }
 
     /// Entry `k` of the result is entry `order[k]` of `self`.
@@ -146,6 +154,9 @@ impl<L: ContactLaw> ContactBlock<L> {
         pick(&mut self.reference, order);
         pick(&mut self.previous, order);
         pick(&mut self.history, order);
+        if !self.rest_length.is_empty() {
+            pick(&mut self.rest_length, order);
+        }
     }
 
     /// Sort by (a, b, image).
@@ -248,6 +259,11 @@ pub trait Contacts: Send + Sync {
     fn unstrained_length(&self, k: usize, particles: &Particles) -> f64;
     /// Overlap at which a contact of parameter row `row` presses with `force` (N), m; see [`ContactLaw::overlap_under`].
     fn overlap_under(&self, row: u16, geometry: &ContactGeometry, force: f64) -> f64;
+    /// Let the bonds expand: their present reference lengths belong to the reference temperature.
+    fn begin_expansion(&mut self);
+    /// Give each bond its reference length at the thermal strains `strain` of the particles ([`crate::heat::expansion`]).
+    /// `continued`: the lengths of the last step move along.
+    fn expand(&mut self, strain: &[f64], continued: bool);
     /// Fields of the history, and the histories of all contacts as numbers.
     fn history_reals(&self) -> (&'static [concordem_contact::law::Field], &[f64]);
     /// Write all columns under `path`.
@@ -289,7 +305,11 @@ fn write_columns<L: ContactLaw>(
     sink.column(&format!("{path}/reference"), reals(bytemuck::cast_slice(&block.reference), 2, "m, m^2"))?;
     sink.column(&format!("{path}/frame"), reals(bytemuck::cast_slice(&block.previous), 4, "1, 1, 1, m"))?;
     let width = size_of::<L::State>() / 8;
-    sink.column(&format!("{path}/history"), reals(bytemuck::cast_slice(&block.history), width, "see fields"))
+    sink.column(&format!("{path}/history"), reals(bytemuck::cast_slice(&block.history), width, "see fields"))?;
+    if block.rest_length.is_empty() {
+        return Ok(());
+    }
+    sink.column(&format!("{path}/rest_length"), reals(&block.rest_length, 1, "m"))
 }
 
 impl<L: ContactLaw> Contacts for ContactBlock<L> {
@@ -411,6 +431,24 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
     fn overlap_under(&self, row: u16, geometry: &ContactGeometry, force: f64) -> f64 {
         self.rows[row as usize].overlap_under(geometry, force)
     }
+    fn begin_expansion(&mut self) {
+        self.rest_length = self.reference.iter().map(|reference| reference.length).collect();
+    }
+    fn expand(&mut self, strain: &[f64], continued: bool) {
+        let Self { pair, flags, reference, previous, rest_length, .. } = self;
+        let rows = pair.par_iter().zip(flags).zip(reference).zip(previous).zip(rest_length).with_min_len(1024);
+        rows.for_each(|((((pair, flags), reference), previous), rest)| {
+            // A bond that broke leaves its length to the contact that follows.
+            if flags.has(ContactFlags::BROKEN) {
+                return;
+            }
+            let length = *rest * (1.0 + 0.5 * (strain[pair.a as usize] + strain[pair.b as usize]));
+            if continued {
+                previous.length += length - reference.length;
+            }
+            reference.length = length;
+        });
+    }
     fn history_reals(&self) -> (&'static [concordem_contact::law::Field], &[f64]) {
         (L::State::FIELDS, bytemuck::cast_slice(&self.history))
     }
@@ -425,6 +463,11 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
         let history = source.f64(&format!("{path}/history"))?;
         let count = pair.len() / 2;
         let width = size_of::<L::State>() / 8;
+        let rest = format!("{path}/rest_length");
+        let rest_length = if source.exists(&rest) { source.f64(&rest)? } else { Vec::new() };
+        if !rest_length.is_empty() && rest_length.len() != count {
+            return Err(ColumnError::Length { path: rest, expected: count, found: rest_length.len() });
+        }
         for (name, found, expected) in [
             ("link", flags.len(), 8 * count),
             ("reference", reference.len(), 2 * count),
@@ -440,6 +483,7 @@ impl<L: ContactLaw> Contacts for ContactBlock<L> {
         self.reference = reference.chunks_exact(2).map(|r| Reference { length: r[0], area: r[1] }).collect();
         self.previous = bytemuck::cast_slice(&previous).to_vec();
         self.history = bytemuck::cast_slice(&history).to_vec();
+        self.rest_length = rest_length;
         if let Some(bad) = self.flags.iter().position(|l| usize::from(l.row) >= self.rows.len()) {
             return Err(ColumnError::Value {
                 path: format!("{path}/link"),

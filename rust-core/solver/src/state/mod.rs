@@ -17,6 +17,7 @@ use concordem_contact::math::Vec3;
 
 use crate::energy::Ledger;
 use crate::forces::EvaluatedContacts;
+use crate::heat::HeatState;
 use contacts::BrokenBond;
 
 /// Time of a run.
@@ -58,6 +59,8 @@ pub struct State {
     pub clock: Clock,
     /// Energies.
     pub ledger: Ledger,
+    /// Temperatures, if heat flows.
+    pub heat: Option<HeatState>,
     /// Memory of the schedule: peaks, servo terms, and other numbers of the loading, by position.
     pub schedule_memory: Vec<f64>,
 }
@@ -75,6 +78,7 @@ impl Clone for State {
             clumps: self.clumps.clone(),
             clock: self.clock,
             ledger: self.ledger,
+            heat: self.heat.clone(),
             schedule_memory: self.schedule_memory.clone(),
         }
     }

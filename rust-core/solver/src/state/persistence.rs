@@ -12,6 +12,7 @@ use super::{
 };
 use crate::energy::Ledger;
 use crate::forces::EvaluatedContacts;
+use crate::heat::{HeatLedger, HeatState};
 
 impl State {
     /// Replace the state by the columns of a checkpoint. Laws and pair coefficients stay, so the state must come from
@@ -42,6 +43,7 @@ impl State {
         let step = with_length("clock/step", source.u64("clock/step")?, 1)?[0];
         let dt = with_length("clock/time_step", source.f64("clock/time_step")?, 1)?[0];
         let ledger = read_ledger(source)?;
+        let heat = if self.heat.is_some() { Some(read_heat(source, particles.id.len())?) } else { None };
         let path = "particles/load_dyads";
         if source.exists(path) {
             let reals = with_length(path, source.f64(path)?, 6 * particles.loads.len())?;
@@ -54,6 +56,7 @@ impl State {
         self.cell = cell;
         self.clock = Clock { step, dt };
         self.ledger = ledger;
+        self.heat = heat;
         Ok(())
     }
 }
@@ -136,6 +139,10 @@ impl WriteColumns for State {
         sink.column("ledger", Column::f64(&self.ledger.to_reals(), 1, "J"))?;
         if !self.particles.deformation.is_empty() {
             sink.column("ledger_deformation", Column::f64(&self.ledger.deformation_reals(), 1, "J"))?;
+        }
+        if let Some(heat) = &self.heat {
+            write_heat(heat, sink)?;
+            sink.column("ledger_expansion", Column::f64(&self.ledger.expansion_reals(), 1, "J"))?;
         }
         sink.column("plan", Column::f64(&self.schedule_memory, 1, "see plan"))
     }
@@ -322,7 +329,30 @@ fn read_ledger(source: &mut dyn ColumnSource) -> Result<Ledger, ColumnError> {
         let reals = with_length(path, source.f64(path)?, 5)?;
         ledger.set_deformation([reals[0], reals[1], reals[2], reals[3], reals[4]]);
     }
+    let path = "ledger_expansion";
+    if source.exists(path) {
+        let reals = with_length(path, source.f64(path)?, 3)?;
+        ledger.set_expansion([reals[0], reals[1], reals[2]]);
+    }
     Ok(ledger)
+}
+
+fn write_heat(heat: &HeatState, sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {
+    sink.column("heat/temperature", Column::f64(&heat.temperature, 1, "K"))?;
+    sink.column("heat/correction", Column::f64(&heat.correction, 1, "K"))?;
+    sink.column("heat/warming", Column::f64(&heat.warming, 1, "K"))?;
+    sink.column("heat/ledger", Column::f64(&heat.ledger.to_reals(), 1, "J"))
+}
+
+fn read_heat(source: &mut dyn ColumnSource, n: usize) -> Result<HeatState, ColumnError> {
+    let mut column = |path: &str, count: usize| with_length(path, source.f64(path)?, count);
+    let ledger = column("heat/ledger", 5)?;
+    Ok(HeatState {
+        temperature: column("heat/temperature", n)?,
+        correction: column("heat/correction", n)?,
+        warming: column("heat/warming", n)?,
+        ledger: HeatLedger::from_reals([ledger[0], ledger[1], ledger[2], ledger[3], ledger[4]]),
+    })
 }
 
 fn write_broken(broken: &[BrokenBond], sink: &mut dyn ColumnSink) -> Result<(), ColumnError> {

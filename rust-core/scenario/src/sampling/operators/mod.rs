@@ -15,6 +15,7 @@ mod power;
 mod region_stress;
 mod set_force;
 mod set_motion;
+mod temperature;
 mod wall_traction;
 
 use super::definition::{OperatorDefinition, SampledQuantity};
@@ -77,6 +78,8 @@ operators! {
     Fabric = "fabric": fabric::DEFINITION,
     /// Solid fraction and porosity.
     Porosity = "porosity": porosity::DEFINITION,
+    /// Mean, lowest, and highest temperature of the particles; needs `[heat]`.
+    Temperature = "temperature": temperature::DEFINITION,
     /// Damage tensors of the bonds: of their damage and of their lost strength; broken bonds count as 1.
     DamageTensor = "damage-tensor": damage_tensor::DEFINITION,
     /// Power put into the contacts, and the parts that stress and strain rate account for.

@@ -1,0 +1,207 @@
+//! Checks of heat conduction.
+
+use super::Checker;
+use super::structure::wording::listing;
+use crate::schema::{Heat, HeatBoundary, HeatNetwork, HeatPairs, HeatSource, Loading, Packing, ProblemKind, Shape};
+use concordem_contact::law::LawName;
+use concordem_contact::quantity::Quantity;
+
+impl crate::schema::Scenario {
+    /// Names of the faces of the body, by number; a periodic packing has none.
+    pub fn heat_faces(&self) -> Vec<&'static str> {
+        if self.packing.is_periodic() {
+            return Vec::new();
+        }
+        if let Some(Shape::Cylinder { axis, .. }) = self.packing.shape() {
+            let ends =
+                [["x minimum", "x maximum"], ["y minimum", "y maximum"], ["z minimum", "z maximum"]][axis.index()];
+            return vec![ends[0], ends[1], "side"];
+        }
+        let faces = ["x minimum", "x maximum", "y minimum", "y maximum", "z minimum", "z maximum"];
+        faces[..if self.dimension == 2 { 4 } else { 6 }].to_vec()
+    }
+}
+
+impl Checker<'_> {
+    /// The table `[heat]`, and the thermal constants of the materials.
+    pub(super) fn heat(&mut self) {
+        let scenario = self.scenario;
+        let Some(heat) = &scenario.heat else { return };
+        for (at, material) in scenario.materials.iter().enumerate() {
+            if material.thermal.is_none() {
+                let help = "add `thermal = { specific_heat = \"880 J/kg/K\", conductivity = \"134 W/m/K\" }`";
+                let message = "heat conduction needs the thermal constants of every material";
+                self.missing(&format!("material[{at}].thermal"), message, help);
+            }
+        }
+        self.heat_network(heat);
+        self.expansion(heat);
+        for (at, initial) in heat.initials.iter().enumerate() {
+            self.known_set(&format!("heat.initial[{at}].set"), &initial.set);
+        }
+        for (at, source) in heat.sources.iter().enumerate() {
+            self.heat_source(&format!("heat.source[{at}]"), source);
+        }
+        for (at, boundary) in heat.boundaries.iter().enumerate() {
+            self.heat_boundary(&format!("heat.boundary[{at}]"), boundary);
+        }
+    }
+
+    fn heat_network(&mut self, heat: &Heat) {
+        let scenario = self.scenario;
+        let bonds = heat.pairs == Some(HeatPairs::Bonds);
+        if heat.model == HeatNetwork::Power {
+            for (key, given) in
+                [("heat.pairs", heat.pairs.is_some()), ("heat.contact_ratio", heat.contact_ratio.is_some())]
+            {
+                if given {
+                    let help = "remove the key, or use the model \"ordered\" or \"disordered\"";
+                    self.conflict(key, "has no effect: all neighbors in the power diagram exchange heat", help);
+                }
+            }
+            let shape = scenario.packing.shape();
+            if matches!(shape, Some(Shape::Mesh { .. } | Shape::Hyperboloid { .. })) {
+                let help = "use the model \"disordered\", or a box or a cylinder";
+                self.conflict("heat.model", "the power diagram is not available for this shape of the packing", help);
+            }
+        }
+        if heat.model == HeatNetwork::Disordered && scenario.dimension == 2 {
+            let help = "use \"power\", or \"ordered\" for a square lattice";
+            self.conflict("heat.model", "table 3.1 of Jebahi et al. 2015 holds for spheres, not for discs", help);
+        }
+        if heat.model == HeatNetwork::Ordered
+            && !matches!(scenario.packing, Packing::Lattice { .. } | Packing::Spheres { .. } | Packing::File { .. })
+        {
+            let help = "use \"power\" or \"disordered\"";
+            self.conflict("heat.model", "holds for simple cubic and square lattices, not for random packings", help);
+        }
+        if bonds && scenario.bonds.is_none() {
+            self.conflict("heat.pairs", "there are no bonds", "add [bonds], or use \"contacts\"");
+        }
+        if bonds && heat.contact_ratio.is_some() {
+            let help = "remove the key, or use pairs = \"contacts\"";
+            self.conflict("heat.contact_ratio", "has no effect with pairs = \"bonds\"", help);
+        }
+        if !bonds && !scenario.cuts.is_empty() {
+            let help = "use the model \"disordered\" or \"ordered\" with pairs = \"bonds\", which no cut leaves";
+            self.conflict("heat.model", "heat would flow across the cuts", help);
+        }
+        if heat.steady && !heat.initials.is_empty() {
+            let help = "remove one of the two";
+            self.conflict("heat.steady", "the steady state does not depend on the initial temperatures of sets", help);
+        }
+        if heat.crack_resistance.is_some() && scenario.bonds.is_none() {
+            self.conflict("heat.crack_resistance", "has no effect without bonds", "add [bonds], or remove the key");
+        }
+        if !heat.motion {
+            let help = "remove the key, or write motion = true";
+            for (key, given) in [
+                ("loading", !matches!(scenario.loading, Loading::None)),
+                ("heat.crack_resistance", heat.crack_resistance.is_some()),
+                ("heat.reference_temperature", heat.reference_temperature.is_some()),
+                ("prescribe", !scenario.prescribed.is_empty()),
+                ("force", !scenario.forces.is_empty()),
+                ("initial", !scenario.initials.is_empty()),
+                ("stop.unbalanced", scenario.stop.unbalanced.is_some()),
+                ("stop.strain", scenario.stop.strain.is_some()),
+            ] {
+                if given {
+                    self.conflict(key, "has no effect: with heat.motion = false nothing moves", help);
+                }
+            }
+        }
+    }
+
+    /// Thermal expansion: of bonds that have a length at which they are without force.
+    fn expansion(&mut self, heat: &Heat) {
+        let scenario = self.scenario;
+        let expands = |at: usize| scenario.materials[at].thermal.as_ref().is_some_and(|t| t.expansion.si() != 0.0);
+        let first = (0..scenario.materials.len()).find(|&at| expands(at));
+        let Some(at) = first else {
+            if heat.reference_temperature.is_some() {
+                let help = "give a material `thermal.expansion`, or remove the key";
+                self.conflict("heat.reference_temperature", "has no effect: no material expands", help);
+            }
+            return;
+        };
+        let key = format!("material[{at}].thermal.expansion");
+        let Some(bonds) = &scenario.bonds else {
+            self.conflict(&key, "has no effect: only bonds expand", "add [bonds], or remove the key");
+            return;
+        };
+        if !heat.motion {
+            self.conflict(&key, "has no effect: with heat.motion = false nothing moves", "remove one of the two");
+        }
+        if bonds.law == LawName::LinearBond {
+            let materials = scenario.materials.iter().map(|material| material.linear_bond.as_ref()).enumerate();
+            let interfaces = scenario.interfaces.iter().map(|interface| interface.linear_bond.as_ref()).enumerate();
+            let tables = materials.map(|(at, table)| (format!("material[{at}]"), table));
+            for (owner, table) in tables.chain(interfaces.map(|(at, table)| (format!("interface[{at}]"), table))) {
+                if table.is_some_and(|table| !table.subtract_initial_gap) {
+                    let help = "remove the key: bonds are then without force at their length at bonding";
+                    let message = "bonds that are without force where spheres touch cannot expand";
+                    self.conflict(&format!("{owner}.linear_bond.subtract_initial_gap"), message, help);
+                }
+            }
+        }
+    }
+
+    fn heat_source(&mut self, key: &str, source: &HeatSource) {
+        match (&source.set, &source.spot) {
+            (None, None) => self.missing(&format!("{key}.set"), "nothing is heated", "give `set` or `spot`"),
+            (Some(_), Some(_)) => {
+                self.conflict(&format!("{key}.spot"), "a set is given, too", "give one of `set` and `spot`");
+            }
+            (Some(set), None) => self.known_set(&format!("{key}.set"), set),
+            (None, Some(_)) => {}
+        }
+        match (source.power, source.density) {
+            (None, None) => self.missing(&format!("{key}.power"), "the power is missing", "give `power` or `density`"),
+            (Some(_), Some(_)) => {
+                self.conflict(
+                    &format!("{key}.density"),
+                    "the power is given, too",
+                    "give one of `power` and `density`",
+                );
+            }
+            (None, Some(_)) if source.spot.is_some() => {
+                self.conflict(&format!("{key}.density"), "a spot has no volume", "give `power`");
+            }
+            _ => {}
+        }
+    }
+
+    fn heat_boundary(&mut self, key: &str, boundary: &HeatBoundary) {
+        let scenario = self.scenario;
+        if let Some(set) = &boundary.set {
+            self.known_set(&format!("{key}.set"), set);
+        }
+        let given = [
+            boundary.temperature.is_some(),
+            boundary.flux.is_some(),
+            boundary.convection.is_some(),
+            boundary.radiation.is_some(),
+        ];
+        if given.iter().filter(|given| **given).count() != 1 {
+            let message = "needs exactly one of `temperature`, `flux`, `convection`, and `radiation`";
+            self.conflict(key, message, "give one of them; write a [[heat.boundary]] for each");
+        }
+        let faces = scenario.heat_faces();
+        let on_particles = boundary.set.is_some() && boundary.face.is_none() && boundary.temperature.is_some();
+        if faces.is_empty() && !on_particles {
+            let help = "give `set` with `temperature`, or use a packing that is not periodic";
+            self.conflict(key, "a periodic packing has no surface", help);
+        } else if let Some(face) = &boundary.face
+            && face != "all"
+            && !faces.contains(&&face[..])
+        {
+            let quoted: Vec<String> = faces.iter().map(|name| format!("\"{name}\"")).collect();
+            let help = format!("choose \"all\", {}", listing(&quoted));
+            self.add(ProblemKind::UnknownName, &format!("{key}.face"), "the body has no such face", help);
+        }
+        if boundary.temperature.map(Quantity::si) == Some(0.0) && boundary.history.is_some() {
+            let help = "give a temperature that the history multiplies";
+            self.conflict(&format!("{key}.history"), "multiplies a temperature of zero", help);
+        }
+    }
+}

@@ -1,0 +1,342 @@
+//! One step of heat conduction.
+
+use std::collections::HashSet;
+
+use concordem_contact::math::Vec3;
+use rayon::prelude::*;
+
+use super::implicit;
+use super::network::Link;
+use super::supply::{Factors, Spread, factor};
+use super::{HeatModel, HeatState};
+use crate::SolverError;
+use crate::energy::Sum;
+use crate::forces::TILE;
+use crate::state::contacts::{BrokenBond, ContactFlags};
+use crate::state::{Particles, State};
+
+/// Conducts heat. Holds scratch data only.
+#[derive(Debug, Clone, Default)]
+pub struct HeatPass {
+    /// First entry of each particle in `halves`, then the number of entries.
+    start: Vec<u32>,
+    /// The links of each particle: the particle at the other end, and the number of the link.
+    halves: Vec<(u32, u32)>,
+    /// Conductance of each link, W/K.
+    conductance: Vec<f64>,
+    /// Whether the temperature of a particle is prescribed.
+    held: Vec<bool>,
+    /// Which particles have been bonded, by particle.
+    bonded: Vec<Vec<u32>>,
+    /// Pairs whose bond has broken.
+    parted: HashSet<(u32, u32)>,
+    /// Number of broken bonds that are known.
+    broken: usize,
+    /// Present factors of what enters from outside.
+    pub factors: Factors,
+    /// Heat that flows into each particle at the temperatures of the start of the step, W.
+    pub(super) rate: Vec<f64>,
+    /// Change of the temperatures in an implicit step, K.
+    pub(super) change: Vec<f64>,
+    /// `−d rate/dT` by the surface, W/K.
+    pub(super) surface: Vec<f64>,
+    /// Change of each temperature in the step, K.
+    pub increment: Vec<f64>,
+}
+
+/// A pair of particles in ascending order.
+fn ordered(a: u32, b: u32) -> (u32, u32) {
+    (a.min(b), a.max(b))
+}
+
+impl HeatPass {
+    /// The pass for `state`, which may have cracks already.
+    pub fn new(model: &HeatModel, state: &State) -> Self {
+        let n = state.particles.len();
+        let links = &model.network.links;
+        let mut start = vec![0_u32; n + 1];
+        for link in links {
+            start[link.a as usize + 1] += 1;
+            start[link.b as usize + 1] += 1;
+        }
+        for p in 0..n {
+            start[p + 1] += start[p];
+        }
+        let mut next = start.clone();
+        let mut halves = vec![(0, 0); 2 * links.len()];
+        for (k, link) in links.iter().enumerate() {
+            for (p, other) in [(link.a, link.b), (link.b, link.a)] {
+                halves[next[p as usize] as usize] = (other, k as u32);
+                next[p as usize] += 1;
+            }
+        }
+        let mut held = vec![false; n];
+        for p in model.supply.held.iter().flat_map(|held| &held.particles) {
+            held[*p as usize] = true;
+        }
+        let mut bonded = vec![Vec::new(); n];
+        let intact = state.bonds.iter().flat_map(|block| (0..block.len()).map(|k| block.view(k)));
+        let intact = intact.filter(|view| !view.flags.has(ContactFlags::BROKEN)).map(|view| view.pair);
+        for pair in intact.chain(state.broken.iter().map(|bond| bond.pair)) {
+            bonded[pair.a as usize].push(pair.b);
+            bonded[pair.b as usize].push(pair.a);
+        }
+        for others in &mut bonded {
+            others.sort_unstable();
+            others.dedup();
+        }
+        let mut pass = Self { start, halves, held, bonded, ..Self::default() };
+        pass.conductance = links.iter().map(|link| conductance(model, &state.particles, link)).collect();
+        pass.cut(model, &state.particles, &state.broken);
+        pass
+    }
+
+    /// Put the resistance of cracks in series with the links across bonds that have broken since the last call.
+    ///
+    /// A link without a bond is cut when no intact path of two bonds joins its particles any more, if there was one.
+    pub fn cut(&mut self, model: &HeatModel, particles: &Particles, broken: &[BrokenBond]) {
+        let new = broken.get(self.broken..).unwrap_or_default();
+        self.broken = broken.len();
+        let parted: Vec<(u32, u32)> = new.iter().map(|bond| ordered(bond.pair.a, bond.pair.b)).collect();
+        self.parted.extend(&parted);
+        for p in parted.iter().flat_map(|&(a, b)| [a, b]) {
+            for half in self.start[p as usize]..self.start[p as usize + 1] {
+                let (other, link) = self.halves[half as usize];
+                let whole = conductance(model, particles, &model.network.links[link as usize]);
+                if self.is_cut(p, other) && self.conductance[link as usize] == whole {
+                    let area = model.network.links[link as usize].area;
+                    self.conductance[link as usize] = 1.0 / (1.0 / whole + model.crack_resistance / area);
+                }
+            }
+        }
+    }
+
+    /// Whether a crack separates two linked particles.
+    fn is_cut(&self, a: u32, b: u32) -> bool {
+        let bond = |p: u32, q: u32| self.bonded[p as usize].binary_search(&q).is_ok();
+        let intact = |p: u32, q: u32| bond(p, q) && !self.parted.contains(&ordered(p, q));
+        if bond(a, b) {
+            return !intact(a, b);
+        }
+        let mut between = self.bonded[a as usize].iter().filter(|&&c| bond(c, b)).peekable();
+        between.peek().is_some() && between.all(|&c| !(intact(a, c) && intact(c, b)))
+    }
+
+    /// Largest time step (s, thermal time) for which an explicit step cannot overshoot: `min C_i/Σ_j G_ij`, the surface included.
+    /// Sufficient for stability. Infinite without any exchange.
+    pub fn stable_step(&self, model: &HeatModel, particles: &Particles, heat: &HeatState) -> f64 {
+        let mut sums = vec![0.0; particles.len()];
+        for (p, sum) in sums.iter_mut().enumerate() {
+            *sum = self.links(p).fold(0.0, |sum, (_, conductance)| sum + conductance);
+        }
+        for (k, part) in model.supply.surfaces.iter().enumerate() {
+            for exposure in &part.exposures {
+                let p = exposure.particle as usize;
+                let conductivity = model.materials[particles.material[p] as usize].conductivity;
+                let hottest = part.exchange.hottest(heat.temperature[p]);
+                sums[p] += part.exchange.flow(exposure, conductivity, hottest, factor(&self.factors.surfaces, k)).1;
+            }
+        }
+        let steps = sums.iter().zip(&model.capacity).zip(&self.held).filter(|(_, held)| !**held);
+        steps.map(|((sum, capacity), _)| capacity / sum).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Other end and conductance (W/K) of each link of particle `p`.
+    #[inline]
+    pub fn links(&self, p: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let halves = &self.halves[self.start[p] as usize..self.start[p + 1] as usize];
+        halves.iter().map(|&(other, link)| (other as usize, self.conductance[link as usize]))
+    }
+
+    /// Whether the temperature of particle `p` is prescribed.
+    pub fn is_held(&self, p: usize) -> bool {
+        self.held[p]
+    }
+
+    /// Heat that flows along the links into each particle at the given temperatures (K), W.
+    pub(super) fn conduct(&self, temperature: &[f64], into: &mut Vec<f64>) {
+        let of = |p: usize| {
+            let mut sum = 0.0;
+            for (other, conductance) in self.links(p) {
+                sum += conductance * (temperature[other] - temperature[p]);
+            }
+            sum
+        };
+        (0..temperature.len()).into_par_iter().with_min_len(TILE).map(of).collect_into_vec(into);
+    }
+
+    /// Compute the change of the temperatures in a step of `dt` (s, thermal time) that begins at the thermal time `time`
+    /// (s), and book the heat that enters.
+    ///
+    /// # Errors
+    /// An implicit step that does not converge.
+    pub fn begin(
+        &mut self,
+        model: &HeatModel,
+        particles: &Particles,
+        heat: &mut HeatState,
+        time: f64,
+        dt: f64,
+    ) -> Result<(), SolverError> {
+        let n = particles.len();
+        self.change.clear();
+        self.change.resize(n, 0.0);
+        // A steady state has no end: sources stay where they are.
+        let middle = if dt.is_finite() { time + 0.5 * dt } else { time };
+        let entering = self.find_rates(model, particles, heat, middle);
+        heat.ledger.sources.add(entering * dt);
+        for (k, held) in model.supply.held.iter().enumerate() {
+            let target = held.temperature * factor(&self.factors.held, k);
+            for &p in &held.particles {
+                let p = p as usize;
+                self.change[p] = (target - heat.temperature[p]) - heat.correction[p];
+            }
+        }
+        if model.implicit {
+            implicit::solve(self, &model.capacity, dt)?;
+        }
+        self.book_surfaces(model, particles, heat, dt);
+        self.finish_rates(model.implicit);
+        let increment = |p: usize| {
+            if self.held[p] { self.change[p] } else { self.rate[p] * dt / model.capacity[p] }
+        };
+        let mut increments = std::mem::take(&mut self.increment);
+        (0..n).into_par_iter().with_min_len(TILE).map(increment).collect_into_vec(&mut increments);
+        self.increment = increments;
+        for p in model.supply.held.iter().flat_map(|held| &held.particles) {
+            let p = *p as usize;
+            heat.ledger.boundary.add(model.capacity[p] * self.increment[p]);
+            heat.ledger.boundary.add(-self.rate[p] * dt);
+        }
+        Ok(())
+    }
+
+    /// Heat that flows into each particle at its present temperature, W, and minus the derivative of the part through the surface
+    /// with respect to the temperature, W/K; sources are those at the thermal time `time` (s).
+    pub fn rates(&mut self, model: &HeatModel, particles: &Particles, heat: &HeatState, time: f64) -> (&[f64], &[f64]) {
+        self.find_rates(model, particles, heat, time);
+        (&self.rate, &self.surface)
+    }
+
+    /// [`Self::rates`]; returns the power of all sources, W.
+    fn find_rates(&mut self, model: &HeatModel, particles: &Particles, heat: &HeatState, time: f64) -> f64 {
+        let mut rate = std::mem::take(&mut self.rate);
+        self.conduct(&heat.temperature, &mut rate);
+        self.rate = rate;
+        self.surface.clear();
+        self.surface.resize(particles.len(), 0.0);
+        let power = self.add_sources(model, particles, time);
+        self.add_surfaces(model, particles, heat);
+        power
+    }
+
+    /// Add the power of the sources at the thermal time `time` (s); returns their sum, W.
+    fn add_sources(&mut self, model: &HeatModel, particles: &Particles, time: f64) -> f64 {
+        let mut total = Sum::default();
+        for (k, source) in model.supply.sources.iter().enumerate() {
+            let power = source.power * factor(&self.factors.sources, k);
+            match &source.spread {
+                Spread::Shares(shares) => {
+                    for &(p, share) in shares {
+                        self.rate[p as usize] += power * share;
+                        total.add(power * share);
+                    }
+                }
+                Spread::Gaussian { center, velocity, radius } => {
+                    let weights = gaussian(model, particles, &(center + velocity * time), *radius);
+                    let sum: f64 = weights.iter().sum();
+                    if sum > 0.0 {
+                        for (rate, weight) in self.rate.iter_mut().zip(weights) {
+                            let part = power * (weight / sum);
+                            *rate += part;
+                            total.add(part);
+                        }
+                    }
+                }
+            }
+        }
+        total.get()
+    }
+
+    /// Add the heat through the surface at the temperatures of the start of the step.
+    fn add_surfaces(&mut self, model: &HeatModel, particles: &Particles, heat: &HeatState) {
+        for (k, part) in model.supply.surfaces.iter().enumerate() {
+            let factor = factor(&self.factors.surfaces, k);
+            for exposure in &part.exposures {
+                let p = exposure.particle as usize;
+                let conductivity = model.materials[particles.material[p] as usize].conductivity;
+                let (flow, slope) = part.exchange.flow(exposure, conductivity, heat.temperature[p], factor);
+                self.rate[p] += flow;
+                self.surface[p] += slope;
+            }
+        }
+    }
+
+    /// Book the heat through the surface. In an implicit step it follows from the temperatures of its end.
+    fn book_surfaces(&self, model: &HeatModel, particles: &Particles, heat: &mut HeatState, dt: f64) {
+        for (k, part) in model.supply.surfaces.iter().enumerate() {
+            let factor = factor(&self.factors.surfaces, k);
+            for exposure in &part.exposures {
+                let p = exposure.particle as usize;
+                let conductivity = model.materials[particles.material[p] as usize].conductivity;
+                let (flow, slope) = part.exchange.flow(exposure, conductivity, heat.temperature[p], factor);
+                let change = if model.implicit { self.change[p] } else { 0.0 };
+                heat.ledger.boundary.add((flow - slope * change) * dt);
+            }
+        }
+    }
+
+    /// In an implicit step: the rates at the temperatures of its end. The update by these rates conserves heat however exactly
+    /// the equations were solved.
+    fn finish_rates(&mut self, implicit: bool) {
+        if !implicit {
+            return;
+        }
+        let mut flows = Vec::new();
+        self.conduct(&self.change, &mut flows);
+        let slopes = self.surface.iter().zip(&self.change);
+        for ((rate, flow), (slope, change)) in self.rate.iter_mut().zip(flows).zip(slopes) {
+            *rate += flow - slope * change;
+        }
+    }
+
+    /// Apply the change of the temperatures.
+    pub fn finish(&self, heat: &mut HeatState) {
+        let HeatState { temperature, correction, warming, .. } = heat;
+        let rows = temperature.par_iter_mut().zip(correction).zip(warming).zip(&self.increment).with_min_len(TILE);
+        rows.for_each(|(((temperature, correction), warming), increment)| {
+            // The sum of two numbers and its error (Knuth 1969, 4.2.2).
+            let (old, change) = (*temperature, increment + *correction);
+            let new = old + change;
+            let part = new - old;
+            *correction = (old - (new - part)) + (change - part);
+            *temperature = new;
+            *warming = *increment;
+        });
+    }
+
+    /// Memory in bytes.
+    pub fn bytes(&self) -> usize {
+        4 * self.start.len() + 8 * self.halves.len() + 8 * self.conductance.len() + 33 * self.held.len()
+    }
+}
+
+/// Conductance of a link without a crack, W/K.
+fn conductance(model: &HeatModel, particles: &Particles, link: &Link) -> f64 {
+    let of = |p: u32| model.materials[particles.material[p as usize] as usize].conductivity;
+    let (a, b) = (of(link.a), of(link.b));
+    // A uniform material has one rounding less, and the bits of a finite difference stencil.
+    if a == b {
+        return link.area * a / (link.length_a + link.length_b);
+    }
+    link.area / (link.length_a / a + link.length_b / b)
+}
+
+/// `V exp(−|x − c|²/(2r²))` of each particle.
+fn gaussian(model: &HeatModel, particles: &Particles, center: &Vec3, radius: f64) -> Vec<f64> {
+    let weight = |(x, volume): (&Vec3, &f64)| {
+        let distance = (x - center).norm_squared() / (radius * radius);
+        volume * libm::exp(-0.5 * distance)
+    };
+    particles.position.par_iter().zip(&model.network.volume).with_min_len(TILE).map(weight).collect()
+}

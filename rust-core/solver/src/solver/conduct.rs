@@ -1,0 +1,58 @@
+//! Heat conduction within a step of the solver.
+
+use super::Solver;
+use crate::heat::expansion::Expansion;
+use crate::heat::pass::HeatPass;
+use crate::state::State;
+use crate::{SolverError, StepReport};
+
+impl Solver {
+    /// Prepare heat conduction, if the model has any.
+    pub(super) fn start_heat(&mut self, state: &State) -> Result<(), SolverError> {
+        let Some(model) = &self.model.heat else { return Ok(()) };
+        if !self.owned.is_empty() {
+            return Err(SolverError::Heat { problem: "is not supported in subdomains of a distributed host" });
+        }
+        if state.heat.as_ref().is_none_or(|heat| heat.temperature.len() != state.particles.len()) {
+            return Err(SolverError::Heat { problem: "needs the temperatures of all particles (`State::heat`)" });
+        }
+        self.heat = Some(HeatPass::new(model, state));
+        self.expansion = (model.mechanics && model.expands()).then(Expansion::default);
+        Ok(())
+    }
+
+    /// Compute the change of the temperatures in the step.
+    pub(super) fn begin_heat(&mut self, state: &mut State) -> Result<(), SolverError> {
+        let (Some(pass), Some(model), Some(heat)) = (&mut self.heat, &self.model.heat, &mut state.heat) else {
+            return Ok(());
+        };
+        let clock = &state.clock;
+        let (time, dt) = (clock.time() * model.time_factor, clock.dt * model.time_factor);
+        pass.begin(model, &state.particles, heat, time, dt)?;
+        if let Some(expansion) = &mut self.expansion {
+            expansion.begin(model, &state.particles, heat, &pass.increment);
+        }
+        Ok(())
+    }
+
+    /// Apply the change of the temperatures; bonds expand.
+    pub(super) fn finish_heat(&mut self, state: &mut State) {
+        let (Some(pass), Some(model), Some(heat)) = (&self.heat, &self.model.heat, &mut state.heat) else { return };
+        pass.finish(heat);
+        if let Some(expansion) = &mut self.expansion {
+            expansion.apply(model, state, true);
+        }
+    }
+
+    /// Whether particles do not move.
+    pub(super) fn rests(&self) -> bool {
+        self.model.heat.as_ref().is_some_and(|heat| !heat.mechanics)
+    }
+
+    /// A step without motion.
+    pub(super) fn only_conduct(&mut self, state: &mut State) -> StepReport {
+        self.finish_heat(state);
+        state.clock.step += 1;
+        StepReport::default()
+    }
+}

@@ -1,0 +1,53 @@
+//! Heat conduction and thermal expansion in a random scenario.
+
+#![expect(clippy::format_push_string, reason = "scenarios are short; one line per key reads better than write!")]
+
+use concordem_tests::random::Random;
+
+use crate::case::{Case, Heat};
+use crate::generator::ids;
+
+/// Heat capacity per mass of all materials, J/(kg·K).
+pub const SPECIFIC_HEAT: f64 = 800.0;
+
+/// Adds heat conduction. Everything hot is a set of particles, which no twin changes. The steps of the motion are some 0.1 µs, those of
+/// conduction seconds.
+pub fn add(random: &mut Random, case: &mut Case) {
+    let expansion = if case.bonds.is_some() && random.happens(0.7) { random.one_of(&[1e-6, 1e-5]) } else { 0.0 };
+    let conductivity = random.one_of(&[0.5, 1.5, 100.0]);
+    let thermal = format!(
+        "thermal = {{ specific_heat = {SPECIFIC_HEAT:?}, conductivity = {conductivity:?}, expansion = {expansion:?} }}\n"
+    );
+    case.materials = case.materials.replace("density = 2500\n", &format!("density = 2500\n{thermal}"));
+    let model = random.one_of(&["power", "power", "disordered", "ordered"]);
+    let mut keys =
+        format!("model = \"{model}\"\ntemperature = 300\ntime_factor = {:?}\n", random.one_of(&[1.0, 1e5, 1e6]));
+    if model != "power" {
+        keys +=
+            if case.bonds.is_some() && random.happens(0.5) { "pairs = \"bonds\"\n" } else { "contact_ratio = 1.3\n" };
+    }
+    if random.happens(0.3) {
+        keys += "scheme = \"implicit\"\n";
+    }
+    if expansion > 0.0 && random.happens(0.3) {
+        keys += "reference_temperature = 280\n";
+    }
+    if case.bonds.is_some() && random.happens(0.3) {
+        keys += "crack_resistance = 1e-4\n";
+    }
+    if random.happens(0.1) {
+        keys += "motion = false\n";
+    }
+    keys += &format!("[[heat.initial]]\nset = \"hot\"\ntemperature = {:?}\n", random.between(250.0, 400.0));
+    if random.happens(0.5) {
+        keys += &format!("[[heat.source]]\nset = \"hot\"\npower = {:?}\n", random.between(-1.0, 5.0));
+    }
+    if random.happens(0.3) {
+        keys += "[[heat.boundary]]\nset = \"hot\"\ntemperature = 350\n";
+    }
+    if case.cell.is_none() && random.happens(0.3) {
+        keys += "[[heat.boundary]]\nradiation = { emissivity = 0.8, ambient = 500 }\n";
+    }
+    let hot = ids(random, case.spheres.len(), 5);
+    case.heat = Some(Heat { keys, hot });
+}
