@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::{At, OutputError};
 use super::hdf::options;
+use concordem_scenario::assembly::hdf5_groups;
 use concordem_scenario::assembly::seal::{self, SealError};
 use concordem_scenario::files;
 
@@ -102,5 +103,8 @@ pub fn verify(path: &Path) -> Result<(), OutputError> {
 /// Verifies a sealed HDF5 file and opens it for reading.
 pub(crate) fn open(path: &Path) -> Result<hdf5::File, OutputError> {
     verify(path)?;
+    // A forged file can have a valid seal.
+    hdf5_groups::check(path)
+        .map_err(|problem| OutputError::Damaged { path: path.to_owned(), problem: format!("it {problem}") })?;
     options().open(path).at(path)
 }

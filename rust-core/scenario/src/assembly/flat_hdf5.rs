@@ -7,25 +7,18 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::hdf5_text::{Bytes, Message, u16_at, u32_at, u64_at};
+use super::hdf5_groups::{SYMBOL_TABLE, members};
+use super::hdf5_text::{Bytes, Message, u32_at, u64_at};
 
 /// How to make a file that can be read; ends messages.
 pub const REMEDY: &str = "Write it in HDF5's oldest format without chunks and compression, as h5py does by default (`h5repack -l \
                           CONTI -f NONE OLD NEW` converts a file), or as text with the columns x y z r";
-
-/// Largest number of nodes read for the list of members; in a forged file nodes may refer to each other.
-const MOST_NODES: usize = 1024;
-
-/// Largest number of members, and longest name of one: their product limits the time that a forged file may take.
-const MOST_MEMBERS: usize = 100_000;
-const LONGEST_NAME: usize = 256;
 
 /// Types of the messages in an object header.
 mod kind {
     pub const DATASPACE: u16 = 0x01;
     pub const DATATYPE: u16 = 0x03;
     pub const LAYOUT: u16 = 0x08;
-    pub const SYMBOL_TABLE: u16 = 0x11;
 }
 
 /// A plain HDF5 file.
@@ -57,8 +50,9 @@ impl FlatFile {
             return Err("begins with the data of another program".to_owned());
         }
         let mut file = Self { bytes, root: u64_at(&head, 64), members: BTreeMap::new() };
-        let table = file.message(file.root, kind::SYMBOL_TABLE, 16).map_err(|_| "has a group of another layout")?;
-        file.list(u64_at(&table, 0), u64_at(&table, 8))?;
+        let table = file.message(file.root, SYMBOL_TABLE, 16).map_err(|_| "has a group of another layout")?;
+        let members = members(&mut file.bytes, [u64_at(&table, 0), u64_at(&table, 8)])?;
+        file.members = members.into_iter().map(|member| (member.name, member.address)).collect();
         Ok(file)
     }
 
@@ -73,50 +67,6 @@ impl FlatFile {
     /// The file is damaged.
     pub fn has_attribute(&mut self, name: &str) -> Result<bool, String> {
         self.bytes.has_attribute(self.root, name.as_bytes())
-    }
-
-    /// Fills the list of members from a B-tree of nodes with entries, whose names lie in a local heap.
-    fn list(&mut self, tree: u64, heap: u64) -> Result<(), String> {
-        let head = self.bytes.array::<32>(heap)?;
-        if &head[..4] != b"HEAP" {
-            return Err("refers to an address without names".to_owned());
-        }
-        let names = self.bytes.read(u64_at(&head, 24), u64_at(&head, 8))?;
-        let mut nodes = vec![tree];
-        let (mut next, mut entries) = (0, 0);
-        while let Some(&at) = nodes.get(next) {
-            next += 1;
-            if nodes.len() > MOST_NODES {
-                return Err(format!("has more than {MOST_NODES} nodes in its list of members"));
-            }
-            let head = self.bytes.array::<8>(at)?;
-            let count = u64::from(u16_at(&head, 6));
-            entries += usize::from(u16_at(&head, 6));
-            if entries > MOST_MEMBERS {
-                return Err(format!("has more than {MOST_MEMBERS} members"));
-            }
-            match &head[..4] {
-                // Type 0: a list of members. Keys and children alternate.
-                b"TREE" if head[4] == 0 => {
-                    let children = self.bytes.read(at.saturating_add(24), 16 * count)?;
-                    nodes.extend(children.chunks_exact(16).map(|child| u64_at(child, 8)));
-                }
-                b"SNOD" => {
-                    for entry in self.bytes.read(at.saturating_add(8), 40 * count)?.chunks_exact(40) {
-                        let name = usize::try_from(u64_at(entry, 0)).ok().and_then(|at| names.get(at..));
-                        let name = name.map(|rest| &rest[..rest.len().min(LONGEST_NAME)]);
-                        let name = name.and_then(|rest| rest.split(|byte| *byte == 0).next());
-                        let name = name.ok_or("has a member whose name lies outside of the list of names")?;
-                        // A cache of type 2 is a symbolic link.
-                        if u32_at(entry, 16) != 2 {
-                            self.members.insert(name.to_vec(), u64_at(entry, 8));
-                        }
-                    }
-                }
-                _ => return Err("refers to an address without members".to_owned()),
-            }
-        }
-        Ok(())
     }
 
     /// The only message of this type in the header of an object, with at least `length` bytes.

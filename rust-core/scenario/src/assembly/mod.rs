@@ -8,6 +8,7 @@ pub mod checked_hdf5;
 mod cuts;
 mod error;
 pub mod flat_hdf5;
+pub mod hdf5_groups;
 pub mod hdf5_text;
 mod heat;
 mod histories;
