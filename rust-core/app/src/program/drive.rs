@@ -261,7 +261,7 @@ impl Run {
         let position = state.unwrapped_positions();
         let damage = bond_damage(state);
         let reals = |data| Column::f64(data, 1, "m");
-        let fields = vec![
+        let mut fields = vec![
             SnapshotField { name: "radius", description: "Radius", column: reals(&particles.radius) },
             SnapshotField {
                 name: "displacement",
@@ -289,6 +289,13 @@ impl Run {
                 column: Column::u16(&particles.material),
             },
         ];
+        if !particles.aggregate.is_empty() {
+            fields.push(SnapshotField {
+                name: "aggregate",
+                description: "Number of the aggregate, from 1; 0 outside of all",
+                column: Column::u32(&particles.aggregate),
+            });
+        }
         let snapshot = Snapshot {
             time: state.clock.time(),
             step: state.clock.step,
@@ -297,8 +304,9 @@ impl Run {
             fields,
         };
         self.files.append_snapshot(&snapshot)?;
-        // Radius, damage; position, displacement, two velocities; id, material.
-        self.pending_bytes += particles.len() * (2 * 8 + 4 * 24 + 6);
+        // Radius, damage; position, displacement, two velocities; id, material; aggregate.
+        self.pending_bytes +=
+            particles.len() * (2 * 8 + 4 * 24 + 6 + if particles.aggregate.is_empty() { 0 } else { 4 });
         Ok(())
     }
 

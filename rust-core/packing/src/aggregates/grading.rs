@@ -62,6 +62,16 @@ impl Grading {
         Ok(Self(Curve::Fuller { smallest, largest, exponent }))
     }
 
+    /// One size, m.
+    ///
+    /// # Errors
+    /// A size that is not positive.
+    pub fn single(size: f64) -> Result<Self, PackingError> {
+        positive("the size", size)?;
+        // A curve must rise: from just below the size.
+        Ok(Self(Curve::Sieves(vec![(size * (1.0 - 1e-12), 0.0), (size, 1.0)])))
+    }
+
     /// The coarse aggregates (4.75 mm and more) of the concretes of Stránský 2018, table 8.1, by their largest size, 9.5, 12.5, or
     /// 19 mm; `None` for another size.
     pub fn stransky(largest: f64) -> Option<Self> {
