@@ -210,8 +210,10 @@ fn particles_have_the_volume_of_the_aggregates() {
         for (phase, fraction) in phases.groups.iter().zip([0.6 * (1.0 - 0.5_f64.sqrt()), 0.08, 0.05]) {
             // Half of the smallest body: 4 mm in 24³ mm³ are 0.24 %, 5 mm are 0.47 %, 3 mm are 0.1 %.
             assert!((phase.volume_fraction - fraction).abs() < 0.005, "{phase:?}");
-            assert!((phase.share / phase.volume_fraction - 1.0).abs() < 0.15, "{phase:?}");
-            assert_eq!(phase.empty, 0);
+            // In the cell, up to the scatter of the lattice in bodies of 5 to 40 particles; the cube has no particles at its faces
+            // and no aggregates there, so their share is larger.
+            let ratio = phase.share / phase.volume_fraction;
+            assert!(if packing == CELL { (ratio - 1.0).abs() < 0.2 } else { ratio > 1.0 && ratio < 1.6 }, "{phase:?}");
         }
         let total: f64 = phases.matrix.1 + phases.groups.iter().map(|phase| phase.share).sum::<f64>();
         assert!((total - 1.0).abs() < 1e-12);
@@ -321,12 +323,12 @@ fn aggregates_meet_clumps_deformable_particles_and_the_plane() {
             name = \"mortar\"
             density = 2500
             linear_bond = {{ normal_stiffness = 1e6, shear_stiffness = 5e5 }}
-            deformable = {{ young = 1e9, poisson = 0.2 }}
+            deformable = {{ young = 2e10, poisson = 0.2 }}
             [[material]]
             name = \"stone\"
             density = 2500
             linear_bond = {{ normal_stiffness = 2e6, shear_stiffness = 5e5 }}
-            deformable = {{ young = 3e9, poisson = 0.2 }}
+            deformable = {{ young = 3e10, poisson = 0.2 }}
             [bonds]
             law = \"linear_bond\"
             interaction_ratio = 1.01
@@ -345,8 +347,8 @@ fn aggregates_meet_clumps_deformable_particles_and_the_plane() {
     };
     let clump = "[[set]]\nname = \"stone\"\nselection = { kind = \"sphere\", center = [0, 0, 0], radius = \"3 mm\" }\n[[clump]]\nset = \"stone\"\n";
     let rigid = |text: String| {
-        text.replace("deformable = { young = 1e9, poisson = 0.2 }", "")
-            .replace("deformable = { young = 3e9, poisson = 0.2 }", "")
+        text.replace("deformable = { young = 2e10, poisson = 0.2 }", "")
+            .replace("deformable = { young = 3e10, poisson = 0.2 }", "")
     };
     let discs = "kind = \"random-discs\"
         count = 200

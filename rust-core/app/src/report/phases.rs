@@ -165,3 +165,33 @@ impl Particles {
 fn color(material: u16) -> &'static str {
     COLORS[usize::from(material) % COLORS.len()]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A cube of 27 spheres, one corner of them an aggregate: the plane through the middle meets nine circles, and the table counts
+    /// particles, volumes, and aggregates.
+    #[test]
+    fn section_and_shares_of_a_cube() {
+        let mut particles =
+            Particles { position: Vec::new(), radius: vec![1.0; 27], material: vec![0; 27], aggregate: vec![0; 27] };
+        for i in 0..27_u32 {
+            particles.position.push(Vec3::new(f64::from(i % 3), f64::from(i / 3 % 3), f64::from(i / 9)) * 2.0);
+        }
+        for p in [0, 3, 6] {
+            particles.material[p] = 1;
+            particles.aggregate[p] = 1 + u32::from(p == 6);
+        }
+        particles.radius[3] = 0.5;
+        let name = |material: u16| ["mortar", "a < b"][usize::from(material)].to_owned();
+        let picture = particles.picture(&name);
+        assert_eq!(picture.matches("<circle").count(), 9);
+        // Of the three particles of the aggregates, the second one lies in the plane.
+        assert_eq!(picture.matches(COLORS[1]).count(), 1);
+        let table = particles.table(1, &name);
+        // 2.125 of 26.125 volumes.
+        assert!(table.contains("a &lt; b</td><td>3</td><td>8.1 %</td><td>2</td>"), "{table}");
+        assert!(table.contains("mortar</td><td>24</td><td>91.9 %</td><td>–</td>"), "{table}");
+    }
+}

@@ -15,7 +15,7 @@ pub struct Field {
 #[derive(Debug, Clone, Copy)]
 struct Entry {
     number: u32,
-    image: [i8; 3],
+    image: [i32; 3],
 }
 
 /// Cells of equal size over the region. Each lists the inclusions whose boxes meet it.
@@ -44,7 +44,13 @@ impl Grid {
 
     /// Calls `visit` with the number of each cell that a box meets, and the image of the region it lies in, until `visit` is
     /// false; the box is given by its center and half of its edges, relative to the region.
-    fn visit(&self, periodic: bool, center: &Vec3, half: &Vec3, visit: &mut dyn FnMut(usize, [i8; 3]) -> bool) -> bool {
+    fn visit(
+        &self,
+        periodic: bool,
+        center: &Vec3,
+        half: &Vec3,
+        visit: &mut dyn FnMut(usize, [i32; 3]) -> bool,
+    ) -> bool {
         let span = |i: usize| {
             let count = self.counts[i];
             let place = |x: f64| {
@@ -59,7 +65,7 @@ impl Grid {
                 for i in span(0) {
                     let [nx, ny, nz] = self.counts;
                     let cell = i.rem_euclid(nx) + nx * (j.rem_euclid(ny) + ny * k.rem_euclid(nz));
-                    let image = [i.div_euclid(nx), j.div_euclid(ny), k.div_euclid(nz)].map(|image| image as i8);
+                    let image = [i.div_euclid(nx), j.div_euclid(ny), k.div_euclid(nz)].map(|image| image as i32);
                     if !visit(cell as usize, image) {
                         return false;
                     }
@@ -119,7 +125,7 @@ impl Field {
     }
 
     /// Displacement of an image by whole cells, m.
-    fn shift(&self, image: [i8; 3]) -> Vec3 {
+    fn shift(&self, image: [i32; 3]) -> Vec3 {
         self.region.edges * Vec3::from(image.map(f64::from))
     }
 

@@ -82,9 +82,9 @@ impl Polyhedron {
         loop {
             let points: Vec<Vec3> = (0..corners).map(|_| direction(random).component_mul(&axes)).collect();
             let Ok(hull) = Self::hull(&points) else { continue };
-            // Points of one side only make a splinter that the size says little about.
+            // Points of one side only make a splinter, less than 2.5 % of the ellipsoid.
             if hull.planes.iter().all(|(normal, distance)| distance - normal.dot(&hull.vertices_center()) > 0.0)
-                && hull.volume > 0.2 * 4.0 / 3.0 * std::f64::consts::PI * elongation * flatness / 8.0
+                && hull.volume > 0.025 * 4.0 / 3.0 * std::f64::consts::PI * elongation * flatness
             {
                 return Ok(hull.of_unit_size());
             }

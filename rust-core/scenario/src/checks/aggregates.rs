@@ -24,6 +24,11 @@ impl Checker<'_> {
         }
     }
 
+    /// Whether all centers of particles, and so of aggregates, lie in the plane z = 0.
+    fn aggregates_in_plane(&self) -> bool {
+        self.scenario.dimension == 2 || matches!(self.scenario.packing, Packing::RandomDiscs { .. })
+    }
+
     /// Checks the surface of the specimen.
     fn region_of_aggregates(&mut self, aggregates: &Aggregates) {
         let packing = &self.scenario.packing;
@@ -42,7 +47,7 @@ impl Checker<'_> {
                 "remove the key, or write surface = \"mould\"",
             );
         }
-        let planar = self.scenario.dimension == 2 || matches!(packing, Packing::RandomDiscs { .. });
+        let planar = self.aggregates_in_plane();
         let upright = match packing.shape() {
             Some(Shape::Hyperboloid { .. } | Shape::Mesh { .. } | Shape::Cylinder { axis: Axis::X | Axis::Y, .. }) => {
                 false
@@ -192,7 +197,7 @@ impl Checker<'_> {
             if group.shape.as_ref().is_some_and(|shape| !matches!(shape, AggregateShape::Sphere {})) {
                 self.conflict(&step, "is a rule for spheres", "give `volume_fraction`, or remove `shape`");
             }
-            if self.scenario.dimension == 2 {
+            if self.aggregates_in_plane() {
                 self.conflict(&step, "is a rule in three dimensions", "give `volume_fraction`");
             }
         }
@@ -208,21 +213,21 @@ impl Checker<'_> {
                 let message = format!("the radius {} is not positive", length(sphere[3].si()));
                 self.range(&format!("{key}[{at}][3]"), message, "give a positive radius");
             }
-            if self.scenario.dimension == 2 && sphere[2].si() != 0.0 {
-                let help = "with dimension = 2 all aggregates are discs in this plane";
+            if self.aggregates_in_plane() && sphere[2].si() != 0.0 {
+                let help = "all particles and aggregates lie in this plane";
                 self.conflict(&format!("{key}[{at}][2]"), "is not in the plane z = 0", help);
             }
         }
     }
 
     fn shape_of_aggregates(&mut self, path: &str, group: &AggregateGroup) {
-        if self.scenario.dimension != 2 {
+        if !self.aggregates_in_plane() {
             return;
         }
         let key = format!("{path}.shape");
         match &group.shape {
             Some(AggregateShape::Polyhedron { .. } | AggregateShape::Mesh { .. }) => {
-                let help = "use \"sphere\" (discs) or \"ellipsoid\" (ellipses), or dimension = 3";
+                let help = "use \"sphere\" (discs) or \"ellipsoid\" (ellipses), or a packing in space";
                 self.conflict(&format!("{key}.kind"), "is not possible in two dimensions", help);
             }
             Some(AggregateShape::Ellipsoid { flatness, .. }) if flatness.si() != 1.0 => {
