@@ -184,6 +184,7 @@ impl Checker<'_> {
             }
             GradingTable::Single { .. } if group.smallest.is_some() => {
                 self.conflict(&format!("{path}.smallest"), "has no effect on a single size", "remove the key");
+                return;
             }
             _ => {}
         }
