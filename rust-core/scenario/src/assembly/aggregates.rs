@@ -121,20 +121,15 @@ fn region(
     if let Some(cell) = &placed.packing.cell {
         return Ok(Region::periodic(Vec3::zeros(), cell, planar)?);
     }
-    let shape = match scenario.packing.shape() {
-        Some(shape) => solid(shape, folder)?.0,
-        None => {
-            let spheres = &placed.packing.spheres;
-            let ends = |sphere: &Sphere| {
-                (sphere.position.add_scalar(-sphere.radius), sphere.position.add_scalar(sphere.radius))
-            };
-            let (low, high) = spheres
-                .iter()
-                .map(ends)
-                .reduce(|(low, high), (a, b)| (low.inf(&a), high.sup(&b)))
-                .ok_or(PackingError::Empty)?;
-            Shape::new_box(low, high)?
-        }
+    let shape = if let Some(shape) = scenario.packing.shape() {
+        solid(shape, folder)?.0
+    } else {
+        let spheres = &placed.packing.spheres;
+        let ends =
+            |sphere: &Sphere| (sphere.position.add_scalar(-sphere.radius), sphere.position.add_scalar(sphere.radius));
+        let around = spheres.iter().map(ends).reduce(|(low, high), (a, b)| (low.inf(&a), high.sup(&b)));
+        let (low, high) = around.ok_or(PackingError::Empty)?;
+        Shape::new_box(low, high)?
     };
     if table.surface == Some(Surface::Sawn) {
         let (low, high) = shape.bounds();

@@ -222,13 +222,11 @@ impl AggregateGroup {
                 }
                 GradingTable::Single { size } => Grading::single(size.si())?,
             };
-            match self.smallest {
-                Some(smallest) => whole.from(smallest.si()),
-                None => {
-                    let share = 1.0 - whole.passing(whole.bounds().0);
-                    Ok((whole, share))
-                }
+            if let Some(smallest) = self.smallest {
+                return whole.from(smallest.si());
             }
+            let share = 1.0 - whole.passing(whole.bounds().0);
+            Ok((whole, share))
         })
     }
 
