@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Generate the pictures of gallery.md from small runs of the templates. They are committed; run this when the program changes.
 
-    docs/book/make_gallery.py [--concordem PROGRAM]        some twenty seconds
+    docs/book/make_gallery.py [--concordem PROGRAM]        about two minutes
 """
 
 import argparse
@@ -119,12 +119,51 @@ def shock(program, folder):
     save(figure, "thermal-shock")
 
 
+def mesoscale(program, folder):
+    """Concrete on the mesoscale in tension: phases in a section, damaged bonds, and the curve beside that of mortar."""
+    figure, (section, crack, curve) = plt.subplots(1, 3, figsize=(10, 3.4), width_ratios=[1, 1, 1.2])
+    result = run(program, folder, "concrete-mesoscale")
+    # The same cube without aggregates: the template without three tables.
+    text = folder / "mortar.toml"
+    subprocess.run([program, "init", "--template", "concrete-mesoscale", text], check=True, capture_output=True)
+    kept, skip = [], False
+    for line in text.read_text(encoding="utf-8").splitlines():
+        if line.startswith("["):
+            skip = line.startswith(("[aggregates", "[[aggregates", "[[interface"))
+        if not skip:
+            kept.append(line)
+    text.write_text("\n".join(kept) + "\n", encoding="utf-8")
+    subprocess.run([program, "run", "--quiet", text], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    mortar = h5py.File(text.with_suffix(".h5"))
+    particles = result["particles"]
+    place = (particles["position"][:] - particles["displacement"][:]) * 1e3
+    square = (particles["radius"][:] * 1e3) ** 2 - place[:, 1] ** 2
+    colors = np.array(["#ddd8cb", "#6b5847"])
+    for (x, _, z), inside, material in zip(place, square, particles["material"][:]):
+        if inside > 0:
+            section.add_patch(plt.Circle((x, z), inside**0.5, color=colors[material], linewidth=0))
+    section.set(title="mortar and aggregates")
+    bonds = result["contacts/cpm"]
+    near = (np.abs(bonds["position"][:, 1]) < 2e-3) & (bonds["damage"][:] > 0.99)
+    stones = (particles["material"][:] == 1) & (np.abs(place[:, 1]) < 1.0)
+    crack.scatter(place[stones, 0], place[stones, 2], s=24, color="#d8cdc2", linewidths=0)
+    crack.scatter(*(bonds["position"][:][near][:, [0, 2]].T * 1e3), s=4, color="#b03020", linewidths=0)
+    crack.set(title="bonds with a damage above 0.99")
+    for axis in section, crack:
+        axis.set(aspect="equal", xlim=(-16, 16), ylim=(-16, 16), xlabel="x, mm", ylabel="z, mm")
+    for one, label in (result, "with aggregates"), (mortar, "mortar"):
+        curve.plot(one["samples/strain"][:] * 1e3, one["samples/stress"][:] / 1e6, label=label)
+    curve.set(xlabel="strain, 1e-3", ylabel="stress, MPa", title="tension")
+    curve.legend(fontsize=8)
+    save(figure, "mesoscale")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--concordem", type=Path, default=BOOK.parents[1] / "target/release/concordem", help="the program")
     program = parser.parse_args().concordem.resolve()
     with tempfile.TemporaryDirectory() as folder:
-        for picture in (curves, cracks, grains, shock):
+        for picture in (curves, cracks, grains, shock, mesoscale):
             picture(program, Path(folder))
             print(picture.__name__)
 

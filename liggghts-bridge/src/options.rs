@@ -410,6 +410,13 @@ fn read_materials(path: &str, types: usize) -> Result<(Vec<Material>, Vec<Interf
             file.material.len()
         )));
     }
+    if let Some(interface) = file.interface.iter().find(|one| one.between[0] == one.between[1]) {
+        return Err(parameters(format!(
+            "the [[interface]] between `{0}` and `{0}` has no effect: only scenarios with [aggregates] have interfaces within a \
+             material; give the parameters in the [[material]]",
+            interface.between[0]
+        )));
+    }
     Ok((file.material, file.interface))
 }
 

@@ -128,6 +128,8 @@ pub struct Case {
     pub materials: String,
     /// Particles of the second material.
     pub second: Vec<usize>,
+    /// Whether small aggregates give the second material instead of a set.
+    pub aggregates: bool,
     /// Law and interaction ratio.
     pub bonds: Option<(&'static str, f64)>,
     pub contacts: &'static str,
@@ -377,7 +379,13 @@ impl Case {
                 writeln!(text, "[[set]]\nname = \"{name}\"\nselection = {{ kind = \"ids\", ids = {ids:?} }}{material}");
             name
         };
-        if !self.second.is_empty() {
+        if !self.second.is_empty() && self.aggregates {
+            let places = self.second.iter().map(|&id| &self.spheres[id]);
+            let places: Vec<String> =
+                places.map(|(x, r)| format!("[{:?}, {:?}, {:?}, {:?}]", x.x, x.y, x.z, 0.1 * r)).collect();
+            let places = places.join(", ");
+            let _ = writeln!(text, "[aggregates]\n[[aggregates.group]]\nmaterial = \"n\"\nspheres = [{places}]");
+        } else if !self.second.is_empty() {
             set(text, &self.second, "\nmaterial = \"n\"");
         }
         for clump in &self.clumps {

@@ -35,6 +35,7 @@ pub fn case(seed: u64, number: u64) -> Case {
         cell,
         materials,
         second: if two { ids(random, count, 3) } else { Vec::new() },
+        aggregates: false,
         bonds,
         contacts,
         options,
@@ -69,6 +70,7 @@ pub fn case(seed: u64, number: u64) -> Case {
     if random.happens(0.5) {
         in_time::add(random, &mut case);
     }
+    case.aggregates = random.happens(0.5);
     let random = &mut Random::new(seed.rotate_left(32) ^ 0x68, number);
     if random.happens(0.2) {
         heat::add(random, &mut case);

@@ -1,5 +1,7 @@
 //! A run gives the same bits on any number of threads, when repeated, and from any checkpoint.
 
+use std::path::Path;
+
 use concordem::law::hertz_mindlin::Elastic;
 use concordem::law::{CpmParameters, HertzMindlin};
 use concordem::math::Vec3;
@@ -11,7 +13,7 @@ use concordem::state::contacts::{ContactBlock, ContactFlags};
 use concordem::state::{Clock, Clump, Particles, Sphere, State, Wall, WallShape};
 use concordem_tests::{
     DENSITY, TIME_STEP, bonded, concrete, law, noise, noise_vector, on_threads, one_material, particles, pull,
-    random_packing, solver,
+    random_packing, runs, solver,
 };
 
 const STEPS: u64 = 300;
@@ -177,4 +179,23 @@ fn bouncing_spheres_restart_bit_for_bit_from_any_step() {
             assert_eq!(reference, hash, "restarts every {interval} steps");
         }
     });
+}
+
+/// Concrete with aggregates of all shapes: the packing, the places, the phases, and the run.
+#[test]
+fn aggregates_do_not_depend_on_threads() {
+    let folder = Path::new("scenarios/good");
+    let text = std::fs::read_to_string(folder.join("aggregates.toml")).expect("the scenario");
+    let digest = |threads| {
+        on_threads(threads, || {
+            let mut simulation = runs::started(runs::sound(runs::built(&text, folder)));
+            runs::finish(&mut simulation);
+            let particles = &simulation.state.particles;
+            assert!(particles.len() > 2048 && particles.aggregate.iter().filter(|number| **number > 0).count() > 100);
+            state_hash(&simulation.state)
+        })
+    };
+    let one = digest(1);
+    assert_eq!(digest(2), one);
+    assert_eq!(digest(3), one);
 }

@@ -16,6 +16,7 @@ TABLES = {
     "material": "material",
     "interface": "interface",
     "bonds": "bonds",
+    "aggregates": "aggregates",
     "cut": "cut",
     "contacts": "contacts",
     "deformable": "deformable",

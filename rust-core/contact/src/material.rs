@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::law::{self, Elastic, HasTable, LawName, LawTable, RegisteredLaw};
+use crate::law::{self, Elastic, Factors, Fault, HasTable, LawName, LawTable, RegisteredLaw};
 use crate::quantity::{Conductivity, Density, Expansion, Number, SpecificHeat, Stress};
 
 /// Elastic constants of particles that deform under their contacts (Madan 2019).
@@ -69,8 +69,15 @@ macro_rules! with_tables {
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct Interface {
-            /// Names of the two materials.
+            /// Names of the two materials. With [aggregates], the name of the same material twice: bonds between two of its
+            /// aggregates.
             pub between: [String; 2],
+            /// Material whose parameters the interface takes, times the `factors`, for the laws that have no table here; default:
+            /// the mean of both materials. Example: `of = "mortar"`.
+            pub of: Option<String>,
+            /// Factors on the parameters of the material `of`; default: all are 1.
+            /// Example: `factors = { stiffness = 0.5, strength = 0.5, ductility = 0.1 }`.
+            pub factors: Option<Factors>,
             $(
                 #[doc = concat!("Parameters of [`", stringify!($Law), "`](law::", stringify!($key), ").")]
                 #[schemars(extend("description" = about::<law::$key::$Law>()))]
@@ -93,6 +100,15 @@ macro_rules! with_tables {
                 let mut tables: Vec<(LawName, &dyn LawTable)> = Vec::new();
                 $(tables.extend(self.$key.as_ref().map(|table| (LawName::$Law, table as &dyn LawTable)));)*
                 tables
+            }
+        }
+
+        impl Material {
+            /// Why the factors of an interface do not apply to the table of a law; `None` if they do, or without a table.
+            pub fn fault_of_factors(&self, law: LawName, factors: &Factors) -> Option<Fault> {
+                match law {
+                    $(LawName::$Law => law::$key::$Law::scaled(self.$key.as_ref()?, factors).err(),)*
+                }
             }
         }
 

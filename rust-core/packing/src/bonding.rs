@@ -56,7 +56,8 @@ pub fn bond_unless(
         if particles.clump[a] != u32::MAX && particles.clump[a] == particles.clump[b] {
             continue;
         }
-        let Some(row) = rows.get(particles.material[a], particles.material[b]) else { continue };
+        let aggregates = [particles.aggregate_of(a), particles.aggregate_of(b)];
+        let Some(row) = rows.of_bond([particles.material[a], particles.material[b]], aggregates) else { continue };
         let shift = cell.map_or_else(Vec3::zeros, |cell| cell.shift(candidate.image));
         if severed(&particles.position[a], &(particles.position[b] + shift)) {
             continue;

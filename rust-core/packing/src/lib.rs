@@ -2,8 +2,9 @@
 //!
 //! A [`Packing`] is a list of spheres with or without a periodic cell. It comes from a [`lattice`], a [`mod@file`], or random
 //! compaction ([`mod@random_dense`], [`growth`], [`discs`]). It can be tiled and cropped to a [`shape`]. [`summary`] and
-//! [`isotropy`] measure its quality; [`bonding`] creates the bonds.
+//! [`isotropy`] measure its quality; [`bonding`] creates the bonds. [`aggregates`] divides a specimen into mortar and aggregates.
 
+pub mod aggregates;
 pub mod bonding;
 mod cloud;
 pub mod discs;
@@ -160,6 +161,26 @@ pub enum PackingError {
         edge: f64,
         /// Number of positions tried.
         attempts: usize,
+    },
+    /// No place for an aggregate or a pore.
+    #[error(
+        "no place for inclusion {} of {count} (size {size:.4e} m) after {attempts} attempts: the inclusions before it fill \
+         {reached:.4} of the volume, all would fill {wanted:.4}",
+        number + 1
+    )]
+    NoPlace {
+        /// Number of the inclusion, from 0.
+        number: usize,
+        /// Number of all inclusions to place.
+        count: usize,
+        /// Its size, m.
+        size: f64,
+        /// Number of places tried.
+        attempts: u32,
+        /// Volume fraction of the inclusions placed before.
+        reached: f64,
+        /// Volume fraction of all inclusions to place.
+        wanted: f64,
     },
     /// A compaction that did not finish.
     #[error(

@@ -24,6 +24,16 @@ pub enum LawError {
         /// What is wrong.
         source: Box<ParameterError>,
     },
+    /// The factors of an interface do not apply to the law.
+    #[error("law `{law}` between materials `{}` and `{}`: {message}", materials[0], materials[1])]
+    Factors {
+        /// Law.
+        law: &'static str,
+        /// Names of the two materials.
+        materials: Box<[String; 2]>,
+        /// What is wrong, and the remedy.
+        message: String,
+    },
     /// More pairs of materials than can be numbered.
     #[error(
         "the materials with parameters of \"{law}\" form more pairs than the {most} that can be numbered; give `{law}` \
@@ -46,7 +56,7 @@ macro_rules! dispatch {
         /// Parameters that are not valid for the law; too many pairs of materials.
         pub fn block(law: LawName, materials: &[Material], interfaces: &[Interface]) -> Result<BlockAndRows, LawError> {
             match law {
-                $(LawName::$Law => block_of::<law::$key::$Law, _>(materials, interfaces, law::$key::$Law::row),)*
+                $(LawName::$Law => block_of::<law::$key::$Law, _>(materials, interfaces, true, law::$key::$Law::row),)*
             }
         }
 
@@ -58,7 +68,7 @@ macro_rules! dispatch {
         ) -> Result<BlockAndRows, LawError> {
             match law {
                 $(LawName::$Law => {
-                    block_of::<law::$key::$Law, _>(materials, interfaces, law::$key::$Law::unbonded_row)
+                    block_of::<law::$key::$Law, _>(materials, interfaces, false, law::$key::$Law::unbonded_row)
                 })*
             }
         }
@@ -78,28 +88,31 @@ pub fn contact_block(
     law.law().map(|law| unbonded_block(law, materials, interfaces)).transpose()
 }
 
-/// A block of law `R` with pair coefficients from tables of law `L`.
+/// A block of law `R` with pair coefficients from tables of law `L`; `bonded`: of bonds.
 fn block_of<L: RegisteredLaw, R: LawLoops>(
     materials: &[Material],
     interfaces: &[Interface],
+    bonded: bool,
     row: fn(&L::Table, &L::Table) -> Result<R, ParameterError>,
 ) -> Result<BlockAndRows, LawError>
 where
     Material: HasTable<L>,
     Interface: HasTable<L>,
 {
+    let wrong = |a: &Material, b: &Material, source| LawError::Parameters {
+        law: L::NAME,
+        materials: Box::new([a.name.clone(), b.name.clone()]),
+        source: Box::new(source),
+    };
     let mut rows = Vec::new();
     let mut map = PairCoefficients::new(materials.len());
     for (i, a) in materials.iter().enumerate() {
         for (j, b) in materials.iter().enumerate().skip(i) {
-            let interface = interfaces.iter().find(|interface| interface.joins(&a.name, &b.name));
-            let between = interface.and_then(HasTable::<L>::table);
+            let interface = if i == j { None } else { interfaces.iter().find(|one| one.joins(&a.name, &b.name)) };
+            let between = interface.map(|one| table_between::<L>(one, materials, bonded)).transpose()?.flatten();
+            let between = between.as_ref();
             let (Some(table_a), Some(table_b)) = (between.or(a.table()), between.or(b.table())) else { continue };
-            let made = row(table_a, table_b).map_err(|source| LawError::Parameters {
-                law: L::NAME,
-                materials: Box::new([a.name.clone(), b.name.clone()]),
-                source: Box::new(source),
-            })?;
+            let made = row(table_a, table_b).map_err(|source| wrong(a, b, source))?;
             // Every ordered pair is numbered, so 255 materials make 65025.
             let most = usize::from(PairCoefficients::NONE);
             if rows.len() + if i == j { 1 } else { 2 } > most {
@@ -113,5 +126,41 @@ where
             }
         }
     }
+    for (i, material) in materials.iter().enumerate() {
+        let interface = interfaces.iter().find(|one| one.joins(&material.name, &material.name));
+        let between = interface.map(|one| table_between::<L>(one, materials, bonded)).transpose()?.flatten();
+        if let Some(table) = between {
+            let most = usize::from(PairCoefficients::NONE);
+            if rows.len() >= most {
+                return Err(LawError::TooManyPairs { law: L::NAME, most });
+            }
+            map.set_apart(i as u16, rows.len() as u16);
+            rows.push(row(&table, &table).map_err(|source| wrong(material, material, source))?);
+        }
+    }
     Ok((Box::new(ContactBlock::new(rows)), map))
+}
+
+/// The table of law `L` of an interface: its own, or that of the material `of` times the factors. `bonded`: for bonds.
+fn table_between<L: RegisteredLaw>(
+    interface: &Interface,
+    materials: &[Material],
+    bonded: bool,
+) -> Result<Option<L::Table>, LawError>
+where
+    Material: HasTable<L>,
+    Interface: HasTable<L>,
+{
+    if let Some(table) = interface.table() {
+        return Ok(Some(table.clone()));
+    }
+    let factors = interface.factors.unwrap_or_default();
+    let of = interface.of.as_ref().and_then(|name| materials.iter().find(|material| material.name == *name));
+    let Some(table) = of.and_then(HasTable::<L>::table) else { return Ok(None) };
+    let factors = if bonded { factors } else { factors.of_contacts() };
+    L::scaled(table, &factors).map(Some).map_err(|fault| LawError::Factors {
+        law: L::NAME,
+        materials: Box::new(interface.between.clone()),
+        message: format!("{}; {}", fault.message, fault.help),
+    })
 }

@@ -63,6 +63,7 @@ fn facts(scenario: &Scenario, assembly: Assembly) -> Result<Facts, Failure> {
             facts.add("in the bulk", format!("{coordination:.4} bonds per particle, interaction ratio {ratio:.6}"));
         }
     }
+    add_phases(&mut facts, &summary);
     if let Some(fraction) = summary.packing_fraction {
         facts.add("solid fraction", format!("{fraction:.4}"));
     }
@@ -145,6 +146,33 @@ fn conduction(bound: f64, heat: &HeatModel) -> String {
         return format!("{links} links, explicit steps are stable below {bound:.5e} s (thermal time {thermal:.5e} s)");
     }
     format!("{links} links, implicit steps, stable with any step")
+}
+
+/// Aggregates, pores, and bonds by phase.
+fn add_phases(facts: &mut Facts, summary: &Summary) {
+    let Some(phases) = &summary.phases else { return };
+    for phase in &phases.groups {
+        let text = format!(
+            "{}, {:.4} of the volume; {} particles inside, {:.4} of the solid",
+            count(phase.count),
+            phase.volume_fraction,
+            count(phase.particles),
+            phase.share
+        );
+        facts.add(&format!("group \"{}\"", phase.name), text);
+    }
+    let (particles, share) = phases.matrix;
+    facts.add("mortar", format!("{} particles, {share:.4} of the solid", count(particles)));
+    if let Some([mortar, aggregates, interface, between]) = summary.bonds_by_phase.filter(|_| summary.bonds > 0) {
+        let text = format!(
+            "{} in the mortar, {} in aggregates, {} between both, {} between aggregates",
+            count(mortar),
+            count(aggregates),
+            count(interface),
+            count(between)
+        );
+        facts.add("bonds by phase", text);
+    }
 }
 
 /// Largest possible number of steps, and the stop condition that sets this limit.

@@ -294,6 +294,13 @@ impl Run {
             fields.push(SnapshotField { name: "temperature", description: "Temperature", column });
             self.pending_bytes += particles.len() * 8;
         }
+        if !particles.aggregate.is_empty() {
+            fields.push(SnapshotField {
+                name: "aggregate",
+                description: "Number of the aggregate, from 1; 0 outside of all",
+                column: Column::u32(&particles.aggregate),
+            });
+        }
         let snapshot = Snapshot {
             time: state.clock.time(),
             step: state.clock.step,
@@ -302,8 +309,9 @@ impl Run {
             fields,
         };
         self.files.append_snapshot(&snapshot)?;
-        // Radius, damage; position, displacement, two velocities; id, material.
-        self.pending_bytes += particles.len() * (2 * 8 + 4 * 24 + 6);
+        // Radius, damage; position, displacement, two velocities; id, material; aggregate.
+        self.pending_bytes +=
+            particles.len() * (2 * 8 + 4 * 24 + 6 + if particles.aggregate.is_empty() { 0 } else { 4 });
         Ok(())
     }
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::check::count;
 use super::{Console, Facts, Failure};
 use crate::output::{OutputError, ResultFile, checkpoint, csv};
+use concordem_solver::state::columns::{ColumnData, StoredColumn};
 
 /// Arguments of `concordem info`.
 #[derive(Debug, clap::Args)]
@@ -41,6 +42,7 @@ pub(super) fn info(arguments: &InfoArguments, console: &mut Console<'_>) -> Resu
     if let Some((_, ids)) = particles.iter().find(|(name, _)| name == "id") {
         facts.add("particles", count(ids.borrow().len()));
     }
+    add_phases(&mut facts, &result, &particles)?;
     for law in result.laws()? {
         let table = result.table(&format!("contacts/{law}"))?;
         let rows = table.first().map_or(0, |(_, column)| column.borrow().len() / column.components.max(1));
@@ -74,6 +76,32 @@ pub(super) fn info(arguments: &InfoArguments, console: &mut Console<'_>) -> Resu
         facts.add(&name.replace('_', " "), value);
     }
     console.print(&format!("{}: finished run\n{facts}", arguments.file.display()))
+}
+
+/// Particles by material, if there are several, and the number of aggregates with particles.
+fn add_phases(facts: &mut Facts, result: &ResultFile, particles: &[(String, StoredColumn)]) -> Result<(), Failure> {
+    let data = |name: &str| particles.iter().find(|(column, _)| column == name).map(|(_, column)| &column.data);
+    let Some(ColumnData::U16(materials)) = data("material") else { return Ok(()) };
+    let last = materials.iter().copied().max().unwrap_or(0);
+    if last == 0 {
+        return Ok(());
+    }
+    let scenario = toml::from_str::<toml::Table>(&result.scenario()?).unwrap_or_default();
+    let name = |material: u16| {
+        let table = scenario.get("material")?.get(usize::from(material))?;
+        Some(table.get("name")?.as_str()?.to_owned())
+    };
+    for material in 0..=last {
+        let own = materials.iter().filter(|&&one| one == material).count();
+        facts.add(&format!("of \"{}\"", name(material).unwrap_or_else(|| material.to_string())), count(own));
+    }
+    if let Some(ColumnData::U32(numbers)) = data("aggregate") {
+        let mut numbers: Vec<u32> = numbers.iter().copied().filter(|number| *number > 0).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        facts.add("aggregates", count(numbers.len()));
+    }
+    Ok(())
 }
 
 fn info_of_checkpoint(arguments: &InfoArguments, console: &mut Console<'_>) -> Result<(), Failure> {

@@ -46,6 +46,10 @@ impl WriteColumns for Tables<'_> {
         }
         let material: Vec<u16> = order.iter().map(|&p| particles.material[p]).collect();
         sink.column("particles/material", Column::u16(&material))?;
+        if !particles.aggregate.is_empty() {
+            let aggregate: Vec<u32> = order.iter().map(|&p| particles.aggregate[p]).collect();
+            sink.column("particles/aggregate", Column::u32(&aggregate))?;
+        }
         let fragments = concordem_solver::fracture::fragments::fragments(self.state);
         let fragment: Vec<u32> = order.iter().map(|&p| fragments[p]).collect();
         sink.column("particles/fragment", Column::u32(&fragment))?;

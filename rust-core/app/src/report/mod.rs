@@ -1,6 +1,6 @@
 //! The report: one HTML page about one or more finished runs, or about a sweep.
 //!
-//! A page shows stress-strain curves, the properties of the specimen and published ones, the damaged bonds, the energy
+//! A page shows stress-strain curves, the properties of the specimen and published ones, the materials in a section, the damaged bonds, the energy
 //! balance, and the provenance of the numbers. It needs no other file and no network.
 
 mod chart;
@@ -9,6 +9,7 @@ mod curves;
 mod energy;
 pub mod figures;
 mod html;
+mod phases;
 mod properties;
 mod provenance;
 pub mod sweep;
@@ -57,6 +58,7 @@ pub fn page(inputs: &[ResultFile], reference: &ReferenceFigures) -> Result<Strin
         heading(&runs),
         properties::section(&runs, reference),
         curves::section(&runs, reference),
+        phases::section(&runs)?,
         cracks::section(&runs)?,
         energy::section(&runs)?,
         provenance::section(&runs)?,

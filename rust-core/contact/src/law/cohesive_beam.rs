@@ -35,8 +35,9 @@ use std::f64::consts::{FRAC_2_SQRT_PI, PI};
 
 use super::batch::{Batch, BatchResult, evaluate_each, evaluate_one};
 use super::common::{ParameterError, mean_strength, require};
+use super::factors::times;
 use super::table::{Fault, LawTable, RegisteredLaw};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Factors, Reference, Response, Status, Stiffness};
 use crate::columns::{Arrays, BATCH, Columns, Formula};
 use crate::kinematics::bond_frame::across;
 use crate::kinematics::{BranchVector, EndLoads, EndRotations, FrameKinematics, MotionMeasure, RestFrame, torques};
@@ -577,6 +578,16 @@ impl RegisteredLaw for CohesiveBeam {
     /// Never called: beams do not act as unbonded contacts.
     fn unbonded_row(a: &CohesiveBeamTable, b: &CohesiveBeamTable) -> Result<Self, ParameterError> {
         Self::row(a, b)
+    }
+
+    fn scaled(table: &CohesiveBeamTable, factors: &Factors) -> Result<CohesiveBeamTable, Fault> {
+        factors.refuse_ductility()?;
+        factors.refuse_strength(table.tensile_strength.is_some(), "`tensile_strength`")?;
+        Ok(CohesiveBeamTable {
+            young: times(table.young, factors.stiffness),
+            tensile_strength: table.tensile_strength.map(|strength| times(strength, factors.strength)),
+            ..table.clone()
+        })
     }
 }
 

@@ -17,8 +17,9 @@
 //! `½k_n(u_old⁻u⁺ − u⁻u_old⁺)`, which is the [`EnergySplit::integration`] term.
 
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
+use super::factors::times;
 use super::table::{Fault, LawTable, RegisteredLaw};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Factors, Response, Status, Stiffness};
 use crate::kinematics::PointKinematics;
 use crate::math::Vec3;
 use crate::quantity::{self, Number, Stress};
@@ -320,6 +321,16 @@ impl RegisteredLaw for Frictional {
 
     fn unbonded_row(a: &FrictionalTable, b: &FrictionalTable) -> Result<Self, ParameterError> {
         Self::row(a, b)
+    }
+
+    /// Only bonds have strength and ductility.
+    fn scaled(table: &FrictionalTable, factors: &Factors) -> Result<FrictionalTable, Fault> {
+        Ok(FrictionalTable {
+            young: table.young.map(|young| times(young, factors.stiffness)),
+            normal_stiffness: table.normal_stiffness.map(|stiffness| times(stiffness, factors.stiffness)),
+            shear_stiffness: table.shear_stiffness.map(|stiffness| times(stiffness, factors.stiffness)),
+            ..table.clone()
+        })
     }
 }
 

@@ -28,9 +28,10 @@
 //! [`EnergySplit::integration`] term, together with the error from the part of a step without contact.
 
 use super::common::{ParameterError, dashpot_within_limit, reciprocal_of_step, require};
+use super::factors::times;
 use super::restitution::{End, damping_of_restitution};
-use super::table::{LawTable, RegisteredLaw};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Response, Status, Stiffness};
+use super::table::{Fault, LawTable, RegisteredLaw};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Factors, Response, Status, Stiffness};
 pub use crate::elastic::Elastic;
 use crate::kinematics::PointKinematics;
 use crate::math::{Vec3, pow};
@@ -345,6 +346,11 @@ impl RegisteredLaw for HertzMindlin {
 
     fn unbonded_row(a: &HertzMindlinTable, b: &HertzMindlinTable) -> Result<Self, ParameterError> {
         Self::row(a, b)
+    }
+
+    /// Only bonds have strength and ductility.
+    fn scaled(table: &HertzMindlinTable, factors: &Factors) -> Result<HertzMindlinTable, Fault> {
+        Ok(HertzMindlinTable { young: times(table.young, factors.stiffness), ..table.clone() })
     }
 }
 

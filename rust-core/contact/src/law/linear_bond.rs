@@ -20,9 +20,10 @@
 
 use super::batch::{Batch, BatchResult, evaluate_batch, evaluate_one};
 use super::common::{ParameterError, mean_strength, reciprocal_of_step, require};
+use super::factors::times;
 use super::frictional::{Frictional, FrictionalTable};
 use super::table::{Fault, LawTable, RegisteredLaw};
-use super::{ContactGeometry, ContactLaw, EnergySplit, Reference, Response, Status, Stiffness};
+use super::{ContactGeometry, ContactLaw, EnergySplit, Factors, Reference, Response, Status, Stiffness};
 use crate::columns::{Arrays, BATCH, Columns, Formula};
 use crate::kinematics::deformable::ParticleVirial;
 use crate::kinematics::sphere_sphere::FiniteInput;
@@ -514,6 +515,19 @@ impl RegisteredLaw for LinearBond {
 
     fn unbonded_row(a: &LinearBondTable, b: &LinearBondTable) -> Result<Frictional, ParameterError> {
         Frictional::row(&a.after_breaking(), &b.after_breaking())
+    }
+
+    fn scaled(table: &LinearBondTable, factors: &Factors) -> Result<LinearBondTable, Fault> {
+        factors.refuse_ductility()?;
+        let has_strength = table.normal_strength.is_some() || table.shear_strength.is_some();
+        factors.refuse_strength(has_strength, "`normal_strength` or `shear_strength`")?;
+        Ok(LinearBondTable {
+            normal_stiffness: times(table.normal_stiffness, factors.stiffness),
+            shear_stiffness: times(table.shear_stiffness, factors.stiffness),
+            normal_strength: table.normal_strength.map(|strength| times(strength, factors.strength)),
+            shear_strength: table.shear_strength.map(|strength| times(strength, factors.strength)),
+            ..table.clone()
+        })
     }
 }
 

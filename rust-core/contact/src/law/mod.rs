@@ -9,6 +9,7 @@
 pub mod batch;
 pub mod common;
 pub mod contract;
+pub mod factors;
 pub mod registry;
 pub mod restitution;
 pub mod state;
@@ -31,6 +32,7 @@ pub use cohesive_beam::{BeamModel, BendingTerm, CohesiveBeamState, Section};
 pub use common::ParameterError;
 pub use contract::{ContactLaw, EnergySplit, Response, Status, Stiffness};
 pub use cpm::{CpmParameters, CpmState};
+pub use factors::Factors;
 pub use frictional::{ContactStiffness, FrictionalState};
 pub use hertz_mindlin::HertzMindlinState;
 pub use linear_bond::LinearBondState;

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::{ContactLaw, Field, Kinematics, LawState, ParameterError};
+use super::{ContactLaw, Factors, Field, Kinematics, LawState, ParameterError};
 
 /// A law with a table of parameters. All laws of [`for_each_law!`](crate::for_each_law) have one.
 ///
@@ -37,6 +37,18 @@ pub trait RegisteredLaw: ContactLaw {
     /// # Errors
     /// As [`Self::row`].
     fn unbonded_row(a: &Self::Table, b: &Self::Table) -> Result<Self::Unbonded, ParameterError>;
+
+    /// The table with its parameters multiplied by the factors of an `[[interface]]`. Without this function the law takes none.
+    ///
+    /// # Errors
+    /// A factor of a property that the law, or this table, does not have; its key is that of the factor.
+    fn scaled(table: &Self::Table, factors: &Factors) -> Result<Self::Table, Fault> {
+        if factors.is_one() {
+            return Ok(table.clone());
+        }
+        let help = format!("give [interface.{}] with all parameters, or remove the factors", Self::NAME);
+        Err(Fault::conflict("", format!("the {} takes no factors", Self::TITLE), help))
+    }
 }
 
 /// Parameters of a law in one material. The schema of the struct has the ranges of single keys; this trait has all

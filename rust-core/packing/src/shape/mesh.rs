@@ -110,6 +110,42 @@ impl Mesh {
         Self::new(vertices, triangles)
     }
 
+    /// The mesh moved by `shift` (m), then scaled.
+    ///
+    /// # Errors
+    /// A shift or a scale that is not finite.
+    pub fn moved(&self, shift: &Vec3, scale: f64) -> Result<Self, PackingError> {
+        Self::new(self.vertices.iter().map(|vertex| (vertex + shift) * scale).collect(), self.triangles.clone())
+    }
+
+    /// Vertices, m.
+    pub fn vertices(&self) -> &[Vec3] {
+        &self.vertices
+    }
+
+    /// Volume, m³.
+    ///
+    /// # Errors
+    /// Triangles without a common orientation: some edge has the same direction in two triangles.
+    pub fn volume(&self) -> Result<f64, PackingError> {
+        let mut balance: BTreeMap<(u32, u32), i32> = BTreeMap::new();
+        for &[a, b, c] in &self.triangles {
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                *balance.entry((from.min(to), from.max(to))).or_default() += if from < to { 1 } else { -1 };
+            }
+        }
+        if balance.values().any(|sum| *sum != 0) {
+            let reason = "the triangles of the mesh have no common orientation, so it has no volume";
+            return Err(PackingError::BadShape { reason: reason.to_owned() });
+        }
+        let middle = 0.5 * (self.low + self.high);
+        let part = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|index| self.vertices[index as usize] - middle);
+            a.cross(&b).dot(&c) / 6.0
+        };
+        Ok(self.triangles.iter().map(part).sum::<f64>().abs())
+    }
+
     /// Corners of the bounding box, m.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         (self.low, self.high)

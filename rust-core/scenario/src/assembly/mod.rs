@@ -3,6 +3,7 @@
 //! [`assemble_placed`] lists the stages; each stage has its own file. Particles and clumps come first, because walls,
 //! bonds, and the loading refer to them; the time step comes last, because it depends on all of them.
 
+mod aggregates;
 mod bodies;
 pub mod checked_hdf5;
 mod cuts;
@@ -42,9 +43,10 @@ use concordem_solver::collision::Collision;
 use concordem_solver::coupling::Convergence;
 pub use concordem_solver::laws;
 use concordem_solver::state::State;
-use concordem_solver::state::contacts::{ContactBlock, Contacts};
+use concordem_solver::state::contacts::{ContactBlock, Contacts, Pair};
 use concordem_solver::time_step::TimeStepBounds;
 
+pub use aggregates::{Phase, Phases};
 pub use bodies::apply_loads;
 pub use error::{AssemblyError, unfit};
 pub use model::deformable;
@@ -75,6 +77,11 @@ pub struct Summary {
     /// Bonds per particle in the packing before it was cut, and the interaction ratio that gives them, if the scenario gives
     /// a coordination number.
     pub bulk: Option<(f64, f64)>,
+    /// Aggregates and pores, if the scenario has some.
+    pub phases: Option<Phases>,
+    /// With aggregates: numbers of bonds within the mortar, within aggregates, between mortar and aggregates, and between two
+    /// aggregates.
+    pub bonds_by_phase: Option<[usize; 4]>,
     /// Solid volume divided by the volume of the packing, if it has one.
     pub packing_fraction: Option<f64>,
     /// Cross-section and length of the loaded specimen, m², m.
@@ -149,7 +156,8 @@ pub fn assemble_placed(
 ) -> Result<Assembly, AssemblyError> {
     memory::check_particles(scenario, placed)?;
     let mut cuts = Cuts::new(scenario, folder, placed.packing.cell.as_ref())?;
-    let (mut state, members) = particles::build(scenario, placed, &cuts)?;
+    let aggregates = aggregates::build(scenario, folder, placed, progress)?;
+    let (mut state, members, phases) = particles::build(scenario, placed, &cuts, aggregates.as_ref())?;
     if state.particles.is_empty() {
         let message = "has no particles: check the file, the shape, and the units".to_owned();
         return Err(unfit("packing", message));
@@ -158,7 +166,7 @@ pub fn assemble_placed(
     bodies::apply_motions(scenario, &mut state)?;
     bodies::add_clumps(scenario, &members, &mut state)?;
     let mut model = model::build(scenario);
-    let mut warnings = Vec::new();
+    let mut warnings = phases.as_ref().map_or_else(Vec::new, |phases| phases.doubtful(scenario));
     let bonded = add_bonds(scenario, placed, &mut cuts, &mut state, &mut warnings, progress)?;
     add_contacts(scenario, &mut model, &mut state)?;
     walls::add(scenario, folder, &mut state)?;
@@ -179,6 +187,8 @@ pub fn assemble_placed(
         bonds: bonded.bonds,
         coordination: if particles > 0 { 2.0 * bonded.bonds as f64 / particles as f64 } else { 0.0 },
         bulk: bonded.bulk,
+        bonds_by_phase: phases.is_some().then_some(bonded.by_phase),
+        phases,
         packing_fraction: placed.packing_fraction,
         specimen: schedule.loading.dimensions(),
         bounds: step.bounds,
@@ -224,6 +234,8 @@ struct Bonded {
     interaction_ratio: f64,
     /// See [`Summary::bulk`].
     bulk: Option<(f64, f64)>,
+    /// See [`Summary::bonds_by_phase`].
+    by_phase: [usize; 4],
 }
 
 /// Adds bonds between particles.
@@ -239,10 +251,10 @@ fn add_bonds(
         if scenario.dimension == 2 {
             plane::check_reach(&placed.packing, 1.0)?;
         }
-        return Ok(Bonded { bonds: 0, interaction_ratio: 1.0, bulk: None });
+        return Ok(Bonded { bonds: 0, interaction_ratio: 1.0, bulk: None, by_phase: [0; 4] });
     };
     progress("bonding", 0.0);
-    let (mut block, rows) = laws::block(section.law, &scenario.materials, &scenario.interfaces)?;
+    let (mut block, rows) = laws::block(section.law, &scenario.materials, &aggregates::interfaces(scenario))?;
     let mut interaction_ratio = section.interaction_ratio.si();
     let mut bulk = None;
     if let Some(coordination) = section.coordination {
@@ -267,8 +279,11 @@ fn add_bonds(
     let count = bonding::bond_unless(block.contacts_mut(), &rows, particles, cell, interaction_ratio, severed)?;
     warnings.extend(doubtful_bonds(scenario, &count, bulk));
     warnings.extend(cuts.without_effect(scenario));
+    let ends = |k: usize| block.contacts().view(k).pair;
+    let numbers = |Pair { a, b }: Pair| [a, b].map(|p| state.particles.aggregate_of(p as usize));
+    let by_phase = aggregates::count_bonds((0..count.bonds).map(ends).map(numbers));
     state.bonds.push(block);
-    Ok(Bonded { bonds: count.bonds, interaction_ratio, bulk })
+    Ok(Bonded { bonds: count.bonds, interaction_ratio, bulk, by_phase })
 }
 
 /// Warns if there are no bonds, or if their number depends on a tie. `bulk`: see [`Summary::bulk`].
@@ -298,7 +313,7 @@ fn doubtful_bonds(scenario: &Scenario, count: &BondCount, bulk: Option<(f64, f64
 
 /// Adds empty blocks of contacts between particles and with walls.
 fn add_contacts(scenario: &Scenario, model: &mut Model, state: &mut State) -> Result<(), AssemblyError> {
-    let block = laws::contact_block(scenario.contacts.law, &scenario.materials, &scenario.interfaces)?;
+    let block = laws::contact_block(scenario.contacts.law, &scenario.materials, &aggregates::interfaces(scenario))?;
     let Some((block, rows)) = block else { return Ok(()) };
     model.wall_rows = rows.clone();
     model.contact_rows = rows;

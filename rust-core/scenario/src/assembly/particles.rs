@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::aggregates::{Division, Phases, Places};
 use super::cuts::Cuts;
 use super::selection::select;
 use super::{AssemblyError, Placed, material_index, set_index, unfit};
@@ -17,10 +18,29 @@ const MOST_SETS: usize = 64;
 /// Members of every clump, as indices of the state.
 pub(super) type ClumpMembers = Vec<Vec<u32>>;
 
-/// Builds a state with the particles and the cell of a scenario; also returns the members of its clumps.
-pub(super) fn build(scenario: &Scenario, placed: &Placed, cuts: &Cuts) -> Result<(State, ClumpMembers), AssemblyError> {
-    let (spheres, added) = spheres(scenario, placed, cuts);
-    let (mut materials, tags) = sets(scenario, &spheres)?;
+/// Builds a state with the particles and the cell of a scenario; also returns the members of its clumps, and its phases if it has
+/// aggregates.
+pub(super) fn build(
+    scenario: &Scenario,
+    placed: &Placed,
+    cuts: &Cuts,
+    aggregates: Option<&Places<'_>>,
+) -> Result<(State, ClumpMembers, Option<Phases>), AssemblyError> {
+    let mut packed = cuts.remaining(scenario, &placed.packing.spheres);
+    let division = aggregates.map(|aggregates| aggregates.divide(scenario, &mut packed));
+    let (spheres, added) = with_clumps(scenario, packed);
+    let mut materials = vec![0u16; spheres.len()];
+    let mut aggregate = Vec::new();
+    let phases = division.map(|Division { number, material, phases }| {
+        for (material_of, &number) in materials.iter_mut().zip(&number) {
+            let of_aggregate = number.checked_sub(1).and_then(|body| material[body as usize]);
+            *material_of = of_aggregate.unwrap_or(*material_of);
+        }
+        aggregate = number;
+        aggregate.resize(spheres.len(), 0);
+        phases
+    });
+    let tags = sets(scenario, &spheres, &mut materials, &mut aggregate)?;
     for (clump, added) in scenario.clumps.iter().zip(&added) {
         if let Some(name) = &clump.material {
             materials[added.clone()].fill(material_index(scenario, name));
@@ -28,6 +48,7 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, cuts: &Cuts) -> Result
     }
     let members = members(scenario, &added, &tags);
     let mut particles = particles(scenario, &spheres, &materials, &tags);
+    particles.aggregate = aggregate;
     join_clumps(&members, &mut particles)?;
     // Particles are ordered along a space-filling curve; `id` keeps their numbers in the scenario.
     let order = spatial_order(&particles.position, placed.packing.cell.as_ref());
@@ -42,12 +63,11 @@ pub(super) fn build(scenario: &Scenario, placed: &Placed, cuts: &Cuts) -> Result
         members
     };
     let members = members.into_iter().map(reindex).collect();
-    Ok((State { particles, cell: placed.packing.cell, ..State::default() }, members))
+    Ok((State { particles, cell: placed.packing.cell, ..State::default() }, members, phases))
 }
 
-/// Spheres of the packing that no cut removes, followed by those that clumps add, and the range of added spheres of every clump.
-fn spheres(scenario: &Scenario, placed: &Placed, cuts: &Cuts) -> (Vec<Sphere>, Vec<Range<usize>>) {
-    let mut spheres = cuts.remaining(scenario, &placed.packing.spheres);
+/// The spheres that remain of the packing, followed by those that clumps add, and the range of added spheres of every clump.
+fn with_clumps(scenario: &Scenario, mut spheres: Vec<Sphere>) -> (Vec<Sphere>, Vec<Range<usize>>) {
     let mut added = Vec::with_capacity(scenario.clumps.len());
     for clump in &scenario.clumps {
         let first = spheres.len();
@@ -60,13 +80,18 @@ fn spheres(scenario: &Scenario, placed: &Placed, cuts: &Cuts) -> (Vec<Sphere>, V
     (spheres, added)
 }
 
-/// Material and set membership (one bit per set) of every sphere.
-fn sets(scenario: &Scenario, spheres: &[Sphere]) -> Result<(Vec<u16>, Vec<u64>), AssemblyError> {
+/// Set membership (one bit per set) of every sphere. A set with a material changes that of its spheres, which then belong to no
+/// aggregate.
+fn sets(
+    scenario: &Scenario,
+    spheres: &[Sphere],
+    materials: &mut [u16],
+    aggregate: &mut [u32],
+) -> Result<Vec<u64>, AssemblyError> {
     if scenario.sets.len() > MOST_SETS {
         let message = format!("{} sets are given; at most {MOST_SETS} are possible", scenario.sets.len());
         return Err(unfit("set", message));
     }
-    let mut materials = vec![0u16; spheres.len()];
     let mut tags = vec![0u64; spheres.len()];
     for (k, set) in scenario.sets.iter().enumerate() {
         let material = set.material.as_deref().map(|name| material_index(scenario, name));
@@ -74,10 +99,13 @@ fn sets(scenario: &Scenario, spheres: &[Sphere]) -> Result<(Vec<u16>, Vec<u64>),
             tags[p] |= 1 << k;
             if let Some(material) = material {
                 materials[p] = material;
+                if let Some(number) = aggregate.get_mut(p) {
+                    *number = 0;
+                }
             }
         }
     }
-    Ok((materials, tags))
+    Ok(tags)
 }
 
 /// Members of every clump: the particles of its set, or its added spheres.

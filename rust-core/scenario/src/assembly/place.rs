@@ -163,6 +163,12 @@ fn read_file(file: &Path, read_hdf5: PackReader) -> Result<Packing, AssemblyErro
     Ok(import_text(BufReader::new(open_regular(file).map_err(|error| cannot_read(file, &error))?))?)
 }
 
+/// A closed mesh from an STL file; `unit`: length of one unit of the file, m.
+pub(super) fn read_mesh(file: &Path, unit: f64) -> Result<Mesh, AssemblyError> {
+    let reader = BufReader::new(open_regular(file).map_err(|error| cannot_read(file, &error))?);
+    Ok(Mesh::from_stl(reader, unit)?)
+}
+
 /// Tiles or crops a packing.
 fn cut(unit: Packing, shape: Option<&schema::Shape>, folder: &Path) -> Result<Placed, AssemblyError> {
     let packing_fraction = None;
@@ -187,7 +193,7 @@ fn cut(unit: Packing, shape: Option<&schema::Shape>, folder: &Path) -> Result<Pl
 }
 
 /// The shape of a scenario, with its cross-sections if they are constant.
-fn solid(shape: &schema::Shape, folder: &Path) -> Result<(Shape, Option<[f64; 3]>), AssemblyError> {
+pub(super) fn solid(shape: &schema::Shape, folder: &Path) -> Result<(Shape, Option<[f64; 3]>), AssemblyError> {
     let center = shape.center().map_or_else(Vec3::zeros, |center| vector(&center));
     let ends = |axis: Axis, height: f64| {
         let mut half = Vec3::zeros();
@@ -215,11 +221,7 @@ fn solid(shape: &schema::Shape, folder: &Path) -> Result<(Shape, Option<[f64; 3]
             areas[axis.index()] = std::f64::consts::PI * waist * waist;
             (Shape::new_hyperboloid(base, top, radius.si(), waist)?, Some(areas))
         }
-        schema::Shape::Mesh { path, unit, .. } => {
-            let file = folder.join(path);
-            let reader = BufReader::new(open_regular(&file).map_err(|error| cannot_read(&file, &error))?);
-            (Shape::Mesh(Mesh::from_stl(reader, unit.si())?), None)
-        }
+        schema::Shape::Mesh { path, unit, .. } => (Shape::Mesh(read_mesh(&folder.join(path), unit.si())?), None),
         schema::Shape::Periodic { .. } => {
             return Err(unfit("packing.shape", "a periodic packing has no shape to cut".into()));
         }

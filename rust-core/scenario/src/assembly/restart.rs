@@ -238,9 +238,13 @@ fn same_particles(fresh: &State, state: &State) -> Result<(), AssemblyError> {
             && a.mass[p].to_bits() == b.mass[p].to_bits()
             && a.material[p] == b.material[p]
             && a.clump[p] == b.clump[p]
+            && a.aggregate_of(p) == b.aggregate_of(p)
             && a.tags[p] == b.tags[p];
         if !same {
-            return other(format!("particle {} differs in id, radius, mass, material, clump, or sets", a.id[p]));
+            return other(format!(
+                "particle {} differs in id, radius, mass, material, clump, aggregate, or sets",
+                a.id[p]
+            ));
         }
     }
     if fresh.cell.is_some() != state.cell.is_some() {

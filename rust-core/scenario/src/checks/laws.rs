@@ -9,6 +9,8 @@ use concordem_contact::law::{FaultKind, LawTable};
 fn materials_of_particles(scenario: &Scenario) -> Vec<&str> {
     let mut names = vec![scenario.materials[0].name.as_str()];
     names.extend(scenario.sets.iter().filter_map(|set| set.material.as_deref()));
+    let groups = scenario.aggregates.iter().flat_map(|aggregates| &aggregates.groups);
+    names.extend(groups.filter_map(|group| group.material.as_deref()));
     names.extend(scenario.clumps.iter().filter_map(|clump| clump.material.as_deref()));
     names
 }
@@ -88,13 +90,47 @@ impl Checker<'_> {
             self.known_material(&format!("interface[{at}].between[{side}]"), name);
         }
         let key = format!("interface[{at}].between");
-        if a == b {
-            let help = "give the parameters in the material itself";
+        let groups = self.scenario.aggregates.iter().flat_map(|aggregates| &aggregates.groups);
+        if a == b && !groups.clone().any(|group| group.material.as_ref() == Some(a)) {
+            let help =
+                "give the parameters in the material itself; only aggregates have an interface with their own material";
             self.conflict(&key, "the interface joins a material with itself", help);
         }
+        self.factors(at, interface);
         let same = |[x, y]: &[String; 2]| (x == a && y == b) || (x == b && y == a);
         if self.scenario.interfaces[..at].iter().any(|other| same(&other.between)) {
             self.conflict(&key, "another [[interface]] joins the same materials", "merge the two");
+        }
+    }
+
+    /// Checks the material and the factors from which an interface takes its parameters.
+    fn factors(&mut self, at: usize, interface: &Interface) {
+        let scenario = self.scenario;
+        let path = format!("interface[{at}]");
+        let Some(of) = &interface.of else {
+            if interface.factors.is_some() {
+                let help =
+                    format!("add `of = \"{}\"`, the material whose parameters they multiply", interface.between[0]);
+                self.missing(&format!("{path}.of"), "missing key, required by `factors`", help);
+            }
+            return;
+        };
+        self.known_material(&format!("{path}.of"), of);
+        let Some(material) = scenario.materials.iter().find(|material| material.name == *of) else { return };
+        let bonds = scenario.bonds.as_ref().map(|bonds| bonds.law);
+        let own = |law: LawName| interface.tables().iter().any(|(name, _)| *name == law);
+        if bonds.into_iter().chain(scenario.contacts.law.law()).all(own) {
+            let help = "remove `of` and `factors`, or the tables";
+            self.conflict(&format!("{path}.of"), "has no effect: the interface has a table of every law in use", help);
+        }
+        let factors = interface.factors.unwrap_or_default();
+        let bonds = bonds.filter(|law| !own(*law)).map(|law| (law, factors));
+        let contacts = scenario.contacts.law.law().filter(|law| !own(*law)).map(|law| (law, factors.of_contacts()));
+        for (law, factors) in bonds.into_iter().chain(contacts) {
+            if let Some(fault) = material.fault_of_factors(law, &factors) {
+                let key = if fault.key.is_empty() { String::new() } else { format!(".{}", fault.key) };
+                self.conflict(&format!("{path}.factors{key}"), fault.message, fault.help);
+            }
         }
     }
 

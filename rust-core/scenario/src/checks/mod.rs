@@ -4,6 +4,7 @@
 //! units, ranges), and then check its meaning: values that contradict each other, names that do not exist, spheres that
 //! overlap. They report all problems at once, each with line, key, value, and remedy.
 
+mod aggregates;
 mod bodies;
 mod cuts;
 mod files;
@@ -40,6 +41,7 @@ fn check_meaning(document: &Document<'_>, scenario: &Scenario) -> Vec<Problem> {
     checker.histories();
     checker.walls();
     checker.cuts();
+    checker.aggregates();
     checker.sets();
     checker.clumps();
     checker.heat();

@@ -25,6 +25,7 @@
 //! # Ok::<(), concordem_scenario::schema::ScenarioError>(())
 //! ```
 
+mod aggregates;
 mod bodies;
 mod cut;
 mod document;
@@ -43,6 +44,7 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use aggregates::{AggregateGroup, AggregateShape, Aggregates, GradingTable, Mix, MixComponent, Surface};
 pub use bodies::{AppliedForce, Clump, End, Initial, ParticleSet, Prescribe, Selection, Servo, Side, Wall, WallShape};
 pub use cut::{Cut, CutShape};
 pub use document::Document;
@@ -91,6 +93,8 @@ pub struct Scenario {
     pub interfaces: Vec<Interface>,
     /// Bonds made at the start; default: none.
     pub bonds: Option<Bonds>,
+    /// Aggregates and pores, which divide the particles of the packing; default: none.
+    pub aggregates: Option<Aggregates>,
     /// Notches, holes, and cracks that exist from the start; default: none.
     #[serde(default, rename = "cut")]
     pub cuts: Vec<Cut>,
@@ -172,7 +176,7 @@ impl Scenario {
         names
     }
 
-    /// The files that the scenario reads (packing, surfaces, and cuts), with their keys.
+    /// The files that the scenario reads (packing, surfaces, cuts, and aggregates), with their keys.
     pub fn files(&self) -> Vec<(String, &str)> {
         let mut files = Vec::new();
         if let Packing::File { path, .. } = &self.packing {
@@ -189,6 +193,11 @@ impl Scenario {
         for (at, cut) in self.cuts.iter().enumerate() {
             if let CutShape::Facets { path, .. } = &cut.shape {
                 files.push((format!("cut[{at}].shape.path"), path));
+            }
+        }
+        for (at, group) in self.aggregates.iter().flat_map(|aggregates| &aggregates.groups).enumerate() {
+            if let Some(AggregateShape::Mesh { path }) = &group.shape {
+                files.push((format!("aggregates.group[{at}].shape.path"), path));
             }
         }
         files

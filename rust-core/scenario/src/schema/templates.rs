@@ -30,6 +30,7 @@ templates! {
     "concrete-bending": "notched concrete beam on two supports, bent by a roller until it breaks; a minute",
     "concrete-splitting": "concrete cylinder that splits between two plates (Brazilian test); half a minute",
     "concrete-triaxial": "periodic cell of concrete, consolidated and compressed at constant lateral stress; half a minute",
+    "concrete-mesoscale": "aggregates, mortar, and the weaker zone between them, pulled until the cube breaks; a minute",
     "granular-box": "a column of frictional spheres collapses in a box",
     "hertz-impact": "two glass spheres collide",
     "beam-tension": "cylinder of silica made of cohesive beams (Jebahi et al. 2015), pulled until it breaks; a minute",

@@ -45,6 +45,8 @@ pub struct Particles {
     pub image: Vec<[i32; 3]>,
     /// Particle virials; empty if the particles are rigid.
     pub deformation: Vec<Deformation>,
+    /// Number of the aggregate to which each particle belongs, from 1; 0 for none. Empty without aggregates.
+    pub aggregate: Vec<u32>,
     /// Constant external loads, at most one per particle, by ascending particle.
     pub loads: Vec<Load>,
 }
@@ -127,6 +129,11 @@ impl Particles {
         (self.radius.iter().map(|r| r * r).sum::<f64>() / self.len().max(1) as f64).sqrt()
     }
 
+    /// Number of the aggregate to which particle `p` belongs, from 1; 0 for none.
+    pub fn aggregate_of(&self, p: usize) -> u32 {
+        self.aggregate.get(p).copied().unwrap_or(0)
+    }
+
     /// Number of particles.
     #[inline]
     pub fn len(&self) -> usize {
@@ -153,6 +160,9 @@ impl Particles {
         self.clump.push(u32::MAX);
         self.constraint.push(Constraint::FREE);
         self.tags.push(0);
+        if !self.aggregate.is_empty() {
+            self.aggregate.push(0);
+        }
     }
 
     /// Add to the external load of a particle: force in N, moment in N·m. The force acts on the body.
@@ -209,6 +219,7 @@ impl Particles {
             previous: if self.previous.is_empty() { Vec::new() } else { pick(&self.previous, order) },
             image: if self.image.is_empty() { Vec::new() } else { pick(&self.image, order) },
             deformation: if self.deformation.is_empty() { Vec::new() } else { pick(&self.deformation, order) },
+            aggregate: if self.aggregate.is_empty() { Vec::new() } else { pick(&self.aggregate, order) },
             loads: {
                 let place: std::collections::BTreeMap<u32, u32> =
                     order.iter().enumerate().map(|(new, &old)| (old, new as u32)).collect();

@@ -178,6 +178,11 @@ fn read_particles(source: &mut dyn ColumnSource) -> Result<Particles, ColumnErro
         tags: with_length("particles/tags", source.u64("particles/tags")?, n)?,
         previous: read_optional(source, "particles/previous_wrench", 6 * n)?,
         image: read_images(source, n)?,
+        aggregate: if source.exists("particles/aggregate") {
+            with_length("particles/aggregate", source.u32("particles/aggregate")?, n)?
+        } else {
+            Vec::new()
+        },
         deformation: read_optional(source, "particles/deformation", 24 * n)?,
         loads: whole_rows("particles/loads", source.f64("particles/loads")?, 7)?
             .chunks_exact(7)
@@ -240,6 +245,9 @@ fn write_particles(p: &Particles, sink: &mut dyn ColumnSink) -> Result<(), Colum
     sink.column("particles/tags", Column::u64(&p.tags))?;
     if !p.previous.is_empty() {
         sink.column("particles/previous_wrench", Column::f64(bytemuck::cast_slice(&p.previous), 6, "N, N m"))?;
+    }
+    if !p.aggregate.is_empty() {
+        sink.column("particles/aggregate", Column::u32(&p.aggregate))?;
     }
     if !p.image.is_empty() {
         // Whole numbers are exact.

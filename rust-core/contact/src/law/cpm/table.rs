@@ -2,7 +2,8 @@
 
 use super::{Cpm, CpmError, CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
 use crate::law::table::{Fault, LawTable, RegisteredLaw};
-use crate::law::{ContactLaw, ParameterError};
+use crate::law::factors::times;
+use crate::law::{ContactLaw, Factors, ParameterError};
 use crate::math;
 use crate::quantity::{Angle, Number, Stress, Time};
 use schemars::JsonSchema;
@@ -266,6 +267,27 @@ impl RegisteredLaw for Cpm {
 
     fn unbonded_row(a: &CpmTable, b: &CpmTable) -> Result<Self, ParameterError> {
         Self::row(a, b)
+    }
+
+    /// Stránský 2018, section 8.1: the stress at which damage begins is that of the strength, so the crack onset strain has the
+    /// factor strength/stiffness.
+    fn scaled(table: &CpmTable, factors: &Factors) -> Result<CpmTable, Fault> {
+        let Factors { stiffness, strength, ductility } = *factors;
+        let scaled = CpmTable {
+            young: times(table.young, stiffness),
+            cohesion: times(table.cohesion, strength),
+            crack_onset_strain: times(table.crack_onset_strain, Number::new(strength.si() / stiffness.si())),
+            relative_ductility: times(table.relative_ductility, ductility),
+            ..table.clone()
+        };
+        if scaled.damage_law == DamageLaw::Linear && scaled.relative_ductility.si() <= 1.0 {
+            let message = format!(
+                "makes the relative ductility {}, but with the linear damage law it must be greater than 1",
+                scaled.relative_ductility.si()
+            );
+            return Err(Fault::range("ductility", message, "give a larger factor, or an exponential damage law"));
+        }
+        Ok(scaled)
     }
 }
 

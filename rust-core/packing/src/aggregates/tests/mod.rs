@@ -1,0 +1,5 @@
+//! Tests of aggregates.
+
+mod bodies;
+mod gradings;
+mod places;
