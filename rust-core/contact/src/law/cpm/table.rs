@@ -1,8 +1,8 @@
 //! The concrete particle model in scenarios: its parameter table and the pair coefficients computed from two tables.
 
 use super::{Cpm, CpmError, CpmFormulation, CpmParameters, DamageLaw, YieldSurface};
-use crate::law::table::{Fault, LawTable, RegisteredLaw};
 use crate::law::factors::times;
+use crate::law::table::{Fault, LawTable, RegisteredLaw};
 use crate::law::{ContactLaw, Factors, ParameterError};
 use crate::math;
 use crate::quantity::{Angle, Number, Stress, Time};
