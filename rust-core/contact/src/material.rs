@@ -69,7 +69,7 @@ macro_rules! with_tables {
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct Interface {
-            /// Names of the two materials. With [aggregates], the name of the same material twice: bonds between two of its
+            /// Names of the two materials. With `[aggregates]`, the name of the same material twice: bonds between two of its
             /// aggregates.
             pub between: [String; 2],
             /// Material whose parameters the interface takes, times the `factors`, for the laws that have no table here; default:

@@ -26,7 +26,7 @@ pub trait Batch<L: ContactLaw>: MotionSink<L::Kinematics> {
     fn row(&self, i: usize) -> u16;
 
     /// Whether contact `i` begins with the energy of a bond that broke before. Its ledger needs the whole motion of the step,
-    /// which columns may leave out: [`evaluate_one`] evaluates it.
+    /// which columns may leave out: the scalar path evaluates it.
     fn inherits(&self, i: usize) -> bool;
 
     /// Whether dashpot forces strain particles.
