@@ -214,7 +214,7 @@ mod tests {
         fs::write(&path, "no HDF5").unwrap();
         sealed_in_place(&path);
         let error = read(&path).unwrap_err();
-        assert!(matches!(error, OutputError::Hdf5 { .. }), "{error}");
+        assert!(matches!(error, OutputError::Damaged { .. }), "{error}");
         sealed::write(&path, folder.path(), |_| Ok(())).unwrap();
         let error = read(&path).unwrap_err();
         assert!(matches!(error, OutputError::Damaged { .. }), "{error}");
