@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use super::iterative::solve;
 use super::link::{LinkStrain, NodeMotion};
 use super::network::Loose;
-use super::solve::{Accuracy, Method};
+use super::solve::Accuracy;
 use super::stiffness_product::{StiffnessProduct, add, motion, relief};
-use super::{ElasticConstants, LinkNetwork, StaticsError, direct};
+use super::{ElasticConstants, LinkNetwork, StaticsError};
 use concordem_contact::kinematics::deformable::Compliance;
 use concordem_contact::math::{Symmetric, Vec3};
 
@@ -109,8 +109,7 @@ pub(super) fn uniform(l: &Vec3, component: usize) -> Vec3 {
 /// (3.58)–(3.63)). The unknowns are the periodic displacements on top of the uniform field.
 ///
 /// # Errors
-/// [`StaticsError::NoCell`], [`StaticsError::NoLinks`], [`StaticsError::NotConverged`],
-/// [`StaticsError::DirectDeformable`].
+/// [`StaticsError::NoCell`], [`StaticsError::NoLinks`], [`StaticsError::NotConverged`].
 pub fn cell_stiffness(network: &LinkNetwork, accuracy: Accuracy) -> Result<CellStiffness, StaticsError> {
     find(network, accuracy, false)
 }
@@ -142,9 +141,6 @@ fn find(network: &LinkNetwork, accuracy: Accuracy, wants_derivatives: bool) -> R
         return Err(StaticsError::NoLinks);
     }
     let rigid = network.compliance.is_empty();
-    if !rigid && accuracy.method == Method::Direct {
-        return Err(StaticsError::DirectDeformable);
-    }
     let still = vec![vec![0.0; 6 * network.particles]; 6];
     let affine = if rigid {
         in_plane(sum(&energies(network, &still)) / volume, planar)
@@ -165,10 +161,7 @@ fn find(network: &LinkNetwork, accuracy: Accuracy, wants_derivatives: bool) -> R
     let mechanisms = singular - if planar { 3 } else { 6 } * rattlers;
     let names = ["strain 11", "strain 22", "strain 33", "shear 23", "shear 31", "shear 12"];
     let loads = loads(&product, &still);
-    let (solutions, mut iterations) = match accuracy.method {
-        Method::Iterative => solve(&product, &inverses, &loads, &names, accuracy)?,
-        Method::Direct => direct::solve(&product, &loads, &names, accuracy)?,
-    };
+    let (solutions, mut iterations) = solve(&product, &inverses, &loads, &names, accuracy)?;
     let (relaxed, derivatives) = if rigid {
         let links = energies(&held, &solutions).map(|energy| in_plane(energy / volume, planar));
         (sum(&links), Some(Derivatives { links, ..Derivatives::zero() }))

@@ -8,16 +8,14 @@
 //! * [`link`]: a link's 12 degrees of freedom (3.39)–(3.57);
 //! * [`network`]: all links of a state, and particles that no link holds;
 //! * [`mod@closed_form`]: links with uniformly distributed directions, rigid or deformable particles;
-//! * [`solve`]: conjugate gradients, prescribed displacements, loads; [`direct`]: a sparse factor for cells;
+//! * [`solve`]: conjugate gradients, prescribed displacements, loads;
 //! * [`mod@cell_stiffness`]: periodic cell under six unit strains (3.58)–(3.63), exact derivatives;
-//! * [`heat`]: steady temperatures;
 //! * [`moduli`]: constants and measures of isotropy (3.64)–(3.68).
 
 pub mod cell_stiffness;
 pub mod closed_form;
-pub mod direct;
-pub mod heat;
 mod iterative;
+mod krylov;
 pub mod link;
 pub mod moduli;
 pub mod network;
@@ -30,7 +28,7 @@ pub use closed_form::{ClosedForm, closed_form};
 pub use link::Link;
 pub use moduli::ElasticConstants;
 pub use network::LinkNetwork;
-pub use solve::{Accuracy, Method, Support, solve_supported};
+pub use solve::{Accuracy, Support, solve_supported};
 
 /// Order of the components of strain and stress: 11, 22, 33, 23, 31, 12; shear strains are engineering strains.
 pub const COMPONENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1)];
@@ -65,15 +63,6 @@ pub enum StaticsError {
         /// Which system.
         what: String,
     },
-    /// The direct solver does not support deformable particles.
-    #[error("the direct solver supports only rigid particles; use the iterative solver for deformable ones")]
-    DirectDeformable,
-    /// The sparse factorization failed or is not accurate enough.
-    #[error("the direct solver failed ({problem}); the iterative solver needs little memory and allows mechanisms")]
-    Factor {
-        /// What happened.
-        problem: String,
-    },
     /// A support that does not exist.
     #[error(
         "support or load on degree of freedom {freedom} of particle {particle}; there are {particles} particles with 6 each"
@@ -89,12 +78,6 @@ pub enum StaticsError {
     /// The stiffness cannot be inverted.
     #[error("the cell has no stiffness against some strain: it is a mechanism")]
     Soft,
-    /// There is no steady state of heat conduction.
-    #[error("steady temperatures: {problem}")]
-    Steady {
-        /// What is wrong.
-        problem: String,
-    },
     /// The dynamic solver failed.
     #[error("relaxation: {0}")]
     Relaxation(String),

@@ -1,16 +1,16 @@
-//! Solution of `K u = f` by conjugate gradients (or, for cells, [directly](super::direct)).
+//! Solution of `K u = f` by conjugate gradients.
 //!
 //! The matrix is never assembled: the response of a link costs some sixty operations, less than the memory traffic of
-//! its part of an assembled matrix. The iteration is [`faer`]'s, preconditioned with the inverse of each particle's 6×6
-//! diagonal block. Motions that no link of a particle resists have no load either, and the pseudo-inverse omits them,
-//! so mechanisms need no artificial stiffness. Each right-hand side is solved sequentially, so the bits do not depend
-//! on the number of threads. (They may depend on the processor, because faer chooses among its instructions.)
+//! its part of an assembled matrix. The iteration is preconditioned with the inverse of each particle's 6×6 diagonal
+//! block. Motions that no link of a particle resists have no load either, and the pseudo-inverse omits them, so mechanisms
+//! need no artificial stiffness. Each right-hand side is solved sequentially, so the bits do not depend on the number of
+//! threads.
 //!
 //! **Deformable particles** couple all contacts of a particle. With the matrix `B` of the iteration between forces and
 //! strains ([`coupling`](concordem_solver::coupling)), normal forces are `(1−B)⁻¹ k_n (G u − …)`, where the right-hand
 //! side contains the shear forces, which also strain the particles. Conjugate gradients inside each product solve for
 //! `1−B`, which is symmetric and never singular, whether or not the iteration itself converges. With shear forces the
-//! matrix is not symmetric, and faer's stabilized biconjugate gradients replace conjugate gradients. In the transposed
+//! matrix is not symmetric, and stabilized biconjugate gradients replace conjugate gradients. In the transposed
 //! system, which derivatives need, the particles' strains act on shear springs, but shear forces do not strain the
 //! particles.
 
@@ -21,32 +21,20 @@ use super::link::NodeMotion;
 use super::stiffness_product::{StiffnessProduct, add, motion};
 use super::{LinkNetwork, StaticsError};
 
-/// Method of solution.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Method {
-    /// Preconditioned conjugate gradients without a matrix.
-    #[default]
-    Iterative,
-    /// Sparse Cholesky factor; for rigid particles in a periodic cell.
-    Direct,
-}
-
-/// How the system is solved and when the iteration stops.
+/// When the iteration stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Accuracy {
     /// Norm of the residual over norm of the right-hand side (rotational parts divided by [`LinkNetwork::scale`]).
     pub residual: f64,
     /// Largest number of iterations.
     pub iterations: usize,
-    /// Method of solution.
-    pub method: Method,
 }
 
 impl Default for Accuracy {
     /// 1e-11, 20 000: the stiffness of a cell is a minimum, so its error is the square of the residual and limited by
     /// rounding.
     fn default() -> Self {
-        Self { residual: 1e-11, iterations: 20_000, method: Method::Iterative }
+        Self { residual: 1e-11, iterations: 20_000 }
     }
 }
 
@@ -176,7 +164,7 @@ mod tests {
         let (n, length, ei, load) = (20, 2.0, 3.0, 0.7);
         let network = cantilever(n, length, ei);
         let wrench = NodeMotion { displacement: Vec3::new(0.0, load, 0.0), rotation: Vec3::zeros() };
-        let accuracy = Accuracy { residual: 1e-13, iterations: 10_000, ..Accuracy::default() };
+        let accuracy = Accuracy { residual: 1e-13, iterations: 10_000 };
         let state = solve_supported(&network, &clamp(0), &[(n, wrench)], accuracy).unwrap();
         let end = state.motion[n];
         assert!((end.displacement.y / (load * length.powi(3) / (3.0 * ei)) - 1.0).abs() < 1e-9, "{end:?}");

@@ -12,7 +12,7 @@ use concordem_scenario::assembly::Assembly;
 use concordem_scenario::schema::{ProblemKind, Scenario};
 use concordem_statics::relaxed::{Relaxation, relaxed_stiffness};
 use concordem_statics::{
-    Accuracy, CellStiffness, ClosedForm, Derivatives, ElasticConstants, LinkNetwork, Method, StaticsError,
+    Accuracy, CellStiffness, ClosedForm, Derivatives, ElasticConstants, LinkNetwork, StaticsError,
     cell_stiffness_and_derivatives, closed_form,
 };
 
@@ -27,23 +27,11 @@ pub(super) struct ElasticArguments {
     /// Print JSON instead of a table
     #[arg(long)]
     json: bool,
-    /// Solver of the static network: matrix-free iteration, or a sparse factorization (for up to about 10,000 particles)
-    #[arg(long, value_enum, default_value_t = Solver::Iterative)]
-    solver: Solver,
     /// Relative residual of the static solution
     #[arg(long, value_name = "SHARE", default_value_t = Accuracy::default().residual)]
     residual: f64,
     #[command(flatten)]
     work: Work,
-}
-
-/// Solver of the static network.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Solver {
-    /// Preconditioned conjugate gradients
-    Iterative,
-    /// Sparse Cholesky factorization
-    Direct,
 }
 
 /// Results of all methods.
@@ -103,11 +91,7 @@ pub(super) fn failed(scenario: &Scenario, error: StaticsError) -> Failure {
 fn find(arguments: &ElasticArguments, assembly: Assembly, meter: &Meter) -> Result<Results, StaticsError> {
     let Assembly { state, model, .. } = assembly;
     let network = LinkNetwork::of_model(&state, &model)?;
-    let method = match arguments.solver {
-        Solver::Iterative => Method::Iterative,
-        Solver::Direct => Method::Direct,
-    };
-    let accuracy = Accuracy { residual: arguments.residual, method, ..Accuracy::default() };
+    let accuracy = Accuracy { residual: arguments.residual, ..Accuracy::default() };
     meter.stage("statics", 0.0);
     let start = Instant::now();
     let cell = cell_stiffness_and_derivatives(&network, accuracy)?;
