@@ -108,9 +108,46 @@ fn root_of(compliance: &Compliance) -> (f64, f64) {
     (direct.sqrt(), isotropic.max(0.0).sqrt())
 }
 
+/// The springs at each particle, in the order of the springs, so that sums do not depend on the number of threads.
+struct Ends {
+    /// First entry of each particle, and the number of entries.
+    first: Vec<u32>,
+    /// Twice the number of the spring, plus one at its second end.
+    entries: Vec<u32>,
+}
+
+impl Ends {
+    fn new(springs: &[Spring], particles: usize) -> Self {
+        let mut first = vec![0_u32; particles + 1];
+        for p in springs.iter().flat_map(Spring::ends) {
+            first[p + 1] += 1;
+        }
+        for p in 0..particles {
+            first[p + 1] += first[p];
+        }
+        let mut next = first.clone();
+        let mut entries = vec![0; first[particles] as usize];
+        for (k, spring) in springs.iter().enumerate() {
+            for (end, p) in spring.ends().enumerate() {
+                entries[next[p] as usize] = 2 * k as u32 + end as u32;
+                next[p] += 1;
+            }
+        }
+        Self { first, entries }
+    }
+
+    /// Number of each spring at this particle, and 1 at its first end or −1 at its second.
+    fn of(&self, p: usize) -> impl Iterator<Item = (usize, f64)> {
+        self.entries[self.first[p] as usize..self.first[p + 1] as usize]
+            .iter()
+            .map(|&entry| ((entry / 2) as usize, if entry % 2 == 0 { 1.0 } else { -1.0 }))
+    }
+}
+
 /// The springs of a state that have forces at its positions, and the compliances of its particles.
 pub struct Coupling {
     springs: Vec<Spring>,
+    ends: Ends,
     /// Square roots of the compliances: of the trace-free and of the isotropic part.
     roots: Vec<(f64, f64)>,
     planar: bool,
@@ -199,16 +236,19 @@ impl Coupling {
             .filter(|&p| prescribed_by(p) != 0)
             .map(|p| (p, prescribed_by(p), reaction_arm(&normals[p])))
             .collect();
-        Self { springs, roots, planar, prescribed }
+        let ends = Ends::new(&springs, particles.len());
+        Self { springs, ends, roots, planar, prescribed }
     }
 
     /// Coupling by normal springs between free particles with these compliances. A spring is given as particles A and
     /// B, direction from A to B, and stiffness (N/m).
     pub fn between(springs: impl Iterator<Item = (u32, u32, Vec3, f64)>, compliances: &[Compliance]) -> Self {
+        let springs: Vec<Spring> = springs
+            .map(|(a, b, normal, stiffness)| Spring { a, b, normal, stiffness, shear: 0.0, arms: [0.0; 2] })
+            .collect();
         Self {
-            springs: springs
-                .map(|(a, b, normal, stiffness)| Spring { a, b, normal, stiffness, shear: 0.0, arms: [0.0; 2] })
-                .collect(),
+            ends: Ends::new(&springs, compliances.len()),
+            springs,
             roots: compliances.iter().map(root_of).collect(),
             planar: compliances.first().is_some_and(Compliance::is_planar),
             prescribed: Vec::new(),
@@ -239,42 +279,40 @@ impl Coupling {
         y
     }
 
+    /// Forces (N) of the springs for `x`: `k Nᵀ C^½ x`.
+    fn forces(&self, x: &[Vector6<f64>]) -> Vec<f64> {
+        let rooted: Vec<Vector6<f64>> = x.par_iter().enumerate().map(|(p, x)| self.root(p, x)).collect();
+        self.springs
+            .par_iter()
+            .map(|spring| {
+                let dyad = spring.dyad();
+                spring.stiffness * spring.ends().map(|p| dyad.dot(&rooted[p])).sum::<f64>()
+            })
+            .collect()
+    }
+
     /// `y = P x`.
     fn apply(&self, x: &[Vector6<f64>], y: &mut [Vector6<f64>]) {
-        let rooted: Vec<Vector6<f64>> = x.iter().enumerate().map(|(p, x)| self.root(p, x)).collect();
-        y.fill(Vector6::zeros());
-        for spring in &self.springs {
-            let dyad = spring.dyad();
-            let force = spring.stiffness * spring.ends().map(|p| dyad.dot(&rooted[p])).sum::<f64>();
-            for p in spring.ends() {
-                y[p] += dyad * force;
-            }
-        }
-        for (p, y) in y.iter_mut().enumerate() {
-            *y = self.root(p, y);
-        }
+        let forces = self.forces(x);
+        y.par_iter_mut().enumerate().for_each(|(p, y)| {
+            let virial = self.ends.of(p).map(|(spring, _)| self.springs[spring].dyad() * forces[spring]);
+            *y = self.root(p, &virial.sum());
+        });
     }
 
     /// `C^½ (N + reactions) k Nᵀ C^½ x`.
     fn apply_with_reactions(&self, x: &[Vector6<f64>], y: &mut [Vector6<f64>]) {
-        let rooted: Vec<Vector6<f64>> = x.iter().enumerate().map(|(p, x)| self.root(p, x)).collect();
-        let mut net = vec![Vec3::zeros(); x.len()];
-        y.fill(Vector6::zeros());
-        for spring in &self.springs {
-            let dyad = spring.dyad();
-            let force = spring.stiffness * spring.ends().map(|p| dyad.dot(&rooted[p])).sum::<f64>();
-            for (end, p) in spring.ends().enumerate() {
-                y[p] += dyad * force;
-                net[p] += spring.normal * if end == 0 { force } else { -force };
-            }
-        }
+        let forces = self.forces(x);
+        y.par_iter_mut().enumerate().for_each(|(p, y)| {
+            *y = self.ends.of(p).map(|(spring, _)| self.springs[spring].dyad() * forces[spring]).sum();
+        });
         for (p, constrained, arm) in &self.prescribed {
-            let reaction = Vec3::from_fn(|i, _| if constrained >> i & 1 == 1 { -net[*p][i] } else { 0.0 });
+            let net: Vec3 =
+                self.ends.of(*p).map(|(spring, sign)| self.springs[spring].normal * (sign * forces[spring])).sum();
+            let reaction = Vec3::from_fn(|i, _| if constrained >> i & 1 == 1 { -net[i] } else { 0.0 });
             y[*p] += vector(&Symmetric::product(arm, &reaction));
         }
-        for (p, y) in y.iter_mut().enumerate() {
-            *y = self.root(p, y);
-        }
+        y.par_iter_mut().enumerate().for_each(|(p, y)| *y = self.root(p, y));
     }
 
     /// Compute spectral radius and sufficient bound.
