@@ -77,12 +77,12 @@ test-build: test-lint
 
 # Unit, integration and documentation tests of the library and of the program.
 test-rust:
-	@.ci/timed $@ $(CARGO) test $(TESTED) --exclude concordem-liggghts
+	@.ci/timed $@ $(CARGO) test $(TESTED) --exclude concordem-liggghts --no-fail-fast
 
 # Our styles inside LIGGGHTS and LAMMPS, under MPI.
 HOST_TESTS := $(patsubst liggghts-bridge/tests/%.rs,--test %,$(wildcard liggghts-bridge/tests/*.rs))
 test-hosts:
-	@.ci/timed $@ $(CARGO) test $(TESTED) $(HOST_TESTS)
+	@.ci/timed $@ $(CARGO) test $(TESTED) $(HOST_TESTS) --no-fail-fast
 
 test-gold:
 	@.ci/timed $@ tests/golden/yade/check_gold.sh

@@ -19,6 +19,7 @@ const LIBRARY: &str = "CONCORDEM_TEST_LIBRARY";
 
 /// Run part `part` of [`child`] in `processors` new processes of this test program.
 fn start(part: &str, processors: usize) -> Output {
+    let folder = tempfile::tempdir().unwrap();
     let library = harness::built("liggghts/libconcordem-liggghts.so", "liggghts-bridge/build");
     Command::new("timeout")
         .args([
@@ -41,6 +42,8 @@ fn start(part: &str, processors: usize) -> Output {
         .env("CONCORDEM_TEST_PART", part)
         .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
         .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
+        // As in `harness`.
+        .env("OMPI_MCA_orte_tmpdir_base", folder.path())
         .output()
         .expect("timeout and mpirun (Debian packages coreutils, openmpi-bin) are needed")
 }

@@ -17,7 +17,8 @@ def run(command, folder, limit, environment=None, accept=(0,)):
     with open(log, "w") as file:
         child = subprocess.Popen(
             [str(part) for part in command], cwd=folder, stdout=file, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
-            env={**os.environ, **(environment or {})}, start_new_session=True)
+            # Open MPI 4 fails if two runs create or remove its common folder below /tmp at the same time.
+            env={**os.environ, "OMPI_MCA_orte_tmpdir_base": str(folder), **(environment or {})}, start_new_session=True)
         try:
             code = child.wait(timeout=limit)
         except BaseException as error:

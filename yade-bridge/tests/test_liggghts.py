@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ LIBRARY = Path(__file__).parents[2] / os.environ.get("CARGO_TARGET_DIR", "target
 
 BEGIN = """
 import sys
+import tempfile
 import numpy as np
 from concordem.liggghts import Liggghts, LiggghtsError
 host = Liggghts(library=sys.argv[1])
@@ -41,10 +43,13 @@ fix bonds all concordem/bond cohesive_beam young 30e9 poisson 0.2 &
 
 def run(script, processes=1):
     mpi = ["mpirun", "--allow-run-as-root", "--oversubscribe", "--bind-to", "none", "-np", str(processes)] if processes > 1 else []
-    environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
-    return subprocess.run(
-        ["timeout", "120", *mpi, sys.executable, "-c", BEGIN + script, str(LIBRARY)],
-        env=environment, capture_output=True, text=True, errors="replace")
+    # Open MPI 4 fails if two runs create or remove its common folder below /tmp at the same time.
+    with tempfile.TemporaryDirectory() as folder:
+        environment = dict(
+            os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_orte_tmpdir_base=folder)
+        return subprocess.run(
+            ["timeout", "120", *mpi, sys.executable, "-c", BEGIN + script, str(LIBRARY)],
+            env=environment, capture_output=True, text=True, errors="replace")
 
 
 def test_views_and_forces_of_bonds():

@@ -65,6 +65,8 @@ pub fn attempt_in(host: Host, folder: &Path, script: &str, processors: usize) ->
         .current_dir(folder)
         .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
         .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
+        // Open MPI 4 fails if two runs create or remove its common folder below /tmp at the same time.
+        .env("OMPI_MCA_orte_tmpdir_base", folder)
         .output()
         .expect("timeout and mpirun (Debian packages coreutils, openmpi-bin) are needed");
     assert!(!matches!(output.status.code(), Some(124 | 137)), "hangs on {processors} processors: {script}");
