@@ -111,7 +111,10 @@ impl Chart {
         let references = self.reference_lines.iter().map(|line| line.value);
         let stacked = self.series.iter().any(|series| series.style == Style::StackedArea);
         let x = Scale::new(all().map(|point| point.0), self.x.logarithmic, LEFT, WIDTH - RIGHT);
-        let values = all().map(|point| point.1).chain(references).chain(stacked.then_some(0.0));
+        // Room for the text at a peak, beyond all curves and lines.
+        let peaks = self.series.iter().filter(|series| series.marks_peak && !self.y.logarithmic);
+        let texts = peaks.filter_map(|series| Some(peak(&series.points)?.1 * PEAK_ROOM));
+        let values = all().map(|point| point.1).chain(references).chain(texts).chain(stacked.then_some(0.0));
         let y = Scale::new(values, self.y.logarithmic, HEIGHT - BOTTOM, TOP);
         let (Some(x), Some(y)) = (x, y) else { return "<p>There are no finite values to draw.</p>\n".to_owned() };
         let id = &self.id;
@@ -341,6 +344,9 @@ fn area(series: &Series, top: &[(f64, f64)], floor: &[(f64, f64)]) -> String {
         as_points(&top),
     )
 }
+
+/// Extent of the axis over the value of a marked peak.
+const PEAK_ROOM: f64 = 1.08;
 
 /// A dot at the peak with its value.
 fn peak_mark(series: &Series, (x, y): (f64, f64), value: f64) -> String {

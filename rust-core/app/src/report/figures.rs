@@ -78,19 +78,26 @@ fn slope(samples: &[(f64, f64)]) -> Option<f64> {
     (xx > 0.0).then(|| xy / xx)
 }
 
-/// A published value: one number or a range.
+/// A published value: one number or a range, and how much other packings scatter around it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Given {
     /// Lower end.
     pub low: f64,
     /// Upper end.
     pub high: f64,
+    /// Standard deviation between packings made in the same way, as a fraction of their mean.
+    pub scatter: Option<f64>,
 }
 
 impl Given {
     /// One number.
     pub fn exactly(value: f64) -> Self {
-        Self { low: value, high: value }
+        Self { low: value, high: value, scatter: None }
+    }
+
+    /// The same value, with the scatter between packings.
+    pub fn with_scatter(self, scatter: f64) -> Self {
+        Self { scatter: Some(scatter), ..self }
     }
 
     /// Middle of the range.
@@ -127,21 +134,22 @@ pub struct ReferenceFigures {
 }
 
 impl ReferenceFigures {
-    /// Specimen 1 of Stránský 2018, section 2.5.3: 50 mm cube, Ē = 25 GPa, ε₀ = 1e-4.
+    /// Specimen 1 of Stránský 2018, section 2.5.3: 50 mm cube, Ē = 25 GPa, ε₀ = 1e-4. The scatter is that of five
+    /// packings of the study `validation/specimens.py` (cases "as published").
     pub fn stransky_specimen_1() -> Self {
-        let one = |value| Some(Given::exactly(value));
+        let one = |value, scatter| Some(Given::exactly(value).with_scatter(scatter));
         Self {
             source: "Stránský 2018, section 2.5.3, specimen 1 (numbers of the author's result files)".into(),
             link_modulus: Some(25e9),
             limit_strain: Some(1e-4),
-            modulus: one(27.03e9),
-            tensile_strength: one(3.475e6),
-            tensile_strain: one(1.586e-4),
-            compressive_strength: one(32.50e6),
-            compressive_strain: one(-1.859e-3),
-            strength_ratio: one(9.35),
-            modulus_ratio: one(1.081),
-            tensile_ratio: one(1.390),
+            modulus: one(27.03e9, 0.018),
+            tensile_strength: one(3.475e6, 0.060),
+            tensile_strain: one(1.586e-4, 0.081),
+            compressive_strength: one(32.50e6, 0.025),
+            compressive_strain: one(-1.859e-3, 0.023),
+            strength_ratio: one(9.35, 0.051),
+            modulus_ratio: one(1.081, 0.018),
+            tensile_ratio: one(1.390, 0.060),
         }
     }
 
@@ -152,7 +160,7 @@ impl ReferenceFigures {
             source: "Stránský 2018, section 2.5.3, specimen 4 (numbers of the author's result files)".into(),
             link_modulus: Some(50e9),
             limit_strain: Some(1e-4),
-            modulus: Some(Given { low: 54.3e9, high: 54.7e9 }),
+            modulus: Some(Given { low: 54.3e9, high: 54.7e9, scatter: None }),
             tensile_strength: one(6.930e6),
             tensile_strain: one(1.586e-4),
             compressive_strength: one(64.35e6),

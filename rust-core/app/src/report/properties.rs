@@ -30,6 +30,10 @@ fn table(rows: &[Row], compared: bool) -> String {
     if compared {
         html += "<th class=\"number\">published</th><th class=\"number\">difference</th>";
     }
+    let scatters = rows.iter().any(|row| row.source.is_some_and(|given| given.scatter.is_some()));
+    if scatters {
+        html += "<th class=\"number\">scatter of packings</th>";
+    }
     html += "</tr>\n";
     for row in rows {
         let unit = if row.unit.is_empty() { String::new() } else { format!(", {}", row.unit) };
@@ -54,6 +58,11 @@ fn table(rows: &[Row], compared: bool) -> String {
             });
             let _ = write!(html, "<td class=\"number\">{source}</td><td class=\"number\">{difference}</td>");
         }
+        if scatters {
+            let scatter = row.source.and_then(|given| given.scatter);
+            let scatter = scatter.map_or("–".into(), |scatter| format!("±{}", percent(scatter)));
+            let _ = write!(html, "<td class=\"number\">{scatter}</td>");
+        }
         html += "</tr>\n";
     }
     html + "</table></div>\n"
@@ -77,6 +86,10 @@ fn notes(runs: &[Run], reference: &ReferenceFigures, compared: bool) -> String {
     }
     if compared {
         let _ = write!(html, " Published values: {}, for other packings.", escape(&reference.source));
+        if reference.modulus.is_some_and(|given| given.scatter.is_some()) {
+            html += " Scatter: standard deviation between five packings made and tested in this way; a difference of up to twice \
+                     the scatter is expected.";
+        }
     }
     html + "</p>\n"
 }

@@ -121,7 +121,7 @@ fn a_page_has_all_figures_and_loads_nothing_from_elsewhere() {
     for expected in [
         "Cube &lt;in&gt; tension · Cube in compression",
         // f_t, f_c, and their ratio: ours and published.
-        "<td class=\"number\">3.500</td><td class=\"number\">3.475</td><td class=\"number\">+0.7 %</td>",
+        "<td class=\"number\">3.500</td><td class=\"number\">3.475</td><td class=\"number\">+0.7 %</td><td class=\"number\">±6.0 %</td>",
         "<td class=\"number\">32.00</td><td class=\"number\">32.50</td><td class=\"number\">−1.5 %</td>",
         "<td class=\"number\">9.143</td><td class=\"number\">9.350</td>",
         "E/Ē",
@@ -198,5 +198,36 @@ fn numbers_have_four_significant_digits() {
 fn base64_agrees_with_the_standard() {
     for (text, expected) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
         assert_eq!(base64(text.as_bytes()), expected);
+    }
+}
+
+/// The scatter beside published values is that of the five packings of the study, to half a unit of its last digit.
+#[test]
+fn the_scatter_is_that_of_the_study() {
+    let text = include_str!("../../../../validation/results/specimens.json");
+    let study: serde_json::Value = serde_json::from_str(text).unwrap();
+    let of = |path: &[&str]| -> f64 {
+        let values: Vec<f64> = (1..=5)
+            .map(|seed| {
+                let case = &study["cases"][format!("as published, seed {seed}")];
+                path.iter().fold(case, |at, key| &at[*key]).as_f64().unwrap()
+            })
+            .collect();
+        let mean = values.iter().sum::<f64>() / 5.0;
+        (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / 4.0).sqrt() / mean.abs()
+    };
+    let figures = ReferenceFigures::stransky_specimen_1();
+    for (given, path) in [
+        (figures.modulus, &["tension", "young_pa"][..]),
+        (figures.modulus_ratio, &["young_over_link_modulus"]),
+        (figures.tensile_strength, &["tension", "peak_stress_pa"]),
+        (figures.tensile_ratio, &["tensile_strength_over_onset"]),
+        (figures.tensile_strain, &["tension", "strain_at_peak"]),
+        (figures.compressive_strength, &["compression", "peak_stress_pa"]),
+        (figures.compressive_strain, &["compression", "strain_at_peak"]),
+        (figures.strength_ratio, &["strength_ratio"]),
+    ] {
+        let (given, found) = (given.unwrap().scatter.unwrap(), of(path));
+        assert!((given - found).abs() <= 0.51e-3, "{path:?}: {given} {found}");
     }
 }
