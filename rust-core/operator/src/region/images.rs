@@ -1,6 +1,7 @@
 //! Periodic images that reach into a region.
 
-use super::{Region, polyhedron};
+use super::Region;
+use super::polyhedron::{Extent, reduced_bounds};
 use crate::OperatorError;
 use concordem_contact::math::{Mat3, Vec3};
 
@@ -30,7 +31,7 @@ impl Region {
         search.period = Some(period);
         search.inverse = inverse;
         search.range = match self {
-            Self::HalfSpaces { planes, .. } => polyhedron::reduced_bounds(planes, &period.edges).map(Extent::range),
+            Self::HalfSpaces { planes, .. } => reduced_bounds(planes, &period.edges).map(Extent::range),
             _ => self.bounds().map_or([None; 3], |(low, high)| reduced_box(&inverse, &low, &high)),
         };
         search
@@ -43,28 +44,11 @@ impl Region {
     /// [`OperatorError::Unbounded`].
     pub fn check_period(&self, period: Option<&Period>) -> Result<(), OperatorError> {
         let (Self::HalfSpaces { planes, .. }, Some(period)) = (self, period) else { return Ok(()) };
-        let bounds = polyhedron::reduced_bounds(planes, &period.edges);
+        let bounds = reduced_bounds(planes, &period.edges);
         match bounds.iter().position(|extent| *extent == Extent::Unbounded) {
             Some(axis) => Err(OperatorError::Unbounded { axis }),
             None => Ok(()),
         }
-    }
-}
-
-/// Extent of a region along an edge of the periodic cell, in numbers of edges.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Extent {
-    /// From and to, in numbers of edges.
-    Bounded([f64; 2]),
-    /// The region does not change if it moves along the edge: one image represents all.
-    Invariant,
-    /// Infinite.
-    Unbounded,
-}
-
-impl Extent {
-    fn range(self) -> Option<[f64; 2]> {
-        if let Self::Bounded(range) = self { Some(range) } else { None }
     }
 }
 

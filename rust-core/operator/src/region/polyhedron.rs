@@ -1,7 +1,6 @@
 //! Extent of an intersection of half-spaces along the edges of a periodic cell.
 
 use super::HalfSpace;
-use super::images::Extent;
 use concordem_contact::math::{Mat3, Vec3};
 
 /// Regions that reach further than this many edges are unbounded.
@@ -10,6 +9,23 @@ const FARTHEST: f64 = 1e3;
 const ROUNDING: f64 = 1e-12;
 /// Sine of the angle below which a plane is parallel to an edge. In a driven cell, the rounding errors of many steps add up.
 const PARALLEL: f64 = 1e-9;
+
+/// Extent of a region along an edge of the periodic cell, in numbers of edges.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Extent {
+    /// From and to, in numbers of edges.
+    Bounded([f64; 2]),
+    /// The region does not change if it moves along the edge: one image represents all.
+    Invariant,
+    /// Infinite.
+    Unbounded,
+}
+
+impl Extent {
+    pub(super) fn range(self) -> Option<[f64; 2]> {
+        if let Self::Bounded(range) = self { Some(range) } else { None }
+    }
+}
 
 /// Extent along each edge of the cell with the edge vectors `edges` (m). In reduced coordinates `x = H s` the half-space
 /// `n·(x − p) < 0` is `(Hᵀn)·s < n·p`. The extent is that of the corners of the polyhedron.
