@@ -58,10 +58,10 @@ test test-build test-lint $(TEST_STEPS) new-law validate-full: export CI := 1
 JOBS ?= 2
 
 test:
-	.ci/setup test
+	.ci/setup build
 	rm -f target/test-times.txt
-	# Sets up Debian 13 for the native plugin of YADE in the background; the step that needs it waits.
-	(setsid nohup yade-bridge/tests/native/chroot.sh make >/dev/null 2>&1 &)
+	# Installs the peers, and Debian 13 for the native plugin of YADE, in the background; what needs them waits.
+	(setsid nohup sh -c '.ci/setup test && yade-bridge/tests/native/chroot.sh make' >/dev/null 2>&1 &)
 	.ci/timed build $(MAKE) --no-print-directory test-build
 	$(MAKE) --no-print-directory --keep-going --jobs=$(JOBS) --output-sync=target $(TEST_STEPS)
 	@echo; cat target/test-times.txt
@@ -71,6 +71,7 @@ test:
 TESTED := --release --workspace --exclude concordem-bench
 test-build: test-lint
 	$(CARGO) build $(TESTED) --lib --bins --examples --tests
+	.ci/setup test
 	BUILT=1 liggghts-bridge/build
 	BUILT=1 liggghts-bridge/lammps/build
 	yade-bridge/test.sh package
