@@ -366,7 +366,7 @@ def kill(mutant, suite, old):
         if killer := run(binary, tests_of(binary, True)):
             return killer, {}
     slow = [(suite.seconds(binary)[test], binary["name"], test, binary) for binary in todo for test in tests_of(binary, False)]
-    for _, _, test, binary in sorted(slow, key=lambda entry: entry[:3]):
+    for _, _, test, binary in sorted(slow, key=lambda entry: (entry[3]["package"] != package, entry[:3])):
         if killer := run(binary, [test]):
             return killer, {}
     return None, {binary["name"]: binary["hash"] for binary in suite.binaries}
