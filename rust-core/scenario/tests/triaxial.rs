@@ -132,6 +132,46 @@ fn axes_at_rest_give_an_oedometer() {
     }
 }
 
+/// The lateral stress keeps its value at a rate of the axis so high that the gain alone would leave a lag of 11 %: the rate over the gain,
+/// `ν ε̇/g` with Poisson's ratio 1/3 and `g = 0.1/(k_c dt)`. Tolerance: the 1 % that a servo promises, after the first 2.5 ms, in which
+/// waves cross the cell ten times.
+#[test]
+fn a_fast_test_keeps_its_lateral_stress() {
+    let text = fcc("[loading]
+        kind = \"cell-stress\"
+        stress = [[-1e5, 0, 0], [0, -1e5, 0], [0, 0, -1e5]]
+        strain_rate = [\"free\", \"free\", -0.4]
+        maximum_strain_rate = 5
+        [[stage]]
+        name = \"consolidate\"
+        control = \"stress\"
+        stop = { unbalanced = 1e-4 }
+        [[stage]]
+        name = \"compress\"
+        stop = { time = 1e-2 }");
+    let scenario = Scenario::parse("test.toml", &text).unwrap_or_else(|error| panic!("{error}"));
+    let assembly = assemble(&scenario, Path::new(""), &mut |_, _| ()).unwrap_or_else(|error| panic!("{error}"));
+    let mut run = Simulation::new(assembly.state, assembly.model, assembly.schedule).unwrap();
+    let (mut begin, mut checked) = (f64::INFINITY, 0);
+    loop {
+        let advance = run.advance().unwrap();
+        if let Some(record) = advance.sample.filter(|record| record.time > begin + 2.5e-3) {
+            checked += 1;
+            let stress = run.last_report().virial / run.state.cell.unwrap().volume();
+            for axis in [0, 1] {
+                assert!((stress[(axis, axis)] / -1e5 - 1.0).abs() < 1e-2, "{} s: {stress}", record.time - begin);
+            }
+        }
+        if advance.stage.is_some() && begin.is_infinite() {
+            begin = run.state.clock.time();
+        }
+        if advance.stopped.is_some() {
+            assert!(checked > 3, "{checked}");
+            break;
+        }
+    }
+}
+
 /// What has no effect, or what leaves nothing to control, is refused.
 #[test]
 fn impossible_controls_are_refused() {
