@@ -24,5 +24,6 @@ def measures(task, result):
         "poisson": -float(np.polyfit(along[window], across[window], 1)[0]),
         "consolidated": [float(axial.values[~late][-1]), float(volume[~late][-1] / volume[0] - 1)],
         "strength": float(difference[peak]), "strain_at_peak": float(along[peak]),
-        "lateral": float(np.sqrt(np.mean((lateral[len(lateral) // 10:] / -5e6 - 1) ** 2))),
+        # until the peak; then the cell widens suddenly
+        "lateral": float(np.abs(lateral[:peak] / -5e6 - 1).max()),
     }

@@ -99,10 +99,15 @@ const ZERO_STRESS_STRAIN: f64 = 1e-4;
 /// late, so at 1 the servo would oscillate.
 const SERVO_STEP: f64 = 0.1;
 
+/// The same for a servo of a cell whose other axes follow a strain rate: it must follow quickly. The bound on the stiffness is some three
+/// to five times the stiffness, so the servo removes a tenth of the error.
+const SERVO_DRIVEN_STEP: f64 = 0.3;
+
 /// Share of the servo's rate by which its lasting rate changes in each step, if other axes of the cell follow a strain rate. With the
 /// gain alone, the stress of a specimen that moves at a constant rate would differ from the target by this rate over the gain; with
-/// the lasting rate the difference vanishes within some 1/0.01 steps (proportional and integral control).
-const SERVO_LASTING: f64 = 0.01;
+/// the lasting rate the difference vanishes within some 1/0.02 steps (proportional and integral control). A fifth of the share of the
+/// error that the gain removes in a step, so that the two together are damped nearly critically.
+const SERVO_LASTING: f64 = 0.02;
 
 /// Error of the stress, relative to the reference, above which the lasting rate does not change faster, so that a servo which starts far
 /// from its target does not overshoot.
@@ -382,7 +387,7 @@ impl Loading {
             *reference = ZERO_STRESS_STRAIN * stiffness;
             *gain = (*maximum_rate / (0.1 * *reference)).min(SERVO_STEP / (stiffness * dt));
         } else if strain_rate.iter().any(Option::is_some) {
-            *gain = gain.min(SERVO_STEP / (stiffness * dt));
+            *gain = gain.min(SERVO_DRIVEN_STEP / (stiffness * dt));
         }
     }
 
