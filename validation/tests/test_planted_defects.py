@@ -189,8 +189,8 @@ DEFECTS = {
         concordem=[ours(material__0__cohesive_beam__radius="1.0001 mm")])),
     "rotary inertia left out of the waves": ("bending-waves", "packet", "analytic", dict(module=[no_rotary_inertia])),
     "a beam without its notch": ("notched-beam", "notched", "yade", dict(concordem=[ours(cut="__remove__")])),
-    "a notch that is 0.1 mm too deep": ("notched-beam", "slit", "yade", dict(
-        concordem=[ours(cut__0__shape__maximum=["1.1 mm", "6 mm", "-1.9 mm"])])),
+    "a notch that is 0.5 mm too deep": ("notched-beam", "slit", "yade", dict(
+        concordem=[ours(cut__0__shape__maximum=["1.1 mm", "6 mm", "-1.5 mm"])])),
     "a strip narrower by 5 %": ("notched-beam", "notched", "yade", dict(concordem=[ours(loading__strip_width="2.85 mm")])),
     "lateral stress 2 % too high": ("triaxial-cell", "confined", "yade", dict(concordem=[ours(loading__stress=[
         ["-5.1 MPa", 0, 0], [0, "-5.1 MPa", 0], [0, 0, "-5 MPa"]])])),
