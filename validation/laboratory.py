@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Laboratory tests of concrete: size effect of beams, splitting, stress states of a cell, friction of plates, moduli.
+"""Laboratory tests of concrete: size effect of beams, splitting, stress states of a cell, friction at the ends, moduli.
 
     validation/laboratory.py [--full | --table]
 
@@ -81,31 +81,36 @@ def prism(seed):
 def cylinder(seed):
     """Splitting between two plates."""
     document = concrete({"kind": "cylinder", "axis": "y", "radius": "16 mm", "height": "12 mm"}, seed, "Splitting of a cylinder")
-    document["loading"] = {"kind": "platens", "axis": "z", "closing_velocity": "50 mm/s", "material": "concrete", "area": "splitting"}
-    document["stop"] = {"drop_to": 0.7, "strain": 2e-2}
+    document["loading"] = {"kind": "platens", "axis": "z", "closing_velocity": "100 mm/s", "material": "concrete", "area": "splitting"}
+    # No stop by a drop: the plates crush single spheres before they touch many.
+    document["stop"] = {"strain": 1.2e-2}
     return document
 
 
-def column(slenderness, friction, seed):
-    """Compression between plates of a friction coefficient; the specimen is 16 mm wide."""
-    document = concrete(box(16, 16, 16 * slenderness), seed, "Column between plates")
-    document["material"].append({"name": "plate", "density": "4800 kg/m^3", "cpm": CPM})
-    document["interface"] = [{"between": ["concrete", "plate"], "cpm": dict(CPM, friction_coefficient=friction)}]
-    document["loading"] = {"kind": "platens", "axis": "z", "closing_velocity": f"{48 * slenderness} mm/s", "material": "plate"}
+def column(slenderness, ends, seed):
+    """Compression of a specimen 16 mm wide whose ends move sideways freely, as between plates without friction, or not at all, as between
+    rough plates. Rigid planes would touch single spheres of its rough ends."""
+    document = concrete(box(16, 16, 16 * slenderness), seed, "Column in compression")
+    document["loading"] = {"kind": "uniaxial", "axis": "z", "strain_rate": "-3 1/s", "lateral": ends, "layer_thickness": "2.2 mm"}
     document["stop"] = {"drop_to": 0.7, "strain": 3e-2}
     return document
 
 
-def cell(lateral, rates, seed, strain=3e-2):
+def cell(lateral, rates, seed):
     """A periodic cell at lateral stresses (MPa) along x and y, strained along z, or along every axis with a rate (1/s)."""
     document = concrete({"kind": "periodic"}, seed, "Stress state of a cell")
     stress = [f"{lateral[0]} MPa", f"{lateral[1]} MPa", "0 MPa"]
     document["loading"] = {
         "kind": "cell-stress", "stress": [[stress[i] if i == j else 0 for j in range(3)] for i in range(3)],
         "strain_rate": ["free" if rate is None else f"{rate} 1/s" for rate in rates], "maximum_strain_rate": "100 1/s"}
-    sign = 1 if rates[2] > 0 else -1
-    load = {"name": "load", "stop": {"drop_to": 0.8, "strain": sign * strain}}
-    document["stage"] = [{"name": "consolidate", "control": "stress", "stop": {"unbalanced": 1e-2}}, load] if any(lateral) else [load]
+    # Beyond the peak, which lies at larger strains with confinement.
+    strain = 6e-3 - 3e-4 * lateral[1]
+    document["stage"] = [{"name": "load", "stop": {"strain": 1e-3 if rates[2] > 0 else -strain}}]
+    if not any(lateral):
+        document["stage"][0]["stop"]["drop_to"] = 0.8
+    else:
+        # A stage that ends by a drop would count the stress of the consolidation as a peak.
+        document["stage"].insert(0, {"name": "consolidate", "control": "stress", "stop": {"unbalanced": 1e-2}})
     document["sample"] = [{"operator": "region-stress", "name": "whole", "region": {"kind": "cell"}, "interval": 10}]
     return document
 
@@ -139,11 +144,11 @@ CASES = {
     **{f"cylinder, seed {s}": (cylinder, s) for s in SEEDS},
     **beams(*HEIGHTS[:2]),
     **{f"cell, {name}, seed {s}": (cell, *state, s) for name, state in STATES.items() for s in SEEDS},
-    **{f"column {k}, friction {f}, seed {s}": (column, k, f, s) for k in (1, 2) for f in (0, 0.4, 0.8) for s in SEEDS},
+    **{f"column {k}, {ends} ends, seed {s}": (column, k, ends, s) for k in (1, 2) for ends in ("free", "fixed") for s in SEEDS},
     **beams(*HEIGHTS[2:]),
 }
 REDUCED = ["beam 10 mm, notch 0, seed 1", "beam 10 mm, notch 0.33, seed 1", "cell, compression, seed 1", "cell, oedometer, seed 1",
-           "cell, uniaxial modulus, seed 1", "column 1, friction 0, seed 1"]
+           "cell, uniaxial modulus, seed 1", "column 1, free ends, seed 1"]
 
 
 def test(program, document, threads):
@@ -214,6 +219,58 @@ def size_effect(known, notch):
     left = inverse - start - slope * size
     share = 1 - float(left @ left) / float(np.sum((inverse - inverse.mean()) ** 2))
     return found, (start**-0.5 if start > 0 else None), start / slope, share
+
+
+def table(known):
+    """The recorded values as rows of the tables in docs/book/how-to/laboratory-tests.md."""
+    show = lambda found: f"{found[0] * 1e-6:.2f} ± {found[1] * 1e-6:.2f}" if found else "–"
+    for name in ["prism", "cylinder", *(f"cell, {state}" for state in STATES), *(f"column {k}, {ends} ends" for k in (1, 2) for ends in ("free", "fixed"))]:
+        print(f"| {name} | {show(strength(known, name))} |")
+    for notch in NOTCHES:
+        cells = [show(strength(known, f"beam {height} mm, notch {notch:.2g}")) for height in HEIGHTS]
+        print(f"| notch {notch:.2g} | " + " | ".join(cells) + f" | {size_effect(known, notch)} |")
+
+
+def check_record(known):
+    """Statements about the values on record that do not hold, as messages. What is missing on record is not checked."""
+    wrong = []
+
+    def demand(holds, what):
+        if not holds:
+            wrong.append(what)
+
+    for seed in SEEDS:
+        # Relaxed to an unbalanced force of 1e-6; the servo leaves a lateral stress of 3e-4 of the axial one, of which Poisson's ratio
+        # counts a fifth, for both axes. Measured 1.2e-4 and 4e-6.
+        for name, quantity, tolerance in (("uniaxial modulus", "young", 1e-3), ("oedometer", "oedometric", 1e-4)):
+            case = known.get(f"cell, {name}, seed {seed}")
+            if case:
+                ratio = case["last_stress_pa"] / case["last_strain"] / case["static_pa"][quantity]
+                demand(abs(ratio - 1) < tolerance, f"{name}, seed {seed}: {ratio:.6f} of that of the cell's tensor; 1 within {tolerance:g} is expected")
+    direct = strength(known, "prism")
+    for state in STATES:
+        for seed in SEEDS:
+            if case := known.get(f"cell, {state}, seed {seed}"):
+                share = case["last_stress_pa"] / case["peak_stress_pa"]
+                demand(share < 0.95, f"cell, {state}, seed {seed}: the last stress is {share:.2f} of the largest: no peak")
+    compression = strength(known, "cell, compression")
+    confined = [compression] + [strength(known, f"cell, confined {p} MPa") for p in (5, 10, 20, 40)]
+    if all(confined):
+        rising = all(b[0] > a[0] for a, b in zip(confined, confined[1:], strict=False))
+        demand(rising, f"strength does not rise with confinement: {confined}")
+    biaxial = [strength(known, f"cell, biaxial {p} MPa") for p in (10, 20, 30)]
+    if compression and all(biaxial):
+        demand(all(one[0] > compression[0] for one in biaxial), f"a lateral stress along one axis does not raise the strength: {compression} {biaxial}")
+    for slenderness in (1, 2):
+        columns = [strength(known, f"column {slenderness}, {ends} ends") for ends in ("free", "fixed")]
+        if all(columns):
+            demand(columns[0][0] < columns[1][0], f"friction at the ends does not raise the strength of columns {slenderness}: {columns}")
+    for height in HEIGHTS:
+        beam_, notched = (strength(known, f"beam {height} mm, notch {notch:.2g}") for notch in NOTCHES)
+        if direct and beam_ and notched:
+            demand(beam_[0] > direct[0], f"the modulus of rupture of beams of {height} mm is below f_t")
+            demand(notched[0] < beam_[0], f"a notch does not lower the nominal strength of beams of {height} mm")
+    return wrong
 
 
 def main():

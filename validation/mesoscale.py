@@ -202,23 +202,25 @@ def statistics(known, mix, largest, interface):
 
 
 def table(known):
-    """The recorded values as rows of the tables in docs/book/how-to/mesoscale-concrete.md."""
+    """The recorded values as rows of the two tables in docs/book/how-to/mesoscale-concrete.md."""
+    relative = []
     for mix in MIXES:
         for interface in INTERFACES:
             base = statistics(known, mix, 9.5, interface)
             for largest in GRADINGS[mix]:
-                found = statistics(known, mix, largest, interface)
-                if not found or not base:
+                found, name = statistics(known, mix, largest, interface), f"| {mix}, {largest:g} mm | {interface} |"
+                if not found:
                     continue
                 scale = (1e-9, 1e-6, 1e-6, 1)
                 cells = [f"{found[q][0] * s:.4g} ± {found[q][1] / found[q][0]:.1%}" for q, s in zip(QUANTITIES, scale, strict=True)]
-                print(f"| {mix}, {largest:g} mm | {interface} | " + " | ".join(cells).replace("%", " %") + " |")
-                if largest == 9.5:
+                print(f"{name} " + " | ".join(cells).replace("%", " %") + " |")
+                if not base or largest == 9.5:
                     continue
-                for title, row in (("relative", [found[q][0] / base[q][0] for q in QUANTITIES]),
-                                   ("source", PUBLISHED[mix, largest, interface]),
-                                   ("experiment", PUBLISHED[mix, largest, "experiment"])):
-                    print(f"|   {title} | | " + " | ".join(f"{x:.3f}" for x in row) + " |")
+                for title, row in ((f"{name} here", [found[q][0] / base[q][0] for q in QUANTITIES]),
+                                   ("| | | source", PUBLISHED[mix, largest, interface]),
+                                   ("| | | experiment", PUBLISHED[mix, largest, "experiment"])):
+                    relative.append(f"{title} | " + " | ".join(f"{x:.3f}" for x in row) + " |")
+    print("\n" + "\n".join(relative))
 
 
 def check_geometry(known):
