@@ -190,7 +190,7 @@ pub(super) fn section(runs: &[Run]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use concordem_scenario::template;
+    use concordem_scenario::schema::template;
 
     fn test_of(text: &str) -> Option<Test> {
         Test::of(&Scenario::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}")))
