@@ -165,9 +165,13 @@ def test_laboratory_tests_are_translated_or_refused(tmp_path):
         (beam, {"stage": [{"name": "a", "stop": {"steps": 2}}]}, "only for cell-stress"),
         (cell, {"stage.0.stop": {"unbalanced": 1e-3}}, "stop.steps"), (cell, {"stage.1.rate": -1}, "without rate"),
         (cell, {"loading.stress.0.1": 1.0}, "no shear"), (disc, {"loading.area": "hull"}, "explicit loading.area"),
+        (disc, {"dimension": 2}, "dimension"),
     ):
         with pytest.raises(Unsupported, match=message):
             yade.translation(made(task, changes=changes))
+    for load in (translate.platens, translate.flexure):
+        with pytest.raises(Unsupported, match="in two dimensions"):
+            load(scenario.changed(beam.scenario, {"dimension": 2}), starts["notched-beam"])
     with pytest.raises(Unsupported, match="local damping"):
         liggghts.deck(made(disc), 1)
     undamped = {"integration.damping": {"kind": "none"}}

@@ -189,11 +189,12 @@ def _plates(document, start):
     lines += [f"pair_style gran {style} tangential_damping off", "pair_coeff * *"]
     lines += [f"neigh_modify exclude type {a} {b}" for a in kinds.split() for b in kinds.split() if a <= b]
     for name, (axis, position, side, speed, material) in zip(("lower", "upper"), plates, strict=True):
-        # a square much larger than the specimen, of two triangles
-        wide = 2 * np.ptp(start.position, axis=0).max()
+        # a rectangle ten radii larger than the specimen, within the box of the run; two triangles
         corners = np.full((4, 3), position)
         others = [k for k in range(3) if k != axis]
-        corners[:, others] = np.mean(start.position, axis=0)[others] + 0.5 * wide * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+        low, high = start.position.min(axis=0)[others], start.position.max(axis=0)[others]
+        half = 0.5 * (high - low) + 10 * start.radius.max()
+        corners[:, others] = 0.5 * (low + high) + half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
         text = "solid plate\n"
         for triangle in ((0, 1, 2), (0, 2, 3)):
             text += "facet normal 0 0 0\nouter loop\n"

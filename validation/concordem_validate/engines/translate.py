@@ -183,9 +183,15 @@ def end_layers(document, start):
     return axis, np.flatnonzero(x - low <= thickness), np.flatnonzero(high - x <= thickness), si(loading["area"])
 
 
+def _in_space(document):
+    if document.get("dimension", 3) == 2:
+        raise Unsupported(f"no translation of loading {document['loading']['kind']} in two dimensions")
+
+
 def platens(document, start):
     """Two plates as in `planes`, the area of the stress, its sign, and the distance of the plates."""
     loading = document["loading"]
+    _in_space(document)
     axis, names = "xyz".index(loading.get("axis", "z")), [m["name"] for m in document["material"]]
     x, r = start.position[:, axis], start.radius
     low, high = float((x - r).min()), float((x + r).max())
@@ -207,6 +213,7 @@ def flexure(document, start):
     """A beam on strips of particles: direction of the load, held and moved particles, stress over the force of all rollers, and strain over
     the deflection under them."""
     loading, shape = document["loading"], document["packing"]["shape"]
+    _in_space(document)
     if "strip_width" not in loading or shape["kind"] != "box":
         raise Unsupported("no translation of rollers as walls: give loading.strip_width, and a box")
     axis = "xyz".index(loading.get("axis", "x"))
