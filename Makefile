@@ -95,6 +95,8 @@ test-studies:
 	@.ci/timed rigid-box validation/rigid_box_sampling.py --built
 	@.ci/timed distributed .venv/bin/python validation/distributed_specimen.py
 	@.ci/timed elastic validation/elastic.py
+	@.ci/timed mesoscale validation/mesoscale.py
+	@.ci/timed laboratory .venv/bin/python validation/laboratory.py
 
 test-python:
 	@.ci/timed $@ yade-bridge/test.sh python
@@ -187,5 +189,7 @@ validate-full: $(CONCORDEM)
 	.venv/bin/python validation/distributed_specimen.py --full
 	validation/deformable.py --full
 	validation/elastic.py --full
+	validation/mesoscale.py --full
+	.venv/bin/python validation/laboratory.py --full
 	$(CARGO) run --release -p concordem --example beam_study -- validation/results/beams.json
 	validation/rigid_box_sampling.py --full

@@ -136,6 +136,49 @@ def test_strains_of_particles_are_translated_or_refused(tmp_path):
             yade.translation(other)
 
 
+def test_laboratory_tests_are_translated_or_refused(tmp_path):
+    need("concordem")
+    beam, cell, disc = (next(iter(cases.load(name).tasks)) for name in ("notched-beam", "triaxial-cell", "splitting-disc"))
+    starts = {}
+    for task in (beam, cell, disc):
+        starts[task.case] = concordem.export_start(task, tmp_path)
+    made = lambda task, **changes: cases.Task(
+        task.case, "b", task.folder, scenario.changed(task.scenario, changes.pop("changes", {})), None, start=starts[task.case])
+    data = yade.translation(made(beam))
+    position, bonds = starts["notched-beam"].position, {tuple(pair) for pair in starts["notched-beam"].bonds.tolist()}
+    assert data["severed"] and not bonds & {tuple(pair) for pair in data["severed"]}
+    for a, b in data["severed"]:
+        assert (position[a, 0] - 5e-5) * (position[b, 0] - 5e-5) <= 0 and min(position[a, 2], position[b, 2]) < -1e-3
+    loading = data["loading"]
+    # 3 a/(b h^2), a = 21 mm, and 3 h/(a (3 l - 4 a))
+    assert loading["stress"] == pytest.approx(3 * 0.021 / 1e-6, rel=1e-12)
+    assert loading["strain"] == pytest.approx(3 * 0.01 / (0.021 * (0.126 - 0.084)), rel=1e-12)
+    assert {data["fixed"][p] for p in loading["held"] + loading["moved"]} == {"z"}
+    assert all(data["velocity"][p][2] == -0.03 for p in loading["moved"])
+    first, second = yade.translation(made(cell))["loading"]["phases"]
+    assert (first["mask"], second["mask"], second["goal"][:2]) == (7, 3, [-5e6, -5e6]) and second["fastest"] == [100, 100, 3]
+    data = yade.translation(made(disc))
+    assert [wall[3][2] for wall in data["walls"]] == [0.15, -0.15] and data["loading"]["area"] == pytest.approx(3.141592653589793 * 1.2e-4)
+    for task, changes, message in (
+        (beam, {"cut.0.shape": {"kind": "sphere", "center": [0, 0, 0], "radius": 1e-3}}, "cut of kind sphere"),
+        (beam, {"loading.strip_width": "__remove__", "loading.roller_radius": 1e-3}, "rollers as walls"),
+        (beam, {"stage": [{"name": "a", "stop": {"steps": 2}}]}, "only for cell-stress"),
+        (cell, {"stage.0.stop": {"unbalanced": 1e-3}}, "stop.steps"), (cell, {"stage.1.rate": -1}, "without rate"),
+        (cell, {"loading.stress.0.1": 1.0}, "no shear"), (disc, {"loading.area": "hull"}, "explicit loading.area"),
+        (disc, {"dimension": 2}, "dimension"),
+    ):
+        with pytest.raises(Unsupported, match=message):
+            yade.translation(made(task, changes=changes))
+    for load in (translate.platens, translate.flexure):
+        with pytest.raises(Unsupported, match="in two dimensions"):
+            load(scenario.changed(beam.scenario, {"dimension": 2}), starts["notched-beam"])
+    with pytest.raises(Unsupported, match="local damping"):
+        liggghts.deck(made(disc), 1)
+    undamped = {"integration.damping": {"kind": "none"}}
+    with pytest.raises(Unsupported, match="linear contacts"):
+        liggghts.deck(made(disc, changes=undamped), 1)
+
+
 def test_hanging_peer_leaves_the_rest_whole(tmp_path):
     need("concordem", "yade")
     case = cases.load("cpm-bond").only(["compression"], ["yade", "analytic"])

@@ -188,6 +188,17 @@ DEFECTS = {
     "a beam 0.01 % too thick against LAMMPS": ("bending-waves", "strong", "lammps", dict(
         concordem=[ours(material__0__cohesive_beam__radius="1.0001 mm")])),
     "rotary inertia left out of the waves": ("bending-waves", "packet", "analytic", dict(module=[no_rotary_inertia])),
+    "a beam without its notch": ("notched-beam", "notched", "yade", dict(concordem=[ours(cut="__remove__")])),
+    "a notch that is 0.5 mm too deep": ("notched-beam", "slit", "yade", dict(
+        concordem=[ours(cut__0__shape__maximum=["1.1 mm", "6 mm", "-1.5 mm"])])),
+    "a strip narrower by 5 %": ("notched-beam", "notched", "yade", dict(concordem=[ours(loading__strip_width="2.85 mm")])),
+    "lateral stress 2 % too high": ("triaxial-cell", "confined", "yade", dict(concordem=[ours(loading__stress=[
+        ["-5.1 MPa", 0, 0], [0, "-5.1 MPa", 0], [0, 0, "-5 MPa"]])])),
+    "a servo that may not follow": ("triaxial-cell", "confined", "yade", dict(concordem=[ours(loading__maximum_strain_rate="0.5 1/s")])),
+    "plates that close 0.1 % too fast": ("splitting-disc", "disc", "yade", dict(concordem=[ours(loading__closing_velocity="300.3 mm/s")])),
+    "one plate at rest in LIGGGHTS": ("splitting-disc", "lattice", "liggghts", dict(liggghts=[without("fix move_upper")])),
+    "friction at LIGGGHTS' plates": ("splitting-disc", "lattice", "liggghts", dict(liggghts=[other(
+        "coefficientFriction peratomtypepair 1 0.0", "coefficientFriction peratomtypepair 1 0.8")])),
     "stress with the other sign": ("cpm-uniaxial", "tension", "yade",
                                    {"result:concordem": [result("stress", np.negative)]}),
 }

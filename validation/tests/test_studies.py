@@ -150,7 +150,52 @@ def test_the_rigid_box_needs_yade_where_it_is_strict(tmp_path, monkeypatch):
         module.main()
 
 
-@pytest.mark.parametrize("name", ["specimens", "distributed_specimen"])
+def change_all(cases, change):
+    for name, case in cases.items():
+        if re.fullmatch(r"low, 19 mm, placement \d, interface 1", name):
+            change(case)
+
+
+@pytest.mark.parametrize("change, message", [
+    (lambda case: case["geometry"].update(aggregates=133), "133 aggregates; the source has 134"),
+    (lambda case: case["geometry"].update(volume_fraction=0.25), "of the volume"),
+    (lambda case: case["tension"].update(young_pa=1.01 * case["tension"]["young_pa"]), "E is 1.0.. of that with 9.5 mm"),
+    (lambda case: case["tension"].update(peak_stress_pa=1.3 * case["tension"]["peak_stress_pa"]), "f_t is"),
+    (lambda case: case["compression"].update(peak_stress_pa=0.9 * case["compression"]["peak_stress_pa"]), "f_c does not rise"),
+])
+def test_the_mesoscale_is_held_to_its_source(change, message):
+    module = study("mesoscale")
+    cases = json.loads(module.RESULTS.read_text())["cases"]
+    assert not module.check_geometry(cases) + module.check_published(cases)
+    change_all(cases, change)
+    wrong = module.check_geometry(cases) + module.check_published(cases)
+    assert any(re.search(message, one) for one in wrong), wrong
+
+
+def test_mixes_of_equal_geometry_run_once(tmp_path, monkeypatch):
+    module = study("mesoscale")
+    ran = []
+    monkeypatch.setattr(module, "test", lambda program, text, threads: (ran.append(text), ({"particles": 1}, {"steps": 1}))[1])
+    known = {}
+    module.study([("low", 12.5, 1, 1), ("high", 12.5, 1, 1), ("high", 9.5, 1, 1)], 50.0, known, lambda cases: None, "commit", None)
+    assert len(ran) == 4 and len(known) == 3
+    assert known["high, 12.5 mm, placement 1, interface 1"]["same_as"] == "low, 12.5 mm, placement 1, interface 1"
+
+
+@pytest.mark.parametrize("change, message", [
+    (lambda cases: cases["cell, oedometer, seed 1"].update(last_stress_pa=4.8e5), "oedometer, seed 1"),
+    (lambda cases: cases["cell, uniaxial modulus, seed 2"].update(last_stress_pa=4.4e5), "uniaxial modulus, seed 2"),
+    (lambda cases: [cases[f"beam 10 mm, notch 0, seed {s}"].update(peak_stress_pa=4e6) for s in (1, 2, 3)], "modulus of rupture"),
+])
+def test_the_laboratory_is_held_to_its_statements(change, message):
+    module = study("laboratory")
+    cases = json.loads(module.RESULTS.read_text())["cases"]
+    assert not module.check_record(cases)
+    change(cases)
+    assert any(re.search(message, one) for one in module.check_record(cases))
+
+
+@pytest.mark.parametrize("name", ["specimens", "distributed_specimen", "mesoscale", "laboratory"])
 def test_specimens_of_another_commit_are_not_recorded(tmp_path, monkeypatch, name):
     module = study(name)
     monkeypatch.setattr(provenance, "of_tree", lambda: "b" * 40)
@@ -158,7 +203,7 @@ def test_specimens_of_another_commit_are_not_recorded(tmp_path, monkeypatch, nam
     monkeypatch.setattr(module, "RESULTS", tmp_path / "results.json")
     monkeypatch.setattr("sys.argv", [name, "--full"])
     program = script(tmp_path / "program", "#!/bin/sh\nexit 3\n")
-    if name == "specimens":
+    if name != "distributed_specimen":
         monkeypatch.setattr(module, "PROGRAM", program)
     else:
         monkeypatch.setattr(module.concordem, "program", lambda: program)

@@ -175,6 +175,37 @@ def _held(fixed, loading):
     return lines, [f"fix integrate {free} nve/sphere"] + (["fix integrate_still still nve"] if still else [])
 
 
+def _plates(document, start):
+    """Two plates as meshes that LIGGGHTS moves, and its own linear contact with them: lines, properties, and STL files.
+
+    Our fix computes the contacts of spheres, so these are excluded from the neighbor list of LIGGGHTS' pair style, which the walls need.
+    """
+    if document["contacts"]["law"] != "frictional":
+        raise Unsupported("liggghts: plates need linear contacts (frictional)")
+    _, properties, style = _frictional(document)
+    plates = translate.platens(document, start)[0]
+    lines, files = [], {}
+    kinds = " ".join(str(k + 1) for k in range(len(document["material"])))
+    lines += [f"pair_style gran {style} tangential_damping off", "pair_coeff * *"]
+    lines += [f"neigh_modify exclude type {a} {b}" for a in kinds.split() for b in kinds.split() if a <= b]
+    for name, (axis, position, side, speed, material) in zip(("lower", "upper"), plates, strict=True):
+        # a rectangle ten radii larger than the specimen, within the box of the run; two triangles
+        corners = np.full((4, 3), position)
+        others = [k for k in range(3) if k != axis]
+        low, high = start.position.min(axis=0)[others], start.position.max(axis=0)[others]
+        half = 0.5 * (high - low) + 10 * start.radius.max()
+        corners[:, others] = 0.5 * (low + high) + half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+        text = "solid plate\n"
+        for triangle in ((0, 1, 2), (0, 2, 3)):
+            text += "facet normal 0 0 0\nouter loop\n"
+            text += "".join("vertex " + " ".join(map(_number, corners[k])) + "\n" for k in triangle) + "endloop\nendfacet\n"
+        files[f"{name}.stl"] = text + "endsolid plate\n"
+        lines += [f"fix {name} all mesh/surface/stress file {name}.stl type {material + 1}",
+                  f"fix move_{name} all move/mesh mesh {name} linear " + " ".join(map(_number, speed))]
+    lines.append(f"fix plates all wall/gran {style} mesh n_meshes 2 meshes lower upper tangential_damping off")
+    return lines, properties, files, [f"f_{name}[{plates[0][0] + 1}]" for name in ("lower", "upper")]
+
+
 def deck(task, ranks):
     """Files of the run by name, and the number of steps."""
     document, start = task.scenario, task.start
@@ -183,13 +214,15 @@ def deck(task, ranks):
     if translate.local_damping(document):
         raise Unsupported("liggghts: it has no local damping")
     law = document["contacts"]["law"]
-    loading = None
+    loading, plates = None, None
     fixed, velocity, spin = translate.prescribed(document, start)
     if document.get("loading", {}).get("kind", "none") == "uniaxial":
         loading = translate.end_layers(document, start)
         letters = "xyz"[loading[0]] if document["loading"].get("lateral", "free") == "free" else "xyzXYZ"
         for p in (*loading[1], *loading[2]):
             fixed[p] |= set(letters)
+    elif document.get("loading", {}).get("kind") == "platens" and ours:
+        plates = _plates(document, start)
     elif document.get("loading", {}).get("kind", "none") != "none":
         raise Unsupported(f"liggghts: no translation of loading {document['loading']['kind']}")
     force, moment = translate.forces(document, start)
@@ -198,7 +231,7 @@ def deck(task, ranks):
     if ours:
         if document.get("wall"):
             raise Unsupported("liggghts: our bonds do not support walls")
-        head, properties, style = [], [], None
+        head, properties, style = [], plates[1] if plates else [], None
     elif law in _MODELS:
         head, properties, style = _MODELS[law](document)
     else:
@@ -233,7 +266,7 @@ def deck(task, ranks):
         data.append(" ".join([str(p + 1), *map(_number, velocity[p]), *map(_number, spin[p])]))
     skin = start.radius.min() * 0.5
     lines = [
-        f"atom_style {'sphere' if ours else 'granular'}", "atom_modify map array sort 0 0.0", "boundary f f f",
+        f"atom_style {'sphere' if ours and not plates else 'granular'}", "atom_modify map array sort 0 0.0", "boundary f f f",
         "newton off", "communicate single vel yes", "units si", *filter(None, head),
         "read_data data.txt", f"neighbor {_number(skin)} bin", "neigh_modify delay 0",
         *[f"fix property{k} all property/global {p}" for k, p in enumerate(properties)],
@@ -241,6 +274,7 @@ def deck(task, ranks):
     ]
     if style:
         lines += [f"pair_style gran {style} tangential_damping off", "pair_coeff * *"]
+    lines += plates[0] if plates else []
     for k, (axis, position, _, speed, material) in enumerate(translate.planes(document)):
         if any(speed):
             raise Unsupported("liggghts: no translation of moving walls")
@@ -262,6 +296,8 @@ def deck(task, ranks):
         reactions = [f"f_{end}[{loading[0] + 1}]" for end in ("low", "high")]
     elif len(start.radius) == 2 and fixed[0]:
         reactions = [f"f_held0[{k}]" for k in (1, 2, 3)]
+    elif plates:
+        reactions = plates[3]
     if reactions:
         lines += ["thermo_style custom step " + " ".join(reactions), "thermo_modify format float %.17g lost error",
                   f"thermo {output.get('sample_interval', 10)}"]
@@ -281,6 +317,7 @@ def deck(task, ranks):
             "thermo_modify format float %.17g lost error", f"thermo {steps}"]
     lines.append(f"run {steps}")
     files = {"data.txt": "\n".join(data) + "\n", "in.txt": "\n".join(lines) + "\n"}
+    files |= plates[2] if plates else {}
     if ours:
         files["materials.toml"] = _materials(document)
         files["bonds.txt"] = "".join(
@@ -392,6 +429,12 @@ class Liggghts:
             samples, reaction = _thermo(text, 2)
             area = si(task.scenario["loading"]["area"])
             result.add("stress", samples, 0.5 * (reaction[:, 0] - reaction[:, 1]) / area, "Pa")
+        elif task.scenario.get("loading", {}).get("kind") == "platens":
+            samples, reaction = _thermo(text, 2)
+            _, area, sign, length = translate.platens(task.scenario, task.start)
+            closing = si(task.scenario["loading"]["closing_velocity"])
+            result.add("strain", samples, -closing * samples * task.start.dt / length, "1")
+            result.add("stress", samples, sign * 0.5 * (reaction[:, 0] - reaction[:, 1]) / area, "Pa")
         if count == 2 and fixed[0]:
             samples, reaction = _thermo(text, 3)
             result.add("contact_force", samples, reaction, "N", "Force of the contact on particle 0")

@@ -30,8 +30,21 @@ def law_keys(engine, law, known):
         raise Unsupported(f"{engine}: no translation of the law's {', '.join(sorted(unknown))}")
 
 
+def stages(document):
+    """Stages of a run as (steps, whether the axes of a cell follow their stress). Only those that end after a number of steps."""
+    out = []
+    for stage in document.get("stage", []):
+        unknown = set(stage) - {"name", "stop", "control"}
+        if unknown or set(stage.get("stop", {})) != {"steps"}:
+            raise Unsupported("a comparison needs stages with stop.steps, without " + (", ".join(sorted(unknown)) or "other stops"))
+        out.append((int(stage["stop"]["steps"]), stage.get("control", "motion") == "stress"))
+    return out
+
+
 def steps_of(document, dt):
     """Number of steps. Only counts and times: other stops depend on what is computed."""
+    if document.get("stage"):
+        return sum(steps for steps, _ in stages(document))
     stop = document.get("stop", {})
     extra = set(stop) - {"steps", "time"}
     if extra or not stop:
@@ -168,3 +181,75 @@ def end_layers(document, start):
     x, r = start.position[:, axis], start.radius
     low, high = (x - r).min(), (x + r).max()
     return axis, np.flatnonzero(x - low <= thickness), np.flatnonzero(high - x <= thickness), si(loading["area"])
+
+
+def _in_space(document):
+    if document.get("dimension", 3) == 2:
+        raise Unsupported(f"no translation of loading {document['loading']['kind']} in two dimensions")
+
+
+def platens(document, start):
+    """Two plates as in `planes`, the area of the stress, its sign, and the distance of the plates."""
+    loading = document["loading"]
+    _in_space(document)
+    axis, names = "xyz".index(loading.get("axis", "z")), [m["name"] for m in document["material"]]
+    x, r = start.position[:, axis], start.radius
+    low, high = float((x - r).min()), float((x + r).max())
+    sign = 1.0
+    if loading.get("area") == "splitting":
+        # 2F/(pi D L): the tension in the middle of a cylinder
+        shape, sign = document["packing"]["shape"], -1.0
+        area = math.pi * si(shape["radius"]) * si(shape["height"])
+    elif "area" in loading and loading["area"] != "hull":
+        area = si(loading["area"])
+    else:
+        raise Unsupported("a comparison needs an explicit loading.area; add it")
+    material, speed = names.index(loading["material"]), 0.5 * si(loading["closing_velocity"])
+    toward = lambda sign: [sign * speed if k == axis else 0.0 for k in range(3)]
+    return [(axis, low, 1, toward(1.0), material), (axis, high, -1, toward(-1.0), material)], area, sign, high - low
+
+
+def flexure(document, start):
+    """A beam on strips of particles: direction of the load, held and moved particles, stress over the force of all rollers, and strain over
+    the deflection under them."""
+    loading, shape = document["loading"], document["packing"]["shape"]
+    _in_space(document)
+    if "strip_width" not in loading or shape["kind"] != "box":
+        raise Unsupported("no translation of rollers as walls: give loading.strip_width, and a box")
+    axis = "xyz".index(loading.get("axis", "x"))
+    across = "xyz".index(loading.get("across", "x" if axis == 2 else "z"))
+    size, span, inner, width = vector(shape["size"]), *(si(loading.get(k, 0)) for k in ("span", "inner_span", "strip_width"))
+    x, y, r = start.position[:, axis], start.position[:, across], start.radius
+    middle = 0.5 * ((x - r).min() + (x + r).max())
+    near = lambda at: np.abs(x - middle - at) <= 0.5 * width
+    bottom, top = y - r <= (y - r).min() + r.max(), y + r >= (y + r).max() - r.max()
+    held = np.flatnonzero(bottom & (near(-0.5 * span) | near(0.5 * span)))
+    moved = np.flatnonzero(top & (near(-0.5 * inner) | near(0.5 * inner)))
+    height, depth, arm = size[across], size[3 - axis - across], 0.5 * (span - inner)
+    return across, held, moved, 3 * arm / (depth * height**2), 3 * height / (arm * (3 * span - 4 * arm))
+
+
+def severed(document, start):
+    """Pairs within reach of a bond that a cut separates: their line crosses a parallelogram or a box."""
+    if not document.get("cut"):
+        return np.zeros((0, 2), int)
+    ratio, x, r = si(document["bonds"]["interaction_ratio"]), start.position, start.radius
+    distance = np.linalg.norm(x[:, None] - x, axis=2)
+    a, b = np.nonzero(np.triu(distance <= ratio * (r[:, None] + r), 1))
+    apart = np.zeros(len(a), bool)
+    for cut in document["cut"]:
+        if cut["shape"]["kind"] == "parallelogram":
+            corner, edges = vector(cut["shape"]["corner"]), [vector(edge) for edge in cut["shape"]["edges"]]
+            # x_a + t (x_b - x_a) = corner + u e_1 + v e_2
+            matrix = np.stack([x[b] - x[a], *(np.broadcast_to(-np.array(edge), (len(a), 3)) for edge in edges)], axis=2)
+            solved = np.linalg.solve(matrix, (corner - x[a])[:, :, None])[:, :, 0]
+            apart |= ((solved >= 0) & (solved <= 1)).all(axis=1)
+        elif cut["shape"]["kind"] == "box":
+            low, high = (np.array(vector(cut["shape"][key])) for key in ("minimum", "maximum"))
+            with np.errstate(divide="ignore"):
+                ends = (np.array([low, high])[:, None] - x[a]) / (x[b] - x[a])
+            first, last = ends.min(axis=0).max(axis=1), ends.max(axis=0).min(axis=1)
+            apart |= np.maximum(first, 0) <= np.minimum(last, 1)
+        else:
+            raise Unsupported(f"no translation of a cut of kind {cut['shape']['kind']}")
+    return np.column_stack([a[apart], b[apart]])

@@ -117,7 +117,7 @@ _LAWS = {"cpm": _cpm, "frictional": _frictional, "hertz_mindlin": _hertz_mindlin
 def translation(task):
     """The task as plain data."""
     document, start = task.scenario, task.start
-    translate.check_keys(document, NAME, periodic=True, known={"dimension", "deformable"})
+    translate.check_keys(document, NAME, periodic=True, known={"dimension", "deformable", "cut", "stage"})
     plane = document.get("dimension", 3) == 2
     laws = {document["contacts"]["law"], document.get("bonds", {}).get("law", "none")} - {"none"}
     if laws == {"linear_bond", "frictional"}:
@@ -135,7 +135,9 @@ def translation(task):
     gravity = vector(integration.get("gravity", [0, 0, 0]))
     fixed, velocity, spin = translate.prescribed(document, start)
     velocity = velocity.copy()
-    loading = {"kind": "none"}
+    loading, walls = {"kind": "none"}, translate.planes(document)
+    if document.get("stage") and document.get("loading", {}).get("kind") != "cell-stress":
+        raise Unsupported("yade: stages are translated only for cell-stress")
     if plane:
         for letters in fixed:
             letters |= set("zXY")
@@ -150,8 +152,22 @@ def translation(task):
             raise Unsupported("yade: no translation of prescribed motion in a driven cell, because YADE moves blocked bodies with the cell")
         gradient = [vector(row) for row in document["loading"]["velocity_gradient"]]
         loading = dict(kind="cell-strain", velocity_gradient=gradient)
+    elif document.get("loading", {}).get("kind") == "cell-stress":
+        loading = _triaxial(document, start)
+    elif document.get("loading", {}).get("kind") == "flexure":
+        across, held, moved, stress, strain = translate.flexure(document, start)
+        for p in (*held, *moved):
+            fixed[p].add("xyz"[across])
+        velocity[held, across], velocity[moved, across] = 0.0, -si(document["loading"]["closing_velocity"])
+        loading = dict(kind="flexure", across=across, held=held.tolist(), moved=moved.tolist(), stress=stress, strain=strain)
+    elif document.get("loading", {}).get("kind") == "platens":
+        plates, area, sign, length = translate.platens(document, start)
+        loading = dict(kind="platens", axis=plates[0][0], first=len(start.radius) + len(walls), area=area, sign=sign, length=length)
+        walls = [*walls, *plates]
     elif document.get("loading", {}).get("kind", "none") != "none":
         raise Unsupported(f"yade: no translation of loading {document['loading']['kind']}")
+    if walls and "bonds" in document and law != "cpm":
+        raise Unsupported("yade: bonded particles touch walls only under cpm")
     if integration.get("scheme", "leapfrog") == "velocity-verlet":
         # Velocity Verlet is leapfrog with a first kick of half a step. YADE's first kick is a full step, so subtract half.
         free = np.array([[letter not in letters for letter in "xyz"] for letters in fixed])
@@ -174,14 +190,32 @@ def translation(task):
         frozen=task.command == "operators",
         material=start.material.tolist(), velocity=velocity.tolist(), spin=spin.tolist(),
         fixed=["".join(sorted(f)) for f in fixed], force=force.tolist(), moment=moment.tolist(),
-        walls=translate.planes(document), bonds=start.bonds.tolist(),
+        walls=walls, bonds=start.bonds.tolist(), severed=translate.severed(document, start).tolist(),
         ratio=si(document.get("bonds", {}).get("interaction_ratio", 1)),
         # Only YADE's kinematics correct the arms; all others use the common contact point.
         ratcheting_correction=document.get("kinematics", "finite") == "yade-ratcheting",
-        spherical_bodies=not document.get("wall"),
+        spherical_bodies=not walls,
         dt=start.dt, damping=translate.local_damping(document), gravity=gravity, loading=loading,
         stress_volume=whole[0] if whole else None, cell=start.cell.tolist(), steps=translate.steps_of(document, start.dt), sample_interval=output.get("sample_interval", 10),
         snapshot_interval=output.get("snapshot_interval") or 10**9)
+
+
+def _triaxial(document, start):
+    """Phases of YADE's own servo, PeriTriaxController: steps, mask of the axes that follow their stress, goals, largest strain rates."""
+    loading = document["loading"]
+    stress = np.array([vector(row) for row in loading["stress"]])
+    if np.any(stress != np.diag(np.diag(stress))):
+        raise Unsupported("yade: the stress of a cell must have no shear")
+    rates = [None if rate == "free" else si(rate) for rate in loading.get("strain_rate", ["free"] * 3)]
+    phases = []
+    for steps, by_stress in translate.stages(document) or [(translate.steps_of(document, start.dt), False)]:
+        driven = [rate is not None and not by_stress for rate in rates]
+        # the goal of a driven axis is a strain far away
+        goal = [math.copysign(1.0, rates[k] or 1.0) if driven[k] else float(stress[k, k]) for k in range(3)]
+        fastest = [abs(rates[k]) if driven[k] else si(loading["maximum_strain_rate"]) for k in range(3)]
+        phases.append(dict(steps=steps, mask=sum(1 << k for k in range(3) if not driven[k]), goal=goal, fastest=fastest))
+    axis = next((k for k in range(3) if rates[k]), int(np.argmax(np.abs(np.diag(stress)))))
+    return dict(kind="cell-stress", phases=phases, axis=axis)
 
 
 def _frozen(result, task, data, out):
@@ -227,6 +261,8 @@ def run(task, folder, limit):
     for name, unit in (("stress", "Pa"), ("strain", "1"), ("stored_deformation", "J")):
         if name in data_out:
             result.add(name, samples, data_out[name], unit)
+    if "whole_volume" in data_out:
+        result.add("whole.volume", samples, data_out["whole_volume"], "m^3")
     if "whole_stress" in data_out:
         # YADE's stress is force times branch vector, ours the transpose (quirk yade-stress-transposed)
         result.add("whole.stress", samples, data_out["whole_stress"].transpose(0, 2, 1), "Pa", "getStress, transposed")

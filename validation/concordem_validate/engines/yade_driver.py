@@ -93,7 +93,7 @@ else:
     response = [Law2_ScGeom6D_CohFrictPhys_CohesionMoment(
         always_use_moment_law=law == "cohesive_beam", useIncrementalForm=False)]
 
-samples = {name: [] for name in ("sample_steps", "stress", "strain", "contact_force", "whole_stress", "stored_deformation")}
+samples = {name: [] for name in ("sample_steps", "stress", "strain", "contact_force", "whole_stress", "whole_volume", "stored_deformation")}
 pictures = {name: [] for name in ("snapshot_steps", "position", "velocity", "angular_velocity", "damage_field")}
 count, loading = len(task["position"]), task["loading"]
 uniaxial = loading["kind"] == "uniaxial"
@@ -102,6 +102,10 @@ only_pair = count == 2 and not task["walls"]
 
 def mean_position(ids):
     return sum(O.bodies[p].state.pos[loading["axis"]] for p in ids) / len(ids)
+
+
+def height_of_rollers():
+    return sum(O.bodies[p].state.pos[loading["across"]] for p in loading["moved"]) / len(loading["moved"])
 
 
 def sample():
@@ -113,6 +117,19 @@ def sample():
         force = [sum(O.forces.f(p)[loading["axis"]] for p in loading[end]) for end in ("low", "high")]
         samples["stress"].append(0.5 * (force[0] - force[1]) / loading["area"])
         samples["strain"].append((mean_position(loading["high"]) - mean_position(loading["low"]) - length) / length)
+    elif loading["kind"] == "flexure":
+        held, moved = (sum(O.forces.f(p)[loading["across"]] for p in loading[name]) for name in ("held", "moved"))
+        samples["stress"].append(0.5 * (moved - held) * loading["stress"])
+        samples["strain"].append((roller - height_of_rollers()) * loading["strain"])
+    elif loading["kind"] == "platens":
+        k, axis = loading["first"], loading["axis"]
+        samples["stress"].append(loading["sign"] * 0.5 * (O.forces.f(k)[axis] - O.forces.f(k + 1)[axis]) / loading["area"])
+        samples["strain"].append((O.bodies[k + 1].state.pos[axis] - O.bodies[k].state.pos[axis]) / loading["length"] - 1)
+    elif loading["kind"] == "cell-stress":
+        axis = loading["axis"]
+        samples["stress"].append(utils.getStress()[axis][axis])
+        samples["strain"].append(O.cell.trsf[axis][axis] - 1)
+        samples["whole_volume"].append(O.cell.volume)
     if task["stress_volume"] is not None:
         # 0 means the volume of the periodic cell, as in YADE
         samples["whole_stress"].append([list(row) for row in np.array(utils.getStress(task["stress_volume"]))])
@@ -224,6 +241,7 @@ def record():
         deformation.after()
 
 
+roller = height_of_rollers() if loading["kind"] == "flexure" else None
 length = mean_position(loading["high"]) - mean_position(loading["low"]) if uniaxial else None
 O.dt = task["dt"]
 O.engines = [
@@ -238,9 +256,21 @@ if loading["kind"] == "cell-strain":
     # the velocities of the start state already include the gradient
     O.cell.velGrad = Matrix3(*[x for row in loading["velocity_gradient"] for x in row])
     newton.prevVelGrad = O.cell.velGrad
+elif loading["kind"] == "cell-stress":
+    # An inertia of the cell of the order of that of its spheres, so that its own vibrations are as fast as theirs.
+    servo = PeriTriaxController(dynCell=True, mass=sum(task["mass"]), globUpdate=1, maxUnbalanced=0, relStressTol=0, doneHook="pass")
+    O.engines = [*O.engines[:-1], servo, O.engines[-1]]
+
+    def begin(phase):
+        servo.stressMask, servo.goal, servo.maxStrainRate = phase["mask"], Vector3(*phase["goal"]), Vector3(*phase["fastest"])
+
+    begin(loading["phases"][0])
 O.step()
+for a, b in task["severed"]:
+    # The law of the first step has bonded them, too; they carry nothing yet.
+    O.interactions.erase(a, b)
 if task["bonds"]:
-    made = sorted(tuple(sorted((i.id1, i.id2))) for i in O.interactions if i.isReal)
+    made = sorted(tuple(sorted((i.id1, i.id2))) for i in O.interactions if i.isReal and max(i.id1, i.id2) < count)
     wanted = sorted(tuple(b) for b in task["bonds"])
     if made != wanted:
         print("BONDS DIFFER: %d made by YADE, %d in the start state, %d in common" % (
@@ -249,6 +279,12 @@ if task["bonds"]:
     bo1.aabbEnlargeFactor = ig2.interactionDetectionFactor = 1
 start = time.perf_counter()
 # one more step, because forces and velocities of the last step are read between the laws and the integrator
+if loading["kind"] == "cell-stress":
+    end = 0
+    for phase, following in zip(loading["phases"], loading["phases"][1:]):
+        end += phase["steps"]
+        O.run(end - O.iter, True)
+        begin(following)
 O.run(task["steps"] - O.iter + 1, True)
 wall = time.perf_counter() - start
 out = {name: np.array(values) for name, values in {**samples, **pictures}.items() if values}

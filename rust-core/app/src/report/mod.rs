@@ -9,6 +9,7 @@ mod curves;
 mod energy;
 pub mod figures;
 mod html;
+mod laboratory;
 mod phases;
 mod properties;
 mod provenance;
@@ -20,8 +21,10 @@ use std::path::Path;
 
 use crate::output::{OutputError, ResultFile, sealed};
 use crate::provenance::PROGRAM;
+use concordem_scenario::schema::Scenario;
 pub use figures::{CurveFigures, Given, ReferenceFigures, Sense};
 use html::{escape, frame};
+use laboratory::Test;
 
 /// Colors of the runs, distinguishable with red-green color blindness.
 const RUN_COLORS: [&str; 6] = ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00", "#4a5560"];
@@ -34,6 +37,8 @@ struct Run<'a> {
     strain: Vec<f64>,
     stress: Vec<f64>,
     figures: Option<CurveFigures>,
+    /// Standard test of the scenario; `None` for other loadings and unreadable scenarios.
+    test: Option<Test>,
     color: &'static str,
 }
 
@@ -57,6 +62,7 @@ pub fn page(inputs: &[ResultFile], reference: &ReferenceFigures) -> Result<Strin
     let body = [
         heading(&runs),
         properties::section(&runs, reference),
+        laboratory::section(&runs),
         curves::section(&runs, reference),
         phases::section(&runs)?,
         cracks::section(&runs)?,
@@ -72,6 +78,7 @@ impl<'a> Run<'a> {
         let strain = file.samples("strain")?;
         let stress = file.samples("stress")?;
         let name = file.path().file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let test = Scenario::parse("scenario", &file.scenario()?).ok().and_then(|scenario| Test::of(&scenario));
         let title = toml::from_str::<toml::Table>(&file.scenario()?)
             .ok()
             .and_then(|scenario| Some(scenario.get("title")?.as_str()?.to_owned()))
@@ -81,7 +88,7 @@ impl<'a> Run<'a> {
         } else {
             CurveFigures::of(&strain, &stress)
         };
-        Ok(Self { file, name, title, figures, strain, stress, color: RUN_COLORS[k % RUN_COLORS.len()] })
+        Ok(Self { file, name, title, figures, test, strain, stress, color: RUN_COLORS[k % RUN_COLORS.len()] })
     }
 
     /// The last value of a series; `None` if the series is missing or empty.

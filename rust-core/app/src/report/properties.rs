@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use super::Run;
 use super::figures::{self, CurveFigures, ReferenceFigures, Row, Sense};
 use super::html::{escape, number, percent};
+use super::laboratory::Test;
 
 pub(super) fn section(runs: &[Run], reference: &ReferenceFigures) -> String {
     let rows = figures::rows(first_of(runs, Sense::Tension), first_of(runs, Sense::Compression), reference);
@@ -21,7 +22,9 @@ pub(super) fn section(runs: &[Run], reference: &ReferenceFigures) -> String {
 }
 
 fn first_of<'r>(runs: &'r [Run], sense: Sense) -> Option<&'r CurveFigures> {
-    runs.iter().filter_map(|run| run.figures.as_ref()).find(|figures| figures.sense == sense)
+    // The stress of a beam or of a split cylinder is no tensile strength.
+    let axial = |run: &&Run| run.test.is_none_or(Test::is_axial);
+    runs.iter().filter(axial).filter_map(|run| run.figures.as_ref()).find(|figures| figures.sense == sense)
 }
 
 fn table(rows: &[Row], compared: bool) -> String {

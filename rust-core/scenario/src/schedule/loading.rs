@@ -99,6 +99,20 @@ const ZERO_STRESS_STRAIN: f64 = 1e-4;
 /// late, so at 1 the servo would oscillate.
 const SERVO_STEP: f64 = 0.1;
 
+/// The same for a servo of a cell whose other axes follow a strain rate: it must follow quickly. The bound on the stiffness is some three
+/// to five times the stiffness, so the servo removes a tenth of the error.
+const SERVO_DRIVEN_STEP: f64 = 0.3;
+
+/// Share of the servo's rate by which its lasting rate changes in each step, if other axes of the cell follow a strain rate. With the
+/// gain alone, the stress of a specimen that moves at a constant rate would differ from the target by this rate over the gain; with
+/// the lasting rate the difference vanishes within some 1/0.02 steps (proportional and integral control). A fifth of the share of the
+/// error that the gain removes in a step, so that the two together are damped nearly critically.
+const SERVO_LASTING: f64 = 0.02;
+
+/// Error of the stress, relative to the reference, above which the lasting rate does not change faster, so that a servo which starts far
+/// from its target does not overshoot.
+const SERVO_NEAR: f64 = 0.1;
+
 /// In a cell without stress, contact forces below this fraction of those at the reference stress are rounding errors.
 const ROUNDING: f64 = 1e-6;
 
@@ -162,7 +176,8 @@ impl Loading {
     /// Drives the cell, the ends, or the plates; called before every step.
     ///
     /// `axial_forces`: the result of [`Self::axial_forces`] after the last step. `factor`: of the rate, from the present stage;
-    /// `None` without stages.
+    /// `None` without stages. `lasting`: the lasting rate of the servo, 1/s, a part of the state.
+    #[expect(clippy::too_many_arguments, reason = "what a step knows")]
     pub(super) fn apply(
         &self,
         state: &mut State,
@@ -171,20 +186,32 @@ impl Loading {
         axial_forces: [f64; 2],
         factor: Option<f64>,
         by_stress: bool,
+        lasting: &mut Mat3,
     ) {
         if let Some(factor) = factor {
             self.apply_factor(state, solver, factor);
         }
         let factor = factor.unwrap_or(1.0);
-        if let (Self::CellStress { stress, strain_rate, maximum_rate, gain, .. }, Some(cell)) = (self, &state.cell) {
+        if let (Self::CellStress { stress, strain_rate, maximum_rate, gain, reference, .. }, Some(cell)) =
+            (self, &state.cell)
+        {
             let driven = self.driven(by_stress);
+            let is_driven = driven.contains(&true);
             // The factor belongs to the strain rates, if there are any.
-            let target = if driven.contains(&true) { *stress } else { stress * factor };
+            let target = if is_driven { *stress } else { stress * factor };
             let error = target - last.virial / cell.volume();
             let rate = (error + error.transpose()) * (0.5 * gain);
-            let mut rate = rate.map(|r| r.clamp(-maximum_rate, *maximum_rate));
+            let most = gain * SERVO_NEAR * reference;
+            let change = rate.map(|r| SERVO_LASTING * r.clamp(-most, most));
+            *lasting = if is_driven {
+                (*lasting + change).map(|r| r.clamp(-maximum_rate, *maximum_rate))
+            } else {
+                Mat3::zeros()
+            };
+            let mut rate = (rate + *lasting).map(|r| r.clamp(-maximum_rate, *maximum_rate));
             for axis in (0..3).filter(|&axis| driven[axis]) {
                 rate[(axis, axis)] = strain_rate[axis].unwrap_or(0.0) * factor;
+                lasting[(axis, axis)] = 0.0;
             }
             solver.set_velocity_gradient(cell, rate);
         }
@@ -360,7 +387,7 @@ impl Loading {
             *reference = ZERO_STRESS_STRAIN * stiffness;
             *gain = (*maximum_rate / (0.1 * *reference)).min(SERVO_STEP / (stiffness * dt));
         } else if strain_rate.iter().any(Option::is_some) {
-            *gain = gain.min(SERVO_STEP / (stiffness * dt));
+            *gain = gain.min(SERVO_DRIVEN_STEP / (stiffness * dt));
         }
     }
 

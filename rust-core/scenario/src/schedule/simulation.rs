@@ -7,6 +7,7 @@ use super::stage::{StageEnd, StageProgress};
 use super::stop::{self, StopReason, StopValues};
 use super::{Record, Schedule, Stage, StageReason};
 use crate::sampling::{Bonds, SampledHeat, SampledState, ScheduledOperator, rigid_links};
+use concordem_contact::math::Mat3;
 use concordem_operator::OperatorError;
 use concordem_operator::tessellation::Mesh;
 use concordem_solver::fracture::Event;
@@ -104,8 +105,10 @@ mod memory {
     pub const AXIAL: usize = 13;
     /// Largest energy present or dissipated so far, J.
     pub const ENERGY: usize = 15;
+    /// Lasting rate of the servo of a cell, 1/s, column by column.
+    pub const LASTING: usize = 16;
     /// First value of [`super::StageProgress`]. After it come time (s) and step of the end of each stage.
-    pub const STAGE: usize = 16;
+    pub const STAGE: usize = LASTING + 9;
     pub const COUNT: usize = STAGE + super::StageProgress::LENGTH;
 }
 
@@ -123,6 +126,7 @@ pub(crate) fn continue_memory(memory: &mut Vec<f64>, new_loading: bool, new_stag
     }
     if let (true, Some(peak)) = (new_loading, memory.get_mut(memory::PEAK)) {
         *peak = 0.0;
+        memory[memory::LASTING..memory::STAGE].fill(0.0);
     }
 }
 
@@ -285,7 +289,9 @@ impl Simulation {
         };
         let heat = if due { self.heat() } else { [0.0; 4] };
         let by_stress = self.stage().is_some_and(|(stage, _)| stage.by_stress);
-        loading.apply(&mut self.state, &mut self.solver, &self.last, axial, factor, by_stress);
+        let mut lasting = Mat3::from_column_slice(&self.state.schedule_memory[memory::LASTING..memory::STAGE]);
+        loading.apply(&mut self.state, &mut self.solver, &self.last, axial, factor, by_stress, &mut lasting);
+        self.state.schedule_memory[memory::LASTING..memory::STAGE].copy_from_slice(lasting.as_slice());
         let volume = self.state.cell.map_or(1.0, |cell| cell.volume());
         let before = BeforeStep { time: self.state.clock.time(), step, strain, gauge_strain, volume, heat };
         let guarded = !self.schedule.allow_energy_error && (due || step.is_multiple_of(guard::INTERVAL));

@@ -216,8 +216,8 @@ pub enum Loading {
         /// Example of a triaxial test: `strain_rate = ["free", "free", "-0.1 1/s"]`.
         #[serde(default)]
         strain_rate: [Component<super::quantity::dimension::OfStrainRate>; 3],
-        /// Largest strain rate that the servo may use, 1/s. Required. A servo follows a moving specimen with a relative error of
-        /// a tenth of the strain rate divided by this one. Example: `maximum_strain_rate = "1 1/s"`.
+        /// Largest strain rate that the servo may use, 1/s. Required. Choose it well above the strain rates of the specimen.
+        /// Example: `maximum_strain_rate = "1 1/s"`.
         #[schemars(extend("exclusiveMinimum" = 0))]
         maximum_strain_rate: StrainRate,
         /// Relative error at which the target stress counts as reached; default: 0.005.
