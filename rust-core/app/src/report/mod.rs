@@ -12,6 +12,8 @@ mod html;
 mod phases;
 mod properties;
 mod provenance;
+mod rose;
+pub mod structure;
 pub mod sweep;
 #[cfg(test)]
 mod tests;
