@@ -9,7 +9,7 @@ use concordem_packing::bonding::{ratio_for_coordination, ratio_inside};
 use concordem_packing::cooker::boundary;
 use concordem_packing::{Packing, Shape, TIE, import_text};
 use concordem_scenario::assembly::{Placed, place, sphere_pack};
-use concordem_scenario::schema::Scenario;
+use concordem_scenario::schema::{Quantity, Scenario};
 use concordem_solver::neighbor::candidate_pairs;
 use concordem_solver::state::columns::{ColumnData, StoredColumn};
 use concordem_solver::state::{Cell, Sphere};
@@ -141,7 +141,7 @@ impl Body {
         let free = choice.interaction_ratio.is_none() && choice.coordination.is_none();
         let network = placed.walled.as_ref().and_then(|walled| walled.network.clone()).filter(|_| free);
         if let Some(bonds) = scenario.bonds.as_ref().filter(|_| free && network.is_none()) {
-            choice.coordination = bonds.coordination.map(|z| z.si());
+            choice.coordination = bonds.coordination.map(Quantity::si);
             choice.interaction_ratio = bonds.coordination.is_none().then(|| bonds.interaction_ratio.si());
             if let (Some(z), Some(unit)) = (choice.coordination, &placed.unit) {
                 // Bonds are counted in the periodic packing from which the body was cut.

@@ -153,14 +153,13 @@ fn cells(body: &Body, outer: &[bool]) -> Result<Option<Cells>, CharacteriseError
     }
     let position = body.packing.positions();
     let radius: Vec<f64> = body.packing.spheres.iter().map(|sphere| sphere.radius).collect();
-    let domain = match &body.packing.cell {
-        Some(cell) => Domain::Periodic(cell.matrix),
-        None => {
-            let largest = radius.iter().copied().fold(0.0, f64::max);
-            let low = position.iter().fold(Vec3::repeat(f64::INFINITY), |low, x| low.inf(x));
-            let high = position.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |high, x| high.sup(x));
-            Domain::Box { low: low.add_scalar(-largest), high: high.add_scalar(largest) }
-        }
+    let domain = if let Some(cell) = &body.packing.cell {
+        Domain::Periodic(cell.matrix)
+    } else {
+        let largest = radius.iter().copied().fold(0.0, f64::max);
+        let low = position.iter().fold(Vec3::repeat(f64::INFINITY), |low, x| low.inf(x));
+        let high = position.iter().fold(Vec3::repeat(f64::NEG_INFINITY), |high, x| high.sup(x));
+        Domain::Box { low: low.add_scalar(-largest), high: high.add_scalar(largest) }
     };
     let diagram = power_diagram(&position, &radius, &domain, Dimension::Three)?;
     let inside = || (0..radius.len()).filter(|p| !outer[*p]);

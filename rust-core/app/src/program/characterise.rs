@@ -31,8 +31,8 @@ pub(super) struct CharacteriseArguments {
     /// Links are the nearest pairs, this many per sphere
     #[arg(long, value_name = "NUMBER")]
     coordination: Option<f64>,
-    /// Shape that bounds the spheres, as in a scenario: '{ kind = "box", size = ["20 mm", "20 mm", "20 mm"] }'; by default that of the
-    /// scenario, otherwise the convex hull of the spheres
+    /// Shape that bounds the spheres, as in a scenario: '{ kind = "cylinder", radius = "5 mm", height = "20 mm" }'; by default that of
+    /// the scenario, otherwise the convex hull of the spheres
     #[arg(long, value_name = "TABLE")]
     shape: Option<String>,
     /// Edges of the periodic cell of a text file: 20 mm,20 mm,20 mm
@@ -51,7 +51,7 @@ fn edges(text: &str) -> Result<[f64; 3], String> {
         .iter()
         .map(|part| match part.parse() {
             Ok(value) => Ok(value),
-            Err(_) => schema::quantity::Length::parse(part).map(|length| length.si()).map_err(|e| e.to_string()),
+            Err(_) => schema::quantity::Length::parse(part).map(schema::Quantity::si).map_err(|e| e.to_string()),
         })
         .collect();
     match lengths?[..] {
