@@ -1,5 +1,6 @@
 //! The program does what its help says: commands, exit codes, interruption, resumption, bitwise reproducible results.
 
+mod characterise;
 mod command_line;
 mod contents;
 mod elastic;

@@ -7,6 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use concordem::assembly::AssemblyError;
 use concordem::assembly::restart::RestartError;
 use concordem::calibration::elastic::ElasticCalibrationError;
+use concordem::characterise::CharacteriseError;
 use concordem::operator::OperatorError;
 use concordem::output::OutputError;
 use concordem::packing::PackingError;
@@ -158,6 +159,15 @@ impl Raise for ReadError {
                 make().unwrap_or_else(|other| other)
             }),
             other => exception("ResultError", &other.to_string(), &format!("{other:?}")),
+        }
+    }
+}
+
+impl Raise for CharacteriseError {
+    fn raise(self) -> PyErr {
+        match self {
+            Self::Packing(error) => error.raise(),
+            other => Failure::from(other).raise(),
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::io::BufReader;
 use std::path::PathBuf;
 
+use concordem::characterise::{Body, Characteristics, Choice, characterise};
 use concordem::math::Vec3;
 use concordem::packing::random_dense::{RandomDense, Stage, random_dense};
 use concordem::packing::size::SizeDistribution;
@@ -146,6 +147,55 @@ fn packing_summary<'py>(
     result(py, "PackingSummary", fields)
 }
 
+/// Structure of a packing: coordination, density, sizes, directions, order, as the JSON text of `concordem characterise`.
+///
+/// `file`: sphere file, result, or scenario.
+#[pyfunction]
+#[pyo3(signature = (file, interaction_ratio=None, coordination=None, cell=None, boundary=2.0, page=None, threads=None, progress=None))]
+fn characterise_file<'py>(
+    py: Python<'py>,
+    file: PathBuf,
+    interaction_ratio: Option<f64>,
+    coordination: Option<f64>,
+    cell: Option<[f64; 3]>,
+    boundary: f64,
+    page: Option<PathBuf>,
+    threads: Option<usize>,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<String> {
+    let choice = Choice { interaction_ratio, coordination, shape: None, cell };
+    let found = guarded(py, threads, progress.as_ref(), |progress| {
+        let body = Body::read(&file, &choice, &mut |stage, share| progress(stage, share))?;
+        characterise(&body, boundary)
+    })?;
+    written(found.or_raise()?, page)
+}
+
+/// As `characterise_file`, of arrays.
+#[pyfunction]
+#[pyo3(signature = (positions, radii, cell=None, interaction_ratio=None, coordination=None, boundary=2.0, page=None))]
+fn characterise_packing(
+    positions: Vectors<'_>,
+    radii: Scalars<'_>,
+    cell: Option<Tensor>,
+    interaction_ratio: Option<f64>,
+    coordination: Option<f64>,
+    boundary: f64,
+    page: Option<PathBuf>,
+) -> PyResult<String> {
+    let packing = of_arrays(&positions, &radii, cell)?;
+    let choice = Choice { interaction_ratio, coordination, shape: None, cell: None };
+    let body = Body::of_packing("packing".to_owned(), packing, &choice).or_raise()?;
+    written(characterise(&body, boundary).or_raise()?, page)
+}
+
+fn written(found: Characteristics, page: Option<PathBuf>) -> PyResult<String> {
+    if let Some(page) = page {
+        std::fs::write(page, concordem::report::structure::page(&found))?;
+    }
+    Ok(found.json().to_string())
+}
+
 /// Indices that sort points along a space-filling curve, (n,).
 #[pyfunction]
 #[pyo3(signature = (positions, cell=None))]
@@ -161,5 +211,7 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(read_packing, module)?)?;
     module.add_function(wrap_pyfunction!(write_packing, module)?)?;
     module.add_function(wrap_pyfunction!(packing_summary, module)?)?;
+    module.add_function(wrap_pyfunction!(characterise_file, module)?)?;
+    module.add_function(wrap_pyfunction!(characterise_packing, module)?)?;
     module.add_function(wrap_pyfunction!(spatial_order, module)?)
 }

@@ -86,8 +86,8 @@ fn facts(sample: &CylinderSpecimen) -> Value {
     })
 }
 
-fn elasticity(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
-    let sample = study.sample(CylinderRecipe::book(size, seed))?;
+fn elasticity(study: &mut Study, recipe: CylinderRecipe) -> Outcome<Value> {
+    let sample = study.sample(recipe)?;
     let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
     let mut value = json!({ "sample": facts(&sample) });
     let tension = elastic(&sample, &beam, CylinderLoad::Tension)?;
@@ -106,8 +106,8 @@ fn elasticity(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
 }
 
 /// Scatter of the mean stresses that decide on the failure of particles, in the elastic specimen under each load.
-fn pressures(study: &mut Study, size: usize, seed: u64) -> Outcome<Value> {
-    let sample = study.sample(CylinderRecipe::book(size, seed))?;
+fn pressures(study: &mut Study, recipe: CylinderRecipe) -> Outcome<Value> {
+    let sample = study.sample(recipe)?;
     let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
     let mut value = json!({ "sample": facts(&sample) });
     for (name, load) in
@@ -187,8 +187,8 @@ fn impacts(study: &mut Study, count: usize, slenderness: f64, radii: &[f64], see
     }))
 }
 
-fn broken(study: &mut Study, size: usize, seed: u64, criterion: &str, load: &str) -> Outcome<Value> {
-    let sample = study.sample(CylinderRecipe::book(size, seed))?;
+fn broken(study: &mut Study, recipe: CylinderRecipe, criterion: &str, load: &str) -> Outcome<Value> {
+    let sample = study.sample(recipe)?;
     let beam = CohesiveBeam::new(YOUNG, POISSON, Section::Ratio(RATIO))?;
     let kind = match criterion {
         "particles" => FractureCriterion::Particle(64e6),
@@ -232,8 +232,9 @@ fn main() -> Outcome<()> {
     let largest = sizes[sizes.len() - 1];
     for &size in sizes {
         for seed in 1..=seeds {
-            study.case(&format!("elastic, {size}, seed {seed}"), |s| elasticity(s, size, seed))?;
-            study.case(&format!("pressures, {size}, seed {seed}"), |s| pressures(s, size, seed))?;
+            let recipe = CylinderRecipe::book(size, seed);
+            study.case(&format!("elastic, {size}, seed {seed}"), |s| elasticity(s, recipe))?;
+            study.case(&format!("pressures, {size}, seed {seed}"), |s| pressures(s, recipe))?;
             study.case(&format!("vibration, {size}, seed {seed}"), |s| vibrations(s, size, seed))?;
             let radii = [1.0, 2.0, 3.0, 4.0];
             study.case(&format!("impact, {size}, seed {seed}"), |s| impacts(s, size, 10.0, &radii, seed))?;
@@ -245,7 +246,21 @@ fn main() -> Outcome<()> {
             for criterion in criteria {
                 for load in ["tension", "bending", "torsion"] {
                     let name = format!("strength, {size}, seed {seed}, {criterion}, {load}");
-                    study.case(&name, |s| broken(s, size, seed, criterion, load))?;
+                    study.case(&name, |s| broken(s, recipe, criterion, load))?;
+                }
+            }
+        }
+    }
+    // Filled between walls, with a dense skin.
+    for &size in sizes {
+        for seed in 1..=seeds {
+            let recipe = CylinderRecipe { walled: true, ..CylinderRecipe::book(size, seed) };
+            study.case(&format!("walled elastic, {size}, seed {seed}"), |s| elasticity(s, recipe))?;
+            study.case(&format!("walled pressures, {size}, seed {seed}"), |s| pressures(s, recipe))?;
+            for criterion in ["mid-section", "particles"] {
+                for load in ["tension", "bending", "torsion"] {
+                    let name = format!("walled strength, {size}, seed {seed}, {criterion}, {load}");
+                    study.case(&name, |s| broken(s, recipe, criterion, load))?;
                 }
             }
         }

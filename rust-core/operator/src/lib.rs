@@ -1,4 +1,4 @@
-//! Continuum fields from particles: stress, couple stress, strain, rotation, fabric, damage, power.
+//! Continuum fields from particles: stress, couple stress, strain, rotation, fabric, damage, power; structure of packings.
 //!
 //! Every operator is a pure function over borrowed slices: the solver's state, arrays of a host program, and results on disk
 //! feed the same code without copies ([`ContactSet`], [`LoadSet`], [`vectors`]). Sums run over tiles of fixed size that are
@@ -25,6 +25,7 @@ pub mod power;
 mod region;
 pub mod strain;
 pub mod stress;
+pub mod structure;
 mod sum;
 pub mod tessellation;
 #[cfg(test)]

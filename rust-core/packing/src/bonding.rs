@@ -50,33 +50,82 @@ pub fn bond_unless(
 ) -> Result<BondCount, NeighborError> {
     let reach: Vec<f64> = particles.radius.iter().map(|r| r * interaction_ratio * (1.0 + TIE)).collect();
     let mut ties = 0;
-    let mean_radius = particles.radius.iter().sum::<f64>() / particles.len().max(1) as f64;
+    let mut bonder = Bonder::new(block, rows, particles, severed);
     for candidate in candidate_pairs(&particles.position, &reach, cell)? {
         let (a, b) = (candidate.a as usize, candidate.b as usize);
-        if particles.clump[a] != u32::MAX && particles.clump[a] == particles.clump[b] {
-            continue;
-        }
-        let aggregates = [particles.aggregate_of(a), particles.aggregate_of(b)];
-        let Some(row) = rows.of_bond([particles.material[a], particles.material[b]], aggregates) else { continue };
         let shift = cell.map_or_else(Vec3::zeros, |cell| cell.shift(candidate.image));
-        if severed(&particles.position[a], &(particles.position[b] + shift)) {
-            continue;
+        if let Some(length) = bonder.bond(Pair { a: candidate.a, b: candidate.b }, candidate.image, &shift) {
+            let sum = particles.radius[a] + particles.radius[b];
+            ties += usize::from(length >= interaction_ratio * sum * (1.0 - TIE));
         }
-        let geometry = initial_geometry(&particles.position[a], &particles.position[b], &shift);
-        let flags =
-            ContactFlags { row, bits: ContactFlags::BONDED | ContactFlags::ACTIVE, image: candidate.image, padding: 0 };
-        let (radius_a, radius_b) = (particles.radius[a], particles.radius[b]);
-        ties += usize::from(geometry.length >= interaction_ratio * (radius_a + radius_b) * (1.0 - TIE));
-        let area = block.bonded_area(row, radius_a, radius_b, mean_radius);
-        block.push(
-            Pair { a: candidate.a, b: candidate.b },
-            flags,
-            Reference { length: geometry.length, area },
-            geometry,
-        );
     }
     block.sort();
     Ok(BondCount { bonds: block.len(), ties })
+}
+
+/// As [`bond_unless`], but for given pairs, the lower index first, without a periodic cell.
+pub fn bond_links(
+    block: &mut dyn Contacts,
+    rows: &PairCoefficients,
+    particles: &Particles,
+    links: &[[u32; 2]],
+    severed: &mut dyn FnMut(&Vec3, &Vec3) -> bool,
+) -> BondCount {
+    let mut bonder = Bonder::new(block, rows, particles, severed);
+    for &[a, b] in links {
+        bonder.bond(Pair { a, b }, [0; 3], &Vec3::zeros());
+    }
+    block.sort();
+    BondCount { bonds: block.len(), ties: 0 }
+}
+
+/// Longest of given pairs over the sum of their radii; at least 1.
+pub fn longest(links: &[[u32; 2]], particles: &Particles) -> f64 {
+    let ratio = |&[a, b]: &[u32; 2]| {
+        let (a, b) = (a as usize, b as usize);
+        (particles.position[a] - particles.position[b]).norm() / (particles.radius[a] + particles.radius[b])
+    };
+    links.iter().map(ratio).fold(1.0, f64::max)
+}
+
+/// Makes bonds one by one.
+struct Bonder<'a> {
+    block: &'a mut dyn Contacts,
+    rows: &'a PairCoefficients,
+    particles: &'a Particles,
+    severed: &'a mut dyn FnMut(&Vec3, &Vec3) -> bool,
+    mean_radius: f64,
+}
+
+impl<'a> Bonder<'a> {
+    fn new(
+        block: &'a mut dyn Contacts,
+        rows: &'a PairCoefficients,
+        particles: &'a Particles,
+        severed: &'a mut dyn FnMut(&Vec3, &Vec3) -> bool,
+    ) -> Self {
+        let mean_radius = particles.radius.iter().sum::<f64>() / particles.len().max(1) as f64;
+        Self { block, rows, particles, severed, mean_radius }
+    }
+
+    /// Bonds a pair; returns its length, m, or `None` if it must not be bonded.
+    fn bond(&mut self, pair: Pair, image: [i8; 3], shift: &Vec3) -> Option<f64> {
+        let particles = self.particles;
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        if particles.clump[a] != u32::MAX && particles.clump[a] == particles.clump[b] {
+            return None;
+        }
+        let aggregates = [particles.aggregate_of(a), particles.aggregate_of(b)];
+        let row = self.rows.of_bond([particles.material[a], particles.material[b]], aggregates)?;
+        if (self.severed)(&particles.position[a], &(particles.position[b] + shift)) {
+            return None;
+        }
+        let geometry = initial_geometry(&particles.position[a], &particles.position[b], shift);
+        let flags = ContactFlags { row, bits: ContactFlags::BONDED | ContactFlags::ACTIVE, image, padding: 0 };
+        let area = self.block.bonded_area(row, particles.radius[a], particles.radius[b], self.mean_radius);
+        self.block.push(pair, flags, Reference { length: geometry.length, area }, geometry);
+        Some(geometry.length)
+    }
 }
 
 /// Interaction ratio at which a packing has `coordination` bonds per particle, and the coordination number reached: the
@@ -89,27 +138,51 @@ pub fn ratio_for_coordination(
     cell: Option<&Cell>,
     coordination: f64,
 ) -> Result<Option<(f64, f64)>, NeighborError> {
+    ratio_inside(spheres, cell, &vec![false; spheres.len()], coordination)
+}
+
+/// As [`ratio_for_coordination`], but for the spheres that are not at the `boundary`: their mean number of bonds is
+/// `(2 N_ii + N_ib)/N_i` with the bonds among them and those to the boundary.
+///
+/// # Errors
+/// Input that the neighbor search rejects.
+pub fn ratio_inside(
+    spheres: &[concordem_solver::state::Sphere],
+    cell: Option<&Cell>,
+    boundary: &[bool],
+    coordination: f64,
+) -> Result<Option<(f64, f64)>, NeighborError> {
     /// Largest ratio searched.
     const REACH: f64 = 2.0;
-    let wanted = (0.5 * coordination * spheres.len() as f64).round() as usize;
+    let inside = boundary.iter().filter(|outer| !**outer).count();
+    let wanted = 2 * (0.5 * coordination * inside as f64).round() as usize;
     let positions: Vec<Vec3> = spheres.iter().map(|s| s.position).collect();
     let mut reach = 1.1;
     loop {
         let radii: Vec<f64> = spheres.iter().map(|s| s.radius * reach).collect();
-        let mut ratios: Vec<f64> = candidate_pairs(&positions, &radii, cell)?
+        // Each pair with its number of ends inside.
+        let mut ratios: Vec<(f64, usize)> = candidate_pairs(&positions, &radii, cell)?
             .iter()
             .map(|pair| {
                 let (a, b) = (pair.a as usize, pair.b as usize);
                 let shift = cell.map_or_else(Vec3::zeros, |cell| cell.shift(pair.image));
-                (positions[b] + shift - positions[a]).norm() / (spheres[a].radius + spheres[b].radius)
+                let ratio = (positions[b] + shift - positions[a]).norm() / (spheres[a].radius + spheres[b].radius);
+                (ratio, usize::from(!boundary[a]) + usize::from(!boundary[b]))
             })
+            .filter(|(_, ends)| *ends > 0)
             .collect();
-        ratios.sort_unstable_by(f64::total_cmp);
+        ratios.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let mut ends = 0;
+        let enough = ratios.iter().position(|pair| {
+            ends += pair.1;
+            ends >= wanted
+        });
         // One pair more, so that the ratio can lie between two of them.
-        if wanted > 0 && ratios.len() > wanted {
-            let ratio = 0.5 * (ratios[wanted - 1] + ratios[wanted]);
-            let bonds = ratios.partition_point(|each| *each <= ratio * (1.0 + TIE));
-            return Ok(Some((ratio, 2.0 * bonds as f64 / spheres.len() as f64)));
+        if let Some(last) = enough.filter(|last| wanted > 0 && last + 1 < ratios.len()) {
+            let ratio = 0.5 * (ratios[last].0 + ratios[last + 1].0);
+            let bonds = ratios.partition_point(|each| each.0 <= ratio * (1.0 + TIE));
+            let ends: usize = ratios[..bonds].iter().map(|pair| pair.1).sum();
+            return Ok(Some((ratio, ends as f64 / inside as f64)));
         }
         if reach >= REACH || wanted == 0 {
             return Ok(None);

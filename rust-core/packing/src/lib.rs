@@ -1,12 +1,13 @@
 //! Sphere packings: initial positions and radii of particles, and their bonds.
 //!
 //! A [`Packing`] is a list of spheres with or without a periodic cell. It comes from a [`lattice`], a [`mod@file`], or random
-//! compaction ([`mod@random_dense`], [`growth`], [`discs`]). It can be tiled and cropped to a [`shape`]. [`summary`] and
+//! compaction ([`mod@random_dense`], [`mod@cooker`], [`growth`], [`discs`]). It can be tiled and cropped to a [`shape`]. [`summary`] and
 //! [`isotropy`] measure its quality; [`bonding`] creates the bonds. [`aggregates`] divides a specimen into mortar and aggregates.
 
 pub mod aggregates;
 pub mod bonding;
 mod cloud;
+pub mod cooker;
 pub mod discs;
 pub mod file;
 pub mod growth;
@@ -21,6 +22,7 @@ pub mod size;
 pub mod summary;
 pub mod tile_crop;
 
+pub use cooker::{Cooked, Cooker, CookerProgress, CookerStage, Correction, Target, cook};
 pub use discs::random_discs;
 pub use file::{export_text, import_text};
 pub use growth::{Grown, GrownBox, grown_box};
@@ -198,6 +200,34 @@ pub enum PackingError {
         goal: f64,
         /// Unbalanced force.
         unbalanced: f64,
+    },
+    /// A target of a packing between walls that is out of reach.
+    #[error(
+        "{name} {wanted} was not reached; the best is {best:.4}, at mean overlaps up to {overlap} of the mean radius: choose a lower \
+         target"
+    )]
+    TargetNotReached {
+        /// What the target is.
+        name: &'static str,
+        /// Its value.
+        wanted: f64,
+        /// Best value reached.
+        best: f64,
+        /// Mean overlap over mean radius at which the search ends.
+        overlap: f64,
+    },
+    /// Spheres between walls that do not come to rest.
+    #[error(
+        "the spheres are not at rest after {steps} steps: the unbalanced force is {unbalanced:.3e} (wanted {goal}); give another \
+         seed"
+    )]
+    NotAtRest {
+        /// Steps of this relaxation.
+        steps: u64,
+        /// Unbalanced force.
+        unbalanced: f64,
+        /// Unbalanced force at rest.
+        goal: f64,
     },
     /// Discs that do not come to rest.
     #[error("the discs have not come to rest after {steps} steps; give another seed")]

@@ -136,6 +136,25 @@ impl Shape {
         }
     }
 
+    /// Volume, m³. That of a hyperboloid with the radius `a` at the waist and `R` at the ends, and the height `h`, is
+    /// `π h (2a² + R²)/3`.
+    ///
+    /// # Errors
+    /// A mesh whose triangles have no common orientation.
+    pub fn volume(&self) -> Result<f64, PackingError> {
+        use std::f64::consts::PI;
+        Ok(match self {
+            Self::Box { low, high } => (high - low).product(),
+            Self::Cylinder { base, top, radius } => PI * radius * radius * (top - base).norm(),
+            Self::Hyperboloid { base, top, end_radius, waist_radius } => {
+                let squares = 2.0 * waist_radius * waist_radius + end_radius * end_radius;
+                PI * (top - base).norm() * squares / 3.0
+            }
+            Self::Sphere { radius, .. } => 4.0 / 3.0 * PI * radius * radius * radius,
+            Self::Mesh(mesh) => mesh.volume()?,
+        })
+    }
+
     /// Corners of the bounding box of the shape, m.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         match self {
@@ -273,6 +292,7 @@ mod tests {
             // Boxes cut by the surface are right or wrong by half their volume with alternating sign: 0.5 % is ample
             // for 60 per edge.
             approx::assert_relative_eq!(counted, volume, max_relative = 0.005);
+            approx::assert_relative_eq!(shape.volume().unwrap(), volume, max_relative = 1e-14);
         }
     }
 

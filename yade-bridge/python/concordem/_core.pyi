@@ -39,6 +39,8 @@ __all__ = [
     "calibrate_elastic",
     "cell_gradient",
     "cell_strain",
+    "characterise_file",
+    "characterise_packing",
     "coarse_grain",
     "conjugate_stress",
     "coordination",
@@ -561,6 +563,25 @@ def packing_summary(
     cell: ArrayLike | None = None,
     interaction_ratio: float = 1.0,
 ) -> _types.PackingSummary: ...
+def characterise_file(
+    file: _Path,
+    interaction_ratio: float | None = None,
+    coordination: float | None = None,
+    cell: Sequence[float] | None = None,
+    boundary: float = 2.0,
+    page: _Path | None = None,
+    threads: int | None = None,
+    progress: _Progress = None,
+) -> str: ...
+def characterise_packing(
+    positions: ArrayLike,
+    radii: ArrayLike,
+    cell: ArrayLike | None = None,
+    interaction_ratio: float | None = None,
+    coordination: float | None = None,
+    boundary: float = 2.0,
+    page: _Path | None = None,
+) -> str: ...
 def spatial_order(positions: ArrayLike, cell: ArrayLike | None = None) -> NDArray[np.uint32]: ...
 def hosted_text(path: _Path) -> str: ...
 def memory_gather(

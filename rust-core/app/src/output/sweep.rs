@@ -6,7 +6,7 @@
 //! | `axes/NAME` | values of an axis: numbers, or lines of text |
 //! | `points/axis_K` | index of the value of axis K (from 0) at each point |
 //! | `points/young`, … | the quantities of [`point`](crate::sweep::point), one number per point, with unit and meaning |
-//! | `points/stiffness` | 36 numbers per point, Pa (11, 22, 33, 23, 31, 12; engineering shear strains) |
+//! | `points/stiffness` | of elastic sweeps: 36 numbers per point, Pa (11, 22, 33, 23, 31, 12; engineering shear strains) |
 //! | `problems` | one line per failed point: number and message |
 
 use std::fmt::Write as _;
@@ -15,7 +15,7 @@ use std::path::Path;
 use super::error::{At, OutputError};
 use super::{hdf, sealed};
 use crate::provenance;
-use crate::sweep::point::{Outcome, STIFFNESS, columns, quantities};
+use crate::sweep::point::{Outcome, STIFFNESS, Study, columns, quantities};
 use crate::sweep::{Axis, Sweep};
 use concordem_solver::state::columns::Column;
 
@@ -47,15 +47,18 @@ pub fn write(path: &Path, sweep: &Sweep, outcomes: &[Outcome]) -> Result<(), Out
             let description = format!("Value of the axis {}, counted from 0", axis.name);
             hdf::write_column(&points, &format!("axis_{k}"), &Column::u32(&places), "1", &description, path)?;
         }
-        for (k, quantity) in quantities().iter().enumerate() {
+        for (k, quantity) in quantities(sweep.study).iter().enumerate() {
             let values: Vec<f64> = outcomes.iter().map(|outcome| outcome.values[k]).collect();
             let column = Column::f64(&values, 1, quantity.unit);
             hdf::write_column(&points, quantity.name, &column, quantity.unit, quantity.description, path)?;
         }
-        let first = quantities().len();
-        let stiffness: Vec<f64> = outcomes.iter().flat_map(|outcome| outcome.values[first..].iter().copied()).collect();
-        let description = "Stiffness, 6 by 6, row by row; 11, 22, 33, 23, 31, 12, engineering shear strains";
-        hdf::write_column(&points, STIFFNESS, &Column::f64(&stiffness, 36, "Pa"), "Pa", description, path)?;
+        if sweep.study == Study::Elastic {
+            let first = quantities(sweep.study).len();
+            let stiffness: Vec<f64> =
+                outcomes.iter().flat_map(|outcome| outcome.values[first..].iter().copied()).collect();
+            let description = "Stiffness, 6 by 6, row by row; 11, 22, 33, 23, 31, 12, engineering shear strains";
+            hdf::write_column(&points, STIFFNESS, &Column::f64(&stiffness, 36, "Pa"), "Pa", description, path)?;
+        }
         hdf::write_text(file, "problems", &problems(outcomes), path)
     })
 }
@@ -74,7 +77,9 @@ pub fn problems(outcomes: &[Outcome]) -> String {
 pub fn csv(sweep: &Sweep, outcomes: &[Outcome]) -> String {
     let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\"").replace('\n', " "));
     let mut heads: Vec<String> = sweep.axes.iter().map(|axis| quoted(&axis.name)).collect();
-    heads.extend(columns());
+    let columns = columns(sweep.study);
+    let count = columns.len();
+    heads.extend(columns);
     heads.push("problem".into());
     let mut text = heads.join(",") + "\n";
     for (point, outcome) in outcomes.iter().enumerate() {
@@ -84,7 +89,7 @@ pub fn csv(sweep: &Sweep, outcomes: &[Outcome]) -> String {
                 None => write!(text, "{},", quoted(&axis.text(value))),
             };
         }
-        for value in &outcome.values {
+        for value in &outcome.values[..count] {
             // As few digits as restore the number; empty for NaN.
             let _ = if value.is_nan() { write!(text, ",") } else { write!(text, "{value:?},") };
         }

@@ -4,6 +4,7 @@
 //! the test process.
 
 mod calibrate;
+mod characterise;
 mod check;
 mod drive;
 mod elastic;
@@ -104,9 +105,12 @@ enum Command {
     Measure(measure::MeasureArguments),
     /// Write a web page about one or more results: curves, strengths, cracks, energies
     Report(report::ReportArguments),
+    /// Measure the structure of a packing: coordination, density, sizes, directions, order; write a web page and JSON
+    Characterise(characterise::CharacteriseArguments),
     /// Compute the elastic constants of a bonded periodic packing by four methods
     Elastic(elastic::ElasticArguments),
-    /// Compute elastic constants for all combinations of values of a scenario's keys; write one file and one web page
+    /// Compute elastic constants, or structures of packings, for all combinations of values of a scenario's keys; write one file and one
+    /// web page
     Sweep(sweep::SweepArguments),
     /// Generate only the packing of a scenario and write it to a file
     Pack(pack::PackArguments),
@@ -216,6 +220,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>, console: &mut Console<
         Command::Measure(arguments) => measure::measure(arguments, console),
         Command::Info(arguments) => info::info(arguments, console),
         Command::Report(arguments) => report::report(arguments, console),
+        Command::Characterise(arguments) => characterise::run(arguments, console),
         Command::Elastic(arguments) => elastic::elastic(arguments, console),
         Command::Sweep(arguments) => sweep::sweep(arguments, console),
         Command::Pack(arguments) => pack::pack(arguments, console),

@@ -6,9 +6,8 @@ use super::check::count;
 use super::drive::Meter;
 use super::{Console, Facts, Failure, Work};
 use crate::output::OutputError;
-use concordem_packing::bonding::ratio_for_coordination;
 use concordem_packing::{DirectionHistogram, PackingError, PackingSummary, export_text, link_vectors};
-use concordem_scenario::assembly::{Placed, place};
+use concordem_scenario::assembly::{Cooking, Placed, place};
 use concordem_scenario::schema::{ProblemKind, Scenario};
 
 /// Arguments of `concordem pack`.
@@ -67,8 +66,7 @@ fn failed(scenario: &Scenario, error: &PackingError) -> Failure {
 fn ratio(scenario: &Scenario, placed: &Placed) -> Result<f64, PackingError> {
     let Some(bonds) = &scenario.bonds else { return Ok(1.0) };
     let Some(coordination) = bonds.coordination else { return Ok(bonds.interaction_ratio.si()) };
-    let whole = placed.unit.as_ref().unwrap_or(&placed.packing);
-    let found = ratio_for_coordination(&whole.spheres, whole.cell.as_ref(), coordination.si())?;
+    let found = placed.ratio_for_coordination(coordination.si())?;
     Ok(found.map_or(1.0, |(ratio, _)| ratio))
 }
 
@@ -87,6 +85,20 @@ fn facts(scenario: &Scenario, placed: &Placed) -> Result<Facts, Failure> {
     facts.add("contacts per sphere", format!("{:.3}", touching.coordination));
     facts.add("rattlers", count(touching.rattlers));
     facts.add("largest overlap", format!("{:.3e} of the sum of radii", touching.largest_overlap));
+    if let Some(cooking) = placed.walled.as_ref().and_then(|walled| walled.cooked.as_ref()) {
+        let Cooking { filled, last, .. } = cooking;
+        let two = |a: f64, b: f64| format!("{a:.3}, before the walls softened {b:.3}");
+        facts.add("contacts per sphere inside", two(last.coordination, filled.coordination));
+        facts.add("at the boundary", two(last.at_boundary, filled.at_boundary));
+        let overlap = format!("{:.3e} of the mean radius, before {:.3e}", last.overlap, filled.overlap);
+        facts.add("mean overlap", overlap);
+        facts.add("links per sphere inside", format!("{:.3}", cooking.links_inside));
+        facts.add("forced insertions", count(cooking.packets));
+        if cooking.lost > 0 {
+            facts.add("spheres lost through walls", count(cooking.lost));
+        }
+        facts.add("time steps", count(cooking.steps as usize));
+    }
     if ratio > 1.0 {
         facts.add(&format!("bonds per sphere at interaction ratio {ratio}"), format!("{:.3}", linked.coordination));
     }

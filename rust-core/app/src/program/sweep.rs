@@ -1,4 +1,4 @@
-//! `concordem sweep`: elastic constants for all combinations of given values of a scenario's keys.
+//! `concordem sweep`: elastic constants or structures for all combinations of given values of a scenario's keys.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -9,12 +9,13 @@ use rayon::prelude::*;
 
 use super::drive::{Interruption, Meter, check_result_name};
 use super::{Console, Failure, Work};
+use crate::characterise::structure;
 use crate::output::sealed::{target, write_text};
 use crate::output::{OutputError, sweep as files};
 use crate::report;
 use crate::sweep::Sweep;
 use crate::sweep::journal::{Journal, path_of};
-use crate::sweep::point::{Outcome, evaluate};
+use crate::sweep::point::{Outcome, Study, evaluate};
 use concordem_scenario::assembly::place;
 use concordem_scenario::schema::Scenario;
 use concordem_statics::Accuracy;
@@ -133,7 +134,13 @@ fn compute(sweep: &Sweep, group: &[usize], progress: &Mutex<Progress>, stopped: 
         }
         Ok(placed) => group.par_iter().for_each(|&point| {
             if let (false, Ok(scenario)) = (stopped(), sweep.scenario(point)) {
-                note(point, evaluate(&scenario, &placed, accuracy, sweep.dynamics));
+                note(
+                    point,
+                    match sweep.study {
+                        Study::Elastic => evaluate(&scenario, &placed, accuracy, sweep.dynamics),
+                        Study::Structure => structure(&scenario, &placed),
+                    },
+                );
             }
         }),
     }

@@ -13,6 +13,8 @@ mod laboratory;
 mod phases;
 mod properties;
 mod provenance;
+mod rose;
+pub mod structure;
 pub mod sweep;
 #[cfg(test)]
 mod tests;

@@ -7,7 +7,7 @@ use super::html::{escape, frame, number};
 use crate::output::sweep::problems;
 use crate::provenance::PROGRAM;
 use crate::sweep::Sweep;
-use crate::sweep::point::Outcome;
+use crate::sweep::point::{Outcome, Study};
 
 /// Colors of the curves.
 const COLORS: [&str; 8] = ["#1f6fb4", "#c8501e", "#3f8f5a", "#7d57a8", "#b08a00", "#4a5560", "#0d8f8f", "#b03a6f"];
@@ -28,7 +28,41 @@ struct Figure {
     curves: Vec<Drawn>,
 }
 
-fn figures() -> Vec<Figure> {
+fn figures(study: Study) -> Vec<Figure> {
+    match study {
+        Study::Elastic => of_elasticity(),
+        Study::Structure => of_structure(),
+    }
+}
+
+fn of_structure() -> Vec<Figure> {
+    use Style::{Dashed, Dotted, LineAndDots};
+    let drawn = |of, style| Drawn { of, style };
+    let figure = |title, label, curves| Figure { title, label, curves };
+    vec![
+        figure(
+            "Links per sphere",
+            "inside; dashed: at the boundary",
+            vec![drawn(|o| o.get("links_per_sphere"), LineAndDots), drawn(|o| o.get("links_at_boundary"), Dashed)],
+        ),
+        figure(
+            "Solid fraction",
+            "hull; dashed: effective",
+            vec![drawn(|o| o.get("hull_fraction"), LineAndDots), drawn(|o| o.get("effective_fraction"), Dashed)],
+        ),
+        figure(
+            "Deviation from isotropy e",
+            "percent²; dotted: independent links",
+            vec![
+                drawn(|o| o.get("isotropy_percent"), LineAndDots),
+                drawn(|o| o.get("isotropy_floor_percent") + o.get("isotropy_noise_percent"), Dotted),
+            ],
+        ),
+        figure("Mean overlap", "over sum of radii", vec![drawn(|o| o.get("overlap"), LineAndDots)]),
+    ]
+}
+
+fn of_elasticity() -> Vec<Figure> {
     use Style::{Crosses, Dashed, Dotted, LineAndDots};
     let drawn = |of, style| Drawn { of, style };
     let one = |title, label, of| Figure { title, label, curves: vec![drawn(of, LineAndDots)] };
@@ -79,12 +113,16 @@ pub fn page(sweep: &Sweep, outcomes: &[Outcome]) -> String {
     let title = if sweep.title.is_empty() { name } else { &sweep.title };
     let bad = outcomes.iter().filter(|outcome| outcome.problem.is_some()).count();
     let mut body = format!(
-        "<h1>{}</h1>\n<p class=\"quiet\">Sweep <code>{}</code>, {} points, computed by {}. Solid line: static \
-         network; dotted: affine sum; dashed: closed form; crosses: relaxed dynamics.</p>\n",
+        "<h1>{}</h1>\n<p class=\"quiet\">Sweep <code>{}</code>, {} points, computed by {}.{}</p>\n",
         escape(title),
         escape(name),
         outcomes.len(),
-        PROGRAM
+        PROGRAM,
+        if sweep.study == Study::Elastic {
+            " Solid line: static network; dotted: affine sum; dashed: closed form; crosses: relaxed dynamics."
+        } else {
+            ""
+        }
     );
     if bad > 0 {
         let _ = writeln!(
@@ -159,7 +197,7 @@ fn over(sweep: &Sweep, outcomes: &[Outcome], x: usize, shown: &[usize]) -> Strin
     }
     html += "<div class=\"pair\">\n";
     let family = Family { sweep, outcomes, x, numbers: &numbers, others: &others };
-    for (f, figure) in figures().iter().enumerate() {
+    for (f, figure) in figures(sweep.study).iter().enumerate() {
         let series: Vec<Series> =
             curves.iter().enumerate().flat_map(|(c, values)| family.series(figure, c, values)).collect();
         if series.is_empty() {
@@ -213,6 +251,7 @@ impl Family<'_> {
                 .collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
             let way = match drawn.style {
+                _ if sweep.study == Study::Structure => "",
                 Style::Dotted => ", affine sum",
                 Style::Dashed => ", closed form",
                 Style::Crosses => ", relaxed dynamics",
@@ -245,7 +284,48 @@ fn table(sweep: &Sweep, outcomes: &[Outcome], shown: &[usize]) -> String {
     for &axis in shown {
         let _ = write!(html, "<th>{}</th>", escape(&sweep.axes[axis].name));
     }
-    let heads: [Head; 11] = [
+    let heads = heads(sweep.study);
+    for (head, _) in &heads {
+        let _ = write!(html, "<th class=\"number\">{head}</th>");
+    }
+    html += "</tr>\n";
+    for values in rows.iter().take(MOST_ROWS) {
+        html += "<tr>";
+        for (&axis, &value) in shown.iter().zip(values) {
+            let _ = write!(html, "<td>{}</td>", escape(&sweep.axes[axis].text(value)));
+        }
+        for (k, (_, of)) in heads.iter().enumerate() {
+            let cell = match mean(matching(sweep, outcomes, shown, values).map(of)) {
+                None => "–".to_owned(),
+                Some((value, spread)) if (k < 2 || sweep.study == Study::Structure) && spread > 0.0 => {
+                    format!("{} ± {}", number(value), number(spread))
+                }
+                Some((value, _)) => number(value),
+            };
+            let _ = write!(html, "<td class=\"number\">{cell}</td>");
+        }
+        html += "</tr>\n";
+    }
+    html + "</table></div>\n<p class=\"quiet\">Means and standard deviations over the averaged axes.</p>\n"
+}
+
+/// Columns of the table.
+fn heads(study: Study) -> Vec<Head> {
+    if study == Study::Structure {
+        return vec![
+            ("spheres", |o| o.get("spheres")),
+            ("links inside", |o| o.get("links_per_sphere")),
+            ("at the boundary", |o| o.get("links_at_boundary")),
+            ("hull", |o| o.get("hull_fraction")),
+            ("shape", |o| o.get("shape_fraction")),
+            ("effective", |o| o.get("effective_fraction")),
+            ("e, percent²", |o| o.get("isotropy_percent")),
+            ("less the floor", |o| o.get("isotropy_percent") - o.get("isotropy_floor_percent")),
+            ("of independent links", |o| o.get("isotropy_noise_percent")),
+            ("overlap", |o| o.get("overlap")),
+        ];
+    }
+    vec![
         ("E, GPa", |o| o.get("young") * 1e-9),
         ("ν", |o| o.get("poisson")),
         ("E / affine", |o| o.get("young") / o.get("affine_young")),
@@ -257,25 +337,5 @@ fn table(sweep: &Sweep, outcomes: &[Outcome], shown: &[usize]) -> String {
         ("Δ/E", |o| o.get("anisotropy_coupling")),
         ("bonds per particle", |o| o.get("coordination")),
         ("rattlers", |o| o.get("rattlers")),
-    ];
-    for (head, _) in heads {
-        let _ = write!(html, "<th class=\"number\">{head}</th>");
-    }
-    html += "</tr>\n";
-    for values in rows.iter().take(MOST_ROWS) {
-        html += "<tr>";
-        for (&axis, &value) in shown.iter().zip(values) {
-            let _ = write!(html, "<td>{}</td>", escape(&sweep.axes[axis].text(value)));
-        }
-        for (k, (_, of)) in heads.into_iter().enumerate() {
-            let cell = match mean(matching(sweep, outcomes, shown, values).map(of)) {
-                None => "–".to_owned(),
-                Some((value, spread)) if k < 2 && spread > 0.0 => format!("{} ± {}", number(value), number(spread)),
-                Some((value, _)) => number(value),
-            };
-            let _ = write!(html, "<td class=\"number\">{cell}</td>");
-        }
-        html += "</tr>\n";
-    }
-    html + "</table></div>\n<p class=\"quiet\">Means and standard deviations over the averaged axes.</p>\n"
+    ]
 }

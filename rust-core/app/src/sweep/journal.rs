@@ -109,10 +109,9 @@ fn read_line(line: &str) -> Option<(usize, Outcome)> {
     if mark(line) != found {
         return None;
     }
-    let values = super::point::columns().len();
-    let mut parts = line.splitn(values + 2, ' ');
-    let point = parts.next()?.parse().ok()?;
     let mut outcome = Outcome::default();
+    let mut parts = line.splitn(outcome.values.len() + 2, ' ');
+    let point = parts.next()?.parse().ok()?;
     for value in &mut outcome.values {
         *value = f64::from_bits(u64::from_str_radix(parts.next()?, 16).ok()?);
     }

@@ -1,4 +1,4 @@
-//! Sweeps: the elastic constants of a scenario for all combinations of given values of its keys.
+//! Sweeps: the elastic constants of a scenario, or the structure of its packing, for all combinations of given values of its keys.
 //!
 //! A sweep is a TOML file with a scenario and axes:
 //! ```toml
@@ -31,6 +31,7 @@ use serde::Deserialize;
 pub use axis::Axis;
 use axis::{WrittenAxis, set};
 use concordem_scenario::schema::{Document, Problem, ProblemKind, ReadError, Scenario, ScenarioError, Source};
+use point::Study;
 pub use schema::schema;
 
 /// Largest number of points.
@@ -47,6 +48,8 @@ pub struct Sweep {
     pub scenario: PathBuf,
     /// Text of the scenario.
     pub scenario_text: String,
+    /// What it computes.
+    pub study: Study,
     /// Whether to compute relaxed dynamics, too.
     pub dynamics: bool,
     /// Relative residual of the static solution.
@@ -66,6 +69,8 @@ struct Written {
     #[serde(default)]
     title: String,
     scenario: String,
+    #[serde(default)]
+    study: Study,
     #[serde(default)]
     dynamics: bool,
     residual: Option<f64>,
@@ -96,7 +101,7 @@ impl Sweep {
         let wrong = |problems: Vec<Problem>| ReadError::Scenario(ScenarioError::new(&source, problems));
         let document = Document::parse(&source).map_err(wrong)?;
         let written: Written = document.deserialize().map_err(|problem| {
-            let help = "a sweep has version, title, scenario, dynamics, residual, and [[axis]] tables with name, key or \
+            let help = "a sweep has version, title, scenario, study, dynamics, residual, and [[axis]] tables with name, key or \
                         keys, values or linear or logarithmic, and average";
             wrong(vec![Problem { help: help.to_owned(), ..problem }])
         })?;
@@ -113,6 +118,14 @@ impl Sweep {
         if !(residual > 0.0 && residual < 1e-3) {
             let message = "must be between 0 and 1e-3".to_owned();
             problems.push(problem(ProblemKind::OutOfRange, "residual".into(), message, "write 1e-11, or omit the key"));
+        }
+        if written.study == Study::Structure {
+            for (key, given) in [("dynamics", written.dynamics), ("residual", written.residual.is_some())] {
+                if given {
+                    let message = "has no effect: the structure of a packing has no stiffness".to_owned();
+                    problems.push(problem(ProblemKind::Conflict, key.into(), message, "remove the key"));
+                }
+            }
         }
         if written.axes.is_empty() {
             let help = "add [[axis]] with key = \"bonds.interaction_ratio\" and values = [1.25, 1.5]";
@@ -147,6 +160,7 @@ impl Sweep {
             title: written.title,
             scenario,
             scenario_text,
+            study: written.study,
             dynamics: written.dynamics,
             residual,
             axes,
@@ -185,7 +199,7 @@ impl Sweep {
         Scenario::parse(&self.scenario.display().to_string(), &table.to_string())
     }
 
-    /// Checks that every point is a valid scenario of a bonded periodic cell; collects the files that they read.
+    /// Checks that every point is a valid scenario, for elastic constants of a bonded periodic cell; collects the files that they read.
     fn check_points(&mut self) -> Result<(), ReadError> {
         for k in 0..self.points() {
             let scenario = self.scenario(k);
@@ -198,6 +212,7 @@ impl Sweep {
                     let first = error.problems.first();
                     first.map(|p| (p.to_string(), p.help.clone()))
                 }
+                Ok(_) if self.study == Study::Structure => None,
                 Ok(scenario) if scenario.bonds.is_none() => {
                     Some(("elastic constants need bonds".into(), "add [bonds] to the scenario".into()))
                 }

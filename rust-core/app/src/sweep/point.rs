@@ -5,6 +5,17 @@ use concordem_scenario::schema::Scenario;
 use concordem_statics::relaxed::{Relaxation, relaxed_stiffness};
 use concordem_statics::{Accuracy, LinkNetwork, cell_stiffness, closed_form};
 
+/// What a sweep computes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Study {
+    /// Elastic constants of a bonded periodic packing.
+    #[default]
+    Elastic,
+    /// Structure of a packing, as `concordem characterise`.
+    Structure,
+}
+
 /// A quantity of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Quantity {
@@ -17,13 +28,14 @@ pub struct Quantity {
 }
 
 macro_rules! quantities {
-    ($($name:literal $unit:literal $description:literal,)*) => {
-        const QUANTITIES: &[Quantity] =
+    ($list:ident: $($name:literal $unit:literal $description:literal,)*) => {
+        const $list: &[Quantity] =
             &[$(Quantity { name: $name, unit: $unit, description: $description }),*];
     };
 }
 
 quantities! {
+    QUANTITIES:
     "particles" "1" "Particles",
     "links" "1" "Bonds",
     "coordination" "1" "Bonds per particle",
@@ -51,18 +63,44 @@ quantities! {
     "dynamic_steps" "1" "Steps of the longest relaxation",
 }
 
+quantities! {
+    STRUCTURE:
+    "spheres" "1" "Spheres",
+    "spheres_inside" "1" "Spheres that do not belong to the boundary",
+    "links_per_sphere" "1" "Links per sphere inside",
+    "links_at_boundary" "1" "Links per sphere at the boundary",
+    "contacts_filled" "1" "Contacts per sphere inside before the walls soften",
+    "overlap_filled" "1" "Mean overlap over mean radius before the walls soften",
+    "overlap" "1" "Mean overlap over sum of radii",
+    "hull_fraction" "1" "Solid fraction of the convex hull",
+    "shape_fraction" "1" "Solid fraction of the shape",
+    "effective_fraction" "1" "Solid fraction of the power cells inside",
+    "mean_radius" "m" "Mean radius",
+    "dispersion" "1" "Largest less smallest radius over mean radius",
+    "isotropy" "1" "Deviation from isotropy e, frequencies as fractions",
+    "isotropy_percent" "1" "The same, frequencies in percent",
+    "isotropy_floor_percent" "1" "The same for isotropy, because the faces of the geode differ",
+    "isotropy_noise_percent" "1" "The same for as many independent isotropic links, less the floor",
+}
+
 /// Name of the stiffness matrix in files; it has 36 numbers per point.
 pub const STIFFNESS: &str = "stiffness";
 
-/// Names of all numbers of a point: the quantities, then the 36 entries of the static stiffness, row by row.
-pub fn columns() -> Vec<String> {
-    let names = QUANTITIES.iter().map(|quantity| quantity.name.to_owned());
+/// Names of all numbers of a point: the quantities, then, of an elastic sweep, the 36 entries of the static stiffness, row by row.
+pub fn columns(study: Study) -> Vec<String> {
+    let names = quantities(study).iter().map(|quantity| quantity.name.to_owned());
+    if study == Study::Structure {
+        return names.collect();
+    }
     names.chain((0..36).map(|k| format!("{STIFFNESS}_{}{}", k / 6 + 1, k % 6 + 1))).collect()
 }
 
 /// Quantities with one number per point.
-pub fn quantities() -> &'static [Quantity] {
-    QUANTITIES
+pub fn quantities(study: Study) -> &'static [Quantity] {
+    match study {
+        Study::Elastic => QUANTITIES,
+        Study::Structure => STRUCTURE,
+    }
 }
 
 /// Result of a point.
@@ -88,14 +126,21 @@ impl Outcome {
 
     /// Value of a quantity; NaN if it is missing.
     pub fn get(&self, name: &str) -> f64 {
-        QUANTITIES.iter().position(|quantity| quantity.name == name).map_or(f64::NAN, |k| self.values[k])
+        place(name).map_or(f64::NAN, |k| self.values[k])
     }
 
-    fn set(&mut self, name: &str, value: f64) {
-        if let Some(k) = QUANTITIES.iter().position(|quantity| quantity.name == name) {
+    /// Sets the value of a quantity.
+    pub(crate) fn set(&mut self, name: &str, value: f64) {
+        if let Some(k) = place(name) {
             self.values[k] = value;
         }
     }
+}
+
+/// Place of a quantity. Those of both studies have different names and begin at the first number of a point.
+fn place(name: &str) -> Option<usize> {
+    let of = |list: &[Quantity]| list.iter().position(|quantity| quantity.name == name);
+    of(QUANTITIES).or_else(|| of(STRUCTURE))
 }
 
 /// Elastic constants of a scenario on a given packing.

@@ -37,12 +37,17 @@ pub fn schema() -> Value {
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Sweep",
-        "description": "Elastic constants for all combinations of values of a scenario's keys.",
+        "description": "Elastic constants, or structures of packings, for all combinations of values of a scenario's keys.",
         "type": "object",
         "properties": {
             "version": { "description": "Version of the format. Required: `version = 1`.", "enum": [1] },
             "title": { "description": "Title for the web page; default: empty.", "type": "string" },
             "scenario": { "description": "Path of the scenario, relative to the sweep. Required.", "type": "string" },
+            "study": {
+                "description": "What to compute: \"elastic\" constants of bonded periodic packings, or the \"structure\" of any \
+                                packing; default: \"elastic\".",
+                "enum": ["elastic", "structure"]
+            },
             "dynamics": { "description": "Whether to relax the packing dynamically, too; default: false.", "type": "boolean" },
             "residual": {
                 "description": "Relative residual of the static solution; default: 1e-11.",

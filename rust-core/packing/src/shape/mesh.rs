@@ -123,6 +123,11 @@ impl Mesh {
         &self.vertices
     }
 
+    /// Corners of every triangle, m.
+    pub fn corners_of_triangles(&self) -> Vec<[Vec3; 3]> {
+        (0..self.triangles.len() as u32).map(|k| self.corners(k)).collect()
+    }
+
     /// Volume, m³.
     ///
     /// # Errors

@@ -26,6 +26,7 @@ pub mod seal;
 mod selection;
 pub mod sphere_pack;
 mod time_step;
+mod walled;
 mod walls;
 
 use std::path::Path;
@@ -42,15 +43,15 @@ use concordem_solver::Model;
 use concordem_solver::collision::Collision;
 use concordem_solver::coupling::Convergence;
 pub use concordem_solver::laws;
-use concordem_solver::state::State;
 use concordem_solver::state::contacts::{ContactBlock, Contacts, Pair};
+use concordem_solver::state::{Particles, State};
 use concordem_solver::time_step::TimeStepBounds;
 
 pub use aggregates::{Phase, Phases};
 pub use bodies::apply_loads;
 pub use error::{AssemblyError, unfit};
 pub use model::deformable;
-pub use place::{Placed, place};
+pub use place::{Cooking, Placed, Walled, place, solid};
 pub use time_step::settles;
 
 /// A built scenario.
@@ -258,8 +259,7 @@ fn add_bonds(
     let mut interaction_ratio = section.interaction_ratio.si();
     let mut bulk = None;
     if let Some(coordination) = section.coordination {
-        let whole = placed.unit.as_ref().unwrap_or(&placed.packing);
-        let found = bonding::ratio_for_coordination(&whole.spheres, whole.cell.as_ref(), coordination.si())?;
+        let found = placed.ratio_for_coordination(coordination.si())?;
         let (ratio, reached) = found.ok_or_else(|| {
             let message = format!(
                 "no interaction ratio up to 2 gives {} bonds per particle; random packings allow 6 to 12",
@@ -274,9 +274,16 @@ fn add_bonds(
     if scenario.dimension == 2 {
         plane::check_reach(&placed.packing, interaction_ratio * (1.0 + TIE))?;
     }
-    memory::check_bonds(particles, cell, interaction_ratio)?;
+    let network = placed.walled.as_ref().and_then(|walled| walled.network.as_ref());
     let severed = &mut |p: &Vec3, q: &Vec3| cuts.sever(p, q);
-    let count = bonding::bond_unless(block.contacts_mut(), &rows, particles, cell, interaction_ratio, severed)?;
+    let count = if let Some(links) = network {
+        let links = in_order_of_state(links, particles, placed.packing.spheres.len())?;
+        interaction_ratio = bonding::longest(&links, particles);
+        bonding::bond_links(block.contacts_mut(), &rows, particles, &links, severed)
+    } else {
+        memory::check_bonds(particles, cell, interaction_ratio)?;
+        bonding::bond_unless(block.contacts_mut(), &rows, particles, cell, interaction_ratio, severed)?
+    };
     warnings.extend(doubtful_bonds(scenario, &count, bulk));
     warnings.extend(cuts.without_effect(scenario));
     let ends = |k: usize| block.contacts().view(k).pair;
@@ -284,6 +291,28 @@ fn add_bonds(
     let by_phase = aggregates::count_bonds((0..count.bonds).map(ends).map(numbers));
     state.bonds.push(block);
     Ok(Bonded { bonds: count.bonds, interaction_ratio, bulk, by_phase })
+}
+
+/// Pairs of spheres of the packing as pairs of particles, the lower index first; `spheres`: number of spheres of the packing.
+fn in_order_of_state(
+    links: &[[u32; 2]],
+    particles: &Particles,
+    spheres: usize,
+) -> Result<Vec<[u32; 2]>, AssemblyError> {
+    let mut index_of = vec![u32::MAX; particles.len().max(spheres)];
+    for (index, &id) in particles.id.iter().enumerate() {
+        index_of[id as usize] = index as u32;
+    }
+    if particles.len() < spheres {
+        let message = "numbers the spheres of the packing, but a [[cut]] or a pore removes some; remove the key, and give \
+                       bonds.coordination";
+        return Err(unfit("packing.correction", message.into()));
+    }
+    let pair = |link: &[u32; 2]| {
+        let [a, b] = link.map(|sphere| index_of[sphere as usize]);
+        [a.min(b), a.max(b)]
+    };
+    Ok(links.iter().map(pair).collect())
 }
 
 /// Warns if there are no bonds, or if their number depends on a tie. `bulk`: see [`Summary::bulk`].

@@ -3,16 +3,19 @@
 use std::io::BufReader;
 use std::path::Path;
 
-use super::{AssemblyError, Progress, plane, unfit};
+use super::{AssemblyError, Progress, plane, unfit, walled};
 use crate::files::open_regular;
 use crate::schema::quantity::vector;
 use crate::schema::{self, Axis, Quantity, Scenario};
 use concordem_contact::math::{Mat3, Vec3};
+use concordem_packing::bonding::{ratio_for_coordination, ratio_inside};
+use concordem_packing::cooker::Measured;
 use concordem_packing::random_dense::{self, Protocol, RandomDense};
 use concordem_packing::shape::Mesh;
 use concordem_packing::{
     Crop, Lattice, Packing, Random, Shape, SizeDistribution, import_text, random_discs, tile, tile_and_crop,
 };
+use concordem_solver::neighbor::NeighborError;
 use concordem_solver::state::{Cell, Sphere};
 
 /// A packing with the shape that was cut out of it.
@@ -26,6 +29,59 @@ pub struct Placed {
     pub cross_sections: Option<[f64; 3]>,
     /// The periodic packing that `packing` was cut from, if any.
     pub unit: Option<Packing>,
+    /// The shape that was cut out or filled, if any.
+    pub body: Option<Shape>,
+    /// The packing between walls, if it is one.
+    pub walled: Option<Walled>,
+}
+
+impl Placed {
+    /// A packing that nothing was cut out of.
+    pub(super) fn without_shape(packing: Packing) -> Self {
+        Self { packing, packing_fraction: None, cross_sections: None, unit: None, body: None, walled: None }
+    }
+
+    /// Interaction ratio at which the packing has `coordination` bonds per particle, and the coordination number reached: of the periodic
+    /// packing, of the particles inside a packing between walls, or of all particles. `None` if there are too few pairs.
+    ///
+    /// # Errors
+    /// Input that the neighbor search rejects.
+    pub fn ratio_for_coordination(&self, coordination: f64) -> Result<Option<(f64, f64)>, NeighborError> {
+        if let Some(walled) = &self.walled {
+            return ratio_inside(&self.packing.spheres, None, &walled.boundary, coordination);
+        }
+        let whole = self.unit.as_ref().unwrap_or(&self.packing);
+        ratio_for_coordination(&whole.spheres, whole.cell.as_ref(), coordination)
+    }
+}
+
+/// Facts about a packing between walls.
+pub struct Walled {
+    /// Whether each sphere belongs to the boundary: nearer to a wall than two mean radii.
+    pub boundary: Vec<bool>,
+    /// Links that become bonds, as pairs of spheres, if the packing determines them.
+    pub network: Option<Vec<[u32; 2]>>,
+    /// Interaction ratio that gives the network, with enlarged radii.
+    pub interaction_ratio: Option<f64>,
+    /// How a cooker packing was made.
+    pub cooked: Option<Cooking>,
+}
+
+/// How a cooker packing was made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cooking {
+    /// Before the walls softened.
+    pub filled: Measured,
+    /// At the end.
+    pub last: Measured,
+    /// Mean number of links of a sphere inside.
+    pub links_inside: f64,
+    /// Forced insertions.
+    pub packets: usize,
+    /// Spheres that were pushed through a wall and removed.
+    pub lost: usize,
+    /// Time steps of all relaxations.
+    pub steps: u64,
 }
 
 /// Reads a sphere pack from an HDF5 file, or says why it cannot.
@@ -61,7 +117,8 @@ pub(super) fn place_with(
     let whole = placed.unit.as_ref().unwrap_or(&placed.packing);
     // A solid fraction by volume has no meaning for spheres with centers in one plane either.
     let plane = scenario.dimension == 2 || matches!(scenario.packing, schema::Packing::RandomDiscs { .. });
-    placed.packing_fraction = if plane { whole.area_fraction() } else { whole.packing_fraction() };
+    let of_cell = if plane { whole.area_fraction() } else { whole.packing_fraction() };
+    placed.packing_fraction = of_cell.or(placed.packing_fraction);
     Ok(placed)
 }
 
@@ -72,7 +129,7 @@ fn make(
     read_hdf5: PackReader,
     progress: Progress<'_>,
 ) -> Result<Placed, AssemblyError> {
-    let whole = |packing: Packing| Placed { packing_fraction: None, packing, cross_sections: None, unit: None };
+    let whole = Placed::without_shape;
     match &scenario.packing {
         schema::Packing::RandomDense { shape, .. } => {
             let unit = compact(&scenario.packing, progress)?;
@@ -89,6 +146,8 @@ fn make(
             placed.packing.spheres.retain(|disc| disc.position.z == 0.0);
             Ok(placed)
         }
+        schema::Packing::Cooker { shape, .. } => walled::cooker(&scenario.packing, solid(shape, folder)?, progress),
+        schema::Packing::Growth { shape, .. } => walled::growth(&scenario.packing, solid(shape, folder)?, progress),
         schema::Packing::Lattice { lattice, radius, repeats, shape } => {
             let repeats = repeats.map_or([1; 3], |r| r.map(|n| n as u32));
             match shape {
@@ -99,7 +158,7 @@ fn make(
                     let (solid, cross_sections) = solid(shape, folder)?;
                     let crop = shape.keep().unwrap_or(Crop::WholeSpheres);
                     let packing = lattice_of(*lattice).fill(radius.si(), &solid, crop, Vec3::zeros())?;
-                    Ok(Placed { packing, packing_fraction: None, cross_sections, unit: None })
+                    Ok(Placed { cross_sections, body: Some(solid), ..whole(packing) })
                 }
             }
         }
@@ -171,12 +230,11 @@ pub(super) fn read_mesh(file: &Path, unit: f64) -> Result<Mesh, AssemblyError> {
 
 /// Tiles or crops a packing.
 fn cut(unit: Packing, shape: Option<&schema::Shape>, folder: &Path) -> Result<Placed, AssemblyError> {
-    let packing_fraction = None;
     match shape {
-        None => Ok(Placed { packing: unit, packing_fraction, cross_sections: None, unit: None }),
+        None => Ok(Placed::without_shape(unit)),
         Some(schema::Shape::Periodic { tiles }) => {
             let packing = tile(&unit, tiles.map(|n| n as u32))?;
-            Ok(Placed { packing, packing_fraction, cross_sections: None, unit: Some(unit) })
+            Ok(Placed { unit: Some(unit), ..Placed::without_shape(packing) })
         }
         Some(shape) => {
             let (solid, cross_sections) = solid(shape, folder)?;
@@ -187,13 +245,16 @@ fn cut(unit: Packing, shape: Option<&schema::Shape>, folder: &Path) -> Result<Pl
                 let spheres = unit.spheres.into_iter().filter(|s| crop.keeps(s, &solid)).collect();
                 (Packing { spheres, cell: None }, None)
             };
-            Ok(Placed { packing, packing_fraction, cross_sections, unit })
+            Ok(Placed { cross_sections, unit, body: Some(solid), ..Placed::without_shape(packing) })
         }
     }
 }
 
-/// The shape of a scenario, with its cross-sections if they are constant.
-pub(super) fn solid(shape: &schema::Shape, folder: &Path) -> Result<(Shape, Option<[f64; 3]>), AssemblyError> {
+/// The shape of a scenario, with its cross-sections (m²) if they are constant; paths are relative to `folder`.
+///
+/// # Errors
+/// A shape without interior, a file that cannot be read, or a periodic packing, which has no shape.
+pub fn solid(shape: &schema::Shape, folder: &Path) -> Result<(Shape, Option<[f64; 3]>), AssemblyError> {
     let center = shape.center().map_or_else(Vec3::zeros, |center| vector(&center));
     let ends = |axis: Axis, height: f64| {
         let mut half = Vec3::zeros();
@@ -248,7 +309,7 @@ fn compact(packing: &schema::Packing, progress: Progress<'_>) -> Result<Packing,
 }
 
 /// Distribution of the radii of a packing.
-fn sizes(radius: Option<f64>, radii: Option<&schema::Radii>) -> SizeDistribution {
+pub(super) fn sizes(radius: Option<f64>, radii: Option<&schema::Radii>) -> SizeDistribution {
     match (radius, radii) {
         (Some(radius), _) => SizeDistribution::Single(radius),
         (None, Some(schema::Radii::Uniform { minimum, maximum })) => {

@@ -4,6 +4,7 @@ use super::{Checker, length};
 use crate::schema::quantity::{Length, vector};
 use crate::schema::{Lattice, Packing, Radii, Shape};
 use concordem_contact::math::{Mat3, Vec3};
+use concordem_packing::Correction;
 use concordem_solver::neighbor::{CandidatePair, candidate_pairs};
 use concordem_solver::state::Cell;
 
@@ -26,6 +27,8 @@ impl Checker<'_> {
                 let discs = matches!(scenario.packing, Packing::RandomDiscs { .. });
                 self.random_packing(*count, *radius, radii.as_ref(), shape, discs);
             }
+            Packing::Cooker { .. } => self.cooker(),
+            Packing::Growth { count, shape, .. } => self.growth(*count, shape),
             Packing::Lattice { lattice, radius, repeats, shape } => {
                 self.lattice(*lattice, *radius, *repeats, shape.as_ref());
             }
@@ -55,6 +58,20 @@ impl Checker<'_> {
         shape: &Shape,
         discs: bool,
     ) {
+        let range = self.radius_or_radii(radius, radii);
+        self.shape(shape, range, true);
+        if let Shape::Periodic { tiles } = shape {
+            if discs && tiles[2] != 1 {
+                let help = format!("write tiles = [{}, {}, 1]", tiles[0], tiles[1]);
+                self.conflict("packing.shape.tiles", "discs lie in one plane", help);
+            }
+            let total = tiles.iter().fold(count as f64, |total, n| total * *n as f64);
+            self.few_enough("packing.shape.tiles", total);
+        }
+    }
+
+    /// Checks that one of the two is given; returns the range of the radii, m.
+    fn radius_or_radii(&mut self, radius: Option<Length>, radii: Option<&Radii>) -> Option<(f64, f64)> {
         match (radius, radii) {
             (None, None) => self.missing(
                 "packing.radius",
@@ -71,15 +88,63 @@ impl Checker<'_> {
         if let Some(radii) = radii {
             self.radii(radii);
         }
-        let range = radius.map(|radius| (radius.si(), radius.si())).or(radii.map(Radii::range));
+        radius.map(|radius| (radius.si(), radius.si())).or(radii.map(Radii::range))
+    }
+
+    fn cooker(&mut self) {
+        let scenario = self.scenario;
+        let Packing::Cooker { radius, radii, coordination, solid_fraction, overlap, correction, shape, .. } =
+            &scenario.packing
+        else {
+            return;
+        };
+        let range = self.radius_or_radii(*radius, radii.as_ref());
         self.shape(shape, range, true);
-        if let Shape::Periodic { tiles } = shape {
-            if discs && tiles[2] != 1 {
-                let help = format!("write tiles = [{}, {}, 1]", tiles[0], tiles[1]);
-                self.conflict("packing.shape.tiles", "discs lie in one plane", help);
+        let help =
+            "use \"box\", \"cylinder\", or \"mesh\"; \"random-dense\" makes periodic packings and cuts other shapes";
+        self.vessel(shape, matches!(shape, Shape::Periodic { .. } | Shape::Hyperboloid { .. }), help);
+        let given = [("coordination", coordination), ("solid_fraction", solid_fraction), ("overlap", overlap)];
+        let given: Vec<&str> = given.iter().filter(|(_, value)| value.is_some()).map(|(key, _)| *key).collect();
+        if let [first, second, ..] = given[..] {
+            let message = format!("gives two ends of the insertion, also `{first}`");
+            self.conflict(
+                &format!("packing.{second}"),
+                message,
+                "keep one of `coordination`, `solid_fraction`, `overlap`",
+            );
+        }
+        match (&scenario.bonds, correction) {
+            (_, Correction::None) => {}
+            (None, _) => {
+                let help = "add [bonds] with a law, or remove the key";
+                self.conflict("packing.correction", "determines the bonds, but there are none", help);
             }
-            let total = tiles.iter().fold(count as f64, |total, n| total * *n as f64);
-            self.few_enough("packing.shape.tiles", total);
+            (Some(bonds), _) => {
+                let help = "remove one of the two keys";
+                if bonds.coordination.is_some() {
+                    let message = "has no effect: `packing.correction` determines the bonds";
+                    self.conflict("bonds.coordination", message, help);
+                } else if bonds.interaction_ratio.si() != 1.0 {
+                    let message = "has no effect: `packing.correction` determines the bonds";
+                    self.conflict("bonds.interaction_ratio", message, help);
+                }
+            }
+        }
+    }
+
+    fn growth(&mut self, count: u64, shape: &Shape) {
+        let cube = matches!(shape, Shape::Box { size, .. } if size.iter().all(|edge| edge.si() == size[0].si()));
+        self.vessel(shape, !cube, "give a box with three equal edges; \"cooker\" fills other shapes");
+        self.few_enough("packing.count", count as f64);
+    }
+
+    /// Checks the shape of a packing between walls.
+    fn vessel(&mut self, shape: &Shape, wrong: bool, help: &str) {
+        if wrong {
+            self.conflict("packing.shape.kind", "has no walls for this kind of packing", help);
+        } else if shape.keep().is_some() {
+            let message = "has no effect: walls keep the spheres inside, nothing is cut";
+            self.conflict("packing.shape.keep", message, "remove the key");
         }
     }
 

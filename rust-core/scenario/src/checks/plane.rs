@@ -27,7 +27,7 @@ impl Checker<'_> {
 
     fn packing_in_plane(&mut self) {
         match &self.scenario.packing {
-            Packing::RandomDense { .. } => {
+            Packing::RandomDense { .. } | Packing::Cooker { .. } | Packing::Growth { .. } => {
                 self.conflict(
                     "packing.kind",
                     "gives spheres in three dimensions",

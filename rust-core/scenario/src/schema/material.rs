@@ -68,8 +68,8 @@ pub struct Bonds {
     #[schemars(extend("minimum" = 1, "maximum" = 10))]
     pub interaction_ratio: Number,
     /// Mean number of bonds per particle, instead of an interaction ratio. It is counted in the periodic packing,
-    /// before the shape is cut out; the pairs with the smallest center distance over sum of radii are bonded. 6.2 in
-    /// Jebahi et al. 2015.
+    /// before the shape is cut out, and in packings between walls ("cooker", "growth") for the particles inside, more than two mean radii
+    /// away from the walls; the pairs with the smallest center distance over sum of radii are bonded. 6.2 in Jebahi et al. 2015.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 100))]
     pub coordination: Option<Number>,
 }

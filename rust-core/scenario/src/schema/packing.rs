@@ -1,7 +1,7 @@
 //! The table `[packing]`: initial positions and radii of the particles.
 
-use concordem_packing::Crop;
 use concordem_packing::random_dense::Protocol;
+use concordem_packing::{Correction, Crop};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -59,6 +59,83 @@ pub enum Packing {
         #[serde(default)]
         seed: u64,
         /// Shape that is cut out of the packing; its size along z is ignored. Required.
+        shape: Shape,
+    },
+    /// Dense packing between walls: spheres are inserted into a vessel at random, then by force, and relax after each packet; then
+    /// the walls soften (Jebahi et al. 2015, section 2.3.1). No key gives the number of spheres. The layer at the walls is as dense as
+    /// spheres at a wall can be, unlike the surface of a packing that is cut.
+    Cooker {
+        /// Radius of all spheres, m. Required unless `radii` is given. Example: `radius = "1 mm"`.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        radius: Option<Length>,
+        /// Distribution of radii. Required unless `radius` is given.
+        /// Example: `radii = { kind = "uniform", minimum = "0.875 mm", maximum = "1.125 mm" }`.
+        radii: Option<Radii>,
+        /// Insertion ends at this mean number of contacts of a sphere inside, more than two mean radii away from the walls; default: 6.2,
+        /// unless another end is given.
+        #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 20))]
+        coordination: Option<Number>,
+        /// Insertion ends at this volume of all spheres over the volume of the shape; default: see `coordination`.
+        #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.9))]
+        solid_fraction: Option<Number>,
+        /// Insertion ends at this mean overlap of touching spheres over the mean radius; default: see `coordination`.
+        #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.2))]
+        overlap: Option<Number>,
+        /// Seed of the random numbers; default: 0. The same seed gives the same packing, bit by bit.
+        #[serde(default)]
+        seed: u64,
+        /// Friction coefficient between spheres while they relax; default: 0. The walls have none.
+        #[serde(default)]
+        #[schemars(extend("minimum" = 0))]
+        friction: Number,
+        /// Number of spheres in a forced insertion; default: 2 % of the expected number. 1 inserts one at a time.
+        #[schemars(range(min = 1, max = 100_000_000))]
+        packet: Option<u64>,
+        /// Number of failed tries to place a sphere after which it is inserted by force; default: 500.
+        #[serde(default = "attempts")]
+        #[schemars(range(min = 1, max = 1_000_000))]
+        attempts: u64,
+        /// Number of steps in which the stiffness of the walls falls to a thousandth, so that the packing expands until its overlaps
+        /// vanish; default: 6. 0 keeps the overlaps.
+        #[serde(default = "wall_softening")]
+        #[schemars(range(min = 0, max = 100))]
+        wall_softening: u64,
+        /// Links that become bonds, because softening opens contacts; default: "none": contacts. "frozen-links": pairs that touch before
+        /// softening, held together by springs during it. "enlarged-radii": the nearest pairs after softening, as many per sphere inside
+        /// as before. The last two determine the bonds, so [bonds] has no `interaction_ratio` and no `coordination`.
+        #[serde(default)]
+        correction: Correction,
+        /// Vessel: a box, a cylinder, or a mesh, without `keep`. Required.
+        /// Example: `shape = { kind = "cylinder", radius = "10 mm", height = "40 mm" }`.
+        shape: Shape,
+    },
+    /// Spheres that grow in a cube with rigid walls, with friction, until they press on the walls. Radii follow from number and cube.
+    Growth {
+        /// Number of spheres. Required. Example: `count = 1000`.
+        #[schemars(range(min = 1, max = 100_000_000))]
+        count: u64,
+        /// Difference of the largest and the smallest radius over the mean radius; default: 0. Radii are uniform between them.
+        #[serde(default)]
+        #[schemars(extend("minimum" = 0, "exclusiveMaximum" = 2))]
+        dispersion: Number,
+        /// Seed of the random numbers; default: 0. The same seed gives the same packing, bit by bit.
+        #[serde(default)]
+        seed: u64,
+        /// Friction coefficient between spheres; default: 0.5.
+        #[serde(default = "half")]
+        #[schemars(extend("minimum" = 0))]
+        friction: Number,
+        /// Friction coefficient at the walls; default: 0.
+        #[serde(default)]
+        #[schemars(extend("minimum" = 0))]
+        wall_friction: Number,
+        /// Mean pressure on the walls at the end over Young's modulus of the spheres; default: 1e-4. Touching spheres then overlap by
+        /// some thousandths of their radius.
+        #[serde(default = "growth_pressure")]
+        #[schemars(extend("minimum" = 1e-7, "maximum" = 1e-2))]
+        pressure: Number,
+        /// Vessel: a box with three equal edges, without `keep`. Required.
+        /// Example: `shape = { kind = "box", size = ["20 mm", "20 mm", "20 mm"] }`.
         shape: Shape,
     },
     /// Equal spheres on a lattice; nearest neighbors touch.
@@ -121,7 +198,10 @@ impl Packing {
     /// The shape that is cut out of the packing, if any.
     pub fn shape(&self) -> Option<&Shape> {
         match self {
-            Self::RandomDense { shape, .. } | Self::RandomDiscs { shape, .. } => Some(shape),
+            Self::RandomDense { shape, .. }
+            | Self::RandomDiscs { shape, .. }
+            | Self::Cooker { shape, .. }
+            | Self::Growth { shape, .. } => Some(shape),
             Self::Lattice { shape, .. } | Self::File { shape, .. } => shape.as_ref(),
             Self::Spheres { .. } => None,
         }
@@ -132,7 +212,15 @@ impl Packing {
         match (self, self.shape()) {
             (_, Some(shape)) => matches!(shape, Shape::Periodic { .. }),
             (Self::File { cell, .. } | Self::Spheres { cell, .. }, None) => cell.is_some(),
-            (Self::RandomDense { .. } | Self::RandomDiscs { .. } | Self::Lattice { .. }, None) => false,
+            _ => false,
+        }
+    }
+
+    /// How the packing determines the bonds, if it does.
+    pub fn correction(&self) -> Option<Correction> {
+        match self {
+            Self::Cooker { correction, .. } if *correction != Correction::None => Some(*correction),
+            _ => None,
         }
     }
 }
@@ -320,6 +408,23 @@ pub(super) fn one_meter() -> Length {
 /// Area fraction of the specimens of Madan 2019, section 4.5.
 fn overlapping() -> Number {
     Number::new(0.932)
+}
+
+/// A sphere that fits into 2 ‰ of the volume is found in two of three cases.
+fn attempts() -> u64 {
+    500
+}
+
+fn wall_softening() -> u64 {
+    6
+}
+
+fn half() -> Number {
+    Number::new(0.5)
+}
+
+fn growth_pressure() -> Number {
+    Number::new(1e-4)
 }
 
 fn one_tile() -> [u64; 3] {

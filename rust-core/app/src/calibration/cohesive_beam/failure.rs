@@ -27,8 +27,8 @@ pub enum FractureCriterion {
 const STRAIN_RATE: f64 = 1.0;
 
 /// Scenario that loads the specimen until it breaks: a cylinder, or for bending a prism of the same length and
-/// cross-section. `packing` is the file of the periodic packing, in meters; without a file the scenario repeats the
-/// compaction.
+/// cross-section. `packing` is the file of the periodic packing, in meters; without a file, and for a specimen between walls, the
+/// scenario makes the packing again.
 pub fn scenario_text(
     sample: &CylinderSpecimen,
     packing: Option<&str>,
@@ -85,12 +85,19 @@ pub fn scenario_text(
 /// The keys of the packing.
 fn packing_keys(sample: &CylinderSpecimen, packing: Option<&str>) -> String {
     let recipe = &sample.recipe;
+    let half = 0.5 * recipe.dispersion * recipe.mean_radius;
+    let (low, high) = (recipe.mean_radius - half, recipe.mean_radius + half);
+    if recipe.walled {
+        return format!(
+            "kind = \"cooker\"\ncoordination = {:?}\nradii = {{ kind = \"uniform\", minimum = {low:e}, maximum = {high:e} }}\n\
+             seed = {}",
+            recipe.coordination, recipe.seed
+        );
+    }
     if let Some(file) = packing {
         let edges = sample.unit.cell.map_or_else(Vec3::zeros, |cell| cell.matrix.diagonal());
         return format!("kind = \"file\"\npath = \"{file}\"\ncell = [{:e}, {:e}, {:e}]", edges.x, edges.y, edges.z);
     }
-    let half = 0.5 * recipe.dispersion * recipe.mean_radius;
-    let (low, high) = (recipe.mean_radius - half, recipe.mean_radius + half);
     format!(
         "kind = \"random-dense\"\ncount = {}\nradii = {{ kind = \"uniform\", minimum = {low:e}, maximum = {high:e} }}\n\
          seed = {}\nfriction = 0",

@@ -1,11 +1,12 @@
-//! Cylinders cut from periodic packings.
+//! Cylinders cut from periodic packings, or filled between walls.
 
 use std::f64::consts::PI;
 
 use super::error::CalibrationError;
 use concordem_contact::law::CohesiveBeam;
 use concordem_contact::math::Vec3;
-use concordem_packing::bonding::{bond, ratio_for_coordination};
+use concordem_packing::bonding::{bond, ratio_for_coordination, ratio_inside};
+use concordem_packing::cooker::{Cooker, Target, boundary, cook};
 use concordem_packing::mass_of;
 use concordem_packing::random_dense::{Progress, RandomDense, random_dense};
 use concordem_packing::{Crop, Packing, Shape, SizeDistribution, tile_and_crop};
@@ -29,12 +30,14 @@ pub struct CylinderRecipe {
     pub coordination: f64,
     /// Length of the cylinder over its diameter.
     pub slenderness: f64,
+    /// Whether the cylinder is filled between walls, with whole spheres at its surface, instead of cut from a periodic packing.
+    pub walled: bool,
 }
 
 impl CylinderRecipe {
     /// The specimen of Jebahi et al. 2015: mean radius 1 mm, κ = 25 %, 6.2 bonds per particle, slenderness 2.
     pub fn book(count: usize, seed: u64) -> Self {
-        Self { count, seed, mean_radius: 1e-3, dispersion: 0.25, coordination: 6.2, slenderness: 2.0 }
+        Self { count, seed, mean_radius: 1e-3, dispersion: 0.25, coordination: 6.2, slenderness: 2.0, walled: false }
     }
 }
 
@@ -43,7 +46,7 @@ impl CylinderRecipe {
 pub struct CylinderSpecimen {
     /// Size, packing, and bonds.
     pub recipe: CylinderRecipe,
-    /// The periodic packing.
+    /// The periodic packing, or that between walls.
     pub unit: Packing,
     /// Spheres with their centers inside the cylinder.
     pub spheres: Vec<Sphere>,
@@ -62,11 +65,14 @@ pub struct CylinderSpecimen {
 }
 
 impl CylinderSpecimen {
-    /// Compacts a periodic packing and cuts the cylinder from it.
+    /// Compacts a periodic packing and cuts the cylinder from it, or fills the cylinder between walls (without progress).
     ///
     /// # Errors
     /// The packing fails, or has too few near pairs for the target number of bonds.
     pub fn new(recipe: &CylinderRecipe, progress: &mut dyn FnMut(Progress)) -> Result<Self, CalibrationError> {
+        if recipe.walled {
+            return Self::between_walls(recipe);
+        }
         let half = 0.5 * recipe.dispersion * recipe.mean_radius;
         let sizes = SizeDistribution::Uniform { low: recipe.mean_radius - half, high: recipe.mean_radius + half };
         let dense = RandomDense { sizes, ..RandomDense::jammed(recipe.count, recipe.mean_radius, 0.0, recipe.seed) };
@@ -93,6 +99,37 @@ impl CylinderSpecimen {
             coordination,
             interaction_ratio,
             unit,
+        })
+    }
+
+    /// Fills the cylinder between walls. Its volume is that of `count` spheres at the solid fraction 0.62 of such packings.
+    fn between_walls(recipe: &CylinderRecipe) -> Result<Self, CalibrationError> {
+        let half = 0.5 * recipe.dispersion * recipe.mean_radius;
+        let (low, high) = (recipe.mean_radius - half, recipe.mean_radius + half);
+        // The mean cube of uniform radii is R̄³(1 + κ²/4).
+        let cube = recipe.mean_radius.powi(3) * (1.0 + 0.25 * recipe.dispersion * recipe.dispersion);
+        let volume = recipe.count as f64 * 4.0 / 3.0 * PI * cube / 0.62;
+        let radius = concordem_contact::math::cbrt(volume / (2.0 * PI * recipe.slenderness));
+        let length = 2.0 * radius * recipe.slenderness;
+        let end = Vec3::new(0.5 * length, 0.0, 0.0);
+        let shape = Shape::new_cylinder(-end, end, radius)?;
+        let sizes = SizeDistribution::Uniform { low, high };
+        let target = Target::Coordination(recipe.coordination);
+        let cooked = cook(&Cooker::new(shape.clone(), sizes, target, recipe.seed), &mut |_| {})?;
+        let spheres = cooked.packing.spheres.clone();
+        let found = ratio_inside(&spheres, None, &boundary(&spheres, &shape), recipe.coordination)?;
+        let (interaction_ratio, coordination) =
+            found.ok_or(CalibrationError::Coordination { coordination: recipe.coordination })?;
+        Ok(Self {
+            recipe: *recipe,
+            unit: cooked.packing,
+            spheres,
+            radius,
+            length,
+            solid_fraction: cooked.last.solid_fraction,
+            touching: cooked.last.coordination,
+            coordination,
+            interaction_ratio,
         })
     }
 
