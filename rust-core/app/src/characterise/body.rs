@@ -161,7 +161,7 @@ impl Body {
     }
 
     fn of_result(name: String, result: &ResultFile, choice: &Choice) -> Result<Self, CharacteriseError> {
-        let table = result.table("particles")?;
+        let table = result.rows("particles")?;
         let (position, radius) = (vectors(&table, "position"), reals(&table, "radius"));
         let spheres = (position.iter().zip(&radius)).map(|(&position, &radius)| Sphere { position, radius }).collect();
         let edges = result.table("cell").map(|cell| reals(&cell, "edges")).unwrap_or_default();
@@ -263,7 +263,7 @@ fn bonds(result: &ResultFile, particles: &Columns) -> Result<Option<Linked>, Cha
         if law == "walls" || law.starts_with("unbonded_") {
             continue;
         }
-        let table = result.table(&format!("contacts/{law}"))?;
+        let table = result.rows(&format!("contacts/{law}"))?;
         let (Some(ColumnData::U32(ends)), Some(ColumnData::U8(broken))) =
             (column(&table, "ids"), column(&table, "broken"))
         else {

@@ -31,10 +31,16 @@ pub fn text(result: &ResultFile) -> Result<String, OutputError> {
             std::rc::Rc::new((0..result.samples(&series.name)?.len() as u64).collect())
         };
         let head = format!("{} [{}]", series.name, series.unit);
-        columns.push(Column { head, steps, values: result.samples(&series.name)? });
+        let values = result.samples(&series.name)?;
+        if values.len() != steps.len() {
+            let problem =
+                format!("`samples/{}` has {} values, but there are {} steps", series.name, values.len(), steps.len());
+            return Err(OutputError::Damaged { path: result.path().to_owned(), problem });
+        }
+        columns.push(Column { head, steps, values });
     }
     for operator in result.operators()? {
-        let table = result.table(&format!("samples/{operator}"))?;
+        let table = result.rows(&format!("samples/{operator}"))?;
         let steps = table.iter().find(|(name, _)| name == "step").map_or_else(Vec::new, |(_, column)| reals(column));
         let steps = steps_of(&steps);
         for (quantity, column) in table.iter().filter(|(name, _)| name != "step" && name != "time") {

@@ -124,6 +124,22 @@ impl ResultFile {
             .collect()
     }
 
+    /// [`Self::table`] for tables with one row per particle, contact, or sample.
+    ///
+    /// # Errors
+    /// Those of [`Self::table`], and columns of different length.
+    pub fn rows(&self, table: &str) -> Result<Vec<(String, StoredColumn)>, OutputError> {
+        let columns = self.table(table)?;
+        let rows = |column: &StoredColumn| column.borrow().len() / column.components;
+        if let [(first, one), others @ ..] = &columns[..]
+            && let Some((name, other)) = others.iter().find(|(_, other)| rows(other) != rows(one))
+        {
+            let problem = format!("`{table}/{first}` has {} rows, `{table}/{name}` has {}", rows(one), rows(other));
+            return Err(OutputError::Damaged { path: self.path.clone(), problem });
+        }
+        Ok(columns)
+    }
+
     /// Unit of a column of a table.
     pub fn unit(&self, table: &str, column: &str) -> Result<String, OutputError> {
         let dataset = self.group(table)?.dataset(column).at(&self.path)?;

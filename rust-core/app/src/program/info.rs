@@ -38,13 +38,13 @@ pub(super) fn info(arguments: &InfoArguments, console: &mut Console<'_>) -> Resu
         return console.print(&csv::text(&result)?);
     }
     let mut facts = Facts::default();
-    let particles = result.table("particles")?;
+    let particles = result.rows("particles")?;
     if let Some((_, ids)) = particles.iter().find(|(name, _)| name == "id") {
         facts.add("particles", count(ids.borrow().len()));
     }
     add_phases(&mut facts, &result, &particles)?;
     for law in result.laws()? {
-        let table = result.table(&format!("contacts/{law}"))?;
+        let table = result.rows(&format!("contacts/{law}"))?;
         let rows = table.first().map_or(0, |(_, column)| column.borrow().len() / column.components.max(1));
         facts.add(&format!("contacts, {law}"), count(rows));
     }

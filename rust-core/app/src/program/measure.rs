@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use super::tables::{UNBONDED, WALLS};
 use super::{Console, Failure};
-use crate::output::ResultFile;
+use crate::output::{OutputError, ResultFile};
 use concordem_contact::math::{Mat3, Vec3};
 use concordem_operator::stress::{ParticleVolume, Partition};
 use concordem_operator::tessellation::Mesh;
@@ -196,7 +196,7 @@ struct Table {
 
 impl Table {
     fn read(result: &ResultFile, name: &str) -> Result<Self, Failure> {
-        let columns = result.table(name)?.into_iter().collect();
+        let columns = result.rows(name)?.into_iter().collect();
         Ok(Self { name: name.to_owned(), file: result.path().to_owned(), columns })
     }
 
@@ -208,27 +208,42 @@ impl Table {
         ))
     }
 
-    fn reals(&self, column: &str) -> Result<&[f64], Failure> {
-        match self.columns.get(column).map(|column| &column.data) {
-            Some(ColumnData::F64(data)) => Ok(data),
+    /// A column with this number of components.
+    fn column(&self, column: &str, components: usize) -> Result<&ColumnData, Failure> {
+        let found = self.columns.get(column).ok_or_else(|| self.missing(column))?;
+        if found.components != components {
+            let problem =
+                format!("`{}/{column}` has {} components instead of {components}", self.name, found.components);
+            return Err(OutputError::Damaged { path: self.file.clone(), problem }.into());
+        }
+        Ok(&found.data)
+    }
+
+    fn numbers(&self, column: &str, components: usize) -> Result<&[f64], Failure> {
+        match self.column(column, components)? {
+            ColumnData::F64(data) => Ok(data),
             _ => Err(self.missing(column)),
         }
+    }
+
+    fn reals(&self, column: &str) -> Result<&[f64], Failure> {
+        self.numbers(column, 1)
     }
 
     fn vectors(&self, column: &str) -> Result<Vec<Vec3>, Failure> {
-        Ok(concordem_operator::vectors("column", self.reals(column)?)?.to_vec())
+        Ok(concordem_operator::vectors("column", self.numbers(column, 3)?)?.to_vec())
     }
 
     fn flags(&self, column: &str) -> Result<Vec<bool>, Failure> {
-        match self.columns.get(column).map(|column| &column.data) {
-            Some(ColumnData::U8(data)) => Ok(data.iter().map(|&flag| flag != 0).collect()),
+        match self.column(column, 1)? {
+            ColumnData::U8(data) => Ok(data.iter().map(|&flag| flag != 0).collect()),
             _ => Err(self.missing(column)),
         }
     }
 
-    fn indices(&self, column: &str) -> Result<&[u32], Failure> {
-        match self.columns.get(column).map(|column| &column.data) {
-            Some(ColumnData::U32(data)) => Ok(data),
+    fn indices(&self, column: &str, components: usize) -> Result<&[u32], Failure> {
+        match self.column(column, components)? {
+            ColumnData::U32(data) => Ok(data),
             _ => Err(self.missing(column)),
         }
     }
@@ -257,13 +272,16 @@ impl Moment {
         if let Some(ColumnData::U64(sets)) = table.columns.get("sets").map(|column| &column.data) {
             particles.tags.clone_from(sets);
         }
-        table.indices("id")?.clone_into(&mut particles.id);
+        table.indices("id", 1)?.clone_into(&mut particles.id);
         let row: BTreeMap<u32, u32> = particles.id.iter().zip(0..).map(|(&id, row)| (id, row)).collect();
         let place = |id: u32| row.get(&id).copied().unwrap_or(u32::MAX);
         let places = position.iter().zip(table.vectors("displacement")?).map(|(x, u)| x - u).collect();
         let cell = match Table::read(result, "cell") {
             Ok(table) => {
-                let matrix = |name| -> Result<Mat3, Failure> { Ok(Mat3::from_row_slice(table.reals(name)?)) };
+                let matrix = |name| match table.numbers(name, 3)? {
+                    values if values.len() == 9 => Ok(Mat3::from_row_slice(values)),
+                    _ => Err(table.missing(name)),
+                };
                 let mut cell = Cell::new(matrix("edges")?);
                 cell.deformation_gradient = matrix("deformation_gradient")?;
                 cell.velocity_gradient = matrix("velocity_gradient")?;
@@ -275,15 +293,15 @@ impl Moment {
         for law in result.laws()? {
             let table = Table::read(result, &format!("contacts/{law}"))?;
             if law == WALLS {
-                forces.walls.particle = table.indices("id")?.iter().map(|&id| place(id)).collect();
-                table.indices("wall")?.clone_into(&mut forces.walls.wall);
+                forces.walls.particle = table.indices("id", 1)?.iter().map(|&id| place(id)).collect();
+                table.indices("wall", 1)?.clone_into(&mut forces.walls.wall);
                 forces.walls.point = table.vectors("position")?;
                 forces.walls.force = table.vectors("force")?;
                 forces.walls.moment = table.vectors("moment")?;
                 continue;
             }
             let pairs: Vec<[u32; 2]> =
-                table.indices("ids")?.chunks_exact(2).map(|pair| [place(pair[0]), place(pair[1])]).collect();
+                table.indices("ids", 2)?.chunks_exact(2).map(|pair| [place(pair[0]), place(pair[1])]).collect();
             let (branch, broken) = (table.vectors("branch")?, table.flags("broken")?);
             let (point, force, moment) =
                 (table.vectors("position")?, table.vectors("force")?, table.vectors("moment")?);

@@ -64,7 +64,7 @@ pub(super) fn section(runs: &[Run]) -> Result<String, OutputError> {
 fn damaged_bonds(file: &ResultFile) -> Result<Vec<DamagedBond>, OutputError> {
     let mut bonds = Vec::new();
     for law in file.laws()? {
-        let table = file.table(&format!("contacts/{law}"))?;
+        let table = file.rows(&format!("contacts/{law}"))?;
         let column = |name: &str, components: usize| {
             table.iter().find(|(column, _)| column == name).and_then(|(_, column)| match &column.data {
                 ColumnData::F64(data) if column.components == components => Some(data),
@@ -133,7 +133,7 @@ fn points_as_json(file: &ResultFile, bonds: &[DamagedBond]) -> Result<String, Ou
 /// The particles at the end of a plane run, which show its outline and notches: six bytes each, x, y, and radius in
 /// the unit of the points. Empty if there are more than [`MOST_POINTS`].
 fn discs_as_json(file: &ResultFile, corner: Vec3, unit: f64) -> Result<String, OutputError> {
-    let table = file.table("particles")?;
+    let table = file.rows("particles")?;
     let reals = |name: &str| match table.iter().find(|(column, _)| column == name).map(|(_, column)| &column.data) {
         Some(ColumnData::F64(data)) => data.as_slice(),
         _ => &[],

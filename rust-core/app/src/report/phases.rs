@@ -58,7 +58,7 @@ fn names(file: &ResultFile) -> Result<Vec<String>, OutputError> {
 impl Particles {
     fn read(file: &ResultFile) -> Self {
         // A result without particles, as other programs may write, has no phases.
-        let table = file.table("particles").unwrap_or_default();
+        let table = file.rows("particles").unwrap_or_default();
         let column = |name: &str| table.iter().find(|(column, _)| column == name).map(|(_, column)| &column.data);
         let reals = |name: &str| match column(name) {
             Some(ColumnData::F64(data)) => data.as_slice(),
