@@ -188,6 +188,10 @@ DEFECTS = {
     "a beam 0.01 % too thick against LAMMPS": ("bending-waves", "strong", "lammps", dict(
         concordem=[ours(material__0__cohesive_beam__radius="1.0001 mm")])),
     "rotary inertia left out of the waves": ("bending-waves", "packet", "analytic", dict(module=[no_rotary_inertia])),
+    "conductivity 0.01 % too high": ("heat-lattice", "one-material", "analytic", dict(
+        concordem=[ours(material__0__thermal__conductivity=1.10011)])),
+    "heat capacities exchanged in LIGGGHTS": ("heat-lattice", "two-materials", "liggghts", dict(
+        liggghts=[other("thermalCapacity peratomtype 800.0 400.0", "thermalCapacity peratomtype 400.0 800.0")])),
     "stress with the other sign": ("cpm-uniaxial", "tension", "yade",
                                    {"result:concordem": [result("stress", np.negative)]}),
 }
