@@ -199,6 +199,10 @@ DEFECTS = {
     "one plate at rest in LIGGGHTS": ("splitting-disc", "lattice", "liggghts", dict(liggghts=[without("fix move_upper")])),
     "friction at LIGGGHTS' plates": ("splitting-disc", "lattice", "liggghts", dict(liggghts=[other(
         "coefficientFriction peratomtypepair 1 0.0", "coefficientFriction peratomtypepair 1 0.8")])),
+    "conductivity 0.01 % too high": ("heat-lattice", "one-material", "analytic", dict(
+        concordem=[ours(material__0__thermal__conductivity=1.10011)])),
+    "heat capacities exchanged in LIGGGHTS": ("heat-lattice", "two-materials", "liggghts", dict(
+        liggghts=[other("thermalCapacity peratomtype 800.0 400.0", "thermalCapacity peratomtype 400.0 800.0")])),
     "stress with the other sign": ("cpm-uniaxial", "tension", "yade",
                                    {"result:concordem": [result("stress", np.negative)]}),
 }

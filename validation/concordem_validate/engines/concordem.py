@@ -163,7 +163,7 @@ def read(path, document):
         order = np.argsort(particles["id"][()])
         for name in ("radius", "mass", "damage", "fragment"):
             result.fields[name] = (particles[name][()][order], str(particles[name].attrs["unit"]))
-        for law, group in file["contacts"].items():
+        for law, group in (file["contacts"].items() if "contacts" in file else ()):
             for name, data in group.items():
                 result.fields[f"contacts/{law}/{name}"] = (data[()], str(data.attrs["unit"]))
         for name in ("step", "id_a", "id_b", "damage", "energy"):
@@ -198,14 +198,17 @@ def _snapshots(vtk, result):
     count = len(vtk["PointData/id"]) if len(steps) else 0
     ids = vtk["PointData/id"][()]
     order = np.argsort(ids)
+    point = vtk["PointData"]
+    heat = [("temperature", point["temperature"], vtk["Steps/PointDataOffsets/temperature"][()])] if "temperature" in point else []
     for name, data, offsets in (
+        *heat,
         ("position", vtk["Points"], point_offsets),
         ("velocity", vtk["PointData/velocity"], vtk["Steps/PointDataOffsets/velocity"][()]),
         ("angular_velocity", vtk["PointData/angular_velocity"], vtk["Steps/PointDataOffsets/angular_velocity"][()]),
         ("damage_field", vtk["PointData/damage"], vtk["Steps/PointDataOffsets/damage"][()]),
     ):
         values = data[()]
-        unit = {"position": "m", "velocity": "m/s", "angular_velocity": "rad/s"}.get(name, "1")
+        unit = {"position": "m", "velocity": "m/s", "angular_velocity": "rad/s", "temperature": "K"}.get(name, "1")
         result.add(name, steps, np.array([values[o:o + count][order] for o in offsets]), unit, "All particles")
 
 

@@ -19,7 +19,7 @@ from .. import process, scenario
 from ..errors import Crashed, NotInstalled, Unsupported
 from ..quantity import si, vector
 from ..result import Result
-from . import translate
+from . import liggghts_heat, translate
 
 MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
 
@@ -210,7 +210,7 @@ def deck(task, ranks):
     """Files of the run by name, and the number of steps."""
     document, start = task.scenario, task.start
     ours = _ours(task)
-    translate.check_keys({k: v for k, v in document.items() if not (ours and k == "deformable")}, "liggghts")
+    translate.check_keys({k: v for k, v in document.items() if not (ours and k == "deformable")}, "liggghts", known={"heat"})
     if translate.local_damping(document):
         raise Unsupported("liggghts: it has no local damping")
     law = document["contacts"]["law"]
@@ -229,9 +229,13 @@ def deck(task, ranks):
     if moment.any():
         raise Unsupported("liggghts: no translation of moments on particles")
     if ours:
+        if "heat" in document:
+            raise Unsupported("liggghts: our bonds do not conduct heat")
         if document.get("wall"):
             raise Unsupported("liggghts: our bonds do not support walls")
         head, properties, style = [], plates[1] if plates else [], None
+    elif "heat" in document:
+        head, properties, style = [], liggghts_heat.properties(document, start), liggghts_heat.STYLE
     elif law in _MODELS:
         head, properties, style = _MODELS[law](document)
     else:
@@ -288,9 +292,12 @@ def deck(task, ranks):
         lines += [f"group loaded{p} id {p + 1}", f"fix load{p} loaded{p} addforce " + " ".join(map(_number, force[p]))]
     held, integrators = _held(fixed, loading)
     columns = "id x y z vx vy vz omegax omegay omegaz fx fy fz"
+    if "heat" in document:
+        lines += liggghts_heat.lines(document, start, group_lines)
+        held, integrators, columns = [], [], columns + " f_Temp[0]"
     lines += [
         *held, *integrators, f"dump all all custom {interval} dump.txt {columns}",
-        'dump_modify all sort id format "%d' + " %.17g" * 12 + '"']
+        'dump_modify all sort id format "%d' + " %.17g" * (len(columns.split()) - 1) + '"']
     reactions = []
     if loading:
         reactions = [f"f_{end}[{loading[0] + 1}]" for end in ("low", "high")]
@@ -422,6 +429,8 @@ class Liggghts:
         for name, unit, columns in (("position", "m", slice(0, 3)), ("velocity", "m/s", slice(3, 6)),
                                     ("angular_velocity", "rad/s", slice(6, 9))):
             result.add(name, at, frames[:, :, columns], unit, "All particles")
+        if "heat" in task.scenario:
+            result.add("temperature", at, frames[:, :, 12], "K", "All particles")
         if task.command == "operators":
             _frozen(result, task, folder, text, frames[-1, :, :3])
         fixed = translate.prescribed(task.scenario, task.start)[0]

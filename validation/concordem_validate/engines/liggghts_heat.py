@@ -1,0 +1,63 @@
+"""Heat conduction in LIGGGHTS: `fix heat/gran/conduction` on particles that do not move.
+
+LIGGGHTS conducts `2 H √a` through a contact, with the harmonic mean H of both conductivities and the area `a` of the circle in which
+the spheres intersect (Chaudhuri et al. 2006). Our model `ordered` conducts `4 R² H/l` over the distance l. They are equal if all
+contacts are: then LIGGGHTS gets our conductivities times `2 R²/(l √a)`.
+"""
+import math
+
+import numpy as np
+
+from ..errors import Unsupported
+from ..quantity import si
+from . import translate
+
+# `fix nve` has no part in it: nothing moves. Springs of any stiffness make the contacts.
+STYLE = "model hooke/stiffness tangential history"
+
+
+def _checked(document):
+    heat = document["heat"]
+    translate.law_keys("liggghts", heat, {"model", "temperature", "motion", "initial"})
+    if heat.get("model") != "ordered" or heat.get("motion", True) or document["contacts"]["law"] != "none":
+        raise Unsupported("liggghts: heat only in the model `ordered`, without motion and contact law")
+    for key in ("bonds", "wall", "prescribe", "force", "initial", "loading"):
+        if key in document:
+            raise Unsupported(f"liggghts: no translation of `{key}` with heat")
+    for material in document["material"]:
+        translate.law_keys("liggghts", material["thermal"], {"specific_heat", "conductivity"})
+    return heat
+
+
+def _equal(values, what):
+    if np.ptp(values) > 1e-9 * values.max():
+        raise Unsupported(f"liggghts: its conduction equals ours only if all {what} are equal")
+    return float(values.mean())
+
+
+def properties(document, start):
+    """Global properties of the materials."""
+    _checked(document)
+    radius = _equal(start.radius, "radii")
+    apart = np.linalg.norm(start.position[:, None] - start.position[None], axis=2)
+    length = _equal(apart[(apart > 0) & (apart < 2 * radius)], "distances of particles in contact")
+    factor = 2 * radius**2 / (length * math.sqrt(math.pi * (radius**2 - 0.25 * length**2)))
+    thermal = [material["thermal"] for material in document["material"]]
+    pairs = len(thermal) ** 2
+    each = lambda values: " ".join(repr(float(value)) for value in values)
+    springs = [f"{name} peratomtypepair {len(thermal)} " + each([value] * pairs) for name, value in (
+        ("kn", 1e3), ("kt", 1e3), ("gamman", 0), ("gammat", 0), ("coefficientFriction", 0))]
+    return [*springs,
+            "thermalConductivity peratomtype " + each(factor * si(t["conductivity"]) for t in thermal),
+            "thermalCapacity peratomtype " + each(si(t["specific_heat"]) for t in thermal)]
+
+
+def lines(document, start, group_lines):
+    """The fix and the initial temperatures. They exist only after a run."""
+    heat = document["heat"]
+    out = [f"fix conduct all heat/gran/conduction initial_temperature {si(heat['temperature'])!r} contact_area overlap area_correction no",
+           "run 0"]
+    sets = translate.members(document, start)
+    for k, one in enumerate(heat.get("initial", [])):
+        out += [*group_lines(f"initial{k}", sets[one["set"]]), f"set group initial{k} property/atom Temp {si(one['temperature'])!r}"]
+    return out
