@@ -16,13 +16,21 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Value `k` if it is a single number.
+    /// Value `k` if it is a single number or a list of equal numbers.
     pub fn number(&self, k: usize) -> Option<f64> {
-        match &self.values[k][..] {
-            [toml::Value::Integer(value)] => Some(*value as f64),
-            [toml::Value::Float(value)] => Some(*value),
-            _ => None,
+        fn of(value: &toml::Value) -> Option<f64> {
+            match value {
+                toml::Value::Integer(value) => Some(*value as f64),
+                toml::Value::Float(value) => Some(*value),
+                // The edges of a cube.
+                toml::Value::Array(values) => {
+                    let first = of(values.first()?)?;
+                    values.iter().all(|other| of(other) == Some(first)).then_some(first)
+                }
+                _ => None,
+            }
         }
+        if let [value] = &self.values[k][..] { of(value) } else { None }
     }
 
     /// Value `k` as text.

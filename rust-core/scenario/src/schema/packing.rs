@@ -102,7 +102,7 @@ pub enum Packing {
         wall_softening: u64,
         /// Links that become bonds, because softening opens contacts; default: "none": contacts. "frozen-links": pairs that touch before
         /// softening, held together by springs during it. "enlarged-radii": the nearest pairs after softening, as many per sphere inside
-        /// as before. The last two determine the bonds, so [bonds] has no `interaction_ratio` and no `coordination`.
+        /// as before. The last two determine the bonds, so `[bonds]` has no `interaction_ratio` and no `coordination`.
         #[serde(default)]
         correction: Correction,
         /// Vessel: a box, a cylinder, or a mesh, without `keep`. Required.

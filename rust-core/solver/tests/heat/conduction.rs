@@ -311,6 +311,25 @@ fn materials_conduct_in_series() {
     assert!((warmed - flow * 1e-3 / 3.0).abs() < 1e-12, "{warmed}");
 }
 
+/// The face between unequal spheres in a power diagram lies at x with `(x − a)² − r_a² = (x − b)² − r_b²`: 0.43 here, and the nearer sphere
+/// has less of the resistance.
+#[test]
+fn unequal_halves_have_their_own_material() {
+    let mut particles = Particles::default();
+    for (x, radius, material) in [(0.3, 0.2, 0), (0.8, 0.4, 1)] {
+        particles.push(Sphere { position: Vec3::new(x, 0.5, 0.5), radius }, material, 1.0, 0.1);
+    }
+    let other = ThermalMaterial { conductivity: 6.0, ..PLAIN };
+    let heat = model(network::power(&particles, None, &unit_cube(), false).unwrap(), &particles, &[PLAIN, other]);
+    let capacity = heat.capacity[0];
+    let (mut state, mut solver) = run(heat, particles, vec![300.0, 301.0], 1e-3);
+    solver.step(&mut state).unwrap();
+    let flow = 1.0 / (0.13 / 2.0 + 0.37 / 6.0);
+    let warmed = temperatures(&state)[0] - 300.0;
+    // Roundings of a temperature of 300 K.
+    assert!((warmed - flow * 1e-3 / capacity).abs() < 1e-12, "{warmed}");
+}
+
 fn bonded(particles: Particles, strength: f64) -> State {
     let mut rows = PairCoefficients::new(1);
     rows.set(0, 0, 0);
