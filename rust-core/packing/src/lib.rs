@@ -216,6 +216,16 @@ pub enum PackingError {
         /// Mean overlap over mean radius at which the search ends.
         overlap: f64,
     },
+    /// Spheres that were pressed through the walls.
+    #[error(
+        "the target presses spheres through the walls: {lost} were lost, {left} are left; choose a lower target, or finer spheres"
+    )]
+    Leaking {
+        /// Number of spheres lost.
+        lost: usize,
+        /// Number of spheres inside.
+        left: usize,
+    },
     /// Spheres between walls that do not come to rest.
     #[error(
         "the spheres are not at rest after {steps} steps: the unbalanced force is {unbalanced:.3e} (wanted {goal}); give another \

@@ -92,7 +92,9 @@ impl Body {
             }
             _ => {
                 let reader = std::fs::File::open(path).map_err(|error| file(error.to_string()))?;
-                let mut packing = import_text(std::io::BufReader::new(reader))?;
+                // The message of a bad line names the line; here it gets the file.
+                let mut packing =
+                    import_text(std::io::BufReader::new(reader)).map_err(|error| file(error.to_string()))?;
                 packing.cell = choice.cell.map(|edges| Cell::new(Mat3::from_diagonal(&Vec3::from(edges))));
                 Self::of_packing(name, packing, choice)
             }
@@ -107,6 +109,10 @@ impl Body {
         if packing.cell.is_some() && choice.shape.is_some() {
             let message = "a periodic packing has no surface; leave the shape out";
             return Err(CharacteriseError::Choice(message.to_owned()));
+        }
+        if packing.spheres.is_empty() {
+            let message = format!("{name} has no spheres; each line of a packing is x y z r, in m");
+            return Err(CharacteriseError::Choice(message));
         }
         let flat = |sphere: &Sphere| sphere.position.z == packing.spheres[0].position.z;
         if packing.spheres.len() > 1 && packing.spheres.iter().all(flat) {

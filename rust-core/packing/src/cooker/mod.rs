@@ -35,6 +35,8 @@ const DENSE: f64 = 0.64;
 const SOFTEST: f64 = 1e-3;
 /// Mean overlap over mean radius beyond which a target counts as out of reach: spheres are no longer a model of a packing.
 pub const LARGEST_OVERLAP: f64 = 0.2;
+/// Share of spheres lost through the walls beyond which a target counts as out of reach. Sharp edges of meshes lose one in a hundred.
+const LARGEST_LOSS: f64 = 0.05;
 /// Relative excess over a target coordination number or overlap that is accepted.
 const EXCESS: f64 = 0.01;
 
@@ -209,6 +211,10 @@ pub fn cook(recipe: &Cooker, progress: &mut dyn FnMut(CookerProgress)) -> Result
         work.settle(stiffness, frozen.as_deref(), relax::FREE)?;
         last = work.measure()?;
         progress(CookerProgress { stage: CookerStage::Softening, share: softness, now: last });
+    }
+    let (lost, left) = (work.lost, work.spheres.len());
+    if lost as f64 > LARGEST_LOSS * left as f64 {
+        return Err(PackingError::Leaking { lost, left });
     }
     let (network, interaction_ratio, links_inside) = work.network(frozen, &filled, &last)?;
     let Work { spheres, packets, lost, steps, .. } = work;

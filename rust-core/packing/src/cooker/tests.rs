@@ -162,3 +162,11 @@ fn invalid_recipes_are_refused() {
         Err(PackingError::NotAtRest { .. } | PackingError::TargetNotReached { .. })
     ));
 }
+
+/// Equal spheres reach Z = 12 in a small cube only with overlaps of a sixth of the radius. The walls, once soft, let a sixth of them go.
+#[test]
+fn targets_that_press_spheres_through_the_walls_are_refused() {
+    let recipe = Cooker::new(cube(9.0), SizeDistribution::Single(1.0), Target::Coordination(12.0), 0);
+    let refused = cook(&recipe, &mut |_| {}).unwrap_err();
+    assert!(matches!(refused, PackingError::Leaking { .. }), "{refused}");
+}

@@ -82,7 +82,7 @@ pub(super) fn cooker(
 
 /// A target out of reach, with its key.
 fn out_of_reach(error: PackingError, target: Target) -> AssemblyError {
-    if !matches!(error, PackingError::TargetNotReached { .. }) {
+    if !matches!(error, PackingError::TargetNotReached { .. } | PackingError::Leaking { .. }) {
         return error.into();
     }
     let key = match target {

@@ -100,13 +100,14 @@ impl Checker<'_> {
         };
         let range = self.radius_or_radii(*radius, radii.as_ref());
         self.shape(shape, range, true);
+        let wrong = matches!(shape, Shape::Periodic { .. } | Shape::Hyperboloid { .. });
         let help =
             "use \"box\", \"cylinder\", or \"mesh\"; \"random-dense\" makes periodic packings and cuts other shapes";
-        self.vessel(shape, matches!(shape, Shape::Periodic { .. } | Shape::Hyperboloid { .. }), help);
+        self.vessel(shape, wrong.then_some("the cooker needs the walls of a box, a cylinder, or a closed mesh"), help);
         let given = [("coordination", coordination), ("solid_fraction", solid_fraction), ("overlap", overlap)];
         let given: Vec<&str> = given.iter().filter(|(_, value)| value.is_some()).map(|(key, _)| *key).collect();
         if let [first, second, ..] = given[..] {
-            let message = format!("gives two ends of the insertion, also `{first}`");
+            let message = format!("only one key can end the insertion; `{first}` does already");
             self.conflict(
                 &format!("packing.{second}"),
                 message,
@@ -134,14 +135,18 @@ impl Checker<'_> {
 
     fn growth(&mut self, count: u64, shape: &Shape) {
         let cube = matches!(shape, Shape::Box { size, .. } if size.iter().all(|edge| edge.si() == size[0].si()));
-        self.vessel(shape, !cube, "give a box with three equal edges; \"cooker\" fills other shapes");
+        self.vessel(
+            shape,
+            (!cube).then_some("spheres grow in cubes only"),
+            "give a box with three equal edges; \"cooker\" fills other shapes",
+        );
         self.few_enough("packing.count", count as f64);
     }
 
-    /// Checks the shape of a packing between walls.
-    fn vessel(&mut self, shape: &Shape, wrong: bool, help: &str) {
-        if wrong {
-            self.conflict("packing.shape.kind", "has no walls for this kind of packing", help);
+    /// Checks the shape of a packing between walls; `problem`: why it does not fit.
+    fn vessel(&mut self, shape: &Shape, problem: Option<&'static str>, help: &str) {
+        if let Some(problem) = problem {
+            self.conflict("packing.shape.kind", problem, help);
         } else if shape.keep().is_some() {
             let message = "has no effect: walls keep the spheres inside, nothing is cut";
             self.conflict("packing.shape.keep", message, "remove the key");
