@@ -8,22 +8,20 @@ study continues where it stopped. Without --full, the smallest cases run with th
 the statements about the values on record are checked.
 """
 
-import argparse
 import json
-import os
-import platform
-import shutil
 import subprocess
 import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 
 import h5py
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from concordem_validate import provenance, scenario
+from concordem_validate import scenario
+from concordem_validate.study import main
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "target/release/concordem"
@@ -152,13 +150,13 @@ REDUCED = ["beam 10 mm, notch 0, seed 1", "beam 10 mm, notch 0.33, seed 1", "cel
            "cell, uniaxial modulus, seed 1", "column 1, free ends, seed 1"]
 
 
-def test(program, document, threads):
+def test(program, document, options):
     """Strength and modulus of one run."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "test.toml"
         path.write_text(scenario.dumps(document))
         begin = time.time()
-        subprocess.run([program, "run", "--quiet", "--force", *threads, path], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([program, "run", "--quiet", "--force", *options, path], check=True, stdout=subprocess.DEVNULL)
         found = {"wall_s": round(time.time() - begin, 1)}
         with h5py.File(path.with_suffix(".h5"), locking=False) as file:
             samples = file["samples"]
@@ -171,19 +169,19 @@ def test(program, document, threads):
                 found["stress_at_peak_pa"] = samples["whole/stress"][at][[0, 4, 8]].tolist()
         if document["title"] == "Stress state of a cell" and found["peak_stress_pa"] and "unbalanced" in document["stage"][-1]["stop"]:
             # The tensor of the same cell, by statics.
-            text = subprocess.run([program, "elastic", "--json", "--quiet", "--no-dynamics", *threads, path], check=True, capture_output=True, text=True)
+            text = subprocess.run([program, "elastic", "--json", "--quiet", "--no-dynamics", *options, path], check=True, capture_output=True, text=True)
             tensor = json.loads(text.stdout)["static"]
             found["static_pa"] = {"young": 1 / tensor["compliance_per_pa"][2][2], "oedometric": tensor["stiffness_pa"][2][2]}
         return found
 
 
-def study(names, known, save, about, program, threads=()):
+def study(names, known, save, about, program, options):
     for name in names:
         if name in known:
             continue
         build, *arguments = CASES[name]
-        known[name] = test(program, build(*arguments), threads) | about
-        save(known)
+        known[name] = test(program, build(*arguments), options) | about
+        save()
         print(f"{name}: {known[name]}", flush=True)
 
 
@@ -274,38 +272,6 @@ def check_record(known):
     return wrong
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--full", action="store_true", help="all cases; resumable")
-    parser.add_argument("--table", action="store_true", help="the figures on record as tables, and nothing else")
-    parser.add_argument("--threads", type=int, help="threads of a run; the results are those of any number")
-    arguments = parser.parse_args()
-    threads = ["-j", str(arguments.threads)] if arguments.threads else []
-    known = json.loads(RESULTS.read_text())["cases"] if RESULTS.exists() else {}
-    if arguments.table:
-        table(known)
-        return
-
-    def save(cases):
-        temporary = RESULTS.with_suffix(".tmp")
-        temporary.write_text(json.dumps({"cases": cases}, indent=1, ensure_ascii=False) + "\n")
-        temporary.replace(RESULTS)
-
-    if arguments.full:
-        with tempfile.TemporaryDirectory() as keep:
-            # A copy, so that one build computes all cases.
-            program = shutil.copy(PROGRAM, keep)
-            about = {"commit": provenance.label(program), "machine": f"{platform.machine()}, {os.cpu_count()} processors"}
-            study(REDUCED, known, save, about, program, threads)
-            study(CASES, known, save, about, program, threads)
-        wrong = []
-    else:
-        found = {}
-        study(REDUCED, found, lambda cases: None, {}, PROGRAM, threads)
-        wrong = check_same(found, known)
-    wrong += check_record(known)
-    sys.exit("laboratory.py: " + "\n".join(wrong) if wrong else 0)
-
-
 if __name__ == "__main__":
-    main()
+    main(__file__, __doc__, PROGRAM, RESULTS, full=partial(study, CASES), reduced=partial(study, REDUCED), check_reduced=check_same,
+         check_record=check_record, table=table)

@@ -8,20 +8,17 @@ validation/results/mesoscale.json after every test, so that an interrupted study
 cube (20 mm) runs with the same code and must reproduce the recorded values; the values on record are checked, too.
 """
 
-import argparse
-import json
-import os
-import platform
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from concordem_validate import provenance, scenario
+from concordem_validate import scenario
+from concordem_validate.study import main
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "target/release/concordem"
@@ -140,14 +137,14 @@ def check(program, path):
     return found
 
 
-def test(program, text, threads):
+def test(program, text, options):
     """The geometry and the figures of one run."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "cube.toml"
         path.write_text(text)
         geometry = check(program, path)
         start = time.time()
-        subprocess.run([program, "run", "--quiet", "--force", *threads, path], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([program, "run", "--quiet", "--force", *options, path], check=True, stdout=subprocess.DEVNULL)
         found = figures(path.with_suffix(".csv").read_text())
         return geometry, found | {"wall_s": round(time.time() - start, 1)}
 
@@ -159,7 +156,7 @@ def name_of(mix, largest, placement, interface, size):
     return f"{mix}, {largest:g} mm, placement {placement}, interface {interface}{where}"
 
 
-def study(cases, size, known, save, commit, program, threads=()):
+def study(cases, size, known, save, about, program, options):
     """Run the missing tests. Mixes whose lists of sizes are equal have the same runs; these are run once."""
     texts = {}
     for case in cases:
@@ -171,12 +168,12 @@ def study(cases, size, known, save, commit, program, threads=()):
             if direction in found:
                 continue
             if first != key:
-                found |= {"same_as": first, **{name: known[first][name] for name in ("geometry", "commit", "machine", direction)}}
+                found |= {"same_as": first, **{name: known[first][name] for name in ("geometry", *about, direction)}}
             else:
-                found["geometry"], found[direction] = test(program, text, threads)
-                found["commit"], found["machine"] = commit, f"{platform.machine()}, {os.cpu_count()} processors"
+                found["geometry"], found[direction] = test(program, text, options)
+                found |= about
             known[key] = found
-            save(known)
+            save()
             print(f"{key}, {direction}: {found[direction]}", flush=True)
 
 
@@ -303,39 +300,6 @@ def check_reduced(found, known):
     return wrong
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--full", action="store_true", help="all cases at full size; resumable")
-    parser.add_argument("--table", action="store_true", help="the figures on record as a table, and nothing else")
-    parser.add_argument("--threads", type=int, help="threads of a run; the results are those of any number")
-    arguments = parser.parse_args()
-    threads = ["-j", str(arguments.threads)] if arguments.threads else []
-    known = json.loads(RESULTS.read_text())["cases"] if RESULTS.exists() else {}
-    if arguments.table:
-        table(known)
-        return
-
-    def save(cases):
-        temporary = RESULTS.with_suffix(".tmp")
-        temporary.write_text(json.dumps({"cases": cases}, indent=1, ensure_ascii=False) + "\n")
-        temporary.replace(RESULTS)
-
-    if arguments.full:
-        with tempfile.TemporaryDirectory() as keep:
-            # A copy, so that one build computes all cases.
-            program = shutil.copy(PROGRAM, keep)
-            commit = provenance.label(program)
-            study(REDUCED, REDUCED_SIZE, known, save, commit, program, threads)
-            study(CASES, 50.0, known, save, commit, program, threads)
-        wrong = []
-    else:
-        found = {}
-        study(REDUCED, REDUCED_SIZE, found, lambda cases: None, None, PROGRAM, threads)
-        wrong = check_reduced(found, known)
-    wrong += check_geometry(known) + check_published(known)
-    sys.exit("mesoscale.py: " + "\n".join(wrong) if wrong else 0)
-
-
 REDUCED = [("low", 9.5, 1, None), ("low", 9.5, 1, 1), ("low", 9.5, 1, 2)]
 # Mortar, then one mix after the other.
 CASES = [("low", 9.5, 1, None)] + [
@@ -344,4 +308,5 @@ CASES = [("low", 9.5, 1, None)] + [
 
 
 if __name__ == "__main__":
-    main()
+    main(__file__, __doc__, PROGRAM, RESULTS, full=partial(study, CASES, 50.0), reduced=partial(study, REDUCED, REDUCED_SIZE),
+         check_reduced=check_reduced, check_record=lambda known: check_geometry(known) + check_published(known), table=table)
