@@ -33,8 +33,10 @@ fn combinations_run_or_are_refused() {
     let range = only.map_or(0..count, |only| only..only + 1);
     let kept = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../target/combinations");
     std::fs::create_dir_all(&kept).expect("a folder");
-    // Panics are findings; their messages go to the report.
-    std::panic::set_hook(Box::new(|_| {}));
+    // Panics are findings; their messages go to the report. That of a single scenario shows its place, too.
+    if only.is_none() {
+        std::panic::set_hook(Box::new(|_| {}));
+    }
     let start = std::time::Instant::now();
     let (next, report) = (AtomicU64::new(range.start), Mutex::new(Report::default()));
     std::thread::scope(|scope| {

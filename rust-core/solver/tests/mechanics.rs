@@ -14,6 +14,7 @@ use concordem_solver::collision::outgrown;
 use concordem_solver::forces::LawLoops;
 use concordem_solver::fracture::virial::mean_stress;
 use concordem_solver::integrate::{Damping, KickSums};
+use concordem_solver::state::columns::ColumnStore;
 use concordem_solver::state::contacts::{ContactBlock, ContactFlags, Pair};
 use concordem_solver::state::{Cell, Clump, Constraint, Deformation, Particles, Sphere, State, Wall, WallShape};
 use concordem_solver::{Model, PairCoefficients, Solver, StepReport, time_step};
@@ -363,7 +364,18 @@ fn bonds_that_break_in_an_iteration_stay_broken() {
         state.clock.dt = 1e-6;
         let model = Model { deformable: Some(soft(iterated)), ..Model::default() };
         let mut solver = Solver::new(model, &mut state).unwrap();
+        let before = ColumnStore::of(&state).unwrap();
+        let recorded = solver.record(&mut state).unwrap().contacts;
+        let after = ColumnStore::of(&state).unwrap();
+        assert!(before == after, "a record changes the state");
         let report = solver.step(&mut state).unwrap();
+        // A record has the forces of the last iteration, bit for bit: each particle has one bond at most.
+        let mut sums = vec![Vec3::zeros(); 4];
+        for (pair, force) in recorded.pair.iter().zip(&recorded.force) {
+            sums[pair[0] as usize] += force;
+            sums[pair[1] as usize] -= force;
+        }
+        assert_eq!(sums, solver.forces());
         assert_eq!(report.bond_events.len(), usize::from(broken));
         assert_eq!(state.bond_count(), 2 - usize::from(broken));
         assert_eq!(solver.forces()[0].x == 0.0, broken, "{}", solver.forces()[0]);

@@ -260,8 +260,7 @@ impl Solver {
         Ok(report)
     }
 
-    /// Forces of all contacts at the present positions: those that the next step will compute (with iterated strains,
-    /// those of its first iteration).
+    /// Forces of all contacts at the present positions: those that the next step will compute.
     ///
     /// Changes nothing, except that the neighbor list is rebuilt now if the next step would rebuild it.
     ///
@@ -271,6 +270,9 @@ impl Solver {
         let strain = self.begin_deformation(state);
         if self.needs_rebuild(state, strain) {
             self.rebuild_neighbor_list(state, strain)?;
+        }
+        if deformation::iteration(self.model.deformable.as_ref()).is_some() {
+            return self.record_iterated(state, strain);
         }
         Ok(self.record_forces(state))
     }
@@ -288,12 +290,10 @@ impl Solver {
             self.rebuild_neighbor_list(state, strain)?;
             report.rebuilt = true;
         }
-        let mut blocks = state.bonds.iter().chain(&state.contacts);
-        self.oriented = blocks.any(|block| block.reads_orientations());
-        state.particles.poses(self.oriented, &mut self.poses);
+        self.find_poses(state);
         let iterated = deformation::iteration(self.model.deformable.as_ref()).is_some();
         let crossing = if iterated {
-            self.evaluate_iterated(state, sample, report, &mut strain)?
+            self.evaluate_iterated(state, sample, report, &mut strain)?.0
         } else {
             self.evaluate(state, sample, report)
         };
@@ -308,6 +308,13 @@ impl Solver {
             virial::release(state, &self.model.hydrostatic_strength, &stress);
         }
         Ok((crossing, strain))
+    }
+
+    /// Gather positions, and orientations if a law reads them.
+    fn find_poses(&mut self, state: &State) {
+        let mut blocks = state.bonds.iter().chain(&state.contacts);
+        self.oriented = blocks.any(|block| block.reads_orientations());
+        state.particles.poses(self.oriented, &mut self.poses);
     }
 
     /// Fail if the stiffness of a contact has outgrown the time step.
