@@ -17,6 +17,10 @@ use crate::run::{Run, tensor};
 /// Displacements that measure the growth of roundings, m.
 pub const NOISE: f64 = 1e-14;
 
+/// Largest number of directions of the displacements. Each may show which side of a threshold is open; what none of sixteen explains
+/// is a fault.
+pub const MOST_DIRECTIONS: usize = 16;
+
 /// Largest ratio of a difference to what the noise makes: single displacements grow differently.
 const MARGIN: f64 = 100.0;
 
@@ -42,7 +46,7 @@ pub fn differences(base: &Run, other: &Run, turn: &Turn) -> Differences {
         found.insert(name.to_owned(), worst / scale.max(f64::MIN_POSITIVE));
     };
     // As velocities of surfaces at 1 mm.
-    let fastest = base.fastest();
+    let fastest = base.fastest;
     let spin = base.state.particles.angular_velocity.iter().map(Vec3::norm).fold(fastest / 1e-3, f64::max);
     of_particles("angular velocity", &|run, p| run.state.particles.angular_velocity[p], Some(spin));
     // What images of a particle in a moving cell have in common: velocity and displacement beside those of the cell.
@@ -121,7 +125,7 @@ fn of_records(base: &Run, other: &Run, found: &mut Differences) {
 
 /// Quantities of one unit have one scale: a part of a sum can vanish.
 fn of_rows(base: &Run, other: &Run, turn: &Turn, found: &mut Differences) {
-    let fastest = base.fastest();
+    let fastest = base.fastest;
     for (k, sample) in base.operators.iter().enumerate() {
         let mut first = 0;
         let cells = sample.cells();

@@ -39,15 +39,11 @@ pub struct Run {
     pub state: State,
     pub balance: Balance,
     pub dt: f64,
+    /// Largest speed during the run, m/s.
+    pub fastest: f64,
 }
 
 impl Run {
-    /// Largest speed at the start and at the end, m/s.
-    pub fn fastest(&self) -> f64 {
-        let speeds = |state: &State| state.particles.velocity.iter().map(Vec3::norm).fold(0.0, f64::max);
-        speeds(&self.initial).max(speeds(&self.state))
-    }
-
     /// Index in the state of every particle, by id.
     pub fn by_id(&self) -> Vec<usize> {
         let ids = &self.state.particles.id;
@@ -70,6 +66,8 @@ impl Run {
 pub struct Options {
     /// Size of random changes of position at the start, m.
     pub noise: f64,
+    /// Number of their direction.
+    pub direction: usize,
     /// Step at which the state goes through columns into a new assembly.
     pub restart: Option<u64>,
 }
@@ -99,7 +97,7 @@ fn run_inside(case: &Case, folder: &Path, options: Options) -> Outcome {
         Ok(built) => built,
         Err(message) => return Outcome::Refused(message),
     };
-    disturb(&mut assembly.state, options.noise, case.dimension == 2);
+    disturb(&mut assembly.state, options, case.dimension == 2);
     let operators = assembly.schedule.operators.clone();
     let (initial, dt) = (assembly.state.clone(), assembly.state.clock.dt);
     let mut simulation = match Simulation::new(assembly.state, assembly.model, assembly.schedule) {
@@ -108,6 +106,8 @@ fn run_inside(case: &Case, folder: &Path, options: Options) -> Outcome {
     };
     let mut balance = Balance::new(case, &simulation.state);
     let (mut records, mut rows) = (Vec::new(), BTreeMap::new());
+    let speed = |state: &State| state.particles.velocity.iter().map(Vec3::norm).fold(0.0, f64::max);
+    let mut fastest = speed(&initial);
     let error = loop {
         if options.restart == Some(simulation.state.clock.step) {
             simulation = restarted(&scenario, folder, &simulation.state);
@@ -118,6 +118,7 @@ fn run_inside(case: &Case, folder: &Path, options: Options) -> Outcome {
             Err(error) => break Some(error.to_string()),
         };
         balance.step(&before, &simulation);
+        fastest = speed(&simulation.state).max(fastest);
         records.extend(sample);
         for OperatorRow { operator, step, values, .. } in values {
             if step < simulation.state.clock.step {
@@ -131,7 +132,7 @@ fn run_inside(case: &Case, folder: &Path, options: Options) -> Outcome {
         }
     };
     balance.end(&simulation.state);
-    let run = Box::new(Run { operators, rows, records, initial, state: simulation.state, balance, dt });
+    let run = Box::new(Run { operators, rows, records, initial, state: simulation.state, balance, dt, fastest });
     match error {
         None => Outcome::Done(run),
         Some(message) => Outcome::Failed(message, run),
@@ -146,10 +147,10 @@ fn restarted(scenario: &Scenario, folder: &Path, state: &State) -> Simulation {
     Simulation::new(assembly.state, assembly.model, assembly.schedule).expect("the same scenario")
 }
 
-/// Moves particles and clumps by random vectors of size `noise` (m).
-fn disturb(state: &mut State, noise: f64, planar: bool) {
+/// Moves particles and clumps by random vectors.
+fn disturb(state: &mut State, Options { noise, direction, .. }: Options, planar: bool) {
     let change = |id: u32| {
-        let change = noise_vector(id as usize, 5) * noise;
+        let change = noise_vector(id as usize, 5 + direction) * noise;
         if planar { Vec3::new(change.x, change.y, 0.0) } else { change }
     };
     let first = |clump: &Clump| state.particles.id[clump.members[0] as usize];

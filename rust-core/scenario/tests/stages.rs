@@ -59,6 +59,32 @@ fn a_motion_that_turns_back_is_stable() {
     assert_eq!(simulation.state.clock.step, 20);
 }
 
+/// The same with a cell whose rate turns back: its particles, listed far from the origin, follow with 50 m/s.
+#[test]
+fn a_cell_that_turns_back_is_stable() {
+    let pair = spheres(&[[0.51, 0.01, 0.01, 0.01], [0.53, 0.01, 0.01, 0.01]]) + "\ncell = [0.1, 0.1, 0.1]";
+    let text = bonded(&pair, "linear_bond", SPRING)
+        + "
+        [integration]\ntime_step = 1e-6
+        [stop]\nsteps = 20
+        [output]\nsample_interval = 1
+        [[history]]
+        name = \"to and fro\"
+        shape = { kind = \"table\", points = [[0, 1], [2e-6, -1], [4e-6, 1]], repeat = true }
+        [loading]
+        kind = \"cell-strain\"
+        velocity_gradient = [[0, 0, 0], [100, 0, 0], [0, 0, 0]]
+        [[stage]]
+        name = \"shear\"
+        stop = { steps = 20 }
+        history = \"to and fro\"";
+    let mut simulation = simulation(&text);
+    let steps = run(&mut simulation);
+    let kinetic = steps.iter().filter_map(|step| step.sample.as_ref()).map(|record| record.kinetic);
+    assert!(kinetic.fold(0.0, f64::min) < -1.0, "the cell must turn back at a record");
+    assert_eq!(simulation.state.clock.step, 20);
+}
+
 /// A displacement that follows a table reaches every value of the table; the reaction is that of a spring, and both end sets
 /// see it with opposite signs. Local damping lets the single free particle follow.
 #[test]

@@ -13,7 +13,7 @@
 use concordem_contact::kinematics::MotionMeasure;
 use concordem_contact::math::Vec3;
 use concordem_solver::energy::Ledger;
-use concordem_solver::state::{Constraint, Particles, State};
+use concordem_solver::state::{Constraint, State};
 
 /// Largest allowed energy error, as a fraction of all energy present or dissipated.
 const LARGEST_ERROR: f64 = 0.05;
@@ -21,7 +21,7 @@ const LARGEST_ERROR: f64 = 0.05;
 /// Smallest allowed sum of kinetic and stored energy, as a fraction of the stored energy.
 const SMALLEST_SUM: f64 = 0.02;
 
-/// Multiple of the kinetic energy of prescribed motions that counts as possibly lost in the ledger's kinetic energy: a
+/// Multiple of the kinetic energy of prescribed motions and of the motion of the cell that counts as possibly lost in the ledger's kinetic energy: a
 /// history may turn back within a step, and `½ m v⁻·v⁺` is then negative without an instability. One of the two velocities can
 /// be that many times larger, where a history jumps.
 const TURNING: f64 = 10.0;
@@ -48,8 +48,13 @@ pub struct EnergyFault {
     pub stored: f64,
 }
 
-/// Kinetic energy of the prescribed components of motion, J.
-fn prescribed_energy(particles: &Particles) -> f64 {
+/// Kinetic energy of the prescribed components of motion, and that of particles that follow the cell, J.
+fn prescribed_energy(state: &State) -> f64 {
+    let particles = &state.particles;
+    let following = state.cell.map_or(0.0, |cell| {
+        let energy = |(x, m): (&Vec3, &f64)| 0.5 * m * (cell.velocity_gradient * x).norm_squared();
+        particles.position.iter().zip(&particles.mass).map(energy).sum()
+    });
     let given = |p: usize| particles.constraint[p];
     let energy = |p: usize, i: usize| {
         let (v, w) = (particles.velocity[p][i], particles.angular_velocity[p][i]);
@@ -58,7 +63,7 @@ fn prescribed_energy(particles: &Particles) -> f64 {
         0.5 * (translation + rotation)
     };
     let constrained = (0..particles.len()).filter(|&p| given(p) != Constraint::FREE);
-    constrained.map(|p| (0..3).map(|i| energy(p, i)).sum::<f64>()).sum()
+    following + constrained.map(|p| (0..3).map(|i| energy(p, i)).sum::<f64>()).sum::<f64>()
 }
 
 /// Guards the energy of a run.
@@ -98,7 +103,7 @@ impl Guard {
         let falls_short = |kinetic: f64| kinetic + stored < SMALLEST_SUM * stored;
         let unstable = stored > 1e3 * rounding
             && falls_short(ledger.kinetic)
-            && falls_short(ledger.kinetic + TURNING * prescribed_energy(&state.particles));
+            && falls_short(ledger.kinetic + TURNING * prescribed_energy(state));
         let wrong = self.closes && created.abs() > LARGEST_ERROR * scale + rounding;
         (unstable || wrong).then(|| EnergyFault {
             unstable,
