@@ -230,6 +230,28 @@ fn a_ridge_acts_once() {
     assert!((solver.forces()[0] - Vec3::z() * 5.0).norm() < 1e-12, "{}", solver.forces()[0]);
 }
 
+/// A sphere that leaves a floor and passes from one of its triangles to the next in the same step does the work that it does on a plane:
+/// the distance is that from the floor, not from the edge of the triangle behind it. Some roundings of numbers of order 1.
+#[test]
+fn contacts_open_above_the_next_triangle() {
+    let corner = |x: f64, y: f64| Vec3::new(x, y, 0.0);
+    let [a, b, c, d] = [corner(-4.0, -4.0), corner(4.0, -4.0), corner(4.0, 4.0), corner(-4.0, 4.0)];
+    let plane = WallShape::Plane { point: Vec3::zeros(), normal: Vec3::z() };
+    let floor = WallShape::Facets { triangles: vec![[a, b, c], [a, c, d]] };
+    let [on_plane, on_floor] = [plane, floor].map(|shape| {
+        let (mut state, model) = with_walls(spheres(&[[0.1, 0.0, 0.499]]), vec![wall(shape)], 0.0);
+        state.particles.velocity[0] = Vec3::new(-100.0, 100.0, 3.0);
+        let mut solver = Solver::new(model, &mut state).unwrap();
+        for _ in 0..3 {
+            solver.step(&mut state).unwrap();
+        }
+        assert_eq!(solver.forces()[0], Vec3::zeros());
+        state.ledger.integration.get()
+    });
+    // The sphere starts with an overlap of 1 mm at 100 N/m.
+    assert!(on_plane.abs() > 1e-6 && (on_floor - on_plane).abs() < 1e-14, "{on_plane} {on_floor}");
+}
+
 /// A contact has its dashpot from its first step: with a wall, and with a particle that only the motion of the cell brings near.
 #[test]
 fn contacts_begin_with_a_rate() {

@@ -196,11 +196,7 @@ impl WallEvaluator<'_> {
     fn contact<L: ContactLaw>(&mut self, block: &mut ContactBlock<L>, walls: &[Wall], k: usize) -> Option<WallAction> {
         let i = k - self.contacts.start;
         let wall = self.elements[block.pair[k].b as usize].0;
-        let acting = self.closest_points[i].filter(|closest_point| {
-            let opens = block.flags[k].has(ContactFlags::ACTIVE)
-                && closest_point.distance >= self.extent(&closest_point.normal);
-            self.acts[i] || opens
-        });
+        let acting = if self.acts[i] { self.closest_points[i] } else { self.opening(block, k) };
         let Some(closest_point) = acting else {
             deactivate(block, k);
             return None;
@@ -233,6 +229,20 @@ impl WallEvaluator<'_> {
         let moment = if L::TRANSMITS_MOMENT { moment } else { Vec3::zeros() };
         let force = WallForce { particle: self.particle as u32, wall, point, force, moment };
         Some(WallAction { force, arm, image: block.flags[k].image, virial })
+    }
+
+    /// Closest point at which contact `k` opens in this step; `None` if it does not. The particle may have passed to another triangle of
+    /// the surface in the same step.
+    fn opening<L: ContactLaw>(&self, block: &ContactBlock<L>, k: usize) -> Option<ClosestPoint> {
+        let own = self.closest_points[k - self.contacts.start]?;
+        if !block.flags[k].has(ContactFlags::ACTIVE) || own.distance < self.extent(&own.normal) {
+            return None;
+        }
+        let wall = |k: usize| self.elements[block.pair[k].b as usize].0;
+        let others = self.contacts.clone().zip(&self.closest_points).filter(|(other, _)| wall(*other) == wall(k));
+        let same_surface = |point: &ClosestPoint| block.previous[k].normal.dot(&point.normal) > SAME_SURFACE;
+        let points = others.filter_map(|(_, point)| *point).filter(same_surface);
+        Some(points.fold(own, |nearest, point| if point.distance < nearest.distance { point } else { nearest }))
     }
 
     /// Measure contact `k`, activating it if it begins; `None` if the law has no contacts with walls.
