@@ -272,7 +272,14 @@ impl Solver {
         if self.needs_rebuild(state, strain) {
             self.rebuild_neighbor_list(state, strain)?;
         }
-        Ok(self.record_forces(state))
+        Ok(self.record_forces(state, false))
+    }
+
+    /// Forces of all contacts between particles in the last [`Self::find_forces`], if the particles have not moved since: those
+    /// whose sums are [`Self::forces`]. (After the call, [`Self::record`] would give the forces of one more step with the same
+    /// velocities, so with one shear increment too many.) A state that was read from a file has them, too. Walls are not included.
+    pub fn last_forces(&self, state: &State) -> Forces {
+        self.record_forces(state, true)
     }
 
     /// Everything before the kick: strains, neighbor list, contact forces, and particle-level failure. Returns
