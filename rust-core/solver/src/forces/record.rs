@@ -227,22 +227,24 @@ fn last_record<L: ContactLaw>(block: &ContactBlock<L>, k: usize, context: &StepC
         rotation_increment: Quat::identity(),
         ..motion_of(particles, p)
     };
-    let (motion_a, motion_b) = (still(a), still(b));
-    let image = context.cell.map_or_else(ImageShift::default, |cell| ImageShift {
+    let (motion_a, mut motion_b) = (still(a), still(b));
+    let mut image = context.cell.map_or_else(ImageShift::default, |cell| ImageShift {
         velocity: Vec3::zeros(),
         ..ImageShift::of(cell, flags.image, context.mode)
     });
     let geometry = block.geometry(k, particles, false);
-    let input = ContactInput {
-        a: &motion_a,
-        b: &motion_b,
-        image: &image,
-        geometry: &geometry,
-        previous: &previous,
-        bonded: flags.has(ContactFlags::BONDED),
-        dt: context.dt,
+    let measure = |a: &Motion, b: &Motion, image: &ImageShift| {
+        let bonded = flags.has(ContactFlags::BONDED);
+        let input = ContactInput { a, b, image, geometry: &geometry, previous: &previous, bonded, dt: context.dt };
+        L::Kinematics::measure(context.mode, &input)
     };
-    let mut kinematics = L::Kinematics::measure(context.mode, &input);
+    let mut kinematics = measure(&motion_a, &motion_b, &image);
+    if kinematics.point().length != previous.length {
+        // The particles have moved since: a state that a host's own step evaluated. Put B where it was, seen from A.
+        motion_b.position = motion_a.position + previous.normal * previous.length;
+        image.displacement = Vec3::zeros();
+        kinematics = measure(&motion_a, &motion_b, &image);
+    }
     if context.deformable.is_some() {
         // The strains of the step are stored as those of one step ago.
         let normal = kinematics.point().normal;

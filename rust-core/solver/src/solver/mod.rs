@@ -275,9 +275,11 @@ impl Solver {
         Ok(self.record_forces(state, false))
     }
 
-    /// Forces of all contacts between particles in the last [`Self::find_forces`], if the particles have not moved since: those
-    /// whose sums are [`Self::forces`]. (After the call, [`Self::record`] would give the forces of one more step with the same
-    /// velocities, so with one shear increment too many.) A state that was read from a file has them, too. Walls are not included.
+    /// Forces of all contacts between particles in the last [`Self::find_forces`]: those whose sums are [`Self::forces`]. They
+    /// follow from the histories, so a state that was read from a file has them, too. Walls are not included.
+    ///
+    /// At the same positions, [`Self::record`] would give the forces of one more step with the same velocities, so with one shear
+    /// increment too many.
     pub fn last_forces(&self, state: &State) -> Forces {
         self.record_forces(state, true)
     }
