@@ -14,6 +14,17 @@ from .._errors import YadeError
 _PAGE = 4096
 
 
+def usable_size(address: int) -> int:
+    """Size of the block of the C library's heap that begins at `address`; 0 if none does.
+
+    Reads past the end of an object find other objects, which may contain the same numbers by chance.
+    """
+    # glibc stores the size before the block, with flags in the lowest three bits.
+    before = memory.read(address - 8, 8)
+    size = struct.unpack("<Q", before)[0] & ~7 if len(before) == 8 else 0
+    return size - 8 if size % 16 == 0 and 32 <= size < 1 << 20 else 0
+
+
 class Memory:
     """The memory of this process. Reading an invalid address returns fewer bytes instead of crashing."""
 
@@ -84,7 +95,7 @@ class Finder:
 
     def observe(self, name: str, address: int, data: bytes, step: int = 4) -> None:
         """Record that the field `name` of the object at `address` contains the bytes `data`; search every `step` bytes."""
-        image = memory.read(address, self._span)
+        image = memory.read(address, min(self._span, usable_size(address) or self._span))
         places = self._places.get(name)
         candidates = range(0, len(image) - len(data) + 1, step) if places is None else sorted(places)
         self._places[name] = {k for k in candidates if image[k : k + len(data)] == data}
@@ -123,7 +134,7 @@ def flag_offset(what: str, name: str, instance: Any, set_flag: Callable[[bool], 
     images = []
     for value in (False, True, False, True):
         set_flag(value)
-        images.append(memory.read(address, span))
+        images.append(memory.read(address, min(span, usable_size(address) or span)))
     length = min(map(len, images))
     places = [k for k in range(length) if tuple(image[k] for image in images) == (0, 1, 0, 1)]
     if len(places) != 1:

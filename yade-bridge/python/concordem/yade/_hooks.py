@@ -1,0 +1,213 @@
+"""Checks around functions of YADE while a scene has bonded engines, so that no bond is lost without a word.
+
+A bonded engine cannot notice that it is not in O.engines any more. Therefore `O.run`, `O.step`, and `O.wait` ask every engine of the
+scene whether all is as it needs, and so does an assignment to O.engines during a run. Functions that read O.interactions raise an error
+with the remedy, except getStress, which adds the stress of the bonds. Scenes without bonded engines are not affected.
+"""
+
+from __future__ import annotations
+
+import functools
+import sys
+from typing import Any, Callable, Protocol
+
+import numpy as np
+
+from .._errors import YadeError
+from . import _rules
+
+
+class Bonded(Protocol):
+    """A bonded engine of the current scene, in either form."""
+
+    def check(self, deep: bool) -> None:
+        """Raise YadeError unless the scene is as the engine needs it; `deep`: settings and bodies, too."""
+
+    def check_engines(self, engines: list[Any]) -> None:
+        """Raise YadeError unless the engine works in O.engines."""
+
+    def stress_sum(self) -> Any:
+        """`Σ l⊗f` over all contacts, J, (3, 3)."""
+
+
+#: Functions that give the bonded engines of the current scene.
+sources: list[Callable[[], list[Bonded]]] = []
+#: The error that stopped the last run.
+_failed: YadeError | None = None
+_installed = False
+
+_OPERATORS = "use concordem.operators with the engine's forces()"
+#: Functions of YADE that read O.interactions, with their replacements.
+BLIND_FUNCTIONS = {
+    "avgNumInteractions": "use the engine's contacts()",
+    "bodyStressTensors": "use update_states, or concordem.operators.particle_stress with the engine's forces()",
+    "elasticEnergyInVolume": "use the energies of the engine (O.trackEnergy with BondedEngine_Rust)",
+    "fabricTensor": _OPERATORS,
+    "forcesOnCoordPlane": _OPERATORS,
+    "forcesOnPlane": _OPERATORS,
+    "getStressAndTangent": _OPERATORS,
+    "getStressProfile": _OPERATORS,
+    "getStressProfile_contact": _OPERATORS,
+    "interactionAnglesHistogram": _OPERATORS,
+    "intrsOfEachBody": "use the engine's contacts()",
+    "normalShearStressTensors": _OPERATORS,
+    "plotDirections": _OPERATORS,
+    "plotNumInteractionsHistogram": "use the engine's contacts()",
+    "unbalancedForce": "compare O.forces with the engine's forces()",
+}
+
+
+def bonded() -> list[Bonded]:
+    """The bonded engines of the current scene."""
+    return [engine for source in sources for engine in source()]
+
+
+def check(deep: bool = True) -> None:
+    """Raise YadeError unless all bonded engines of the scene are in order."""
+    for engine in bonded():
+        engine.check(deep)
+
+
+def one_line(error: YadeError) -> YadeError:
+    """Remember an error that stops the run, for :func:`_raised`, and keep YADE's log from repeating its traceback."""
+    global _failed
+    _failed = error
+    _quiet(True)
+    return error.with_traceback(None)
+
+
+def _quiet(quiet: bool) -> None:
+    """Hide or show what YADE logs when an engine fails."""
+    try:
+        from yade import log
+    except ImportError:
+        return
+    for name in ("ThreadRunner", "yadeWrapper.cpp"):
+        try:
+            if quiet:
+                log.setLevel(name, log.NOFILTER)
+            else:
+                log.unsetLevel(name)
+        except Exception:  # a YADE without this logger
+            return
+
+
+def _raised(call: Callable[[], Any]) -> Any:
+    """Call a function of YADE; if one of our engines stopped it, raise its error instead of YADE's text of many lines."""
+    global _failed
+    try:
+        found = call()
+    except RuntimeError as error:
+        ours, _failed = _failed, None
+        _quiet(False)
+        if ours is not None and str(ours) in str(error):
+            raise ours.with_traceback(None) from None
+        raise
+    ours, _failed = _failed, None
+    if ours is not None:
+        _quiet(False)
+        raise ours.with_traceback(None) from None
+    return found
+
+
+def _hook(error_type: Any, error: Any, trace: Any, previous: Any) -> None:
+    if _failed is not None and error is _failed:
+        print(f"concordem: {error}", file=sys.stderr)
+    else:
+        previous(error_type, error, trace)
+
+
+def replace_everywhere(name: str, old: Any, new: Any) -> None:
+    """Replace a function of YADE in every module that has imported it; scripts import all names."""
+    for module in list(sys.modules.values()):
+        space = getattr(module, "__dict__", None)
+        if isinstance(space, dict) and space.get(name) is old:
+            space[name] = new
+
+
+def install() -> None:
+    """Put the checks in place; once."""
+    global _installed
+    if _installed:
+        return
+    _installed = True
+    import yade.utils
+    import yade.wrapper
+
+    omega = yade.wrapper.Omega
+    run, step, wait, engines = omega.run, omega.step, omega.wait, omega.engines
+
+    @functools.wraps(run)
+    def checked_run(self: Any, nSteps: int = -1, wait: bool = False) -> Any:
+        if not self.running:
+            _raised(lambda: None)
+            check()
+        found = _raised(lambda: run(self, nSteps, wait))
+        if wait:
+            check()
+        return found
+
+    @functools.wraps(step)
+    def checked_step(self: Any) -> Any:
+        # A loop over O.step() reads settings and bodies only now and then.
+        check(deep=self.iter % 16 == 0)
+        return _raised(lambda: step(self))
+
+    @functools.wraps(wait)
+    def checked_wait(self: Any) -> Any:
+        found = _raised(lambda: wait(self))
+        check()
+        return found
+
+    def assign(self: Any, new: Any) -> None:
+        engines.fset(self, new)
+        if self.running and bonded():
+            for engine in bonded():
+                engine.check_engines(list(new))
+
+    omega.run, omega.step, omega.wait = checked_run, checked_step, checked_wait
+    omega.engines = property(engines.fget, assign, None, engines.__doc__)
+    previous = sys.excepthook
+    sys.excepthook = lambda error_type, error, trace: _hook(error_type, error, trace, previous)
+    for name, remedy in BLIND_FUNCTIONS.items():
+        function = getattr(yade.utils, name, None)
+        if function is not None:
+            replace_everywhere(name, function, _blind(name, function, remedy))
+    replace_everywhere("getStress", yade.utils.getStress, _stress(yade.utils.getStress))
+    try:
+        from yade import export
+    except ImportError:
+        return
+    exporter = export.VTKExporter
+    exporter.exportInteractions = _blind("VTKExporter.exportInteractions", exporter.exportInteractions, "write the engine's contacts()")
+
+
+def _blind(name: str, function: Any, remedy: str) -> Any:
+    @functools.wraps(function)
+    def checked(*arguments: Any, **named: Any) -> Any:
+        if bonded():
+            raise _rules.refuse(f"{name}() reads O.interactions, where the bonds no longer are; {remedy}", "BlindFunction")
+        return function(*arguments, **named)
+
+    return checked
+
+
+def _stress(function: Any) -> Any:
+    """getStress that adds the bonds."""
+
+    @functools.wraps(function)
+    def with_bonds(volume: float = 0.0) -> Any:
+        import yade.wrapper
+
+        found = function(volume)
+        engines = bonded()
+        if not engines:
+            return found
+        omega = yade.wrapper.Omega()
+        # YADE's rule for the volume.
+        whole = volume or (abs(omega.cell.hSize.determinant()) if omega.periodic else 1.0)
+        # YADE's first index is the force.
+        of_bonds = sum(np.asarray(engine.stress_sum()).T for engine in engines) / whole
+        return found + type(found)(*(float(x) for x in of_bonds.reshape(-1)))
+
+    return with_bonds
