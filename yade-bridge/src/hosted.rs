@@ -122,7 +122,7 @@ impl Hosted {
         self.inner.lock()
     }
 
-    /// Lock for reading; wait while a step is computed in another thread.
+    /// Lock; wait while another thread reads, or computes a step.
     fn read(&self, py: Python<'_>) -> PyResult<Access<'_, Inner>> {
         self.inner.wait(py)
     }
@@ -294,7 +294,8 @@ impl Hosted {
     #[pyo3(signature = (dt, cell=None))]
     fn contact_step(&self, py: Python<'_>, dt: f64, cell: Option<(Tensor, Tensor, Tensor)>) -> PyResult<usize> {
         const NO_HOST: &str = "no host is attached; call attach() first";
-        let mut inner = self.lock()?;
+        // A reader may hold the lock while it makes objects of Python.
+        let mut inner = self.read(py)?;
         let cell = cell.map(|cell| cell_from(cell, dt));
         let pool = self.pool.as_ref();
         let threads = pool.map_or_else(rayon::current_num_threads, rayon::ThreadPool::current_num_threads);

@@ -69,7 +69,7 @@ fn last_forces_are_those_of_the_step<B: LawLoops, C: LawLoops>(name: &str, bond:
         let same_places = !report.bonds_broke();
         assert_eq!(found.len(), expected.len(), "{name}, step {step}");
         // At first there are no forces.
-        let scale = expected.iter().map(|row| row.2.norm()).fold(1e-3, f64::max);
+        let scale = expected.iter().map(|row| row.2.norm()).fold(0.1, f64::max);
         for (a, b) in found.iter().zip(&expected) {
             assert_eq!((a.0, a.4), (b.0, b.4), "{name}, step {step}");
             assert!(!same_places || a.1 == b.1);

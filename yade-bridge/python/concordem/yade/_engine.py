@@ -160,7 +160,8 @@ class BondedEngine:
     def check_engines(self, engines: list[Any]) -> None:
         """Raise YadeError unless the engine works in these engines."""
         command = _command(self.name)
-        _rules.refuse_order(engines, lambda engine: getattr(engine, "command", "") == command, self._title)
+        mine = [k for k, engine in enumerate(engines) if getattr(engine, "command", "") == command]
+        _rules.refuse_order(engines, mine, self._title)
         _rules.refuse_blind_engines(engines)
 
     def check(self, deep: bool) -> None:
@@ -173,12 +174,7 @@ class BondedEngine:
         if deep or now != self._checked:
             self.check_engines(omega.engines)
             self._checked = now
-        if omega.iter > self._next:
-            raise refuse(
-                f"{self._title} did not act in iterations {self._next} to {omega.iter - 1}, in which its bonds were without force; keep "
-                "it in O.engines and alive, or delete its bonds with remove()",
-                "Skipped",
-            )
+        _rules.refuse_skipped(self._next, omega.iter, self._title)
         if deep:
             self._check_settings()
 

@@ -6,7 +6,8 @@ Reads YADE's attributes through Python only, so that it works with any version.
 
 from __future__ import annotations
 
-from typing import Any, Callable, Iterable, Sequence
+import json
+from typing import Any, Iterable, Sequence
 
 from .._errors import YadeError
 
@@ -80,9 +81,9 @@ def refuse_blind_engines(engines: Iterable[Any], replaced: str = "") -> None:
                 )
 
 
-def refuse_order(engines: Sequence[Any], is_ours: Callable[[Any], bool], what: str) -> None:
-    """Raise YadeError unless O.engines has the engine `what` once, alive, after ForceResetter and before NewtonIntegrator."""
-    mine = [k for k, engine in enumerate(engines) if is_ours(engine)]
+def refuse_order(engines: Sequence[Any], mine: Sequence[int], what: str) -> None:
+    """Raise YadeError unless the engine `what`, at the places `mine`, is in O.engines once, alive, after ForceResetter and before
+    NewtonIntegrator."""
     if not mine:
         raise refuse(
             f"O.engines lacks {what}, so its bonds would not act; keep it when you assign O.engines, or delete its bonds before "
@@ -91,7 +92,7 @@ def refuse_order(engines: Sequence[Any], is_ours: Callable[[Any], bool], what: s
         )
     if len(mine) > 1:
         raise refuse(f"O.engines has {what} {len(mine)} times; keep it once", "EngineOrder")
-    (place,) = mine
+    place = mine[0]
     if engines[place].dead:
         raise refuse(f"{what} has dead=True, so its bonds do not act; set dead=False, or delete its bonds (its remove() or release())", "EngineDead")
     resetters, integrators = ([k for k, e in enumerate(engines) if is_a(e, name)] for name in ("ForceResetter", "NewtonIntegrator"))
@@ -131,6 +132,16 @@ def settings(engines: Iterable[Any], materials: Iterable[Any]) -> dict[str, str]
     return found
 
 
+def refuse_skipped(expected: int, now: int, what: str) -> None:
+    """Raise YadeError if the engine did not act in the iterations from `expected` on; `now` is the present one."""
+    if now > expected:
+        raise refuse(
+            f"{what} did not act in iterations {expected} to {now - 1}, in which its bonds were without force; keep it in O.engines "
+            "and alive, or delete its bonds (its remove() or release())",
+            "Skipped",
+        )
+
+
 def refuse_changes(before: dict[str, str], now: dict[str, str], what: str) -> None:
     """Raise YadeError if a setting differs from the one at the take-over. A functor that was removed has no effect on the bonds."""
     for name, value in now.items():
@@ -140,3 +151,22 @@ def refuse_changes(before: dict[str, str], now: dict[str, str], what: str) -> No
                 "before the take-over",
                 "Changed",
             )
+
+
+# -- called by BondedEngine_Rust ---------------------------------------------------------------------------------------
+
+
+def check_native(engines: Sequence[Any], mine: Sequence[int], what: str, replaced: str) -> None:
+    """Raise YadeError unless the native engine works in these engines."""
+    refuse_order(engines, mine, what)
+    refuse_blind_engines(engines, replaced)
+
+
+def settings_text(engines: Iterable[Any], materials: Iterable[Any]) -> str:
+    """:func:`settings` as one text."""
+    return json.dumps(settings(engines, materials))
+
+
+def check_settings(before: str, engines: Iterable[Any], materials: Iterable[Any], what: str) -> None:
+    """Raise YadeError if the settings differ from those of :func:`settings_text`."""
+    refuse_changes(json.loads(before), settings(engines, materials), what)
