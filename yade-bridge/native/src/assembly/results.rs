@@ -4,7 +4,7 @@ use concordem_contact::math::{Mat3, Vec3};
 use concordem_operator::stress::{ParticleVolume, Partition, particle_stress, region_stress};
 use concordem_operator::{ContactSet, LoadSet, OperatorError, Region, Truncation};
 use concordem_solver::record::ContactForces;
-use concordem_solver::state::contacts::ContactFlags;
+use concordem_solver::state::contacts::{ContactFlags, ContactView};
 
 use super::Assembly;
 
@@ -25,10 +25,10 @@ impl Assembly {
     pub fn last_forces(&self, present: Option<&[Vec3]>) -> ContactForces {
         let mut forces = self.solver.last_forces(&self.state).contacts;
         if let Some(present) = present {
-            let then = &self.state.particles.position;
-            for ([a, b], branch) in forces.pair.iter().map(|pair| pair.map(|p| p as usize)).zip(&mut forces.branch) {
-                *branch += (present[b] - then[b]) - (present[a] - then[a]);
-            }
+            self.replace_branches(&mut forces, |view| {
+                let [a, b] = [view.pair.a, view.pair.b].map(|p| present[p as usize]);
+                b + self.state.cell.map_or(Vec3::zeros(), |cell| cell.shift(view.flags.image)) - a
+            });
         }
         forces
     }
@@ -53,7 +53,7 @@ impl Assembly {
         let particles = &self.state.particles;
         let count = particles.len();
         let mut forces = self.last_forces(None);
-        self.use_reference_branches(&mut forces);
+        self.replace_branches(&mut forces, |view| view.previous.normal * view.reference.length);
         let ContactForces { pair, branch, point, force, .. } = &forces;
         let contacts = ContactSet::new(&particles.position, pair, branch, point, force, None)?;
         let volumes = ParticleVolume::Packing(0.62).of(&particles.radius)?;
@@ -82,14 +82,13 @@ impl Assembly {
         Ok(ParticleResults { damage, lost, stress })
     }
 
-    /// Replace branch vectors by `L₀n`.
-    fn use_reference_branches(&self, forces: &mut ContactForces) {
+    /// Replace the branch vector of every contact.
+    fn replace_branches(&self, forces: &mut ContactForces, branch_of: impl Fn(&ContactView) -> Vec3) {
         let mut start = 0;
         let blocks = self.state.bonds.iter().chain(&self.state.contacts);
         for (block, &end) in blocks.zip(&forces.block_end) {
             for row in start..end {
-                let view = block.view(forces.place[row] as usize);
-                forces.branch[row] = view.previous.normal * view.reference.length;
+                forces.branch[row] = branch_of(&block.view(forces.place[row] as usize));
             }
             start = end;
         }

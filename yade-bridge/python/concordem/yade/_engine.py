@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import time
 from typing import Any
 
 import numpy as np
@@ -108,6 +109,10 @@ class BondedEngine:
         self._next = 0
         #: Addresses and `dead` of O.engines when they were last checked.
         self._checked = b""
+        #: Whether the last check failed.
+        self._suspect = False
+        #: Time from one step to the next, s, and when the last one began.
+        self.period, self._began = 0.0, 0.0
 
     # -- in and out of the scene ------------------------------------------------------------------------------------
 
@@ -169,6 +174,8 @@ class BondedEngine:
         and bodies are those of the take-over."""
         yade = host()
         omega, layout = yade.omega, yade.layout
+        deep = deep or self._suspect
+        self._suspect = True
         engines = _core.memory_targets(self._scene + layout["Scene.engines"])
         now = engines.tobytes() + _core.memory_gather(engines, layout["Engine.dead"], "u8", 1).tobytes()
         if deep or now != self._checked:
@@ -177,6 +184,7 @@ class BondedEngine:
         _rules.refuse_skipped(self._next, omega.iter, self._title)
         if deep:
             self._check_settings()
+        self._suspect = False
 
     def _check_settings(self) -> None:
         omega = host().omega
@@ -263,6 +271,8 @@ class BondedEngine:
         scene = address_of(omega._sceneObj)
         if scene != self._scene or memory.pointer(scene + yade.layout["Scene.bodies"]) != self._container:
             raise YadeError(f'the bonded engine "{self.name}" belongs to another scene; remove it from O.engines', "OtherScene")
+        now = time.perf_counter()
+        self.period, self._began = now - self._began, now
         self.check(deep=omega.iter % 64 == 0)
         self._next = omega.iter + 1
         try:

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import functools
 import sys
+import threading
+import time
 from typing import Any, Callable, Protocol
 
 import numpy as np
@@ -22,6 +24,9 @@ class Bonded(Protocol):
 
     def check(self, deep: bool) -> None:
         """Raise YadeError unless the scene is as the engine needs it; `deep`: settings and bodies, too."""
+
+    period: float
+    """Time from one step to the next, s."""
 
     def check_engines(self, engines: list[Any]) -> None:
         """Raise YadeError unless the engine works in O.engines."""
@@ -135,7 +140,7 @@ def install() -> None:
     import yade.wrapper
 
     omega = yade.wrapper.Omega
-    run, step, wait, engines = omega.run, omega.step, omega.wait, omega.engines
+    run, step, wait, pause, engines = omega.run, omega.step, omega.wait, omega.pause, omega.engines
 
     @functools.wraps(run)
     def checked_run(self: Any, nSteps: int = -1, wait: bool = False) -> Any:
@@ -159,13 +164,23 @@ def install() -> None:
         check()
         return found
 
+    @functools.wraps(pause)
+    def patient_pause(self: Any) -> Any:
+        # YADE does not wait for the end of the present step. Without this, a following O.reset would wait for it while it holds the
+        # interpreter's lock, which our engine needs to finish.
+        was_running = self.running
+        found = pause(self)
+        if was_running and threading.current_thread() is threading.main_thread():
+            time.sleep(min(sum((2 * engine.period + 0.005 for engine in bonded()), 0.0), 10.0))
+        return found
+
     def assign(self: Any, new: Any) -> None:
         engines.fset(self, new)
         if self.running and bonded():
             for engine in bonded():
                 engine.check_engines(list(new))
 
-    omega.run, omega.step, omega.wait = checked_run, checked_step, checked_wait
+    omega.run, omega.step, omega.wait, omega.pause = checked_run, checked_step, checked_wait, patient_pause
     omega.engines = property(engines.fget, assign, None, engines.__doc__)
     previous = sys.excepthook
     sys.excepthook = lambda error_type, error, trace: _hook(error_type, error, trace, previous)

@@ -368,13 +368,12 @@ impl ContactLaw for Cpm {
     /// return to the yield surface gives it. (Viscous slip in Woo's formulation depends on the time step.)
     fn last_force(&self, still: &PointKinematics, state: &CpmState) -> (Vec3, Vec3) {
         // A step so short that nothing viscous flows in it.
-        let Response { force, .. } = self.respond(still, state, 1e-30);
+        let Response { force, state: again, .. } = self.respond(still, state, 1e-30);
         if self.parameters.mode == CpmFormulation::YadePublic {
             return (force, Vec3::zeros());
         }
-        let normal = still.normal * force.dot(&still.normal);
-        let shear = (state.shear_strain - state.plastic_shear_strain) * (self.shear_modulus * still.geometry.area);
-        (normal + shear, Vec3::zeros())
+        let elastic = |s: &CpmState| s.shear_strain - s.plastic_shear_strain;
+        (force + (elastic(state) - elastic(&again)) * (self.shear_modulus * still.geometry.area), Vec3::zeros())
     }
 
     /// An unbonded contact is unstrained at the center distance of its first step (as in YADE); at the radius against a wall.
