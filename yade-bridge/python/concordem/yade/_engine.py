@@ -186,6 +186,10 @@ class BondedEngine:
             self._check_settings()
         self._suspect = False
 
+    def in_step(self, iteration: int) -> bool:
+        """Whether the engine has acted in this iteration, which has not ended."""
+        return iteration == self._next - 1 and self._began > 0.0
+
     def _check_settings(self) -> None:
         omega = host().omega
         if self._settings:

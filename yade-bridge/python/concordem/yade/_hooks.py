@@ -28,6 +28,9 @@ class Bonded(Protocol):
     period: float
     """Time from one step to the next, s."""
 
+    def in_step(self, iteration: int) -> bool:
+        """Whether the engine has acted in this iteration, which has not ended."""
+
     def check_engines(self, engines: list[Any]) -> None:
         """Raise YadeError unless the engine works in O.engines."""
 
@@ -171,7 +174,8 @@ def install() -> None:
         was_running = self.running
         found = pause(self)
         if was_running and threading.current_thread() is threading.main_thread():
-            time.sleep(min(sum((2 * engine.period + 0.005 for engine in bonded()), 0.0), 10.0))
+            for engine in bonded():
+                _await_end_of_step(self, engine)
         return found
 
     def assign(self: Any, new: Any) -> None:
@@ -195,6 +199,15 @@ def install() -> None:
         return
     exporter = export.VTKExporter
     exporter.exportInteractions = _blind("VTKExporter.exportInteractions", exporter.exportInteractions, "write the engine's contacts()")
+
+
+def _await_end_of_step(omega: Any, engine: Bonded) -> None:
+    """Wait until no step is under way. YADE does not tell, but a step that has begun soon reaches our engine."""
+    quiet, last = 0.1 + 5 * engine.period, time.perf_counter()
+    while time.perf_counter() - last < quiet:
+        time.sleep(0.002)
+        if engine.in_step(omega.iter):
+            last = time.perf_counter()
 
 
 def _blind(name: str, function: Any, remedy: str) -> Any:

@@ -165,6 +165,10 @@ class _Engine:
         if deep:
             self._ask()
 
+    def in_step(self, iteration: int) -> bool:
+        """Unknown."""
+        return False
+
     def check_engines(self, engines: list[Any]) -> None:
         """Raise YadeError unless the engine works in O.engines. It checks a new list in its next step."""
         if not any(type(engine).__name__ == "BondedEngine_Rust" for engine in engines):
