@@ -344,7 +344,7 @@ def test_changes_after_the_take_over_are_refused():
 
     engine()
     builtins.change_law = change_law
-    O.engines = O.engines + [PyRunner(command="change_law()", iterPeriod=10, nDo=1)]
+    O.engines = O.engines + [PyRunner(command="change_law() if O.iter == 20 else None", iterPeriod=1)]
     with raises((YadeError, RuntimeError), "epsSoft"):
         O.run(1000, True)
     assert O.iter < 150
